@@ -5,8 +5,8 @@ use std::{path::PathBuf, time::Duration};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::commands::{
-    claim, constraint, contact, context, daemon, doctor, event, joint, parameter, record, robot, server, sim,
-    state, token, top,
+    camera, claim, constraint, contact, context, daemon, doctor, event, joint, marker, parameter, record,
+    robot, rollout, sensor, server, sim, state, token, top,
 };
 use crate::complete;
 
@@ -55,6 +55,12 @@ pub(crate) struct Options {
     /// For https and tls/: the authority that signed the daemon's certificate (PEM), else $SIMD_TLS_CA
     #[arg(long, global = true, value_name = "PATH", help_heading = "Options everywhere")]
     pub(crate) tls_ca: Option<PathBuf>,
+    /// For a daemon that asks its clients for certificates: that of this client (PEM), else $SIMD_TLS_CLIENT_CERT
+    #[arg(long, global = true, value_name = "PATH", help_heading = "Options everywhere")]
+    pub(crate) tls_client_cert: Option<PathBuf>,
+    /// The private key of that certificate (PEM), else $SIMD_TLS_CLIENT_KEY
+    #[arg(long, global = true, value_name = "PATH", help_heading = "Options everywhere")]
+    pub(crate) tls_client_key: Option<PathBuf>,
     /// For a daemon that asks for a token: a file with it in its first line, else $SIMD_TOKEN
     #[arg(long, global = true, value_name = "PATH", help_heading = "Options everywhere")]
     pub(crate) token_file: Option<PathBuf>,
@@ -128,9 +134,20 @@ pub(crate) enum Command {
     /// What touches what: list, ray, surfaces, set
     #[command(subcommand)]
     Contact(contact::Contact),
+    /// What robots feel and see: add, list, read, watch, delete
+    #[command(subcommand)]
+    Sensor(sensor::Sensor),
+    /// What pages draw beside the world: add, list, delete
+    #[command(subcommand)]
+    Marker(marker::Marker),
+    /// The cameras of open pages: get, set
+    #[command(subcommand)]
+    Camera(camera::Camera),
     /// Recordings of the world, on the daemon's disk: start, stop, list, info, download, export, delete
     #[command(subcommand)]
     Record(record::Record),
+    /// What copies of the world come to that run on from it, with the targets of a file
+    Rollout(rollout::Rollout),
     /// The daemon: info, ping
     #[command(subcommand)]
     Server(server::Server),
@@ -220,6 +237,7 @@ mod tests {
             "simctl joint set arm elbow=-0.5",
             "simctl parameter add speed -1 1 -0.5",
             "simctl parameter set speed=-0.5",
+            "simctl sensor add lidar arm --range 0.1,30 --horizontal 3,-1,1 --pose -1,0,0",
         ] {
             Arguments::try_parse_from(line.split(' ')).unwrap();
         }

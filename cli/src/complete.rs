@@ -99,6 +99,20 @@ pub(crate) fn robots_or_joints() -> ArgValueCompleter {
     })
 }
 
+/// For the name of a sensor of the robot that was typed before it.
+pub(crate) fn sensors() -> ArgValueCompleter {
+    ArgValueCompleter::new(|current: &OsStr| {
+        let names = asked(async |client, line| match typed_robot(&line) {
+            Some(robot) => {
+                let sensors = client.sensors(Some(&robot)).await.unwrap_or_default();
+                sensors.into_iter().filter_map(|info| Some(info.sensor?.name)).collect()
+            }
+            None => Vec::new(),
+        });
+        candidates(current, names)
+    })
+}
+
 /// For a parameter's name.
 pub(crate) fn parameters() -> ArgValueCompleter {
     ArgValueCompleter::new(|current: &OsStr| {
@@ -120,14 +134,19 @@ async fn joint_names(client: Client, robot: &str) -> Vec<String> {
 }
 
 async fn joints_of_typed(client: Client, line: ArgMatches) -> Vec<String> {
-    let mut of = &line;
+    match typed_robot(&line) {
+        Some(robot) => joint_names(client, &robot).await,
+        None => Vec::new(),
+    }
+}
+
+/// The robot that the line names.
+fn typed_robot(line: &ArgMatches) -> Option<String> {
+    let mut of = line;
     while let Some((_, inner)) = of.subcommand() {
         of = inner;
     }
-    match of.try_get_one::<String>("robot") {
-        Ok(Some(robot)) => joint_names(client, robot).await,
-        _ => Vec::new(),
-    }
+    of.try_get_one::<String>("robot").ok().flatten().cloned()
 }
 
 /// A name that a terminal would obey is none to put into a line.

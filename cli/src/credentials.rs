@@ -40,6 +40,8 @@ pub(crate) fn connect_options(options: &Options, choice: &Choice) -> anyhow::Res
     Ok(ConnectOptions {
         token: token(options, choice)?.map(|(token, _)| token),
         tls_authorities: authorities.or(choice.tls_authorities.clone()),
+        tls_certificate: options.tls_client_cert.clone().or(default.tls_certificate),
+        tls_key: options.tls_client_key.clone().or(default.tls_key),
         connect_timeout: options.timeout.min(default.connect_timeout),
         timeout: options.timeout,
     })

@@ -56,7 +56,7 @@ fn is_closed_pipe(error: &anyhow::Error) -> bool {
 fn code(error: &anyhow::Error) -> u8 {
     let Some(error) = error.downcast_ref::<Error>() else { return OWN };
     match (error, error.code()) {
-        (Error::Endpoint { .. }, _) => USAGE,
+        (Error::Endpoint { .. } | Error::SeveralDaemons { .. }, _) => USAGE,
         (_, Some(code)) => u8::try_from(i32::from(code)).map_or(OWN, |code| REFUSED.saturating_add(code)),
         (_, None) => OWN,
     }
@@ -74,6 +74,13 @@ fn remedy(error: &anyhow::Error) -> Option<String> {
             let hint = if is_tls { "; perhaps it speaks TLS: https://HOST:PORT" } else { "" };
             return Some(format!("the network says: {reason}{hint}"));
         }
+        Error::Untrusted { sentence, .. } if sentence.contains("SIMD_TLS_CLIENT_CERT") => {
+            return Some("--tls-client-cert and --tls-client-key name them too".to_owned());
+        }
+        Error::Untrusted { sentence, .. } if sentence.contains("SIMD_TLS_CA") => {
+            return Some("--tls-ca names it too, and `tls_authorities` of a context".to_owned());
+        }
+        Error::SeveralDaemons { .. } => return Some("`simctl daemon list` shows what they do".to_owned()),
         _ => return None,
     };
     let about = |key: &str| refusal.metadata.get(key).map(|value| quoted(value));
@@ -106,6 +113,7 @@ fn remedy(error: &anyhow::Error) -> Option<String> {
         ErrorReason::ConstraintNotFound => {
             Some("`simctl constraint list` shows the constraints there are".to_owned())
         }
+        ErrorReason::SensorNotFound => Some("`simctl sensor list` shows the sensors there are".to_owned()),
         ErrorReason::ParameterNotFound => {
             Some("`simctl parameter list` shows the parameters there are".to_owned())
         }

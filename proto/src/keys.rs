@@ -5,13 +5,14 @@
 //! | `simd/NAME/rpc/SERVICE/METHOD` | a queryable for each method of `simd.v1` |
 //! | `simd/NAME/joint_states/ROBOT` | publications of states |
 //! | `simd/NAME/link_poses/ROBOT` | publications of poses |
+//! | `simd/NAME/sensor_readings/ROBOT/SENSOR` | publications of readings |
 //! | `simd/NAME/world_statistics` | publications, ten a second |
 //! | `simd/NAME/events` | publications |
 //! | `simd/NAME/parameters` | publications |
 //! | `simd/NAME/joint_targets` | what the daemon subscribes to |
 //! | `@simd/daemons/NAME/ZID` | a liveliness token for each daemon |
 //!
-//! NAME is the daemon's, ROBOT a robot's: both `[A-Za-z0-9_-]+`, so that neither can
+//! NAME is the daemon's, ROBOT a robot's, SENSOR a sensor's: all `[A-Za-z0-9_-]+`, so that none can
 //! reach into another's keys. Wildcards never match a chunk that begins with `@`:
 //! a subscription to everything gets no tokens.
 
@@ -65,6 +66,11 @@ pub fn joint_states(daemon: &str, robot: &str) -> String {
 /// Link poses of one robot.
 pub fn link_poses(daemon: &str, robot: &str) -> String {
     format!("simd/{daemon}/link_poses/{robot}")
+}
+
+/// Readings of one sensor of one robot.
+pub fn sensor_readings(daemon: &str, robot: &str, sensor: &str) -> String {
+    format!("simd/{daemon}/sensor_readings/{robot}/{sensor}")
 }
 
 /// How well the world keeps time.
@@ -180,6 +186,7 @@ mod tests {
     fn publications_are_below_the_daemons_name() {
         assert_eq!(joint_states("lab", "arm"), "simd/lab/joint_states/arm");
         assert_eq!(link_poses("lab", "arm"), "simd/lab/link_poses/arm");
+        assert_eq!(sensor_readings("lab", "arm", "wrist"), "simd/lab/sensor_readings/arm/wrist");
         assert_eq!(world_statistics("lab"), "simd/lab/world_statistics");
         assert_eq!(events("lab"), "simd/lab/events");
         assert_eq!(parameters("lab"), "simd/lab/parameters");

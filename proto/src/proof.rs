@@ -194,6 +194,7 @@ mod tests {
             include_str!("../simd/v1/entity.proto"),
             include_str!("../simd/v1/joint.proto"),
             include_str!("../simd/v1/parameter.proto"),
+            include_str!("../simd/v1/sensor.proto"),
             include_str!("../simd/v1/simulation.proto"),
         ];
         let named =

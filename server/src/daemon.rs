@@ -105,6 +105,7 @@ pub async fn start(config: Config) -> Result<Running, Error> {
         report: |report, summary| {
             to_proto::entity::report(report.clone(), summary.to_owned()).encode_to_vec()
         },
+        reading: |reading| to_proto::sensor::reading(reading.clone()).encode_to_vec(),
     };
     let recordings = Recordings::new(config.recording, encoders);
     let info = DaemonInfo { name: config.name, version: env!("CARGO_PKG_VERSION"), limits };
@@ -137,6 +138,7 @@ pub async fn start(config: Config) -> Result<Running, Error> {
         }
     };
     tokio::spawn(handle.clone().keep_tidy());
+    tokio::spawn(handle.clone().measure_scans());
     if let Some(autosave) = config.autosave.clone() {
         tokio::spawn(autosave::keep(handle.clone(), autosave));
     }

@@ -16,6 +16,7 @@ mod pacer;
 mod published;
 mod realtime;
 mod record;
+mod sensor_log;
 mod step_queue;
 mod step_threads;
 mod tap;
@@ -38,6 +39,8 @@ pub use event_log::{AuditedCall, EventBatch, Happened, LockstepChange, LoggedEve
 pub(crate) use mailbox::Mailbox;
 pub use published::{Done, Pace, PaceChange, Published, Statistics, Stepped};
 pub use realtime::{Processors, RealTime};
+pub(crate) use sensor_log::SensorLog;
+pub use sensor_log::{LoggedReading, Measured, ReadingBatch, Touch, TouchPartner};
 pub use step_threads::{MOST_STEP_THREADS, StepThreads};
 pub(crate) use tap::{AppliedCommand, Entry, ReportEntry, Sender, Tap, TapEnd, WorldEntry};
 pub(crate) use world::World;
@@ -98,9 +101,11 @@ pub(crate) struct Link {
     pub(crate) board: Arc<Board>,
     /// Where it says what happened.
     pub(crate) events: Arc<EventLog>,
+    /// Where readings of sensors are read.
+    pub(crate) sensors: Arc<SensorLog>,
 }
 
-/// Starts the thread, and a task that wakes readers of states.
+/// Starts the thread, and tasks that wake readers of states and of sensors.
 ///
 /// # Errors
 /// Where the system gives no thread, and outside of a runtime.
@@ -115,6 +120,8 @@ pub(crate) fn start(world: impl World, config: Config) -> std::io::Result<Link> 
     link.mailbox.wakes(thread.thread().clone());
     let (board, ended) = (link.board.clone(), link.mailbox.ended().clone());
     runtime.spawn(async move { ended.run_until_cancelled(board.announce()).await });
+    let (sensors, ended) = (link.sensors.clone(), link.mailbox.ended().clone());
+    runtime.spawn(async move { ended.run_until_cancelled(sensors.announce()).await });
     Ok(link)
 }
 
@@ -140,12 +147,14 @@ fn build<W: World>(world: W, config: Config) -> (Driver<W>, Link) {
     let settings = world.settings();
     let publisher = Publisher::new(state, settings, Statistics::at_start(config.state, config.pace));
     let events = Arc::new(EventLog::new(config.events));
-    let link = Link { mailbox, board: publisher.board().clone(), events: events.clone() };
+    let (sensors, sensor_writer) = SensorLog::new(publisher.board().clone());
+    let link = Link { mailbox, board: publisher.board().clone(), events: events.clone(), sensors };
     let driver = Driver {
         world,
         inbox,
         publisher,
         events,
+        sensors: sensor_writer,
         state: config.state,
         pace: config.pace,
         pacer: Pacer::new(period(config.pace, &settings), config.lag_limit, now),

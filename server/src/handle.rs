@@ -3,7 +3,8 @@
 //!
 //! * `simulation`: commands, steps, states. `events`: what happened.
 //! * `entities`: robots and their descriptions. `parameters`: sliders and buttons.
-//! * `recordings`: what happens, into files.
+//! * `view`: what pages show beside the world, and what people do in them.
+//! * `recordings`: what happens, into files. `sensors`: what sensors measured. `rollouts`: copies of the world that run on.
 //! * `claims`: claims on joints and their leases. `clients`: who is here, and whose targets joints have.
 //! * `lockstep`: clients that step the world together.
 //! * `calls`: how many calls there were, and how they ended.
@@ -24,9 +25,12 @@ mod once;
 mod owners;
 mod parameters;
 mod recordings;
+mod rollouts;
+mod sensors;
 mod simulation;
 #[cfg(test)]
 mod tests;
+mod view;
 
 use std::future::Future;
 use std::sync::Arc;
@@ -51,11 +55,18 @@ pub use lockstep::LockstepMember;
 pub(crate) use once::{IdentifiedRequest, Outcome};
 pub use owners::Owner;
 pub use parameters::{NameTaken, Parameter, ParameterChange, ParameterKind, ParameterList};
+pub(crate) use rollouts::{CopiesDone, RolloutAnswer, RolloutFrom, RolloutStart};
+pub(crate) use sensors::MOST_FOLLOWED;
+pub use sensors::{NumberedSensor, SensorCursor, SensorReadings, SensorSelection};
+pub use view::{
+    CameraTarget, Input, InputEvent, InputKind, Marker, MarkerShape, MouseButton, NewMarker, PageCamera,
+    ViewCamera, ViewChange,
+};
 
 pub use crate::call_error::CallError;
 pub use crate::driver::{
-    AuditedCall, Done, EventBatch, Happened, LockstepChange, LoggedEvent, Pace, PaceChange, Published,
-    RecordingEnd, Statistics, Stepped,
+    AuditedCall, Done, EventBatch, Happened, LockstepChange, LoggedEvent, LoggedReading, Measured, Pace,
+    PaceChange, Published, ReadingBatch, RecordingEnd, Statistics, Stepped, Touch, TouchPartner,
 };
 pub use crate::info::{DaemonInfo, DaemonLimits};
 pub use crate::loading::{AssetState, Prepared, Source, Validated};
@@ -75,6 +86,8 @@ use clients::Clients;
 use once::AnswerCache;
 use owners::SavedStateOwners;
 use parameters::Parameters;
+use rollouts::RolloutWork;
+use view::View;
 
 /// A physics thread that is at one step or command for longer does not get on.
 const STUCK: Duration = Duration::from_secs(10);
@@ -108,9 +121,11 @@ struct Inner {
     calls: CallCounts,
     clients: Arc<Clients>,
     parameters: Parameters,
+    view: View,
     saved_state_owners: SavedStateOwners,
     lockstep: Lockstep,
     heavy: HeavyWork,
+    rollouts: RolloutWork,
     accounts: Arc<Accounts>,
     info: DaemonInfo,
     access: Access,
@@ -153,9 +168,11 @@ impl SimHandle {
             calls,
             clients,
             parameters,
+            view: View::default(),
             saved_state_owners,
             lockstep,
             heavy,
+            rollouts: RolloutWork::new(limits),
             accounts: Arc::new(accounts),
             info,
             access,
@@ -310,6 +327,8 @@ impl SimHandle {
     pub(crate) fn tidy(&self, now: Instant) {
         self.inner.answers.tidy(now);
         self.inner.loader.tidy(now);
+        self.inner.driver.sensors.tidy();
+        self.tidy_view(now);
     }
 
     /// What is known of robots' descriptions.

@@ -58,6 +58,12 @@ pub struct DaemonLimits {
     pub unused_file: Duration,
     /// Calls for kinematics, rays and distances that wait.
     pub waiting_reads: usize,
+    /// Rollouts that wait for their turn.
+    pub waiting_rollouts: usize,
+    /// Of the numbers that one rollout gives.
+    pub rollout_bytes: u64,
+    /// Processor time of one rollout.
+    pub rollout_seconds: u64,
     /// Descriptions and files that wait to be read.
     pub waiting_descriptions: usize,
     /// Queries of Zenoh that are being answered.
@@ -72,6 +78,8 @@ pub struct DaemonLimits {
     pub streams_of_client: u32,
     /// Calls for kinematics, rays and distances of one client that wait.
     pub waiting_reads_of_client: usize,
+    /// Rollouts of one client that wait for their turn.
+    pub waiting_rollouts_of_client: usize,
     /// Descriptions and files of one client that wait to be read.
     pub waiting_descriptions_of_client: usize,
     /// Uploads of one client under way.
@@ -103,6 +111,9 @@ impl Default for DaemonLimits {
             abandoned_upload: Duration::from_secs(60),
             unused_file: Duration::from_secs(600),
             waiting_reads: 64,
+            waiting_rollouts: 16,
+            rollout_bytes: 64 << 20,
+            rollout_seconds: 60,
             waiting_descriptions: 64,
             zenoh_queries: 1_024,
             zenoh_streams: 512,
@@ -110,6 +121,7 @@ impl Default for DaemonLimits {
             calls_per_second_of_client: 20_000,
             streams_of_client: 256,
             waiting_reads_of_client: 32,
+            waiting_rollouts_of_client: 4,
             waiting_descriptions_of_client: 32,
             uploads_of_client: 32,
         }

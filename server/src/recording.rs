@@ -3,15 +3,17 @@
 //! * Here: which recording is being made, and which there are.
 //! * `names`: how they are called, and which files they consist of.
 //! * `writer`: the thread. `file`: one file. `commands`: commands as bytes and back.
-//! * `ros`: what other tools show.
+//! * `ros`: what other tools show. `readings`: what sensors measured; [`sensor_message`]: as messages of ROS 2.
 //! * `reading`: what a file has, of which nothing is believed. [`replay`]: the same run again, compared.
 
 mod commands;
 mod file;
 mod names;
 mod reading;
+mod readings;
 pub mod replay;
 mod ros;
+pub(crate) mod sensor_message;
 #[cfg(test)]
 mod tests;
 mod writer;
@@ -28,7 +30,7 @@ pub(crate) use names::is_name;
 pub use replay::{Changes, Comparison, Difference, Replayed, Variation, replay, replay_beside};
 
 use crate::call_error::CallError;
-use crate::driver::{Board, EventLog, LoggedEvent, Published, Tap};
+use crate::driver::{Board, EventLog, LoggedEvent, LoggedReading, Published, SensorLog, Tap};
 use crate::loading::Loader;
 
 /// Bytes that may wait for the disk.
@@ -108,6 +110,8 @@ pub struct Encoders {
     pub contacts: fn(&Published) -> Vec<u8>,
     /// `simd.v1.LoadReport`, and the report in one line.
     pub report: fn(&LoadReport, &str) -> Vec<u8>,
+    /// `simd.v1.SensorReading`.
+    pub reading: fn(&LoggedReading) -> Vec<u8>,
 }
 
 /// The recordings of a daemon.
@@ -134,6 +138,7 @@ pub(crate) struct RecordingSources {
     pub(crate) loader: Arc<Loader>,
     pub(crate) events: Arc<EventLog>,
     pub(crate) board: Arc<Board>,
+    pub(crate) sensors: Arc<SensorLog>,
 }
 
 impl Recordings {
@@ -145,8 +150,12 @@ impl Recordings {
     /// Of a daemon that can make none.
     #[cfg(test)]
     pub(crate) fn none() -> Self {
-        let encoders =
-            Encoders { event: |_| Vec::new(), contacts: |_| Vec::new(), report: |_, _| Vec::new() };
+        let encoders = Encoders {
+            event: |_| Vec::new(),
+            contacts: |_| Vec::new(),
+            report: |_, _| Vec::new(),
+            reading: |_| Vec::new(),
+        };
         Self::new(Settings::default(), encoders)
     }
 

@@ -4,7 +4,7 @@
 //! * `calls`: queries that are answered at one time.
 //! * `connection`: a session of Zenoh to the graph's router, which comes and goes as it likes.
 //! * `endpoints`: publishers, subscriptions and servers as `rmw_zenoh` has them.
-//! * `robots`: which robot has which topics and frames, and the messages of a state.
+//! * `robots`: which robot has which topics and frames, and the messages of a state. `sensors`: the same of sensors.
 //! * `publications`: what is published.
 //! * `commands`: what is subscribed to.
 //! * `services`: `simulation_interfaces`. `actions`: `FollowJointTrajectory`.
@@ -18,6 +18,7 @@ mod connection;
 mod endpoints;
 mod publications;
 mod robots;
+mod sensors;
 mod services;
 #[cfg(test)]
 mod tests;

@@ -17,9 +17,10 @@ use crate::subcommand;
 const DAEMONS: &str = "@simd/daemons/*/*";
 const CLIENTS: &str = "@simd/clients/*/*";
 /// What daemons publish.
-const PUBLISHED: [&str; 5] = [
+const PUBLISHED: [&str; 6] = [
     "simd/*/joint_states/*",
     "simd/*/link_poses/*",
+    "simd/*/sensor_readings/*/*",
     "simd/*/world_statistics",
     "simd/*/events",
     "simd/*/parameters",

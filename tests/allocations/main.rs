@@ -14,6 +14,7 @@ use simd_core::simulation::command::*;
 use simd_core::{Command, PhysicsSettings, PublishedState, Simulation};
 use simd_model::RobotModel;
 use simd_model::robot::{JointKind, JointLimits};
+use simd_model::sensor::{ChannelNoise, Channels, Noise, SensorKind};
 use simd_tests::robots;
 
 /// Steps before counting, at each width of the limits.
@@ -102,6 +103,46 @@ fn a_step_allocates_nothing() {
     assert_eq!(seen.count_total, 0, "{seen:?}");
     let events = world.take_events();
     assert!(events.is_empty(), "{events:?}");
+}
+
+/// Noise is drawn and samples are taken. What they measure is computed from what is published, and has memory of its own.
+#[test]
+fn a_step_in_which_sensors_are_due_allocates_nothing() {
+    let (model, _) = robots::read("seven_arm/urdf/seven_arm.urdf");
+    let mut world = Simulation::new(PhysicsSettings::default(), WorldLimits::default());
+    spawn(&mut world, "arm", &model, true, false);
+    for kind in [SensorKind::Imu, SensorKind::LinkState, SensorKind::Odometry] {
+        let noise = Noise { standard_deviation: 0.1, random_walk: 0.1, ..Noise::default() };
+        let noisy =
+            |(channels, _): &(Channels, usize)| ChannelNoise { channels: *channels, axis: None, noise };
+        let create = CreateSensor {
+            robot: "arm".into(),
+            name: String::new(),
+            link: String::new(),
+            joint: String::new(),
+            pose: DPose3::IDENTITY,
+            rate: None,
+            kind,
+            noise: kind.channels().iter().map(noisy).collect(),
+            seed: None,
+        };
+        apply(&mut world, Command::CreateSensor(Box::new(create)));
+    }
+    let mut due = Vec::new();
+    for _ in 0..WARM_UP {
+        world.step();
+        due.clear();
+        world.take_due_samples(&mut due);
+    }
+    let seen = measure(|| {
+        for _ in 0..COUNTED {
+            world.step();
+            due.clear();
+            world.take_due_samples(&mut due);
+        }
+    });
+    assert_eq!(seen.count_total, 0, "{seen:?}");
+    assert_eq!(due.len(), 3);
 }
 
 /// While they are carried out: how one begins and ends is told in words.

@@ -1,6 +1,7 @@
 //! Recordings: made, listed, read, replayed and deleted, alike over every transport.
 
 use simd_client::proto::event::Kind;
+use simd_client::proto::{self, sensor};
 use simd_client::proto::{ErrorReason, RecordingEndCause, RecordingState, StartRecordingRequest};
 use simd_client::{Client, Target};
 use simd_server::handle::RunState;
@@ -12,6 +13,7 @@ use crate::{load_arm, over_every_transport, set};
 
 over_every_transport! {
     what_was_recorded_is_downloaded_and_comes_to_the_same_again,
+    readings_of_sensors_are_recorded_each_once,
     without_a_folder_it_is_said_what_to_configure,
     names_that_are_no_names_and_numbers_that_cannot_be_are_refused,
     commands_of_several_clients_are_recorded_with_their_names,
@@ -78,6 +80,46 @@ async fn what_was_recorded_is_downloaded_and_comes_to_the_same_again(via: Via) {
         })
         .collect();
     assert_eq!(of_recordings, [("run".into(), None), ("run".into(), Some(RecordingEndCause::Stopped))]);
+}
+
+/// Each reading from the beginning on, as a message of ROS where it has one.
+async fn readings_of_sensors_are_recorded_each_once(via: Via) {
+    let (daemon, _folder) = daemon(via).await;
+    let client = &daemon.client;
+    load_arm(client, "arm").await;
+    let kinds = [
+        ("imu", sensor::Kind::Imu(proto::ImuSensor {})),
+        ("foot-1", sensor::Kind::Contact(proto::ContactSensor::default())),
+        ("eye", sensor::Kind::Range(proto::RangeSensor { min: 0.0, max: 1.0 })),
+    ];
+    for (name, kind) in kinds {
+        let (robot, name) = ("arm".into(), name.into());
+        client
+            .create_sensor(proto::Sensor { robot, name, kind: Some(kind), ..Default::default() })
+            .await
+            .unwrap();
+    }
+    client.step(10).await.unwrap();
+    client.start_recording(named("run")).await.unwrap();
+    client.step(100).await.unwrap();
+    // Also of the last step.
+    client.sensor_readings(Vec::new()).await.unwrap();
+    let recording = client.stop_recording("run").await.unwrap();
+    assert_eq!(recording.state(), RecordingState::Complete);
+    let info = client.recording("run").await.unwrap();
+    let topic = |topic: &str| {
+        let found =
+            info.topics.iter().find(|it| it.topic == topic).unwrap_or_else(|| panic!("{:?}", info.topics));
+        (found.schema.as_str(), found.messages)
+    };
+    assert_eq!(topic("/arm/sensors/imu"), ("sensor_msgs/msg/Imu", 100));
+    assert_eq!(topic("/arm/sensors/foot_1"), ("simd.v1.SensorReading", 100));
+    let (schema, messages) = topic("/arm/sensors/eye");
+    // Those that took longer than a step are left out.
+    assert!(schema == "sensor_msgs/msg/Range" && (1..=100).contains(&messages), "{messages}");
+    let here = tempfile::tempdir().unwrap();
+    client.download_recording("run", here.path()).await.unwrap();
+    replayed(&std::fs::read(here.path().join("run.mcap")).unwrap()).await;
 }
 
 async fn without_a_folder_it_is_said_what_to_configure(via: Via) {

@@ -31,13 +31,13 @@ async fn clients_talk_over_tls_and_to_no_other_daemon() {
     certificates(other.path());
     let unknown = connect(&guarded.grpc(), Some(other.path().join("ca.pem"))).await;
     assert!(
-        matches!(&unknown, Error::Unreachable { reason, .. } if reason.contains("invalid peer certificate")),
+        matches!(&unknown, Error::Untrusted { sentence, .. } if sentence.contains("is not signed by an authority that is known here")),
         "{unknown:?}"
     );
     assert!(connect(&guarded.grpc(), None).await.to_string().contains("SIMD_TLS_CA"));
     let wrong = connect(&format!("https://[::ffff:127.0.0.1]:{port}"), Some(guarded.authority())).await;
     assert!(
-        matches!(&wrong, Error::Unreachable { reason, .. } if reason.contains("not valid for name")),
+        matches!(&wrong, Error::Untrusted { sentence, .. } if sentence.contains("is not for that host")),
         "{wrong:?}"
     );
     // A new certificate is taken for new connections; what is there goes on.
@@ -50,7 +50,7 @@ async fn clients_talk_over_tls_and_to_no_other_daemon() {
     guarded.running.reload();
     admin.robots().await.unwrap();
     let old = connect(&guarded.grpc(), Some(other.path().join("ca.pem"))).await;
-    assert!(matches!(&old, Error::Unreachable { .. }), "{old:?}");
+    assert!(matches!(&old, Error::Untrusted { .. }), "{old:?}");
     guarded.client(&of(Role::Viewer)).await.robots().await.unwrap();
 }
 
@@ -86,7 +86,8 @@ async fn a_certificate_that_signs_itself_and_plain_text_in_its_place_are_refused
             Ok(client) => client.robots().await.map(drop),
             Err(error) => Err(error),
         };
-        assert!(matches!(answered, Err(Error::Unreachable { .. })), "{endpoint}: {answered:?}");
+        let is_refused = matches!(answered, Err(Error::Unreachable { .. } | Error::Untrusted { .. }));
+        assert!(is_refused, "{endpoint}: {answered:?}");
     }
 }
 
@@ -104,7 +105,7 @@ async fn a_certificate_that_expired_is_refused_by_clients_that_come() {
         Err(error) => error,
     };
     assert!(
-        matches!(&refused, Error::Unreachable { reason, .. } if reason.contains("expired")),
+        matches!(&refused, Error::Untrusted { sentence, .. } if sentence.contains("has expired")),
         "{refused:?}"
     );
     before.robots().await.unwrap();
@@ -124,7 +125,72 @@ async fn a_client_without_a_certificate_is_not_served_where_one_is_asked_for() {
         Ok(client) => client.robots().await.map(drop),
         Err(error) => Err(error),
     };
-    assert!(matches!(answered, Err(Error::Unreachable { .. })), "{answered:?}");
+    // The alert may come after the connection is closed, of which then only that is told.
+    let is_refused = matches!(answered, Err(Error::Unreachable { .. } | Error::Untrusted { .. }));
+    assert!(is_refused, "{answered:?}");
+    let client = Client::connect_with(&guarded.grpc(), with_certificate(&guarded)).await.unwrap();
+    assert!(client.robots().await.unwrap().is_empty());
+}
+
+/// A client's certificate of the daemon's own authority.
+fn with_certificate(guarded: &crate::security::Guarded) -> simd_client::ConnectOptions {
+    use rcgen::{CertificateParams, ExtendedKeyUsagePurpose, Issuer, KeyPair};
+    let folder = guarded.folder.path();
+    let read = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap();
+    let authority = KeyPair::from_pem(&read("ca.key")).unwrap();
+    let issuer = Issuer::from_ca_cert_pem(&read("ca.pem"), authority).unwrap();
+    let mut params = CertificateParams::new(vec!["me".into()]).unwrap();
+    params.extended_key_usages.push(ExtendedKeyUsagePurpose::ClientAuth);
+    let key = KeyPair::generate().unwrap();
+    std::fs::write(folder.join("me.pem"), params.signed_by(&key, &issuer).unwrap().pem()).unwrap();
+    std::fs::write(folder.join("me.key"), key.serialize_pem()).unwrap();
+    simd_client::ConnectOptions {
+        tls_certificate: Some(folder.join("me.pem")),
+        tls_key: Some(folder.join("me.key")),
+        ..options(Some(of(Role::Admin)), Some(guarded.authority()))
+    }
+}
+
+/// Zenoh itself says of each of them that time was over.
+#[tokio::test(flavor = "multi_thread")]
+async fn what_is_wrong_with_certificates_is_said_over_zenoh_too() {
+    let sealed = async |asks: bool| {
+        guarded(move |config, folder| {
+            let files = certificates(folder);
+            let client_authorities = asks.then(|| folder.join("ca.pem"));
+            config.zenoh.tls = Some(TlsFiles { client_authorities, ..files });
+            config.zenoh.listen = Some(vec!["tls/127.0.0.1:0".into()]);
+        })
+        .await
+    };
+    let said = async |guarded: &crate::security::Guarded, authority: Option<PathBuf>| {
+        let connect_timeout = Duration::from_secs(2);
+        let options =
+            simd_client::ConnectOptions { connect_timeout, ..options(Some(of(Role::Admin)), authority) };
+        Client::connect_with(&guarded.running.locators()[0], options)
+            .await
+            .map(drop)
+            .map_err(|error| error.to_string())
+    };
+    let open = sealed(false).await;
+    assert_eq!(said(&open, Some(open.authority())).await, Ok(()));
+    let other = TempDir::new().unwrap();
+    certificates(other.path());
+    for (authority, part) in [
+        (None, "is not signed by an authority that is known here: SIMD_TLS_CA names"),
+        (Some(other.path().join("ca.pem")), "is not signed by an authority that is known here"),
+        (Some(other.path().join("lost.pem")), "there is no file "),
+        (Some(open.folder.path().join("ca.key")), "has no certificate of an authority"),
+    ] {
+        let sentence = said(&open, authority).await.unwrap_err();
+        assert!(sentence.contains(part), "{sentence}");
+    }
+    let strict = sealed(true).await;
+    let sentence = said(&strict, Some(strict.authority())).await.unwrap_err();
+    assert!(sentence.contains("SIMD_TLS_CLIENT_CERT and SIMD_TLS_CLIENT_KEY name its file"), "{sentence}");
+    let locator = &strict.running.locators()[0];
+    let client = Client::connect_with(locator, with_certificate(&strict)).await.unwrap();
+    assert!(client.robots().await.unwrap().is_empty());
 }
 
 /// A connection that never shakes hands is closed as one that says nothing is.

@@ -58,11 +58,16 @@ async fn each_json_document_of_the_document_has_the_fields_that_simctl_writes() 
     let folder = simd_tests::process::Home::new();
     let points = folder.path().join("reach.csv").display().to_string();
     std::fs::write(&points, "time,shoulder\n1,0.1\n").unwrap();
+    let tried = folder.path().join("tried.csv").display().to_string();
+    std::fs::write(&tried, "copy,shoulder\n0,0.1\n1,0.2\n").unwrap();
     for (command, documented) in documents {
         assert!(command.starts_with("simctl "), "{command:?} is no command");
         // Nothing is written into the repository.
         let file = folder.path().join("here.simdstate").display().to_string();
-        let command = command.replace("here.simdstate", &file).replace("reach.csv", &points);
+        let command = command
+            .replace("here.simdstate", &file)
+            .replace("reach.csv", &points)
+            .replace("tried.csv", &tried);
         // The documents are those of gRPC's endpoint, but for the one that Zenoh alone can answer.
         let place = match command.starts_with("simctl daemon") {
             true => format!(" -e {}", daemon.locator.as_deref().unwrap()),

@@ -11,6 +11,7 @@ mod draining;
 mod faults;
 mod floods;
 mod logs;
+mod markers;
 mod mistakes;
 mod network;
 mod operator;

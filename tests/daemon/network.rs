@@ -24,8 +24,13 @@ async fn daemons_behind_a_router_are_addressed_by_name() {
     for name in ["one", "two"] {
         assert_eq!(client(name, &router).await.simulator_info().await.unwrap().name, name);
     }
-    let Err(Error::Endpoint { reason, .. }) = Client::connect(&router.locator).await else { panic!() };
-    assert!(reason.contains("one, two"), "{reason}");
+    let error = Client::connect(&router.locator).await.unwrap_err();
+    let said = one.simctl(["sim", "status", "--endpoint", &router.locator]).await;
+    let sentence =
+        format!("several daemons answer at {0}: say which of one, two is meant, as {0}#one", router.locator);
+    assert_eq!(error.to_string(), sentence);
+    assert_eq!((said.code, said.out.as_str()), (2, ""));
+    assert!(said.err.contains(&sentence), "{}", said.err);
     let Err(Error::Unreachable { reason, .. }) = Client::connect(&format!("{}#six", router.locator)).await
     else {
         panic!()

@@ -51,7 +51,7 @@ const SERVER: Layers = Layers {
 const CORE: Layers = Layers {
     folder: "server/core/src",
     prefix: "crate::",
-    lines: &[&["simulation"], &["collision"], &["dynamics"], &["plain", "pool", "valid"]],
+    lines: &[&["rollout"], &["simulation"], &["collision"], &["dynamics"], &["plain", "pool", "valid"]],
     exceptions: &[],
 };
 
@@ -62,7 +62,7 @@ const SIMULATION: Layers = Layers {
         &["operations"],
         &["event"],
         &["command"],
-        &["queries"],
+        &["measure", "queries"],
         &["joint_status", "rays", "reactions"],
         &["published_state"],
         &["robot_settings", "saved"],
@@ -71,6 +71,7 @@ const SIMULATION: Layers = Layers {
         &["constraints"],
         &["entity"],
         &["world_state"],
+        &["sensors"],
         &["check", "claim", "contact_settings", "target_sources", "trajectory", "wrench"],
         &["error", "moment", "settings"],
     ],

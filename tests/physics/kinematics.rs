@@ -149,7 +149,7 @@ fn inverse_dynamics_undoes_the_step() {
         let accelerations = in_world_axes(&start, &accelerations);
         let armature = |rate| if single(rate) { ARMATURE } else { 0.0 };
         let resistance: Vec<Resistance> = (0..tree.velocity_count)
-            .map(|rate| Resistance { armature: armature(rate), damping: 0.0 })
+            .map(|rate| Resistance { armature: armature(rate), ..Resistance::default() })
             .collect();
         let found = inverse_dynamics(&tree, &here, gravity, &accelerations, &resistance);
         let terms = accelerations.iter().map(|a| a.abs()).fold(1.0, f64::max);
@@ -172,7 +172,7 @@ fn the_mass_matrix_has_a_column_for_each_unit_of_acceleration() {
         let (tree, here) = (body.tree(), seen(&body));
         let here = Configuration::at(here.root, here.positions);
         let n = tree.velocity_count;
-        let resistance = vec![Resistance { armature: 0.25, damping: 9.0 }; n];
+        let resistance = vec![Resistance { armature: 0.25, damping: 9.0, ..Resistance::default() }; n];
         let matrix = inertia_matrix(tree, &here, &resistance);
         let largest = matrix.iter().fold(0.0f64, |largest, value| largest.max(value.abs()));
         for column in 0..n {

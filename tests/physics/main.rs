@@ -32,6 +32,7 @@ mod resting_forces;
 mod rows;
 mod saved_state_files;
 mod scenes;
+mod sensors;
 mod seven_arm;
 mod sleeping;
 mod spinning;

@@ -143,6 +143,7 @@ fn random_command(rng: &mut Rng, world: &Simulation) -> Command {
                 }),
                 default_gains: None,
                 gravity_compensation: None,
+                spring: None,
             };
             Command::SetJointProperties { robot, joints: vec![properties] }
         }

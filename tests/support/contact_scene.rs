@@ -204,6 +204,7 @@ impl Robot {
                 limits: Some(JointLimits { effort, velocity: None, ..limits }),
                 default_gains: None,
                 gravity_compensation: None,
+                spring: None,
             }
         });
         let joints = properties.collect();

@@ -117,6 +117,8 @@ impl Home {
             .env_remove("SIMD_ENDPOINT")
             .env_remove("SIMD_TOKEN")
             .env_remove("SIMD_TLS_CA")
+            .env_remove("SIMD_TLS_CLIENT_CERT")
+            .env_remove("SIMD_TLS_CLIENT_KEY")
             .env_remove("NO_COLOR")
             .env_remove("RUST_LOG")
             .env_remove("NOTIFY_SOCKET")

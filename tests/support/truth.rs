@@ -207,6 +207,7 @@ impl Case {
                 limits: Some(limits),
                 default_gains: None,
                 gravity_compensation: None,
+                spring: None,
             }
         });
         properties.collect()

@@ -195,6 +195,16 @@ fn describe(kind: Option<Kind>) -> (&'static str, Value, String) {
             };
             ("constraint_deleted", json!({ "constraint": it.constraint, "cause": cause }), sentence)
         }
+        Some(Kind::SensorCreated(it)) => (
+            "sensor_created",
+            json!({ "robot": it.robot, "sensor": it.sensor }),
+            format!("sensor {} of robot {} created", it.sensor, it.robot),
+        ),
+        Some(Kind::SensorDeleted(it)) => (
+            "sensor_deleted",
+            json!({ "robot": it.robot, "sensor": it.sensor }),
+            format!("sensor {} of robot {} deleted", it.sensor, it.robot),
+        ),
         Some(Kind::RecordingStarted(it)) => (
             "recording_started",
             json!({ "recording": it.recording }),

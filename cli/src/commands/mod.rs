@@ -1,5 +1,6 @@
 //! The commands, one file per noun, and what they share: the connection.
 
+pub(crate) mod camera;
 pub(crate) mod claim;
 pub(crate) mod constraint;
 pub(crate) mod contact;
@@ -8,9 +9,12 @@ pub(crate) mod daemon;
 pub(crate) mod doctor;
 pub(crate) mod event;
 pub(crate) mod joint;
+pub(crate) mod marker;
 pub(crate) mod parameter;
 pub(crate) mod record;
 pub(crate) mod robot;
+pub(crate) mod rollout;
+pub(crate) mod sensor;
 pub(crate) mod server;
 pub(crate) mod sim;
 pub(crate) mod state;
@@ -44,8 +48,12 @@ pub(crate) async fn run(arguments: Arguments) -> anyhow::Result<()> {
         Command::Constraint(command) => constraint::run(command, &connect(options).await?, output).await,
         Command::Contact(command) => contact::run(command, &connect(options).await?, output).await,
         Command::Parameter(command) => parameter::run(command, &connect(options).await?, output).await,
+        Command::Marker(command) => marker::run(command, &connect(options).await?, output).await,
+        Command::Camera(command) => camera::run(command, &connect(options).await?, output).await,
         Command::Record(record::Record::Export(arguments)) => record::export(&arguments, output),
         Command::Record(command) => record::run(command, &connect(options).await?, output).await,
+        Command::Rollout(arguments) => rollout::run(arguments, &connect(options).await?, output).await,
+        Command::Sensor(command) => sensor::run(command, &connect(options).await?, output).await,
         Command::Server(command) => server::run(command, &connect(options).await?, output).await,
         Command::State(command) => state::run(command, &connect(options).await?, output).await,
         Command::Event(command) => event::run(command, &connect(options).await?, output).await,

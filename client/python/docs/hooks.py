@@ -21,6 +21,7 @@ CLASSES = {
     "The connection": ["connect", "Simulation", "Robot", "Joint", "Joints", "Parameters", "Claim"],
     "Over time": ["Watch", "EventWatch", "Callbacks"],
     "Targets": ["Target", "Whole"],
+    "Rollouts": ["Control", "Feedback", "Start", "Variation", "Observation", "Cost", "Rollout"],
 }
 
 

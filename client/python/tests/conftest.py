@@ -39,6 +39,7 @@ def cleaned(sim: Simulation) -> None:
     for saved_state in sim.saved_states():
         sim.delete_saved_state(saved_state)
     sim.parameters.remove()
+    sim.view.delete()
     sim.set_physics(
         gravity=(0, 0, -9.81),
         time_step=0.001,

@@ -32,7 +32,8 @@ async def sim(daemon: Daemon) -> AsyncIterator[aio.Simulation]:
 
 
 @pytest.mark.parametrize(
-    "name", ["Simulation", "Robot", "Joint", "Parameters", "Watch", "EventWatch", "Claim"]
+    "name",
+    ["Simulation", "Robot", "Joint", "Parameters", "Sensor", "Sensors", "Watch", "EventWatch", "ReadingStream", "Claim"],
 )
 def test_it_has_the_same_names_and_parameters(name: str) -> None:
     def members(kind: type) -> dict[str, Any]:

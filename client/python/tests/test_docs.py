@@ -10,6 +10,7 @@ import pytest
 from daemon import REPOSITORY, Daemon
 
 GUIDE = REPOSITORY / "docs" / "python.md"
+ROLLOUTS = REPOSITORY / "docs" / "rollouts.md"
 README = Path(__file__).parents[1] / "README.md"
 
 
@@ -35,6 +36,16 @@ def test_the_blocks_of_the_guide_run_one_after_the_other(
                 for file in ("kept.simdstate", "arm.png"):
                     block = block.replace(f'"{file}"', f'r"{tmp_path / file}"')
                 thread.submit(exec, compile(block, str(GUIDE), "exec"), names).result()
+
+
+def test_the_blocks_on_rollouts_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("gymnasium")
+    monkeypatch.chdir(REPOSITORY)
+    with Daemon(name="rollouts") as daemon:
+        monkeypatch.setenv("SIMD_ENDPOINT", daemon.endpoint)
+        names: dict[str, object] = {"__name__": "rollouts"}
+        for block in blocks(ROLLOUTS):
+            exec(compile(block, str(ROLLOUTS), "exec"), names)
 
 
 def test_the_block_of_the_readme_runs(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -34,6 +34,7 @@ SAID = {
     # While a foot is on the ground, 0.375 s, the body goes 2 * 0.15 rad * 0.2 m: that is 0.8 m in five seconds.
     "walking": ["walked 0.8"],
     "saved_states": ["ends at the same bits: True", "back from start.simdstate: ['saved_arm']"],
+    "cart_pole": ["after 4 s the pole is upright"],
     "plots": ["the elbow is 0.00", "wrote plots.png"],
     "two_robots_asyncio": ["left_arm is at +0.0 rad", "right_arm is at +0.0 rad", "saw states of the left arm: True"],
 }

@@ -19,7 +19,7 @@ import zenoh
 from daemon import ASSETS, REPOSITORY, Daemon, within
 
 import simd_client
-from simd_client import Simulation
+from simd_client import ForceTorqueSensor, ImuSensor, LidarSensor, Pose, RangeSensor, SensorNoise, Simulation, Sweep
 
 sys.path.insert(0, str(REPOSITORY / "tests" / "reference"))
 make_ros2 = pytest.importorskip("make_ros2")
@@ -163,6 +163,47 @@ def test_a_foreign_subscriber_gets_joints_time_frames_and_the_description(graph:
     assert text.data == (ASSETS / "seven_arm" / "urdf" / "seven_arm.urdf").read_text()
     fixed = graph.messages("/tf_static", "tf2_msgs/msg/TFMessage", qos=latched)
     assert fixed.until(lambda message: message.transforms).transforms[0].header.frame_id == "world"
+
+
+def test_a_foreign_subscriber_gets_each_reading_of_sensors(graph: Graph, sim: Simulation) -> None:
+    np = make_ros2.np
+    arm = sim.load(ASSETS / "seven_arm", "arm", fixed=True)
+    sim.add_box((1, 10, 10), name="wall", position=(4.5, 0, 0), fixed=True)
+    ahead = Pose.of((1, 0, 3))
+    noise = [SensorNoise("angular_velocity", 0.1)]
+    arm.sensors.create(ImuSensor(), "imu", rate=500, noise=noise)
+    arm.sensors.create(ForceTorqueSensor("sensor"), "wrist", joint=arm.joints[5].name)
+    arm.sensors.create(RangeSensor(0.1, 10.0), "ray", rate=20, pose=ahead)
+    arm.sensors.create(LidarSensor(0.1, 10.0, Sweep(3, -0.5, 0.5)), "line", rate=20, pose=ahead)
+    arm.sensors.create(LidarSensor(0.1, 10.0, Sweep(3, -0.5, 0.5), Sweep(2, 0.0, 0.1)), "cloud", rate=20, pose=ahead)
+
+    imu = graph.messages("/sensors/imu", "sensor_msgs/msg/Imu")
+    readings = [imu.until(lambda message: True) for _ in range(200)]
+    assert readings[0].header.frame_id == "imu" and abs(readings[0].linear_acceleration.z - 9.81) < 1e-6
+    assert list(readings[0].angular_velocity_covariance) == pytest.approx([0.01, 0, 0, 0, 0.01, 0, 0, 0, 0.01])
+    times = np.array([each.header.stamp.sec + each.header.stamp.nanosec * 1e-9 for each in readings])
+    # Five hundred a second, in order, each once; Zenoh drops messages that a receiver is too slow for.
+    periods = np.diff(times) / 0.002
+    assert np.allclose(periods, np.round(periods), atol=1e-5) and periods.min() > 0.5
+    assert (periods < 1.5).mean() > 0.8
+
+    wrist = graph.messages("/sensors/wrist", "geometry_msgs/msg/WrenchStamped").until(lambda message: True)
+    assert wrist.header.frame_id == "wrist" and np.isfinite(wrist.wrench.force.z)
+    ray = graph.messages("/sensors/ray", "sensor_msgs/msg/Range").until(lambda message: True)
+    assert (ray.range, ray.max_range) == pytest.approx((3.0, 10.0), abs=1e-5)
+    line = graph.messages("/sensors/line", "sensor_msgs/msg/LaserScan").until(lambda message: True)
+    assert line.ranges == pytest.approx([3.0 / np.cos(0.5), 3.0, 3.0 / np.cos(0.5)], abs=1e-5)
+    assert line.angle_min + 2 * line.angle_increment == pytest.approx(line.angle_max)
+    cloud = graph.messages("/sensors/cloud", "sensor_msgs/msg/PointCloud2").until(lambda message: True)
+    points = np.frombuffer(bytes(cloud.data), dtype="<f4").reshape(cloud.height, cloud.width, 3)
+    assert points.shape == (2, 3, 3) and [field.name for field in cloud.fields] == ["x", "y", "z"]
+    assert np.allclose(points[..., 0], 3.0, atol=1e-5) and np.allclose(points[1, 1], (3.0, 0.0, 3.0 * np.tan(0.1)), atol=1e-5)
+
+    latched = qos.QosProfile(durability=qos.QosDurability.TRANSIENT_LOCAL, history_depth=1)
+    fixed = graph.messages("/tf_static", "tf2_msgs/msg/TFMessage", qos=latched)
+    frames = fixed.until(lambda message: any(each.child_frame_id == "cloud" for each in message.transforms))
+    (placed,) = [each for each in frames.transforms if each.child_frame_id == "cloud"]
+    assert (placed.transform.translation.x, placed.transform.translation.z) == (1.0, 3.0)
 
 
 def test_commands_of_a_foreign_publisher_move_joints_unless_somebody_else_claims_them(

@@ -19,7 +19,9 @@ use simd_proto::{
         contact_service_client::ContactServiceClient, entity_service_client::EntityServiceClient,
         event_service_client::EventServiceClient, joint_service_client::JointServiceClient,
         kinematics_service_client::KinematicsServiceClient, parameter_service_client::ParameterServiceClient,
-        recording_service_client::RecordingServiceClient, simulation_service_client::SimulationServiceClient,
+        recording_service_client::RecordingServiceClient, rollout_service_client::RolloutServiceClient,
+        sensor_service_client::SensorServiceClient, simulation_service_client::SimulationServiceClient,
+        view_service_client::ViewServiceClient,
     },
 };
 use tonic::{
@@ -28,7 +30,7 @@ use tonic::{
     codegen::{Service, http},
     metadata::{Ascii, MetadataValue},
     service::{Interceptor, interceptor::InterceptedService},
-    transport::{Certificate, ClientTlsConfig, Endpoint},
+    transport::Endpoint,
 };
 
 use crate::{
@@ -36,6 +38,7 @@ use crate::{
     channel::{Channel, Local},
     endpoint::{self, Place},
     error::root_cause,
+    tls,
     zenoh::Network,
 };
 
@@ -81,6 +84,11 @@ pub struct ConnectOptions {
     /// Authorities (PEM), by one of which the certificate of a daemon at `https://` or `tls/` must be signed. The default is the
     /// file that `SIMD_TLS_CA` names.
     pub tls_authorities: Option<PathBuf>,
+    /// The certificate of this client (PEM), for a daemon that asks its clients for one. The default is the file that
+    /// `SIMD_TLS_CLIENT_CERT` names.
+    pub tls_certificate: Option<PathBuf>,
+    /// The private key of that certificate (PEM). The default is the file that `SIMD_TLS_CLIENT_KEY` names.
+    pub tls_key: Option<PathBuf>,
     /// For the connection itself.
     pub connect_timeout: Duration,
     /// For each call that is not a stream and does not say otherwise.
@@ -92,7 +100,9 @@ impl Default for ConnectOptions {
         let set = |name| std::env::var_os(name).filter(|value| !value.is_empty());
         Self {
             token: set("SIMD_TOKEN").and_then(|token| token.into_string().ok()).map(Token),
-            tls_authorities: set("SIMD_TLS_CA").map(PathBuf::from),
+            tls_authorities: set(tls::AUTHORITIES).map(PathBuf::from),
+            tls_certificate: set(tls::CERTIFICATE).map(PathBuf::from),
+            tls_key: set(tls::KEY).map(PathBuf::from),
             connect_timeout: Duration::from_secs(3),
             timeout: Duration::from_secs(10),
         }
@@ -108,8 +118,9 @@ impl Client {
     /// Zenoh needs a tokio runtime of the multi-thread flavor.
     ///
     /// # Errors
-    /// [`Error::Endpoint`] where the text is no endpoint or leaves open which daemon is
-    /// meant, [`Error::Unreachable`] where no daemon is there.
+    /// [`Error::Endpoint`] where the text is no endpoint, [`Error::SeveralDaemons`] where it leaves open which daemon is
+    /// meant, [`Error::Unreachable`] where no daemon is there; for certificates [`Error::Certificate`] where a file of this
+    /// side is wrong, and [`Error::Untrusted`] where the two sides do not trust each other.
     pub async fn connect(endpoint: &str) -> Result<Self, Error> {
         Self::connect_with(endpoint, ConnectOptions::default()).await
     }
@@ -154,10 +165,7 @@ impl Client {
             .keep_alive_timeout(Duration::from_secs(10))
             .connect()
             .await
-            .map_err(|error| Error::Unreachable {
-                endpoint: endpoint.to_owned(),
-                reason: root_cause(&error),
-            })?;
+            .map_err(|error| Error::unreachable(endpoint, root_cause(&error)))?;
         Ok(Self::over(channel.into(), endpoint.into(), &options))
     }
 
@@ -263,8 +271,20 @@ impl Client {
         RecordingServiceClient::new(self.channel.clone()).max_decoding_message_size(MAX_ANSWER_BYTES)
     }
 
+    pub(crate) fn sensor(&self) -> SensorServiceClient<WithHeaders> {
+        SensorServiceClient::new(self.channel.clone()).max_decoding_message_size(MAX_ANSWER_BYTES)
+    }
+
+    pub(crate) fn rollout_service(&self) -> RolloutServiceClient<WithHeaders> {
+        RolloutServiceClient::new(self.channel.clone()).max_decoding_message_size(MAX_ANSWER_BYTES)
+    }
+
     pub(crate) fn parameter(&self) -> ParameterServiceClient<WithHeaders> {
         ParameterServiceClient::new(self.channel.clone()).max_decoding_message_size(MAX_ANSWER_BYTES)
+    }
+
+    pub(crate) fn view(&self) -> ViewServiceClient<WithHeaders> {
+        ViewServiceClient::new(self.channel.clone()).max_decoding_message_size(MAX_ANSWER_BYTES)
     }
 
     /// Waits for an answer as long as calls usually may take.
@@ -305,18 +325,20 @@ pub(crate) fn present<T>(field: Option<T>, name: &str) -> Result<T, Error> {
 /// Calls with the headers of the client.
 pub(crate) type WithHeaders = InterceptedService<Channel, ClientHeaders>;
 
-/// TLS with the authorities of the options.
+/// TLS with the files of the options.
 fn with_tls(endpoint: &str, to: Endpoint, options: &ConnectOptions) -> Result<Endpoint, Error> {
-    let refuse = |reason: String| Error::Endpoint { endpoint: endpoint.to_owned(), reason };
-    let Some(path) = &options.tls_authorities else {
-        let reason =
-            "https needs the authority that signed the daemon's certificate: set SIMD_TLS_CA to its file";
-        return Err(refuse(reason.to_owned()));
+    let pems = tls::read(options)?;
+    if !pems.has_authorities() {
+        let reason = format!(
+            "{endpoint} needs the authority that signed the daemon's certificate: {} names its file",
+            tls::AUTHORITIES
+        );
+        return Err(Error::Certificate { reason });
+    }
+    let unusable = |error| Error::Certificate {
+        reason: format!("the certificates for {endpoint} cannot be used: {}", root_cause(&error)),
     };
-    let unreadable = |error| refuse(format!("the authority {} cannot be read: {error}", path.display()));
-    let authority = Certificate::from_pem(std::fs::read(path).map_err(unreadable)?);
-    let tls = ClientTlsConfig::new().ca_certificate(authority);
-    to.tls_config(tls).map_err(|error| refuse(root_cause(&error)))
+    to.tls_config(pems.config()).map_err(unusable)
 }
 
 /// Adds the client's version, name and token to each call, so that the daemon can say which side is

@@ -33,6 +33,11 @@ pub(crate) fn read(text: &str) -> Result<Place, Error> {
     if trimmed.contains("://") {
         return Err(refuse("a Zenoh locator has one slash, as in tcp/127.0.0.1:7447".to_owned()));
     }
+    if lacks_port(trimmed) {
+        let port = keys::DEFAULT_LOCATOR.rsplit(':').next().unwrap_or_default();
+        let locator = trimmed.split(['#', '?']).next().unwrap_or(trimmed).trim_end_matches(':');
+        return Err(refuse(format!("it has no port; with the default one it is {locator}:{port}")));
+    }
     match trimmed.rsplit_once('#') {
         // Zenoh's own settings of a locator come after a # too, as KEY=VALUE.
         Some((locator, name)) if !name.contains('=') => match keys::is_daemon_name(name) {
@@ -41,6 +46,15 @@ pub(crate) fn read(text: &str) -> Result<Place, Error> {
         },
         Some(_) | None => Ok(Place::Zenoh { locator: trimmed.to_owned(), name: None }),
     }
+}
+
+/// Whether a locator of a protocol that has ports names none.
+fn lacks_port(locator: &str) -> bool {
+    let Some((protocol, address)) = locator.split_once('/') else { return false };
+    let address = address.split(['#', '?']).next().unwrap_or(address);
+    let port = address.rsplit_once(':').map_or("", |(_, port)| port);
+    let is_port = !port.is_empty() && port.bytes().all(|byte| byte.is_ascii_digit());
+    ["tcp", "tls", "udp", "quic", "ws"].contains(&protocol) && !is_port
 }
 
 /// The URL of the daemon at `text`. The port may be left out.
@@ -127,6 +141,16 @@ mod tests {
         for text in ["tcp://127.0.0.1:7447", "tcp/lab:1#", "tcp/lab:1#a b", "tcp/lab:1#a/b"] {
             let refused = read(text).unwrap_err().to_string();
             assert!(refused.starts_with(&format!("`{text}` is not an endpoint: ")), "{refused}");
+        }
+        for (text, whole) in [
+            ("tcp/lab", "tcp/lab:7447"),
+            ("tls/lab#one", "tls/lab:7447"),
+            ("tcp/[::1]", "tcp/[::1]:7447"),
+            ("tcp/lab:", "tcp/lab:7447"),
+        ] {
+            let sentence =
+                format!("`{text}` is not an endpoint: it has no port; with the default one it is {whole}");
+            assert_eq!(read(text).unwrap_err().to_string(), sentence);
         }
         assert_eq!(read("lab").unwrap(), Place::Grpc { url: "http://lab:7400".into() });
     }

@@ -21,6 +21,30 @@ pub enum Error {
         /// What the network said.
         reason: String,
     },
+    /// A daemon is there, and the certificates of the two are not such that they talk.
+    #[error("{sentence}")]
+    Untrusted {
+        /// As it was given.
+        endpoint: String,
+        /// What is wrong, and which file or variable mends it.
+        sentence: String,
+        /// What TLS said.
+        reason: String,
+    },
+    /// A file of certificates on this disk cannot be used.
+    #[error("{reason}")]
+    Certificate {
+        /// A sentence that names it.
+        reason: String,
+    },
+    /// The address leaves open which daemon is meant.
+    #[error("several daemons answer at {endpoint}: say which of {} is meant, as {endpoint}#{}", names.join(", "), names.first().map_or("NAME", String::as_str))]
+    SeveralDaemons {
+        /// As it was given.
+        endpoint: String,
+        /// Of those that are there.
+        names: Vec<String>,
+    },
     /// The daemon did not answer in time. Whether the call took effect is not known.
     #[error("the daemon at {endpoint} did not answer within {} s", .after.as_secs_f64())]
     TimedOut {
@@ -87,11 +111,15 @@ impl Error {
     pub fn code(&self) -> Option<Code> {
         match self {
             Self::Refused(refusal) => Some(refusal.code),
-            Self::Unreachable { .. } | Self::StreamEnded { .. } => Some(Code::Unavailable),
+            Self::Unreachable { .. } | Self::Untrusted { .. } | Self::StreamEnded { .. } => {
+                Some(Code::Unavailable)
+            }
             Self::TimedOut { .. } => Some(Code::DeadlineExceeded),
             Self::Answer { .. } => Some(Code::Internal),
             Self::LayoutChanged { .. } => Some(Code::Aborted),
             Self::Endpoint { .. }
+            | Self::SeveralDaemons { .. }
+            | Self::Certificate { .. }
             | Self::File { .. }
             | Self::Write { .. }
             | Self::NoUrdf(_)
@@ -108,6 +136,15 @@ impl Error {
         }
     }
 
+    /// No connection: because of certificates, where what was said is of those.
+    pub(crate) fn unreachable(endpoint: &str, reason: String) -> Self {
+        let endpoint = endpoint.to_owned();
+        match crate::tls::sentence(&endpoint, &reason) {
+            Some(sentence) => Self::Untrusted { endpoint, sentence, reason },
+            None => Self::Unreachable { endpoint, reason },
+        }
+    }
+
     /// From what tonic gives for a failed call.
     pub(crate) fn from_status(status: &Status, endpoint: &str) -> Self {
         let details = status.get_error_details();
@@ -120,7 +157,7 @@ impl Error {
                 Some(_) => root_cause(status),
                 None => status.message().to_owned(),
             };
-            return Self::Unreachable { endpoint: endpoint.to_owned(), reason };
+            return Self::unreachable(endpoint, reason);
         }
         let (reason, metadata) = match details.error_info() {
             Some(info) => {

@@ -17,7 +17,7 @@
 //!
 //! * [`Client`]: a connection; its methods are the calls of `simd.v1`, one file per service:
 //!   `simulation`, `entity`, `joint`, `event`, `parameter`, `kinematics`, `constraint`, `contact`,
-//!   `clients`, `recording`; `saved_state` has those that write and read files.
+//!   `clients`, `recording`, `rollout`, `sensor`, `view`; `saved_state` has those that write and read files.
 //! * [`Network`]: the daemons behind a Zenoh locator.
 //! * [`Package`]: a robot on this disk, and the two steps that spawn it.
 //! * [`Control`]: the stream of controllers, one answer for each request.
@@ -42,10 +42,14 @@ mod package;
 mod parameter;
 mod reading;
 mod recording;
+mod rollout;
 mod saved_state;
+mod sensor;
 mod simulation;
 mod target;
+mod tls;
 mod upload;
+mod view;
 mod zenoh;
 
 pub use self::zenoh::{Network, Presence};
@@ -60,9 +64,12 @@ pub use joint::{JointWatch, every_joint, some_joints};
 pub use package::{OpenOptions, Package};
 pub use parameter::{ParameterWatch, press, slide};
 pub use reading::{JointReading, RobotReading};
+pub use rollout::{Rollout, packed};
+pub use sensor::{SensorWatch, every_sensor, some_sensors};
 pub use simd_assets::{Locator, NoUrdf, NotFound};
 pub use simd_proto::access;
 pub use simd_proto::text::{is_printable, printable, printable_lines};
 pub use simd_proto::{API_VERSION, DEFAULT_PORT, keys::DEFAULT_LOCATOR, v1 as proto};
 pub use target::{Target, joint_target, robot_targets};
 pub use tonic::Code;
+pub use view::{lines, points, text};

@@ -34,6 +34,18 @@ export async function launch(): Promise<Browser> {
   return chromium.launch({ executablePath, args, headless: true });
 }
 
+const TYPES: Record<string, string> = { html: "text/html", js: "text/javascript", css: "text/css", svg: "image/svg+xml" };
+
+/** Serves the page from a folder in the place of the one that the daemon was built with, under the daemon's own policy. */
+export async function servePage(context: BrowserContext, folder: string): Promise<void> {
+  await context.route(/^https?:\/\/[^/]+\/(?:|[\w.-]+\.(?:html|js|css|svg)|assets\/[\w.-]+)$/, async (route) => {
+    const path = new URL(route.request().url()).pathname.slice(1) || "index.html";
+    const headers: Record<string, string> = { ...(await context.request.get(new URL("/", route.request().url()).href)).headers(), "content-type": TYPES[path.split(".").at(-1) ?? ""] ?? "" };
+    for (const name of ["content-encoding", "content-length", "etag"]) delete headers[name];
+    await route.fulfill({ headers, body: await readFile(resolve(folder, path)) });
+  });
+}
+
 /** A page of a daemon, with its requests and the errors and warnings of its console. */
 export class Tab {
   readonly requests: URL[] = [];

@@ -18,7 +18,9 @@ import { EntityService } from "../src/gen/simd/v1/entity_pb";
 import { JointService } from "../src/gen/simd/v1/joint_pb";
 import { ParameterService } from "../src/gen/simd/v1/parameter_pb";
 import { RecordingService } from "../src/gen/simd/v1/recording_pb";
+import { SensorService } from "../src/gen/simd/v1/sensor_pb";
 import { SimulationService } from "../src/gen/simd/v1/simulation_pb";
+import { ViewService } from "../src/gen/simd/v1/view_pb";
 
 /** The root of the repository. */
 export const REPOSITORY = resolve(import.meta.dirname, "../../..");
@@ -41,6 +43,8 @@ export class Daemon {
   readonly contacts;
   readonly constraints;
   readonly recordings;
+  readonly sensors;
+  readonly view;
 
   private constructor(
     /** `http://127.0.0.1:PORT`. */
@@ -56,6 +60,8 @@ export class Daemon {
     this.contacts = createClient(ContactService, transport);
     this.constraints = createClient(ConstraintService, transport);
     this.recordings = createClient(RecordingService, transport);
+    this.sensors = createClient(SensorService, transport);
+    this.view = createClient(ViewService, transport);
   }
 
   /** Starts a daemon with these flags, and waits until it prints its address. */

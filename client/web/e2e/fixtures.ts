@@ -3,7 +3,7 @@
 import type { Browser, BrowserContext, BrowserContextOptions } from "playwright-core";
 import { afterAll, afterEach, beforeAll } from "vitest";
 
-import { launch } from "./browser";
+import { launch, servePage } from "./browser";
 import type { Daemon } from "./daemon";
 
 /** Creates fixtures, all of which are closed after the test. */
@@ -33,6 +33,7 @@ export function fixtures(): Fixtures {
     async context(options = {}) {
       const context = await browser.newContext({ viewport: { width: 1280, height: 720 }, ...options });
       contexts.push(context);
+      if (process.env.SIMD_PAGE !== undefined) await servePage(context, process.env.SIMD_PAGE);
       return context;
     },
     async daemon(starting) {

@@ -206,6 +206,8 @@ async function fallback(): Promise<{ url: string; close: () => void }> {
 test("the page that stands in for the viewer shows the joints and says how to get the rest", async () => {
   daemon = await use.daemon(Daemon.demo());
   const tables = await fallback();
+  // Whatever page is shown otherwise.
+  await context.unrouteAll();
   try {
     const page = await context.newPage();
     await page.goto(tables.url);

@@ -6,11 +6,13 @@
 //! * [`collision`]: what robots touch with; all that is known of parry.
 //! * [`pool`]: threads that the owner of a world may lend it.
 //! * [`simulation`]: the world: commands that change it, the step, what it looks like.
+//! * [`rollout`]: copies of a world that run on from one state.
 
 pub mod collision;
 pub mod dynamics;
 mod plain;
 pub mod pool;
+pub mod rollout;
 pub mod simulation;
 mod valid;
 

@@ -1,7 +1,7 @@
 //! URDF text and asset bytes to an immutable [`RobotModel`] and its
 //! [`LoadReport`]. Does no IO of any kind: the caller brings the bytes.
 //!
-//! * [`robot`]: what a robot is; [`setup`]: how it begins.
+//! * [`robot`]: what a robot is; [`setup`]: how it begins; [`sensor`]: what it measures.
 //! * [`limits`]: how much a description may be.
 //! * [`report`]: what was done to a description on the way in.
 //! * [`urdf`]: from text to robot.
@@ -17,6 +17,7 @@ pub mod primitive;
 pub mod report;
 pub mod robot;
 mod sdf;
+pub mod sensor;
 pub mod setup;
 pub mod translation;
 pub mod urdf;

@@ -5,6 +5,8 @@ use std::collections::BTreeSet;
 
 use glamx::{DPose3, DVec3};
 
+use crate::sensor::Sensor;
+
 /// What a description says beside the links and joints themselves. Indices are those of the model.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Setup {
@@ -20,6 +22,8 @@ pub struct Setup {
     pub groups: Vec<LinkGroups>,
     /// In the order of the file.
     pub constraints: Vec<LinkConstraint>,
+    /// In the order of the file; no two have one name.
+    pub sensors: Vec<Sensor>,
 }
 
 /// What holds two links together, or a link and the world, beside the tree of joints.

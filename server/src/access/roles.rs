@@ -79,6 +79,14 @@ const ROLES: &[(&str, Role, &[&str])] = &[
     ("RecordingService", Role::Viewer, &["ListRecordings", "GetRecording", "ReadRecording"]),
     ("RecordingService", Role::Operator, &["StartRecording", "StopRecording"]),
     ("RecordingService", Role::Admin, &["DeleteRecording"]),
+    // It changes nothing, and takes the machine's time.
+    ("RolloutService", Role::Operator, &["Rollout"]),
+    (
+        "SensorService",
+        Role::Viewer,
+        &["ListSensors", "GetSensorReadings", "NextSensorReadings", "WatchSensorReadings"],
+    ),
+    ("SensorService", Role::Operator, &["CreateSensor", "DeleteSensor"]),
     (
         "SimulationService",
         Role::Viewer,
@@ -108,6 +116,9 @@ const ROLES: &[(&str, Role, &[&str])] = &[
             "ImportSavedState",
         ],
     ),
+    ("ViewService", Role::Viewer, &["ListMarkers", "NextView", "GetCameras"]),
+    // To ask for keys makes pages report them.
+    ("ViewService", Role::Operator, &["AddMarkers", "DeleteMarkers", "ReportView", "SetCamera", "NextInput"]),
 ];
 
 /// Which role a method asks for. One that is not in the table asks for the highest.

@@ -6,8 +6,8 @@ use super::ConfigError;
 use super::draft::{Draft, Origin};
 use super::keys::{KEYS, TABLES};
 
-/// A variable of clients that begins like one of ours.
-const OF_CLIENTS: &str = "SIMD_TLS_CA";
+/// Variables of clients that begin like ours.
+const OF_CLIENTS: [&str; 3] = ["SIMD_TLS_CA", "SIMD_TLS_CLIENT_CERT", "SIMD_TLS_CLIENT_KEY"];
 
 /// Puts what the variables say over the draft. Variables of clients, such as `SIMD_TOKEN`, are none of ours; one that
 /// begins like those of a table and is none of its keys is a mistake.
@@ -17,9 +17,8 @@ pub(super) fn apply(
 ) -> Result<(), ConfigError> {
     let mut said: Vec<(String, OsString)> = Vec::new();
     for (name, value) in variables {
-        let Some(name) = name.to_str().filter(|name| name.starts_with("SIMD_") && *name != OF_CLIENTS) else {
-            continue;
-        };
+        let is_ours = |name: &&str| name.starts_with("SIMD_") && !OF_CLIENTS.contains(name);
+        let Some(name) = name.to_str().filter(is_ours) else { continue };
         said.push((name.to_owned(), value));
     }
     for key in KEYS.iter() {

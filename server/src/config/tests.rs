@@ -202,6 +202,8 @@ fn variables_beat_the_file_and_flags_beat_variables() {
         // Those of clients, and of no client.
         ("SIMD_TOKEN", "secret"),
         ("SIMD_TLS_CA", "ca.pem"),
+        ("SIMD_TLS_CLIENT_CERT", "me.pem"),
+        ("SIMD_TLS_CLIENT_KEY", "me.key"),
         ("SIMDX", ""),
     ];
     let flags = format!("--config {} --time-step 0.008 --set service.robots=3", path.display());

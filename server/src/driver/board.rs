@@ -196,6 +196,7 @@ fn shares_all(one: &PublishedState, other: &PublishedState) -> bool {
     Arc::ptr_eq(&one.world, &other.world)
         && Arc::ptr_eq(&one.settings, &other.settings)
         && Arc::ptr_eq(&one.saved, &other.saved)
+        && Arc::ptr_eq(&one.sensors, &other.sensors)
 }
 
 #[cfg(test)]

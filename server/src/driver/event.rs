@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
+use simd_core::simulation::Saved;
 use simd_core::simulation::command::{ClaimId, PhysicsChange, SetTargets};
 use simd_core::{Command, Moment, PhysicsSettings};
 use tokio::sync::oneshot;
 
-use super::published::{Done, Pace, PaceChange, Stepped};
+use super::published::{Done, Pace, PaceChange, Published, Stepped};
 use super::tap::{Sender, Tap};
 use crate::call_error::CallError;
 use crate::run_state::RunState;
@@ -76,6 +77,11 @@ pub(crate) enum Event {
         /// Once it holds, with the moment.
         reply: ReplyTo<Moment>,
     },
+    /// Tell the whole state, which the published one is a part of: for copies of the world that run on from it.
+    Snapshot {
+        /// With the published state of the same moment.
+        reply: ReplyTo<(Saved, Arc<Published>)>,
+    },
     /// End.
     Shutdown,
 }
@@ -95,6 +101,7 @@ impl Event {
             | Self::Step { .. }
             | Self::SetPhysics { .. }
             | Self::Record { .. }
+            | Self::Snapshot { .. }
             // A flag beside it ends the step.
             | Self::Shutdown => false,
         }

@@ -268,6 +268,9 @@ fn bytes_of(what: &Happened) -> usize {
         EventKind::StateRestored { name } => name.len(),
         EventKind::ConstraintCreated { constraint }
         | EventKind::ConstraintDeleted { constraint, cause: _ } => constraint.len(),
+        EventKind::SensorCreated { robot, sensor } | EventKind::SensorDeleted { robot, sensor } => {
+            robot.len() + sensor.len()
+        }
         EventKind::Reset(_) | EventKind::PhysicsChanged(_) => 0,
     }
 }

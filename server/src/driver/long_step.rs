@@ -96,6 +96,8 @@ fn may_make_steps_long(command: &Command) -> bool {
         | Command::CreateConstraint(_)
         | Command::ChangeConstraint(_)
         | Command::DeleteConstraint { .. }
+        | Command::CreateSensor(_)
+        | Command::DeleteSensor { .. }
         | Command::Claim { .. }
         | Command::Release { .. }
         | Command::ApplyWrench(_)

@@ -18,6 +18,7 @@ use super::mailbox::Inbox;
 use super::meter::Meter;
 use super::pacer::{Due, Pacer};
 use super::published::{Done, Pace, PaceChange, Statistics, Stepped};
+use super::sensor_log::SensorWriter;
 use super::step_queue::{Pending, StepQueue};
 use super::tap::{AppliedCommand, Entry, Sender, Tap};
 use super::world::World;
@@ -30,6 +31,7 @@ pub(super) struct Driver<W> {
     pub(super) inbox: Inbox,
     pub(super) publisher: Publisher,
     pub(super) events: Arc<EventLog>,
+    pub(super) sensors: SensorWriter,
     pub(super) state: RunState,
     pub(super) pace: Pace,
     pub(super) pacer: Pacer,
@@ -120,6 +122,8 @@ impl<W: World> Driver<W> {
                 drop(reply.send(self.set_physics(change, pace, claim, sender)));
             }
             Event::Record { tap, reply } => drop(reply.send(Ok(self.set_tap(tap)))),
+            Event::Snapshot { reply } if reply.is_closed() => {}
+            Event::Snapshot { reply } => drop(reply.send(Ok(self.snapshot()))),
             Event::Shutdown => return ControlFlow::Break(()),
         }
         ControlFlow::Continue(())
@@ -227,6 +231,8 @@ impl<W: World> Driver<W> {
             RunState::Paused => {}
         }
         self.publish();
+        let world = &mut self.world;
+        self.sensors.measure(|due| world.take_due_samples(due));
         if self.tap.is_some() {
             let newest = self.publisher.board().newest();
             self.record(Entry::Step(newest));
@@ -332,6 +338,7 @@ impl<W: World> Driver<W> {
             state.physics = world.settings();
             state.statistics = statistics;
         });
+        self.sensors.published();
     }
 
     /// Logs what happened in the world, after the state that shows it is published.

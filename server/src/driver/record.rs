@@ -1,11 +1,13 @@
-//! What the driver gives to the log of events and to a recorder.
+//! What the driver gives to the log of events, to a recorder, and to who copies the world.
 
 use std::sync::Arc;
 
 use simd_core::Moment;
+use simd_core::simulation::Saved;
 
 use super::event_log::{Happened, LoggedEvent, RecordingEnd};
 use super::main_loop::Driver;
+use super::published::Published;
 use super::tap::{Entry, Tap, TapEnd, WorldEntry};
 use super::world::World;
 
@@ -42,6 +44,14 @@ impl<W: World> Driver<W> {
         let entry =
             WorldEntry { at: world.now(), state: world.snapshot(), claims: world.claims(), published };
         self.record(Entry::World(Box::new(entry)));
+    }
+
+    /// The whole state, and what is published of it. Costs what a save costs.
+    pub(super) fn snapshot(&mut self) -> (Saved, Arc<Published>) {
+        if self.has_unpublished {
+            self.publish();
+        }
+        (self.world.snapshot(), self.publisher.board().newest())
     }
 
     /// Another recorder, or none any more: the last entry of each is the whole world.

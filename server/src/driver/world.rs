@@ -6,6 +6,7 @@ use std::sync::Arc;
 use simd_core::pool::{Interrupt, Pool};
 use simd_core::simulation::Saved;
 use simd_core::simulation::command::{ClaimId, ClaimRequest};
+use simd_core::simulation::sensors::DueSample;
 use simd_core::{Applied, Command, Error, Event, Moment, PhysicsSettings, PublishedState, Simulation};
 
 /// A world that commands change and steps move.
@@ -40,6 +41,8 @@ pub(crate) trait World: Send + 'static {
     }
     /// See [`Simulation::take_events`].
     fn take_events(&mut self) -> Vec<Event>;
+    /// See [`Simulation::take_due_samples`].
+    fn take_due_samples(&mut self, _into: &mut Vec<DueSample>) {}
 }
 
 impl World for Simulation {
@@ -81,6 +84,10 @@ impl World for Simulation {
 
     fn take_events(&mut self) -> Vec<Event> {
         Simulation::take_events(self)
+    }
+
+    fn take_due_samples(&mut self, into: &mut Vec<DueSample>) {
+        Simulation::take_due_samples(self, into);
     }
 
     fn snapshot(&self) -> Saved {

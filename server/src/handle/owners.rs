@@ -1,4 +1,4 @@
-//! Whose saved states and parameters are, and who may replace or take them away.
+//! Whose saved states, parameters and markers are, and who may replace or take them away.
 //!
 //! What was made with a claim is its holder's as long as the claim holds. What was made with a token is its owner's as
 //! long as it is there. All else is everybody's: without tokens one caller looks like another.
@@ -22,6 +22,13 @@ pub struct Owner {
     client: Sender,
     /// That it was made with.
     claim: Option<ClaimId>,
+}
+
+impl Owner {
+    /// Whom what it made counts for.
+    pub(super) fn account(&self) -> &Account {
+        &self.account
+    }
 }
 
 /// The name of a token; else that of the client, and where it comes from. Empty for the daemon itself.

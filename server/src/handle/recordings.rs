@@ -29,6 +29,7 @@ impl SimHandle {
             loader: Arc::clone(self.loader()),
             events: Arc::clone(&self.inner.driver.events),
             board: Arc::clone(&self.inner.driver.board),
+            sensors: Arc::clone(&self.inner.driver.sensors),
         };
         let _turn = self.inner.recording_turn.lock().await;
         let recordings = self.inner.recordings.clone();

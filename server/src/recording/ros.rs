@@ -120,15 +120,7 @@ fn transforms(
     let transform = |parent: String, child: usize, pose: DPose3| TransformStamped {
         header: Header { stamp: stamp.clone(), frame_id: parent },
         child_frame_id: frame(child),
-        transform: Transform {
-            translation: Vector3 { x: pose.translation.x, y: pose.translation.y, z: pose.translation.z },
-            rotation: Quaternion {
-                x: pose.rotation.x,
-                y: pose.rotation.y,
-                z: pose.rotation.z,
-                w: pose.rotation.w,
-            },
-        },
+        transform: self::transform(pose),
     };
     let root = world_from_link.first().filter(|_| !fixed).map(|pose| transform(WORLD.to_owned(), 0, *pose));
     let joints = entity.model.joints.iter().filter(|joint| (joint.kind == JointKind::Fixed) == fixed);
@@ -137,6 +129,14 @@ fn transforms(
         Some(transform(frame(joint.parent), joint.child, parent.inverse() * *child))
     });
     root.into_iter().chain(joints).collect()
+}
+
+/// A pose as ROS has it.
+pub(super) fn transform(DPose3 { rotation, translation }: DPose3) -> Transform {
+    Transform {
+        translation: Vector3 { x: translation.x, y: translation.y, z: translation.z },
+        rotation: Quaternion { x: rotation.x, y: rotation.y, z: rotation.z, w: rotation.w },
+    }
 }
 
 /// The joints of a robot that have one position; `None` where it has none of them.
@@ -166,7 +166,7 @@ pub(super) fn topic_part(name: &str) -> String {
 }
 
 /// Simulated time.
-fn stamp(sim_time: f64) -> Time {
+pub(super) fn stamp(sim_time: f64) -> Time {
     #[allow(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
@@ -176,7 +176,7 @@ fn stamp(sim_time: f64) -> Time {
     Time::from_nanoseconds(nanoseconds)
 }
 
-fn write<M: Message>(file: &mut RecordingFile, topic: &str, message: &M) -> std::io::Result<()> {
+pub(super) fn write<M: Message>(file: &mut RecordingFile, topic: &str, message: &M) -> std::io::Result<()> {
     let hash = || BTreeMap::from([("topic_type_hash".to_owned(), M::type_hash().to_owned())]);
     let channel = file.channel(topic, "cdr", hash, (M::NAME, "ros2msg"), || M::definition().into_bytes())?;
     file.write(channel, &message.to_cdr())

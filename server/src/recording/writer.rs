@@ -16,6 +16,7 @@ use simd_proto::v1;
 
 use super::commands;
 use super::file::{RecordingFile, Unwritten, nanos, topic};
+use super::readings::Readings;
 use super::ros::{States, topic_part};
 use super::{Encoders, RecordingSources, names};
 use crate::driver::{
@@ -66,6 +67,8 @@ pub(super) struct Writer {
     last_step: Option<v1::Stamp>,
     /// For other tools.
     shown: States,
+    /// Of sensors; `None` where no states are recorded either.
+    readings: Option<Readings>,
     /// Saved states and what they are written as, as long as the world has them.
     states: Vec<(Saved, Sha256)>,
     began: Instant,
@@ -105,6 +108,8 @@ impl Writer {
         let file = create(&plan, &sources, 1)?;
         let now = Instant::now();
         let shown = States::new(plan.state_period);
+        let begin = |_| Readings::begin(&sources.sensors, &sources.board.newest());
+        let readings = plan.state_period.map(begin);
         Ok(Self {
             plan,
             sources,
@@ -117,6 +122,7 @@ impl Writer {
             fingerprints: Vec::with_capacity(STEPS),
             last_step: None,
             shown,
+            readings,
             states: Vec::new(),
             began: now,
             file_began: now,
@@ -138,6 +144,8 @@ impl Writer {
                     written = self.entry(entry);
                 }
             }
+            // After the states that they are of.
+            let written = written.and_then(|()| self.readings());
             if let Err(ended) = written.and_then(|()| self.keep_up(Instant::now())) {
                 // Entries from now on are dropped.
                 self.tap.end(TapEnd::Stopped);
@@ -265,6 +273,9 @@ impl Writer {
         self.steps += 1;
         self.fingerprints.push(state.state.fingerprint());
         self.last_step = Some(stamp(state.state.at, Some(state)));
+        if let Some(readings) = &mut self.readings {
+            readings.step(state);
+        }
         if self.shown.is_due(state) {
             let loader = Arc::clone(&self.sources.loader);
             self.shown.write(state, &loader, &mut self.file)?;
@@ -272,6 +283,13 @@ impl Writer {
             self.file.write_encoded(topic::CONTACTS, "GetContactsResponse", &contacts)?;
         }
         if self.fingerprints.len() >= STEPS { Ok(self.steps_done()?) } else { Ok(()) }
+    }
+
+    /// Writes what sensors measured since the last time.
+    fn readings(&mut self) -> Result<(), Ended> {
+        let Some(readings) = &mut self.readings else { return Ok(()) };
+        let newest = self.sources.board.newest();
+        Ok(readings.write(&self.sources.sensors, &newest, &self.encoders, &mut self.file)?)
     }
 
     /// Writes the fingerprints of the last steps.
@@ -340,6 +358,9 @@ impl Writer {
         self.number += 1;
         self.steps = 0;
         self.shown.begin_file();
+        if let Some(readings) = &mut self.readings {
+            readings.begin_file();
+        }
         self.file_began = now;
         Ok(())
     }

@@ -17,6 +17,7 @@ use super::actions::Action;
 use super::commands::{Commands, Inbox};
 use super::endpoints::{Graph, Topic};
 use super::robots::{MAX_ROBOTS, Robot, robots, stamp};
+use super::sensors::Sensors;
 use crate::SimHandle;
 use crate::handle::Published;
 
@@ -51,6 +52,7 @@ pub(super) async fn publish(graph: &Arc<Graph>, handle: &SimHandle, rate: f64) -
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
     let (mut layout, mut shown): (Option<Arc<WorldLayout>>, Vec<Robot>) = (None, Vec::new());
     let mut topics: BTreeMap<Key, RobotTopics> = BTreeMap::new();
+    let mut sensors = Sensors::default();
     let mut fixed = None;
     let mut sent = 0;
     loop {
@@ -65,6 +67,7 @@ pub(super) async fn publish(graph: &Arc<Graph>, handle: &SimHandle, rate: f64) -
             declare(graph, handle, &inbox, &shown, &mut topics).await?;
             layout = Some(Arc::clone(&state.state.world));
         }
+        sensors.follow(graph, &shown, &state.state).await?;
         tokio::task::block_in_place(|| {
             let stamp = stamp(state.state.at.sim_time);
             if clock.is_wanted() {
@@ -84,6 +87,7 @@ pub(super) async fn publish(graph: &Arc<Graph>, handle: &SimHandle, rate: f64) -
                     tf.put(&moving);
                 }
             }
+            sensors.publish(handle);
             let present = fixed_frames(&shown, &state);
             if fixed.as_ref() != Some(&present) {
                 tf_static.put(&present);
@@ -95,7 +99,10 @@ pub(super) async fn publish(graph: &Arc<Graph>, handle: &SimHandle, rate: f64) -
 
 fn fixed_frames(shown: &[Robot], state: &Published) -> TFMessage {
     let mut fixed = TFMessage::default();
-    shown.iter().for_each(|robot| robot.fixed_frames(&state.state, &mut fixed));
+    for robot in shown {
+        robot.fixed_frames(&state.state, &mut fixed);
+        robot.sensor_frames(&state.state, &mut fixed);
+    }
     fixed
 }
 

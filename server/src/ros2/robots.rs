@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use glamx::DPose3;
 use simd_core::simulation::published_state::{EntityLayout, PublishedState, WorldLayout};
+use simd_core::simulation::sensors::SensorDefinition;
 use simd_model::robot::JointKind;
 use simd_ros2::messages::builtin_interfaces::Time;
 use simd_ros2::messages::geometry_msgs::{Point, Pose, Quaternion, Transform, TransformStamped, Vector3};
@@ -29,6 +30,8 @@ pub(super) struct Robot {
     pub(super) place: usize,
     /// Before its topics: empty, or `arm/`. `None` where it has no joints, and so no topics.
     pub(super) topics: Option<String>,
+    /// Before its frames, and before the topics of its sensors: empty, or `arm/`.
+    pub(super) prefix: String,
     /// Of each link.
     frames: Vec<String>,
     /// Indices in the model of the joints that have one position.
@@ -54,8 +57,8 @@ pub(super) fn robots(world: &WorldLayout) -> Vec<Robot> {
             taken.push(name.clone());
             let prefix = if is_alone { String::new() } else { format!("{name}/") };
             let frames = entity.model.links.iter().map(|link| format!("{prefix}{}", link.name)).collect();
-            let topics = (!joints.is_empty()).then_some(prefix);
-            Robot { entity: Arc::clone(entity), place, topics, frames, joints }
+            let topics = (!joints.is_empty()).then(|| prefix.clone());
+            Robot { entity: Arc::clone(entity), place, topics, prefix, frames, joints }
         })
         .collect()
 }
@@ -119,6 +122,30 @@ impl Robot {
         for joint in self.entity.model.joints.iter().filter(|joint| joint.kind == JointKind::Fixed) {
             self.push_joint(message, &start, joint.parent, joint.child, joint.parent_from_joint);
         }
+    }
+
+    /// Frames of its sensors.
+    pub(super) fn sensor_frames(&self, state: &PublishedState, message: &mut TFMessage) {
+        for sensor in state.sensors.iter().filter(|sensor| sensor.robot == self.place) {
+            let SensorDefinition { name, link, pose, .. } = &*sensor.definition;
+            if let Some(frame) = self.frames.get(*link) {
+                push(message, &Time::default(), frame, &self.sensor_frame(name), *pose);
+            }
+        }
+    }
+
+    /// The frame of a sensor: called as the sensor, where no link is.
+    pub(super) fn sensor_frame(&self, name: &str) -> String {
+        let mut frame = format!("{}{name}", self.prefix);
+        while self.frames.contains(&frame) {
+            frame.push_str("_sensor");
+        }
+        frame
+    }
+
+    /// The frame of a link; empty where there is none.
+    pub(super) fn link_frame(&self, link: usize) -> String {
+        self.frames.get(link).cloned().unwrap_or_default()
     }
 
     fn push_joint(&self, message: &mut TFMessage, stamp: &Time, parent: usize, child: usize, pose: DPose3) {

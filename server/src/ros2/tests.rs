@@ -65,3 +65,127 @@ fn simulated_time_is_rounded_to_nanoseconds() {
     assert_eq!(stamp(3.0 - 1e-10), Time { sec: 3, nanosec: 0 });
     assert_eq!(stamp(f64::INFINITY).sec, i32::MAX);
 }
+
+mod sensors {
+    use std::sync::Arc;
+    use std::time::SystemTime;
+
+    use glamx::{DPose3, DQuat, DVec3};
+    use simd_core::Moment;
+    use simd_core::simulation::measure::ImuMeasurement;
+    use simd_core::simulation::sensors::{SensorDefinition, WorldSensor};
+    use simd_model::sensor::{
+        ChannelNoise, Channels, Noise, RangeLimits, Scan, SensorKind, SensorMount, Sweep, WrenchAxes,
+        WrenchDirection,
+    };
+
+    use super::*;
+    use crate::handle::{LoggedReading, Measured};
+    use crate::recording::sensor_message::{SensorMessage, SensorShape};
+    use crate::ros2::sensors::shape;
+
+    fn sensor(name: &str, kind: SensorKind, on: SensorMount, link: usize) -> WorldSensor {
+        let noise = Noise { standard_deviation: 0.5, ..Noise::default() };
+        let definition = SensorDefinition {
+            name: name.into(),
+            on,
+            link,
+            pose: DPose3::IDENTITY,
+            rate: Some(10.0),
+            kind,
+            noise: vec![ChannelNoise { channels: Channels::AngularVelocity, axis: Some(2), noise }],
+            seed: 0,
+            is_described: false,
+        };
+        WorldSensor { id: 1, robot: 0, definition: Arc::new(definition) }
+    }
+
+    fn reading(measured: Measured) -> LoggedReading {
+        LoggedReading {
+            sequence: 1,
+            sample: 1,
+            at: Moment { epoch: 0, step: 2, sim_time: 1.5 },
+            wall_time: SystemTime::UNIX_EPOCH,
+            state_sequence: 1,
+            measured,
+        }
+    }
+
+    #[test]
+    fn each_sensor_has_a_frame_on_its_link() {
+        let (mut state, shown) = world(&["arm", "other"]);
+        let sensors = [("eye", 2), ("link_1", 0)];
+        let sensors =
+            sensors.map(|(name, link)| sensor(name, SensorKind::Imu, SensorMount::Link(link), link));
+        state.sensors = Arc::new(sensors.into());
+        let mut fixed = TFMessage::default();
+        shown[0].sensor_frames(&state, &mut fixed);
+        let pair = |parent: &str, child: &str| (parent.to_owned(), child.to_owned());
+        // A link has the name of the second one.
+        let expected = [pair("arm/link_2", "arm/eye"), pair("arm/link_0", "arm/link_1_sensor")];
+        assert_eq!(frames(&fixed), expected);
+        let mut others = TFMessage::default();
+        shown[1].sensor_frames(&state, &mut others);
+        assert!(others.transforms.is_empty());
+    }
+
+    #[test]
+    fn a_wrench_is_in_the_frame_whose_axes_it_is_in() {
+        let (_, shown) = world(&["arm"]);
+        // The first joint is between the first two links.
+        for (axes, frame) in
+            [(WrenchAxes::Child, "link_1"), (WrenchAxes::Parent, "link_0"), (WrenchAxes::Sensor, "wrist")]
+        {
+            let kind = SensorKind::ForceTorque { axes, direction: WrenchDirection::ChildOnParent };
+            let shape = shape(&sensor("wrist", kind, SensorMount::Joint(0), 1), &shown[0]);
+            assert_eq!(shape.frame, frame);
+        }
+    }
+
+    #[test]
+    fn an_inertial_unit_says_its_noise_as_covariance() {
+        let (_, shown) = world(&["arm"]);
+        let shape = shape(&sensor("imu", SensorKind::Imu, SensorMount::Link(0), 0), &shown[0]);
+        let measured = ImuMeasurement {
+            linear_acceleration: DVec3::new(0.0, 0.0, 9.81),
+            angular_velocity: DVec3::X,
+            orientation: DQuat::IDENTITY,
+        };
+        let message = shape.message(&reading(Measured::Imu(measured)));
+        let Some(SensorMessage::Imu(message)) = message else { panic!("{message:?}") };
+        assert_eq!(message.header.stamp, Time { sec: 1, nanosec: 500_000_000 });
+        assert_eq!((message.header.frame_id.as_str(), message.linear_acceleration.z), ("imu", 9.81));
+        assert_eq!(message.angular_velocity_covariance, [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.25]);
+        assert_eq!(message.linear_acceleration_covariance, [0.0; 9]);
+    }
+
+    #[test]
+    fn a_scan_of_one_row_is_a_laser_scan_and_one_of_several_a_cloud() {
+        let (_, shown) = world(&["arm"]);
+        let right = std::f64::consts::FRAC_PI_2;
+        let scan = |rows: u32| Scan {
+            horizontal: Sweep { samples: 3, least: -right, most: right },
+            vertical: Sweep { samples: rows, least: 0.0, most: f64::from(rows - 1) * right },
+            range: RangeLimits { least: 0.1, most: 10.0 },
+        };
+        let ranges: Arc<[f32]> = [1.0, 2.0, f32::INFINITY, 4.0, 5.0, 6.0].into();
+        let message = |rows: u32| {
+            let eye = sensor("eye", SensorKind::Lidar(scan(rows)), SensorMount::Link(0), 0);
+            let shape: SensorShape = shape(&eye, &shown[0]);
+            let ranges = ranges[..3 * rows as usize].into();
+            shape.message(&reading(Measured::Lidar { ranges, columns: 3 })).unwrap()
+        };
+        let SensorMessage::Scan(line) = message(1) else { panic!("no laser scan") };
+        assert_eq!((line.angle_min, line.angle_increment), (-right as f32, right as f32));
+        assert_eq!((line.ranges.as_slice(), line.scan_time), (&ranges[..3], 0.1));
+        let SensorMessage::Points(cloud) = message(2) else { panic!("no cloud") };
+        assert_eq!((cloud.width, cloud.height, cloud.data.len(), cloud.is_dense), (3, 2, 72, false));
+        let number = |at: usize| f32::from_le_bytes(cloud.data[4 * at..4 * at + 4].try_into().unwrap());
+        let point = |at: usize| [number(3 * at), number(3 * at + 1), number(3 * at + 2)];
+        let near = |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-5);
+        // To the right, ahead, and the row that looks straight up.
+        assert!(near(point(0), [0.0, -1.0, 0.0]) && near(point(1), [2.0, 0.0, 0.0]), "{:?}", point(0));
+        assert!(point(2).iter().all(|number| number.is_nan()));
+        assert!((3..6).all(|at| near(point(at), [0.0, 0.0, ranges[at]])));
+    }
+}

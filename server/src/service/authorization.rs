@@ -26,12 +26,17 @@ use crate::access::{Denied, Grant, role_of};
 use crate::handle::{AuditedCall, Peer, RobotNote, Transport};
 
 /// Methods that clients call many times a second: each call is not worth a line.
-const FREQUENT: [&str; 5] = [
+const FREQUENT: [&str; 10] = [
     "/simd.v1.JointService/SetJointTargets",
     "/simd.v1.JointService/Control",
     "/simd.v1.EntityService/ApplyLinkWrench",
     "/simd.v1.ParameterService/SetParameters",
     "/simd.v1.SimulationService/StepSimulation",
+    "/simd.v1.ViewService/AddMarkers",
+    "/simd.v1.ViewService/DeleteMarkers",
+    "/simd.v1.ViewService/ReportView",
+    "/simd.v1.ViewService/SetCamera",
+    "/simd.v1.ViewService/NextInput",
 ];
 
 /// A service that only those reach whose token allows it.

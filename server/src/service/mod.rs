@@ -2,7 +2,7 @@
 //! [`SimHandle`], and answered by `convert`.
 //!
 //! * [`simulation`], [`entity`], [`joint`], [`event`], [`parameter`], [`kinematics`], [`contact`],
-//!   [`constraint`], [`client`], [`recording`]: one file a service.
+//!   [`constraint`], [`client`], [`recording`], [`rollout`], [`sensor`], [`view`]: one file a service.
 //! * [`authorization`]: who may call what.
 //! * `counted`: how many calls there were. [`callers`]: who calls. [`claims`]: which claim a call acts for.
 //! * [`control`]: the stream that controllers use.
@@ -30,6 +30,8 @@ pub mod limited;
 mod once;
 pub mod parameter;
 pub mod recording;
+pub mod rollout;
+pub mod sensor;
 pub mod simulation;
 mod spawning;
 pub mod status;
@@ -37,6 +39,7 @@ pub mod status;
 mod tests;
 pub mod transport;
 pub mod version;
+pub mod view;
 mod watched;
 
 use std::pin::Pin;
@@ -54,7 +57,10 @@ use simd_proto::v1::joint_service_server::JointServiceServer;
 use simd_proto::v1::kinematics_service_server::KinematicsServiceServer;
 use simd_proto::v1::parameter_service_server::ParameterServiceServer;
 use simd_proto::v1::recording_service_server::RecordingServiceServer;
+use simd_proto::v1::rollout_service_server::RolloutServiceServer;
+use simd_proto::v1::sensor_service_server::SensorServiceServer;
 use simd_proto::v1::simulation_service_server::SimulationServiceServer;
+use simd_proto::v1::view_service_server::ViewServiceServer;
 use tokio_stream::Stream;
 use tonic::Status;
 use tonic::service::Routes;
@@ -84,6 +90,9 @@ pub fn routes(handle: &SimHandle, transport: Transport) -> Routes {
     let parameter = parameter::Service::new(handle.clone());
     let kinematics = kinematics::Service::new(handle.clone());
     let recording = recording::Service::new(handle.clone());
+    let sensor = sensor::Service::new(handle.clone());
+    let view = view::Service::new(handle.clone());
+    let rollout = rollout::Service::new(handle.clone());
     let routes = Routes::default()
         .add_service(
             checked.service(SimulationServiceServer::new(simulation).max_decoding_message_size(limit)),
@@ -98,6 +107,9 @@ pub fn routes(handle: &SimHandle, transport: Transport) -> Routes {
         .add_service(checked.service(EventServiceServer::new(event).max_decoding_message_size(limit)))
         .add_service(checked.service(ParameterServiceServer::new(parameter).max_decoding_message_size(limit)))
         .add_service(checked.service(RecordingServiceServer::new(recording).max_decoding_message_size(limit)))
+        .add_service(checked.service(SensorServiceServer::new(sensor).max_decoding_message_size(limit)))
+        .add_service(checked.service(ViewServiceServer::new(view).max_decoding_message_size(limit)))
+        .add_service(checked.service(RolloutServiceServer::new(rollout).max_decoding_message_size(limit)))
         .add_service(
             checked.service(KinematicsServiceServer::new(kinematics).max_decoding_message_size(limit)),
         );

@@ -74,12 +74,14 @@ fn code(reason: ErrorReason) -> Code {
         | ErrorReason::LockstepMemberNotFound
         | ErrorReason::SavedStateNotFound
         | ErrorReason::ConstraintNotFound
+        | ErrorReason::SensorNotFound
         | ErrorReason::FileNotFound
         | ErrorReason::ParameterNotFound
         | ErrorReason::RecordingNotFound => Code::NotFound,
         ErrorReason::RobotExists
         | ErrorReason::ParameterExists
         | ErrorReason::ConstraintExists
+        | ErrorReason::SensorExists
         | ErrorReason::RecordingExists
         | ErrorReason::RequestIdReused => Code::AlreadyExists,
         ErrorReason::InvalidValue
@@ -212,6 +214,12 @@ impl From<&simd_core::Error> for Explained {
             }
             Error::ConstraintExists { constraint } => {
                 new(ErrorReason::ConstraintExists).with("constraint", constraint)
+            }
+            Error::SensorNotFound { robot, sensor, known: _ } => {
+                new(ErrorReason::SensorNotFound).with("robot", robot).with("sensor", sensor)
+            }
+            Error::SensorExists { robot, sensor } => {
+                new(ErrorReason::SensorExists).with("robot", robot).with("sensor", sensor)
             }
             Error::SavedStateNotFound { name, known: _ } => {
                 new(ErrorReason::SavedStateNotFound).with("saved_state", name)

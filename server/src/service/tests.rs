@@ -6,9 +6,11 @@ use std::time::Duration;
 
 use bytes::Bytes;
 use futures_util::stream;
+use glamx::DPose3;
 use prost::Message;
 use simd_core::Command;
-use simd_core::simulation::command::{ClaimId, ClaimRequest};
+use simd_core::simulation::command::{ClaimId, ClaimRequest, CreateSensor};
+use simd_model::sensor::SensorKind;
 use simd_proto::methods;
 use simd_proto::raw::RawCodec;
 use simd_proto::v1;
@@ -28,7 +30,7 @@ use crate::handle::{Caller, DaemonInfo, DaemonLimits, RunState, Transport};
 use crate::loading::Loader;
 
 /// Methods that change something. What is in neither list fails the test.
-const WRITES: [&str; 38] = [
+const WRITES: [&str; 45] = [
     "AddParameter",
     "ApplyLinkWrench",
     "CancelTrajectory",
@@ -36,9 +38,11 @@ const WRITES: [&str; 38] = [
     "ClaimJoints",
     "Control",
     "CreateConstraint",
+    "CreateSensor",
     "DeleteConstraint",
     "DeleteEntity",
     "DeleteSavedState",
+    "DeleteSensor",
     "FollowTrajectory",
     "ImportSavedState",
     "JoinLockstep",
@@ -62,12 +66,19 @@ const WRITES: [&str; 38] = [
     "SpawnEntityWithProgress",
     "StepSimulation",
     "UploadAsset",
-    // Of files, and not of the world.
+    // Of what is drawn, and not of the world.
+    "AddMarkers",
+    "DeleteMarkers",
+    "ReportView",
+    "SetCamera",
+    // Of files.
     "DeleteRecording",
     "StartRecording",
     "StopRecording",
     "PrepareDescription",
     "ValidateDescription",
+    // Reads, and needs more of the world than is published: the physics thread is asked for it.
+    "Rollout",
 ];
 
 /// Requests of methods that are only read, by name.
@@ -114,6 +125,10 @@ fn reads() -> BTreeMap<&'static str, Vec<u8>> {
             .encode_to_vec(),
         ),
         ("ExportSavedState", v1::ExportSavedStateRequest { name: "here".into() }.encode_to_vec()),
+        ("GetCameras", Vec::new()),
+        ("ListMarkers", Vec::new()),
+        ("NextInput", v1::NextInputRequest { after_sequence: Some(0), timeout }.encode_to_vec()),
+        ("NextView", v1::NextViewRequest { after_version: 0, timeout }.encode_to_vec()),
         ("GetAsset", v1::GetAssetRequest { sha256: "0".repeat(64), ..Default::default() }.encode_to_vec()),
         ("GetCollisionFilter", v1::GetCollisionFilterRequest { robot: robot() }.encode_to_vec()),
         ("GetContacts", Vec::new()),
@@ -134,6 +149,7 @@ fn reads() -> BTreeMap<&'static str, Vec<u8>> {
         ("GetPhysics", Vec::new()),
         ("GetRecording", v1::GetRecordingRequest { name: "here".into() }.encode_to_vec()),
         ("GetScene", Vec::new()),
+        ("GetSensorReadings", Vec::new()),
         ("GetSimulationState", Vec::new()),
         ("GetSimulatorInfo", Vec::new()),
         ("GetWorldStatistics", Vec::new()),
@@ -143,6 +159,7 @@ fn reads() -> BTreeMap<&'static str, Vec<u8>> {
         ("ListLockstepMembers", Vec::new()),
         ("ListRecordings", Vec::new()),
         ("ListSavedStates", Vec::new()),
+        ("ListSensors", v1::ListSensorsRequest { robot: robot() }.encode_to_vec()),
         ("NextEvents", v1::NextEventsRequest { after_sequence: 0, timeout }.encode_to_vec()),
         ("NextJointStates", v1::NextJointStatesRequest { timeout, ..Default::default() }.encode_to_vec()),
         ("NextParameters", v1::NextParametersRequest { after_version: 0, timeout }.encode_to_vec()),
@@ -150,16 +167,43 @@ fn reads() -> BTreeMap<&'static str, Vec<u8>> {
             "ReadRecording",
             v1::ReadRecordingRequest { name: "here".into(), ..Default::default() }.encode_to_vec(),
         ),
+        (
+            "NextSensorReadings",
+            v1::NextSensorReadingsRequest {
+                sensors: vec![v1::SensorCursor { robot: robot(), sensor: "base".into(), after_sequence: 0 }],
+                timeout,
+            }
+            .encode_to_vec(),
+        ),
         ("WatchEvents", Vec::new()),
         ("WatchJointStates", v1::WatchJointStatesRequest { rate, ..Default::default() }.encode_to_vec()),
         ("WatchParameters", Vec::new()),
+        (
+            "WatchSensorReadings",
+            v1::WatchSensorReadingsRequest { rate, ..Default::default() }.encode_to_vec(),
+        ),
     ])
+}
+
+fn sensor(robot: &str, name: &str) -> CreateSensor {
+    CreateSensor {
+        robot: robot.into(),
+        name: name.into(),
+        link: String::new(),
+        joint: String::new(),
+        pose: DPose3::IDENTITY,
+        rate: None,
+        kind: SensorKind::LinkState,
+        noise: Vec::new(),
+        seed: None,
+    }
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn every_method_that_only_reads_answers_while_the_physics_thread_is_held_up() {
     let mut world = test_world::simulation();
     world.apply(&Command::SaveState { name: "here".into() }).unwrap();
+    world.apply(&Command::CreateSensor(Box::new(sensor("left", "base")))).unwrap();
     let (world, has_begun, let_go) = Stuck::new(world);
     let driver = driver::start(world, Config::default()).unwrap();
     let limits = DaemonLimits::default();
@@ -185,7 +229,11 @@ async fn every_method_that_only_reads_answers_while_the_physics_thread_is_held_u
             let path = PathAndQuery::from_static(&method.path);
             let mut answers = services.streaming(request, path, RawCodec).await?.into_inner();
             // There is nothing to watch yet but the first of each.
-            if name == "WatchEvents" { Ok(None) } else { answers.message().await }
+            if matches!(name, "WatchEvents" | "WatchSensorReadings") {
+                Ok(None)
+            } else {
+                answers.message().await
+            }
         };
         // Beyond any time that an answer takes: who waits for the physics thread waits for ever.
         let answer = tokio::time::timeout(Duration::from_secs(60), call).await;

@@ -1,8 +1,10 @@
-//! What is published: states and poses of each robot, statistics, events, parameters. Each only
+//! What is published: states and poses of each robot, readings of sensors, statistics, events, parameters. Each only
 //! while it has a subscriber, by a task of its own, and never by the physics thread.
 //!
 //! A receiver that does not read loses publications: newest wins, and a gap in the
 //! events shows in their numbers.
+
+mod sensors;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -53,6 +55,8 @@ pub(super) async fn serve(
             tokio::spawn(ended.clone().run_until_cancelled_owned(publish));
         }
     }
+    let readings = Demand::of(session, keys::sensor_readings(name, "*", "*"), sensors::MESSAGE).await?;
+    tokio::spawn(ended.clone().run_until_cancelled_owned(sensors::publish(world, readings)));
     let statistics = Demand::of(session, keys::world_statistics(name), "WorldStatistics").await?;
     tokio::spawn(ended.clone().run_until_cancelled_owned(publish_statistics(handle.clone(), statistics)));
     let events = Demand::of(session, keys::events(name), "WatchEventsResponse").await?;

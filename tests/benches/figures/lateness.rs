@@ -12,6 +12,7 @@ use simd_server::daemon::{self, Running};
 use simd_tests::robots::assets;
 use simd_tests::statistics::percentile;
 use tokio::runtime::Runtime;
+use tokio::task::JoinHandle;
 
 const SECONDS: f64 = 10.0;
 
@@ -34,11 +35,11 @@ pub(crate) fn print() {
             ..Robot::at(assets().join("Bench_Arm-1.2 rev B"))
         };
         let title = format!("{:6.1} ms", time_step * 1e3);
-        runtime.block_on(async { measure(&title, start(vec![robot], time_step).await, 0).await });
+        runtime.block_on(async { measure(&title, start(vec![robot], time_step).await, Vec::new()).await });
     }
 }
 
-fn runtime() -> Runtime {
+pub(crate) fn runtime() -> Runtime {
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build();
     runtime.expect("a runtime")
 }
@@ -53,25 +54,32 @@ pub(crate) fn print_reads() {
     let runtime = runtime();
     for asking in [0, ASKING] {
         let running = runtime.block_on(start(arms(), LONG));
-        runtime.block_on(measure(&format!("{asking:3} asking"), running, asking));
+        let endpoint = format!("http://{}", running.address);
+        let title = format!("{asking:3} asking");
+        runtime.block_on(async {
+            let asking = (0..asking).map(|_| tokio::spawn(ask(endpoint.clone()))).collect();
+            measure(&title, running, asking).await;
+        });
     }
 }
 
 /// Beside each other, on a square.
 fn arms() -> Vec<Robot> {
-    let arm = |index: usize| {
-        let (x, y) = (index % 25, index / 25);
-        Robot {
-            name: format!("arm-{index}"),
-            fixed: Some(true),
-            pose: DPose3::from_translation(DVec3::new(3.0 * x as f64, 3.0 * y as f64, 0.0)),
-            ..Robot::at(assets().join("seven_arm/urdf/seven_arm.urdf"))
-        }
-    };
     (0..ROBOTS).map(arm).collect()
 }
 
-async fn start(robots: Vec<Robot>, time_step: f64) -> Running {
+/// One of them.
+pub(crate) fn arm(index: usize) -> Robot {
+    let (x, y) = (index % 25, index / 25);
+    Robot {
+        name: format!("arm-{index}"),
+        fixed: Some(true),
+        pose: DPose3::from_translation(DVec3::new(3.0 * x as f64, 3.0 * y as f64, 0.0)),
+        ..Robot::at(assets().join("seven_arm/urdf/seven_arm.urdf"))
+    }
+}
+
+pub(crate) async fn start(robots: Vec<Robot>, time_step: f64) -> Running {
     let zenoh = simd_server::config::Zenoh::off();
     let mut config = Config { robots, zenoh, ..Config::default() };
     config.listen = SocketAddr::from(([127, 0, 0, 1], 0));
@@ -107,9 +115,8 @@ async fn ask(endpoint: String) {
     }
 }
 
-async fn measure(title: &str, running: Running, asking: usize) {
-    let endpoint = format!("http://{}", running.address);
-    let asking: Vec<_> = (0..asking).map(|_| tokio::spawn(ask(endpoint.clone()))).collect();
+/// Prints how late the steps of a daemon are, while these tasks go on.
+pub(crate) async fn measure(title: &str, running: Running, asking: Vec<JoinHandle<()>>) {
     let begin = Instant::now();
     let (mut states, mut sequence) = (Vec::new(), 0);
     while begin.elapsed().as_secs_f64() < SECONDS {

@@ -1,6 +1,7 @@
 //! Figures for this machine, printed as tables: run with `make bench`. Nothing
 //! here is asserted; compare within a run. `-- reads` prints one table alone, lateness under a flood of reads; `-- town` that of
-//! a quadruped among what cannot move; `-- recording` what a recording costs; `-- turns` round trips.
+//! a quadruped among what cannot move; `-- recording` what a recording costs; `-- turns` round trips; `-- rollouts` what copies of a
+//! world cost.
 #![allow(
     clippy::expect_used,
     clippy::print_stdout,
@@ -10,6 +11,7 @@
 mod crowd;
 mod lateness;
 mod recording;
+mod rollouts;
 mod round_trip;
 mod step;
 mod town;
@@ -25,6 +27,7 @@ fn main() {
         Some("reads") => return lateness::print_reads(),
         Some("recording") => return recording::print(),
         Some("turns") => return round_trip::print(),
+        Some("rollouts") => return rollouts::print(),
         _ => {}
     }
     step::print();
@@ -34,4 +37,5 @@ fn main() {
     lateness::print();
     lateness::print_reads();
     recording::print();
+    rollouts::print();
 }

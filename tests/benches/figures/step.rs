@@ -45,7 +45,8 @@ pub(crate) fn print() {
     }
 }
 
-fn world(model: &Arc<RobotModel>, arms: usize, driven: bool) -> Simulation {
+/// A world of so many arms, driven or passive.
+pub(crate) fn world(model: &Arc<RobotModel>, arms: usize, driven: bool) -> Simulation {
     let mut world = Simulation::new(PhysicsSettings::default(), WorldLimits::default());
     for i in 0..arms {
         let bent = [0.3, -0.5, 0.7, -1.1, 0.2, 0.9, -0.4];

@@ -10,12 +10,16 @@ use glamx::{DPose3, DQuat, DVec3};
 use simd_core::collision::{MeshShapes, Shapes};
 use simd_core::simulation::WorldLimits;
 use simd_core::simulation::command::{
-    CollisionFilterChange, CollisionPair, ContactSettings, CreateConstraint, JointTarget, LinkWrench,
-    RequestedConstraint, RequestedEnd, RobotTargets, SetTargets, Spawn, Target, WrenchDuration,
+    CollisionFilterChange, CollisionPair, ContactSettings, CreateConstraint, CreateSensor, JointTarget,
+    LinkWrench, RequestedConstraint, RequestedEnd, RobotTargets, SetTargets, Spawn, Target, WrenchDuration,
 };
 use simd_core::{Command, PhysicsSettings, PublishedState, Simulation};
 use simd_fuzz_targets::saved_states;
 use simd_model::robot::Sha256;
+use simd_model::sensor::{
+    Camera, ChannelNoise, Channels, Noise, Picture, RangeLimits, Scan, SensorKind, Sweep, WrenchAxes,
+    WrenchDirection,
+};
 use simd_model::{Asset, Assets, ReadOptions};
 use simd_server::loading::saved_state_file::{Content, Recipe, open, seal_encoded};
 
@@ -232,9 +236,62 @@ fn scenes() -> Vec<(&'static str, Vec<u8>)> {
         ("kinds", kinds.content(60)),
         ("overlapping", overlapping.content(40)),
         ("constrained", constrained.content(60)),
+        ("sensing", sensing().content(60)),
         ("spawned", free(0)),
         ("fallen", free(200)),
     ]
+}
+
+/// A robot with a sensor of each kind, with all noise that there is.
+fn sensing() -> Scene {
+    let mut scene = Scene::new();
+    scene.add("kinds", &every_kind(), 1.0, true);
+    let range = RangeLimits { least: 0.1, most: 9.0 };
+    let horizontal = Sweep { samples: 5, least: -1.0, most: 1.0 };
+    let camera = Camera {
+        picture: Picture::Depth,
+        width: 64,
+        height: 48,
+        horizontal_field_of_view: 1.0,
+        near: 0.1,
+        far: 10.0,
+    };
+    for kind in [
+        SensorKind::Imu,
+        SensorKind::ForceTorque { axes: WrenchAxes::Parent, direction: WrenchDirection::ParentOnChild },
+        SensorKind::Contact { threshold: 1.0 },
+        SensorKind::Range(range),
+        SensorKind::Lidar(Scan { horizontal, vertical: Sweep::one(0.1), range }),
+        SensorKind::LinkState,
+        SensorKind::Encoder,
+        SensorKind::Odometry,
+        SensorKind::Camera(camera),
+    ] {
+        let noise = Noise {
+            standard_deviation: 0.1,
+            bias_mean: 0.2,
+            bias_standard_deviation: 0.3,
+            random_walk: 0.4,
+            correlation_time: Some(0.5),
+            quantum: 0.0,
+            dropout: 0.1,
+        };
+        let of =
+            |(channels, _): &(Channels, usize)| ChannelNoise { channels: *channels, axis: Some(0), noise };
+        let (link, joint) = if kind.is_of_joint() { ("", "j0") } else { ("l5", "") };
+        scene.apply(Command::CreateSensor(Box::new(CreateSensor {
+            robot: "kinds".into(),
+            name: String::new(),
+            link: link.into(),
+            joint: joint.into(),
+            pose: DPose3::from_translation(DVec3::X),
+            rate: Some(200.0),
+            kind,
+            noise: kind.channels().iter().map(of).collect(),
+            seed: Some(7),
+        })));
+    }
+    scene
 }
 
 fn folder() -> PathBuf {

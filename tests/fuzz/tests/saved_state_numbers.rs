@@ -47,6 +47,8 @@ fn of_axis(axis: &mut Axis) -> Vec<&mut f64> {
         damping,
         friction,
         armature,
+        spring_stiffness,
+        spring_rest,
         limits: JointLimits { lower, upper, effort, velocity },
         default_stiffness,
         default_damping,
@@ -66,7 +68,8 @@ fn of_axis(axis: &mut Axis) -> Vec<&mut f64> {
         setpoint_velocity,
     } = &mut axis.actuator;
     let mut numbers =
-        vec![damping, friction, armature, default_stiffness, default_damping, composite_inertia];
+        vec![damping, friction, armature, spring_stiffness, spring_rest, default_stiffness, default_damping];
+    numbers.push(composite_inertia);
     numbers.extend([target, target_velocity, feed_forward, setpoint, setpoint_velocity]);
     let optional = [lower, upper, effort, velocity, stiffness, target_damping, max_effort, max_velocity];
     numbers.extend(optional.into_iter().flatten());

@@ -160,7 +160,19 @@ fn unreachable(address: &Address, error: &io::Error) -> Finding {
 /// Why something that listens is no daemon that can be used.
 fn silent(error: &Error, place: &str) -> Finding {
     match error {
-        Error::Unreachable { reason, .. } if reason.contains("invalid peer certificate") => Finding::problem(
+        Error::Untrusted { reason, sentence, .. } if !reason.contains("invalid peer certificate") => {
+            Finding::problem(
+                "certificate",
+                sentence.clone(),
+                "correct what --tls-ca, --tls-client-cert and --tls-client-key name",
+            )
+        }
+        Error::Certificate { reason } => Finding::problem(
+            "certificate",
+            reason.clone(),
+            "correct what --tls-ca, --tls-client-cert and --tls-client-key name",
+        ),
+        Error::Untrusted { reason, .. } => Finding::problem(
             "certificate",
             format!("it is not trusted: {reason}"),
             "--tls-ca, SIMD_TLS_CA or the context must name the `ca.pem` of this daemon's authority",

@@ -39,7 +39,8 @@ pub(super) fn csv(recording: &Path, to: &Path) -> anyhow::Result<Written> {
     loop {
         let (topic, state) = match reader.next() {
             Ok(Some(Item::Message { channel, data, .. })) => match &channel.schema {
-                Some(schema) if schema.name == JOINT_STATE => {
+                // Those of encoders are below `sensors`.
+                Some(schema) if schema.name == JOINT_STATE && channel.topic.ends_with("/joint_states") => {
                     (channel.topic.clone(), JointState::from_cdr(data)?)
                 }
                 _ => continue,

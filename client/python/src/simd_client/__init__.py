@@ -22,7 +22,9 @@ from simd_client.blocking.joint import Joint, Joints
 from simd_client.blocking.parameters import Parameters
 from simd_client.blocking.recording import Recording
 from simd_client.blocking.robot import Robot
+from simd_client.blocking.sensors import ReadingStream, Sensor, Sensors, WorldSensors
 from simd_client.blocking.simulation import Simulation
+from simd_client.blocking.view import View
 from simd_client.blocking.watch import EventWatch, Watch
 from simd_client.collision_filter import CollisionFilter, CollisionPair
 from simd_client.constraint import Constraint, ConstraintEnd, ConstraintKind
@@ -52,6 +54,7 @@ from simd_client.errors import (
     LinkNotFound,
     LockstepMemberNotFound,
     MailboxFull,
+    NoReading,
     NotFound,
     NotSupported,
     NoUrdf,
@@ -69,6 +72,8 @@ from simd_client.errors import (
     RobotExists,
     RobotNotAllowed,
     RobotNotFound,
+    SensorExists,
+    SensorNotFound,
     ShuttingDown,
     SimdError,
     SavedStateNotFound,
@@ -88,9 +93,34 @@ from simd_client.geometry import Pose, Twist
 from simd_client.kinematics import Configuration, InverseKinematics, Jacobian, JointReactions, Wrench
 from simd_client.layout import Gains, JointFlag, JointInfo, JointLimits, JointMode, JointSpring, JointType, Layout, Mimic
 from simd_client.link_states import LinkStates
+from simd_client.measurement import (
+    ContactMeasurement,
+    ContactPartner,
+    EncoderMeasurement,
+    ImuMeasurement,
+    LidarMeasurement,
+    MotionMeasurement,
+    SensorReading,
+)
 from simd_client.parameter import Button, JointBinding, Parameter, ParameterList, Slider
 from simd_client.query import ClosestPoints, LinkBounds, Place, PlacedShape, Shape
 from simd_client.recording import RecordingInfo
+from simd_client.rollout import Control, Cost, Feedback, Observation, Start, Variation
+from simd_client.rollout_answer import Rollout
+from simd_client.sensor import (
+    CameraSensor,
+    ContactSensor,
+    EncoderSensor,
+    ForceTorqueSensor,
+    ImuSensor,
+    LidarSensor,
+    LinkStateSensor,
+    OdometrySensor,
+    RangeSensor,
+    SensorInfo,
+    SensorNoise,
+    Sweep,
+)
 from simd_client.state import Applied, Clamped, JointState, RobotState, States
 from simd_client.surface import Surface, Surfaces
 from simd_client.target import RobotTargets, Target, Targets, Whole
@@ -101,6 +131,7 @@ from simd_client.trajectory import (
     TrajectoryStatus,
 )
 from simd_client.version import API_VERSION, __version__
+from simd_client.view import Input, KeyEvent, Marker, MouseEvent, ViewCamera
 from simd_client.world import (
     Integrator,
     Pace,
@@ -119,6 +150,7 @@ __all__ = [
     "AssetNotUploaded",
     "Button",
     "Callbacks",
+    "CameraSensor",
     "Claim",
     "ClaimNotFound",
     "Clamped",
@@ -133,21 +165,33 @@ __all__ = [
     "ConstraintNotFound",
     "Constraints",
     "Contact",
+    "ContactMeasurement",
+    "ContactPartner",
+    "ContactSensor",
+    "Control",
+    "Cost",
     "DEFAULT_ENDPOINT",
     "DeadlineExceeded",
     "DescriptionNotUploaded",
     "Disposition",
+    "EncoderMeasurement",
+    "EncoderSensor",
     "Endpoint",
     "EndpointError",
     "Event",
     "EventWatch",
+    "Feedback",
     "FileNotFound",
     "Finding",
+    "ForceTorqueSensor",
     "Gains",
+    "ImuMeasurement",
+    "ImuSensor",
     "Integrator",
     "Internal",
     "InvalidDescription",
     "InLockstep",
+    "Input",
     "InvalidSavedState",
     "InvalidValue",
     "InverseKinematics",
@@ -166,20 +210,30 @@ __all__ = [
     "JointSpring",
     "JointType",
     "Joints",
+    "KeyEvent",
     "Layout",
     "LayoutChanged",
+    "LidarMeasurement",
+    "LidarSensor",
     "LimitExceeded",
     "LinkBounds",
     "LinkInfo",
     "LinkNotFound",
+    "LinkStateSensor",
     "LockstepMemberNotFound",
     "LinkStates",
     "LoadReport",
     "MailboxFull",
+    "Marker",
     "Mimic",
+    "MotionMeasurement",
+    "MouseEvent",
+    "NoReading",
     "NoUrdf",
     "NotFound",
     "NotSupported",
+    "Observation",
+    "OdometrySensor",
     "OwnedByAnother",
     "Pace",
     "Parameter",
@@ -192,7 +246,9 @@ __all__ = [
     "Place",
     "PlacedShape",
     "Pose",
+    "RangeSensor",
     "RayHits",
+    "ReadingStream",
     "Refused",
     "Reloaded",
     "RequestIdReused",
@@ -210,6 +266,14 @@ __all__ = [
     "RobotNotFound",
     "RobotState",
     "RobotTargets",
+    "Rollout",
+    "Sensor",
+    "SensorExists",
+    "SensorInfo",
+    "SensorNoise",
+    "SensorNotFound",
+    "SensorReading",
+    "Sensors",
     "Severity",
     "Shape",
     "ShuttingDown",
@@ -221,10 +285,12 @@ __all__ = [
     "SavedState",
     "SavedStateNotFound",
     "Stamp",
+    "Start",
     "States",
     "Superseded",
     "Surface",
     "Surfaces",
+    "Sweep",
     "Target",
     "TargetBeyondLimit",
     "Targets",
@@ -236,9 +302,13 @@ __all__ = [
     "Unauthenticated",
     "Unavailable",
     "UploadMismatch",
+    "Variation",
     "VersionMismatch",
+    "View",
+    "ViewCamera",
     "Watch",
     "Whole",
+    "WorldSensors",
     "WorldStatistics",
     "Wrench",
     "WorldClaimed",

@@ -65,6 +65,12 @@ class AnswerError(SimdError):
     code = "INTERNAL"
 
 
+class NoReading(SimdError):
+    """A sensor has no reading yet, or it is a camera."""
+
+    code = "FAILED_PRECONDITION"
+
+
 class Refused(SimdError):
     """The daemon refused the call. The class itself is used for a reason that this client does not know."""
 
@@ -179,6 +185,14 @@ class ConstraintNotFound(NotFound):
 
 class ConstraintExists(Refused):
     """A constraint of that name is in the world. Metadata: `constraint`."""
+
+
+class SensorNotFound(NotFound):
+    """The robot has no such sensor. Metadata: `robot`, `sensor`."""
+
+
+class SensorExists(Refused):
+    """The robot has a sensor of that name. Metadata: `robot`, `sensor`."""
 
 
 class InvalidSavedState(Refused):

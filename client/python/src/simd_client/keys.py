@@ -18,6 +18,11 @@ def joint_states(daemon: str, robot: str) -> str:
     return f"simd/{daemon}/joint_states/{robot}"
 
 
+def sensor_readings(daemon: str, robot: str, sensor: str) -> str:
+    """The key under which a sensor's readings are published."""
+    return f"simd/{daemon}/sensor_readings/{robot}/{sensor}"
+
+
 def world_statistics(daemon: str) -> str:
     """The key under which the world's statistics are published."""
     return f"simd/{daemon}/world_statistics"

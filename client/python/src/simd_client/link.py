@@ -200,7 +200,7 @@ class Link:
         """Sends a query, with the proof of its claim if it has one."""
         payload, secret = sealed(method.request, payload)
         key, options = self._request(method, payload, timeout)
-        if method is methods.ClaimJoints:
+        if method is methods.ClaimJoints or method is methods.AddMarkers:
             options["attachment"] = f"{self._attachment}\nsimd-session: {self._present()}"
         if not secret:
             return send(key, options)
@@ -209,7 +209,7 @@ class Link:
         )
 
     def _present(self) -> str:
-        """Puts up the token that says that this client is there, for claims that end with it. Returns the session's id."""
+        """Puts up the token that says that this client is there, for claims and markers that end with it. Returns the session's id."""
         session = str(self.session.zid())
         with self._lock:
             if self._token is None:

@@ -40,6 +40,4 @@ def test_states_are_true() -> None:
     # That raises from a module that does other things too.
     assert raising - set(unsupported.__all__) == {"loadBullet"}
     accepted = {name for name, state in listed.items() if state == "accepted"}
-    # Sliders are taken down by the same function as drawings.
-    drawn = set(headless.__all__) - {"removeUserDebugItem"}
-    assert accepted == drawn | set(plugins.__all__) | {"setDefaultContactERP"}
+    assert accepted == set(headless.__all__) | set(plugins.__all__) | {"setDefaultContactERP"}

@@ -114,9 +114,9 @@ impl ZenohChannel {
             Some((message, secret)) => (message.into(), Some(secret)),
             None => (asked.message, None),
         };
-        // What it claims may be bound to the session.
-        let session =
-            (name == "ClaimJoints").then(|| self.network.tokens.declare(&self.network.session, &self.name));
+        // What it claims or draws may be bound to the session.
+        let session = matches!(name, "ClaimJoints" | "AddMarkers")
+            .then(|| self.network.tokens.declare(&self.network.session, &self.name));
         let session = session.transpose().map_err(|error| Status::unavailable(super::first_words(&error)))?;
         let send = |proof: Option<String>| {
             let headers = (!asked.headers.is_empty()).then(|| asked.headers.to_string());
@@ -264,6 +264,9 @@ impl StreamingService<Bytes> for Call {
             let answers: Answers = match method.path.as_str() {
                 "/simd.v1.JointService/WatchJointStates" => {
                     streams::joint_states(channel, method, asked).await?
+                }
+                "/simd.v1.SensorService/WatchSensorReadings" => {
+                    streams::sensor_readings(channel, method, asked).await?
                 }
                 "/simd.v1.EventService/WatchEvents" => streams::events(channel, asked).await?,
                 "/simd.v1.ParameterService/WatchParameters" => streams::parameters(channel, asked).await?,

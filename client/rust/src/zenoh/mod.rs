@@ -12,7 +12,6 @@ mod daemons;
 mod streams;
 mod tokens;
 
-use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -26,7 +25,7 @@ use self::claims::Counter;
 use self::daemons::Daemons;
 use self::tokens::Tokens;
 use crate::endpoint::Place;
-use crate::{Client, ConnectOptions, Error};
+use crate::{Client, ConnectOptions, Error, tls};
 
 /// Answers larger than this are refused before they are read.
 const MAX_MESSAGE_BYTES: usize = 64 * 1024 * 1024;
@@ -60,7 +59,8 @@ impl Network {
     ///
     /// # Errors
     /// [`Error::Endpoint`] where the text is no locator, [`Error::Unreachable`] where
-    /// no process listens there.
+    /// no process listens there, [`Error::Certificate`] and [`Error::Untrusted`] as
+    /// [`Client::connect`].
     pub async fn join(locator: &str, options: ConnectOptions) -> Result<Self, Error> {
         match crate::endpoint::read(locator)? {
             Place::Zenoh { locator, name: _ } => Self::open(&locator, options).await,
@@ -78,13 +78,22 @@ impl Network {
         if Handle::current().runtime_flavor() == RuntimeFlavor::CurrentThread {
             return Err(refuse("Zenoh needs a tokio runtime of the multi-thread flavor".to_owned()));
         }
-        let settings = settings(locator, options.tls_authorities.as_deref())
-            .map_err(|error| refuse(first_words(&error)))?;
+        let is_sealed = locator.starts_with("tls/") || locator.starts_with("quic/");
+        let pems = if is_sealed { tls::read(&options)? } else { tls::Pems::default() };
+        let settings = settings(locator, &options).map_err(|error| refuse(first_words(&error)))?;
         let unreachable = |reason| Error::Unreachable { endpoint: locator.to_owned(), reason };
-        let session = match tokio::time::timeout(options.connect_timeout, zenoh::open(settings)).await {
-            Ok(Ok(session)) => session,
-            Ok(Err(error)) => return Err(unreachable(first_words(&error))),
-            Err(_elapsed) => return Err(unreachable("the connection timed out".to_owned())),
+        let failed = match tokio::time::timeout(options.connect_timeout, zenoh::open(settings)).await {
+            Ok(Ok(session)) => Ok(session),
+            Ok(Err(error)) => Err(first_words(&error)),
+            Err(_elapsed) => Err("the connection timed out".to_owned()),
+        };
+        let session = match failed {
+            Ok(session) => session,
+            Err(reason) => {
+                // Zenoh does not say what TLS said.
+                let told = tls::probe(locator, &pems, options.connect_timeout).await;
+                return Err(Error::unreachable(locator, told.unwrap_or(reason)));
+            }
         };
         let network = Self {
             session,
@@ -155,8 +164,9 @@ impl Network {
         let name = match (name, names.as_slice()) {
             (_, []) => return Err(unreachable("no simd daemon is there".to_owned())),
             (None, [only]) => only,
-            (None, _) => {
-                return refuse(format!("several daemons are there: {listed}; add #NAME to say which"));
+            (None, names) => {
+                let names = names.iter().map(|&name| name.to_owned()).collect();
+                return Err(Error::SeveralDaemons { endpoint: self.locator.to_string(), names });
             }
             (Some(name), names) if names.contains(&name) => name,
             (Some(name), _) => return Err(unreachable(format!("`{name}` is not there, but {listed}"))),
@@ -171,7 +181,7 @@ impl Network {
 }
 
 /// As closed as the daemon's: no looking around, and no memory shared.
-fn settings(locator: &str, tls_authorities: Option<&Path>) -> Result<zenoh::Config, zenoh::Error> {
+fn settings(locator: &str, options: &ConnectOptions) -> Result<zenoh::Config, zenoh::Error> {
     let mut settings = zenoh::Config::default();
     let text = |text: &str| format!("{text:?}");
     settings.insert_json5("mode", &text("client"))?;
@@ -182,9 +192,19 @@ fn settings(locator: &str, tls_authorities: Option<&Path>) -> Result<zenoh::Conf
     for off in ["scouting/multicast", "scouting/gossip", "adminspace", "transport/shared_memory"] {
         settings.insert_json5(&format!("{off}/enabled"), "false")?;
     }
-    if let Some(authorities) = tls_authorities {
-        let path = text(&authorities.display().to_string());
-        settings.insert_json5("transport/link/tls/root_ca_certificate", &path)?;
+    let files = [
+        ("root_ca_certificate", &options.tls_authorities),
+        ("connect_certificate", &options.tls_certificate),
+        ("connect_private_key", &options.tls_key),
+    ];
+    for (name, path) in files {
+        if let Some(path) = path {
+            let path = text(&path.display().to_string());
+            settings.insert_json5(&format!("transport/link/tls/{name}"), &path)?;
+        }
+    }
+    if options.tls_certificate.is_some() {
+        settings.insert_json5("transport/link/tls/enable_mtls", "true")?;
     }
     settings.insert_json5("transport/link/rx/max_message_size", &MAX_MESSAGE_BYTES.to_string())?;
     settings.insert_json5("transport/link/tx/lease", &LEASE.as_millis().to_string())?;

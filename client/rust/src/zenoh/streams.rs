@@ -11,10 +11,12 @@ use futures_util::stream;
 use prost::Message;
 use simd_proto::methods::{self, Method};
 use simd_proto::v1::{
-    ControlRequest, ControlResponse, ControlWait, JointSelection, NextEventsRequest, NextEventsResponse,
-    NextJointStatesRequest, NextJointStatesResponse, NextParametersRequest, NextParametersResponse,
-    WatchEventsRequest, WatchEventsResponse, WatchJointStatesRequest, WatchJointStatesResponse,
-    WatchParametersResponse,
+    ControlRequest, ControlResponse, ControlWait, JointSelection, ListSensorsRequest, ListSensorsResponse,
+    NextEventsRequest, NextEventsResponse, NextJointStatesRequest, NextJointStatesResponse,
+    NextParametersRequest, NextParametersResponse, NextSensorReadingsRequest, NextSensorReadingsResponse,
+    Sensor, SensorCursor, WatchEventsRequest, WatchEventsResponse, WatchJointStatesRequest,
+    WatchJointStatesResponse, WatchParametersResponse, WatchSensorReadingsRequest,
+    WatchSensorReadingsResponse,
 };
 use tokio::task::JoinHandle;
 use tokio::time::{Interval, MissedTickBehavior, interval};
@@ -28,6 +30,8 @@ use super::channel::{Answers, Asked, ZenohChannel};
 const WAIT: Duration = Duration::from_secs(5);
 /// States a second where the request does not say, as the schema has it.
 const DEFAULT_RATE: f64 = 30.0;
+/// Messages with readings of sensors a second where the request does not say, as the schema has it.
+const DEFAULT_READINGS_RATE: f64 = 50.0;
 
 /// Asks a method that has one answer.
 async fn ask<R: Message, A: Message + Default>(
@@ -167,6 +171,67 @@ impl EventWatch {
                 .map(|event| WatchEventsResponse { event: Some(event), missed: std::mem::take(&mut missed) })
                 .collect();
             self.ask(batch.last_sequence);
+        }
+    }
+}
+
+/// `WatchSensorReadings`: by `NextSensorReadings`, at the rate that is asked for.
+pub(super) async fn sensor_readings(
+    channel: ZenohChannel,
+    watch: &'static Method,
+    asked: Asked,
+) -> Result<Answers, Status> {
+    // The daemon says what is wrong with the rate and the selections.
+    channel.check(watch, asked.clone()).await?;
+    let WatchSensorReadingsRequest { selections, rate } = read(asked.message)?;
+    let rate = if rate > 0.0 { rate } else { DEFAULT_READINGS_RATE };
+    let mut ticks = interval(Duration::from_secs_f64(1.0 / rate));
+    ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    let list = method("SensorService", "ListSensors")?;
+    let all: ListSensorsResponse =
+        ask(&channel, list, &ListSensorsRequest::default(), &asked.headers).await?;
+    let is_wanted = |sensor: &Sensor| {
+        let of_robot = || selections.iter().filter(|of| of.robot == sensor.robot);
+        selections.is_empty()
+            || of_robot().any(|of| of.sensors.is_empty() || of.sensors.contains(&sensor.name))
+    };
+    let wanted = all.sensors.into_iter().filter_map(|info| Some((info.sensor?, info.last_sequence)));
+    let wanted = wanted.filter(|(sensor, _)| is_wanted(sensor));
+    let cursor = |(of, after_sequence): (Sensor, u64)| SensorCursor {
+        robot: of.robot,
+        sensor: of.name,
+        after_sequence,
+    };
+    let sensors = wanted.map(cursor).collect();
+    let next = method("SensorService", "NextSensorReadings")?;
+    let watcher = SensorWatch { channel, next, headers: asked.headers, ticks, sensors };
+    Ok(Box::pin(stream::try_unfold(watcher, SensorWatch::next)))
+}
+
+struct SensorWatch {
+    channel: ZenohChannel,
+    next: &'static Method,
+    headers: Arc<str>,
+    ticks: Interval,
+    /// What was seen. A daemon that was started again reads a number that lies ahead as none.
+    sensors: Vec<SensorCursor>,
+}
+
+impl SensorWatch {
+    async fn next(mut self) -> Result<Option<(Bytes, Self)>, Status> {
+        self.ticks.tick().await;
+        loop {
+            let (sensors, timeout) = (self.sensors.clone(), WAIT.as_secs_f64());
+            let request = NextSensorReadingsRequest { sensors, timeout };
+            let answer = ask(&self.channel, self.next, &request, &self.headers).await;
+            let Some(NextSensorReadingsResponse { mut sensors }) = ended(answer)? else { return Ok(None) };
+            for (cursor, of) in self.sensors.iter_mut().zip(&sensors) {
+                cursor.after_sequence = of.after_sequence;
+            }
+            sensors.retain(|of| !of.readings.is_empty() || of.missed > 0);
+            if !sensors.is_empty() {
+                return Ok(Some((WatchSensorReadingsResponse { sensors }.encode_to_vec().into(), self)));
+            }
         }
     }
 }

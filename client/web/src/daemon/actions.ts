@@ -1,7 +1,8 @@
 // Every change that the user makes to the world. Each resolves once it is applied; errors are shown as toasts.
-import { WrenchFrame } from "../gen/simd/v1/entity_pb";
+import { Base, WrenchFrame } from "../gen/simd/v1/entity_pb";
 import { JointMode, type SetJointTargetsResponse } from "../gen/simd/v1/joint_pb";
 import { PaceMode, SimulationState } from "../gen/simd/v1/simulation_pb";
+import { demoArm } from "../load/demo-arm";
 import { loadDropped, type DroppedFile } from "../load/load";
 import { toast } from "../state/toasts";
 import { frame, simulation, type Axis, type Mode } from "../state/world";
@@ -92,6 +93,23 @@ export async function deleteConstraint(name: string): Promise<void> {
 /** Loads the robots that the files describe. */
 export async function loadFiles(files: DroppedFile[]): Promise<void> {
   await attempt(() => loadDropped(services().entities, files));
+  daemonConnection().pollAllNow();
+}
+
+/** Adds an arm to the world, for who has no robot at hand. */
+export async function addDemoArm(): Promise<void> {
+  const urdf = new TextEncoder().encode(demoArm());
+  await attempt(() => services().entities.spawnEntity({ source: { source: { case: "urdf", value: urdf } }, base: Base.FIXED, allowRenaming: true }));
+  daemonConnection().pollAllNow();
+}
+
+/** Adds a plane at z = 0, which robots can stand on. */
+export async function addGround(): Promise<void> {
+  await attempt(async () => {
+    const primitive = { geometry: { case: "plane", value: {} } } as const;
+    await services().entities.spawnEntity({ name: "ground", allowRenaming: true, base: Base.FIXED, source: { source: { case: "primitive", value: primitive } } });
+    toast("info", "There is ground at z = 0 now. A reset puts back what has fallen.");
+  });
   daemonConnection().pollAllNow();
 }
 
@@ -196,6 +214,8 @@ async function sendPulls(values: Map<string, Pull>): Promise<void> {
     }),
   );
   await Promise.all(calls);
+  // The spring follows the states: of a still world they are rare.
+  daemonConnection().pollNow();
 }
 
 function wire([x, y, z]: Vector): { x: number; y: number; z: number } {

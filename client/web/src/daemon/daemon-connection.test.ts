@@ -22,6 +22,9 @@ class World {
   robots = new Map([["arm", 1n]]);
   /** While playing, each state is a new one. */
   playing = false;
+  /** Whether its joints move while it plays. */
+  moving = true;
+  private position = 0;
   readonly calls: string[] = [];
   readonly asked: NextJointStatesRequest[] = [];
 
@@ -51,8 +54,9 @@ class World {
           this.heard("states");
           this.asked.push(request);
           if (this.playing) this.sequence += 1n;
+          if (this.playing && this.moving) this.position += 0.01;
           return create(NextJointStatesResponseSchema, {
-            states: { stamp: { sequence: this.sequence }, robots: [...this.robots].map(([robot, layoutVersion]) => ({ robot, layoutVersion })) },
+            states: { stamp: { sequence: this.sequence }, robots: [...this.robots].map(([robot, layoutVersion]) => ({ robot, layoutVersion, position: [this.position] })) },
           });
         },
       });
@@ -101,6 +105,32 @@ test("a playing world is polled at most sixty times a second", async () => {
   expect(rate).toBeLessThanOrEqual(61);
   expect(rate).toBeGreaterThan(50);
   expect(world.asked.at(-1)).toMatchObject({ timeout: 0.02, returnLinkPoses: true, returnContacts: false });
+});
+
+test("a world that plays and in which nothing moves is polled five times a second, until something moves", async () => {
+  world.playing = true;
+  world.moving = false;
+  daemonConnection.setVisible(true);
+  await vi.advanceTimersByTimeAsync(2000);
+  const before = world.count("states");
+  await vi.advanceTimersByTimeAsync(5000);
+  expect(world.count("states") - before).toBe(25);
+  world.moving = true;
+  await vi.advanceTimersByTimeAsync(200);
+  const moving = world.count("states");
+  await vi.advanceTimersByTimeAsync(1000);
+  expect(world.count("states") - moving).toBeGreaterThan(50);
+});
+
+test("a change by this page to a still world is shown at full rate", async () => {
+  world.playing = true;
+  world.moving = false;
+  daemonConnection.setVisible(true);
+  await vi.advanceTimersByTimeAsync(2000);
+  const before = world.count("states");
+  daemonConnection.pollNow();
+  await vi.advanceTimersByTimeAsync(250);
+  expect(world.count("states") - before).toBeGreaterThan(12);
 });
 
 test("an idle world is polled four times a second, with calls that return at once", async () => {

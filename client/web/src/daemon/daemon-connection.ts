@@ -2,7 +2,8 @@
 import { Code, ConnectError } from "@connectrpc/connect";
 import { batch } from "@preact/signals";
 import { contacts } from "../state/view";
-import { connection, daemonName, frame, isRole, role } from "../state/world";
+import { isStill } from "../state/stillness";
+import { connection, daemonName, frame, isRole, role, type Frame } from "../state/world";
 import { retryDelay } from "./backoff";
 import { PollLoop } from "./poll-loop";
 import { frameOf, layoutsOf } from "./mapping";
@@ -10,6 +11,7 @@ import { messageOf } from "./error-message";
 import { RobotRegistry } from "./robot-registry";
 import type { Services } from "./services";
 import { DaemonPoller } from "./daemon-poller";
+import { ViewLink } from "./view-link";
 
 /** Milliseconds between the starts of two calls: 60 states a second. */
 const INTERVAL = 1000 / 60;
@@ -20,6 +22,10 @@ const IDLE_AFTER = 5;
 /** Milliseconds between two calls while the world is idle: no connection is held for it. */
 const IDLE_INTERVAL = 250;
 const IDLE_WAIT = 0.001;
+/** After this many states in a row in which nothing moved, the world counts as still: only its time goes on. */
+const STILL_AFTER = 30;
+/** Milliseconds between two calls while the world is still. */
+const STILL_INTERVAL = 200;
 /** Milliseconds without a response after which the daemon is lost. */
 const TIMEOUT = 5000;
 
@@ -29,10 +35,15 @@ export class DaemonConnection {
   private readonly states = new PollLoop(() => this.run());
   private readonly poller: DaemonPoller;
   private readonly slow: PollLoop;
+  private readonly view: ViewLink;
   private sequence = 0n;
   /** The next response counts as new even if its sequence is not: the request differs from the last one. */
   private forceNew = true;
   private unchanged = 0;
+  /** States in which nothing has moved since `reference`. */
+  private still = 0;
+  /** The last state in which something had moved: a slow motion adds up against it. */
+  private reference: Frame | null = null;
   private failures = 0;
   private due = 0;
 
@@ -40,6 +51,7 @@ export class DaemonConnection {
     this.registry = new RobotRegistry(services, () => this.refresh());
     this.poller = new DaemonPoller(services, this.registry);
     this.slow = new PollLoop(() => this.poller.poll());
+    this.view = new ViewLink(services);
     // Contacts are requested only if they are drawn, and an idle world has to be polled again for them.
     contacts.subscribe(() => this.refresh());
   }
@@ -50,13 +62,15 @@ export class DaemonConnection {
       if (visible) loop.start();
       else loop.stop();
     }
+    this.view.setVisible(visible);
   }
 
-  /** Polls an idle world at once: this page has changed something. */
+  /** Polls an idle or still world at once: this page has changed something. */
   pollNow(): void {
-    const idle = this.unchanged >= IDLE_AFTER;
+    const rests = this.unchanged >= IDLE_AFTER || this.still >= STILL_AFTER;
     this.unchanged = 0;
-    if (idle && connection.value.state === "live") this.states.wake();
+    this.still = 0;
+    if (rests && connection.value.state === "live") this.states.wake();
   }
 
   /** Polls what changes slowly at once, too. */
@@ -85,7 +99,8 @@ export class DaemonConnection {
     } catch (error) {
       return this.disconnect(error);
     }
-    return this.unchanged >= IDLE_AFTER ? IDLE_INTERVAL : Math.max(0, this.due - performance.now());
+    if (this.unchanged >= IDLE_AFTER) return IDLE_INTERVAL;
+    return this.still >= STILL_AFTER ? STILL_INTERVAL : Math.max(0, this.due - performance.now());
   }
 
   private async connect(): Promise<void> {
@@ -96,6 +111,8 @@ export class DaemonConnection {
     this.sequence = 0n;
     this.forceNew = true;
     this.unchanged = 0;
+    this.still = 0;
+    this.reference = null;
     this.failures = 0;
     batch(() => {
       daemonName.value = info.name;
@@ -103,6 +120,7 @@ export class DaemonConnection {
       connection.value = { state: "live", reason: "", retryAt: 0 };
     });
     this.slow.wake();
+    this.view.begin();
   }
 
   private async poll(timeout: number): Promise<void> {
@@ -126,7 +144,19 @@ export class DaemonConnection {
     this.unchanged = 0;
     this.sequence = sequence;
     const next = frameOf(response, this.registry.layouts(), performance.now());
-    if (next) frame.value = next;
+    if (!next) return;
+    this.compare(next);
+    frame.value = next;
+  }
+
+  /** Counts the states in which nothing has moved. */
+  private compare(next: Frame): void {
+    if (this.reference && isStill(this.reference, next)) {
+      this.still += 1;
+    } else {
+      this.still = 0;
+      this.reference = next;
+    }
   }
 
   private disconnect(error: unknown): number {

@@ -2,9 +2,10 @@
 import { batch } from "@preact/signals";
 import { timestampMs } from "@bufbuild/protobuf/wkt";
 import type { Event } from "../gen/simd/v1/event_pb";
-import { constraints } from "../state/constraints";
+import { constraints, sameConstraints } from "../state/constraints";
 import { addHappenings, happenings } from "../state/happenings";
 import { beingMade, recordings, recordingSince, recordingsOpen } from "../state/recordings";
+import { readings, sensors, sensorsShownOf } from "../state/sensors";
 import { toast } from "../state/toasts";
 import { clients, connection, parameters, physics, robots, simulation, targetSources } from "../state/world";
 import { constraintOf } from "./constraints";
@@ -13,6 +14,7 @@ import { clientOf, parameterOf, physicsOf, simulationOf, sourcesOf } from "./map
 import { LagDetector } from "./lag-detector";
 import { recordingOf } from "./recordings";
 import type { RobotRegistry } from "./robot-registry";
+import { readingsOf, sensorOf } from "./sensors";
 import type { Services } from "./services";
 
 /** Milliseconds between two polls. */
@@ -49,6 +51,7 @@ export class DaemonPoller {
     // Whatever is wrong with the folder is said where they are listed.
     await this.fetchRecordings().catch(() => undefined);
     await this.fetchConstraints().catch(() => undefined);
+    await this.fetchSensors().catch(() => undefined);
   }
 
   /** Returns the milliseconds until the next poll. */
@@ -62,6 +65,7 @@ export class DaemonPoller {
       await this.fetchEvents();
       // Their forces change.
       if (constraints.value.length > 0) await this.fetchConstraints();
+      await this.fetchReadings();
       if (withClients) await this.fetchClients();
       // Its size grows.
       if (withClients && (beingMade.value || recordingsOpen.value)) await this.fetchRecordings();
@@ -101,7 +105,23 @@ export class DaemonPoller {
 
   private async fetchConstraints(): Promise<void> {
     const response = await this.services.constraints.listConstraints({}, CALL);
-    constraints.value = response.constraints.map(constraintOf);
+    const next = response.constraints.map(constraintOf);
+    // Nothing is drawn again for forces that differ by what the solver leaves.
+    if (!sameConstraints(constraints.peek(), next)) constraints.value = next;
+  }
+
+  private async fetchSensors(): Promise<void> {
+    const response = await this.services.sensors.listSensors({}, CALL);
+    sensors.value = response.sensors.map(sensorOf);
+  }
+
+  /** Of the robot in the panel, where it has sensors. What is measured is not waited for. */
+  private async fetchReadings(): Promise<void> {
+    const robot = sensorsShownOf.value;
+    if (!sensors.value.some((sensor) => sensor.robot === robot)) return;
+    const request = { selections: [{ robot }], timeout: NO_WAIT };
+    const response = await this.services.sensors.getSensorReadings(request, CALL);
+    if (sensorsShownOf.value === robot) readings.value = readingsOf(response.sensors);
   }
 
   private async fetchRecordings(): Promise<void> {
@@ -120,6 +140,7 @@ export class DaemonPoller {
     if (stale.physics || missed > 0n) await this.fetchPhysics();
     if (stale.robots.size > 0) await this.registry.refresh(stale.robots);
     if (stale.constraints || missed > 0n) await this.fetchConstraints();
+    if (stale.sensors || missed > 0n) await this.fetchSensors();
     if (stale.recordings || missed > 0n) await this.fetchRecordings();
   }
 }
@@ -134,10 +155,11 @@ function tell(events: Event[]): { text: string; isWarning: boolean }[] {
   return told;
 }
 
-/** What has to be fetched again after these events: physics settings, constraints, recordings, and which robots. */
-function staleAfter(events: Event[]): { physics: boolean; constraints: boolean; recordings: boolean; robots: Set<string> } {
+/** What has to be fetched again after these events: physics settings, constraints, sensors, recordings, and which robots. */
+function staleAfter(events: Event[]): { physics: boolean; constraints: boolean; sensors: boolean; recordings: boolean; robots: Set<string> } {
   let physics = false;
   let constraints = false;
+  let sensors = false;
   let recordings = false;
   const robots = new Set<string>();
   for (const { kind } of events) {
@@ -145,6 +167,7 @@ function staleAfter(events: Event[]): { physics: boolean; constraints: boolean; 
       case "stateRestored":
         physics = true;
         constraints = true;
+        sensors = true;
         break;
       case "physicsChanged":
         physics = true;
@@ -152,6 +175,14 @@ function staleAfter(events: Event[]): { physics: boolean; constraints: boolean; 
       case "constraintCreated":
       case "constraintDeleted":
         constraints = true;
+        break;
+      // Those of descriptions come and go with their robots.
+      case "sensorCreated":
+      case "sensorDeleted":
+      case "entitySpawned":
+      case "entityDeleted":
+      case "entityReloaded":
+        sensors = true;
         break;
       case "recordingStarted":
       case "recordingEnded":
@@ -167,12 +198,13 @@ function staleAfter(events: Event[]): { physics: boolean; constraints: boolean; 
         break;
       case "simulationReset":
         constraints = true;
+        sensors = true;
         // A reset enables disabled robots again.
         for (const robot of disabledRobots()) robots.add(robot);
         break;
     }
   }
-  return { physics, constraints, recordings, robots };
+  return { physics, constraints, sensors, recordings, robots };
 }
 
 function disabledRobots(): string[] {

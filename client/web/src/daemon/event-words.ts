@@ -49,6 +49,10 @@ export function wordsOf({ kind }: Event): Words {
       const text = `The constraint ${constraint} ${DELETIONS[cause] ?? "went"}`;
       return cause === ConstraintDeletionCause.BROKE ? warning(text) : plain(text);
     }
+    case "sensorCreated":
+      return plain(`The sensor ${kind.value.sensor} of ${kind.value.robot} was made`);
+    case "sensorDeleted":
+      return plain(`The sensor ${kind.value.sensor} of ${kind.value.robot} was removed`);
     case "lockstepChanged": {
       const { client, cause, members } = kind.value;
       const text = `${name(client)} ${LOCKSTEPS[cause] ?? "changed"} the lockstep, which has ${count(members, "member")} now`;

@@ -102,6 +102,17 @@ describe("scenes", () => {
     expect(sceneOf(entity, layout, create(RobotSceneSchema)).links.every((link) => link.movable)).toBe(true);
   });
 
+  test("links have their masses, and joints their axes and limits", () => {
+    const entity = create(EntityInfoSchema, {
+      name: "r",
+      links: [{ name: "base", mass: 2 }, { name: "arm", parent: "base", mass: 1, centerOfMass: { x: 0.1, y: 0, z: 0 }, inertia: [1, 0, 0, 2, 0, 3] }],
+    });
+    const joints = [{ name: "elbow", type: JointType.REVOLUTE, childLink: "arm", axis: { x: 0, y: 1, z: 0 }, limits: { lower: -1, effort: 5 }, damping: 0.1 }];
+    const scene = sceneOf(entity, create(JointLayoutSchema, { robot: "r", joints }), create(RobotSceneSchema));
+    expect(scene.links[1]).toMatchObject({ name: "arm", mass: 1, centreOfMass: [0.1, 0, 0], inertia: [1, 0, 0, 2, 0, 3] });
+    expect(scene.joints).toEqual([{ name: "elbow", type: "revolute", child: "arm", axis: [0, 1, 0], lower: -1, effort: 5, damping: 0.1, friction: 0 }]);
+  });
+
   test("absent fields have the defaults of the schema", () => {
     const entity = create(EntityInfoSchema, { name: "r", links });
     const wire = create(RobotSceneSchema, {

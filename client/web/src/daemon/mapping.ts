@@ -10,7 +10,7 @@ import type { Parameter as WireParameter } from "../gen/simd/v1/parameter_pb";
 import { PaceMode, SimulationState, type Physics as WirePhysics } from "../gen/simd/v1/simulation_pb";
 import type { WorldStatistics } from "../gen/simd/v1/simulation_pb";
 import type { Finding, LoadReport, Loading } from "../state/report";
-import type { Geometry, Pose, RobotScene, SceneLink, Shape, Vector } from "../state/scene";
+import type { Geometry, Pose, RobotScene, SceneJoint, SceneLink, Shape, Vector } from "../state/scene";
 import type { Axis, Client, ContactPoint, Frame, JointValues, Mode, Parameter, Physics, Robot } from "../state/world";
 import type { Simulation } from "../state/world";
 
@@ -113,6 +113,7 @@ export function sceneOf(entity: EntityInfo, layout: JointLayout, scene: WireScen
     robot: entity.name,
     layoutVersion: entity.layoutVersion,
     links: linksOf(entity, layout),
+    joints: layout.joints.map(jointOf),
     visuals: scene.visuals.flatMap(shapeOf),
     collisions: scene.collisions.flatMap(shapeOf),
     colliders: scene.colliders.flatMap(shapeOf),
@@ -124,12 +125,39 @@ function linksOf(entity: EntityInfo, layout: JointLayout): SceneLink[] {
   const indices = new Map(entity.links.map((link, index) => [link.name, index]));
   const links: SceneLink[] = [];
   // Parents come before their children.
-  for (const { name, parent, mass } of entity.links) {
+  for (const { name, parent, mass, centerOfMass, inertia } of entity.links) {
     const index = indices.get(parent) ?? -1;
     const carried = links[index]?.movable ?? (index < 0 && entity.base !== Base.FIXED);
-    links.push({ name, parent: index, movable: carried || moving.has(name), mass });
+    links.push({ name, parent: index, movable: carried || moving.has(name), mass, centreOfMass: vectorOf(centerOfMass), inertia });
   }
   return links;
+}
+
+const TYPES: Record<JointType, SceneJoint["type"]> = {
+  [JointType.UNSPECIFIED]: "joint",
+  [JointType.FIXED]: "fixed",
+  [JointType.REVOLUTE]: "revolute",
+  [JointType.CONTINUOUS]: "continuous",
+  [JointType.PRISMATIC]: "prismatic",
+  [JointType.PLANAR]: "planar",
+  [JointType.SPHERICAL]: "spherical",
+  [JointType.FLOATING]: "floating",
+};
+
+function jointOf({ name, type, childLink, axis, limits, damping, friction, mimic }: JointInfo): SceneJoint {
+  return {
+    name,
+    type: TYPES[type] ?? "joint",
+    child: childLink,
+    damping,
+    friction,
+    ...(axis && { axis: vectorOf(axis) }),
+    ...(limits?.lower !== undefined && { lower: limits.lower }),
+    ...(limits?.upper !== undefined && { upper: limits.upper }),
+    ...(limits?.effort !== undefined && { effort: limits.effort }),
+    ...(limits?.velocity !== undefined && { velocity: limits.velocity }),
+    ...(mimic && { mimics: mimic.joint }),
+  };
 }
 
 function shapeOf(shape: WireShape): Shape[] {

@@ -8,7 +8,9 @@ import { EventService } from "../gen/simd/v1/event_pb";
 import { JointService } from "../gen/simd/v1/joint_pb";
 import { ParameterService } from "../gen/simd/v1/parameter_pb";
 import { RecordingService } from "../gen/simd/v1/recording_pb";
+import { SensorService } from "../gen/simd/v1/sensor_pb";
 import { SimulationService } from "../gen/simd/v1/simulation_pb";
+import { ViewService } from "../gen/simd/v1/view_pb";
 import { countRequest } from "./request-count";
 import { API_VERSION } from "./version";
 
@@ -21,7 +23,9 @@ export interface Services {
   joints: Client<typeof JointService>;
   parameters: Client<typeof ParameterService>;
   recordings: Client<typeof RecordingService>;
+  sensors: Client<typeof SensorService>;
   simulation: Client<typeof SimulationService>;
+  view: Client<typeof ViewService>;
 }
 
 /** Clients over any transport; tests use a router transport. */
@@ -34,7 +38,9 @@ export function servicesOver(transport: Transport): Services {
     joints: createClient(JointService, transport),
     parameters: createClient(ParameterService, transport),
     recordings: createClient(RecordingService, transport),
+    sensors: createClient(SensorService, transport),
     simulation: createClient(SimulationService, transport),
+    view: createClient(ViewService, transport),
   };
 }
 

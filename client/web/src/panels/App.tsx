@@ -9,23 +9,29 @@ import "../style/sliders.css";
 import "../style/plots.css";
 import "../style/recordings.css";
 import "../style/overlays.css";
+import "../style/sheets.css";
+import "../style/text-size";
 import "../style/theme";
 import { effect, useComputed } from "@preact/signals";
 import type { JSX } from "preact";
 import { useEffect } from "preact/hooks";
-import { PlotsDrawer } from "../plots/PlotsDrawer";
+import { LazyPlots } from "../plots/LazyPlots";
 import { Viewport } from "../scene/Viewport";
 import { playback } from "../state/playback";
 import { loading } from "../state/report";
-import { panelOpen, plotsOpen } from "../state/view";
+import { panelOpen, panelWidth, plotsOpen } from "../state/view";
 import { connection, frame, parameters, robots } from "../state/world";
 import { Banner } from "./Banner";
 import { DropOverlay } from "./DropOverlay";
 import { EmptyWorld } from "./EmptyWorld";
+import { GuideSheet } from "./GuideSheet";
 import { HelpSheet } from "./HelpSheet";
+import { InputNote } from "./InputNote";
 import { JointPanel } from "./JointPanel";
 import { LoadProgress } from "./LoadProgress";
 import { LogIn } from "./LogIn";
+import { PanelEdge } from "./PanelEdge";
+import { PictureSheet } from "./PictureSheet";
 import { RecordingsSheet } from "./RecordingsSheet";
 import { ReportSheet } from "./ReportSheet";
 import { listen } from "./shortcuts";
@@ -51,11 +57,13 @@ export function App(): JSX.Element {
         {needsToken && <LogIn />}
         <LoadProgress />
         {empty && <EmptyWorld />}
+        <InputNote />
         <ViewToggles />
         <Toasts />
       </main>
       {panelOpen.value && !bare && (
-        <aside class="panel" aria-label="Joints and parameters" data-testid="panel">
+        <aside class="panel" aria-label="Joints and parameters" data-testid="panel" style={panelWidth.value === null ? {} : { "--panel-width": `${panelWidth.value}rem` }}>
+          <PanelEdge />
           <JointPanel />
         </aside>
       )}
@@ -63,6 +71,8 @@ export function App(): JSX.Element {
       <RecordingsSheet />
       <ReportSheet />
       <HelpSheet />
+      <GuideSheet />
+      <PictureSheet />
       <DropOverlay />
     </div>
   );
@@ -71,7 +81,7 @@ export function App(): JSX.Element {
 /** The bar of a recording, if one is shown; then the plots, of the recording or of the world. */
 function Recorded(): JSX.Element {
   const shown = playback.value;
-  if (!shown) return <>{plotsOpen.value && <PlotsDrawer />}</>;
+  if (!shown) return <>{plotsOpen.value && <LazyPlots />}</>;
   const { player, module } = shown;
   return (
     <>

@@ -1,7 +1,10 @@
-// How to load a robot, shown while the world is empty.
+// What to do first, shown while the world is empty: load a robot, take the demo arm, or read how.
 import { signal } from "@preact/signals";
 import { Fragment, type JSX } from "preact";
+import { addDemoArm } from "../daemon/actions";
 import { toast } from "../state/toasts";
+import { role } from "../state/world";
+import { guideOpen } from "./GuideSheet";
 import { loadCommand } from "./load-command";
 import { Icon } from "./icons";
 import { OpenFolder } from "./OpenFolder";
@@ -26,10 +29,26 @@ export function EmptyWorld(): JSX.Element {
   return (
     <section class="card empty" data-testid="empty-world">
       <h2>The world is empty</h2>
-      <p>Drop a robot’s folder here: a URDF with its meshes.</p>
-      <OpenFolder class="button primary">
-        <Icon name="folder" /> Choose a folder
-      </OpenFolder>
+      <p>Drop a robot’s folder here: a URDF, SDF or MJCF with its meshes.</p>
+      <div class="first-steps">
+        <OpenFolder class="button primary">
+          <Icon name="folder" /> Choose a folder
+        </OpenFolder>
+        <button type="button" class="button" data-testid="add-demo-arm" disabled={role.value === "viewer"} title="A small arm of five joints" onClick={() => void addDemoArm()}>
+          <Icon name="plus" /> Add the demo arm
+        </button>
+        <button
+          type="button"
+          class="button"
+          data-testid="read-how"
+          title="How to load robots, give them ground and move them"
+          onClick={() => {
+            guideOpen.value = true;
+          }}
+        >
+          <Icon name="info" /> Read how
+        </button>
+      </div>
       <p class="or">or from a shell</p>
       <div class="command">
         <code data-testid="load-command">

@@ -4,7 +4,7 @@ import type { JSX } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 import { deleteRobot, freeAll, holdAll } from "../daemon/actions";
 import { reports } from "../state/report";
-import { degrees, fit, selectedRobot } from "../state/view";
+import { degrees, fit, panelPart, selectedRobot, type PanelPart } from "../state/view";
 import { robots, type Axis, type Robot } from "../state/world";
 import { Constraints } from "./Constraints";
 import { grouped, matches } from "./groups";
@@ -15,20 +15,25 @@ import { Parameters } from "./Parameters";
 import { Popover } from "./Popover";
 import { shortened } from "./quantity";
 import { openReport } from "./ReportSheet";
+import { Sensors } from "./Sensors";
 import { shownRobot } from "./shown-robot";
+import { Structure } from "./Structure";
 
 const filter = signal("");
 
 /** The panel. */
 export function JointPanel(): JSX.Element {
   const robot = shownRobot.value;
+  const isStructure = panelPart.value === "structure";
   return (
     <div class="panel-body">
       {robots.value.length > 1 && <RobotTabs />}
       {robot && <RobotHeader key={robot.name} robot={robot} />}
-      {robot && robot.axes.length > 0 && <JointTools />}
+      {robot && <Parts />}
+      {robot && !isStructure && robot.axes.length > 0 && <JointTools />}
       <div class="panel-scroll" id="robot-panel" role={robots.value.length > 1 ? "tabpanel" : undefined} aria-label={robot?.name}>
-        {robot && <JointList robot={robot} />}
+        {robot && (isStructure ? <Structure key={robot.name} robot={robot} /> : <JointList robot={robot} />)}
+        {robot && !isStructure && <Sensors key={robot.name} robot={robot.name} />}
         <Parameters />
         <Constraints />
         <OpenFolder class="button quiet open-folder">
@@ -153,6 +158,33 @@ function RobotHeader({ robot }: { robot: Robot }): JSX.Element {
   );
 }
 
+const PARTS: readonly { part: PanelPart; label: string; title: string }[] = [
+  { part: "joints", label: "Joints", title: "What the joints do, and their targets" },
+  { part: "structure", label: "Structure", title: "Links and joints with masses, inertias and limits (I)" },
+];
+
+/** What is shown of the robot. */
+function Parts(): JSX.Element {
+  return (
+    <div class="segments panel-parts" role="group" aria-label="What is shown of the robot">
+      {PARTS.map(({ part, label, title }) => (
+        <button
+          key={part}
+          type="button"
+          data-testid={`part-${part}`}
+          aria-pressed={panelPart.value === part}
+          title={title}
+          onClick={() => {
+            panelPart.value = part;
+          }}
+        >
+          {label}
+        </button>
+      ))}
+    </div>
+  );
+}
+
 /** What narrows the list, and the unit of angles. */
 function JointTools(): JSX.Element {
   return (
@@ -201,10 +233,10 @@ function JointTools(): JSX.Element {
 function JointList({ robot }: { robot: Robot }): JSX.Element {
   const groups = useComputed(() => {
     const { axes } = shownRobot.value ?? robot;
-    return grouped<Axis>(
-      axes.filter(({ label }) => matches(label, filter.value)),
-      ({ label }) => label,
-    );
+    const found = axes.filter(({ label }) => matches(label, filter.value));
+    // What was looked for may be in the words that a heading takes from the names.
+    if (filter.value.trim() !== "") return [{ heading: "", rows: found.map((item) => ({ item, label: item.label })) }];
+    return grouped<Axis>(found, ({ label }) => label);
   });
   if (robot.axes.length === 0) return <p class="hint">{robot.name} has no joints that move.</p>;
   if (groups.value.every(({ rows }) => rows.length === 0)) {
@@ -216,7 +248,7 @@ function JointList({ robot }: { robot: Robot }): JSX.Element {
         heading === "" ? (
           <section key="" class="limb">
             {rows.map(({ item, label }) => (
-              <JointRow key={item.key} axis={item} label={label} />
+              <JointRow key={item.key} axis={item} label={label} filter={filter.value} />
             ))}
           </section>
         ) : (
@@ -227,7 +259,7 @@ function JointList({ robot }: { robot: Robot }): JSX.Element {
               <span class="limb-count">{rows.length}</span>
             </summary>
             {rows.map(({ item, label }) => (
-              <JointRow key={item.key} axis={item} label={label} />
+              <JointRow key={item.key} axis={item} label={label} filter={filter.value} />
             ))}
           </details>
         ),

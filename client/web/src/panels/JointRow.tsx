@@ -1,12 +1,12 @@
 // A row of the joint panel: the name of a joint, its state, and its controls.
 import { useComputed, useSignalEffect } from "@preact/signals";
-import type { JSX } from "preact";
+import { Fragment, type JSX } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 import { plotted, colorSlotOf, togglePlot } from "../plots/plotted";
 import { degrees, hoveredLink } from "../state/view";
 import { clients, targetSources, type Axis, type Mode } from "../state/world";
 import { AxisControl } from "./axis-control";
-import { splitLabel } from "./groups";
+import { foundIn, splitLabel } from "./groups";
 import { Icon } from "./icons";
 import { follow } from "./row-updates";
 
@@ -19,9 +19,8 @@ const MODES: readonly [Mode, string][] = [
   ["hold", "hold"],
 ];
 
-/** A row; `label` is the rest of its name under a heading. */
-export function JointRow({ axis, label }: { axis: Axis; label: string }): JSX.Element {
-  const [start, end] = splitLabel(label);
+/** A row; `label` is the rest of its name under a heading, and `filter` what was looked for, if anything was. */
+export function JointRow({ axis, label, filter }: { axis: Axis; label: string; filter: string }): JSX.Element {
   const row = useRef<HTMLDivElement>(null);
   const fill = useRef<HTMLDivElement>(null);
   const tick = useRef<HTMLDivElement>(null);
@@ -68,10 +67,7 @@ export function JointRow({ axis, label }: { axis: Axis; label: string }): JSX.El
     <div ref={row} class="joint" data-testid={`joint-row-${axis.key}`} onPointerEnter={highlight} onPointerLeave={removeHighlight}>
       <div class="joint-line">
         <PlotSwitch axis={axis} />
-        <span class="joint-name" title={axis.label}>
-          <span class="start">{start}</span>
-          <span class="end">{end}</span>
-        </span>
+        <Name axis={axis} label={label} filter={filter} />
         <Source axis={axis} />
         <span ref={badge} class="badge" data-testid="badge" />
         <span ref={readout} class="readout" data-testid="actual" />
@@ -110,6 +106,24 @@ export function JointRow({ axis, label }: { axis: Axis; label: string }): JSX.El
         {axis.actuated && <TargetNumber axis={axis} input={number} control={control} />}
       </div>
     </div>
+  );
+}
+
+/** The name, shortened in its middle; where a filter found it, all of it, with what was found marked. */
+function Name({ axis, label, filter }: { axis: Axis; label: string; filter: string }): JSX.Element {
+  if (filter.trim() !== "") {
+    return (
+      <span class="joint-name whole" title={axis.label}>
+        {foundIn(axis.label, filter).map(({ text, found }, index) => (found ? <mark key={index}>{text}</mark> : <Fragment key={index}>{text}</Fragment>))}
+      </span>
+    );
+  }
+  const [start, end] = splitLabel(label);
+  return (
+    <span class="joint-name" title={axis.label}>
+      <span class="start">{start}</span>
+      <span class="end">{end}</span>
+    </span>
   );
 }
 
@@ -168,7 +182,7 @@ function TargetNumber({ axis, input, control }: Part): JSX.Element {
       autocomplete="off"
       data-testid="number"
       aria-label={`Target of ${axis.label}, with its unit`}
-      title="Type a target, with a unit if you like: 90 deg, 0.2 rad, 5 cm. Arrow keys nudge, shift for ten times as far"
+      title="Type a target, with a unit if you like: 90 deg, 0.2 rad, 5 cm, 2*(0.1 + 0.2). Arrow keys nudge, shift for ten times as far"
       onFocus={(event) => event.currentTarget.select()}
       onInput={(event) => {
         event.currentTarget.dataset["typed"] = "";

@@ -4,6 +4,7 @@ import { useEffect, useRef, useState } from "preact/hooks";
 import { pressButton, setParameter } from "../daemon/actions";
 import { toast } from "../state/toasts";
 import { parameters, type Parameter } from "../state/world";
+import { compute } from "./expression";
 import { shortened } from "./quantity";
 import { niceStep } from "./range";
 
@@ -66,9 +67,9 @@ function ParameterSlider({ parameter }: { parameter: Parameter }): JSX.Element {
   const type = (box: HTMLInputElement): void => {
     // The shown text is rounded: if it was not edited, the value must not change.
     if (box.value === shortened(value)) return;
-    const typed = Number(box.value.replace(",", "."));
-    if (box.value.trim() === "" || !Number.isFinite(typed)) toast("error", `${name}: "${box.value}" is not a number.`);
-    else set(typed);
+    const typed = valueOf(box.value);
+    if (Number.isFinite(typed)) set(typed);
+    else toast("error", `${name}: "${box.value}" is not a number.`);
     box.value = shortened(value);
   };
   const release = (): void => {
@@ -120,4 +121,13 @@ function ParameterSlider({ parameter }: { parameter: Parameter }): JSX.Element {
       </div>
     </div>
   );
+}
+
+/** What was typed, computed; NaN if it cannot be. */
+function valueOf(text: string): number {
+  try {
+    return compute(text.trim()).value;
+  } catch {
+    return NaN;
+  }
 }

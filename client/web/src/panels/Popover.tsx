@@ -21,12 +21,13 @@ export function Popover({ face, title, label, class: className, testId, children
   const button = useRef<HTMLButtonElement>(null);
   const sheet = useRef<HTMLDivElement>(null);
   const [open, setOpen] = useState(false);
-  /** Below the button, and within the window. */
+  /** Below the button, or above it where there is no room, and within the window. */
   const position = (): void => {
     if (!button.current || !sheet.current) return;
     const under = button.current.getBoundingClientRect();
-    const { style } = sheet.current;
-    style.top = `${under.bottom + 6}px`;
+    const { style, offsetHeight } = sheet.current;
+    const below = under.bottom + 6;
+    style.top = `${below + offsetHeight <= innerHeight ? below : Math.max(8, under.top - offsetHeight - 6)}px`;
     style.right = `${Math.max(8, Math.min(innerWidth - under.right, innerWidth - sheet.current.offsetWidth - 8))}px`;
   };
   return (

@@ -11,6 +11,7 @@ import { Popover } from "./Popover";
 import { Recorder } from "./Recorder";
 import { helpOpen, playOrPause } from "./shortcuts";
 import { Speed } from "./Speed";
+import { TextSize } from "./TextSize";
 
 /** The bar. */
 export function TopBar(): JSX.Element {
@@ -197,6 +198,7 @@ function PageButtons(): JSX.Element {
       >
         <Icon name={name} />
       </button>
+      <TextSize />
       <Switch value={plotsOpen} icon="plots" testId="plots-toggle" label="Plots" shortcut="P" />
       <Switch value={panelOpen} icon="panel" testId="panel-toggle" label="Side panel" shortcut="B" />
       <button

@@ -1,23 +1,30 @@
 // Toggles for the layers of the view.
 import type { JSX } from "preact";
 import { constraints } from "../state/constraints";
-import { collisions, constraintsShown, contacts, fit, frames, grid, visuals } from "../state/view";
+import { markers } from "../state/markers";
+import { centresOfMass, collisions, constraintsShown, contacts, fit, frames, grid, jointAxes, linkNames, markersShown, visuals } from "../state/view";
+import { AddGround } from "./AddGround";
 import { Icon, type IconName } from "./icons";
+import { ViewMenu } from "./ViewMenu";
 
 const TOGGLES = [
   { value: visuals, icon: "visuals", label: "visual", shortcut: "V", what: "What robots look like" },
   { value: collisions, icon: "collisions", label: "collision", shortcut: "C", what: "What robots touch with" },
   { value: frames, icon: "frames", label: "frames", shortcut: "J", what: "Frames of links: red x, green y, blue z" },
+  { value: linkNames, icon: "names", label: "names", shortcut: "N", what: "Names of the links of the robot in the panel" },
+  { value: jointAxes, icon: "axes", label: "axes", shortcut: "A", what: "Axes that joints turn about or slide along" },
+  { value: centresOfMass, icon: "masses", label: "masses", shortcut: "M", what: "Centres of mass of links, and of each robot in red" },
   { value: grid, icon: "grid", label: "grid", shortcut: "G", what: "The ground’s grid" },
   { value: contacts, icon: "contacts", label: "contacts", shortcut: "K", what: "Where links touch, and how hard" },
   { value: constraintsShown, icon: "constraints", label: "constraints", shortcut: "L", what: "What holds links together, and how hard" },
+  { value: markersShown, icon: "markers", label: "markers", shortcut: "D", what: "What programs draw" },
 ] as const satisfies readonly { value: { value: boolean }; icon: IconName; label: string; shortcut: string; what: string }[];
 
 /** The toggles, and the button that fits everything into the view. */
 export function ViewToggles(): JSX.Element {
   return (
     <div class="view-toggles" role="group" aria-label="What is drawn">
-      {TOGGLES.filter(({ value }) => value !== constraintsShown || constraints.value.length > 0).map(({ value, icon, label, shortcut, what }) => (
+      {TOGGLES.filter(({ value }) => hasContent(value)).map(({ value, icon, label, shortcut, what }) => (
         <button
           key={label}
           type="button"
@@ -38,6 +45,14 @@ export function ViewToggles(): JSX.Element {
         <Icon name="fit" />
         <span class="toggle-text">fit</span>
       </button>
+      <ViewMenu />
+      <AddGround />
     </div>
   );
+}
+
+/** Whether there is anything that a toggle would show; of most there always is. */
+function hasContent(value: { value: boolean }): boolean {
+  if (value === constraintsShown) return constraints.value.length > 0;
+  return value !== markersShown || markers.value.size > 0;
 }

@@ -1,6 +1,6 @@
 // Which joints are shown under one heading.
 import { expect, test } from "vitest";
-import { grouped, matches, splitLabel } from "./groups";
+import { foundIn, grouped, matches, splitLabel } from "./groups";
 
 const shown = (names: string[]): Record<string, string[]> =>
   Object.fromEntries(grouped(names, (name) => name).map(({ heading, rows }) => [heading, rows.map(({ label }) => label)]));
@@ -39,6 +39,13 @@ test("a filter finds all of its words in any order and any case", () => {
   expect(matches("left_shoulder_pitch", "Pitch left")).toBe(true);
   expect(matches("left_shoulder_pitch", "right")).toBe(false);
   expect(matches("anything", "  ")).toBe(true);
+});
+
+test("what a filter found is marked, wherever it is, and the name stays whole", () => {
+  const marked = (name: string, filter: string) => foundIn(name, filter).map(({ text, found }) => (found ? `[${text}]` : text)).join("");
+  expect(marked("left_shoulder_pitch", "PITCH left")).toBe("[left]_shoulder_[pitch]");
+  expect(marked("aaa", "aa")).toBe("[aaa]");
+  expect(marked("elbow", "  ")).toBe("elbow");
 });
 
 test("long names that differ at their ends differ in what is never shortened", () => {

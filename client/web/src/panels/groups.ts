@@ -94,6 +94,29 @@ export function splitLabel(label: string): [string, string] {
   return label.length < 2 * END ? [label, ""] : [label.slice(0, -END), label.slice(-END)];
 }
 
+/** A part of a name, and whether a word of the filter is in it. */
+export interface Part {
+  text: string;
+  found: boolean;
+}
+
+/** A name in parts, of which those are marked that the filter found. */
+export function foundIn(name: string, filter: string): Part[] {
+  const plain = name.toLowerCase();
+  const marked = new Array<boolean>(name.length).fill(false);
+  for (const word of filter.toLowerCase().split(/\s+/).filter((each) => each !== "")) {
+    for (let at = plain.indexOf(word); at >= 0; at = plain.indexOf(word, at + 1)) marked.fill(true, at, at + word.length);
+  }
+  const parts: Part[] = [];
+  [...marked.keys()].forEach((at) => {
+    const found = marked[at] ?? false;
+    const last = parts.at(-1);
+    if (last?.found === found) last.text += name.charAt(at);
+    else parts.push({ text: name.charAt(at), found });
+  });
+  return parts;
+}
+
 /** Whether a name contains all words of the filter, in any order. */
 export function matches(name: string, filter: string): boolean {
   const plain = name.toLowerCase();

@@ -48,7 +48,7 @@ test("parts of pi are radians, also where degrees are shown", () => {
   }
 });
 
-test("products and quotients are computed, with a unit after them", () => {
+test("sums, products and parentheses are computed, with units after products", () => {
   for (const [text, value] of [
     ["2*0.3", 0.6],
     ["-2 * 0.3 rad", -0.6],
@@ -56,6 +56,18 @@ test("products and quotients are computed, with a unit after them", () => {
     ["1/4", 0.25],
     ["3*30 deg", Math.PI / 2],
     ["pi*2", 2 * Math.PI],
+    ["0.5+0.1", 0.6],
+    ["1 - 2 - 3", -4],
+    ["2*(0.1 + 0.2)", 0.6],
+    ["(pi - 1)/2", (Math.PI - 1) / 2],
+    ["2(1 + 1)", 4],
+    ["90 deg + 0.1 rad", Math.PI / 2 + 0.1],
+    ["pi/2 - 45 deg", Math.PI / 4],
+    ["(20 + 10) deg", Math.PI / 6],
+    ["90 deg / 2", Math.PI / 4],
+    ["1/4 turn", Math.PI / 2],
+    ["2*-0.3", -0.6],
+    ["-(1 − 3)", 2],
   ] as const) {
     expect(parse(text, "angle", "position", rad), text).toBeCloseTo(value, 12);
   }
@@ -64,8 +76,20 @@ test("products and quotients are computed, with a unit after them", () => {
 test("errors quote the text as it was typed", () => {
   expect(parse("2*0.3 foo", "angle", "position", rad)).toContain('"foo" in "2*0.3 foo"');
   expect(parse("2**3", "angle", "position", rad)).toContain('"2**3" is not a number');
-  expect(parse("0.5+0.1", "angle", "position", rad)).toContain('"0.5+0.1" is not a number');
+  expect(parse("0.5+", "angle", "position", rad)).toContain('"0.5+" is not a number');
+  expect(parse("(1", "angle", "position", rad)).toContain('"(1" is not a number');
+  expect(parse("2 deg rad", "angle", "position", rad)).toContain('"2 deg rad" is not a number');
   expect(parse("1.2.3", "angle", "position", rad)).toContain('"1.2.3" is not a number');
+});
+
+test("a sum of numbers with and without a unit is not guessed at", () => {
+  expect(parse("90 deg + 0.1", "angle", "position", rad)).toMatch(/"90 deg \+ 0.1" adds .* write the unit at each/);
+  expect(parse("1 + 2 cm", "length", "position", metre)).toMatch(/write the unit at each/);
+});
+
+test("no text takes long or deep to refuse", () => {
+  expect(typeof parse("(".repeat(150), "angle", "position", rad)).toBe("string");
+  expect(typeof parse("1+".repeat(100_000), "angle", "position", rad)).toBe("string");
 });
 
 test("an invalid unit gives a message with valid ones", () => {

@@ -1,5 +1,6 @@
 // Formats and parses joint values with their units, for instance "90 deg".
 import type { Axis, Mode } from "../state/world";
+import { compute, Unreadable, type Computed } from "./expression";
 
 /** A quantity of a joint. */
 export type Quantity = "position" | "velocity" | "effort";
@@ -58,50 +59,28 @@ export function shortened(value: number): string {
   return Number.isFinite(value) ? String(Number(value.toPrecision(3))) : "–";
 }
 
-/** A number or pi, after the first one with its operator, which may be left out before pi. */
-const FACTOR = /^\s*([*/]?)\s*(?:((?:\d+(?:[.,]\d*)?|[.,]\d+)(?:e[+-]?\d+)?)|(pi|π))/i;
-
-/** The value of a product like "2*pi/3" at the start of a text, with the rest; undefined if there is none. */
-function product(text: string): { value: number; hasPi: boolean; rest: string } | undefined {
-  const sign = /^[+-]?/.exec(text)?.[0] ?? "";
-  let rest = text.slice(sign.length);
-  let value = sign === "-" ? -1 : 1;
-  let hasPi = false;
-  for (let count = 0; ; count += 1) {
-    const [whole, operator, number, pi] = FACTOR.exec(rest) ?? [];
-    // The first factor has no operator; another number has one.
-    const fits = count === 0 ? operator === "" : operator !== "" || pi !== undefined;
-    if (whole === undefined || !fits) return count === 0 ? undefined : { value, hasPi, rest: rest.trim() };
-    const factor = pi === undefined ? Number(number?.replace(",", ".")) : Math.PI;
-    value = operator === "/" ? value / factor : value * factor;
-    hasPi ||= pi !== undefined;
-    rest = rest.slice(whole.length);
-  }
-}
-
 /**
- * Reads what was typed, in SI: "90 deg", "0,2 rad", "5 cm", "pi/2 rad", "2*0.3". Without a unit it is in `unit`, but
- * "pi/2" is radians whatever is shown. Returns a message if it cannot be read.
+ * Reads what was typed, in SI: "90 deg", "0,2 rad", "5 cm", "pi/2 rad", "2*0.3", "90 deg - (0.1 + 0.2) rad". Without a unit
+ * it is in `unit`, but "pi/2" is radians whatever is shown. Returns a message if it cannot be read.
  */
 export function parse(text: string, kind: Kind, quantity: Quantity, unit: Unit): number | string {
-  const typed = text.trim().replace("−", "-");
-  const read = product(typed);
-  // What follows a number is a unit, which begins with a letter or the sign for degrees.
-  if (!read || /^[^\p{L}°]/u.test(read.rest)) return `"${text}" is not a number`;
-  const { value: number, hasPi, rest } = read;
   const known = UNITS[kind][quantity];
-  const scale = rest === "" ? (hasPi && kind === "angle" ? 1 : unit.scale) : known[rest] ?? findUnit(known, rest);
-  if (scale === undefined) {
-    const wanted = Object.keys(known).filter((name) => /^[\w/ ]+$/.test(name));
-    return `"${rest}" in "${text}" does not fit here: this takes ${wanted.slice(0, 4).join(", ")}`;
+  let read: Computed;
+  try {
+    read = compute(text.trim(), known);
+  } catch (error) {
+    if (error instanceof Unreadable) return whyNot(text, error, known);
+    throw error;
   }
-  const value = number * scale;
+  const scale = read.hasUnit || (read.hasPi && kind === "angle") ? 1 : unit.scale;
+  const value = read.value * scale;
   return Number.isFinite(value) ? value : `"${text}" is not a finite number`;
 }
 
-/** A unit, ignoring case and blanks. */
-function findUnit(known: Record<string, number>, typed: string): number | undefined {
-  const plain = (name: string): string => name.toLowerCase().replaceAll(" ", "");
-  const wanted = plain(typed);
-  return Object.entries(known).find(([name]) => plain(name) === wanted)?.[1];
+/** A message about what cannot be read, which quotes it as it was typed. */
+function whyNot(text: string, { kind, part }: Unreadable, known: Record<string, number>): string {
+  if (kind === "mixed") return `"${text}" adds a number without a unit to one with a unit: write the unit at each`;
+  if (kind === "syntax") return `"${text}" is not a number`;
+  const wanted = Object.keys(known).filter((name) => /^[\w/ ]+$/.test(name));
+  return `"${part}" in "${text}" does not fit here: this takes ${wanted.slice(0, 4).join(", ")}`;
 }

@@ -1,10 +1,14 @@
 // Keyboard shortcuts, in a list that the help sheet shows too.
 import { signal } from "@preact/signals";
 import { pause, play, reset, step } from "../daemon/actions";
-import { collisions, constraintsShown, contacts, fit, frames, grid, panelOpen, plotsOpen, selectedRobot, visuals } from "../state/view";
+import { inputFor } from "../state/input";
+import { centresOfMass, collisions, constraintsShown, contacts, fit, followed, frames, grid, jointAxes, linkNames, markersShown, moveCamera } from "../state/view";
+import { orthographic, panelOpen, panelPart, plotsOpen, selectedRobot, visuals, type Viewpoint } from "../state/view";
 import { playback } from "../state/playback";
 import { robots, role, simulation } from "../state/world";
+import { pictureOpen } from "./PictureSheet";
 import { toggleRecording } from "./Recorder";
+import { shownRobot } from "./shown-robot";
 
 /** Whether the help sheet is open. */
 export const helpOpen = signal(false);
@@ -45,6 +49,37 @@ function stepRecording(key: string, { shiftKey }: KeyboardEvent): void {
   player?.step(key === "arrowleft" ? -states : states);
 }
 
+/** Radians, shares of the distance, and a factor: what one press of a key moves the camera by. */
+const TURN = Math.PI / 36;
+const SHIFT = 0.05;
+const CLOSER = 0.9;
+
+/** An arrow key: through a recording, if one is shown, else of the camera. */
+function arrow(key: string, event: KeyboardEvent): void {
+  const aside = { arrowleft: -1, arrowright: 1 }[key] ?? 0;
+  const up = { arrowdown: -1, arrowup: 1 }[key] ?? 0;
+  if (playback.peek() && aside !== 0) stepRecording(key, event);
+  else if (event.shiftKey) moveCamera({ kind: "pan", right: aside * SHIFT, up: up * SHIFT });
+  else moveCamera({ kind: "orbit", right: aside * TURN, up: up * TURN });
+}
+
+const SIDES: Readonly<Record<string, readonly [Viewpoint, Viewpoint]>> = { x: ["front", "back"], y: ["left", "right"], z: ["top", "bottom"] };
+
+function lookAlong(key: string, { shiftKey }: KeyboardEvent): void {
+  const viewpoint = SIDES[key]?.[shiftKey ? 1 : 0];
+  if (viewpoint) moveCamera({ kind: "from", viewpoint });
+}
+
+/** Takes the camera along with the robot of the panel, or lets it stay. */
+export function toggleFollowing(): void {
+  followed.value = followed.peek() === "" ? (shownRobot.peek()?.name ?? "") : "";
+}
+
+function toggleStructure(): void {
+  panelPart.value = panelOpen.peek() && panelPart.peek() === "structure" ? "joints" : "structure";
+  panelOpen.value = true;
+}
+
 function chooseRobot(key: string): void {
   const robot = robots.peek()[Number(key) - 1];
   if (!robot) return;
@@ -65,7 +100,12 @@ export const SHORTCUTS: readonly Shortcut[] = [
   { keys: [" "], shown: "Space", what: "Play, pause; of a recording, if one is shown", run: playOrPauseShown },
   { keys: ["."], shown: ".", what: "One step", repeats: true, run: () => void step(1) },
   { keys: ["backspace"], shown: "Backspace", what: "Reset time and robots", run: () => void reset() },
-  { keys: ["arrowleft", "arrowright"], shown: "Left, Right", what: "One state of a recording; with Shift a second", repeats: true, run: stepRecording },
+  { keys: ["arrowleft", "arrowright", "arrowup", "arrowdown"], shown: "Arrows", what: "Orbit, with Shift pan; of a recording one state, with Shift a second", repeats: true, run: arrow },
+  { keys: ["+", "=", "-"], shown: "+, -", what: "Zoom", repeats: true, run: (key) => moveCamera({ kind: "zoom", factor: key === "-" ? 1 / CLOSER : CLOSER }) },
+  { keys: ["x", "y", "z"], shown: "X, Y, Z", what: "From the front, the left, above; with Shift from the other side", run: lookAlong },
+  { keys: ["o"], shown: "O", what: "Orthographic, perspective", run: toggle(orthographic) },
+  { keys: ["t"], shown: "T", what: "Follow the robot of the panel", run: toggleFollowing },
+  { keys: ["s"], shown: "S", what: "Save a picture", run: toggle(pictureOpen) },
   { keys: ["home", "end"], shown: "Home, End", what: "To the ends of a recording", run: (key) => playback.peek()?.player.seek(key === "home" ? 0 : Infinity) },
   { keys: ["escape"], shown: "Escape", what: "Close a recording", run: () => playback.peek()?.module.close() },
   { keys: ["r"], shown: "R", what: "Record, stop", run: () => role.peek() !== "viewer" && toggleRecording() },
@@ -76,6 +116,11 @@ export const SHORTCUTS: readonly Shortcut[] = [
   { keys: ["g"], shown: "G", what: "Grid", run: toggle(grid) },
   { keys: ["k"], shown: "K", what: "Contacts", run: toggle(contacts) },
   { keys: ["l"], shown: "L", what: "Constraints", run: toggle(constraintsShown) },
+  { keys: ["d"], shown: "D", what: "Markers", run: toggle(markersShown) },
+  { keys: ["n"], shown: "N", what: "Names of links", run: toggle(linkNames) },
+  { keys: ["a"], shown: "A", what: "Axes of joints", run: toggle(jointAxes) },
+  { keys: ["m"], shown: "M", what: "Centres of mass", run: toggle(centresOfMass) },
+  { keys: ["i"], shown: "I", what: "Structure of the robot in the panel", run: toggleStructure },
   { keys: ["p"], shown: "P", what: "Plots", run: toggle(plotsOpen) },
   { keys: ["b"], shown: "B", what: "Side panel", run: toggle(panelOpen) },
   { keys: ["/"], shown: "/", what: "Filter joints", run: toFilter },
@@ -88,7 +133,7 @@ function isHandledBy(target: EventTarget | null, key: string): boolean {
   if (!(target instanceof HTMLElement)) return false;
   if (target.closest("dialog[open]")) return key !== "?";
   if (target.isContentEditable || target.matches("textarea, select")) return true;
-  if (target.matches("[role=tab]") && key.startsWith("Arrow")) return true;
+  if (target.matches("[role=tab], [role=separator], ul, ol") && key.startsWith("Arrow")) return true;
   // A slider of a joint has the arrows to itself; the time line of a recording has those of the page.
   if (target instanceof HTMLInputElement) return target.type !== "range" || (isForSliders(key) && !target.closest(".time-line"));
   // An open popover is closed first.
@@ -105,6 +150,8 @@ function isForSliders(key: string): boolean {
 export function listen(): () => void {
   const pressed = (event: KeyboardEvent): void => {
     if (event.defaultPrevented || event.isComposing || event.ctrlKey || event.altKey || event.metaKey) return;
+    // While a program asks for keys they are its own.
+    if (inputFor.peek() !== null && event.key !== "?") return;
     if (isHandledBy(event.target, event.key)) return;
     const key = event.key.toLowerCase();
     const shortcut = SHORTCUTS.find(({ keys }) => keys.includes(key));

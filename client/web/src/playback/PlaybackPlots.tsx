@@ -11,6 +11,7 @@ import type { Extent } from "../plots/visible";
 import { topicPart } from "../recording/timeline";
 import { degrees, plotsOpen } from "../state/view";
 import type { Axis } from "../state/world";
+import { shownTextSize } from "../style/text-size";
 import { shownTheme } from "../style/theme";
 import { Casting } from "./casting";
 import { Overview } from "./overview";
@@ -204,6 +205,7 @@ function Plot({ quantity, plots }: { quantity: Quantity; plots: Plots }): JSX.El
   const host = useRef<HTMLDivElement>(null);
   const readout = useRef<HTMLDivElement>(null);
   const theme = shownTheme.value;
+  const size = shownTextSize.value;
   const lines = plots.chosen.value;
   useEffect(() => {
     if (!host.current || !readout.current) return undefined;
@@ -221,7 +223,7 @@ function Plot({ quantity, plots }: { quantity: Quantity; plots: Plots }): JSX.El
       plots.charts.delete(chart);
       chart.destroy();
     };
-  }, [lines, theme, quantity, plots]);
+  }, [lines, theme, size, quantity, plots]);
   const units = [...new Set(lines.map(({ axis }) => unitOf(axis.kind, quantity, degrees.value).name))];
   return (
     <figure class="plot" data-testid={`playback-plot-${quantity}`} data-quantity={quantity} aria-label={`Plot of ${quantity}`}>

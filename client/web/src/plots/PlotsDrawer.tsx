@@ -7,11 +7,13 @@ import { Icon } from "../panels/icons";
 import { unitOf, type Quantity } from "../panels/quantity";
 import { shownRobot } from "../panels/shown-robot";
 import { shownTheme } from "../style/theme";
-import { degrees, plotsOpen } from "../state/view";
+import { shownTextSize } from "../style/text-size";
+import { save } from "../state/download";
+import { degrees, plotSpan, plotsOpen } from "../state/view";
 import { daemonName, frame, robots } from "../state/world";
 import { Chart, type Line } from "./chart";
 import { addPlot, axisOf, plotted, MAX_PLOTTED, removePlot } from "./plotted";
-import { asCsv, save } from "./export";
+import { asCsv } from "./export";
 import { recording, SPAN } from "./recorder";
 import type { Samples } from "./samples";
 import { following, type Extent } from "./visible";
@@ -20,7 +22,9 @@ const QUANTITIES: readonly Quantity[] = ["position", "velocity", "effort"];
 /** Milliseconds between two draws at least. */
 const INTERVAL = 50;
 
-const span = signal(10);
+/** Those that can be chosen, simulated seconds. */
+const SPANS: readonly number[] = [2, 5, 10, 30, SPAN];
+const span = computed(() => (SPANS.includes(plotSpan.value) ? plotSpan.value : 10));
 const zoom = signal<Extent | null>(null);
 /** A copy that is shown while the plots are paused; the recording goes on. */
 const paused = signal<Samples | null>(null);
@@ -165,7 +169,7 @@ function Tools(): JSX.Element {
   };
   const exportAll = (): void => {
     const axes = shown.peek().map(({ axis }) => axis);
-    save(`${daemonName.peek() || "simd"}-joints.csv`, asCsv(paused.peek() ?? recording, axes));
+    save(`${daemonName.peek() || "simd"}-joints.csv`, new Blob([asCsv(paused.peek() ?? recording, axes)], { type: "text/csv" }));
   };
   return (
     <div class="plot-tools">
@@ -188,11 +192,11 @@ function Tools(): JSX.Element {
         data-testid="plot-span"
         value={String(span.value)}
         onChange={(event) => {
-          span.value = Number(event.currentTarget.value);
+          plotSpan.value = Number(event.currentTarget.value);
           zoom.value = null;
         }}
       >
-        {[2, 5, 10, 30, SPAN].map((seconds) => (
+        {SPANS.map((seconds) => (
           <option key={seconds} value={String(seconds)}>
             {seconds} s
           </option>
@@ -239,6 +243,7 @@ function Plot({ quantity }: { quantity: Quantity }): JSX.Element {
   const host = useRef<HTMLDivElement>(null);
   const readout = useRef<HTMLDivElement>(null);
   const theme = shownTheme.value;
+  const size = shownTextSize.value;
   const current = shown.value;
   useEffect(() => {
     if (!host.current || !readout.current) return undefined;
@@ -251,7 +256,7 @@ function Plot({ quantity }: { quantity: Quantity }): JSX.Element {
       charts.delete(chart);
       chart.destroy();
     };
-  }, [current, theme, quantity]);
+  }, [current, theme, size, quantity]);
   const units = [...new Set(current.map(({ axis }) => unitOf(axis.kind, quantity, degrees.value).name))];
   return (
     <figure class="plot" data-testid="plot" data-quantity={quantity}>

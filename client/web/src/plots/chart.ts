@@ -38,7 +38,10 @@ export class Chart {
   ) {
     const style = getComputedStyle(host);
     const colour = (name: string): string => style.getPropertyValue(name).trim();
-    const axis = { stroke: colour("--text-2"), font: "11px system-ui, sans-serif", grid: { stroke: colour("--line"), width: 1 }, ticks: { stroke: colour("--line"), width: 1, size: 4 } };
+    /** How much larger text is than usual. */
+    const zoom = (parseFloat(getComputedStyle(document.documentElement).fontSize) || 16) / 16;
+    const font = `${Math.round(11 * zoom)}px system-ui, sans-serif`;
+    const axis = { stroke: colour("--text-2"), font, grid: { stroke: colour("--line"), width: 1 }, ticks: { stroke: colour("--line"), width: 1, size: 4 } };
     const options: uPlot.Options = {
       width: Math.max(80, host.clientWidth),
       height: Math.max(60, host.clientHeight),
@@ -46,8 +49,8 @@ export class Chart {
       legend: { show: false },
       scales: { x: { time: false, auto: false }, y: { auto: false } },
       axes: [
-        { ...axis, size: 26, space: 64, values: (_, ticks) => ticks.map((tick) => String(Number(tick.toFixed(6)))) },
-        { ...axis, size: 52, space: 32, values: (_, ticks) => ticks.map((tick) => String(Number(tick.toPrecision(6)))) },
+        { ...axis, size: 26 * zoom, space: 64 * zoom, values: (_, ticks) => ticks.map((tick) => String(Number(tick.toFixed(6)))) },
+        { ...axis, size: 52 * zoom, space: 32 * zoom, values: (_, ticks) => ticks.map((tick) => String(Number(tick.toPrecision(6)))) },
       ],
       cursor: {
         points: { show: false },

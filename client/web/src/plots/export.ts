@@ -25,14 +25,3 @@ export function asCsv(samples: Samples, axes: readonly Axis[]): string {
   }
   return csv(columns);
 }
-
-/** Offers a text to the browser as a download. */
-export function save(name: string, text: string): void {
-  const address = URL.createObjectURL(new Blob([text], { type: "text/csv" }));
-  const link = document.createElement("a");
-  link.href = address;
-  link.download = name;
-  link.click();
-  // Frees the text once the download has started.
-  setTimeout(() => URL.revokeObjectURL(address), 10_000);
-}

@@ -18,8 +18,10 @@ export function Viewport(): JSX.Element {
       <canvas
         ref={canvas}
         data-testid="viewport"
-        aria-label="The simulated world. Drag to orbit, drag with the right button to pan, scroll to zoom, double-click to fit."
-        style={{ display: "block", width: "100%", height: "100%", touchAction: "none", outline: "none" }}
+        tabIndex={0}
+        role="application"
+        aria-label="The simulated world. Drag or arrow keys to orbit, with Shift to pan, scroll or plus and minus to zoom, F to fit."
+        style={{ display: "block", width: "100%", height: "100%", touchAction: "none" }}
       />
       {problem.value !== "" && <p class="viewport-problem">{problem.value}</p>}
     </div>

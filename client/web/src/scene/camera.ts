@@ -1,22 +1,25 @@
 // The camera: orbit, pan, zoom, and fitting a box into the view.
-import { MathUtils, MOUSE, PerspectiveCamera, Vector3, type Box3 } from "three";
+import { MathUtils, MOUSE, Vector3, type Box3 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
-import { cameraView } from "../state/view";
+import type { Vector } from "../state/scene";
+import { cameraView, type CameraMove } from "../state/view";
+import { ViewCamera } from "./view-camera";
+import { between, DIRECTIONS, orbited, panned, seenFrom, zoomed, type View } from "./viewpoints";
 
 /** Vertical field of view, degrees. */
 const FIELD = 38;
-/** From the front, the left and above of a robot that faces x. */
-const FIRST_DIRECTION = new Vector3(1, 1.15, 0.62).normalize();
 /** Margin around a fitted box, since robots move, and buttons cover the edges. */
 const MARGIN = 1.3;
 /** Metres. */
 const NEAREST = 0.05;
 /** Duration of an animation, milliseconds. */
 const FLIGHT = 260;
+/** An orthographic picture shows this many times the distance of the target, in front of the camera and behind it. */
+const FLAT_DEPTH = 60;
 
 /** A camera with its controls. */
 export class Camera {
-  readonly camera = new PerspectiveCamera(FIELD, 1, 0.01, 500);
+  readonly camera = new ViewCamera(FIELD, 1, 0.01, 500);
   readonly controls: OrbitControls;
   /** The user has moved it: from then on it is not fitted to new content. */
   movedByUser = false;
@@ -24,12 +27,13 @@ export class Camera {
   gestures = 0;
   /** The user has moved it since its view was stored. */
   private unsaved = false;
+  private orthographic = false;
   private flight: { began: number; from: View; to: View } | null = null;
 
   /** `changed` is called when the scene has to be drawn again. */
   constructor(canvas: HTMLElement, changed: () => void) {
     this.camera.up.set(0, 0, 1);
-    this.camera.position.copy(FIRST_DIRECTION).multiplyScalar(3);
+    this.camera.position.copy(DIRECTIONS.corner).multiplyScalar(3);
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.target.set(0, 0, 0.2);
     this.controls.enableDamping = true;
@@ -38,15 +42,18 @@ export class Camera {
     this.controls.minDistance = 0.02;
     this.controls.maxDistance = 150;
     this.controls.mouseButtons = { LEFT: MOUSE.ROTATE, MIDDLE: MOUSE.PAN, RIGHT: MOUSE.PAN };
-    this.controls.addEventListener("start", () => {
-      this.movedByUser = true;
-      this.gestures += 1;
-      this.unsaved = true;
-      this.flight = null;
-    });
+    this.controls.addEventListener("start", () => this.begin());
     this.controls.addEventListener("change", changed);
     this.restore();
     this.controls.update();
+  }
+
+  /** The user begins to move it. */
+  private begin(): void {
+    this.movedByUser = true;
+    this.gestures += 1;
+    this.unsaved = true;
+    this.flight = null;
   }
 
   /** Keeps the view for a reload of the page. */
@@ -64,6 +71,27 @@ export class Camera {
     this.movedByUser = true;
   }
 
+  /** Goes to a position at once, looking at a target: metres. The vertical field of view is in radians; 0: as it is. */
+  look(position: Vector, target: Vector, fieldOfView: number): void {
+    this.movedByUser = true;
+    this.gestures += 1;
+    this.unsaved = true;
+    this.flight = null;
+    this.widen(fieldOfView);
+    // Without damping an update takes in all that is left of a drag, which would move it on from there.
+    this.controls.enableDamping = false;
+    this.controls.update();
+    this.controls.enableDamping = true;
+    this.apply({ position: new Vector3(...position), target: new Vector3(...target) });
+  }
+
+  /** Sets the vertical field of view, radians; 0: as it is. */
+  widen(fieldOfView: number): void {
+    if (fieldOfView <= 0) return;
+    this.camera.fov = MathUtils.radToDeg(fieldOfView);
+    this.camera.updateProjectionMatrix();
+  }
+
   resize(width: number, height: number): void {
     this.camera.aspect = width / Math.max(1, height);
     this.camera.updateProjectionMatrix();
@@ -71,12 +99,56 @@ export class Camera {
 
   /** Moves along the present direction to where all of a box is just in view. */
   fit(box: Box3, now: number, fly: boolean): void {
+    // A program may have set another one.
+    this.widen(MathUtils.degToRad(FIELD));
     const center = box.getCenter(new Vector3());
     const direction = this.camera.position.clone().sub(this.controls.target).normalize();
     const distance = MARGIN * Math.max(NEAREST, distanceToFit(box, direction, FIELD, this.camera.aspect));
     const to = { target: center, position: center.clone().addScaledVector(direction, distance) };
-    const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
     this.unsaved ||= fly;
+    this.go(to, now, fly);
+  }
+
+  /** Moves it as the user asks by a key or a button. */
+  move(move: CameraMove, now: number): void {
+    const present = this.flight?.to ?? this.view();
+    this.begin();
+    const size = present.position.distanceTo(present.target);
+    switch (move.kind) {
+      case "from":
+        this.go(seenFrom(present, move.viewpoint), now, true);
+        break;
+      case "orbit":
+        this.apply(orbited(present, move.right, move.up));
+        break;
+      case "pan":
+        this.apply(panned(present, move.right * size, move.up * size));
+        break;
+      case "zoom":
+        this.apply(zoomed(present, move.factor, this.controls.minDistance, this.controls.maxDistance));
+        break;
+    }
+  }
+
+  /** Moves it along with what it follows, metres. */
+  carry(shift: Vector3): void {
+    for (const point of [this.camera.position, this.controls.target]) point.add(shift);
+    for (const view of this.flight ? [this.flight.from, this.flight.to] : []) {
+      view.position.add(shift);
+      view.target.add(shift);
+    }
+  }
+
+  /** Orthographic, or perspective. */
+  setOrthographic(on: boolean): void {
+    this.orthographic = on;
+    // The controls know the ray to the pointer only in perspective.
+    this.controls.zoomToCursor = !on;
+    this.limitDepth();
+  }
+
+  private go(to: View, now: number, fly: boolean): void {
+    const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
     if (fly && !calm) {
       this.flight = { began: now, from: this.view(), to };
     } else {
@@ -91,10 +163,7 @@ export class Camera {
       const { began, from, to } = this.flight;
       const t = Math.min(1, Math.max(0, (now - began) / FLIGHT));
       const share = t * t * (3 - 2 * t);
-      this.apply({
-        target: from.target.clone().lerp(to.target, share),
-        position: from.position.clone().lerp(to.position, share),
-      });
+      this.apply(between(from, to, share));
       if (t >= 1) this.flight = null;
       return true;
     }
@@ -131,17 +200,17 @@ export class Camera {
 
   /** Keeps the ratio of the depth range small, for the precision of the depth buffer. */
   private limitDepth(): void {
-    const near = Math.max(0.002, 0.02 * this.distance());
-    if (Math.abs(near - this.camera.near) < 0.05 * near) return;
+    const distance = this.distance();
+    const near = Math.max(0.002, 0.02 * distance);
+    const far = this.orthographic ? FLAT_DEPTH * distance : Math.max(60, 20_000 * near);
+    const wasFlat = this.camera.isFlat;
+    this.camera.flatten(this.orthographic ? distance * Math.tan(MathUtils.degToRad(this.camera.fov / 2)) : 0, far);
+    if (this.orthographic) return;
+    if (!wasFlat && Math.abs(near - this.camera.near) < 0.05 * near) return;
     this.camera.near = near;
-    this.camera.far = Math.max(60, 20_000 * near);
+    this.camera.far = far;
     this.camera.updateProjectionMatrix();
   }
-}
-
-interface View {
-  target: Vector3;
-  position: Vector3;
 }
 
 /**

@@ -10,10 +10,15 @@ const MAX_CONTACTS = 400;
 const DOT = 0.012;
 const LONGEST = 0.7;
 const WIDTH = 0.006;
+/** Metres, and shares of the weight: less is not seen. */
+const MIN_MOTION = 1e-5;
+const MIN_FORCE = 2e-3;
 
 /** The markers of all contacts. */
 export class ContactMarks {
   readonly group = new Group();
+  /** What is drawn. */
+  private drawn: { contacts: ContactPoint[]; size: number; weight: number } = { contacts: [], size: 0, weight: 0 };
   private readonly material = new MeshBasicMaterial({ color: CONTACT, depthTest: false, transparent: true });
   private readonly dots = new InstancedMesh(new SphereGeometry(1, 12, 8), this.material, MAX_CONTACTS);
   private readonly shafts = new InstancedMesh(along(new CylinderGeometry(1, 1, 1, 10)), this.material, MAX_CONTACTS);
@@ -28,9 +33,15 @@ export class ContactMarks {
     }
   }
 
-  /** Draws these contacts. `size` is that of the scene in metres; the arrow of `weight`, in newtons, is half as long. */
-  set(contacts: ContactPoint[], size: number, weight: number): void {
+  /**
+   * Draws these contacts. `size` is that of the scene in metres; the arrow of `weight`, in newtons, is half as long.
+   * Returns whether that is another picture.
+   */
+  set(contacts: ContactPoint[], size: number, weight: number): boolean {
     const shown = contacts.slice(0, MAX_CONTACTS);
+    const { drawn } = this;
+    if (drawn.size === size && drawn.weight === weight && isSame(drawn.contacts, shown, MIN_FORCE * weight)) return false;
+    this.drawn = { contacts: shown, size, weight };
     let arrows = 0;
     shown.forEach(({ point, normal, normalForce }, index) => {
       const at = new Vector3(...point);
@@ -47,6 +58,7 @@ export class ContactMarks {
     this.dots.count = shown.length;
     this.shafts.count = this.heads.count = arrows;
     for (const marks of this.all()) marks.instanceMatrix.needsUpdate = true;
+    return true;
   }
 
   dispose(): void {
@@ -63,3 +75,12 @@ export class ContactMarks {
 }
 
 const Z = new Vector3(0, 0, 1);
+
+function isSame(a: ContactPoint[], b: ContactPoint[], force: number): boolean {
+  const isNear = (one: ContactPoint, other: ContactPoint | undefined): boolean =>
+    other !== undefined &&
+    Math.abs(one.normalForce - other.normalForce) <= force &&
+    one.point.every((value, index) => Math.abs(value - (other.point[index] ?? NaN)) <= MIN_MOTION) &&
+    one.normal.every((value, index) => Math.abs(value - (other.normal[index] ?? NaN)) <= MIN_FORCE);
+  return a.length === b.length && a.every((one, index) => isNear(one, b[index]));
+}

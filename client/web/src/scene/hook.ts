@@ -30,8 +30,12 @@ export interface Hook {
     /** world_from_link of a robot of the recording, as it is drawn: x y z, then the quaternion x y z w. */
     pose(robot: string, link: string): number[] | undefined;
   };
+  /** Where the centre of mass of a robot is marked, world axes; undefined if it is not. */
+  centreOfMass(robot: string): number[] | undefined;
   /** Where the ends of a constraint are drawn, world axes; undefined if it is not. */
   constraint(name: string): [number[], number[]] | undefined;
+  /** Points of a marker as they are drawn, world axes; undefined if it is not. */
+  marker(id: bigint): number[][] | undefined;
   stats: {
     /** Since the page was loaded. */
     pictures(): number;
@@ -79,10 +83,12 @@ export function hook(stage: Stage, canvas: HTMLCanvasElement): () => void {
       },
       pose: (robot, link) => stage.ghosts.pose(robot, link),
     },
+    centreOfMass: (robot) => stage.structure.centres.get(robot)?.toArray(),
     constraint(name) {
       const ends = stage.constraints.group.visible ? stage.constraints.anchors.get(name) : undefined;
       return ends && [ends[0].toArray(), ends[1].toArray()];
     },
+    marker: (id) => stage.markers.points(id),
     stats: { pictures: () => stage.pictures, requests: requestCount, frames: () => frames },
   };
   return frame.subscribe(() => {

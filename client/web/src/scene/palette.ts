@@ -7,9 +7,9 @@ export interface Palette {
   ground: number;
   /** Grid lines. */
   grid: number;
-  /** Opacity of the shadow, 0 to 1. */
-  shadow: number;
   sky: number;
+  /** Of markers without a colour. */
+  ink: number;
   /** Light from below. */
   earth: number;
   skyIntensity: number;
@@ -21,7 +21,7 @@ export const PALETTES: Record<"light" | "dark", Palette> = {
     background: 0xeceff3,
     ground: 0xdfe3e8,
     grid: 0x8792a2,
-    shadow: 0.22,
+    ink: 0x1c2430,
     sky: 0xffffff,
     earth: 0xb9bec6,
     skyIntensity: 1.9,
@@ -31,7 +31,7 @@ export const PALETTES: Record<"light" | "dark", Palette> = {
     background: 0x14171c,
     ground: 0x20242b,
     grid: 0x6c7788,
-    shadow: 0.5,
+    ink: 0xf1f5fa,
     sky: 0xdfe8f5,
     earth: 0x3c424d,
     skyIntensity: 1.5,
@@ -49,6 +49,12 @@ export const PULL = 0x2f7fd6;
 export const CONTACT = 0xd94f3d;
 /** Robots of a recording beside the live ones. */
 export const GHOST = 0x7c5cff;
+/** Axes that a joint turns about, and along which it slides. */
+export const TURNS = 0x0e9fb5;
+export const SLIDES = 0xb5489f;
+/** Centres of mass: of a link, and of all of a robot. */
+export const MASS = 0xe0a526;
+export const WHOLE_MASS = 0xd94f3d;
 export const CONSTRAINT = 0x1f9d8f;
 /** Of constraints that do what they may do at the most. */
 export const SATURATED = 0xd9822b;

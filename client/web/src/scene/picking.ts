@@ -1,6 +1,7 @@
 // Which link is under the pointer.
-import { Raycaster, Vector2, type Camera, type Object3D, type Vector3 } from "three";
+import { Raycaster, Vector2, type Object3D, type Vector3 } from "three";
 import type { RobotView } from "./robot-view";
+import { aim, type ViewCamera } from "./view-camera";
 
 /** A point on a link. */
 export interface Hit {
@@ -14,13 +15,12 @@ export interface Hit {
 const raycaster = new Raycaster();
 
 /** The ray of the camera through a point of the canvas; x and y from -1 to 1, y up. */
-export function pickRay(at: Vector2, camera: Camera): Raycaster {
-  raycaster.setFromCamera(at, camera);
-  return raycaster;
+export function pickRay(at: Vector2, camera: ViewCamera): Raycaster {
+  return aim(raycaster, at, camera);
 }
 
 /** The nearest link on that ray. */
-export function pick(at: Vector2, camera: Camera, views: Iterable<RobotView>): Hit | undefined {
+export function pick(at: Vector2, camera: ViewCamera, views: Iterable<RobotView>): Hit | undefined {
   const ray = pickRay(at, camera);
   let nearest: Hit | undefined;
   let distance = Infinity;

@@ -57,6 +57,17 @@ test("the interpolation between rare states has a bounded duration", () => {
   expect(xAt(interpolator, 350)).toBe(1);
 });
 
+test("where no link moves there is nothing to interpolate, and the newest state is reached at once", () => {
+  const interpolator = new PoseInterpolator();
+  interpolator.push(state(1, 0, 0));
+  interpolator.push(state(2, 16, 1));
+  expect(interpolator.isStill()).toBe(false);
+  interpolator.push(state(3, 32, 1));
+  expect(interpolator.isStill()).toBe(true);
+  expect(interpolator.isSettled(32)).toBe(true);
+  expect(interpolator.reached(32)?.sequence).toBe(3n);
+});
+
 test("half way between two rotations is half the angle, by the shorter way", () => {
   const turned = (angle: number, sign = 1) => Float64Array.of(0, 0, 0, 0, 0, sign * Math.sin(angle / 2), sign * Math.cos(angle / 2));
   const out = new Float64Array(7);

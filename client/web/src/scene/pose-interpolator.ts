@@ -1,4 +1,5 @@
 // Interpolates the poses of links between two states: the picture is one interval late, and moves evenly.
+import { samePoses } from "../state/stillness";
 import type { Frame } from "../state/world";
 
 /** Milliseconds: upper bound of the time of an interpolation. */
@@ -10,6 +11,8 @@ const GAP = 1000;
 export class PoseInterpolator {
   private before: Frame | null = null;
   private last: Frame | null = null;
+  /** No link has moved between the two: there is nothing to interpolate. */
+  private still = false;
 
   /** Takes the newest state. */
   push(frame: Frame): void {
@@ -17,6 +20,12 @@ export class PoseInterpolator {
     const continues = last !== null && frame.epoch === last.epoch && frame.sequence > last.sequence;
     this.before = continues && frame.receivedAt - last.receivedAt < GAP ? last : null;
     this.last = frame;
+    this.still = this.before !== null && samePoses(this.before, frame);
+  }
+
+  /** Whether no link has moved since the state before. */
+  isStill(): boolean {
+    return this.still;
   }
 
   /** The newest state. */
@@ -52,7 +61,7 @@ export class PoseInterpolator {
 
   /** The progress from the state before to the last one: 0 to 1. */
   private progress(now: number): number {
-    if (!this.before || !this.last) return 1;
+    if (!this.before || !this.last || this.still) return 1;
     const interval = Math.min(MAX_INTERVAL, this.last.receivedAt - this.before.receivedAt);
     return interval <= 0 ? 1 : Math.min(1, Math.max(0, (now - this.last.receivedAt) / interval));
   }

@@ -1,6 +1,7 @@
 // The drawing of one robot: a group for each link, with its visuals, its colliders and its axes.
-import { Box3, BoxGeometry, Group, Matrix4, Mesh, Quaternion, Vector3, type BufferGeometry, type Material, type Object3D } from "three";
+import { Box3, BoxGeometry, Group, Matrix4, Mesh, MeshStandardMaterial, Quaternion, Vector3, type BufferGeometry, type Material, type Object3D } from "three";
 import type { Geometry, RobotScene, Shape } from "../state/scene";
+import { MIN_MOTION } from "../state/stillness";
 import { triangles } from "./geometries";
 import { addressOf, isUnpainted, type MeshCache } from "./mesh-cache";
 import type { Materials } from "./materials";
@@ -18,8 +19,6 @@ type Look = "solid" | "collision";
 
 /** The size of the box that is drawn for a missing mesh, metres. */
 const MARKER = 0.04;
-/** Metres, and components of a quaternion: smaller motions are not drawn. */
-const MIN_MOTION = 1e-6;
 
 /** Draws one robot until it is disposed of. */
 export class RobotView {
@@ -34,6 +33,8 @@ export class RobotView {
   private hasCollisions = false;
   private highlighted = -1;
   private disposed = false;
+  /** The last answer of `bounds`; undefined since something moved or was loaded. */
+  private box: Box3 | undefined;
 
   /** `changed` is called when a mesh was loaded. All visuals are painted with `paint`, if it is given. */
   constructor(
@@ -75,6 +76,7 @@ export class RobotView {
       link.visible = true;
       moved = true;
     });
+    if (moved) this.box = undefined;
     return moved;
   }
 
@@ -153,6 +155,23 @@ export class RobotView {
 
   /** The bounding box of everything but planes, which are infinite; empty if there is nothing else. */
   bounds(): Box3 {
+    this.box ??= this.measured();
+    return this.box.clone();
+  }
+
+  /** Draws it as ground: it casts no shadow, not on itself either, and white is toned down to that of a plane. */
+  layFlat(): void {
+    for (const layer of this.visuals) {
+      layer.traverse((object) => {
+        if (!(object instanceof Mesh)) return;
+        object.castShadow = false;
+        const material = object.material as Material | Material[];
+        if (!Array.isArray(material) && material instanceof MeshStandardMaterial && isPale(material)) object.material = this.materials.ground;
+      });
+    }
+  }
+
+  private measured(): Box3 {
     const box = new Box3();
     this.group.updateWorldMatrix(true, true);
     const links = this.scene.visuals.length + this.scene.collisions.length === 0 ? this.links : [];
@@ -218,6 +237,7 @@ export class RobotView {
       at.add(new Mesh(box, this.materials.missing));
     }
     if (this.highlighted >= 0) this.addHighlight(this.highlighted);
+    this.box = undefined;
     this.changed();
   }
 
@@ -237,3 +257,11 @@ export class RobotView {
 }
 
 type Seven = [number, number, number, number, number, number, number];
+
+/** Whether it is nearly white, without a texture. */
+function isPale({ color: { r, g, b }, map }: MeshStandardMaterial): boolean {
+  return map === null && Math.min(r, g, b) > PALE;
+}
+
+/** Linear, of each colour. */
+const PALE = 0.7;

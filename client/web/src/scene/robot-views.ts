@@ -6,6 +6,7 @@ import { MeshCache } from "./mesh-cache";
 import type { PoseInterpolator } from "./pose-interpolator";
 import { Materials } from "./materials";
 import { RobotView, type Shown } from "./robot-view";
+import { framed, isFlatGround, isGround } from "./scenery";
 
 /** The length of the axes of links, as a fraction of the size of the robot. */
 const AXIS_FRACTION = 0.18;
@@ -79,17 +80,24 @@ export class RobotViews {
     return changed;
   }
 
-  hasPlane(): boolean {
-    const isPlane = (view: RobotView) => view.scene.visuals.some((shape) => shape.geometry.kind === "plane");
-    return [...this.views.values()].some(isPlane);
+  /** Draws ground as such, once its meshes are there. Returns whether robots can stand anywhere. */
+  findGround(): boolean {
+    let found = false;
+    for (const view of this.views.values()) {
+      const box = view.bounds();
+      if (isFlatGround(view.scene, box)) view.layFlat();
+      found ||= isGround(view.scene, box);
+    }
+    return found;
   }
 
-  /** The bounding box of one robot, or of all, without planes. */
+  /** The bounding box of one robot, or of all that is looked at first. */
   bounds(name = ""): Box3 {
-    const box = new Box3();
     const one = this.views.get(name);
-    for (const view of one ? [one] : this.views.values()) box.union(view.bounds());
-    // If there is only a plane, the origin is shown.
+    const views = one ? [one] : [...this.views.values()];
+    const things = views.map((view) => ({ scene: view.scene, box: view.bounds() }));
+    const box = framed(things);
+    // If there is only ground, the origin is shown.
     return box.isEmpty() ? new Box3(new Vector3(-0.5, -0.5, 0), new Vector3(0.5, 0.5, 0.5)) : box;
   }
 

@@ -1,24 +1,37 @@
 // Draws the scene, and only when something in it has changed.
 import { effect } from "@preact/signals";
-import { Box3, Color, Fog, PCFShadowMap, Scene, Sphere, WebGLRenderer } from "three";
+import { Box3, Color, Fog, Matrix4, PCFShadowMap, Scene, Sphere, Vector2, Vector3, WebGLRenderer } from "three";
 import { lift } from "../daemon/actions";
+import { shownRobot } from "../panels/shown-robot";
+import { cameraTarget, type CameraTarget } from "../state/camera";
 import { constraints, hoveredConstraint } from "../state/constraints";
+import { markers } from "../state/markers";
+import { pictureRequest } from "../state/picture";
 import { ghosts, ghostsAlone } from "../state/playback";
 import { unmeasured } from "../state/report";
-import { scenes } from "../state/scene";
-import { collisions, constraintsShown, contacts, fitRequest, frames, grid, hoveredLink, visuals } from "../state/view";
+import { hasGround, scenes } from "../state/scene";
+import { cameraMove, cameraView, centresOfMass, collisions, constraintsShown, contacts, fitRequest, followed, frames, grid, hoveredLink, jointAxes, linkNames, markersShown, orthographic, visuals } from "../state/view";
 import { connection, frame, robots, type Frame } from "../state/world";
 import { shownTheme } from "../style/theme";
 import { Camera } from "./camera";
+import { reportCamera } from "./camera-report";
 import { ConstraintMarks, type Finder } from "./constraints";
 import { ContactMarks } from "./contacts";
+import { DrawnMarkers } from "./drawn-markers";
+import { Follower } from "./follower";
 import { GhostViews } from "./ghosts";
-import { Ground } from "./ground";
+import { Grid } from "./grid";
+import { InputReport } from "./input-report";
+import { Labels, type Label } from "./labels";
 import { PointerInteraction } from "./pointer-interaction";
 import { Light } from "./light";
 import { PoseInterpolator } from "./pose-interpolator";
 import { PALETTES } from "./palette";
+import { pictureOf } from "./picture";
+import type { RobotView } from "./robot-view";
 import { RobotViews } from "./robot-views";
+import { isFlatGround } from "./scenery";
+import { StructureMarks } from "./structure-marks";
 
 /** Upper bound of device pixels per CSS pixel. */
 const MAX_PIXEL_RATIO = 2;
@@ -41,15 +54,23 @@ export class Stage {
   private readonly renderer: WebGLRenderer;
   private readonly scene = new Scene();
   private readonly fog = new Fog(0);
-  private readonly ground = new Ground(this.scene);
+  private readonly grid = new Grid(this.scene);
   private readonly light = new Light(this.scene);
   readonly constraints = new ConstraintMarks();
+  readonly markers = new DrawnMarkers();
+  readonly structure = new StructureMarks();
   private readonly marks = new ContactMarks();
+  private readonly labels: Labels;
+  private readonly follower = new Follower();
   private readonly interaction: PointerInteraction;
+  private readonly input: InputReport;
+  /** Version of the newest `cameraTarget` that the camera has followed. */
+  private followed = 0n;
   private readonly ends: (() => void)[] = [];
   private request = 0;
   private dirty = true;
   private covered = 0;
+  private sizes = new WeakMap<RobotView, number>();
   /** A robot or a mesh was added since the camera was last fitted. */
   private unfitted = false;
   /** What the user asked to fit while its meshes were loading; the user had moved the camera this many times then. */
@@ -63,10 +84,12 @@ export class Stage {
     this.robots = new RobotViews(() => this.contentChanged());
     this.ghosts = new GhostViews(this.robots.meshes, this.robots.materials, () => this.contentChanged());
     this.scene.fog = this.fog;
-    this.scene.add(this.robots.group, this.ghosts.group, this.constraints.group, this.marks.group);
+    this.scene.add(this.robots.group, this.ghosts.group, this.constraints.group, this.structure.group, this.marks.group, this.markers.group);
+    this.labels = new Labels(canvas);
     this.camera = new Camera(canvas, () => this.invalidate());
     this.interaction = new PointerInteraction(canvas, this.camera, this.robots, this.interpolator, () => this.wake());
     this.scene.add(this.interaction.rod.group);
+    this.input = new InputReport(canvas);
     this.subscribe();
   }
 
@@ -96,11 +119,15 @@ export class Stage {
     cancelAnimationFrame(this.request);
     for (const end of this.ends) end();
     this.interaction.dispose();
+    this.input.dispose();
+    this.markers.dispose();
     this.ghosts.dispose();
     this.robots.dispose();
     this.constraints.dispose();
+    this.structure.dispose();
+    this.labels.dispose();
     this.marks.dispose();
-    this.ground.dispose();
+    this.grid.dispose();
     this.light.dispose();
     this.camera.dispose();
     this.renderer.dispose();
@@ -126,8 +153,7 @@ export class Stage {
         this.invalidate();
       }),
       effect(() => {
-        scenes.value;
-        this.ground.show(grid.value, !this.robots.hasPlane());
+        this.grid.show(grid.value);
         this.marks.group.visible = contacts.value && !(ghosts.value && ghostsAlone.value);
         this.invalidate();
       }),
@@ -137,6 +163,14 @@ export class Stage {
         this.invalidate();
       }),
       effect(() => {
+        this.markers.set(markers.value.values(), PALETTES[shownTheme.value].ink);
+        this.markers.group.visible = markersShown.value && !(ghosts.value && ghostsAlone.value);
+        this.invalidate();
+      }),
+      effect(() => {
+        if (cameraTarget.value) this.follow(cameraTarget.value);
+      }),
+      effect(() => {
         const alone = ghosts.value !== null && ghostsAlone.value;
         this.robots.group.visible = !alone;
         if (this.ghosts.show(ghosts.value, alone)) this.contentChanged();
@@ -144,8 +178,22 @@ export class Stage {
       }),
       effect(() => {
         scenes.value;
-        if (this.robots.highlight(hoveredLink.value)) this.invalidate();
+        const changed = this.robots.highlight(hoveredLink.value);
+        void [linkNames.value && shownRobot.value?.name, jointAxes.value, centresOfMass.value];
+        // The link under the pointer has its name beside it, whether it is highlighted or not.
+        if (changed || this.pictures > 0) this.invalidate();
       }),
+      effect(() => {
+        this.camera.setOrthographic(orthographic.value);
+        this.invalidate();
+      }),
+      cameraMove.subscribe((move) => {
+        if (move) this.camera.move(move, performance.now());
+        this.invalidate();
+      }),
+      // From where it is now, also if nothing is drawn before it moves.
+      followed.subscribe((name) => void this.follower.update(name, this.robots, this.camera)),
+      pictureRequest.subscribe((request) => request?.taken(this.picture(request.width, request.height))),
       effect(() => {
         if (connection.value.state === "lost") this.wake();
       }),
@@ -154,7 +202,7 @@ export class Stage {
         this.scene.background = new Color(palette.background);
         this.fog.color.set(palette.background);
         this.robots.materials.ground.color.set(palette.ground);
-        this.ground.paint(palette);
+        this.grid.paint(palette);
         this.light.paint(palette);
         this.invalidate();
       }),
@@ -168,13 +216,40 @@ export class Stage {
     );
   }
 
+  /** Moves the camera to where a program wants it, unless that was before the user moved it in this tab. */
+  private follow({ version, position, target, fieldOfView, isOld }: CameraTarget): void {
+    if (isOld && cameraView.peek()) this.camera.widen(fieldOfView);
+    else this.camera.look(position, target, fieldOfView);
+    this.followed = version;
+    this.invalidate();
+  }
+
   private take(next: Frame): void {
     this.interpolator.push(next);
-    if (contacts.value) {
-      this.marks.set(next.contacts, this.robots.size(), this.weight());
-      this.dirty = true;
-    }
-    this.wake();
+    if (contacts.value && this.marks.set(next.contacts, this.robots.size(), this.weight())) this.dirty = true;
+    if (this.isAtRest()) this.updateDrawn(performance.now());
+    else this.wake();
+  }
+
+  /** Whether the last picture shows the newest state already: it needs no frame. */
+  private isAtRest(): boolean {
+    if (this.request !== 0 || this.dirty || this.unfitted || !this.interpolator.isStill()) return false;
+    // Against what is drawn, so that a slow motion adds up.
+    const moved = this.robots.pose(this.interpolator, performance.now());
+    this.dirty ||= moved;
+    return !moved;
+  }
+
+  /** A PNG of what is shown, of this many pixels. */
+  private async picture(width: number, height: number): Promise<Blob> {
+    const made = this.rendered(width, height);
+    // Before the browser shows the canvas at the other size.
+    this.draw(performance.now());
+    return made;
+  }
+
+  private async rendered(width: number, height: number): Promise<Blob> {
+    return pictureOf(this.renderer, this.scene, this.camera.camera, width, height);
   }
 
   /** A robot or a mesh was added or removed. */
@@ -198,8 +273,9 @@ export class Stage {
     const moved = this.robots.pose(this.interpolator, now);
     if (this.unfitted && this.robots.arePosed()) this.fitContent(now);
     const dragging = this.interaction.update();
+    const carried = this.follower.update(followed.peek(), this.robots, this.camera);
     const flying = this.camera.update(now);
-    if (moved || dragging || flying || this.dirty) this.draw(now);
+    if (moved || dragging || carried || flying || this.dirty) this.draw(now);
     else this.updateDrawn(now);
     if (flying || dragging || !this.interpolator.isSettled(now)) this.wake();
   }
@@ -208,9 +284,12 @@ export class Stage {
   private fitContent(now: number): void {
     this.unfitted = false;
     this.covered = 0;
+    this.sizes = new WeakMap();
     this.robots.show({ visuals: visuals.peek(), collisions: collisions.peek(), frames: frames.peek() });
+    const isGroundFound = this.robots.findGround();
     const isComplete = this.robots.meshes.isComplete();
     if (isComplete) this.measure();
+    if (isComplete) hasGround.value = isGroundFound;
     const { pendingFit } = this;
     if (isComplete) this.pendingFit = null;
     if (pendingFit?.gestures === this.camera.gestures) this.camera.fit(this.bounds(pendingFit.robot), now, true);
@@ -231,7 +310,10 @@ export class Stage {
     if (waiting.length === 0) return;
     unmeasured.value = new Set([...unmeasured.peek()].filter((name) => !waiting.includes(name)));
     for (const name of waiting) {
-      const lowest = this.robots.get(name)?.bounds().min.z ?? 0;
+      const view = this.robots.get(name);
+      const box = view?.bounds() ?? new Box3();
+      // Ground is where its description puts it.
+      const lowest = !view || isFlatGround(view.scene, box) ? 0 : box.min.z;
       if (lowest < -MAX_DEPTH) void lift(name, -lowest);
     }
   }
@@ -245,16 +327,34 @@ export class Stage {
     if (constraints.peek().length > 0 || this.constraints.anchors.size > 0) {
       this.constraints.set(constraints.peek(), this.frameOf, hoveredConstraint.peek(), this.robots.size(), this.weight());
     }
+    this.markers.pose(this.linkOf);
+    this.structure.set(this.robots.all(), this.sizeOf, { axes: jointAxes.peek(), masses: centresOfMass.peek() });
     const { target } = this.camera.controls;
     const distance = this.camera.distance();
-    this.ground.follow(target.x, target.y, distance);
+    this.grid.follow(target.x, target.y, distance);
     // The fog hides the edge of the ground.
     this.fog.near = Math.max(12, 3 * distance);
     this.fog.far = Math.max(120, 8 * distance);
     this.renderer.render(this.scene, this.camera.camera);
+    this.labels.show(this.names(), this.camera.camera);
     this.pictures += 1;
     this.updateDrawn(now);
+    reportCamera(this.camera, this.renderer.getSize(new Vector2()), this.followed);
   }
+
+  /** world_from_link of a link, as it is drawn. */
+  private readonly linkOf = (robot: string, link: string): Matrix4 | undefined => {
+    const view = this.robots.get(robot);
+    const index = link === "" ? 0 : (view?.scene.links.findIndex(({ name }) => name === link) ?? -1);
+    return view?.scene.links[index] && view.worldFromLink(index);
+  };
+
+  /** The radius of a robot in metres, as it was when it was last measured: marks do not change their size as it moves. */
+  private readonly sizeOf = (view: RobotView): number => {
+    const size = this.sizes.get(view) ?? radius(view.bounds());
+    this.sizes.set(view, size);
+    return size;
+  };
 
   /** world_from_link of the end of a constraint, as it is drawn. */
   private readonly frameOf: Finder = ({ robot, link, joint }) => {
@@ -264,9 +364,28 @@ export class Stage {
     return view && index >= 0 ? view.worldFromLink(index) : undefined;
   };
 
+  /** The names of the links of the shown robot, or of the link under the pointer. */
+  private names(): Label[] {
+    const hovered = hoveredLink.peek();
+    const shown = linkNames.peek() ? shownRobot.peek()?.name : undefined;
+    const labels: Label[] = [];
+    for (const view of this.robots.all()) {
+      const { robot, links } = view.scene;
+      if (robot !== shown && robot !== hovered?.robot) continue;
+      links.forEach(({ name }, index) => {
+        if (robot === shown || name === hovered?.link) labels.push({ text: name, at: new Vector3().setFromMatrixPosition(view.worldFromLink(index)) });
+      });
+    }
+    return labels;
+  }
+
   private updateDrawn(now: number): void {
     this.drawn = this.interpolator.reached(now)?.sequence ?? this.drawn;
   }
+}
+
+function radius(box: Box3): number {
+  return box.isEmpty() ? 1 : box.getBoundingSphere(new Sphere()).radius;
 }
 
 function sum(numbers: number[]): number {

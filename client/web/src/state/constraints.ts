@@ -40,3 +40,18 @@ export interface Constraint {
 export const constraints = signal<readonly Constraint[]>([]);
 /** Name of the one under the pointer in the panel; empty if there is none. */
 export const hoveredConstraint = signal("");
+
+/** Relative to the larger of a value and 1: less is not seen. */
+const SEEN = 1e-3;
+
+/** Whether two lists look alike: figures that differ by less than is seen do not count. */
+export function sameConstraints(a: readonly Constraint[], b: readonly Constraint[]): boolean {
+  return a.length === b.length && a.every((one, index) => isSame(one, b[index]));
+}
+
+function isSame(a: unknown, b: unknown): boolean {
+  if (typeof a === "number" && typeof b === "number") return a === b || Math.abs(a - b) <= SEEN * Math.max(1, Math.abs(a));
+  if (typeof a !== "object" || typeof b !== "object" || a === null || b === null) return a === b;
+  const [left, right] = [Object.entries(a), new Map(Object.entries(b))];
+  return left.length === right.size && left.every(([key, value]) => isSame(value, right.get(key)));
+}

@@ -38,6 +38,31 @@ export interface SceneLink {
   movable: boolean;
   /** Kilograms. */
   mass: number;
+  /** In the link's frame, metres; absent for robots of recordings. */
+  centreOfMass?: Vector;
+  /** About the centre of mass, in the link's axes, kg m^2: xx xy xz yy yz zz. */
+  inertia?: readonly number[];
+}
+
+/** One joint of a robot, also one that cannot move. */
+export interface SceneJoint {
+  name: string;
+  type: "fixed" | "revolute" | "continuous" | "prismatic" | "planar" | "spherical" | "floating" | "joint";
+  /** Name of the link that it moves. Its frame is that of this link. */
+  child: string;
+  /** Unit vector in its frame, the normal of a planar joint; absent where it has none. */
+  axis?: Vector;
+  /** Radians or metres; N m or N; rad/s or m/s. */
+  lower?: number;
+  upper?: number;
+  effort?: number;
+  velocity?: number;
+  /** N m s/rad or N s/m. */
+  damping: number;
+  /** N m or N. */
+  friction: number;
+  /** The joint that it mimics. */
+  mimics?: string;
 }
 
 /** One robot. */
@@ -45,6 +70,8 @@ export interface RobotScene {
   robot: string;
   layoutVersion: bigint;
   links: SceneLink[];
+  /** Absent for robots of recordings. */
+  joints?: readonly SceneJoint[];
   visuals: Shape[];
   /** As the description has them. */
   collisions: Shape[];
@@ -54,3 +81,6 @@ export interface RobotScene {
 
 /** By the robot's name. */
 export const scenes = signal<Map<string, RobotScene>>(new Map());
+
+/** Whether the world has ground that robots can stand on: a plane, or something wide that cannot move. True until that is known. */
+export const hasGround = signal(true);

@@ -36,6 +36,7 @@ function read<T>(name: string, initial: T, isValid: (value: unknown) => value is
 }
 
 const isBoolean = (value: unknown): value is boolean => typeof value === "boolean";
+const isNumber = (value: unknown): value is number => typeof value === "number" && Number.isFinite(value);
 const isString = (value: unknown): value is string => typeof value === "string";
 const isTheme = (value: unknown): value is Theme => value === "system" || value === "light" || value === "dark";
 
@@ -45,6 +46,11 @@ export const frames = stored("frames", false, isBoolean);
 export const grid = stored("grid", true, isBoolean);
 export const contacts = stored("contacts", false, isBoolean);
 export const constraintsShown = stored("constraints", true, isBoolean);
+export const markersShown = stored("markers", true, isBoolean);
+/** Names of the links of the robot in the panel. */
+export const linkNames = stored("linkNames", false, isBoolean);
+export const jointAxes = stored("jointAxes", false, isBoolean);
+export const centresOfMass = stored("centresOfMass", false, isBoolean);
 export const degrees = stored("degrees", false, isBoolean);
 export const theme = stored<Theme>("theme", "system", isTheme);
 export const plotsOpen = stored("plotsOpen", false, isBoolean);
@@ -52,8 +58,20 @@ export const panelOpen = stored("panelOpen", true, isBoolean);
 /** Name of the robot that the panel shows; empty for the default. A robot of this name may not exist. */
 export const selectedRobot = stored("selectedRobot", "", isString);
 
-const isNumber = (value: unknown): value is number => typeof value === "number" && Number.isFinite(value);
 const isSlot = (value: unknown): value is [string, number] => Array.isArray(value) && value.length === 2 && isString(value[0]) && isNumber(value[1]);
+
+/** How large text and controls are; "auto" is by the width of the window. */
+export type TextSize = "auto" | "100" | "125" | "150" | "200";
+const TEXT_SIZES: readonly unknown[] = ["auto", "100", "125", "150", "200"] satisfies TextSize[];
+export const textSize = stored<TextSize>("textSize", "auto", (value): value is TextSize => TEXT_SIZES.includes(value));
+/** The width of the side panel in rem; null is that of the style sheet. */
+export const panelWidth = stored<number | null>("panelWidth", null, (value): value is number | null => value === null || isNumber(value));
+
+/** What the side panel shows of a robot. */
+export type PanelPart = "joints" | "structure";
+export const panelPart = stored<PanelPart>("panelPart", "joints", (value): value is PanelPart => value === "joints" || value === "structure");
+/** Simulated seconds that the plots show. */
+export const plotSpan = stored("plotSpan", 10, isNumber);
 /** Keys and colour slots of the plotted axes, oldest first. */
 export const plottedSlots = stored<readonly (readonly [string, number])[]>("plotted", [], (value): value is [string, number][] => Array.isArray(value) && value.every(isSlot));
 
@@ -64,6 +82,30 @@ const isVector = (value: unknown): value is Vector => Array.isArray(value) && va
 const isView = (value: unknown): value is CameraView => Array.isArray(value) && value.length === 2 && value.every(isVector);
 /** Where the user has moved the camera; null if it is fitted to the scene. Of this tab: another visit may find other robots. */
 export const cameraView = stored<CameraView | null>("camera", null, isView, () => sessionStorage);
+
+/** Without perspective: what is parallel is drawn parallel. */
+export const orthographic = stored("orthographic", false, isBoolean, () => sessionStorage);
+/** Name of the robot that the camera goes along with; empty if there is none. */
+export const followed = signal("");
+
+/** A side that the world is seen from; "corner" is from the front, the left and above. */
+export type Viewpoint = "front" | "back" | "left" | "right" | "top" | "bottom" | "corner";
+
+/** A move of the camera: angles in radians, `right` and `up` of "pan" as shares of the distance to what is looked at. */
+export type CameraMove =
+  | { kind: "from"; viewpoint: Viewpoint }
+  | { kind: "orbit"; right: number; up: number }
+  | { kind: "pan"; right: number; up: number }
+  | { kind: "zoom"; factor: number };
+
+/** The newest move that was asked for. */
+export const cameraMove = signal<CameraMove | null>(null);
+
+/** Moves the camera. */
+export function moveCamera(move: CameraMove): void {
+  // A new object, so that the same move is made again.
+  cameraMove.value = { ...move };
+}
 
 /** The link under the pointer, in the scene or in the panel. */
 export const hoveredLink = signal<LinkName | null>(null);

@@ -8,7 +8,7 @@
 //! * [`spin`], [`velocity_terms`]: what spins fast stays finite.
 //! * [`actuator`], [`gains`], [`gravity_compensation`]: what drives a joint.
 //! * [`mass_matrix`]: the joint-space mass matrix; [`implicit_inertia`]: the same with what actuators add, as a step needs it.
-//! * [`reactions`]: what joints carry.
+//! * [`link_motion`]: how links are accelerated; [`reactions`]: what joints carry.
 //! * [`constraint`]: limits, dry friction, mimic, contact; [`contact_point`]: what collision finds for it.
 //! * [`articulation`]: the state of one robot, and its step.
 //! * [`configuration`]: where a robot is, apart from any world; [`jacobian`],
@@ -34,6 +34,7 @@ pub mod island;
 pub mod jacobian;
 pub mod kinematics;
 pub mod ldlt;
+pub mod link_motion;
 pub mod mass_matrix;
 pub mod reactions;
 pub mod scratch;

@@ -132,6 +132,11 @@ impl JointType {
 impl Tree {
     /// The tree of a robot whose root link is fixed or free.
     pub fn new(model: &RobotModel, fixed_base: bool) -> Self {
+        Self::with_masses(model, fixed_base, |_link| 1.0)
+    }
+
+    /// The same with the mass and the inertia of each link, by its index, multiplied by a factor; its centre of mass stays.
+    pub fn with_masses(model: &RobotModel, fixed_base: bool, factor: impl Fn(usize) -> f64) -> Self {
         let mut tree = Self {
             bodies: Vec::new(),
             links: Vec::with_capacity(model.links.len()),
@@ -151,9 +156,12 @@ impl Tree {
             tree.links.push(link);
             tree.joints.push(first..tree.bodies.len());
         }
-        for (link, frame) in model.links.iter().zip(&tree.links) {
+        for (index, (link, frame)) in model.links.iter().zip(&tree.links).enumerate() {
             if let Some(body) = frame.body {
-                tree.bodies[body].inertia += inertia_in_body(&link.inertial, frame.body_from_link);
+                let Inertial { mass, center_of_mass, inertia } = link.inertial;
+                let factor = factor(index);
+                let inertial = Inertial { mass: mass * factor, center_of_mass, inertia: inertia * factor };
+                tree.bodies[body].inertia += inertia_in_body(&inertial, frame.body_from_link);
             }
         }
         tree.mimics = mimics(model, &tree.joints);
@@ -167,6 +175,12 @@ impl Tree {
             _ => None,
         };
         tree
+    }
+
+    /// Whether a joint of the model turns or slides about one axis.
+    pub fn has_one_axis(&self, joint: usize) -> bool {
+        let bodies = self.joints.get(joint).map_or(&[][..], |bodies| &self.bodies[bodies.clone()]);
+        matches!(bodies, [body] if !matches!(body.joint_type, JointType::Free { .. }))
     }
 
     /// How many bodies have six degrees of freedom.

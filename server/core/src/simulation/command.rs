@@ -6,6 +6,7 @@
 mod constraint;
 mod joint;
 mod robot;
+mod sensor;
 mod target;
 
 use glamx::{DPose3, DVec3};
@@ -16,6 +17,7 @@ pub use self::joint::{
     FollowTrajectory, JointOrientation, JointProperties, JointReset, RobotReset, SphericalReset,
 };
 pub use self::robot::{Reload, Spawn};
+pub use self::sensor::CreateSensor;
 pub use self::target::{Clamped, JointTarget, RobotTargets, SetTargets, Target, WholeTarget};
 pub use super::claim::ClaimId;
 pub use super::contact_settings::{
@@ -133,6 +135,15 @@ pub enum Command {
     },
     /// Brings several robots into the world at one moment: all of them, or none.
     SpawnAll(Vec<Spawn>),
+    /// Puts a sensor on a robot.
+    CreateSensor(Box<CreateSensor>),
+    /// Takes a sensor off a robot.
+    DeleteSensor {
+        /// Whose.
+        robot: String,
+        /// Its name.
+        name: String,
+    },
 }
 
 impl Command {
@@ -148,7 +159,9 @@ impl Command {
             Self::SetTargets(targets) => targets.robots.iter().map(|robot| robot.robot.as_str()).collect(),
             Self::ResetJoints { robots } => robots.iter().map(|reset| reset.robot.as_str()).collect(),
             Self::FollowTrajectory(follow) => vec![&follow.robot],
+            Self::CreateSensor(create) => vec![&create.robot],
             Self::Delete { robot }
+            | Self::DeleteSensor { robot, .. }
             | Self::CancelTrajectory { robot, .. }
             | Self::SetJointProperties { robot, .. }
             | Self::SetLinkProperties { robot, .. }
@@ -319,6 +332,11 @@ pub enum Reply {
     },
     /// The constraint holds from the next step on.
     ConstraintCreated {
+        /// Under this name.
+        name: String,
+    },
+    /// The sensor takes samples from now on.
+    SensorCreated {
         /// Under this name.
         name: String,
     },

@@ -6,7 +6,6 @@ use super::entity::Entity;
 use crate::dynamics::constraint::link_constraint::{
     ConstraintDefinition, ConstraintEnd, ConstraintKind, LinkConstraint, MAX_CONSTRAINT_NAME, Reading,
 };
-use crate::dynamics::tree::JointType;
 use crate::valid::{finite, pose};
 
 /// Robots and links that a constraint keeps from touching, the smaller robot, or link of one robot, first.
@@ -112,11 +111,7 @@ pub(super) fn acts(robots: &[Entity], constraint: &LinkConstraint) -> bool {
 
 /// Whether a link hangs on a joint of one axis, which a gear can turn.
 pub(super) fn has_axis(robot: &Entity, link: usize) -> bool {
-    let tree = robot.body.tree();
-    let joint = link.checked_sub(1).and_then(|joint| tree.joints.get(joint));
-    joint.is_some_and(|bodies| {
-        bodies.len() == 1 && !matches!(tree.bodies[bodies.start].joint_type, JointType::Free { .. })
-    })
+    link.checked_sub(1).is_some_and(|joint| robot.body.tree().has_one_axis(joint))
 }
 
 /// Whether constraints that came from elsewhere can be those of these robots.

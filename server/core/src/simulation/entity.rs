@@ -2,6 +2,7 @@
 
 mod colliders;
 mod joints;
+mod sensors;
 mod setup;
 mod sleep;
 mod wrenches;
@@ -89,6 +90,7 @@ impl Entity {
             applied_wrenches: Vec::new(),
             expired_wrenches: Vec::new(),
             trajectories: Vec::new(),
+            sensors: Vec::new(),
         };
         let mut entity = Self { version, model, state, body, colliders: RobotColliders::default(), claims };
         entity.begin_as_described(passive);

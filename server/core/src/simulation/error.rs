@@ -134,6 +134,24 @@ pub enum Error {
         /// The name.
         constraint: String,
     },
+    /// The robot has no such sensor.
+    #[error("robot {robot:?} has no sensor {sensor:?}; {}", list_known("its sensors", .known))]
+    SensorNotFound {
+        /// Whose.
+        robot: String,
+        /// What was asked for.
+        sensor: String,
+        /// What there is.
+        known: Vec<String>,
+    },
+    /// The name is taken.
+    #[error("robot {robot:?} has a sensor {sensor:?} already; choose another name, or delete it")]
+    SensorExists {
+        /// Whose.
+        robot: String,
+        /// The name.
+        sensor: String,
+    },
     /// No such kept state.
     #[error("there is no saved state {name:?}; {}", list_known("saved states", .known))]
     SavedStateNotFound {

@@ -73,6 +73,20 @@ pub enum EventKind {
         /// Why.
         cause: ConstraintDeletion,
     },
+    /// A client put a sensor on a robot. Those of a description come with their robot.
+    SensorCreated {
+        /// The robot's name.
+        robot: String,
+        /// Its name.
+        sensor: String,
+    },
+    /// A client took a sensor off a robot, or the robot's new model has no place for one of a client. Others go with their robot.
+    SensorDeleted {
+        /// The robot's name.
+        robot: String,
+        /// Its name.
+        sensor: String,
+    },
     /// A trajectory is over.
     TrajectoryEnded {
         /// The robot's name.

@@ -3,12 +3,13 @@
 //! From the bottom to the top; a file imports only from those above it in this list:
 //!
 //! * `moment`, [`error`], [`settings`], [`contact_settings`], `wrench`, `claim`, [`target_sources`], [`trajectory`]: small types.
-//! * `check`: which numbers can be.
+//! * `check`: which numbers can be. [`sensors`]: what sensors are, their samples and their noise.
 //! * [`world_state`]: the state as plain data.
 //! * `entity`: one robot. `constraints`, `sleep`, `groups`, `contacts`: what it is constrained to, whether it rests, what is solved with it, and
 //!   what it touches.
 //! * [`saved`]: states that are kept. [`robot_settings`]: what commands set.
-//! * [`published_state`]: what it shows; [`joint_status`], [`rays`], [`queries`], `reactions`: what follows from that alone, on any thread.
+//! * [`published_state`]: what it shows; [`joint_status`], [`rays`], [`queries`], `reactions`, [`measure`]: what follows from that alone, on any
+//!   thread.
 //! * [`command`], [`event`]: what can be asked of it, and what happens.
 //! * [`Simulation`]: the world.
 //! * `operations`: what can be done with it.
@@ -24,6 +25,7 @@ pub mod error;
 pub mod event;
 mod groups;
 pub mod joint_status;
+pub mod measure;
 mod moment;
 mod operations;
 pub mod published_state;
@@ -32,6 +34,7 @@ pub mod rays;
 mod reactions;
 pub mod robot_settings;
 pub mod saved;
+pub mod sensors;
 pub mod settings;
 mod sleep;
 pub mod target_sources;
@@ -57,6 +60,7 @@ pub use published_state::PublishedState;
 use published_state::WorldLayout;
 use robot_settings::RobotSettings;
 pub use saved::{Kept, RobotParts, Saved};
+use sensors::WorldSensors;
 pub use settings::{Integrator, PhysicsSettings};
 use sleep::Busy;
 use target_sources::RobotTargetSources;
@@ -90,6 +94,8 @@ pub struct Simulation {
     robot_settings: Arc<Vec<Arc<RobotSettings>>>,
     /// One a robot. Shared with what is published.
     target_sources: Arc<Vec<RobotTargetSources>>,
+    /// What is published of sensors, and the samples of the last step.
+    sensors: WorldSensors,
     /// Of the next robot or model.
     next_version: u64,
     layout: Arc<WorldLayout>,
@@ -138,6 +144,7 @@ impl Simulation {
             saved: Arc::default(),
             robot_settings: Arc::default(),
             target_sources: Arc::default(),
+            sensors: WorldSensors::default(),
             next_version: 1,
             layout: Arc::default(),
             events: Vec::new(),
@@ -170,6 +177,8 @@ impl Simulation {
             Command::CreateConstraint(create) => self.create_constraint(create),
             Command::ChangeConstraint(change) => self.change_constraint(change),
             Command::DeleteConstraint { name } => self.delete_constraint(name),
+            Command::CreateSensor(create) => self.create_sensor(create),
+            Command::DeleteSensor { robot, name } => self.delete_sensor(robot, name),
             Command::SetTargets(targets) => self.set_targets(targets, claim),
             Command::FollowTrajectory(trajectory) => self.follow_trajectory(trajectory, claim),
             Command::CancelTrajectory { robot, id } => self.cancel_trajectory(robot, *id, claim),
@@ -191,12 +200,14 @@ impl Simulation {
         Ok(Applied { at: self.now, reply })
     }
 
-    /// Whether a command changes nothing of what cannot move: those that may come with every step.
+    /// Whether a command changes nothing of what cannot move.
     fn leaves_what_is_fixed(&self, command: &Command) -> bool {
         match command {
             Command::SetTargets(_)
             | Command::FollowTrajectory(_)
             | Command::CancelTrajectory { .. }
+            | Command::CreateSensor(_)
+            | Command::DeleteSensor { .. }
             | Command::Claim(_)
             | Command::Release { .. } => true,
             Command::ApplyWrench(wrench) => {

@@ -11,6 +11,7 @@ use super::error::Error;
 pub use super::moment::Moment;
 use super::robot_settings::RobotSettings;
 use super::saved::{Kept, no_saved_state};
+use super::sensors::WorldSensor;
 use super::target_sources::RobotTargetSources;
 pub use super::trajectory::Begin;
 use crate::collision::{RobotLinkPair, Shapes};
@@ -64,6 +65,8 @@ pub struct PublishedState {
     pub collision_pairs: Arc<Vec<RobotLinkPair>>,
     /// Who set the targets of each robot's joints. Shared like `settings`.
     pub target_sources: Arc<Vec<RobotTargetSources>>,
+    /// What sensors there are, by robot, in the order in which they were made. Shared like `settings`.
+    pub sensors: Arc<Vec<WorldSensor>>,
     /// Who holds a claim on the world.
     pub claimed_by: Option<Arc<str>>,
     /// The states that the world can go back to, oldest first. Shared like `settings`.

@@ -1,9 +1,10 @@
 //! What a robot's joints carried over the last step, found from a published state alone.
 
-use glamx::DVec3;
+use glamx::{DPose3, DQuat, DVec3};
 
 use super::published_state::{AppliedWrench, ConstraintKind, PublishedState};
-use crate::dynamics::reactions::{Motion, joint_reactions};
+use crate::dynamics::link_motion::{LinkMotion, Motion, link_motions};
+use crate::dynamics::reactions::reactions_of;
 use crate::dynamics::spatial::Spatial;
 
 impl PublishedState {
@@ -12,13 +13,39 @@ impl PublishedState {
     /// accelerations and the contacts of the last step, or of its last part; without accelerations where
     /// the robot was put somewhere since.
     pub fn joint_reactions(&self, robot: usize, gravity: DVec3) -> Option<Vec<[DVec3; 2]>> {
+        self.reactions_of(robot, &self.link_poses(robot)?, &self.link_motions(robot)?, gravity)
+    }
+
+    /// How each link of the robot at this index moves, against its base and in the base's axes, with the accelerations of the last step,
+    /// or of its last part: see [`link_motions`](crate::dynamics::link_motion::link_motions).
+    pub fn link_motions(&self, robot: usize) -> Option<Vec<LinkMotion>> {
         let entity = self.world.entities.get(robot)?;
         let root = self.roots.get(robot)?;
-        let configuration = self.configuration(robot)?;
-        let poses = self.link_poses(robot)?;
         let tree = &*entity.tree;
-        let (positions, velocities) = configuration.state(tree);
-        let to_base = if tree.fixed_base { root.pose.rotation.inverse() } else { glamx::DQuat::IDENTITY };
+        let (positions, velocities) = self.configuration(robot)?.state(tree);
+        let mut accelerations = root.accelerations[..tree.root_velocities()].to_vec();
+        accelerations.extend_from_slice(self.accelerations.get(entity.velocities.clone())?);
+        let motion = Motion { positions: &positions, velocities: &velocities, accelerations: &accelerations };
+        Some(link_motions(tree, motion))
+    }
+
+    /// World axes from those of a robot's base: the root link's where that is fixed.
+    pub(super) fn world_from_base(&self, robot: usize) -> Option<DQuat> {
+        let is_fixed = self.world.entities.get(robot)?.tree.fixed_base;
+        let rotation = self.roots.get(robot)?.pose.rotation;
+        Some(if is_fixed { rotation } else { DQuat::IDENTITY })
+    }
+
+    /// [`Self::joint_reactions`] of a robot whose links are and move so.
+    pub(super) fn reactions_of(
+        &self,
+        robot: usize,
+        poses: &[DPose3],
+        links: &[LinkMotion],
+        gravity: DVec3,
+    ) -> Option<Vec<[DVec3; 2]>> {
+        let entity = self.world.entities.get(robot)?;
+        let to_base = self.world_from_base(robot)?.inverse();
 
         let of_robot = self.applied_wrenches.iter().filter(|wrench| wrench.robot == robot);
         let applied = of_robot.filter_map(|wrench| {
@@ -50,10 +77,7 @@ impl PublishedState {
                 })
             });
         let wrenches: Vec<(usize, Spatial)> = applied.chain(contacts).chain(constraints).collect();
-        let mut accelerations = root.accelerations[..tree.root_velocities()].to_vec();
-        accelerations.extend_from_slice(self.accelerations.get(entity.velocities.clone())?);
-        let motion = Motion { positions: &positions, velocities: &velocities, accelerations: &accelerations };
-        let carried = joint_reactions(&entity.model, tree, motion, to_base * gravity, &wrenches);
+        let carried = reactions_of(&entity.model, links, to_base * gravity, &wrenches);
         Some(carried.into_iter().map(|wrench| [wrench.linear, wrench.angular]).collect())
     }
 }

@@ -81,12 +81,10 @@ impl Kept {
 
     /// The state, with the versions that its robots have here.
     pub(super) fn state(&self) -> (WorldState, Vec<Description>) {
-        let Inner { state, robots } = &*self.saved.0;
-        let mut robots = robots.clone();
-        if let Some(first) = self.versions {
-            robots.iter_mut().zip(first..).for_each(|(robot, version)| robot.version = version);
+        match self.versions {
+            Some(first) => self.saved.with_versions(first),
+            None => (self.saved.0.state.clone(), self.saved.0.robots.clone()),
         }
-        (state.clone(), robots)
     }
 }
 
@@ -110,6 +108,17 @@ impl Saved {
             constraints: Vec::new(),
         };
         Self::of_world(state, Vec::new())
+    }
+
+    /// The state, with robots of versions from `first` on, and with sensors that get other ids.
+    pub(super) fn with_versions(&self, first: u64) -> (WorldState, Vec<Description>) {
+        let Inner { state, robots } = &*self.0;
+        let mut robots = robots.clone();
+        robots.iter_mut().zip(first..).for_each(|(robot, version)| robot.version = version);
+        let mut state = state.clone();
+        let sensors = state.robots.iter_mut().flat_map(|robot| &mut robot.entity.sensors);
+        sensors.for_each(|sensor| sensor.id = 0);
+        (state, robots)
     }
 
     /// Robots in it.
@@ -157,7 +166,7 @@ impl Saved {
                 return Err(InvalidState::World(format!("there are two robots {name:?}")));
             }
             let invalid = |what| InvalidState::Robot { robot: name, what };
-            entities.push(checked(robot, parts).map_err(invalid)?);
+            entities.push(checked(robot, parts, state.sim_time).map_err(invalid)?);
         }
         super::contacts::complete(&entities, &mut state.contacts).map_err(InvalidState::World)?;
         super::contacts::check_ignored_overlaps(&entities, &state.ignored_overlaps)
@@ -183,8 +192,8 @@ fn check_world(state: &WorldState) -> Result<(), String> {
     Ok(())
 }
 
-/// A robot in this state; or what is wrong with it, as a fragment of a sentence.
-fn checked(robot: &mut RobotState, (model, shapes): RobotParts) -> Result<Entity, String> {
+/// A robot in this state, in a world at this sim time; or what is wrong with it, as a fragment of a sentence.
+fn checked(robot: &mut RobotState, (model, shapes): RobotParts, now: f64) -> Result<Entity, String> {
     let RobotState { entity, body } = &mut *robot;
     let EntityState {
         name: _,
@@ -204,6 +213,8 @@ fn checked(robot: &mut RobotState, (model, shapes): RobotParts) -> Result<Entity
         applied_wrenches,
         expired_wrenches,
         trajectories,
+        // When the robot is there.
+        sensors: _,
     } = entity;
     let tree = Arc::new(Tree::new(&model, *fixed_base));
     check_last_good(&tree, last_good)?;
@@ -229,6 +240,7 @@ fn checked(robot: &mut RobotState, (model, shapes): RobotParts) -> Result<Entity
     let description = Description { version: 0, model, tree, shapes };
     let entity = Entity::from_state(&description, robot.clone());
     entity.check_contact_settings().map_err(|error| format!("a surface that cannot be: {error}"))?;
+    entity.check_sensors(now)?;
     let EntityState { surfaces, rest_poses, asleep, .. } = &robot.entity;
     let colliders = entity.colliders.len();
     for (what, there, needed) in [

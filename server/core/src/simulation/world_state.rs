@@ -7,8 +7,10 @@ use std::hash::{DefaultHasher, Hasher as _};
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
+use simd_model::sensor::MAX_SENSORS_PER_ROBOT;
 
 use super::contact_settings::{ContactSettings, MAX_COLLISION_PAIRS};
+pub use super::sensors::SensorState;
 use super::settings::PhysicsSettings;
 use super::trajectory::MAX_TRAJECTORIES;
 pub use super::trajectory::{ActiveTrajectory, TrajectoryJoint};
@@ -144,6 +146,9 @@ pub struct EntityState {
     /// That are carried out or wait, in the order in which they were accepted.
     #[serde(deserialize_with = "bounded_list::deserialize::<MAX_TRAJECTORIES, _, _>")]
     pub trajectories: Vec<ActiveTrajectory>,
+    /// In the order in which they were made.
+    #[serde(deserialize_with = "bounded_list::deserialize::<MAX_SENSORS_PER_ROBOT, _, _>")]
+    pub sensors: Vec<SensorState>,
 }
 
 /// Why a state is not one that a world can be in.

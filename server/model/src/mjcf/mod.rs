@@ -2,7 +2,7 @@
 //!
 //! `files`: what is included. `compiler`: how the file is to be read. `defaults`: classes. `value`: numbers and
 //! orientations. `assets`: meshes, height fields, materials. `body`, `joint`, `geom`, `mesh_inertia`: what moves. `actuator`, `equality`
-//! and `keyframe`: what belongs to joints. `split`: as robots.
+//! and `keyframe`: what belongs to joints. `sensor`: what measures. `split`: as robots.
 //!
 //! A body that hangs on the world by no joint stands still. All that stands still is one robot; each other child of the
 //! world is one with what hangs on it. What is not read (tendons, muscles, skins, flexible bodies) is in the report.
@@ -18,6 +18,7 @@ mod geom;
 mod joint;
 mod keyframe;
 mod mesh_inertia;
+mod sensor;
 mod split;
 mod value;
 
@@ -140,9 +141,15 @@ impl<'a> Reader<'a> {
             let elements = files::expanded(section, self.sources, self.places)?;
             excluded.extend(self.excludes(&elements));
         }
+        let mut measured = Vec::new();
+        for section in of("sensor") {
+            let elements = files::expanded(section, self.sources, self.places)?;
+            measured.extend(sensor::read(&elements, self));
+        }
         let name = root.word("model").unwrap_or_default();
         let said = split::Said { joints: &joints, keys: &keys, excluded: &excluded, held: &held };
-        let drafts = split::robots(root, name, &self.bodies, &said, &mut self.notes);
+        let mut drafts = split::robots(root, name, &self.bodies, &said, &mut self.notes);
+        sensor::give(measured, &mut drafts, &mut self.notes);
         if drafts.is_empty() {
             return Err(Stop::at(root, "it has no body that simd could have in its world"));
         }
@@ -154,12 +161,11 @@ impl<'a> Reader<'a> {
         for section in sections {
             match section.tag() {
                 "compiler" | "default" | "asset" | "worldbody" | "actuator" | "equality" | "keyframe"
-                | "contact" | "size" | "visual" | "statistic" | "custom" => {}
+                | "contact" | "sensor" | "size" | "visual" | "statistic" | "custom" => {}
                 "option" => {
                     let message = "settings of the physics are the world's, and stay as they are there";
                     self.notes.info(*section, Ignored, message);
                 }
-                "sensor" => self.notes.info(*section, Ignored, "not read by simd"),
                 "tendon" | "deformable" | "extension" => {
                     for element in section.elements() {
                         self.notes.warn(element, Ignored, "not read by simd: the robot is without it");

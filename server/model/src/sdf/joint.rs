@@ -4,9 +4,10 @@ use glamx::{DPose3, DVec3};
 
 use super::frames::{Frames, MODEL};
 use super::model::Model;
+use super::sensor;
 use crate::report::Disposition::{Ignored, Repaired};
 use crate::robot::JointLimits;
-use crate::translation::draft::At;
+use crate::translation::draft::{At, DraftSensor};
 use crate::translation::element::{Element, report_unknown};
 use crate::translation::notes::{Notes, Stop};
 use crate::urdf::findings::quoted;
@@ -29,6 +30,8 @@ pub(super) struct Joint {
     pub(super) is_ball: bool,
     /// The joint that it follows, how many times, plus what.
     pub(super) mimic: Option<(String, f64, f64)>,
+    /// In the joint's frame.
+    pub(super) sensors: Vec<DraftSensor>,
 }
 
 #[derive(Clone, Debug)]
@@ -111,10 +114,8 @@ pub(super) fn read(
         ));
     }
     report_unknown(element, &KNOWN, "", notes);
-    for sensor in element.children("sensor") {
-        notes.info(sensor, Ignored, "not read by simd");
-    }
     let model_from_joint = frames.resolve(name, element)?;
+    let sensors = sensor::read(element, &model_from_joint, frames, notes);
     let kind = element.word("type").unwrap_or_default();
     let mut axis = |tag: &'static str, kind: &'static str, notes: &mut Notes| {
         axis(element, tag, kind, version, &model_from_joint, frames, notes)
@@ -155,7 +156,8 @@ pub(super) fn read(
         None => None,
     };
     let at = (element.file, element.line());
-    Ok(Some(Joint { name: name.to_owned(), at, parent, child, model_from_joint, axes, is_ball, mimic }))
+    let name = name.to_owned();
+    Ok(Some(Joint { name, at, parent, child, model_from_joint, axes, is_ball, mimic, sensors }))
 }
 
 fn axis(

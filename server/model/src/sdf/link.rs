@@ -57,7 +57,7 @@ pub(super) fn read(element: Element, notes: &mut Notes) -> Result<DraftLink, Sto
     report_unknown(element, &KNOWN, "", notes);
     for child in element.elements() {
         match child.tag() {
-            "sensor" | "light" | "audio_source" | "audio_sink" | "projector" => {
+            "light" | "audio_source" | "audio_sink" | "projector" => {
                 notes.info(child, Ignored, "not read by simd");
             }
             "gravity" if element.says("gravity") == Some(false) => {

@@ -1,7 +1,7 @@
 //! SDF, as Gazebo writes it (1.4 to 1.12), to drafts of robots.
 //!
 //! `files`: what is included. `model`: one model, nested ones flattened into it. `frames`: where everything stands.
-//! `link` and `joint`: what a model is made of. `split`: a model as robots, each of which is a tree.
+//! `link`, `joint` and `sensor`: what a model is made of. `split`: a model as robots, each of which is a tree.
 
 mod files;
 mod frames;
@@ -9,6 +9,7 @@ mod joint;
 mod link;
 pub(crate) use link::ellipsoid;
 mod model;
+mod sensor;
 mod split;
 
 use std::collections::BTreeMap;

@@ -6,7 +6,7 @@ use glamx::DPose3;
 
 use super::frames::{self, Frames, MODEL, Raw};
 use super::joint::{self, Joint};
-use super::{Reader, files, link, version};
+use super::{Reader, files, link, sensor, version};
 use crate::report::Disposition::{Ignored, Repaired};
 use crate::translation::draft::{At, DraftLink, Names};
 use crate::translation::element::{Element, report_unknown};
@@ -191,7 +191,9 @@ impl<'a> Reader<'a> {
         for child in element.children("link") {
             let Some(own) = child.word("name") else { continue };
             let pose = frames.resolve(own, child)?;
-            model.links.push((link::read(child, &mut self.notes)?, pose));
+            let mut read = link::read(child, &mut self.notes)?;
+            read.sensors = sensor::read(child, &pose, &mut frames, &mut self.notes);
+            model.links.push((read, pose));
             self.links += 1;
             if self.links > crate::MOST_LINKS {
                 let message = format!("all its models together have more than {} links", crate::MOST_LINKS);

@@ -11,7 +11,7 @@ use super::joint::{Joint, WORLD};
 use super::model::Model;
 use crate::report::Disposition::Ignored;
 use crate::translation::draft::{
-    At, Draft, DraftConstraint, DraftConstraintKind, DraftEnd, DraftJoint, DraftLink, Names,
+    At, Draft, DraftConstraint, DraftConstraintKind, DraftEnd, DraftJoint, DraftLink, DraftSensor, Names,
 };
 use crate::translation::notes::Notes;
 
@@ -234,12 +234,12 @@ fn add_joint(
     let child = joint.child.clone();
     if joint.axes.is_empty() && !joint.is_ball {
         let parent_from_child = parent_from_joint * joint_from_child;
-        draft.joints.push(DraftJoint::fixed(
-            joint.name.clone(),
-            joint.at,
-            [parent, child],
-            parent_from_child,
-        ));
+        let mut written = DraftJoint::fixed(joint.name.clone(), joint.at, [parent, child], parent_from_child);
+        let child_from_joint = joint_from_child.inverse();
+        let in_child =
+            |sensor: &DraftSensor| DraftSensor { pose: child_from_joint * sensor.pose, ..sensor.clone() };
+        written.sensors = joint.sensors.iter().map(in_child).collect();
+        draft.joints.push(written);
         return;
     }
     // Links without mass: after each axis but the last one, and after that where the child's frame is another.
@@ -270,6 +270,8 @@ fn add_joint(
         }
         if place == 0 {
             written.mimic.clone_from(&joint.mimic);
+            // The child of the first one has the joint's frame.
+            written.sensors.clone_from(&joint.sensors);
         }
         draft.joints.push(written);
     }

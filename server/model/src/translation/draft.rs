@@ -71,6 +71,20 @@ pub(crate) struct DraftLink {
     pub(crate) material: Material,
     /// Bits of the groups that it is in, and of those that it touches.
     pub(crate) groups: Option<[u32; 2]>,
+    pub(crate) sensors: Vec<DraftSensor>,
+}
+
+/// What measures: as it is written into a `<sensor>` of its link or joint.
+#[derive(Clone, Debug)]
+pub(crate) struct DraftSensor {
+    pub(crate) name: String,
+    pub(crate) at: At,
+    /// A word that the reader of URDF knows.
+    pub(crate) kind: String,
+    /// `link_from_sensor`, of a joint in the frame of the joint's child.
+    pub(crate) pose: DPose3,
+    /// What is in it beside the pose, a line each, with how deep it stands.
+    pub(crate) lines: Vec<(At, usize, String)>,
 }
 
 #[derive(Clone, Debug)]
@@ -113,6 +127,7 @@ pub(crate) struct DraftJoint {
     pub(crate) drive: Option<DraftDrive>,
     /// Where it starts.
     pub(crate) position: Option<f64>,
+    pub(crate) sensors: Vec<DraftSensor>,
 }
 
 /// What drives a joint.
@@ -143,6 +158,7 @@ impl DraftLink {
             collisions: Vec::new(),
             material: Material::default(),
             groups: None,
+            sensors: Vec::new(),
         }
     }
 }
@@ -171,6 +187,7 @@ impl DraftJoint {
             spring: None,
             drive: None,
             position: None,
+            sensors: Vec::new(),
         }
     }
 }

@@ -7,7 +7,7 @@ use glamx::{DPose3, DQuat, DVec3};
 use super::TranslatedModel;
 use super::draft::{
     At, Draft, DraftConstraint, DraftConstraintKind, DraftDrive, DraftGeometry, DraftJoint, DraftLink,
-    DraftShape, DraftState,
+    DraftSensor, DraftShape, DraftState,
 };
 use crate::robot::{Inertial, Material};
 
@@ -40,6 +40,12 @@ pub(crate) fn urdf(draft: &Draft, files: Vec<String>) -> TranslatedModel {
     }
     for joint in &draft.joints {
         write_spring(&mut text, joint);
+    }
+    for link in &draft.links {
+        write_sensors(&mut text, &link.name, &link.sensors);
+    }
+    for joint in &draft.joints {
+        write_sensors(&mut text, &joint.name, &joint.sensors);
     }
     write_drives(&mut text, draft);
     for state in &draft.states {
@@ -210,6 +216,23 @@ fn write_spring(text: &mut Text, joint: &DraftJoint) {
     text.line(joint.at, 1, "</gazebo>");
 }
 
+/// The sensors of a link or a joint.
+fn write_sensors(text: &mut Text, reference: &str, sensors: &[DraftSensor]) {
+    for DraftSensor { name, at, kind, pose, lines } in sensors {
+        text.line(*at, 1, &format!("<gazebo reference=\"{}\">", escaped(reference)));
+        text.line(*at, 2, &format!("<sensor name=\"{}\" type=\"{}\">", escaped(name), escaped(kind)));
+        if *pose != DPose3::IDENTITY {
+            let (place, turn) = (numbers(pose.translation.to_array()), numbers(pose.rotation.to_array()));
+            text.line(*at, 3, &format!("<pose rotation_format=\"quat_xyzw\">{place} {turn}</pose>"));
+        }
+        for (at, depth, line) in lines {
+            text.line(*at, 3 + depth, line);
+        }
+        text.line(*at, 2, "</sensor>");
+        text.line(*at, 1, "</gazebo>");
+    }
+}
+
 fn write_drives(text: &mut Text, draft: &Draft) {
     let said = |joint: &&DraftJoint| joint.drive.is_some() || joint.position.is_some();
     let mut joints = draft.joints.iter().filter(said).peekable();
@@ -297,8 +320,8 @@ fn numbers<const N: usize>(values: [f64; N]) -> String {
     words.join(" ")
 }
 
-/// As the value of an attribute.
-fn escaped(text: &str) -> String {
+/// As the value of an attribute, or as text.
+pub(crate) fn escaped(text: &str) -> String {
     let mut written = String::with_capacity(text.len());
     for character in text.chars() {
         match character {

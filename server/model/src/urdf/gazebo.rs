@@ -1,7 +1,7 @@
 //! `<gazebo>`: what is in it for links and joints, beside the plugins, which simd does not run.
 //!
 //! Of a link: friction, self-collision, bits of groups, a colour. Of a joint: damping, friction, a spring. Of the robot:
-//! self-collision. Gazebo's colours by name are those of its script `gazebo.material`.
+//! self-collision. Sensors are read elsewhere. Gazebo's colours by name are those of its script `gazebo.material`.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -102,7 +102,7 @@ impl Gazebo {
                     }
                     None => others.add(tag),
                 }
-            } else {
+            } else if tag != "sensor" {
                 others.add(tag);
             }
         }
@@ -119,6 +119,7 @@ impl Gazebo {
                 "friction" => &mut of.friction,
                 "springStiffness" => &mut of.stiffness,
                 "springReference" => &mut of.reference,
+                "sensor" => continue,
                 _ => {
                     others.add(tag);
                     continue;

@@ -321,9 +321,10 @@ const ONE_TOO_MANY: &str = "one too many: the one before it is used";
 
 /// Whether an element is read by [`setup`](super::setup), from the robot's own node.
 fn is_of_setup(child: &Node, parent: &Element) -> bool {
-    const TAGS: [&str; 8] = [
+    const TAGS: [&str; 9] = [
         "gazebo",
         "constraint",
+        "sensor",
         "transmission",
         "ros2_control",
         "group_state",

@@ -24,6 +24,7 @@ pub(crate) mod numbers;
 pub(crate) mod prescan;
 mod rewrite;
 mod scale;
+mod sensors;
 mod setup;
 mod srdf;
 mod states;

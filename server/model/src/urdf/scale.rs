@@ -46,6 +46,8 @@ pub(super) fn apply(model: &mut RobotModel, scale: f64) {
         *position *= factor(*joint);
     }
     constraints(&mut model.setup, &slides, scale);
+    // What they reach, and their noise, are the device's.
+    model.setup.sensors.iter_mut().for_each(|sensor| pose(&mut sensor.pose, scale));
     for (joint, slides_itself) in model.joints.iter_mut().zip(&slides) {
         pose(&mut joint.parent_from_joint, scale);
         let own = if *slides_itself { scale } else { 1.0 };

@@ -1,4 +1,4 @@
-//! How the robot begins: what `<gazebo>`, `<ros2_control>`, `<group_state>`, `<constraint>` and `<disable_collisions>` say, put
+//! How the robot begins: what `<gazebo>`, `<ros2_control>`, `<group_state>`, `<constraint>`, `<sensor>` and `<disable_collisions>` say, put
 //! together.
 
 use super::constraints;
@@ -7,6 +7,7 @@ use super::findings::Findings;
 use super::gazebo::Gazebo;
 use super::mend::Mended;
 use super::numbers::{self, Shape};
+use super::sensors;
 use super::srdf;
 use super::states;
 use super::transmission;
@@ -37,6 +38,7 @@ pub(super) fn read(
     setup.pairs.extend(srdf::of_robot(mended.root, links, findings));
     groups(mended, tree, &mut setup, findings);
     setup.constraints = constraints::read(mended.root, (links, joints), findings);
+    setup.sensors = sensors::read(mended.root, (links, joints), findings);
     setup.joints.retain(|joint| !joint.is_silent());
     setup
 }

@@ -68,4 +68,10 @@ messages! {
         force: Vector3,
         torque: Vector3,
     }
+
+    /// One at a time, in a frame.
+    WrenchStamped = "geometry_msgs/msg/WrenchStamped" {
+        header: Header,
+        wrench: Wrench,
+    }
 }

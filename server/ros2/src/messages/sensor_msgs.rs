@@ -1,5 +1,6 @@
 //! What robots measure.
 
+use super::geometry_msgs::{Quaternion, Vector3};
 use super::std_msgs::Header;
 use crate::message::messages;
 
@@ -11,5 +12,74 @@ messages! {
         position: Vec<f64>,
         velocity: Vec<f64>,
         effort: Vec<f64>,
+    }
+
+    /// An inertial unit. A covariance of zeros is not known.
+    Imu = "sensor_msgs/msg/Imu" {
+        header: Header,
+        orientation: Quaternion,
+        orientation_covariance: [f64; 9],
+        angular_velocity: Vector3,
+        angular_velocity_covariance: [f64; 9],
+        linear_acceleration: Vector3,
+        linear_acceleration_covariance: [f64; 9],
+    }
+
+    /// One range, metres (REP 117).
+    Range = "sensor_msgs/msg/Range" consts {
+        ULTRASOUND: u8 = 0;
+        INFRARED: u8 = 1;
+    } {
+        header: Header,
+        radiation_type: u8,
+        field_of_view: f32,
+        min_range: f32,
+        max_range: f32,
+        range: f32,
+        variance: f32,
+    }
+
+    /// Ranges in a plane, about z from x, metres (REP 117).
+    LaserScan = "sensor_msgs/msg/LaserScan" {
+        header: Header,
+        angle_min: f32,
+        angle_max: f32,
+        angle_increment: f32,
+        time_increment: f32,
+        scan_time: f32,
+        range_min: f32,
+        range_max: f32,
+        ranges: Vec<f32>,
+        intensities: Vec<f32>,
+    }
+
+    /// What lies where in the bytes of a point.
+    PointField = "sensor_msgs/msg/PointField" consts {
+        INT8: u8 = 1;
+        UINT8: u8 = 2;
+        INT16: u8 = 3;
+        UINT16: u8 = 4;
+        INT32: u8 = 5;
+        UINT32: u8 = 6;
+        FLOAT32: u8 = 7;
+        FLOAT64: u8 = 8;
+    } {
+        name: String,
+        offset: u32,
+        datatype: u8,
+        count: u32,
+    }
+
+    /// Points, row by row.
+    PointCloud2 = "sensor_msgs/msg/PointCloud2" {
+        header: Header,
+        height: u32,
+        width: u32,
+        fields: Vec<PointField>,
+        is_bigendian: bool,
+        point_step: u32,
+        row_step: u32,
+        data: Vec<u8>,
+        is_dense: bool,
     }
 }

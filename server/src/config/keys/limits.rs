@@ -167,6 +167,25 @@ fn service() -> Vec<Key> {
              such calls, and clients take turns",
             |draft| &mut draft.config.limits.waiting_reads,
         ),
+        count(
+            "service.waiting_rollouts",
+            1..=65_536,
+            "rollouts that wait; two are computed at a time, on threads that give way to the physics thread, and clients \
+             take turns",
+            |draft| &mut draft.config.limits.waiting_rollouts,
+        ),
+        count(
+            "service.rollout_bytes",
+            65_536..=200 << 20,
+            "bytes of the numbers that one rollout gives; four times as many are kept for clients to read",
+            |draft| &mut draft.config.limits.rollout_bytes,
+        ),
+        count(
+            "service.rollout_seconds",
+            1..=86_400,
+            "seconds of processor time that one rollout may take, of all its threads together",
+            |draft| &mut draft.config.limits.rollout_seconds,
+        ),
         count("service.waiting_steps", 1..=65_536, "calls that wait for their steps", |draft| {
             &mut draft.config.driver.waiting_steps
         }),
@@ -221,6 +240,9 @@ fn clients() -> Vec<Key> {
             "calls for inverse kinematics, mass matrices, rays and distances that wait",
             |draft| &mut draft.config.limits.waiting_reads_of_client,
         ),
+        count("clients.waiting_rollouts", 1..=65_536, "rollouts that wait", |draft| {
+            &mut draft.config.limits.waiting_rollouts_of_client
+        }),
     ]
 }
 

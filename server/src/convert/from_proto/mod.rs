@@ -12,8 +12,11 @@ pub mod parameter;
 pub mod primitive;
 pub mod query;
 pub mod recording;
+pub mod rollout;
+pub mod sensor;
 pub mod simulation;
 pub mod state;
+pub mod view;
 
 #[cfg(test)]
 mod tests;

@@ -102,6 +102,12 @@ fn world(kind: EventKind) -> v1::event::Kind {
             let cause = constraint_deletion(cause).into();
             v1::event::Kind::ConstraintDeleted(v1::ConstraintDeleted { constraint, cause })
         }
+        EventKind::SensorCreated { robot, sensor } => {
+            v1::event::Kind::SensorCreated(v1::SensorCreated { robot, sensor })
+        }
+        EventKind::SensorDeleted { robot, sensor } => {
+            v1::event::Kind::SensorDeleted(v1::SensorDeleted { robot, sensor })
+        }
         EventKind::TrajectoryEnded { robot, id, end } => {
             let message = end.to_string();
             let outcome = match &end {

@@ -1,6 +1,6 @@
 //! Vectors, poses and velocities to the wire.
 
-use glamx::{DPose3, DVec3};
+use glamx::{DPose3, DQuat, DVec3};
 use simd_proto::v1;
 
 /// A vector.
@@ -8,10 +8,15 @@ pub fn vector(vector: DVec3) -> v1::Vector3 {
     v1::Vector3 { x: vector.x, y: vector.y, z: vector.z }
 }
 
+/// A rotation.
+pub fn rotation(rotation: DQuat) -> v1::Quaternion {
+    let [x, y, z, w] = rotation.to_array();
+    v1::Quaternion { x, y, z, w }
+}
+
 /// A transform.
 pub fn pose(pose: DPose3) -> v1::Pose {
-    let [x, y, z, w] = pose.rotation.to_array();
-    v1::Pose { position: Some(vector(pose.translation)), orientation: Some(v1::Quaternion { x, y, z, w }) }
+    v1::Pose { position: Some(vector(pose.translation)), orientation: Some(rotation(pose.rotation)) }
 }
 
 /// Velocities in world axes.

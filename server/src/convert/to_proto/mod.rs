@@ -10,9 +10,12 @@ pub mod kinematics;
 pub mod parameter;
 pub mod query;
 pub mod recording;
+pub mod rollout;
 pub mod scene;
+pub mod sensor;
 pub mod simulation;
 pub mod stamp;
+pub mod view;
 
 #[cfg(test)]
 mod tests;

@@ -21,7 +21,9 @@ from simd_client.aio.joint import Joint, Joints
 from simd_client.aio.parameters import Parameters
 from simd_client.aio.recording import Recording
 from simd_client.aio.robot import Robot
+from simd_client.aio.sensors import ReadingStream, Sensor, Sensors, WorldSensors
 from simd_client.aio.simulation import Simulation
+from simd_client.aio.view import View
 from simd_client.aio.watch import EventWatch, Watch
 
 __all__ = [
@@ -33,9 +35,14 @@ __all__ = [
     "Joint",
     "Joints",
     "Parameters",
+    "ReadingStream",
     "Recording",
     "Robot",
+    "Sensor",
+    "Sensors",
     "Simulation",
+    "View",
     "Watch",
+    "WorldSensors",
     "connect",
 ]

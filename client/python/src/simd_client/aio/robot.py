@@ -12,6 +12,7 @@ from simd_client.aio.claim import Claim
 from simd_client.aio.connection import Connection
 from simd_client.aio.joint import Joint, Joints
 from simd_client.aio.robot_pose import RobotPose
+from simd_client.aio.sensors import Sensors
 from simd_client.aio.trajectory import Trajectory
 from simd_client.aio.upload import upload
 from simd_client.aio.watch import EventWatch, Watch, next_events
@@ -133,6 +134,11 @@ class Robot(RobotPose):
     def on_state(self, function: Callable[[RobotState], object], rate: float | None = None) -> Callbacks[RobotState]:
         """Calls a function with the current state, and with states as they are published, as `watch` gives them."""
         return Callbacks(self._connection.link, self.watch(rate), function)
+
+    @property
+    def sensors(self) -> Sensors:
+        """What it feels and sees."""
+        return Sensors(self._connection, self.name)
 
     # Targets.
 

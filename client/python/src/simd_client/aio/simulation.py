@@ -16,7 +16,9 @@ from simd_client.aio.parameters import Parameters
 from simd_client.aio.robot import Robot
 from simd_client.aio.runtime import in_thread
 from simd_client.aio.saved_states import SavedStates
+from simd_client.aio.sensors import WorldSensors
 from simd_client.aio.upload import fetch_file
+from simd_client.aio.view import View
 from simd_client.aio.watch import EventWatch, Watch, WorldWatch, next_events
 from simd_client.contact import contacts_from_proto
 from simd_client.description import robot_info_from_proto
@@ -262,9 +264,19 @@ class Simulation(SavedStates):
         return Constraints(self)
 
     @property
+    def sensors(self) -> WorldSensors:
+        """What all robots feel and see; `Robot.sensors` are those of one."""
+        return WorldSensors(self)
+
+    @property
     def parameters(self) -> Parameters:
         """Sliders and buttons that programs add and people use."""
         return Parameters(self)
+
+    @property
+    def view(self) -> View:
+        """What pages show beside the world, their cameras, and keys and mouse in them."""
+        return View(self)
 
     async def info(self) -> SimulatorInfo:
         """The daemon's versions, limits and features."""

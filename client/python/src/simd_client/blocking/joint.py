@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from simd_client.errors import JointNotFound, listed, not_found
 from simd_client.geometry import FloatArray
-from simd_client.layout import Gains, JointInfo, JointLimits, JointMode, JointType
+from simd_client.layout import Gains, JointInfo, JointLimits, JointMode, JointSpring, JointType
 from simd_client.quantity import Quantity
 from simd_client.reset import JointValue
 from simd_client.state import Applied, JointState
@@ -162,6 +162,7 @@ class Joint:
         damping: float | None = None,
         friction: float | None = None,
         armature: float | None = None,
+        spring: JointSpring | None = None,
         limits: JointLimits | None = None,
         default_gains: Gains | None = None,
         gravity_compensation: bool | None = None,
@@ -169,13 +170,15 @@ class Joint:
         """Changes only what is given; `limits` replaces all four limits.
 
         With `gravity_compensation` the actuator adds the effort that holds the weight of what hangs on the joint to position,
-        velocity and hold targets: of the robot's own masses, not of what it carries.
+        velocity and hold targets: of the robot's own masses, not of what it carries. A `spring` acts beside the actuator, also with
+        no target and beyond the effort limit; only a joint of one axis can have one.
         """
         return self._robot.set_joint_properties(
             self.name,
             damping=damping,
             friction=friction,
             armature=armature,
+            spring=spring,
             limits=limits,
             default_gains=default_gains,
             gravity_compensation=gravity_compensation,

@@ -13,6 +13,7 @@ from simd_client.blocking.claim import Claim
 from simd_client.blocking.connection import Connection
 from simd_client.blocking.joint import Joint, Joints
 from simd_client.blocking.robot_pose import RobotPose
+from simd_client.blocking.sensors import Sensors
 from simd_client.blocking.trajectory import Trajectory
 from simd_client.blocking.upload import upload
 from simd_client.blocking.watch import EventWatch, Watch, next_events
@@ -21,7 +22,7 @@ from simd_client.description_files import AnyPath, Packages
 from simd_client.errors import AnswerError, SimdError
 from simd_client.expansion import Arguments
 from simd_client.geometry import FloatArray, Pose, rows
-from simd_client.layout import Gains, JointLimits, Layout, joint_properties
+from simd_client.layout import Gains, JointLimits, JointSpring, Layout, joint_properties
 from simd_client.method import decoded
 from simd_client.proto import methods
 from simd_client.quantity import Quantity
@@ -128,6 +129,11 @@ class Robot(RobotPose):
     def on_state(self, function: Callable[[RobotState], object], rate: float | None = None) -> Callbacks[RobotState]:
         """Calls a function with the current state, and with states as they are published, as `watch` gives them."""
         return Callbacks(self._connection.link, self.watch(rate), function)
+
+    @property
+    def sensors(self) -> Sensors:
+        """What it feels and sees."""
+        return Sensors(self._connection, self.name)
 
     # Targets.
 
@@ -242,13 +248,14 @@ class Robot(RobotPose):
         damping: float | None = None,
         friction: float | None = None,
         armature: float | None = None,
+        spring: JointSpring | None = None,
         limits: JointLimits | None = None,
         default_gains: Gains | None = None,
         gravity_compensation: bool | None = None,
     ) -> Stamp:
         """Changes what is given, of these joints, or of all that take targets: see `Joint.set_properties`. All or none."""
         joints = [
-            joint_properties(name, damping, friction, armature, limits, default_gains, gravity_compensation)
+            joint_properties(name, damping, friction, armature, spring, limits, default_gains, gravity_compensation)
             for name in names or tuple(each.name for each in self.layout.joints if each.is_actuated)
         ]
         request = proto.SetJointPropertiesRequest(robot=self.name, joints=joints)

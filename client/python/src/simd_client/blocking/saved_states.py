@@ -7,7 +7,7 @@ from pathlib import Path
 
 from simd_client import proto
 from simd_client.blocking.recording import Recording
-from simd_client.blocking.queries import Queries
+from simd_client.blocking.rollouts import Rollouts
 from simd_client.blocking.upload import send_saved_state, write_file
 from simd_client.description_files import AnyPath
 from simd_client.proto import methods
@@ -18,7 +18,7 @@ FILE_SECONDS = 120.0
 """How much longer an export or import may take than other calls: all robots of a world are read again."""
 
 
-class SavedStates(Queries):
+class SavedStates(Rollouts):
     """The part of a connection that saves states, restores them, and records."""
 
     def save_state(self, name: str = "", *, take_over: bool = False) -> SavedState:

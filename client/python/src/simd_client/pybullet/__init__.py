@@ -13,10 +13,12 @@ from . import (
     constraints,
     contacts,
     convex_parts,
+    debug_items,
     dynamics,
     files,
     filters,
     headless,
+    input_events,
     inverse_kinematics,
     joint_motors,
     joints,
@@ -43,11 +45,13 @@ from .constants import *
 from .constraints import *
 from .contacts import *
 from .convex_parts import *
+from .debug_items import *
 from .dynamics import *
 from .errors import error
 from .files import *
 from .filters import *
 from .headless import *
+from .input_events import *
 from .inverse_kinematics import *
 from .joint_motors import *
 from .joints import *
@@ -76,10 +80,12 @@ __all__ += constants.__all__
 __all__ += constraints.__all__
 __all__ += contacts.__all__
 __all__ += convex_parts.__all__
+__all__ += debug_items.__all__
 __all__ += dynamics.__all__
 __all__ += files.__all__
 __all__ += filters.__all__
 __all__ += headless.__all__
+__all__ += input_events.__all__
 __all__ += inverse_kinematics.__all__
 __all__ += joint_motors.__all__
 __all__ += joints.__all__

@@ -15,6 +15,11 @@ class Camera:
     yaw: float = 50.0
     pitch: float = -35.0
     target: Vector = ORIGIN
+    # Of the picture, pixels: PyBullet's window.
+    width: int = 1024
+    height: int = 768
+    # Of half of the vertical field of view: PyBullet's is 90 degrees.
+    tangent: float = 1.0
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""What PyBullet's window shows, for scripts that run without one: a camera that is kept, and pictures that are empty."""
+"""What PyBullet's window shows: the camera, which is that of the daemon's page where one is open, and pictures that are empty."""
 
 from __future__ import annotations
 
@@ -7,16 +7,19 @@ from typing import Any
 
 import numpy as np
 
+from simd_client.proto import GetCamerasRequest, SetCameraRequest, ViewCamera, methods
+
 from .arguments import Vector, vector
 from .cameras import computeViewMatrixFromYawPitchRoll
 from .connections import connected
 from .errors import error
 from .kept import Camera
 from .rotations import cross, from_euler, rotate
+from .world import World
 
-# Of PyBullet's window: pixels, and the distances of its frustum, metres.
-_WIDTH, _HEIGHT = 1024, 768
+# Of PyBullet's window: the distances of its frustum, metres, and its vertical field of view, radians.
 _NEAR, _FAR = 0.01, 1000.0
+_FIELD = math.pi / 2
 # How far the rays through the window's edges reach.
 _REACH = 10000.0
 _MOST_PIXELS = 1 << 26
@@ -29,41 +32,86 @@ def resetDebugVisualizerCamera(
     cameraTargetPosition: Any,
     physicsClientId: int = 0,
 ) -> None:
-    """Sets what getDebugVisualizerCamera returns. The daemon's page has a camera of its own, which stays."""
+    """Moves the camera of the daemon's page, to PyBullet's field of view too; without a page it is what
+    getDebugVisualizerCamera returns."""
     target = vector(cameraTargetPosition, "cameraTargetPosition needs 3 numbers")
     kept = Camera(float(cameraDistance), float(cameraYaw), float(cameraPitch), target)
-    connected(physicsClientId).camera = kept
+    world = connected(physicsClientId)
+    position = _eye(kept)
+    # A camera that is where it looks to is one of nothing.
+    if position != target:
+        request = SetCameraRequest(field_of_view=_FIELD)
+        request.position.x, request.position.y, request.position.z = position
+        request.target.x, request.target.y, request.target.z = target
+        world.camera_version = world.wire.call(methods.SetCamera, request).version
+    world.camera = kept
 
 
 def getDebugVisualizerCamera(physicsClientId: int = 0) -> tuple[Any, ...]:
     """Width and height, view and projection matrix, up and forward, the rays along the window's sides, yaw, pitch,
-    distance and target: those of a window that was just opened, or of resetDebugVisualizerCamera."""
-    camera = connected(physicsClientId).camera
-    yaw, pitch = math.radians(camera.yaw), math.radians(camera.pitch)
-    forward = rotate(from_euler(pitch, 0.0, yaw), (0.0, 1.0, 0.0))
+    distance and target: those of the page in which the camera was moved last. Without a page, and until it has followed,
+    those of resetDebugVisualizerCamera, or of PyBullet's window that was just opened."""
+    camera = _shown(connected(physicsClientId))
+    forward = _forward(camera)
     side = _unit(cross(forward, (0.0, 0.0, 1.0)))
     up = _unit(cross(side, forward))
-    aspect, depth = _WIDTH / _HEIGHT, _FAR - _NEAR
+    aspect, depth, tangent = camera.width / camera.height, _FAR - _NEAR, camera.tangent
     projection = (
-        *(1.0 / aspect, 0.0, 0.0, 0.0),
-        *(0.0, 1.0, 0.0, 0.0),
+        *(1.0 / (aspect * tangent), 0.0, 0.0, 0.0),
+        *(0.0, 1.0 / tangent, 0.0, 0.0),
         *(0.0, 0.0, -(_FAR + _NEAR) / depth, -1.0),
         *(0.0, 0.0, -2.0 * _FAR * _NEAR / depth, 0.0),
     )
     return (
-        _WIDTH,
-        _HEIGHT,
+        camera.width,
+        camera.height,
         computeViewMatrixFromYawPitchRoll(camera.target, camera.distance, camera.yaw, camera.pitch, 0.0, 2),
         projection,
         (0.0, 0.0, 1.0),
         forward,
-        _times(side, 2.0 * _REACH * aspect),
-        _times(up, 2.0 * _REACH),
+        _times(side, 2.0 * _REACH * aspect * tangent),
+        _times(up, 2.0 * _REACH * tangent),
         camera.yaw,
         camera.pitch,
         camera.distance,
         camera.target,
     )
+
+
+def _shown(world: World) -> Camera:
+    """The camera of the page that has followed the script and moved last, else the one that is kept."""
+    for page in world.wire.call(methods.GetCameras, GetCamerasRequest()).cameras:
+        if page.followed_version >= world.camera_version:
+            return _of_page(page.camera)
+    return world.camera
+
+
+def _of_page(camera: ViewCamera) -> Camera:
+    """As PyBullet describes a camera: by angles and a distance from its target."""
+    target = (camera.target.x, camera.target.y, camera.target.z)
+    away = (target[0] - camera.position.x, target[1] - camera.position.y, target[2] - camera.position.z)
+    distance = math.sqrt(away[0] ** 2 + away[1] ** 2 + away[2] ** 2)
+    rise = max(-1.0, min(1.0, away[2] / distance)) if distance > 0.0 else 0.0
+    return Camera(
+        distance=distance,
+        yaw=math.degrees(math.atan2(-away[0], away[1])),
+        pitch=math.degrees(math.asin(rise)),
+        target=target,
+        width=camera.width,
+        height=camera.height,
+        tangent=math.tan(camera.field_of_view / 2),
+    )
+
+
+def _forward(camera: Camera) -> Vector:
+    turn = from_euler(math.radians(camera.pitch), 0.0, math.radians(camera.yaw))
+    return rotate(turn, (0.0, 1.0, 0.0))
+
+
+def _eye(camera: Camera) -> Vector:
+    back = _times(_forward(camera), -camera.distance)
+    x, y, z = camera.target
+    return (x + back[0], y + back[1], z + back[2])
 
 
 def getCameraImage(

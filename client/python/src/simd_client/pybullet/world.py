@@ -24,7 +24,9 @@ from simd_client.surface import surfaces_to_proto
 
 from . import bodies
 from .bodies import Body
+from .drawings import Drawings
 from .errors import error
+from .input_queue import InputQueue
 from .kept import Camera, Notes
 from .loop import TIME_STEP, Loop
 from .primitives import Shapes
@@ -59,12 +61,16 @@ class World(Loop):
         # Settings of an unused world before the script changed them, and whether it played.
         self._found: tuple[Physics, bool] | None = None
         self.sliders = sliders
+        self.drawings = Drawings(wire)
+        self.input = InputQueue(wire)
         self.search_paths: list[str] = []
         # Pairs of body and link that the script switched off or on, the smaller first.
         self.pairs: dict[tuple[tuple[int, int], tuple[int, int]], bool] = {}
         self.constraints: dict[int, Constraint] = {}
         self.next_constraint = 1
         self.camera = Camera()
+        # Of the daemon, for the camera that the script set last.
+        self.camera_version = 0
         # How many of loadTexture's there are.
         self.textures = 0
         self.notes = Notes()
@@ -260,6 +266,7 @@ class World(Loop):
         self.constraints.clear()
         self.next_constraint = 1
         self.sliders.remove_own()
+        self.drawings.remove_all()
         if not self.guest:
             self.wire.call(methods.ResetSimulation, ResetSimulationRequest(time=True))
             request = SetPhysicsRequest()
@@ -310,6 +317,7 @@ class World(Loop):
             elif not self.child:
                 self.flush()
             self.sliders.remove_own()
+            self.drawings.remove_all()
             if not self.child:
                 put_back(self, self._found)
         finally:

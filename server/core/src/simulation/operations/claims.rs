@@ -63,7 +63,9 @@ impl Simulation {
                 .try_for_each(|end| self.allow_robot(&end.robot, claim)),
             Command::ChangeConstraint(change) => self.allow_constraint(&change.name, claim),
             Command::DeleteConstraint { name } => self.allow_constraint(name, claim),
+            Command::CreateSensor(create) => self.allow_robot(&create.robot, claim),
             Command::Delete { robot }
+            | Command::DeleteSensor { robot, .. }
             | Command::SetLinkProperties { robot, .. }
             | Command::SetEntityState { robot, .. } => self.allow_robot(robot, claim),
             Command::SetPhysics(_) | Command::Reset(_) | Command::RestoreState { .. } => {

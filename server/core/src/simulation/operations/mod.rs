@@ -4,12 +4,14 @@
 mod claims;
 mod collision_filter;
 mod constraints;
+mod copies;
 mod described_constraints;
 mod joints;
 mod links;
 mod observe;
 mod robots;
 mod saved_states;
+mod sensors;
 mod step;
 mod target_sources;
 mod targets;

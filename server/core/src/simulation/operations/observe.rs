@@ -46,6 +46,7 @@ impl Simulation {
         share(&mut state.settings, &self.robot_settings);
         share(&mut state.collision_pairs, &self.contacts.collision_pairs);
         share(&mut state.target_sources, &self.target_sources);
+        share(&mut state.sensors, &self.sensors.published);
         share(&mut state.saved, &self.saved);
         state.claimed_by = self.world_claim.as_ref().map(|claim| Arc::clone(&claim.holder));
     }
@@ -112,6 +113,7 @@ impl Simulation {
         self.keep_target_sources(&before);
         let settings = self.entities.iter().map(|entity| Arc::new(entity.robot_settings()));
         self.robot_settings = Arc::new(settings.collect());
+        self.sensors_changed();
     }
 }
 

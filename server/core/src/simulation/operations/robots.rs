@@ -38,6 +38,7 @@ impl Simulation {
     pub(in crate::simulation) fn spawn(&mut self, spawn: &Spawn) -> Result<Reply, Error> {
         let entity = self.prepared(spawn, &[])?;
         self.check_described_constraints([spawn])?;
+        self.check_described_sensors([spawn])?;
         let name = self.admit(entity);
         self.make_described_constraints(&[came(&name, spawn)]);
         Ok(Reply::Spawned { name })
@@ -51,6 +52,7 @@ impl Simulation {
             entities.push(entity);
         }
         self.check_described_constraints(spawns)?;
+        self.check_described_sensors(spawns)?;
         let names: Vec<String> = entities.into_iter().map(|entity| self.admit(entity)).collect();
         let came: Vec<Came> = names.iter().zip(spawns).map(|(name, spawn)| came(name, spawn)).collect();
         self.make_described_constraints(&came);
@@ -118,6 +120,7 @@ impl Simulation {
         entity.switch_pairs(&described_pairs(&spawn.model), "collision_pairs")?;
         entity.switch_pairs(&spawn.collision_pairs, "collision_pairs")?;
         entity.make_colliders(&spawn.shapes)?;
+        entity.add_described_sensors(self.now.sim_time);
         Ok(entity)
     }
 
@@ -137,6 +140,7 @@ impl Simulation {
 
     pub(in crate::simulation) fn reload(&mut self, reload: &Reload) -> Result<Reply, Error> {
         let robot_index = self.robot_index(&reload.robot)?;
+        self.check_reloaded_sensors(robot_index, &reload.model)?;
         self.cancel_trajectories(robot_index, None, "a new model of the robot");
         let version = self.take_version();
         let old = &self.entities[robot_index];
@@ -192,6 +196,7 @@ impl Simulation {
             old.state.contact_settings.links.iter().filter(|asked| known(&asked.link)).cloned().collect();
         new.state.contact_settings = ContactSettings { links, ..old.state.contact_settings };
         new.make_colliders(&reload.shapes)?;
+        let gone_sensors = self.carry_sensors(robot_index, &mut new);
         let link = new.take_filter(old);
         self.wake_around(robot_index);
         self.contacts.forget(robot_index);
@@ -204,6 +209,7 @@ impl Simulation {
         self.constraints_went(gone, ConstraintDeletion::LinkGone);
         let now = Came { name: robot.clone(), model: &reload.model, pose: began };
         self.remake_described_constraints(&old.model, &now);
+        self.sensors_went(&robot, gone_sensors);
         self.happened(EventKind::EntityReloaded { robot, layout_version: version });
         Ok(Reply::Reloaded { added, removed })
     }

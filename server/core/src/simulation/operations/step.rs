@@ -24,6 +24,8 @@ impl Simulation {
     /// solves its own constraints, and robots that touch each other are solved together; positions
     /// are integrated; robots at rest fall asleep.
     ///
+    /// Sensors take the samples that have fallen due, which [`Simulation::take_due_samples`] gives until the next step.
+    ///
     /// Allocates nothing once there have been as many contacts at a time as there will be,
     /// except where hulls or cylinders overlap: parry finds their depth by EPA, in memory of its
     /// own.
@@ -100,6 +102,7 @@ impl Simulation {
         // A product instead of a sum: no error gathers over a month.
         let (step, time) = self.time_base;
         self.now.sim_time = time + (self.now.step - step) as f64 * time_step;
+        self.take_samples();
         if some_ended {
             (0..self.entities.len()).for_each(|robot_index| self.tell_ended(robot_index));
         }

@@ -1,7 +1,7 @@
 //! Targets for joints: checked as a whole, then applied as a whole.
 
 use crate::dynamics::spherical::rotation_vector;
-use crate::dynamics::{Actuator, Axis, Mode};
+use crate::dynamics::{Actuator, Articulation, Axis, Mode};
 use crate::simulation::claim::ClaimId;
 use crate::simulation::command::{Clamped, JointTarget, RobotTargets, SetTargets, Target, WholeTarget};
 use crate::simulation::entity::Entity;
@@ -142,80 +142,98 @@ impl Check<'_> {
     ) -> Result<(), Error> {
         let name = &entity.model.joints[joint].name;
         entity.allow_joint(joint, self.claim)?;
-        let position = entity.body.tree().place_of_axis(body, entity.body.positions());
-        let body = &entity.body.tree().bodies[body];
-        let axis = &entity.body.axes()[body.velocity];
-        let joint_velocity = entity.body.velocities()[body.velocity];
-        let limits = &axis.settings.limits;
-        let mut bounded = |requested: f64, lower: f64, upper: f64| {
-            let applied = requested.clamp(lower, upper);
-            if applied != requested {
-                if self.request.refuse_beyond_limits {
-                    return Err(Error::TargetBeyondLimit { joint: name.clone(), requested, lower, upper });
-                }
-                let (robot, joint) = (entity.state.name.clone(), name.clone());
-                self.clamped.push(Clamped { robot, joint, requested, applied });
+        let (actuator, beyond) = actuator_for(&entity.body, body, target);
+        if let Some(Beyond { requested, lower, upper }) = beyond {
+            if self.request.refuse_beyond_limits {
+                return Err(Error::TargetBeyondLimit { joint: name.clone(), requested, lower, upper });
             }
-            Ok(applied)
-        };
-        let symmetric = |limit: Option<f64>| limit.unwrap_or(f64::INFINITY);
-        let actuator = match *target {
-            Target::Position {
-                position: wanted,
+            let (robot, joint) = (entity.state.name.clone(), name.clone());
+            self.clamped.push(Clamped { robot, joint, requested, applied: requested.clamp(lower, upper) });
+        }
+        let dof = entity.body.tree().bodies[body].velocity;
+        self.accepted.push(Accepted { entity: robot_index, joint, dof, actuator });
+        Ok(())
+    }
+}
+
+/// A target that lies beyond a limit.
+pub(super) struct Beyond {
+    requested: f64,
+    /// The least that it may be.
+    lower: f64,
+    /// The most.
+    upper: f64,
+}
+
+/// What a body's actuator does from now on for a target of its one axis, clamped to its limits.
+pub(super) fn actuator_for(robot: &Articulation, body: usize, target: &Target) -> (Actuator, Option<Beyond>) {
+    let position = robot.tree().place_of_axis(body, robot.positions());
+    let dof = robot.tree().bodies[body].velocity;
+    let (axis, joint_velocity) = (&robot.axes()[dof], robot.velocities()[dof]);
+    let limits = &axis.settings.limits;
+    let mut beyond = None;
+    let mut bounded = |requested: f64, lower: f64, upper: f64| {
+        let applied = requested.clamp(lower, upper);
+        if applied != requested {
+            beyond = Some(Beyond { requested, lower, upper });
+        }
+        applied
+    };
+    let symmetric = |limit: Option<f64>| limit.unwrap_or(f64::INFINITY);
+    let actuator = match *target {
+        Target::Position {
+            position: wanted,
+            velocity,
+            stiffness,
+            damping,
+            feed_forward,
+            max_effort,
+            max_velocity,
+        } => {
+            let (lower, upper) = limits.range();
+            let wanted = bounded(wanted, lower, upper);
+            // On from where the target before has got to, or from where the joint is.
+            let (setpoint, setpoint_velocity) = match axis.actuator.mode {
+                Mode::Position | Mode::Hold => (axis.actuator.setpoint, axis.actuator.setpoint_velocity),
+                Mode::None | Mode::Passive | Mode::Velocity | Mode::Effort => (position, joint_velocity),
+            };
+            Actuator {
+                mode: Mode::Position,
+                target: wanted,
                 velocity,
                 stiffness,
-                damping,
+                damping: damping.or_else(|| stiffness.map(|k| critical(k, axis))),
                 feed_forward,
                 max_effort,
                 max_velocity,
-            } => {
-                let (lower, upper) = limits.range();
-                let wanted = bounded(wanted, lower, upper)?;
-                // On from where the target before has got to, or from where the joint is.
-                let (setpoint, setpoint_velocity) = match axis.actuator.mode {
-                    Mode::Position | Mode::Hold => (axis.actuator.setpoint, axis.actuator.setpoint_velocity),
-                    Mode::None | Mode::Passive | Mode::Velocity | Mode::Effort => (position, joint_velocity),
-                };
-                Actuator {
-                    mode: Mode::Position,
-                    target: wanted,
-                    velocity,
-                    stiffness,
-                    damping: damping.or_else(|| stiffness.map(|k| critical(k, axis))),
-                    feed_forward,
-                    max_effort,
-                    max_velocity,
-                    setpoint,
-                    setpoint_velocity,
-                }
+                setpoint,
+                setpoint_velocity,
             }
-            Target::Velocity { velocity, damping, feed_forward, max_effort } => {
-                let most = symmetric(limits.velocity);
-                let target = bounded(velocity, -most, most)?;
-                Actuator {
-                    mode: Mode::Velocity,
-                    target,
-                    damping,
-                    feed_forward,
-                    max_effort,
-                    ..Actuator::default()
-                }
+        }
+        Target::Velocity { velocity, damping, feed_forward, max_effort } => {
+            let most = symmetric(limits.velocity);
+            let target = bounded(velocity, -most, most);
+            Actuator {
+                mode: Mode::Velocity,
+                target,
+                damping,
+                feed_forward,
+                max_effort,
+                ..Actuator::default()
             }
-            Target::Effort(effort) => {
-                let most = symmetric(limits.effort);
-                let target = bounded(effort, -most, most)?;
-                Actuator { mode: Mode::Effort, target, ..Actuator::default() }
-            }
-            // Those of a spherical joint are taken apart before.
-            Target::Passive
-            | Target::Orientation { .. }
-            | Target::AngularVelocity { .. }
-            | Target::Torque(_) => Actuator { mode: Mode::Passive, ..Actuator::default() },
-            Target::Hold => Actuator::hold(position, joint_velocity),
-        };
-        self.accepted.push(Accepted { entity: robot_index, joint, dof: body.velocity, actuator });
-        Ok(())
-    }
+        }
+        Target::Effort(effort) => {
+            let most = symmetric(limits.effort);
+            let target = bounded(effort, -most, most);
+            Actuator { mode: Mode::Effort, target, ..Actuator::default() }
+        }
+        // Those of a spherical joint are taken apart before.
+        Target::Passive | Target::Orientation { .. } | Target::AngularVelocity { .. } | Target::Torque(_) => {
+            Actuator { mode: Mode::Passive, ..Actuator::default() }
+        }
+        Target::Hold => Actuator::hold(position, joint_velocity),
+    };
+    (actuator, beyond)
 }
 
 /// The target of each axis of a joint that has one or, spherical, three.

@@ -86,6 +86,7 @@ impl Simulation {
         }
         if scope.time {
             self.begin_epoch(Moment::default(), (0, 0.0));
+            self.begin_sensors_anew();
         }
         for robot in &deleted {
             self.happened(EventKind::EntityDeleted { robot: robot.clone() });
@@ -150,5 +151,6 @@ impl Entity {
         self.state.teleported = true;
         (self.state.asleep, self.state.still_for) = (false, 0.0);
         self.state.rest_poses.clear();
+        self.put_sensors_back();
     }
 }

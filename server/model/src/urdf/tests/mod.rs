@@ -8,6 +8,7 @@ mod joints;
 mod mimics;
 mod rewriting;
 mod robots;
+mod sensors;
 mod shapes;
 mod srdf;
 

@@ -1,5 +1,5 @@
-// The grid, with lines at a spacing of a metre that fade out with the distance, and the shadow of the robots.
-import { Color, Mesh, PlaneGeometry, ShaderMaterial, ShadowMaterial, type Object3D } from "three";
+// The grid, with lines at a spacing of a metre that fade out with the distance.
+import { Color, Mesh, PlaneGeometry, ShaderMaterial, type Object3D } from "three";
 import type { Palette } from "./palette";
 
 /** Radius in metres; the lines fade out before. */
@@ -44,13 +44,11 @@ void main() {
   #include <colorspace_fragment>
 }`;
 
-/** The grid and the shadow, which are not part of the simulation. */
-export class Ground {
+/** The grid, which is no part of the simulation: it takes no shadow, so that it does not look like something solid. */
+export class Grid {
   private readonly lines: ShaderMaterial;
-  private readonly shade = new ShadowMaterial();
   private readonly plane = new PlaneGeometry(2 * REACH, 2 * REACH);
   private readonly grid: Mesh;
-  private readonly shadow: Mesh;
 
   constructor(parent: Object3D) {
     this.lines = new ShaderMaterial({
@@ -60,24 +58,22 @@ export class Ground {
       transparent: true,
       depthWrite: false,
       side: 2,
+      // Before ground that lies in the same plane.
+      polygonOffset: true,
+      polygonOffsetFactor: -2,
+      polygonOffsetUnits: -8,
     });
-    this.shade.depthWrite = false;
     this.grid = new Mesh(this.plane, this.lines);
     this.grid.renderOrder = 1;
-    this.shadow = new Mesh(this.plane, this.shade);
-    this.shadow.receiveShadow = true;
-    parent.add(this.shadow, this.grid);
+    parent.add(this.grid);
   }
 
   paint(palette: Palette): void {
     (this.lines.uniforms["colour"]?.value as Color).set(palette.grid);
-    this.shade.opacity = palette.shadow;
   }
 
-  /** The shadow is not needed where a plane receives it. */
-  show(grid: boolean, shadow: boolean): void {
-    this.grid.visible = grid;
-    this.shadow.visible = shadow;
+  show(shown: boolean): void {
+    this.grid.visible = shown;
   }
 
   /** Centres the grid on the target of the camera; the fade distance grows with that of the camera. */
@@ -90,6 +86,5 @@ export class Ground {
   dispose(): void {
     this.plane.dispose();
     this.lines.dispose();
-    this.shade.dispose();
   }
 }

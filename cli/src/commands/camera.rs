@@ -1,0 +1,117 @@
+//! `simctl camera`: where the cameras of open pages are, and where they are to be.
+
+use clap::{Args, Subcommand};
+use serde::Serialize;
+use simd_client::{
+    Client,
+    proto::{PageCamera, Vector3},
+};
+
+use crate::{
+    output::{
+        Output, View, json,
+        number::{fixed, several},
+        table::{Column, Page, Table},
+    },
+    pose,
+};
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Camera {
+    /// Shows the cameras of the pages that are open, the one that moved last first
+    Get,
+    /// Moves the cameras of all pages
+    Set(Set),
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Set {
+    /// Where they are to be, world axes, metres
+    #[arg(value_name = "X,Y,Z", value_parser = pose::parse_vector, allow_hyphen_values = true)]
+    position: Vector3,
+    /// What they look at, world axes, metres
+    #[arg(long, value_name = "X,Y,Z", value_parser = pose::parse_vector, allow_hyphen_values = true, default_value = "0,0,0")]
+    target: Vector3,
+    /// The vertical field of view, degrees; as it is if left out
+    #[arg(long, value_name = "DEGREES")]
+    field_of_view: Option<f64>,
+}
+
+pub(crate) async fn run(command: Camera, client: &Client, output: Output) -> anyhow::Result<()> {
+    match command {
+        Camera::Get => {
+            let views: Vec<CameraView> =
+                client.cameras().await?.cameras.into_iter().map(CameraView::new).collect();
+            output.list(&views, list)
+        }
+        Camera::Set(Set { position, target, field_of_view }) => {
+            let version = client.set_camera(position, target, field_of_view.map(f64::to_radians)).await?;
+            output.one(&Changed { version })
+        }
+    }
+}
+
+#[derive(Serialize)]
+struct Changed {
+    /// Pages say by it that they have followed.
+    version: u64,
+}
+
+impl View for Changed {
+    fn page(&self) -> Page {
+        Page::of_line("cameras moved")
+    }
+}
+
+/// `PageCamera` of the schema: metres, radians, CSS pixels.
+#[derive(Serialize)]
+struct CameraView {
+    client: String,
+    position: [f64; 3],
+    target: [f64; 3],
+    field_of_view: f64,
+    width: u32,
+    height: u32,
+    /// Seconds since it last moved.
+    age: f64,
+    followed_version: u64,
+}
+
+impl CameraView {
+    fn new(page: PageCamera) -> Self {
+        let camera = page.camera.unwrap_or_default();
+        let vector = |vector: &Option<Vector3>| vector.as_ref().map(json::vector).unwrap_or_default();
+        Self {
+            client: page.client,
+            position: vector(&camera.position),
+            target: vector(&camera.target),
+            field_of_view: camera.field_of_view,
+            width: camera.width,
+            height: camera.height,
+            age: page.age,
+            followed_version: page.followed_version,
+        }
+    }
+}
+
+fn list(views: &[CameraView]) -> Page {
+    let columns = vec![
+        Column::left("PAGE"),
+        Column::right("POSITION [m]"),
+        Column::right("TARGET [m]"),
+        Column::right("FIELD OF VIEW [deg]"),
+        Column::right("PICTURE"),
+        Column::right("MOVED [s ago]"),
+    ];
+    let row = |of: &CameraView| {
+        vec![
+            of.client.clone(),
+            several(&of.position, 3),
+            several(&of.target, 3),
+            fixed(of.field_of_view.to_degrees(), 1),
+            format!("{} x {}", of.width, of.height),
+            fixed(of.age, 1),
+        ]
+    };
+    Page::new().table(Table::new(columns, views.iter().map(row).collect()))
+}

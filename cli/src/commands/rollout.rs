@@ -1,0 +1,339 @@
+//! `simctl rollout`: what copies of the world come to with the targets of a file.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context as _, bail, ensure};
+use clap::{Args, ValueEnum};
+use serde::{Deserialize, Serialize};
+use simd_client::{
+    Client, Rollout as Found, packed,
+    proto::{
+        RolloutControl, RolloutControlMode, RolloutCost, RolloutInterpolation, RolloutJointTerm,
+        RolloutQuantity, RolloutQuantityKind, RolloutRequest, rollout_cost::Term,
+    },
+};
+
+use super::present;
+use crate::{
+    complete,
+    output::{
+        Output, View,
+        json::Stamp,
+        number::{count, fixed},
+        table::{Column, Page, Table},
+    },
+};
+
+/// A file above this is no rollout that the daemon takes.
+const MAX_BYTES: u64 = 64 * 1024 * 1024;
+
+const FORMAT: &str = "\
+A table has a line of names and a line for each knot, with commas. The lines of a copy follow each other:
+  copy,shoulder,elbow                  0, 1, ...; of one copy it may be left out
+A JSON document has the same as lists: of copies, knots and joints:
+  {\"joints\": [\"shoulder\", \"elbow\"], \"targets\": [[[0.1, 0.2], [0.3, 0.4]]]}";
+
+#[derive(Args, Debug)]
+#[command(after_help = FORMAT)]
+pub(crate) struct Rollout {
+    /// The robot's name
+    #[arg(add = complete::robots())]
+    robot: String,
+    /// Targets of joints, for each copy
+    #[arg(value_name = "FILE.csv|FILE.json")]
+    file: PathBuf,
+    /// What the numbers are
+    #[arg(long, value_enum, default_value_t = Mode::Position)]
+    mode: Mode,
+    /// Steps from knot to knot
+    #[arg(long, value_name = "STEPS", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    knot_steps: u32,
+    /// What holds between knots
+    #[arg(long, value_enum, default_value_t = Between::Hold)]
+    interpolation: Between,
+    /// Steps of each copy; those of all knots where it is left out
+    #[arg(long)]
+    steps: Option<u32>,
+    /// Where a joint is to be, rad or m: each step costs the square of what it lacks
+    #[arg(long, value_name = "JOINT=POSITION", value_parser = goal, allow_hyphen_values = true)]
+    goal: Vec<(String, f64)>,
+    /// What the square of each effort costs in each step
+    #[arg(long, value_name = "WEIGHT", default_value_t = 0.0)]
+    effort_weight: f64,
+    /// Starts from a saved state, and not from the world as it is
+    #[arg(long, value_name = "NAME")]
+    from: Option<String>,
+}
+
+/// What targets are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Mode {
+    /// rad or m
+    Position,
+    /// rad/s or m/s
+    Velocity,
+    /// N m or N
+    Effort,
+}
+
+/// What holds between knots.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Between {
+    /// The knot before
+    Hold,
+    /// A straight line
+    Linear,
+    /// A smooth curve through the knots
+    Cubic,
+}
+
+/// What a file has.
+#[derive(Debug, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+struct Tried {
+    joints: Vec<String>,
+    /// By copy, knot and joint.
+    targets: Vec<Vec<Vec<f64>>>,
+}
+
+impl Tried {
+    fn check(self) -> anyhow::Result<Self> {
+        let knots = self.targets.first().map_or(0, Vec::len);
+        ensure!(knots > 0 && !self.joints.is_empty(), "it has no targets");
+        for (copy, of_copy) in self.targets.iter().enumerate() {
+            if of_copy.len() != knots {
+                let knots = count(knots, "knot");
+                bail!("copy {copy} has {}, and copy 0 has {knots}", count(of_copy.len(), "knot"));
+            }
+            if let Some(row) = of_copy.iter().find(|row| row.len() != self.joints.len()) {
+                bail!(
+                    "copy {copy} has a knot of {}, and there are {}",
+                    count(row.len(), "number"),
+                    count(self.joints.len(), "joint")
+                );
+            }
+        }
+        Ok(self)
+    }
+
+    fn numbers(&self) -> Vec<f64> {
+        self.targets.iter().flatten().flatten().copied().collect()
+    }
+}
+
+/// Reads `JOINT=POSITION`.
+fn goal(text: &str) -> Result<(String, f64), String> {
+    let pair = text.rsplit_once('=').and_then(|(joint, at)| Some((joint.to_owned(), at.parse().ok()?)));
+    pair.filter(|(joint, _)| !joint.is_empty()).ok_or_else(|| "must be JOINT=POSITION, rad or m".to_owned())
+}
+
+pub(crate) async fn run(arguments: Rollout, client: &Client, output: Output) -> anyhow::Result<()> {
+    let Rollout { robot, file, mode, knot_steps, interpolation, steps, goal, effort_weight, from } =
+        arguments;
+    let tried = read(&file)?;
+    let copies = tried.targets.len();
+    let knots = u32::try_from(tried.targets.first().map_or(0, Vec::len)).unwrap_or(u32::MAX);
+    let of_joint = |kind: RolloutQuantityKind| RolloutQuantity {
+        kind: kind.into(),
+        robot: robot.clone(),
+        names: tried.joints.clone(),
+    };
+    let term = |joints: Vec<String>, targets: Vec<f64>| RolloutJointTerm {
+        robot: robot.clone(),
+        joints,
+        targets,
+        wrapped: false,
+    };
+    let mut costs = Vec::new();
+    if !goal.is_empty() {
+        let (joints, targets) = goal.into_iter().unzip();
+        let term = Some(Term::JointPositions(term(joints, targets)));
+        costs.push(RolloutCost { weight: 1.0, term, ..Default::default() });
+    }
+    if effort_weight != 0.0 {
+        let term = Some(Term::JointEfforts(term(tried.joints.clone(), Vec::new())));
+        costs.push(RolloutCost { weight: effort_weight, term, ..Default::default() });
+    }
+    let request = RolloutRequest {
+        saved_state: from.unwrap_or_default(),
+        copies: u32::try_from(copies).unwrap_or(u32::MAX),
+        steps: steps.unwrap_or_else(|| knots.saturating_mul(knot_steps)),
+        controls: vec![RolloutControl {
+            robot: robot.clone(),
+            joints: tried.joints.clone(),
+            mode: match mode {
+                Mode::Position => RolloutControlMode::Position,
+                Mode::Velocity => RolloutControlMode::Velocity,
+                Mode::Effort => RolloutControlMode::Effort,
+            }
+            .into(),
+            values: packed(&tried.numbers()),
+            knots,
+            knot_steps,
+            interpolation: match interpolation {
+                Between::Hold => RolloutInterpolation::Hold,
+                Between::Linear => RolloutInterpolation::Linear,
+                Between::Cubic => RolloutInterpolation::Cubic,
+            }
+            .into(),
+            ..Default::default()
+        }],
+        quantities: vec![of_joint(RolloutQuantityKind::JointPositions)],
+        costs,
+        ..Default::default()
+    };
+    let found = client.rollout(request, |_| ()).await?;
+    output.one(&RolloutView::new(&found, tried.joints)?)
+}
+
+fn read(file: &Path) -> anyhow::Result<Tried> {
+    let name = || file.display().to_string();
+    let bytes = std::fs::metadata(file).with_context(name)?.len();
+    ensure!(bytes <= MAX_BYTES, "{} has {bytes} bytes; {MAX_BYTES} can be read", name());
+    let text = std::fs::read_to_string(file).with_context(name)?;
+    let is_json = text.trim_start_matches('\u{feff}').trim_start().starts_with('{');
+    let tried = if is_json { serde_json::from_str(&text).map_err(Into::into) } else { table(&text) };
+    tried.and_then(Tried::check).with_context(name)
+}
+
+/// A table with commas.
+fn table(text: &str) -> anyhow::Result<Tried> {
+    let lines = text.trim_start_matches('\u{feff}').lines().enumerate();
+    let mut lines = lines.filter(|(_, line)| !line.trim().is_empty());
+    let Some((_, head)) = lines.next() else { bail!("it is empty; its first line names joints") };
+    let names: Vec<String> = head.split(',').map(|name| name.trim().to_owned()).collect();
+    let has_copies = names.first().is_some_and(|name| name == "copy");
+    let joints = names.get(usize::from(has_copies)..).unwrap_or_default().to_vec();
+    let mut targets: Vec<Vec<Vec<f64>>> = Vec::new();
+    for (number, line) in lines {
+        let number = number + 1;
+        let mut row = line
+            .split(',')
+            .map(|value| {
+                let value = value.trim();
+                value.parse().with_context(|| format!("line {number}: {value:?} is no number"))
+            })
+            .collect::<anyhow::Result<Vec<f64>>>()?;
+        if row.len() != names.len() {
+            let columns = count(names.len(), "column");
+            bail!("line {number} has {}, and there are {columns}", count(row.len(), "value"));
+        }
+        let copy = if has_copies { row.remove(0) } else { 0.0 };
+        let next = targets.len() as f64;
+        if copy == next {
+            targets.push(Vec::new());
+        } else if targets.is_empty() || copy != next - 1.0 {
+            bail!(
+                "line {number} is of copy {copy}: copies are 0, 1, ... in order, with their lines together"
+            );
+        }
+        if let Some(of_copy) = targets.last_mut() {
+            of_copy.push(row);
+        }
+    }
+    Ok(Tried { joints, targets })
+}
+
+/// `rollout`.
+#[derive(Serialize)]
+struct RolloutView {
+    /// Of the state that the copies started from.
+    start: Stamp,
+    joints: Vec<String>,
+    copies: Vec<CopyView>,
+    processor_seconds: f64,
+}
+
+#[derive(Serialize)]
+struct CopyView {
+    copy: usize,
+    /// That it did.
+    steps: u32,
+    /// Null where it ended early.
+    cost: Option<f64>,
+    /// At the end, in the order of the joints; null where it ended early.
+    positions: Vec<Option<f64>>,
+    /// Why it ended early.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    ended: Option<String>,
+}
+
+impl RolloutView {
+    fn new(found: &Found, joints: Vec<String>) -> anyhow::Result<Self> {
+        let costs = found.total_costs();
+        let rows = found.states.chunks_exact(joints.len().max(1));
+        let finite = |value: f64| Some(value).filter(|value| value.is_finite());
+        let copies = found.result.steps_done.iter().zip(rows).enumerate();
+        let view = |(copy, (steps, row)): (usize, (&u32, &[f64]))| CopyView {
+            copy,
+            steps: *steps,
+            cost: costs.get(copy).copied().and_then(finite),
+            positions: row.iter().map(|value| finite(*value)).collect(),
+            ended: (found.result.ended.iter())
+                .find(|end| end.copy as usize == copy)
+                .map(|end| end.reason.clone()),
+        };
+        Ok(Self {
+            start: present(found.result.start, "start")?.into(),
+            joints,
+            copies: copies.map(view).collect(),
+            processor_seconds: found.result.processor_seconds,
+        })
+    }
+}
+
+impl View for RolloutView {
+    fn page(&self) -> Page {
+        let mut columns = vec![Column::right("COPY"), Column::right("STEPS"), Column::right("COST")];
+        columns.extend(self.joints.iter().map(|joint| Column::right(joint.to_uppercase())));
+        let number = |value: &Option<f64>| fixed(value.unwrap_or(f64::NAN), 4);
+        let row = |copy: &CopyView| {
+            let mut row = vec![copy.copy.to_string(), copy.steps.to_string(), number(&copy.cost)];
+            row.extend(copy.positions.iter().map(number));
+            row
+        };
+        let rows = self.copies.iter().map(row).collect();
+        let mut page = Page::of_line(format!("from {}", self.start)).table(Table::new(columns, rows));
+        for copy in &self.copies {
+            if let Some(reason) = &copy.ended {
+                page = page.line(format!("copy {} ended: {reason}", copy.copy));
+            }
+        }
+        page
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_table_and_a_document_say_the_same() {
+        let from_table = table("copy, shoulder,elbow\n0,0.1,0.2\n0,0.3,0.4\n\n1,-1,-2e0\n1,0,0\n").unwrap();
+        let text =
+            r#"{"joints": ["shoulder", "elbow"], "targets": [[[0.1, 0.2], [0.3, 0.4]], [[-1, -2], [0, 0]]]}"#;
+        let from_json: Tried = serde_json::from_str(text).unwrap();
+        assert_eq!(from_table, from_json);
+        assert_eq!(from_json.check().unwrap().numbers(), [0.1, 0.2, 0.3, 0.4, -1.0, -2.0, 0.0, 0.0]);
+        let one = table("shoulder\n0.5\n0.6\n").unwrap();
+        assert_eq!(one.targets, [[[0.5], [0.6]]]);
+    }
+
+    #[test]
+    fn a_mistake_names_its_line_or_copy() {
+        let said = |text: &str| table(text).and_then(Tried::check).unwrap_err().to_string();
+        for (text, part) in [
+            ("", "empty"),
+            ("shoulder\n", "no targets"),
+            ("shoulder\nx", "line 2: \"x\" is no number"),
+            ("copy,shoulder\n0,1\n2,1", "line 3 is of copy 2"),
+            ("copy,shoulder\n1,1", "line 2 is of copy 1"),
+            ("shoulder,elbow\n1", "line 2 has 1 value"),
+            ("copy,shoulder\n0,1\n0,2\n1,1", "copy 1 has 1 knot, and copy 0 has 2 knots"),
+        ] {
+            assert!(said(text).contains(part), "{text:?}: {}", said(text));
+        }
+        assert_eq!(goal("a=b=-0.5").unwrap(), ("a=b".to_owned(), -0.5));
+        assert!(goal("elbow").is_err() && goal("=1").is_err());
+    }
+}

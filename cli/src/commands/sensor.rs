@@ -1,0 +1,254 @@
+//! `simctl sensor`: what robots feel and see.
+
+mod definition;
+mod noise;
+mod reading;
+
+use clap::{Args, Subcommand};
+use serde::Serialize;
+use simd_client::{
+    Client, every_sensor,
+    proto::{
+        Pose, Sensor as Definition, SensorNoise, SensorReadings, SensorSelection, Sweep, WrenchAxes,
+        WrenchDirection,
+    },
+    some_sensors,
+};
+
+use self::definition::{Kind, Shape, limits, sweep};
+use self::reading::{ReadingView, list_readings};
+use super::ended;
+use crate::{
+    complete,
+    failure::warn,
+    output::{Output, View, number::count, table::Page},
+    pose,
+};
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Sensor {
+    /// Puts a sensor on a robot
+    Add(Box<Add>),
+    /// Shows the sensors, where they are and how often they measure
+    List {
+        /// Those of this robot only
+        #[arg(add = complete::robots())]
+        robot: Option<String>,
+    },
+    /// Shows what sensors measured last
+    Read(Chosen),
+    /// Shows readings as they come, until Ctrl-C
+    Watch(Watch),
+    /// Takes a sensor away
+    Delete {
+        /// The robot's name
+        #[arg(add = complete::robots())]
+        robot: String,
+        /// The sensor's name
+        #[arg(add = complete::sensors())]
+        sensor: String,
+    },
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Add {
+    /// What it measures
+    kind: Kind,
+    /// What it sits on; encoders and force-torque sensors are on a joint
+    #[arg(value_name = "ROBOT[/LINK]|ROBOT/JOINT")]
+    place: String,
+    /// Its name; made up where it is left out
+    #[arg(long, default_value = "", hide_default_value = true)]
+    name: String,
+    /// Where on the link, or on the joint's child: metres, and radians about the fixed axes; at its origin if left out
+    #[arg(long, value_name = "X,Y,Z[,ROLL,PITCH,YAW]", value_parser = pose::parse, allow_hyphen_values = true)]
+    pose: Option<Pose>,
+    /// Samples per simulated second; one each step if left out
+    #[arg(long, value_name = "HZ")]
+    rate: Option<f64>,
+    /// How a channel errs, as `linear-acceleration.z:deviation=0.02,bias=0.1`; may be given again
+    #[arg(long, value_name = "CHANNEL[.AXIS]:WHAT=VALUE,...", value_parser = noise::parse)]
+    noise: Vec<SensorNoise>,
+    /// What its noise is drawn from, with the names of robot and sensor
+    #[arg(long, default_value_t = 0, hide_default_value = true)]
+    seed: u64,
+    /// Of a range finder or lidar: metres
+    #[arg(long, value_name = "MIN,MAX", value_parser = limits)]
+    range: Option<[f64; 2]>,
+    /// Of a lidar: how many angles about z, and which
+    #[arg(long, value_name = "SAMPLES,MIN,MAX", value_parser = sweep, allow_hyphen_values = true)]
+    horizontal: Option<Sweep>,
+    /// Of a lidar: how many rows, and at which angles up; one in the plane if left out
+    #[arg(long, value_name = "SAMPLES,MIN,MAX", value_parser = sweep, allow_hyphen_values = true)]
+    vertical: Option<Sweep>,
+    /// Of a force-torque sensor: in whose axes it measures
+    #[arg(long, value_enum)]
+    axes: Option<Axes>,
+    /// Of a force-torque sensor: it measures what the parent does to the child
+    #[arg(long)]
+    on_child: bool,
+    /// Of a contact sensor: it is touched from this force on
+    #[arg(long, value_name = "NEWTON")]
+    threshold: Option<f64>,
+}
+
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+pub(crate) enum Axes {
+    /// Of the joint's child
+    Child,
+    /// Of the joint's parent
+    Parent,
+    /// Of the sensor
+    Sensor,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Chosen {
+    /// The robot's name; all robots if left out
+    #[arg(add = complete::robots())]
+    robot: Option<String>,
+    /// Some of its sensors; all if left out
+    #[arg(add = complete::sensors())]
+    sensors: Vec<String>,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Watch {
+    #[command(flatten)]
+    chosen: Chosen,
+    /// How often readings are sent, per wall second: 0.1 to 1000; each reading comes, whatever it is
+    #[arg(short, long, default_value_t = 50.0, value_name = "HZ")]
+    rate: f64,
+    /// End after so many readings
+    #[arg(short, long, value_name = "N")]
+    count: Option<u64>,
+}
+
+impl Chosen {
+    fn selections(self) -> Vec<SensorSelection> {
+        let Self { robot, sensors } = self;
+        let Some(robot) = robot else { return Vec::new() };
+        vec![if sensors.is_empty() { every_sensor(&robot) } else { some_sensors(&robot, sensors) }]
+    }
+}
+
+pub(crate) async fn run(command: Sensor, client: &Client, output: Output) -> anyhow::Result<()> {
+    match command {
+        Sensor::Add(add) => {
+            let definition = request(*add)?;
+            let robot = definition.robot.clone();
+            let added = client.create_sensor(definition).await?;
+            output.one(&Added { robot, added })
+        }
+        Sensor::List { robot } => {
+            let all = client.sensors(robot.as_deref()).await?;
+            let views: Vec<_> = all.into_iter().map(definition::SensorView::new).collect();
+            output.list(&views, definition::list)
+        }
+        Sensor::Read(chosen) => {
+            let all = client.sensor_readings(chosen.selections()).await?;
+            let views: Vec<ReadingView> = all.into_iter().flat_map(views).collect();
+            output.list(&views, list_readings)
+        }
+        Sensor::Watch(arguments) => {
+            tokio::select! {
+                done = watch(arguments, client, output) => done,
+                _ = tokio::signal::ctrl_c() => Ok(()),
+            }
+        }
+        Sensor::Delete { robot, sensor } => {
+            client.delete_sensor(&robot, &sensor).await?;
+            output.one(&Deleted { robot, deleted: sensor })
+        }
+    }
+}
+
+async fn watch(arguments: Watch, client: &Client, output: Output) -> anyhow::Result<()> {
+    let Watch { chosen, rate, count: limit } = arguments;
+    let mut watch = client.watch_sensors(chosen.selections(), rate).await?;
+    let mut shown = 0;
+    while limit.is_none_or(|limit| shown < limit) {
+        for of in watch.next().await?.ok_or_else(|| ended(client))? {
+            if of.missed > 0 {
+                let missed = usize::try_from(of.missed).unwrap_or(usize::MAX);
+                let which = format!("{}/{}", of.robot, of.sensor);
+                warn(&format!("{} of {which} came too fast and are gone", count(missed, "reading")));
+            }
+            for view in views(of) {
+                if limit.is_some_and(|limit| shown >= limit) {
+                    return Ok(());
+                }
+                output.item(&view)?;
+                shown += 1;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn views(of: SensorReadings) -> Vec<ReadingView> {
+    let SensorReadings { robot, sensor, readings, missed: _, after_sequence: _ } = of;
+    readings.into_iter().map(|reading| ReadingView::new(&robot, &sensor, reading)).collect()
+}
+
+fn request(add: Add) -> anyhow::Result<Definition> {
+    let Add {
+        kind,
+        place,
+        name,
+        pose,
+        rate,
+        noise,
+        seed,
+        range,
+        horizontal,
+        vertical,
+        axes,
+        on_child,
+        threshold,
+    } = add;
+    let axes = axes.map(|axes| match axes {
+        Axes::Child => WrenchAxes::Child,
+        Axes::Parent => WrenchAxes::Parent,
+        Axes::Sensor => WrenchAxes::Sensor,
+    });
+    let direction = on_child.then_some(WrenchDirection::ParentToChild);
+    let shape = Shape { range, horizontal, vertical, axes, direction, threshold };
+    let (robot, part) = place.split_once('/').unwrap_or((&place, ""));
+    let (link, joint) = if kind.is_of_joint() { ("", part) } else { (part, "") };
+    Ok(Definition {
+        robot: robot.to_owned(),
+        name,
+        link: link.to_owned(),
+        joint: joint.to_owned(),
+        pose,
+        rate,
+        seed,
+        noise,
+        kind: Some(shape.of(kind)?),
+    })
+}
+
+#[derive(Serialize)]
+struct Added {
+    robot: String,
+    added: String,
+}
+
+impl View for Added {
+    fn page(&self) -> Page {
+        Page::of_line(format!("sensor {} added to {}", self.added, self.robot))
+    }
+}
+
+#[derive(Serialize)]
+struct Deleted {
+    robot: String,
+    deleted: String,
+}
+
+impl View for Deleted {
+    fn page(&self) -> Page {
+        Page::of_line(format!("sensor {} of {} deleted", self.deleted, self.robot))
+    }
+}

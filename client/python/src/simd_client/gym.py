@@ -1,0 +1,187 @@
+"""A vector environment for learners, on rollouts: needs gymnasium, which the extra `gym` installs.
+
+    pip install 'simd-client[gym]'
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from gymnasium.spaces import Box
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+
+from simd_client.blocking.robot import Robot
+from simd_client.blocking.simulation import Simulation
+from simd_client.geometry import FloatArray
+from simd_client.layout import JointType
+from simd_client.rollout import Control, Cost, Mode, Observation, Start
+from simd_client.rollout_answer import Rollout
+from simd_client.world import SavedState
+
+BoolArray = npt.NDArray[np.bool_]
+"""An array of yes and no."""
+
+ONE_AXIS = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
+"""Joints that have one axis."""
+
+
+class RolloutEnv(VectorEnv[FloatArray, FloatArray, npt.NDArray[Any]]):
+    """Environments that are copies of one world, of which the world itself is none. An action is what the actuators do for
+    `steps` steps; an observation is the robot's joint positions and velocities, of a free root its pose and twist, and what
+    `observe` asks for.
+
+    Each step is one rollout, from the positions and velocities that the copies ended with. Nothing else of a state is kept: what
+    touches begins each action with new impulses. Environments are reset by the step after they ended
+    (`AutoresetMode.NEXT_STEP`); a copy whose state is no longer finite is terminated, with the reward `failure`.
+    """
+
+    metadata: dict[str, Any] = {"autoreset_mode": AutoresetMode.NEXT_STEP}
+
+    def __init__(
+        self,
+        sim: Simulation,
+        robot: Robot,
+        *,
+        copies: int,
+        joints: Sequence[str] = (),
+        mode: Mode = "effort",
+        limit: npt.ArrayLike = 1.0,
+        steps: int = 10,
+        episode: int = 200,
+        observe: Sequence[Observation] = (),
+        costs: Sequence[Cost] = (),
+        reward: Callable[[FloatArray, FloatArray], npt.ArrayLike] | None = None,
+        is_over: Callable[[FloatArray], npt.ArrayLike] | None = None,
+        spread: float = 0.0,
+        failure: float = -1000.0,
+        saved_state: str | SavedState = "",
+    ) -> None:
+        """`joints` are those that actions drive, by default all; `limit` bounds actions, for all joints or for each. An episode is
+        truncated after `episode` actions.
+
+        The reward of an action is that of `reward(observations, actions)`, or by default what it cost, negative: the sum of
+        `costs` over its steps. `is_over(observations)` says which environments are terminated. A reset puts joints to where they are
+        in the world, or in a saved state, and adds normal deviates of the standard deviation `spread` to their positions and velocities.
+        """
+        self._sim = sim
+        self._robot = robot
+        self._mode: Mode = mode
+        self._steps = steps
+        self._episode = episode
+        self._costs = tuple(costs)
+        self._reward = reward
+        self._is_over = is_over
+        self._spread = spread
+        self._failure = failure
+        self._saved_state = saved_state
+        layout = sim.layout(robot.name)
+        single = [each for each in layout.joints if each.type in ONE_AXIS and each.mimic is None]
+        self._names = [each.name for each in single]
+        self._driven = list(joints) or self._names
+        self._is_free = not robot.info().is_fixed
+        self._observe = [
+            Observation("joint_positions", robot, self._names),
+            Observation("joint_velocities", robot, self._names),
+            *([Observation("root_pose", robot), Observation("root_twist", robot)] if self._is_free else []),
+            *observe,
+        ]
+        self._limit = np.broadcast_to(np.asarray(limit, dtype=np.float64), (len(self._driven),)).copy()
+        # What each part of a state is at a reset, a row for each copy.
+        first = sim.rollout(1, copies=1, observe=self._observe, record_start=True, saved_state=saved_state)
+        parts = first.observations[: self._state_parts]
+        self._begin = [np.repeat(part[:, 0], copies, axis=0) for part in parts]
+        self._state = [part.copy() for part in self._begin]
+        self._age = np.zeros(copies, dtype=np.int64)
+        self._done = np.zeros(copies, dtype=np.bool_)
+        self.num_envs = copies
+        size = sum(part[0, 0].size for part in first.observations)
+        self.single_observation_space = Box(-np.inf, np.inf, (size,), np.float64)
+        self.single_action_space = Box(-self._limit, self._limit, dtype=np.float64)
+        self.observation_space = batch_space(self.single_observation_space, copies)
+        self.action_space = batch_space(self.single_action_space, copies)
+
+    def reset(
+        self, *, seed: int | Sequence[int | None] | None = None, options: Mapping[str, Any] | None = None
+    ) -> tuple[FloatArray, dict[str, Any]]:
+        """Resets all environments, or those of `options["reset_mask"]`. Returns the observations."""
+        if seed is not None and not isinstance(seed, int):
+            raise ValueError("all environments have one seed: give a number")
+        super().reset(seed=seed)
+        mask = (options or {}).get("reset_mask")
+        self._put_back(np.full(self.num_envs, True) if mask is None else np.asarray(mask, dtype=np.bool_))
+        return self._rows(self._roll(1, ()), 0), {}
+
+    def step(
+        self, actions: FloatArray
+    ) -> tuple[FloatArray, FloatArray, BoolArray, BoolArray, dict[str, Any]]:
+        """Does an action in each environment. Those that ended with the last one are reset instead, with a reward of 0."""
+        again = self._done.copy()
+        self._put_back(again)
+        bounded = np.clip(np.asarray(actions, dtype=np.float64), -self._limit, self._limit)
+        control = Control(self._robot, bounded[:, None, :], self._driven, self._mode)
+        found = self._roll(self._steps, (control,))
+        failed = found.steps_done < self._steps
+        # Of what was reset, or has no state any more, where it began.
+        stays = again | failed
+        observations = np.where(stays[:, None], self._rows(found, 0), self._rows(found, -1))
+        for place, part in enumerate(found.observations[: self._state_parts]):
+            self._state[place] = np.where(stays[:, None], part[:, 0], part[:, -1])
+        self._age[~again] += 1
+        over = np.zeros(self.num_envs, dtype=np.bool_)
+        if self._is_over is not None:
+            over = np.asarray(self._is_over(observations), dtype=np.bool_)
+        terminated = (failed | over) & ~again
+        truncated = (self._age >= self._episode) & ~terminated & ~again
+        if self._reward is None:
+            rewards = -found.costs
+        else:
+            rewards = np.asarray(self._reward(observations, bounded), dtype=np.float64)
+        rewards = np.where(again, 0.0, np.where(failed, self._failure, rewards))
+        self._done = terminated | truncated
+        return observations, rewards, terminated, truncated, {}
+
+    @property
+    def _state_parts(self) -> int:
+        """How many of the observations are the state."""
+        return 4 if self._is_free else 2
+
+    def _put_back(self, which: BoolArray) -> None:
+        """Puts environments to where episodes begin."""
+        for place, begin in enumerate(self._begin):
+            begins = begin.copy()
+            if place < 2:
+                begins += self.np_random.normal(0.0, self._spread, begin.shape) if self._spread > 0.0 else 0.0
+            self._state[place] = np.where(which[:, None], begins, self._state[place])
+        self._age[which] = 0
+        self._done[which] = False
+
+    def _roll(self, steps: int, controls: Sequence[Control]) -> Rollout:
+        """So many steps from where the copies are."""
+        positions, velocities, *root = self._state
+        start = Start(
+            self._robot,
+            positions,
+            velocities,
+            self._names,
+            roots=root[0] if root else None,
+            root_twists=root[1] if root else None,
+        )
+        return self._sim.rollout(
+            steps,
+            controls,
+            copies=self.num_envs,
+            starts=[start],
+            observe=self._observe,
+            record_start=True,
+            costs=self._costs,
+            saved_state=self._saved_state,
+        )
+
+    def _rows(self, found: Rollout, row: int) -> FloatArray:
+        """All observations of one moment, a row for each environment."""
+        parts = [part[:, row].reshape(self.num_envs, -1) for part in found.observations]
+        return np.concatenate(parts, axis=1)

@@ -1,0 +1,363 @@
+"""Rollouts: what copies of the world are to do, from one state on. `rollout_answer` has what becomes of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from simd_client import proto
+from simd_client.geometry import Pose, pose_to_proto, vector_to_proto
+from simd_client.state import Named, name_of
+
+Mode = Literal["position", "velocity", "effort"]
+"""What the numbers of a `Control` are: rad or m, rad/s or m/s, N m or N."""
+
+Interpolation = Literal["hold", "linear", "cubic"]
+"""What holds between knots: the knot before, a straight line, or a smooth curve through the knots."""
+
+def _packed(values: npt.ArrayLike | None) -> bytes:
+    return b"" if values is None else np.ascontiguousarray(values, dtype="<f8").tobytes()
+
+
+def _first(values: npt.ArrayLike | None, dimensions: int) -> int | None:
+    """How many copies an array of so many dimensions is for; `None` if it is for all."""
+    if values is None:
+        return None
+    array = np.asarray(values)
+    return len(array) if array.ndim == dimensions else None
+
+
+@dataclass(frozen=True, eq=False)
+class Feedback:
+    """Adds -K (x - x0) to the values of a `Control`; x is the positions of `joints`, then their velocities."""
+
+    gains: npt.ArrayLike
+    """K: (driven joints, x), or one such matrix a knot, or (copies, knots, driven joints, x)."""
+    references: npt.ArrayLike | None = None
+    """x0: (x), (knots, x) or (copies, knots, x). Zero by default."""
+    joints: Sequence[str] = ()
+    """Joints with one axis each. By default all of the robot's that follow no other."""
+
+
+@dataclass(frozen=True, eq=False)
+class Control:
+    """What joints of a robot are to do."""
+
+    robot: str | Named
+    values: npt.ArrayLike | None = None
+    """(knots, joints) for all copies, or (copies, knots, joints). A target beyond a limit is clamped. It may be left out
+    where there is feedback."""
+    joints: Sequence[str] = ()
+    """Joints with one axis each. By default all of the robot's that take targets."""
+    mode: Mode = "position"
+    knot_steps: int = 1
+    """Steps from knot to knot. After the last knot its numbers hold."""
+    interpolation: Interpolation = "hold"
+    stiffness: Sequence[float] = ()
+    """Of position targets, one a joint; by default the joints' own."""
+    damping: Sequence[float] = ()
+    """Of position and velocity targets, one a joint; by default the joints' own."""
+    feedback: Feedback | None = None
+
+    @property
+    def copies(self) -> int | None:
+        """How many copies the values are for; `None` if they are for all."""
+        return _first(self.values, 3)
+
+    def to_proto(self) -> proto.RolloutControl:
+        """As a message."""
+        values = None if self.values is None else np.asarray(self.values, dtype=np.float64)
+        if values is not None and values.ndim not in (2, 3):
+            expected = "(knots, joints) or (copies, knots, joints)"
+            raise ValueError(f"values have the shape {expected}, not {values.shape}")
+        feedback = self.feedback
+        knots = 1 if values is None else values.shape[-2]
+        if values is None and feedback is not None:
+            references = None if feedback.references is None else np.asarray(feedback.references)
+            if references is not None and references.ndim > 1:
+                knots = references.shape[-2]
+            elif np.ndim(feedback.gains) > 2:
+                knots = np.shape(feedback.gains)[-3]
+        return proto.RolloutControl(
+            robot=name_of(self.robot),
+            joints=self.joints,
+            mode=f"ROLLOUT_CONTROL_MODE_{self.mode.upper()}",
+            values=_packed(values),
+            knots=knots,
+            knot_steps=self.knot_steps,
+            interpolation=f"ROLLOUT_INTERPOLATION_{self.interpolation.upper()}",
+            stiffness=self.stiffness,
+            damping=self.damping,
+            feedback=None
+            if feedback is None
+            else proto.RolloutFeedback(
+                joints=feedback.joints, gains=_packed(feedback.gains), references=_packed(feedback.references)
+            ),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Start:
+    """Where joints and the root of a robot begin. Each array has a row for each copy, or is one row for all."""
+
+    robot: str | Named
+    positions: npt.ArrayLike | None = None
+    """(copies, joints), rad or m; by default they are left where they are."""
+    velocities: npt.ArrayLike | None = None
+    """(copies, joints); by default at rest where there are positions."""
+    joints: Sequence[str] = ()
+    """Joints with one axis each. By default all of the robot's that follow no other."""
+    roots: npt.ArrayLike | None = None
+    """(copies, 7): world_from_root, x y z and a quaternion x y z w."""
+    root_twists: npt.ArrayLike | None = None
+    """(copies, 6), of a free root, world axes: linear velocity of its origin, then angular velocity."""
+
+    @property
+    def copies(self) -> int | None:
+        """How many copies the arrays are for; `None` if they are for all."""
+        arrays = (self.positions, self.velocities, self.roots, self.root_twists)
+        return next((count for count in (_first(each, 2) for each in arrays) if count is not None), None)
+
+    def to_proto(self) -> proto.RolloutStart:
+        """As a message."""
+        return proto.RolloutStart(
+            robot=name_of(self.robot),
+            joints=self.joints,
+            positions=_packed(self.positions),
+            velocities=_packed(self.velocities),
+            roots=_packed(self.roots),
+            root_twists=_packed(self.root_twists),
+        )
+
+
+Varied = Literal[
+    "joint_positions",
+    "joint_velocities",
+    "link_masses",
+    "joint_friction",
+    "joint_damping",
+    "gains",
+    "surface_friction",
+    "push",
+]
+"""What a `Variation` is of. Positions and velocities are added to; a push is a force x y z in newtons, world axes, on one
+link; all others are factors."""
+
+
+@dataclass(frozen=True, eq=False)
+class Variation:
+    """Numbers that differ from copy to copy: given, or drawn by the daemon. Give one of `values`, `uniform` and `normal`."""
+
+    of: Varied
+    robot: str | Named
+    names: Sequence[str] = ()
+    """Joints or links; by default all. Of a push one link."""
+    values: npt.ArrayLike | None = None
+    """(copies, joints), (copies, links), or of a push (copies, 3)."""
+    uniform: tuple[float, float] | None = None
+    """The least and the most."""
+    normal: tuple[float, float] | None = None
+    """Mean and standard deviation."""
+    push_step: int = 0
+    """Of a push: the step that it begins with."""
+    push_steps: int = 1
+    """Of a push: for how many steps."""
+
+    @property
+    def copies(self) -> int | None:
+        """How many copies the values are for; `None` if they are drawn."""
+        return _first(self.values, 2)
+
+    def to_proto(self) -> proto.RolloutVariation:
+        """As a message."""
+        given = (self.values, self.uniform, self.normal)
+        if sum(each is not None for each in given) != 1:
+            raise ValueError("a variation has one of `values`, `uniform` and `normal`")
+        low_high, normal = self.uniform, self.normal
+        is_push = self.of == "push"
+        return proto.RolloutVariation(
+            of=f"ROLLOUT_VARIED_{self.of.upper()}",
+            robot=name_of(self.robot),
+            names=self.names,
+            given=None if self.values is None else _packed(self.values),
+            uniform=low_high and proto.RolloutUniform(low=low_high[0], high=low_high[1]),
+            normal=normal and proto.RolloutNormal(mean=normal[0], deviation=normal[1]),
+            push_step=self.push_step if is_push else 0,
+            push_steps=self.push_steps if is_push else 0,
+        )
+
+
+Observed = Literal[
+    "joint_positions",
+    "joint_velocities",
+    "joint_efforts",
+    "root_pose",
+    "root_twist",
+    "link_poses",
+    "contact_count",
+    "contact_force",
+]
+"""What an `Observation` is of."""
+
+
+@dataclass(frozen=True)
+class Observation:
+    """What is read of each copy."""
+
+    of: Observed
+    robot: str | Named
+    names: Sequence[str] = ()
+    """Joints or links; by default all."""
+
+    def to_proto(self) -> proto.RolloutQuantity:
+        """As a message."""
+        kind = f"ROLLOUT_QUANTITY_KIND_{self.of.upper()}"
+        return proto.RolloutQuantity(kind=kind, robot=name_of(self.robot), names=self.names)
+
+
+@dataclass(frozen=True, eq=False)
+class Cost:
+    """A term of the cost of a step: make one by its methods. `weight` is that of the state after each step, `final_weight`
+    that of the state after the last one, in addition."""
+
+    message: proto.RolloutCost = field(repr=False)
+
+    @staticmethod
+    def joint_positions(
+        robot: str | Named,
+        joints: Sequence[str] = (),
+        targets: Sequence[float] = (),
+        *,
+        weight: float = 1.0,
+        final_weight: float = 0.0,
+        wrapped: bool = False,
+    ) -> Cost:
+        """The sum of the squares of what joints lack to be at their targets. With `wrapped` whole turns do not count."""
+        term = proto.RolloutJointTerm(robot=name_of(robot), joints=joints, targets=targets, wrapped=wrapped)
+        return Cost(proto.RolloutCost(weight=weight, final_weight=final_weight, joint_positions=term))
+
+    @staticmethod
+    def joint_velocities(
+        robot: str | Named,
+        joints: Sequence[str] = (),
+        targets: Sequence[float] = (),
+        *,
+        weight: float = 1.0,
+        final_weight: float = 0.0,
+    ) -> Cost:
+        """The sum of the squares of what joints lack to have these velocities."""
+        term = proto.RolloutJointTerm(robot=name_of(robot), joints=joints, targets=targets)
+        return Cost(proto.RolloutCost(weight=weight, final_weight=final_weight, joint_velocities=term))
+
+    @staticmethod
+    def joint_efforts(
+        robot: str | Named, joints: Sequence[str] = (), *, weight: float = 1.0, final_weight: float = 0.0
+    ) -> Cost:
+        """The sum of the squares of what actuators applied."""
+        term = proto.RolloutJointTerm(robot=name_of(robot), joints=joints)
+        return Cost(proto.RolloutCost(weight=weight, final_weight=final_weight, joint_efforts=term))
+
+    @staticmethod
+    def link_position(
+        robot: str | Named,
+        link: str,
+        position: npt.ArrayLike,
+        *,
+        point: npt.ArrayLike = (0.0, 0.0, 0.0),
+        weight: float = 1.0,
+        final_weight: float = 0.0,
+    ) -> Cost:
+        """The square of the distance of a point of a link from a position in the world, m^2."""
+        term = proto.RolloutLinkTerm(
+            robot=name_of(robot),
+            link=link,
+            position=vector_to_proto(position, "a position"),
+            point=vector_to_proto(point, "a point"),
+        )
+        return Cost(proto.RolloutCost(weight=weight, final_weight=final_weight, link_position=term))
+
+    @staticmethod
+    def link_orientation(
+        robot: str | Named,
+        link: str,
+        orientation: npt.ArrayLike,
+        *,
+        weight: float = 1.0,
+        final_weight: float = 0.0,
+    ) -> Cost:
+        """The square of the angle by which a link is turned from an orientation x y z w, rad^2."""
+        turned = pose_to_proto(Pose.of((0.0, 0.0, 0.0), orientation)).orientation
+        term = proto.RolloutLinkTerm(robot=name_of(robot), link=link, orientation=turned)
+        return Cost(proto.RolloutCost(weight=weight, final_weight=final_weight, link_orientation=term))
+
+    @staticmethod
+    def contact_force(
+        robot: str | Named, links: Sequence[str] = (), *, weight: float = 1.0, final_weight: float = 0.0
+    ) -> Cost:
+        """The sum of the normal forces on links, N."""
+        term = proto.RolloutContactTerm(robot=name_of(robot), links=links)
+        return Cost(proto.RolloutCost(weight=weight, final_weight=final_weight, contact_force=term))
+
+    @staticmethod
+    def nearness(
+        robot: str | Named,
+        distance: float,
+        *,
+        link: str = "",
+        other: str | Named | None = None,
+        other_link: str = "",
+        weight: float = 1.0,
+        final_weight: float = 0.0,
+    ) -> Cost:
+        """The square of what lacks to a distance between surfaces, m^2: of a robot or its link from another robot, or from
+        all others. It takes the daemon as long as a step or longer."""
+        term = proto.RolloutDistanceTerm(
+            robot=name_of(robot),
+            link=link,
+            other_robot="" if other is None else name_of(other),
+            other_link=other_link,
+            distance=distance,
+        )
+        return Cost(proto.RolloutCost(weight=weight, final_weight=final_weight, nearness=term))
+
+
+def rollout_to_proto(
+    steps: int,
+    copies: int | None,
+    controls: Sequence[Control],
+    starts: Sequence[Start],
+    variations: Sequence[Variation],
+    observations: Sequence[Observation],
+    costs: Sequence[Cost],
+    *,
+    saved_state: str,
+    record_steps: int,
+    record_start: bool,
+    step_costs: bool,
+    seed: int,
+) -> proto.RolloutRequest:
+    """As a message. Raises `ValueError` if arrays are for different numbers of copies."""
+    counts = {each.copies for each in (*controls, *starts, *variations)} - {None}
+    if copies is not None:
+        counts.add(copies)
+    if len(counts) > 1:
+        numbers = ", ".join(str(count) for count in sorted(count for count in counts if count is not None))
+        raise ValueError(f"arrays are for different numbers of copies: {numbers}")
+    return proto.RolloutRequest(
+        saved_state=saved_state,
+        copies=next(iter(counts), 1) or 0,
+        steps=steps,
+        controls=[control.to_proto() for control in controls],
+        starts=[start.to_proto() for start in starts],
+        variations=[variation.to_proto() for variation in variations],
+        seed=seed,
+        quantities=[observation.to_proto() for observation in observations],
+        record_steps=record_steps,
+        record_start=record_start,
+        costs=[cost.message for cost in costs],
+        return_step_costs=step_costs,
+    )

@@ -1,0 +1,274 @@
+//! Certificates of TLS: the files that name them, and what is wrong where a connection does not come about. tonic and Zenoh
+//! alone say that the transport failed.
+
+use std::path::Path;
+use std::time::Duration;
+
+use simd_proto::v1::{GetSimulatorInfoRequest, simulation_service_client::SimulationServiceClient};
+use tonic::transport::{Certificate, ClientTlsConfig, Endpoint, Identity};
+
+use crate::error::root_cause;
+use crate::{ConnectOptions, Error};
+
+/// The environment's name for the file of the authorities.
+pub(crate) const AUTHORITIES: &str = "SIMD_TLS_CA";
+/// For the client's own certificate, and its key.
+pub(crate) const CERTIFICATE: &str = "SIMD_TLS_CLIENT_CERT";
+pub(crate) const KEY: &str = "SIMD_TLS_CLIENT_KEY";
+
+/// What a probe says where each try ended after the handshake, and no certificate of this client was shown.
+const CLOSED: &str =
+    "the connection was closed after the handshake, in which this client showed no certificate";
+/// Of a probe.
+const TRIES: usize = 4;
+
+/// What is in the files that the options name.
+#[derive(Debug, Default)]
+pub(crate) struct Pems {
+    authorities: Option<String>,
+    /// The certificate, and its key.
+    own: Option<(String, String)>,
+}
+
+/// Reads the files that the options name.
+///
+/// # Errors
+/// [`Error::Certificate`] where one is not there, is not of its kind, or is without its other half.
+pub(crate) fn read(options: &ConnectOptions) -> Result<Pems, Error> {
+    let ConnectOptions { tls_authorities, tls_certificate, tls_key, .. } = options;
+    let authorities =
+        tls_authorities.as_deref().map(|path| pem(path, AUTHORITIES, "CERTIFICATE")).transpose()?;
+    let own = match (tls_certificate.as_deref(), tls_key.as_deref()) {
+        (Some(certificate), Some(key)) => {
+            Some((pem(certificate, CERTIFICATE, "CERTIFICATE")?, pem(key, KEY, "PRIVATE KEY")?))
+        }
+        (None, None) => None,
+        (Some(_), None) => {
+            return Err(refuse(format!("the key of the certificate is missing: {KEY} names it")));
+        }
+        (None, Some(_)) => {
+            return Err(refuse(format!("the certificate of the key is missing: {CERTIFICATE} names it")));
+        }
+    };
+    Ok(Pems { authorities, own })
+}
+
+impl Pems {
+    /// Whether there are authorities by which a daemon's certificate can be checked.
+    pub(crate) fn has_authorities(&self) -> bool {
+        self.authorities.is_some()
+    }
+
+    /// For a connection of gRPC.
+    pub(crate) fn config(&self) -> ClientTlsConfig {
+        let mut tls = ClientTlsConfig::new();
+        if let Some(authorities) = &self.authorities {
+            tls = tls.ca_certificate(Certificate::from_pem(authorities));
+        }
+        if let Some((certificate, key)) = &self.own {
+            tls = tls.identity(Identity::from_pem(certificate, key));
+        }
+        tls
+    }
+}
+
+fn refuse(reason: String) -> Error {
+    Error::Certificate { reason }
+}
+
+/// The text of a file that has something of this kind.
+fn pem(path: &Path, name: &str, kind: &str) -> Result<String, Error> {
+    let shown = path.display();
+    let text = match std::fs::read_to_string(path) {
+        Ok(text) => text,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+            return Err(refuse(format!("there is no file {shown}, which {name} or its option names")));
+        }
+        Err(error) => {
+            return Err(refuse(format!(
+                "{shown}, which {name} or its option names, cannot be read: {error}"
+            )));
+        }
+    };
+    // `RSA PRIVATE KEY` and `EC PRIVATE KEY` are keys too.
+    let has_kind = text.lines().any(|line| {
+        line.strip_prefix("-----BEGIN ")
+            .and_then(|rest| rest.strip_suffix("-----"))
+            .is_some_and(|said| said.ends_with(kind))
+    });
+    if has_kind {
+        return Ok(text);
+    }
+    let what = match (name, kind) {
+        (AUTHORITIES, _) => "certificate of an authority",
+        (_, "CERTIFICATE") => "certificate",
+        _ => "private key",
+    };
+    Err(refuse(format!("{shown} has no {what}: it must be a file of PEM")))
+}
+
+/// Why the daemon at an endpoint is not connected to, as a sentence; `None` where certificates are not the cause. `reason` is
+/// what rustls says.
+pub(crate) fn sentence(endpoint: &str, reason: &str) -> Option<String> {
+    let daemon = format!("the daemon at {endpoint}");
+    if reason.contains("invalid peer certificate") {
+        let certificate = format!("the certificate of {daemon}");
+        let is = |words: &[&str]| words.iter().any(|word| reason.contains(word));
+        return Some(if is(&["UnknownIssuer", "BadSignature"]) {
+            format!(
+                "{certificate} is not signed by an authority that is known here: {AUTHORITIES} names the file of the one that signed it"
+            )
+        } else if is(&["not valid for name", "NotValidForName"]) {
+            format!("{certificate} is not for that host: name it as the certificate does ({reason})")
+        } else if is(&["expired", "Expired"]) {
+            format!("{certificate} has expired: a new one is made there with `simd tls init`")
+        } else {
+            format!("{certificate} is not accepted ({reason})")
+        });
+    }
+    if let Some((_, alert)) = reason.split_once("received fatal alert: ") {
+        return Some(match alert {
+            alert if alert.starts_with("CertificateRequired") => {
+                format!(
+                    "{daemon} asks for a certificate of this client: {CERTIFICATE} and {KEY} name its file and that of its key"
+                )
+            }
+            alert => format!("{daemon} does not accept the certificate of this client ({alert})"),
+        });
+    }
+    if reason == CLOSED {
+        return Some(format!(
+            "{daemon} closed the connection once it had shown its certificate: where it asks for one of this client, {CERTIFICATE} and {KEY} name its file and that of its key"
+        ));
+    }
+    let is_plain = reason.contains("InvalidContentType") || reason.contains("corrupt message");
+    is_plain.then(|| {
+        format!("what listens at {endpoint} does not speak TLS: without it the address is http:// or tcp/")
+    })
+}
+
+/// Why a connection of Zenoh with TLS did not come about, in the words of rustls: Zenoh itself says that time was over. A
+/// handshake of gRPC is made with the same files, and one call, since who asks for a certificate says so only after it. What it
+/// says is lost where the connection ends before it is read: so there are several tries.
+pub(crate) async fn probe(locator: &str, pems: &Pems, time: Duration) -> Option<String> {
+    let address = locator.strip_prefix("tls/")?;
+    if address.contains(['?', '#']) {
+        return None;
+    }
+    let endpoint = Endpoint::from_shared(format!("https://{address}")).ok()?;
+    let endpoint = endpoint.tls_config(pems.config().assume_http2(true)).ok()?.connect_timeout(time);
+    let asked = async {
+        for _ in 0..TRIES {
+            let failed = match endpoint.connect().await {
+                Ok(channel) => {
+                    let mut client = SimulationServiceClient::new(channel);
+                    let status = client.get_simulator_info(GetSimulatorInfoRequest {}).await.err()?;
+                    // What is answered has no cause of the transport's.
+                    std::error::Error::source(&status)?;
+                    root_cause(&status)
+                }
+                Err(error) => root_cause(&error),
+            };
+            if pems.own.is_some() || !is_cut(&failed) {
+                return Some(failed);
+            }
+        }
+        Some(CLOSED.to_owned())
+    };
+    tokio::time::timeout(time, asked).await.ok()?
+}
+
+/// Whether a connection ended after its handshake, and nothing was said of why.
+fn is_cut(reason: &str) -> bool {
+    let reason = reason.to_lowercase();
+    let words = ["connection reset", "broken pipe", "closed", "end of file", "eof"];
+    !reason.contains("handshake") && words.iter().any(|word| reason.contains(word))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_file_that_is_wrong_has_a_sentence_of_its_own() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        std::fs::write(at("cert"), "-----BEGIN CERTIFICATE-----\nAA==\n-----END CERTIFICATE-----\n").unwrap();
+        std::fs::write(at("key"), "-----BEGIN EC PRIVATE KEY-----\nAA==\n-----END EC PRIVATE KEY-----\n")
+            .unwrap();
+        let said = |authorities: Option<&str>, certificate: Option<&str>, key: Option<&str>| {
+            let [tls_authorities, tls_certificate, tls_key] =
+                [authorities, certificate, key].map(|name| name.map(at));
+            let options = ConnectOptions {
+                tls_authorities,
+                tls_certificate,
+                tls_key,
+                token: None,
+                connect_timeout: Duration::ZERO,
+                timeout: Duration::ZERO,
+            };
+            read(&options).map(drop).map_err(|error| error.to_string())
+        };
+        assert_eq!(said(Some("cert"), Some("cert"), Some("key")), Ok(()));
+        assert_eq!(said(None, None, None), Ok(()));
+        let shown = |name: &str| at(name).display().to_string();
+        for (outcome, sentence) in [
+            (
+                said(Some("lost"), None, None),
+                format!("there is no file {}, which SIMD_TLS_CA or its option names", shown("lost")),
+            ),
+            (
+                said(Some("key"), None, None),
+                format!("{} has no certificate of an authority: it must be a file of PEM", shown("key")),
+            ),
+            (
+                said(None, Some("lost"), Some("key")),
+                format!("there is no file {}, which SIMD_TLS_CLIENT_CERT or its option names", shown("lost")),
+            ),
+            (
+                said(None, Some("cert"), Some("cert")),
+                format!("{} has no private key: it must be a file of PEM", shown("cert")),
+            ),
+            (
+                said(None, Some("cert"), None),
+                "the key of the certificate is missing: SIMD_TLS_CLIENT_KEY names it".into(),
+            ),
+            (
+                said(None, None, Some("key")),
+                "the certificate of the key is missing: SIMD_TLS_CLIENT_CERT names it".into(),
+            ),
+        ] {
+            assert_eq!(outcome.unwrap_err(), sentence);
+        }
+    }
+
+    #[test]
+    fn what_rustls_says_becomes_a_sentence_and_what_the_network_says_does_not() {
+        for (reason, part) in [
+            ("invalid peer certificate: UnknownIssuer", "SIMD_TLS_CA"),
+            ("invalid peer certificate: certificate not valid for name \"lab\"", "not for that host"),
+            ("invalid peer certificate: certificate expired: verification time 1", "has expired"),
+            ("invalid peer certificate: Revoked", "is not accepted"),
+            ("received fatal alert: CertificateRequired", "SIMD_TLS_CLIENT_CERT and SIMD_TLS_CLIENT_KEY"),
+            (CLOSED, "SIMD_TLS_CLIENT_CERT and SIMD_TLS_CLIENT_KEY name"),
+            ("received fatal alert: UnknownCA", "does not accept the certificate of this client (UnknownCA)"),
+            ("received corrupt message of type InvalidContentType", "does not speak TLS"),
+        ] {
+            let said = sentence("lab:1", reason).unwrap();
+            assert!(said.contains(part) && said.contains("lab:1"), "{said}");
+        }
+        assert_eq!(sentence("lab:1", "connection refused"), None);
+    }
+
+    #[test]
+    fn a_connection_that_is_cut_is_told_from_one_that_is_refused_or_answered_with_an_alert() {
+        for reason in ["Connection reset by peer (os error 104)", "stream closed because of a broken pipe"] {
+            assert!(is_cut(reason), "{reason}");
+        }
+        for reason in
+            ["Connection refused (os error 111)", "received fatal alert: UnknownCA", "tls handshake eof"]
+        {
+            assert!(!is_cut(reason), "{reason}");
+        }
+    }
+}

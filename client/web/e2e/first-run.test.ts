@@ -1,0 +1,37 @@
+// The page over an empty world: three things to do.
+
+import { expect, test } from "vitest";
+
+import { demoArm } from "../src/load/demo-arm";
+import { Tab } from "./browser";
+import { Daemon } from "./daemon";
+import { fixtures } from "./fixtures";
+
+const use = fixtures();
+
+test("an empty world explains itself, and gives an arm to move", async () => {
+  const daemon = await use.daemon(Daemon.start([]));
+  const tab = await Tab.open(await use.context(), daemon.url);
+  await tab.page.getByTestId("read-how").click();
+  const guide = tab.page.getByTestId("guide-sheet");
+  await guide.waitFor();
+  expect(await guide.textContent()).toContain("simctl robot load");
+  expect(await tab.violations()).toEqual([]);
+  await tab.picture("guide");
+  await tab.page.keyboard.press("Escape");
+  await guide.waitFor({ state: "detached" });
+  await tab.page.getByTestId("add-demo-arm").click();
+  await expect.poll(() => tab.page.getByTestId("slider").count()).toBe(5);
+  const { entities } = await daemon.entities.listEntities({});
+  const { report } = await daemon.entities.validateDescription({ source: { source: { case: "urdf", value: new TextEncoder().encode(demoArm()) } } });
+  expect(entities.map(({ name }) => name)).toEqual(["demo_arm"]);
+  expect(report?.findings.filter(({ severity }) => severity > 1).map(({ message }) => message)).toEqual([]);
+  // It holds itself, and goes where it is told to, in sums too.
+  const number = tab.page.getByTestId("number").nth(1);
+  await number.fill("2*(0.1 + 0.2)");
+  await number.press("Enter");
+  await expect.poll(async () => (await daemon.joint("demo_arm", "shoulder")).position).toBeCloseTo(0.6, 1);
+  await tab.page.waitForFunction(() => window.simd.settled());
+  await tab.picture("demo-arm");
+  expect(await tab.violations()).toEqual([]);
+});

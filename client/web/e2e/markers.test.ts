@@ -1,0 +1,134 @@
+// Markers, cameras, keys and mouse: programs draw in the page, move its camera, and see what is done in it.
+
+import { expect, test } from "vitest";
+
+import { Base } from "../src/gen/simd/v1/entity_pb";
+import { MouseButton } from "../src/gen/simd/v1/view_pb";
+import { Tab } from "./browser";
+import { Daemon } from "./daemon";
+import { fixtures } from "./fixtures";
+
+const use = fixtures();
+
+/** To a tenth of a millimetre, without the sign of a zero: points are single precision. */
+function rounded(points: number[][] | undefined): number[][] | undefined {
+  return points?.map((point) => point.map((value) => Math.round(1e4 * value) / 1e4 || 0));
+}
+
+const RED = { red: 1, green: 0.1, blue: 0, alpha: 1 };
+
+test("lines, points and texts are drawn where they are, move with their link, and go", async () => {
+  const daemon = await use.daemon(Daemon.start(["--paused"]));
+  const sphere = { geometry: { case: "sphere", value: { radius: 0.1 } }, mass: 1 } as const;
+  await daemon.entities.spawnEntity({ name: "ball", base: Base.FIXED, pose: { position: { x: 0, y: 0, z: 0.5 } }, source: { source: { case: "primitive", value: sphere } } });
+  const { ids } = await daemon.view.addMarkers({
+    markers: [
+      { shape: { case: "lines", value: { points: [-0.5, 0, 1, 0.5, 0, 1], width: 8 } }, color: RED },
+      { shape: { case: "points", value: { points: [0, 0, 0.3], size: 12, colors: [1, 0.1, 0] } }, robot: "ball" },
+      { shape: { case: "text", value: { text: "here", position: { x: 0, y: 0, z: 1.2 }, size: 0.15 } }, color: RED },
+      { shape: { case: "text", value: { text: "upright", orientation: { x: 0.7071, y: 0, z: 0, w: 0.7071 }, size: 0.15 } } },
+    ],
+  });
+  const [line = 0n, dot = 0n, text = 0n] = ids;
+  const tab = await Tab.open(await use.context(), daemon.url);
+  const drawn = async (id: bigint) => rounded(await tab.page.evaluate((it) => window.simd.marker(BigInt(it)), id.toString()));
+  await expect.poll(() => drawn(line)).toEqual([[-0.5, 0, 1], [0.5, 0, 1]]);
+  await daemon.view.setCamera({ position: { x: 0, y: -3, z: 0.8 }, target: { x: 0, y: 0, z: 0.8 } });
+  await expect.poll(async () => rounded([await tab.page.evaluate(() => window.simd.camera.position())])).toEqual([[0, -3, 0.8]]);
+  expect(await drawn(dot)).toEqual([[0, 0, 0.8]]);
+  // The line is as long and as wide on the page as it is said.
+  const [from, to] = [await tab.project([-0.5, 0, 1]), await tab.project([0.5, 0, 1])];
+  const around = { left: from.x - 40, right: to.x + 40, top: from.y - 15, bottom: from.y + 15 };
+  const red = () => tab.seen(around, 0, 30);
+  await expect.poll(async () => (await red()).pixels).toBeGreaterThan(0);
+  const { box } = await red();
+  expect(Math.abs(box.left - from.x)).toBeLessThan(10);
+  expect(Math.abs(box.right - to.x)).toBeLessThan(10);
+  expect(box.bottom - box.top).toBeGreaterThanOrEqual(6);
+  expect(box.bottom - box.top).toBeLessThanOrEqual(11);
+  const words = await tab.project([0, 0, 1.2]);
+  expect((await tab.seen({ left: words.x - 2, right: words.x + 120, top: words.y - 60, bottom: words.y + 2 }, 0, 30)).pixels).toBeGreaterThan(50);
+  await tab.picture("markers");
+  expect(await tab.violations()).toEqual([]);
+
+  await daemon.entities.setEntityState({ robot: "ball", pose: { position: { x: 1, y: 0, z: 0 }, orientation: { x: 0, y: 0, z: 0, w: 1 } } });
+  await expect.poll(() => drawn(dot)).toEqual([[1, 0, 0.3]]);
+  await daemon.view.addMarkers({ markers: [{ id: line, shape: { case: "lines", value: { points: [0, 0, 0, 0, 0, 2], width: 1 } }, lifeTime: 1 }] });
+  await expect.poll(() => drawn(line)).toEqual([[0, 0, 0], [0, 0, 2]]);
+  await expect.poll(() => drawn(line)).toBeUndefined();
+  await daemon.entities.deleteEntity({ robot: "ball" });
+  await expect.poll(() => drawn(dot)).toBeUndefined();
+  expect(await drawn(text)).toBeDefined();
+  await tab.page.keyboard.press("d");
+  await expect.poll(() => drawn(text)).toBeUndefined();
+  await tab.page.keyboard.press("d");
+  await daemon.view.deleteMarkers({});
+  await expect.poll(() => drawn(text)).toBeUndefined();
+  expect(tab.consoleMessages).toEqual([]);
+});
+
+test("the page says where its camera is, and follows one that is set, also when it is opened later", async () => {
+  const daemon = await use.daemon(Daemon.demo());
+  const tab = await Tab.open(await use.context(), daemon.url);
+  const first = async () => (await daemon.view.getCameras({})).cameras[0];
+  await expect.poll(async () => (await first())?.camera?.width).toBeGreaterThan(100);
+  const begin = (await first())?.camera?.position;
+  expect(begin?.x).toBeCloseTo((await tab.page.evaluate(() => window.simd.camera.position()))[0], 3);
+  // The user moves it.
+  const box = (await tab.page.getByTestId("viewport").boundingBox()) ?? { x: 0, y: 0, width: 0, height: 0 };
+  await tab.page.mouse.move(box.x + 20, box.y + 100);
+  await tab.page.mouse.down();
+  await tab.page.mouse.move(box.x + 220, box.y + 100, { steps: 5 });
+  await tab.page.mouse.up();
+  await expect.poll(async () => Math.abs(((await first())?.camera?.position?.x ?? 0) - (begin?.x ?? 0))).toBeGreaterThan(0.1);
+
+  const wanted = { position: { x: 2, y: 1, z: 1.5 }, target: { x: 0, y: 0, z: 0.25 }, fieldOfView: Math.PI / 2 };
+  const { version } = await daemon.view.setCamera(wanted);
+  await expect.poll(async () => (await first())?.followedVersion).toBe(version);
+  const seen = (await first())?.camera;
+  for (const [name, value] of Object.entries(wanted.position)) expect(seen?.position?.[name as "x"]).toBeCloseTo(value, 6);
+  expect(seen?.fieldOfView).toBeCloseTo(Math.PI / 2, 9);
+  await tab.page.close();
+  await expect.poll(async () => (await daemon.view.getCameras({})).cameras.length, { timeout: 20_000 }).toBe(0);
+  const later = await Tab.open(await use.context(), daemon.url);
+  await expect.poll(async () => rounded([await later.page.evaluate(() => window.simd.camera.position())])).toEqual([[2, 1, 1.5]]);
+});
+
+test("keys and mouse go to the program that asks for them, and else to the page", async () => {
+  const daemon = await use.daemon(Daemon.demo());
+  const tab = await Tab.open(await use.context(), daemon.url);
+  const { page } = tab;
+  const grid = () => page.getByTestId("toggle-grid").getAttribute("aria-pressed");
+  const before = await grid();
+  let { sequence } = await daemon.view.nextInput({});
+  await page.getByTestId("input-note").waitFor();
+  expect(await page.getByTestId("input-note").textContent()).toContain("test");
+  const box = (await page.getByTestId("viewport").boundingBox()) ?? { x: 0, y: 0, width: 0, height: 0 };
+  await page.keyboard.down("g");
+  await page.keyboard.up("g");
+  await page.keyboard.press("ArrowUp");
+  await page.mouse.move(box.x + 30, box.y + 40);
+  await page.mouse.down();
+  await page.mouse.up();
+  const keys: unknown[] = [];
+  const buttons: unknown[] = [];
+  await expect
+    .poll(async () => {
+      const answer = await daemon.view.nextInput({ afterSequence: sequence, timeout: 1 });
+      sequence = answer.sequence;
+      for (const { kind, client } of answer.events) {
+        expect(client).toMatch(/^viewer-/);
+        if (kind.case === "key") keys.push([kind.value.key, kind.value.code, kind.value.isDown]);
+        if (kind.case === "mouse" && kind.value.button === MouseButton.LEFT) buttons.push([Math.round(kind.value.x), Math.round(kind.value.y), kind.value.isDown]);
+      }
+      return [keys.length, buttons.length];
+    })
+    .toEqual([4, 2]);
+  expect(keys).toEqual([["g", "KeyG", true], ["g", "KeyG", false], ["ArrowUp", "ArrowUp", true], ["ArrowUp", "ArrowUp", false]]);
+  expect(buttons).toEqual([[30, 40, true], [30, 40, false]]);
+  expect(await grid()).toBe(before);
+  // Once no program asks, they are the page's again.
+  await page.getByTestId("input-note").waitFor({ state: "detached" });
+  await page.keyboard.press("g");
+  await expect.poll(grid).not.toBe(before);
+});

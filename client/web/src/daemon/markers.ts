@@ -1,0 +1,48 @@
+// Conversion of what programs draw from messages to the state of the page, and of input to messages.
+import { create } from "@bufbuild/protobuf";
+import { InputEventSchema, MouseButton as WireButton, type CameraTarget as WireTarget, type InputEvent, type Marker as Wire } from "../gen/simd/v1/view_pb";
+import type { CameraTarget } from "../state/camera";
+import type { MouseButton, PageInput } from "../state/input";
+import type { Marker, MarkerShape } from "../state/markers";
+import { vectorOf } from "./mapping";
+
+const BUTTONS: Record<MouseButton, WireButton> = {
+  left: WireButton.LEFT,
+  middle: WireButton.MIDDLE,
+  right: WireButton.RIGHT,
+};
+
+/** Null for a kind of a newer version of the schema. */
+export function markerOf(wire: Wire): Marker | null {
+  const { id, robot, link, color } = wire;
+  const shape = shapeOf(wire.shape);
+  return shape && { id, shape, color: color ? [color.red, color.green, color.blue, color.alpha] : null, robot, link };
+}
+
+function shapeOf(shape: Wire["shape"]): MarkerShape | null {
+  switch (shape.case) {
+    case "lines":
+      return { kind: "lines", points: shape.value.points, colors: shape.value.colors, width: shape.value.width };
+    case "points":
+      return { kind: "points", points: shape.value.points, colors: shape.value.colors, size: shape.value.size };
+    case "text": {
+      const { text, position, orientation: q, size } = shape.value;
+      return { kind: "text", text, position: vectorOf(position), orientation: q ? [q.x, q.y, q.z, q.w] : null, size };
+    }
+    default:
+      return null;
+  }
+}
+
+export function cameraTargetOf({ version, position, target, fieldOfView }: WireTarget, isOld: boolean): CameraTarget {
+  return { version, position: vectorOf(position), target: vectorOf(target), fieldOfView, isOld };
+}
+
+export function inputOf(input: PageInput): InputEvent {
+  if (input.kind === "key") {
+    const { key, code, isDown } = input;
+    return create(InputEventSchema, { kind: { case: "key", value: { key, code, isDown } } });
+  }
+  const { x, y, button, isDown } = input;
+  return create(InputEventSchema, { kind: { case: "mouse", value: { x, y, button: button ? BUTTONS[button] : WireButton.UNSPECIFIED, isDown } } });
+}

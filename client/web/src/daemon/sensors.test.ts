@@ -1,0 +1,32 @@
+// Sensors as the page has them.
+import { create } from "@bufbuild/protobuf";
+import { expect, test } from "vitest";
+import { SensorInfoSchema, SensorReadingSchema, SensorReadingsSchema, SensorSchema } from "../gen/simd/v1/sensor_pb";
+import { measurementOf, readingsOf, sensorOf } from "./sensors";
+
+test("every kind of sensor of the schema has a name of its own, and every measurement one too", () => {
+  const kinds = SensorSchema.oneofs[0]?.fields ?? [];
+  const names = kinds.map((field) => {
+    const kind = { case: field.localName, value: create(field.message ?? SensorSchema) };
+    return sensorOf(create(SensorInfoSchema, { sensor: { robot: "arm", name: "it", kind: kind as never } })).kind;
+  });
+  expect(new Set(names).size).toBe(kinds.length);
+  expect(names).not.toContain("sensor");
+  for (const field of SensorReadingSchema.oneofs[0]?.fields ?? []) {
+    const measurement = { case: field.localName, value: create(field.message ?? SensorSchema) };
+    expect(measurementOf(create(SensorReadingSchema, { measurement: measurement as never })).kind).not.toBe("unknown");
+  }
+  expect(measurementOf(create(SensorReadingSchema)).kind).toBe("unknown");
+});
+
+test("a sensor of a joint is on it, and one without a rate measures each step", () => {
+  const sensor = { robot: "arm", name: "wrist", joint: "elbow", kind: { case: "forceTorque" as const, value: {} } };
+  expect(sensorOf(create(SensorInfoSchema, { sensor }))).toEqual({ robot: "arm", name: "wrist", kind: "force-torque", on: "elbow", rate: undefined, unavailable: "" });
+});
+
+test("of a scan the nearest hit is said, and the newest reading counts", () => {
+  const scan = (ranges: number[]) => ({ measurement: { case: "lidar" as const, value: { ranges, columns: ranges.length } } });
+  const readings = create(SensorReadingsSchema, { robot: "arm", sensor: "eye", readings: [scan([1]), scan([2, Infinity, -Infinity, NaN, 1.5])] });
+  const silent = create(SensorReadingsSchema, { robot: "arm", sensor: "camera" });
+  expect(readingsOf([readings, silent])).toEqual(new Map([["eye", { kind: "lidar", rays: 5, hits: 2, nearest: 1.5 }]]));
+});

@@ -1,0 +1,27 @@
+// Offers ground where there is nothing that robots could stand on.
+import { useComputed } from "@preact/signals";
+import type { JSX } from "preact";
+import { addGround } from "../daemon/actions";
+import { hasGround, scenes } from "../state/scene";
+import { connection, role } from "../state/world";
+import { Icon } from "./icons";
+
+/** A button among the toggles; it says why where robots can fall. */
+export function AddGround(): JSX.Element | null {
+  const isNeeded = useComputed(() => !hasGround.value && scenes.value.size > 0 && connection.value.state === "live").value;
+  const canFall = useComputed(() => [...scenes.value.values()].some(({ links }) => links[0]?.movable === true)).value;
+  if (!isNeeded || role.value === "viewer") return null;
+  return (
+    <button
+      type="button"
+      class={canFall ? "toggle needed" : "toggle"}
+      data-testid="add-ground"
+      aria-label={canFall ? undefined : "add ground"}
+      title="Nothing here is solid but the robots: the grid is only drawn. Add a plane at z = 0, for everybody who is connected"
+      onClick={() => void addGround()}
+    >
+      <Icon name="plus" />
+      <span>{canFall ? "nothing to stand on: add ground" : <span class="toggle-text">ground</span>}</span>
+    </button>
+  );
+}

@@ -1,0 +1,81 @@
+// The menu of the camera: sides to look from, projection, following, and pictures.
+import type { JSX } from "preact";
+import { followed, moveCamera, orthographic, type Viewpoint } from "../state/view";
+import { Icon } from "./icons";
+import { pictureOpen } from "./PictureSheet";
+import { Popover } from "./Popover";
+import { toggleFollowing } from "./shortcuts";
+import { shownRobot } from "./shown-robot";
+
+const SIDES: readonly { viewpoint: Viewpoint; label: string; keys: string }[] = [
+  { viewpoint: "front", label: "Front", keys: "X" },
+  { viewpoint: "back", label: "Back", keys: "Shift + X" },
+  { viewpoint: "left", label: "Left", keys: "Y" },
+  { viewpoint: "right", label: "Right", keys: "Shift + Y" },
+  { viewpoint: "top", label: "Top", keys: "Z" },
+  { viewpoint: "bottom", label: "Bottom", keys: "Shift + Z" },
+  { viewpoint: "corner", label: "Corner", keys: "" },
+];
+
+/** A button among the toggles, with its menu. */
+export function ViewMenu(): JSX.Element {
+  return (
+    <Popover
+      class="toggle"
+      testId="view-menu"
+      label="camera"
+      title="Camera: sides, projection, following, pictures"
+      face={
+        <>
+          <Icon name="camera" />
+          <span class="toggle-text">camera</span>
+        </>
+      }
+    >
+      {(close) => (
+        <div class="view-menu">
+          <div class="view-sides" role="group" aria-label="Look from">
+            {SIDES.map(({ viewpoint, label, keys }) => (
+              <button
+                key={viewpoint}
+                type="button"
+                class="button"
+                data-testid={`view-${viewpoint}`}
+                title={`Look from the ${viewpoint}${keys === "" ? "" : ` (${keys})`}`}
+                onClick={() => moveCamera({ kind: "from", viewpoint })}
+              >
+                {label}
+              </button>
+            ))}
+          </div>
+          <button type="button" class="button" data-testid="orthographic" aria-pressed={orthographic.value} title="Parallel lines stay parallel (O)" onClick={() => (orthographic.value = !orthographic.value)}>
+            Orthographic
+          </button>
+          <Follow />
+          <button
+            type="button"
+            class="button"
+            data-testid="picture"
+            title="Save what is shown as a PNG (S)"
+            onClick={() => {
+              close();
+              pictureOpen.value = true;
+            }}
+          >
+            <Icon name="download" /> Picture …
+          </button>
+        </div>
+      )}
+    </Popover>
+  );
+}
+
+function Follow(): JSX.Element | null {
+  const name = followed.value || shownRobot.value?.name;
+  if (name === undefined) return null;
+  return (
+    <button type="button" class="button" data-testid="follow" aria-pressed={followed.value !== ""} title="The camera goes along with the root of the robot (T)" onClick={toggleFollowing}>
+      Follow {name}
+    </button>
+  );
+}

@@ -1,0 +1,154 @@
+// Computes what is typed into a number box: + - * /, parentheses, pi, and units after products.
+
+/** A value that was read. */
+export interface Computed {
+  /** In SI if `hasUnit`, else as it was typed. */
+  value: number;
+  hasUnit: boolean;
+  /** It is a part of pi, and so an angle in radians even without a unit. */
+  hasPi: boolean;
+}
+
+/** Why a text cannot be computed. */
+export class Unreadable extends Error {
+  /** `kind` says which: a word where a unit would be, numbers with and without a unit in one sum, or anything else. */
+  constructor(
+    readonly kind: "unit" | "mixed" | "syntax",
+    /** The part of the text that is wrong, as it was typed. */
+    readonly part: string,
+  ) {
+    super(part);
+  }
+}
+
+/** Characters, and parentheses within parentheses: more are refused. */
+const MAX_LENGTH = 200;
+const MAX_DEPTH = 32;
+
+const NUMBER = /^(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:e[+-]?\d+)?/i;
+const PI = /^(?:pi(?![a-z])|π)/i;
+
+/**
+ * The value of a whole text, for instance "2*0.3", "(pi - 1)/2", "90 deg + 0.1 rad". `units` has the SI value of each
+ * unit. A unit applies to the product before it: "1/4 turn" is a quarter of a turn. Throws `Unreadable`.
+ */
+export function compute(text: string, units: Readonly<Record<string, number>> = {}): Computed {
+  if (text.length > MAX_LENGTH) throw new Unreadable("syntax", `${text.slice(0, 20)}…`);
+  const reader = new Reader(text.replaceAll("−", "-"), text, units);
+  const computed = reader.sum(0);
+  reader.end();
+  return computed;
+}
+
+/** Reads a text from left to right. */
+class Reader {
+  private at = 0;
+  /** Longest first, so that "mm" is not read as "m". */
+  private readonly units: readonly { value: number; pattern: RegExp }[];
+
+  constructor(
+    /** With one sign for minus. */
+    private readonly text: string,
+    private readonly typed: string,
+    units: Readonly<Record<string, number>>,
+  ) {
+    this.units = Object.entries(units)
+      .sort(([a], [b]) => b.length - a.length)
+      .map(([name, value]) => ({ value, pattern: patternOf(name) }));
+  }
+
+  /** Products with + and - between them. */
+  sum(depth: number): Computed {
+    let all = this.product(depth);
+    for (;;) {
+      const operator = this.take(/^[+-]/);
+      if (operator === undefined) return all;
+      const next = this.product(depth);
+      // What is a part of pi is in radians, which are SI.
+      const fits = all.hasUnit === next.hasUnit || (all.hasUnit ? next.hasPi : all.hasPi);
+      if (!fits) throw new Unreadable("mixed", this.typed);
+      all = {
+        value: operator === "+" ? all.value + next.value : all.value - next.value,
+        hasUnit: all.hasUnit || next.hasUnit,
+        hasPi: all.hasPi || next.hasPi,
+      };
+    }
+  }
+
+  /** Factors with * and / between them, which may be left out before pi and parentheses, and units. */
+  private product(depth: number): Computed {
+    const negative = this.take(/^[+-]/) === "-";
+    let all = this.factor(depth);
+    for (;;) {
+      const unit = this.unit();
+      if (unit !== undefined) {
+        if (all.hasUnit) throw new Unreadable("syntax", this.typed);
+        all = { ...all, value: all.value * unit, hasUnit: true };
+        continue;
+      }
+      const operator = this.take(/^[*/]/);
+      if (operator === undefined && !this.beginsFactor()) break;
+      const inverted = operator !== undefined && this.take(/^[+-]/) === "-";
+      const next = this.factor(depth);
+      if (next.hasUnit && (all.hasUnit || operator === "/")) throw new Unreadable("syntax", this.typed);
+      const value = operator === "/" ? all.value / next.value : all.value * next.value;
+      all = { value: inverted ? -value : value, hasUnit: all.hasUnit || next.hasUnit, hasPi: all.hasPi || next.hasPi };
+    }
+    return negative ? { ...all, value: -all.value } : all;
+  }
+
+  /** A number, pi, or a sum in parentheses. */
+  private factor(depth: number): Computed {
+    if (this.take(/^\(/) !== undefined) {
+      if (depth >= MAX_DEPTH) throw new Unreadable("syntax", this.typed);
+      const inner = this.sum(depth + 1);
+      if (this.take(/^\)/) === undefined) throw new Unreadable("syntax", this.typed);
+      return inner;
+    }
+    if (this.take(PI) !== undefined) return { value: Math.PI, hasUnit: false, hasPi: true };
+    const number = this.take(NUMBER);
+    if (number === undefined) throw new Unreadable("syntax", this.typed);
+    return { value: Number(number.replace(",", ".")), hasUnit: false, hasPi: false };
+  }
+
+  /** Throws if anything is left: a word is one that is no unit. */
+  end(): void {
+    this.blanks();
+    const rest = this.text.slice(this.at);
+    if (rest === "") return;
+    const word = /^[\p{L}°][^+\-()]*/u.exec(rest)?.[0].trim();
+    if (word !== undefined) throw new Unreadable("unit", word);
+    throw new Unreadable("syntax", this.typed);
+  }
+
+  private beginsFactor(): boolean {
+    this.blanks();
+    const rest = this.text.slice(this.at);
+    return rest.startsWith("(") || PI.test(rest);
+  }
+
+  /** The SI value of the unit that is next. */
+  private unit(): number | undefined {
+    for (const { value, pattern } of this.units) {
+      if (this.take(pattern) !== undefined) return value;
+    }
+    return undefined;
+  }
+
+  private take(pattern: RegExp): string | undefined {
+    this.blanks();
+    const found = pattern.exec(this.text.slice(this.at))?.[0];
+    if (found !== undefined) this.at += found.length;
+    return found;
+  }
+
+  private blanks(): void {
+    while (/^\s/.test(this.text.charAt(this.at))) this.at += 1;
+  }
+}
+
+/** A unit at the start of a text, whatever its case and blanks, of which no letter follows. */
+function patternOf(name: string): RegExp {
+  const letters = [...name.replaceAll(" ", "")].map((letter) => letter.replace(/[.*+?^${}()|[\]\\/]/g, "\\$&"));
+  return new RegExp(`^${letters.join("\\s*")}(?![\\p{L}°])`, "iu");
+}

@@ -1,0 +1,56 @@
+// What of the world is ground or scenery: large things that cannot move, and do not decide what is looked at first.
+import { Box3, Sphere, Vector3 } from "three";
+import type { RobotScene } from "../state/scene";
+
+/** Metres: ground is at least this long and wide. */
+const WIDE = 10;
+/** Flat ground is lower than this share of its width. */
+const FLAT = 0.01;
+/** Things that cannot move count for the first view up to this radius in metres, or this many times that of what moves. */
+const SMALL = 3;
+const RELATIVE = 4;
+
+/** Whether no link of a robot can move at all. */
+export function isFixed({ links }: RobotScene): boolean {
+  return links.every(({ movable }) => !movable);
+}
+
+/** Whether all of it is planes, or one flat and wide thing that cannot move: it is drawn as ground. */
+export function isFlatGround(scene: RobotScene, box: Box3): boolean {
+  if (!isFixed(scene)) return false;
+  if (box.isEmpty()) return hasPlane(scene);
+  const { x, y, z } = box.getSize(new Vector3());
+  return Math.min(x, y) >= WIDE && z <= FLAT * Math.min(x, y);
+}
+
+/** Whether robots can stand on it: a plane, or something wide that is touched and cannot move. */
+export function isGround(scene: RobotScene, box: Box3): boolean {
+  if (!isFixed(scene) || scene.colliders.length + scene.collisions.length === 0) return false;
+  if (hasPlane(scene)) return true;
+  const { x, y } = box.getSize(new Vector3());
+  return !box.isEmpty() && Math.min(x, y) >= WIDE;
+}
+
+function hasPlane({ visuals, collisions }: RobotScene): boolean {
+  return [...visuals, ...collisions].some(({ geometry }) => geometry.kind === "plane");
+}
+
+/** What the first view shows: all that moves, and of what cannot move what is not much larger. Empty if there is nothing. */
+export function framed(things: Iterable<{ scene: RobotScene; box: Box3 }>): Box3 {
+  const all = new Box3();
+  const scenery: Box3[] = [];
+  for (const { scene, box } of things) {
+    if (box.isEmpty() || isFlatGround(scene, box)) continue;
+    if (isFixed(scene)) scenery.push(box);
+    else all.union(box);
+  }
+  const most = all.isEmpty() ? Infinity : Math.max(SMALL, RELATIVE * radius(all));
+  for (const box of scenery) {
+    if (radius(box) <= most) all.union(box);
+  }
+  return all;
+}
+
+function radius(box: Box3): number {
+  return box.getBoundingSphere(new Sphere()).radius;
+}

@@ -1,0 +1,114 @@
+// Axes of joints, and centres of mass of links and of robots.
+import { Color, CylinderGeometry, Group, InstancedMesh, MeshBasicMaterial, Quaternion, SphereGeometry, Vector3 } from "three";
+import { along, marker } from "./markers";
+import { MASS, SLIDES, TURNS, WHOLE_MASS } from "./palette";
+import type { RobotView } from "./robot-view";
+
+/** Joints and links that are marked at most. */
+const MOST = 4000;
+/** Sizes, as fractions of the size of the robot. */
+const AXIS_LENGTH = 0.3;
+const AXIS_WIDTH = 0.008;
+/** Of the ball of a link that is all of the mass. */
+const BALL = 0.07;
+const LEAST_BALL = 0.012;
+
+/** What is marked. */
+export interface Marked {
+  axes: boolean;
+  masses: boolean;
+}
+
+/** The marks of all robots, drawn over everything else. */
+export class StructureMarks {
+  readonly group = new Group();
+  /** Centre of mass of each robot that is marked, world axes, by name. */
+  readonly centres = new Map<string, Vector3>();
+  private readonly material = new MeshBasicMaterial({ depthTest: false, transparent: true, opacity: 0.85 });
+  private readonly axes = new InstancedMesh(along(new CylinderGeometry(1, 1, 1, 8)), this.material, MOST);
+  private readonly balls = new InstancedMesh(new SphereGeometry(1, 14, 10), this.material, MOST);
+  private count = { axes: 0, balls: 0 };
+
+  constructor() {
+    for (const each of [this.axes, this.balls]) {
+      each.frustumCulled = false;
+      each.renderOrder = 3;
+      each.count = 0;
+      this.group.add(each);
+    }
+  }
+
+  /** Marks these robots. `sizeOf` is the radius of a robot, metres. */
+  set(views: Iterable<RobotView>, sizeOf: (view: RobotView) => number, { axes, masses }: Marked): void {
+    // What is neither shown nor was costs nothing.
+    if (!axes && !masses && this.count.axes + this.count.balls === 0) return;
+    this.count = { axes: 0, balls: 0 };
+    this.centres.clear();
+    for (const view of views) {
+      const size = sizeOf(view);
+      if (axes) this.markAxes(view, size);
+      if (masses) this.markMasses(view, size);
+    }
+    this.axes.count = this.count.axes;
+    this.balls.count = this.count.balls;
+    for (const each of [this.axes, this.balls]) {
+      each.instanceMatrix.needsUpdate = true;
+      if (each.instanceColor) each.instanceColor.needsUpdate = true;
+    }
+  }
+
+  /** How many axes and balls are drawn. */
+  drawn(): { axes: number; balls: number } {
+    return { ...this.count };
+  }
+
+  dispose(): void {
+    for (const each of [this.axes, this.balls]) {
+      each.geometry.dispose();
+      each.dispose();
+    }
+    this.material.dispose();
+  }
+
+  private markAxes(view: RobotView, size: number): void {
+    const { scene } = view;
+    const indices = new Map(scene.links.map(({ name }, index) => [name, index]));
+    for (const { type, child, axis } of scene.joints ?? []) {
+      const index = indices.get(child);
+      if (!axis || index === undefined || type === "fixed" || this.count.axes >= MOST) continue;
+      const link = view.worldFromLink(index);
+      const way = new Vector3(...axis).transformDirection(link);
+      const from = new Vector3().setFromMatrixPosition(link).addScaledVector(way, -0.5 * AXIS_LENGTH * size);
+      const turn = new Quaternion().setFromUnitVectors(Z, way);
+      this.axes.setMatrixAt(this.count.axes, marker(from, turn, AXIS_WIDTH * size, AXIS_LENGTH * size));
+      this.axes.setColorAt(this.count.axes, new Color(type === "prismatic" ? SLIDES : TURNS));
+      this.count.axes += 1;
+    }
+  }
+
+  private markMasses(view: RobotView, size: number): void {
+    const { scene } = view;
+    const total = scene.links.reduce((sum, { mass }) => sum + mass, 0);
+    if (!(total > 0)) return;
+    const centre = new Vector3();
+    scene.links.forEach(({ mass, centreOfMass }, index) => {
+      if (!centreOfMass || !(mass > 0)) return;
+      const at = new Vector3(...centreOfMass).applyMatrix4(view.worldFromLink(index));
+      centre.addScaledVector(at, mass / total);
+      // The volume of the ball is as the mass.
+      this.ball(at, Math.max(LEAST_BALL, BALL * Math.cbrt(mass / total)) * size, MASS);
+    });
+    this.centres.set(scene.robot, centre);
+    if (scene.links.length > 1) this.ball(centre, 0.6 * BALL * size, WHOLE_MASS);
+  }
+
+  private ball(at: Vector3, radius: number, color: number): void {
+    if (this.count.balls >= MOST) return;
+    this.balls.setMatrixAt(this.count.balls, marker(at, UNTURNED, radius, radius));
+    this.balls.setColorAt(this.count.balls, new Color(color));
+    this.count.balls += 1;
+  }
+}
+
+const Z = new Vector3(0, 0, 1);
+const UNTURNED = new Quaternion();

@@ -1,0 +1,37 @@
+// Keys and mouse, for programs that ask for them: from the scene to the daemon.
+import { signal } from "@preact/signals";
+
+export type MouseButton = "left" | "middle" | "right";
+
+/** What was done; x and y from the left and the top of the picture, CSS pixels. */
+export type PageInput =
+  | { kind: "key"; key: string; code: string; isDown: boolean }
+  /** Without a button it moved. */
+  | { kind: "mouse"; x: number; y: number; button: MouseButton | null; isDown: boolean };
+
+/** Events that wait at most; of more, the oldest go. */
+const MOST = 256;
+
+/** The program that asks for keys and mouse; null if none does. */
+export const inputFor = signal<string | null>(null);
+
+/** Grows with each event. */
+export const inputCount = signal(0);
+
+let waiting: PageInput[] = [];
+
+/** Adds an event. A move of the mouse takes the place of one right before it. */
+export function pushInput(input: PageInput): void {
+  const isMove = (it: PageInput | undefined): boolean => it?.kind === "mouse" && it.button === null;
+  if (isMove(input) && isMove(waiting.at(-1))) waiting.pop();
+  waiting.push(input);
+  if (waiting.length > MOST) waiting.shift();
+  inputCount.value += 1;
+}
+
+/** Takes all events that wait. */
+export function takeInput(): PageInput[] {
+  const taken = waiting;
+  waiting = [];
+  return taken;
+}

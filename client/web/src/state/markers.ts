@@ -1,0 +1,27 @@
+// What programs draw beside the world.
+import { signal } from "@preact/signals";
+import type { Vector } from "./scene";
+
+/** Metres; colours from 0 to 1, one for each line or point, or none. */
+export type MarkerShape =
+  /** x, y, z of both ends of each line; `width` in CSS pixels. */
+  | { kind: "lines"; points: readonly number[]; colors: readonly number[]; width: number }
+  /** `size` in CSS pixels. */
+  | { kind: "points"; points: readonly number[]; colors: readonly number[]; size: number }
+  /** `size` is the height of a line, metres. Without an orientation (x y z w) it faces the camera. */
+  | { kind: "text"; text: string; position: Vector; orientation: readonly [number, number, number, number] | null; size: number };
+
+/** Something that is drawn. It never changes: what replaces it is another object. */
+export interface Marker {
+  id: bigint;
+  shape: MarkerShape;
+  /** Red, green, blue and alpha of what has no colours of its own; null for what can be seen on the background. */
+  color: readonly [number, number, number, number] | null;
+  /** The robot that it moves with; empty: none. */
+  robot: string;
+  /** Of the robot; empty: its root link. */
+  link: string;
+}
+
+/** By id, in the order in which they were added. */
+export const markers = signal<ReadonlyMap<bigint, Marker>>(new Map());

@@ -1,0 +1,35 @@
+// Pictures of the scene that the user asks for.
+import { signal } from "@preact/signals";
+
+/** A picture that is asked for. */
+export interface PictureRequest {
+  /** Pixels. */
+  width: number;
+  height: number;
+  taken: (picture: Promise<Blob>) => void;
+}
+
+/** Answered by the scene, as soon as it is set. */
+export const pictureRequest = signal<PictureRequest | null>(null);
+
+/** Pixels of a side, at most. */
+export const MAX_SIDE = 8192;
+
+/** A PNG of what the scene shows, without the page around it. Rejects if the browser cannot make it. */
+export function takePicture(width: number, height: number): Promise<Blob> {
+  return new Promise((resolve, reject) => {
+    const fits = (side: number): boolean => Number.isInteger(side) && side >= 1 && side <= MAX_SIDE;
+    if (!fits(width) || !fits(height)) {
+      reject(new Error(`A picture is from 1 to ${MAX_SIDE} pixels wide and high, not ${width} by ${height}.`));
+      return;
+    }
+    let answered = false;
+    const taken = (picture: Promise<Blob>): void => {
+      answered = true;
+      resolve(picture);
+    };
+    pictureRequest.value = { width, height, taken };
+    pictureRequest.value = null;
+    if (!answered) reject(new Error("Nothing is drawn, of which there could be a picture."));
+  });
+}

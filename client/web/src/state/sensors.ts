@@ -1,0 +1,36 @@
+// What robots feel and see.
+import { signal } from "@preact/signals";
+import type { Vector } from "./scene";
+
+export type SensorKind = "imu" | "force-torque" | "contact" | "range" | "lidar" | "link state" | "encoder" | "odometry" | "camera" | "sensor";
+
+/** A sensor of a robot. */
+export interface Sensor {
+  robot: string;
+  name: string;
+  kind: SensorKind;
+  /** The link or joint that it is on. */
+  on: string;
+  /** Samples per simulated second; undefined: one each step. */
+  rate: number | undefined;
+  /** Why it has no readings; empty if it has. */
+  unavailable: string;
+}
+
+/** What a sensor measured last. SI units. */
+export type Measurement =
+  | { kind: "imu"; acceleration: Vector; angular: Vector }
+  | { kind: "force-torque"; force: Vector; torque: Vector }
+  | { kind: "contact"; touching: boolean; normalForce: number; partners: readonly string[] }
+  | { kind: "range"; range: number }
+  | { kind: "lidar"; rays: number; hits: number; nearest: number }
+  | { kind: "motion"; position: Vector; linear: Vector; angular: Vector }
+  | { kind: "encoder"; position: number; velocity: number }
+  | { kind: "unknown" };
+
+/** By robot, in the order in which they were made. */
+export const sensors = signal<readonly Sensor[]>([]);
+/** The robot whose readings are shown; empty if none are. */
+export const sensorsShownOf = signal("");
+/** The newest of each sensor of that robot, by the sensor's name. */
+export const readings = signal<ReadonlyMap<string, Measurement>>(new Map());

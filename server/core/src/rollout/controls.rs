@@ -1,0 +1,208 @@
+//! What joints are to do in each step of a copy.
+
+use super::knots::{Knots, Timing};
+use super::names::{Axis, axes, moderate, refuse, robot, sized};
+use super::request::{Control, ControlMode, Feedback, Interpolation};
+use crate::simulation::command::{JointTarget, RobotTargets, SetTargets, Target};
+use crate::simulation::published_state::WorldLayout;
+use crate::simulation::{Command, Error, Simulation};
+
+/// A control whose names were found.
+#[derive(Debug)]
+pub(super) struct ControlPlan {
+    robot: usize,
+    name: String,
+    joints: Vec<String>,
+    axes: Vec<Axis>,
+    mode: ControlMode,
+    /// `None` is zero.
+    values: Option<Knots>,
+    /// Stiffness and damping of each joint; `None` is the joint's own.
+    gains: Vec<[Option<f64>; 2]>,
+    feedback: Option<FeedbackPlan>,
+}
+
+#[derive(Debug)]
+struct FeedbackPlan {
+    axes: Vec<Axis>,
+    gains: Knots,
+    references: Option<Knots>,
+}
+
+/// Memory of a step.
+#[derive(Debug, Default)]
+pub(super) struct ControlMemory {
+    values: Vec<f64>,
+    deviations: Vec<f64>,
+    velocities: Vec<f64>,
+}
+
+impl ControlPlan {
+    /// Finds names and counts numbers; `index` is the control's place in the request.
+    pub(super) fn new(
+        layout: &WorldLayout,
+        index: usize,
+        control: Control,
+        copies: usize,
+    ) -> Result<Self, Error> {
+        let field = |name: &str| format!("controls[{index}].{name}");
+        let Control {
+            robot: name,
+            joints,
+            mode,
+            values,
+            knots,
+            knot_steps,
+            interpolation,
+            stiffness,
+            damping,
+            feedback,
+        } = control;
+        let (robot, entity) = robot(layout, &name)?;
+        let axes = axes(entity, &joints)?;
+        let joints: Vec<String> =
+            axes.iter().map(|axis| entity.model.joints[axis.joint].name.clone()).collect();
+        if axes.is_empty() {
+            return Err(refuse(field("joints"), "empty", format!("robot {name:?} has no joint of one axis")));
+        }
+        if knots == 0 || knot_steps == 0 {
+            let field = field(if knots == 0 { "knots" } else { "knot_steps" });
+            return Err(refuse(field, 0, "it must be at least 1"));
+        }
+        let timing = Timing { copies, knots, every: knot_steps, interpolation };
+        if values.is_empty() && feedback.is_none() {
+            return Err(refuse(field("values"), "empty", "it must have numbers where there is no feedback"));
+        }
+        let values = match values.is_empty() {
+            true => None,
+            false => Some(Knots::new(&field("values"), values, axes.len(), timing)?),
+        };
+        for (name, given) in [("stiffness", &stiffness), ("damping", &damping)] {
+            let field = field(name);
+            sized(&field, given.len(), &[(0, "the joints' own"), (axes.len(), "one a joint")])?;
+            moderate(&field, given)?;
+            if let Some(value) = given.iter().find(|value| **value < 0.0) {
+                return Err(refuse(field, value, "it must be finite and at least 0"));
+            }
+        }
+        let gains = (0..axes.len()).map(|i| [stiffness.get(i).copied(), damping.get(i).copied()]).collect();
+        let plan = |feedback: Feedback| {
+            let Feedback { joints, gains, references } = feedback;
+            let observed = super::names::axes(entity, &joints)?;
+            let width = 2 * observed.len();
+            let timing = Timing { interpolation: Interpolation::Hold, ..timing };
+            let gains = Knots::constant_or(&field("feedback.gains"), gains, width * axes.len(), timing)?;
+            let references = match references.is_empty() {
+                true => None,
+                false => Some(Knots::constant_or(&field("feedback.references"), references, width, timing)?),
+            };
+            Ok(FeedbackPlan { axes: observed, gains, references })
+        };
+        let feedback = feedback.map(plan).transpose()?;
+        Ok(Self { robot, name, joints, axes, mode, values, gains, feedback })
+    }
+
+    /// The index of its robot.
+    pub(super) fn robot(&self) -> usize {
+        self.robot
+    }
+
+    /// Gives the joints what they are to do in a step of a copy, where that is something new. `factor` is that of the gains of a
+    /// joint, by its index in the robot's model.
+    ///
+    /// # Errors
+    /// Where a number is not finite, and in the first step where the world refuses targets.
+    pub(super) fn drive(
+        &self,
+        world: &mut Simulation,
+        (copy, step): (usize, u64),
+        factor: impl Fn(usize) -> f64,
+        memory: &mut ControlMemory,
+    ) -> Result<(), Error> {
+        let changes = self.values.as_ref().is_some_and(|values| values.change_at(step));
+        if !changes && self.feedback.is_none() {
+            return Ok(());
+        }
+        match &self.values {
+            Some(values) => values.write(copy, step, &mut memory.values),
+            None => {
+                memory.values.clear();
+                memory.values.resize(self.axes.len(), 0.0);
+            }
+        }
+        if let Some(feedback) = &self.feedback {
+            feedback.add(world, self.robot, (copy, step), memory);
+        }
+        if let Some(index) = memory.values.iter().position(|value| !value.is_finite()) {
+            let what = format!("the target of joint {:?} in step {step}", self.joints[index]);
+            return Err(refuse(
+                what,
+                memory.values[index],
+                "it must be finite: look at the feedback's gains",
+            ));
+        }
+        let targets = memory.values.iter().zip(&self.axes).zip(&self.gains).map(|((value, axis), gains)| {
+            let factor = factor(axis.joint);
+            self.target(*value, gains.map(|gain| gain.map(|gain| gain * factor)))
+        });
+        if step == 0 {
+            // Ends what trajectories the joints are on.
+            let joint =
+                |(target, name): (Target, &String)| JointTarget { joint: name.clone(), axis: 0, target };
+            let joints = targets.zip(&self.joints).map(joint).collect();
+            let robot = RobotTargets { robot: self.name.clone(), joints, ..RobotTargets::default() };
+            let command = SetTargets { robots: vec![robot], ..SetTargets::default() };
+            return world.apply(&Command::SetTargets(command)).map(drop);
+        }
+        for (target, axis) in targets.zip(&self.axes) {
+            world.set_axis_target(self.robot, axis.body, &target);
+        }
+        Ok(())
+    }
+
+    fn target(&self, value: f64, [stiffness, damping]: [Option<f64>; 2]) -> Target {
+        match self.mode {
+            ControlMode::Position => Target::Position {
+                position: value,
+                velocity: 0.0,
+                stiffness,
+                damping,
+                feed_forward: 0.0,
+                max_effort: None,
+                max_velocity: None,
+            },
+            ControlMode::Velocity => {
+                Target::Velocity { velocity: value, damping, feed_forward: 0.0, max_effort: None }
+            }
+            ControlMode::Effort => Target::Effort(value),
+        }
+    }
+}
+
+impl FeedbackPlan {
+    /// Subtracts K (x - x0).
+    fn add(
+        &self,
+        world: &Simulation,
+        robot: usize,
+        (copy, step): (usize, u64),
+        ControlMemory { values, deviations, velocities }: &mut ControlMemory,
+    ) {
+        deviations.clear();
+        velocities.clear();
+        for axis in &self.axes {
+            let (position, velocity) = world.axis_state(robot, axis.body);
+            deviations.push(position);
+            velocities.push(velocity);
+        }
+        deviations.append(velocities);
+        if let Some(references) = &self.references {
+            let references = references.held(copy, step);
+            deviations.iter_mut().zip(references).for_each(|(at, reference)| *at -= reference);
+        }
+        let rows = self.gains.held(copy, step).chunks_exact(deviations.len());
+        for (value, row) in values.iter_mut().zip(rows) {
+            *value -= row.iter().zip(&*deviations).map(|(gain, deviation)| gain * deviation).sum::<f64>();
+        }
+    }
+}

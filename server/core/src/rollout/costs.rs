@@ -1,0 +1,194 @@
+//! What a step of a copy costs.
+
+use std::f64::consts::{PI, TAU};
+
+use glamx::{DQuat, DVec3};
+
+use super::names::{axes_of, link, links, moderate, refuse, robot, sized};
+use super::quantities::View;
+use super::request::{Cost, CostTerm, Named};
+use crate::simulation::published_state::WorldLayout;
+use crate::simulation::queries::{DistanceQuery, QueryBody, QuerySide};
+use crate::simulation::{Error, PublishedState};
+
+/// A term whose names were found.
+#[derive(Debug)]
+pub(super) struct CostPlan {
+    pub(super) weight: f64,
+    pub(super) final_weight: f64,
+    of: Weighted,
+}
+
+#[derive(Debug)]
+enum Weighted {
+    /// Places among the positions of all robots, and where they are to be.
+    Positions {
+        places: Vec<usize>,
+        targets: Vec<f64>,
+        wrapped: bool,
+    },
+    /// The same of velocities.
+    Velocities {
+        places: Vec<usize>,
+        targets: Vec<f64>,
+    },
+    Efforts(Vec<usize>),
+    LinkPosition {
+        robot: usize,
+        link: usize,
+        point: DVec3,
+        target: DVec3,
+    },
+    LinkOrientation {
+        robot: usize,
+        link: usize,
+        target: DQuat,
+    },
+    ContactForce(usize, Vec<usize>),
+    Nearness(DistanceQuery),
+}
+
+/// By how much a turning joint lacks a position, where whole turns do not count: between -pi and pi.
+fn wrapped(difference: f64) -> f64 {
+    (difference + PI).rem_euclid(TAU) - PI
+}
+
+/// The sum of the squares of what numbers at some places differ by.
+fn squares(places: &[usize], targets: &[f64], from: &[f64], difference: impl Fn(f64) -> f64) -> f64 {
+    let pairs = places.iter().zip(targets);
+    pairs.map(|(place, target)| difference(from[*place] - target).powi(2)).sum()
+}
+
+impl CostPlan {
+    /// Finds names; `index` is the term's place in the request.
+    pub(super) fn new(layout: &WorldLayout, index: usize, term: CostTerm) -> Result<Self, Error> {
+        let field = |name: &str| format!("costs[{index}].{name}");
+        let CostTerm { weight, final_weight, of } = term;
+        for (name, value) in [("weight", weight), ("final_weight", final_weight)] {
+            if !value.is_finite() {
+                return Err(refuse(field(name), value, "it must be finite"));
+            }
+        }
+        // Places of joints of one axis, and a number for each.
+        let joints = |named: &Named, targets: Vec<f64>, of_positions: bool| {
+            let (robot, axes) = axes_of(layout, named)?;
+            let entity = &layout.entities[robot];
+            let (first, ranges) = match of_positions {
+                true => (entity.positions.start, &entity.joint_positions),
+                false => (entity.velocities.start, &entity.joint_velocities),
+            };
+            let places: Vec<usize> = axes.iter().map(|axis| first + ranges[axis.joint].start).collect();
+            sized(&field("targets"), targets.len(), &[(0, "zero for all"), (places.len(), "one a joint")])?;
+            moderate(&field("targets"), &targets)?;
+            let targets = if targets.is_empty() { vec![0.0; places.len()] } else { targets };
+            Ok::<_, Error>((places, targets))
+        };
+        let one_link = |name: &str, of: &str| {
+            let (index, entity) = robot(layout, name)?;
+            Ok::<_, Error>((index, link(entity, of)?))
+        };
+        let of = match of {
+            Cost::JointPositions { joints: named, targets, wrapped } => {
+                let (places, targets) = joints(&named, targets, true)?;
+                Weighted::Positions { places, targets, wrapped }
+            }
+            Cost::JointVelocities { joints: named, targets } => {
+                let (places, targets) = joints(&named, targets, false)?;
+                Weighted::Velocities { places, targets }
+            }
+            Cost::JointEfforts(named) => Weighted::Efforts(joints(&named, Vec::new(), false)?.0),
+            Cost::LinkPosition { robot, link, point, target } => {
+                moderate(&field("point"), &point.to_array())?;
+                moderate(&field("target"), &target.to_array())?;
+                let (robot, link) = one_link(&robot, &link)?;
+                Weighted::LinkPosition { robot, link, point, target }
+            }
+            Cost::LinkOrientation { robot, link, target } => {
+                let (robot, link) = one_link(&robot, &link)?;
+                let length = target.length();
+                if !length.is_finite() || (length - 1.0).abs() >= 1e-6 {
+                    let expected = "it must be a quaternion of unit length";
+                    return Err(refuse(field("target"), target, expected));
+                }
+                Weighted::LinkOrientation { robot, link, target }
+            }
+            Cost::ContactForce(named) => {
+                let (index, entity) = robot(layout, &named.robot)?;
+                Weighted::ContactForce(index, links(entity, &named.names)?)
+            }
+            Cost::Nearness { robot: name, link: of_link, other_robot, other_link, distance } => {
+                if !(distance >= 0.0 && distance.is_finite()) {
+                    return Err(refuse(field("distance"), distance, "it must be finite and at least 0"));
+                }
+                let side = |name: &str, of_link: &str| {
+                    let (robot, entity) = robot(layout, name)?;
+                    let link = match of_link {
+                        "" => None,
+                        of_link => Some(link(entity, of_link)?),
+                    };
+                    Ok::<_, Error>(QuerySide::Body(QueryBody { robot, link, configuration: None }))
+                };
+                if other_robot.is_empty() && !other_link.is_empty() {
+                    let expected = "it must be empty where no other robot is named";
+                    return Err(refuse(field("other_link"), format!("{other_link:?}"), expected));
+                }
+                let other = (!other_robot.is_empty()).then(|| side(&other_robot, &other_link)).transpose()?;
+                Weighted::Nearness(DistanceQuery {
+                    a: side(&name, &of_link)?,
+                    b: other,
+                    within: distance,
+                    nearest_only: true,
+                    filtered: false,
+                })
+            }
+        };
+        Ok(Self { weight, final_weight, of })
+    }
+
+    /// Its value in a state, before it is weighted.
+    ///
+    /// # Errors
+    /// Where a distance cannot be found.
+    pub(super) fn value(&self, view: &mut View, is_cancelled: &dyn Fn() -> bool) -> Result<f64, Error> {
+        let state: &PublishedState = &view.state;
+        Ok(match &self.of {
+            Weighted::Positions { places, targets, wrapped: false } => {
+                squares(places, targets, &state.positions, |lack| lack)
+            }
+            Weighted::Positions { places, targets, wrapped: true } => {
+                squares(places, targets, &state.positions, wrapped)
+            }
+            Weighted::Velocities { places, targets } => {
+                squares(places, targets, &state.velocities, |lack| lack)
+            }
+            Weighted::Efforts(places) => places.iter().map(|place| state.efforts[*place].powi(2)).sum(),
+            Weighted::LinkPosition { robot, link, point, target } => {
+                (view.link_pose(*robot, *link).transform_point(*point) - *target).length_squared()
+            }
+            Weighted::LinkOrientation { robot, link, target } => {
+                let turned = target.inverse() * view.link_pose(*robot, *link).rotation;
+                let axis = DVec3::new(turned.x, turned.y, turned.z);
+                (2.0 * axis.length().atan2(turned.w.abs())).powi(2)
+            }
+            Weighted::ContactForce(robot, links) => view.contact_force(*robot, links),
+            Weighted::Nearness(query) => {
+                let found = state.distances(query, is_cancelled)?;
+                let nearest = found.iter().map(|report| report.distance).fold(query.within, f64::min);
+                (query.within - nearest).powi(2)
+            }
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whole_turns_do_not_count_where_they_are_wrapped() {
+        for turns in [-2.0, 0.0, 3.0] {
+            assert!((wrapped(0.5 + turns * TAU) - 0.5).abs() < 1e-12);
+            assert!((wrapped(-3.0 + turns * TAU) + 3.0).abs() < 1e-12);
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! Numbers that look random and depend on where they are drawn alone: not on who draws them, nor on what was drawn before.
+
+use std::f64::consts::TAU;
+
+/// The fraction of the golden ratio in 64 bits: the step of SplitMix64.
+const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
+
+/// The finaliser of SplitMix64 (Steele, Lea and Flood, "Fast splittable pseudorandom number generators", 2014).
+fn mixed(value: u64) -> u64 {
+    let value = (value ^ (value >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let value = (value ^ (value >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    value ^ (value >> 31)
+}
+
+/// Between 0 and 1, of 53 bits; never 1.
+fn unit(place: &[u64]) -> f64 {
+    let bits = place
+        .iter()
+        .fold(0, |hash: u64, word| mixed(hash.wrapping_add(GOLDEN) ^ mixed(word.wrapping_add(GOLDEN))));
+    (bits >> 11) as f64 / (1u64 << 53) as f64
+}
+
+/// Equally likely between two numbers.
+pub(super) fn uniform(place: [u64; 4], low: f64, high: f64) -> f64 {
+    let [seed, copy, variation, element] = place;
+    let part = unit(&[seed, copy, variation, element, 0]);
+    low * (1.0 - part) + high * part
+}
+
+/// Of a normal distribution (Box and Muller, 1958).
+pub(super) fn normal(place: [u64; 4], mean: f64, deviation: f64) -> f64 {
+    let [seed, copy, variation, element] = place;
+    let [radius, angle] = [1, 2].map(|draw| unit(&[seed, copy, variation, element, draw]));
+    mean + deviation * (-2.0 * (1.0 - radius).ln()).sqrt() * (TAU * angle).cos()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn all(draw: impl Fn([u64; 4]) -> f64) -> Vec<f64> {
+        (0..100).flat_map(|copy| (0..100).map(move |element| [7, copy, 0, element])).map(draw).collect()
+    }
+
+    /// The mean of 10,000 draws is within five of its own standard deviations.
+    #[test]
+    fn draws_have_the_mean_and_the_deviation_that_they_should() {
+        for (draws, mean, deviation) in [
+            (all(|place| uniform(place, 2.0, 4.0)), 3.0, 2.0 / 12.0f64.sqrt()),
+            (all(|place| normal(place, -1.0, 0.5)), -1.0, 0.5),
+        ] {
+            let count = draws.len() as f64;
+            let found = draws.iter().sum::<f64>() / count;
+            assert!((found - mean).abs() < 5.0 * deviation / count.sqrt(), "{found}");
+            let spread = (draws.iter().map(|x| (x - found).powi(2)).sum::<f64>() / count).sqrt();
+            assert!((spread / deviation - 1.0).abs() < 0.05, "{spread}");
+        }
+        assert!(all(|place| uniform(place, 2.0, 4.0)).iter().all(|x| (2.0..4.0).contains(x)));
+    }
+
+    #[test]
+    fn draws_differ_by_seed_copy_variation_and_element_and_by_nothing_else() {
+        let one = uniform([1, 2, 3, 4], 0.0, 1.0);
+        assert_eq!(one.to_bits(), uniform([1, 2, 3, 4], 0.0, 1.0).to_bits());
+        for other in [[0, 2, 3, 4], [1, 0, 3, 4], [1, 2, 0, 4], [1, 2, 3, 0], [2, 1, 3, 4]] {
+            assert_ne!(one, uniform(other, 0.0, 1.0));
+        }
+    }
+}

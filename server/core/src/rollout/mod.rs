@@ -1,0 +1,223 @@
+//! Rollouts: copies of a world that run on from one state, each by its own controls. What predictive control and learning ask
+//! of a simulator.
+//!
+//! From the bottom to the top; a file imports only from those above it in this list:
+//!
+//! * [`request`]: what is asked. `names`: what a request names.
+//! * `knots`: rows of numbers over time. `draw`: what looks random.
+//! * `controls`, `starts`, `variations`: what differs from copy to copy.
+//! * `quantities`, `costs`: what is read of copies.
+//! * [`Rollout`]: the plan, made once. `batch`: the copies, a batch at a time.
+//!
+//! A copy is the world itself: its steps are those of [`Simulation::step`], and what it is given goes the way of commands. So it
+//! ends where the world would, to the bit. What a copy becomes depends on the state, the request and its own number alone: not on
+//! the copies beside it, and not on the thread.
+
+mod batch;
+mod controls;
+mod costs;
+mod draw;
+mod knots;
+mod names;
+mod quantities;
+pub mod request;
+mod starts;
+#[cfg(test)]
+mod tests;
+mod variations;
+
+use std::ops::Range;
+
+pub use batch::{BatchResult, Ended, Worker};
+use controls::ControlPlan;
+use costs::CostPlan;
+use names::refuse;
+use quantities::QuantityPlan;
+pub use request::RolloutRequest;
+use starts::StartPlan;
+use variations::VariationPlan;
+
+use crate::simulation::{Error, PublishedState, Saved, Simulation};
+
+/// Copies of one rollout at the most.
+pub const MOST_COPIES: usize = 65_536;
+
+/// Steps of a copy at the most.
+pub const MOST_STEPS: u64 = 1_000_000;
+
+/// Entries of each list of a request at the most.
+const MOST_ENTRIES: usize = 256;
+
+/// Copies that are advanced together.
+const BATCH: usize = 8;
+
+/// Copies of a world and what they are to do: found good, and ready to run. Shared by all who run them.
+#[derive(Debug)]
+pub struct Rollout {
+    start: Saved,
+    /// The world in which it starts.
+    state: PublishedState,
+    shape: Shape,
+    controls: Vec<ControlPlan>,
+    starts: Vec<StartPlan>,
+    variations: Vec<VariationPlan>,
+    quantities: Vec<QuantityPlan>,
+    costs: Vec<CostPlan>,
+    record_every: u64,
+    record_start: bool,
+}
+
+/// How many numbers a rollout gives.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Shape {
+    /// How many copies there are.
+    pub copies: usize,
+    /// Steps of each.
+    pub steps: u64,
+    /// Moments at which quantities are read.
+    pub rows: usize,
+    /// Numbers of each quantity.
+    pub widths: Vec<usize>,
+    /// Terms of the cost.
+    pub terms: usize,
+    /// The cost of each step is given.
+    pub step_costs: bool,
+}
+
+impl Shape {
+    /// Numbers of all quantities at a moment.
+    pub fn columns(&self) -> usize {
+        self.widths.iter().sum()
+    }
+
+    /// All numbers of a copy.
+    fn of_copy(&self) -> u64 {
+        let states = (self.rows as u64).saturating_mul(self.columns() as u64);
+        let step_costs = if self.step_costs { self.steps } else { 0 };
+        states.saturating_add(step_costs).saturating_add(self.terms as u64)
+    }
+
+    /// Bytes of all numbers.
+    pub fn bytes(&self) -> u64 {
+        self.of_copy().saturating_mul(self.copies as u64).saturating_mul(size_of::<f64>() as u64)
+    }
+}
+
+fn at_most(what: &str, value: u64, limit: u64) -> Result<(), Error> {
+    if value <= limit {
+        return Ok(());
+    }
+    Err(Error::LimitExceeded { what: what.to_owned(), value, limit })
+}
+
+impl Rollout {
+    /// Finds everything that a request names in the world of a state, and looks whether a first step can be done. The answer may
+    /// take so many bytes.
+    ///
+    /// # Errors
+    /// Where a name is not found, a number cannot be, or there would be too much of something.
+    pub fn new(start: Saved, request: RolloutRequest, most_bytes: u64) -> Result<Self, Error> {
+        let RolloutRequest {
+            copies,
+            steps,
+            starts,
+            variations,
+            seed,
+            controls,
+            quantities,
+            record_every,
+            record_start,
+            costs,
+            step_costs,
+        } = request;
+        for (field, value) in [("copies", copies as u64), ("steps", steps)] {
+            if value == 0 {
+                return Err(refuse(field, value, "it must be at least 1"));
+            }
+        }
+        at_most("the number of copies", copies as u64, MOST_COPIES as u64)?;
+        at_most("the number of steps", steps, MOST_STEPS)?;
+        for (what, count) in [
+            ("starts", starts.len()),
+            ("variations", variations.len()),
+            ("controls", controls.len()),
+            ("quantities", quantities.len()),
+            ("costs", costs.len()),
+        ] {
+            at_most(&format!("the number of {what}"), count as u64, MOST_ENTRIES as u64)?;
+        }
+        let world = Simulation::copy_of(&start);
+        let mut state = PublishedState::default();
+        world.observe(&mut state);
+        let time_step = world.settings().time_step;
+        let layout = &*state.world;
+        let quantities: Vec<_> =
+            quantities.iter().map(|each| QuantityPlan::new(layout, each)).collect::<Result<_, _>>()?;
+        let costs: Vec<_> = (costs.into_iter().enumerate())
+            .map(|(index, term)| CostPlan::new(layout, index, term))
+            .collect::<Result<_, _>>()?;
+        let rows = match (quantities.is_empty(), record_every) {
+            (true, _) => 0,
+            (false, 0) => 1 + u64::from(record_start),
+            (false, every) => steps / every + u64::from(record_start),
+        };
+        let widths: Vec<usize> = quantities.iter().map(QuantityPlan::width).collect();
+        let rows = usize::try_from(rows).unwrap_or(usize::MAX);
+        let step_costs = step_costs && !costs.is_empty();
+        let shape = Shape { copies, steps, rows, widths, terms: costs.len(), step_costs };
+        at_most("the bytes of the rollout's answer", shape.bytes(), most_bytes)?;
+        let starts = (starts.into_iter().enumerate())
+            .map(|(index, start)| StartPlan::new(layout, index, start, copies))
+            .collect::<Result<_, _>>()?;
+        let variations = (variations.into_iter().enumerate())
+            .map(|(index, each)| VariationPlan::new(&state, time_step, (index, seed), each, copies))
+            .collect::<Result<_, _>>()?;
+        let controls = (controls.into_iter().enumerate())
+            .map(|(index, control)| ControlPlan::new(layout, index, control, copies))
+            .collect::<Result<_, _>>()?;
+        let rollout = Self {
+            start,
+            state,
+            shape,
+            controls,
+            starts,
+            variations,
+            quantities,
+            costs,
+            record_every,
+            record_start,
+        };
+        rollout.try_first_step(Worker::with(world))?;
+        Ok(rollout)
+    }
+
+    /// How many numbers it gives.
+    pub fn shape(&self) -> &Shape {
+        &self.shape
+    }
+
+    /// The state that all copies start from.
+    pub fn start(&self) -> &Saved {
+        &self.start
+    }
+
+    /// How many batches the copies are.
+    pub fn batches(&self) -> usize {
+        self.shape.copies.div_ceil(BATCH)
+    }
+
+    /// The copies of a batch.
+    pub fn copies_of(&self, batch: usize) -> Range<usize> {
+        let first = batch.saturating_mul(BATCH).min(self.shape.copies);
+        first..first.saturating_add(BATCH).min(self.shape.copies)
+    }
+
+    /// Whether quantities are read after so many steps.
+    fn is_row(&self, done: u64) -> bool {
+        match (done, self.record_every) {
+            (0, _) => self.record_start,
+            (done, 0) => done == self.shape.steps,
+            (done, every) => done.is_multiple_of(every),
+        }
+    }
+}

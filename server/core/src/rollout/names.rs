@@ -1,0 +1,138 @@
+//! Finds what a request names, and refuses numbers that cannot be.
+
+use std::fmt::Display;
+use std::sync::Arc;
+
+use simd_model::robot::JointKind;
+
+use super::request::Named;
+use crate::simulation::Error;
+use crate::simulation::published_state::{EntityLayout, WorldLayout};
+
+/// The largest size of a number that is given, as for joints of a world: what follows from it can be computed with.
+const LARGEST: f64 = 1e12;
+
+/// A joint of one axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Axis {
+    /// Index of the joint in the model.
+    pub(super) joint: usize,
+    /// Index of its body in the tree.
+    pub(super) body: usize,
+}
+
+/// The refusal of a field.
+pub(super) fn refuse(field: impl Into<String>, value: impl Display, expected: impl Into<String>) -> Error {
+    Error::InvalidValue {
+        element: field.into(),
+        of: String::new(),
+        value: value.to_string(),
+        expected: expected.into(),
+    }
+}
+
+/// Each is a number that can be computed with.
+pub(super) fn moderate(field: &str, values: &[f64]) -> Result<(), Error> {
+    match values.iter().position(|value| value.is_nan() || value.abs() > LARGEST) {
+        Some(index) => Err(refuse(
+            format!("{field}[{index}]"),
+            values[index],
+            format!("it must be a number between -{LARGEST:e} and {LARGEST:e}"),
+        )),
+        None => Ok(()),
+    }
+}
+
+/// As many numbers as one of `lengths` says, in words for people.
+pub(super) fn sized(field: &str, count: usize, lengths: &[(usize, &str)]) -> Result<(), Error> {
+    if lengths.iter().any(|(length, _)| *length == count) {
+        return Ok(());
+    }
+    let mut said: Vec<String> = lengths.iter().map(|(length, of)| format!("{length} ({of})")).collect();
+    said.dedup();
+    Err(refuse(field, format!("{count} numbers"), format!("it must have {}", said.join(" or "))))
+}
+
+/// A robot and its index.
+pub(super) fn robot<'l>(
+    layout: &'l WorldLayout,
+    name: &str,
+) -> Result<(usize, &'l Arc<EntityLayout>), Error> {
+    let found = layout.entities.iter().enumerate().find(|(_, entity)| entity.name == name);
+    found.ok_or_else(|| Error::RobotNotFound {
+        robot: name.to_owned(),
+        known: layout.entities.iter().map(|entity| entity.name.clone()).collect(),
+    })
+}
+
+/// The index of a joint in the model.
+pub(super) fn joint(entity: &EntityLayout, name: &str) -> Result<usize, Error> {
+    let joints = &entity.model.joints;
+    joints.iter().position(|joint| joint.name == name).ok_or_else(|| Error::JointNotFound {
+        robot: entity.name.clone(),
+        joint: name.to_owned(),
+        known: joints.iter().map(|joint| joint.name.clone()).collect(),
+    })
+}
+
+/// The index of a link in the model.
+pub(super) fn link(entity: &EntityLayout, name: &str) -> Result<usize, Error> {
+    let links = &entity.model.links;
+    links.iter().position(|link| link.name == name).ok_or_else(|| Error::LinkNotFound {
+        robot: entity.name.clone(),
+        link: name.to_owned(),
+        known: links.iter().map(|link| link.name.clone()).collect(),
+    })
+}
+
+/// Indices of the joints of these names, of any kind; of none all.
+pub(super) fn joints(entity: &EntityLayout, names: &[String]) -> Result<Vec<usize>, Error> {
+    if names.is_empty() {
+        return Ok((0..entity.model.joints.len()).collect());
+    }
+    names.iter().map(|name| joint(entity, name)).collect()
+}
+
+/// Indices of the links of these names; of none all.
+pub(super) fn links(entity: &EntityLayout, names: &[String]) -> Result<Vec<usize>, Error> {
+    if names.is_empty() {
+        return Ok((0..entity.model.links.len()).collect());
+    }
+    names.iter().map(|name| link(entity, name)).collect()
+}
+
+/// The joints of these names, each of one axis and moved by no other; of none all such.
+pub(super) fn axes(entity: &EntityLayout, names: &[String]) -> Result<Vec<Axis>, Error> {
+    let why_not = |joint: usize| {
+        let model = &entity.model.joints[joint];
+        match (model.kind, model.mimic) {
+            (JointKind::Fixed, _) => Some("is fixed".to_owned()),
+            (JointKind::Floating | JointKind::Planar | JointKind::Spherical, _) => {
+                Some("has more than one axis".to_owned())
+            }
+            (_, Some(mimic)) => Some(format!("follows joint {:?}", entity.model.joints[mimic.joint].name)),
+            (JointKind::Revolute | JointKind::Continuous | JointKind::Prismatic, None) => None,
+        }
+    };
+    let axis = |joint: usize| Axis { joint, body: entity.tree.joints[joint].start };
+    if names.is_empty() {
+        let all = 0..entity.model.joints.len();
+        return Ok(all.filter(|joint| why_not(*joint).is_none()).map(axis).collect());
+    }
+    let find = |name: &String| {
+        let found = joint(entity, name)?;
+        match why_not(found) {
+            Some(why) => {
+                Err(Error::JointNotActuated { robot: entity.name.clone(), joint: name.clone(), why })
+            }
+            None => Ok(axis(found)),
+        }
+    };
+    names.iter().map(find).collect()
+}
+
+/// A robot and its joints of one axis.
+pub(super) fn axes_of(layout: &WorldLayout, named: &Named) -> Result<(usize, Vec<Axis>), Error> {
+    let (index, entity) = robot(layout, &named.robot)?;
+    Ok((index, axes(entity, &named.names)?))
+}

@@ -1,0 +1,143 @@
+//! What is read of copies.
+
+use glamx::DPose3;
+
+use super::names::{joints, links, robot};
+use super::request::{Named, Quantity};
+use crate::simulation::published_state::{ContactReport, EntityLayout, WorldLayout};
+use crate::simulation::{Error, PublishedState};
+
+/// A state of a copy, and where its links are, found once for all that ask.
+#[derive(Debug, Default)]
+pub(super) struct View {
+    pub(super) state: PublishedState,
+    /// By robot; empty where no one has asked.
+    poses: Vec<Vec<DPose3>>,
+}
+
+impl View {
+    /// To be called when the state is another one.
+    pub(super) fn changed(&mut self) {
+        self.poses.iter_mut().for_each(Vec::clear);
+        self.poses.resize_with(self.state.world.entities.len(), Vec::new);
+    }
+
+    /// `world_from_link` of a link.
+    pub(super) fn link_pose(&mut self, robot: usize, link: usize) -> DPose3 {
+        if self.poses[robot].is_empty() {
+            self.poses[robot] = self.state.link_poses(robot).unwrap_or_default();
+        }
+        self.poses[robot].get(link).copied().unwrap_or(DPose3::IDENTITY)
+    }
+
+    /// The sum of the normal forces on links of a robot, newtons.
+    pub(super) fn contact_force(&self, robot: usize, links: &[usize]) -> f64 {
+        let on = |contact: &ContactReport| {
+            let is_on = |side: usize| contact.robots[side] == robot && links.contains(&contact.links[side]);
+            is_on(0) || is_on(1)
+        };
+        self.state.contacts.iter().filter(|contact| on(contact)).map(|contact| contact.normal_force).sum()
+    }
+}
+
+/// A quantity whose names were found.
+#[derive(Debug)]
+pub(super) enum QuantityPlan {
+    /// Of these places among the positions of all robots.
+    Positions(Vec<usize>),
+    /// Of these places among their velocities.
+    Velocities(Vec<usize>),
+    Efforts(Vec<usize>),
+    RootPose(usize),
+    RootTwist(usize),
+    LinkPoses(usize, Vec<usize>),
+    ContactCount(usize),
+    ContactForce(usize, Vec<usize>),
+}
+
+/// The places of the joints of a robot.
+fn places(
+    layout: &WorldLayout,
+    named: &Named,
+    of: impl Fn(&EntityLayout) -> (usize, &[std::ops::Range<usize>]),
+) -> Result<Vec<usize>, Error> {
+    let (_, entity) = robot(layout, &named.robot)?;
+    let joints = joints(entity, &named.names)?;
+    let (first, ranges) = of(entity);
+    Ok(joints.into_iter().flat_map(|joint| ranges[joint].clone()).map(|place| first + place).collect())
+}
+
+impl QuantityPlan {
+    /// Finds names.
+    pub(super) fn new(layout: &WorldLayout, quantity: &Quantity) -> Result<Self, Error> {
+        let velocities = |named: &Named| {
+            places(layout, named, |entity| (entity.velocities.start, &entity.joint_velocities[..]))
+        };
+        let index = |name: &str| robot(layout, name).map(|(index, _)| index);
+        let of_links = |named: &Named| {
+            let (index, entity) = robot(layout, &named.robot)?;
+            Ok::<_, Error>((index, links(entity, &named.names)?))
+        };
+        Ok(match quantity {
+            Quantity::JointPositions(named) => Self::Positions(places(layout, named, |entity| {
+                (entity.positions.start, &entity.joint_positions[..])
+            })?),
+            Quantity::JointVelocities(named) => Self::Velocities(velocities(named)?),
+            Quantity::JointEfforts(named) => Self::Efforts(velocities(named)?),
+            Quantity::RootPose(name) => Self::RootPose(index(name)?),
+            Quantity::RootTwist(name) => Self::RootTwist(index(name)?),
+            Quantity::LinkPoses(named) => {
+                let (robot, links) = of_links(named)?;
+                Self::LinkPoses(robot, links)
+            }
+            Quantity::ContactCount(name) => Self::ContactCount(index(name)?),
+            Quantity::ContactForce(named) => {
+                let (robot, links) = of_links(named)?;
+                Self::ContactForce(robot, links)
+            }
+        })
+    }
+
+    /// How many numbers it is.
+    pub(super) fn width(&self) -> usize {
+        match self {
+            Self::Positions(places) | Self::Velocities(places) | Self::Efforts(places) => places.len(),
+            Self::RootPose(_) => 7,
+            Self::RootTwist(_) => 6,
+            Self::LinkPoses(_, links) => 7 * links.len(),
+            Self::ContactCount(_) | Self::ContactForce(..) => 1,
+        }
+    }
+
+    /// Writes its numbers.
+    pub(super) fn write(&self, view: &mut View, into: &mut [f64]) {
+        let pose = |pose: DPose3, into: &mut [f64]| {
+            into[..3].copy_from_slice(&pose.translation.to_array());
+            into[3..].copy_from_slice(&pose.rotation.to_array());
+        };
+        let chosen = |places: &[usize], from: &[f64], into: &mut [f64]| {
+            into.iter_mut().zip(places).for_each(|(value, place)| *value = from[*place]);
+        };
+        match self {
+            Self::Positions(places) => chosen(places, &view.state.positions, into),
+            Self::Velocities(places) => chosen(places, &view.state.velocities, into),
+            Self::Efforts(places) => chosen(places, &view.state.efforts, into),
+            Self::RootPose(robot) => pose(view.state.roots[*robot].pose, into),
+            Self::RootTwist(robot) => {
+                let root = &view.state.roots[*robot];
+                into[..3].copy_from_slice(&root.linear.to_array());
+                into[3..].copy_from_slice(&root.angular.to_array());
+            }
+            Self::LinkPoses(robot, links) => {
+                for (link, into) in links.iter().zip(into.chunks_exact_mut(7)) {
+                    pose(view.link_pose(*robot, *link), into);
+                }
+            }
+            Self::ContactCount(robot) => {
+                let touching = |contact: &&ContactReport| contact.robots.contains(robot);
+                into[0] = view.state.contacts.iter().filter(touching).count() as f64;
+            }
+            Self::ContactForce(robot, links) => into[0] = view.contact_force(*robot, links),
+        }
+    }
+}

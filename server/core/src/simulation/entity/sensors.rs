@@ -1,0 +1,200 @@
+//! The sensors of a robot: where they can be, what they are called, where their odometry begins.
+
+use std::sync::Arc;
+
+use glamx::DPose3;
+use simd_model::RobotModel;
+use simd_model::sensor::{self, MAX_SENSOR_NAME, MAX_SENSORS_PER_ROBOT, Sensor, SensorKind, SensorMount};
+
+use super::{Entity, is_robot_name};
+use crate::simulation::check;
+use crate::simulation::error::Error;
+use crate::simulation::sensors::{SensorDefinition, SensorState};
+
+impl Entity {
+    /// Gives a robot that comes the sensors of its description.
+    pub(in crate::simulation) fn add_described_sensors(&mut self, now: f64) {
+        let model = Arc::clone(&self.model);
+        for sensor in model.setup.sensors.iter().take(MAX_SENSORS_PER_ROBOT) {
+            // Its numbers were judged when it was read: what is refused is of a model that was not read.
+            if let Some(definition) = self.described_definition(sensor) {
+                self.add_sensor(definition, now);
+            }
+        }
+    }
+
+    /// Puts the walks and the odometry of its sensors back, where it is now.
+    pub(in crate::simulation) fn put_sensors_back(&mut self) {
+        self.for_each_sensor(SensorState::put_back);
+    }
+
+    /// Gives it a sensor that begins at this sim time.
+    pub(in crate::simulation) fn add_sensor(&mut self, definition: SensorDefinition, now: f64) {
+        let start = self.sensor_start(&definition);
+        self.state.sensors.push(SensorState::new(definition, now, start));
+    }
+
+    /// Does something with each sensor and where its odometry would begin now.
+    pub(in crate::simulation) fn for_each_sensor(
+        &mut self,
+        mut change: impl FnMut(&mut SensorState, DPose3),
+    ) {
+        let starts: Vec<DPose3> =
+            self.state.sensors.iter().map(|sensor| self.sensor_start(&sensor.definition)).collect();
+        for (sensor, start) in self.state.sensors.iter_mut().zip(starts) {
+            change(sensor, start);
+        }
+    }
+
+    /// `world_from_sensor` where its odometry begins; nothing else asks for it.
+    fn sensor_start(&self, definition: &SensorDefinition) -> DPose3 {
+        if !matches!(definition.kind, SensorKind::Odometry) {
+            return DPose3::IDENTITY;
+        }
+        let positions = &self.body.positions()[self.body.tree().root_positions()..];
+        let poses = self.body.tree().link_poses(self.body.root_pose(), positions);
+        poses.get(definition.link).map_or(DPose3::IDENTITY, |link| *link * definition.pose)
+    }
+
+    /// Index of a sensor by name.
+    pub(in crate::simulation) fn sensor_index(&self, name: &str) -> Option<usize> {
+        self.state.sensors.iter().position(|sensor| sensor.definition.name == name)
+    }
+
+    /// The name, or for an empty one the kind's with the first number that is free.
+    pub(in crate::simulation) fn free_sensor_name(
+        &self,
+        name: &str,
+        kind: &SensorKind,
+    ) -> Result<String, Error> {
+        if name.is_empty() {
+            let mut number = 1u64;
+            loop {
+                let candidate = format!("{}_{number}", kind.word());
+                if self.sensor_index(&candidate).is_none() {
+                    return Ok(candidate);
+                }
+                number += 1;
+            }
+        }
+        if !is_robot_name(name) || name.len() > MAX_SENSOR_NAME {
+            let expected = format!(
+                "it must be letters, digits, `_` and `-`, at least one and at most {MAX_SENSOR_NAME}"
+            );
+            return Err(check::refuse("name", format!("{name:?}"), expected));
+        }
+        if self.sensor_index(name).is_some() {
+            return Err(Error::SensorExists { robot: self.state.name.clone(), sensor: name.to_owned() });
+        }
+        Ok(name.to_owned())
+    }
+
+    /// What a sensor of a kind is on, and its link, where these were asked for.
+    pub(in crate::simulation) fn sensor_mount(
+        &self,
+        kind: &SensorKind,
+        link: &str,
+        joint: &str,
+    ) -> Result<(SensorMount, usize), Error> {
+        if !kind.is_of_joint() {
+            if !joint.is_empty() {
+                let expected = format!("a sensor of the kind {} is on a link: name that", kind.word());
+                return Err(check::refuse("joint", format!("{joint:?}"), expected));
+            }
+            let link = if link.is_empty() { 0 } else { self.link(link)? };
+            return Ok((SensorMount::Link(link), link));
+        }
+        if !link.is_empty() {
+            let expected = format!("a sensor of the kind {} is on a joint: name that", kind.word());
+            return Err(check::refuse("link", format!("{link:?}"), expected));
+        }
+        let index = self.joint(joint)?;
+        let on = SensorMount::Joint(index);
+        if !self.can_bear(kind, on) {
+            let expected = "an encoder is of a joint that turns or slides about one axis";
+            return Err(check::refuse("joint", format!("{joint:?}"), expected));
+        }
+        // Each joint has the link after it.
+        Ok((on, index + 1))
+    }
+
+    /// Whether a sensor of a kind can be on that.
+    fn can_bear(&self, kind: &SensorKind, on: SensorMount) -> bool {
+        match on {
+            SensorMount::Link(link) => !kind.is_of_joint() && link < self.model.links.len(),
+            SensorMount::Joint(joint) if joint >= self.model.joints.len() => false,
+            SensorMount::Joint(joint) if matches!(kind, SensorKind::Encoder) => {
+                self.body.tree().has_one_axis(joint)
+            }
+            SensorMount::Joint(_) => kind.is_of_joint(),
+        }
+    }
+
+    fn described_definition(&self, sensor: &Sensor) -> Option<SensorDefinition> {
+        let Sensor { name, on, pose, rate, kind, noise } = sensor;
+        let can_be = self.can_bear(kind, *on)
+            && is_robot_name(name)
+            && self.sensor_index(name).is_none()
+            && check::pose("pose", pose).is_ok()
+            && sensor::check(kind, *rate, noise).is_ok();
+        can_be.then(|| SensorDefinition {
+            name: name.clone(),
+            on: *on,
+            link: link_of(*on),
+            pose: *pose,
+            rate: *rate,
+            kind: *kind,
+            noise: noise.clone(),
+            seed: 0,
+            is_described: true,
+        })
+    }
+
+    /// A sensor that another model had, where this one has its link or joint by name.
+    pub(in crate::simulation) fn carried_definition(
+        &self,
+        old: &RobotModel,
+        definition: &SensorDefinition,
+    ) -> Option<SensorDefinition> {
+        let on = match definition.on {
+            SensorMount::Link(link) => SensorMount::Link(self.link(&old.links.get(link)?.name).ok()?),
+            SensorMount::Joint(joint) => SensorMount::Joint(self.joint(&old.joints.get(joint)?.name).ok()?),
+        };
+        self.can_bear(&definition.kind, on).then(|| SensorDefinition {
+            on,
+            link: link_of(on),
+            ..definition.clone()
+        })
+    }
+
+    /// Whether sensors that came from elsewhere can be this robot's, in a world at this sim time; what is wrong is a fragment of a sentence.
+    pub(in crate::simulation) fn check_sensors(&self, now: f64) -> Result<(), String> {
+        for (index, sensor) in self.state.sensors.iter().enumerate() {
+            let SensorDefinition { name, on, link, pose, rate, kind, noise, seed: _, is_described: _ } =
+                &*sensor.definition;
+            if !is_robot_name(name) || name.len() > MAX_SENSOR_NAME || self.sensor_index(name) != Some(index)
+            {
+                return Err(format!(
+                    "a sensor with the name {name:?}, which is not valid or that of another"
+                ));
+            }
+            if !self.can_bear(kind, *on) || *link != link_of(*on) {
+                return Err(format!("the sensor {name:?} on what cannot bear it"));
+            }
+            let of_sensor = |what: String| format!("the sensor {name:?} with {what}");
+            crate::valid::pose("a pose", pose).map_err(of_sensor)?;
+            sensor::check(kind, *rate, noise)
+                .map_err(|bad| of_sensor(format!("{} of {}; {}", bad.field, bad.value, bad.expected)))?;
+            sensor.check(now).map_err(of_sensor)?;
+        }
+        Ok(())
+    }
+}
+
+/// Of a joint its child, which is the link after it.
+fn link_of(on: SensorMount) -> usize {
+    match on {
+        SensorMount::Link(link) => link,
+        SensorMount::Joint(joint) => joint + 1,
+    }
+}

@@ -1,0 +1,137 @@
+//! What sensors measure, found from a published state alone, on any thread.
+//!
+//! * `reading`: what is measured.
+//! * `motion`: inertial units, states of links, odometry, forces and torques of joints.
+//! * `touch`: contact.
+//! * `scan`: rays.
+
+mod motion;
+mod reading;
+mod scan;
+mod touch;
+
+use std::sync::Arc;
+
+use simd_model::sensor::{Channels, SensorKind, SensorMount};
+
+use self::motion::RobotMotion;
+pub use self::reading::{
+    ContactMeasurement, ContactPartner, EncoderMeasurement, ImuMeasurement, MAX_CONTACT_PARTNERS,
+    Measurement, MotionMeasurement, SensorReading, WrenchMeasurement,
+};
+use super::published_state::PublishedState;
+use super::sensors::{DueSample, SampleNoise};
+use crate::collision::scene::Scene;
+
+impl PublishedState {
+    /// Adds the readings of samples that the step to this state has taken to a list, in their order. There is none for a sample that was lost or is
+    /// of another step. What several of them need of a robot, or of all shapes, is computed once where they follow each
+    /// other.
+    pub fn readings(&self, due: &[DueSample], readings: &mut Vec<SensorReading>) {
+        let mut measuring = Measuring::new(self);
+        readings.extend(due.iter().filter_map(|sample| measuring.reading(sample, &|| false)));
+    }
+
+    /// The reading of one sample that the step to this state has taken. Gives up, with nothing, as soon as `is_cancelled`, which is
+    /// asked before each robot and each line of rays.
+    pub fn reading(&self, due: &DueSample, is_cancelled: impl Fn() -> bool) -> Option<SensorReading> {
+        Measuring::new(self).reading(due, &is_cancelled)
+    }
+}
+
+/// What was computed for the sample before, and may serve the next one.
+struct Measuring<'s> {
+    state: &'s PublishedState,
+    motion: Option<RobotMotion>,
+    scene: Option<Scene>,
+}
+
+impl<'s> Measuring<'s> {
+    fn new(state: &'s PublishedState) -> Self {
+        Self { state, motion: None, scene: None }
+    }
+
+    fn reading(&mut self, due: &DueSample, is_cancelled: &dyn Fn() -> bool) -> Option<SensorReading> {
+        let state = self.state;
+        let noise = SampleNoise::new(due);
+        if due.at != state.at || noise.is_lost() {
+            return None;
+        }
+        let measurement = self.measurement(due, &noise, is_cancelled)?;
+        Some(SensorReading {
+            id: due.id,
+            definition: Arc::clone(&due.definition),
+            robot: due.robot,
+            world: Arc::clone(&state.world),
+            sample: due.sample,
+            at: due.at,
+            measurement,
+        })
+    }
+
+    fn measurement(
+        &mut self,
+        due: &DueSample,
+        noise: &SampleNoise<'_>,
+        is_cancelled: &dyn Fn() -> bool,
+    ) -> Option<Measurement> {
+        let (state, definition) = (self.state, &*due.definition);
+        Some(match &definition.kind {
+            SensorKind::Imu => Measurement::Imu(self.motion(due.robot)?.imu(due, noise)?),
+            SensorKind::ForceTorque { axes, direction } => {
+                let SensorMount::Joint(joint) = definition.on else { return None };
+                let on_child = self.motion(due.robot)?.reaction(state, due, joint)?;
+                let motion = self.motion(due.robot)?;
+                let wrench = motion.wrench(state, due, joint, (*axes, *direction), on_child)?;
+                Measurement::ForceTorque(WrenchMeasurement {
+                    force: noise.vector(Channels::Force, wrench.force),
+                    torque: noise.vector(Channels::Torque, wrench.torque),
+                })
+            }
+            SensorKind::Contact { threshold } => {
+                Measurement::Contact(touch::contact(state, due, *threshold, noise))
+            }
+            SensorKind::LinkState => Measurement::LinkState(self.motion(due.robot)?.link_state(due, noise)?),
+            SensorKind::Odometry => Measurement::Odometry(self.motion(due.robot)?.odometry(due, noise)?),
+            SensorKind::Encoder => Measurement::Encoder(encoder(state, due, noise)?),
+            SensorKind::Range(limits) => {
+                let rays = self.rays(due, is_cancelled)?;
+                Measurement::Range(rays.range(limits, noise))
+            }
+            SensorKind::Lidar(scan) => {
+                let rays = self.rays(due, is_cancelled)?;
+                Measurement::Lidar(rays.scan(scan, noise, is_cancelled)?)
+            }
+            SensorKind::Camera(_) => return None,
+        })
+    }
+
+    fn motion(&mut self, robot: usize) -> Option<&mut RobotMotion> {
+        if self.motion.as_ref().is_none_or(|motion| motion.robot != robot) {
+            self.motion = Some(RobotMotion::new(self.state, robot)?);
+        }
+        self.motion.as_mut()
+    }
+
+    /// The rays of a sensor, from where it is.
+    fn rays(&mut self, due: &DueSample, is_cancelled: &dyn Fn() -> bool) -> Option<scan::Rays<'_>> {
+        let definition = &*due.definition;
+        let entity = self.state.world.entities.get(due.robot)?;
+        let body = entity.tree.links.get(definition.link)?.body;
+        let pose = *self.motion(due.robot)?.poses.get(definition.link)? * definition.pose;
+        let state = self.state;
+        let scene = self.scene.get_or_insert_with(|| state.scene(is_cancelled));
+        (!is_cancelled()).then_some(scan::Rays { scene, pose, own: (due.robot, body) })
+    }
+}
+
+fn encoder(state: &PublishedState, due: &DueSample, noise: &SampleNoise<'_>) -> Option<EncoderMeasurement> {
+    let SensorMount::Joint(joint) = due.definition.on else { return None };
+    let entity = state.world.entities.get(due.robot)?;
+    let position = entity.positions.start + entity.joint_positions.get(joint)?.start;
+    let velocity = entity.velocities.start + entity.joint_velocities.get(joint)?.start;
+    Some(EncoderMeasurement {
+        position: noise.scalar(Channels::JointPosition, *state.positions.get(position)?),
+        velocity: noise.scalar(Channels::JointVelocity, *state.velocities.get(velocity)?),
+    })
+}

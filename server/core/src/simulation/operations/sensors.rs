@@ -1,0 +1,151 @@
+//! Sensors come and go, and steps take their samples.
+
+use simd_model::RobotModel;
+use simd_model::sensor::{self, MAX_SENSORS_PER_ROBOT};
+
+use crate::simulation::command::{CreateSensor, Spawn};
+use crate::simulation::entity::Entity;
+use crate::simulation::error::Error;
+use crate::simulation::sensors::{DueSample, MAX_SENSORS, SensorDefinition, SensorState, WorldSensors};
+use crate::simulation::world_state::EntityState;
+use crate::simulation::{EventKind, Reply, Simulation, check};
+
+impl Simulation {
+    /// Adds the samples that the last step has taken to a list, once. What they measured follows from the state that is published after
+    /// that step: see [`PublishedState::readings`](crate::PublishedState::readings). The next step forgets those that were not taken.
+    pub fn take_due_samples(&mut self, samples: &mut Vec<DueSample>) {
+        samples.append(&mut self.sensors.due);
+    }
+
+    /// Takes the samples that the step which ends has brought.
+    pub(super) fn take_samples(&mut self) {
+        let Self { sensors: WorldSensors { robots, due, .. }, entities, now, settings, .. } = self;
+        due.clear();
+        for &robot in &*robots {
+            if !entities[robot].is_active() {
+                continue;
+            }
+            let EntityState { name, sensors, .. } = &mut entities[robot].state;
+            for sensor in sensors {
+                if let Some(sample) = sensor.take((robot, name.as_str()), *now, settings) {
+                    due.push(sample);
+                }
+            }
+        }
+    }
+
+    pub(in crate::simulation) fn create_sensor(&mut self, create: &CreateSensor) -> Result<Reply, Error> {
+        let CreateSensor { robot, name, link, joint, pose, rate, kind, noise, seed } = create;
+        let robot_index = self.robot_index(robot)?;
+        self.check_sensor_count(1)?;
+        let entity = &self.entities[robot_index];
+        if entity.state.sensors.len() >= MAX_SENSORS_PER_ROBOT {
+            let (what, limit) =
+                (format!("the number of sensors of robot {robot:?}"), MAX_SENSORS_PER_ROBOT as u64);
+            return Err(Error::LimitExceeded { what, value: limit + 1, limit });
+        }
+        let name = entity.free_sensor_name(name, kind)?;
+        let (on, link) = entity.sensor_mount(kind, link, joint)?;
+        check::pose("pose", pose)?;
+        sensor::check(kind, *rate, noise).map_err(|bad| check::refuse(bad.field, bad.value, bad.expected))?;
+        let definition = SensorDefinition {
+            name: name.clone(),
+            on,
+            link,
+            pose: *pose,
+            rate: *rate,
+            kind: *kind,
+            noise: noise.clone(),
+            seed: seed.unwrap_or_default(),
+            is_described: false,
+        };
+        let now = self.now.sim_time;
+        self.entities[robot_index].add_sensor(definition, now);
+        self.sensors_changed();
+        self.happened(EventKind::SensorCreated { robot: robot.clone(), sensor: name.clone() });
+        Ok(Reply::SensorCreated { name })
+    }
+
+    pub(in crate::simulation) fn delete_sensor(&mut self, robot: &str, name: &str) -> Result<Reply, Error> {
+        let entity = self.entity_mut(robot)?;
+        let sensors = &mut entity.state.sensors;
+        let index = sensors.iter().position(|sensor| sensor.definition.name == name);
+        let index = index.ok_or_else(|| Error::SensorNotFound {
+            robot: robot.to_owned(),
+            sensor: name.to_owned(),
+            known: sensors.iter().map(|sensor| sensor.definition.name.clone()).collect(),
+        })?;
+        sensors.remove(index);
+        self.sensors_changed();
+        self.happened(EventKind::SensorDeleted { robot: robot.to_owned(), sensor: name.to_owned() });
+        Ok(Reply::Done)
+    }
+
+    /// Refuses robots of which the sensors would be too many; to be called before they come.
+    pub(super) fn check_described_sensors<'s>(
+        &self,
+        spawns: impl IntoIterator<Item = &'s Spawn>,
+    ) -> Result<(), Error> {
+        self.check_sensor_count(spawns.into_iter().map(|spawn| spawn.model.setup.sensors.len()).sum())
+    }
+
+    /// The same for the new model of a robot, which keeps the sensors of clients.
+    pub(super) fn check_reloaded_sensors(&self, robot: usize, model: &RobotModel) -> Result<(), Error> {
+        let sensors = &self.entities[robot].state.sensors;
+        let go = sensors.iter().filter(|sensor| sensor.definition.is_described).count();
+        check_count(self.sensors.published.len() - go, model.setup.sensors.len())
+    }
+
+    /// Refuses so many more sensors where they would be too many.
+    fn check_sensor_count(&self, more: usize) -> Result<(), Error> {
+        check_count(self.sensors.published.len(), more)
+    }
+
+    /// Gives a robot that is to take the place of the one at this index the sensors of its own description, and those that clients had put on
+    /// the old one, as far as it has their links and joints. Names those that go.
+    pub(super) fn carry_sensors(&self, robot: usize, new: &mut Entity) -> Vec<String> {
+        let old = &self.entities[robot];
+        new.add_described_sensors(self.now.sim_time);
+        let mut gone = Vec::new();
+        for sensor in old.state.sensors.iter().filter(|sensor| !sensor.definition.is_described) {
+            let is_free = new.sensor_index(&sensor.definition.name).is_none();
+            let has_room = new.state.sensors.len() < MAX_SENSORS_PER_ROBOT;
+            match new.carried_definition(&old.model, &sensor.definition).filter(|_| is_free && has_room) {
+                Some(definition) => {
+                    new.state.sensors.push(SensorState { definition: definition.into(), ..sensor.clone() });
+                }
+                None => gone.push(sensor.definition.name.clone()),
+            }
+        }
+        gone
+    }
+
+    /// Says that sensors of a robot have gone.
+    pub(super) fn sensors_went(&mut self, robot: &str, names: Vec<String>) {
+        for sensor in names {
+            self.happened(EventKind::SensorDeleted { robot: robot.to_owned(), sensor });
+        }
+    }
+
+    /// To be called when sensors or their robots came, went or changed.
+    pub(super) fn sensors_changed(&mut self) {
+        let sensors = self.entities.iter_mut().map(|entity| &mut entity.state.sensors);
+        self.sensors.changed(sensors.enumerate());
+    }
+
+    /// Counts the samples of all sensors from this moment on.
+    pub(super) fn begin_sensors_anew(&mut self) {
+        let now = self.now.sim_time;
+        for &robot in &self.sensors.robots {
+            self.entities[robot].for_each_sensor(|sensor, start| sensor.begin_anew(now, start));
+        }
+    }
+}
+
+fn check_count(there: usize, more: usize) -> Result<(), Error> {
+    if more == 0 || there + more <= MAX_SENSORS {
+        return Ok(());
+    }
+    let (what, limit) = ("the number of sensors".into(), MAX_SENSORS as u64);
+    Err(Error::LimitExceeded { what, value: (there + more) as u64, limit })
+}

@@ -1,0 +1,15 @@
+//! Sensors of robots: what they are, when their samples fall due, and what noise their readings have.
+//!
+//! A step only counts: which samples fell due, and how far each random walk has gone. What a sample measures follows from the state that
+//! is published after that step, on any thread: see [`measure`](super::measure).
+
+mod definition;
+mod generator;
+mod noise;
+mod state;
+mod world;
+
+pub use self::definition::{SensorDefinition, WorldSensor};
+pub use self::noise::{RayNoise, SampleNoise};
+pub use self::state::{DueSample, MAX_SENSORS, SensorState};
+pub(in crate::simulation) use self::world::WorldSensors;

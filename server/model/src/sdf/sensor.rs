@@ -1,0 +1,85 @@
+//! Sensors of links and joints: what is in them goes as it is, but for their poses, since URDF for Gazebo has SDF's words too.
+
+use glamx::DPose3;
+
+use super::frames::{self, Frames};
+use crate::report::Disposition::Ignored;
+use crate::translation::draft::DraftSensor;
+use crate::translation::element::Element;
+use crate::translation::notes::{Notes, Stop};
+use crate::translation::write::escaped;
+
+/// Elements of one sensor that are written.
+const MOST: usize = 300;
+
+/// Elements inside one another.
+const MOST_NESTED: usize = 12;
+
+/// The sensors in a link or a joint, whose frame is `model_from_holder`.
+pub(super) fn read(
+    holder: Element,
+    model_from_holder: &DPose3,
+    frames: &mut Frames,
+    notes: &mut Notes,
+) -> Vec<DraftSensor> {
+    let mut sensors = Vec::new();
+    for element in holder.children("sensor") {
+        // A robot is not refused for a sensor of it.
+        let Ok(pose) = pose(element, model_from_holder, frames, notes) else {
+            notes.warn(
+                element,
+                Ignored,
+                "its pose cannot be read, or is relative to no frame of the model: left out",
+            );
+            continue;
+        };
+        let mut lines = Vec::new();
+        for child in element.elements().filter(|child| !["pose", "plugin"].contains(&child.tag())) {
+            write(child, 0, &mut lines);
+        }
+        sensors.push(DraftSensor {
+            name: element.word("name").unwrap_or_default().to_owned(),
+            at: (element.file, element.line()),
+            kind: element.word("type").unwrap_or_default().to_owned(),
+            pose,
+            lines,
+        });
+    }
+    sensors
+}
+
+/// In the frame of what holds it.
+fn pose(
+    element: Element,
+    model_from_holder: &DPose3,
+    frames: &mut Frames,
+    notes: &mut Notes,
+) -> Result<DPose3, Stop> {
+    let (pose, relative_to) = frames::pose(element, notes)?;
+    let Some(frame) = relative_to else { return Ok(pose) };
+    Ok(model_from_holder.inverse() * frames.resolve(frame, element)? * pose)
+}
+
+/// An element and what is in it, without what is too much or too deep.
+fn write(element: Element, depth: usize, lines: &mut Vec<((usize, u32), usize, String)>) {
+    if depth > MOST_NESTED || lines.len() >= MOST {
+        return;
+    }
+    let at = (element.file, element.line());
+    let tag = element.tag();
+    let attributes: String = element
+        .node
+        .attributes()
+        .filter(|attribute| attribute.namespace().is_none())
+        .map(|attribute| format!(" {}=\"{}\"", attribute.name(), escaped(attribute.value())))
+        .collect();
+    if element.elements().next().is_none() {
+        lines.push((at, depth, format!("<{tag}{attributes}>{}</{tag}>", escaped(element.text()))));
+        return;
+    }
+    lines.push((at, depth, format!("<{tag}{attributes}>")));
+    for child in element.elements() {
+        write(child, depth + 1, lines);
+    }
+    lines.push((at, depth, format!("</{tag}>")));
+}

@@ -1,0 +1,169 @@
+//! Whether a sensor can be: the numbers of descriptions and of clients, judged alike.
+
+use std::ops::RangeInclusive;
+
+use super::{
+    Camera, ChannelNoise, Channels, MAX_CHANNEL_NOISE, MAX_SCAN_RAYS, Noise, RangeLimits, Scan, SensorKind,
+    Sweep,
+};
+
+/// A number of a sensor that cannot be.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BadSensor {
+    /// Its path, as `lidar.horizontal.samples`.
+    pub field: String,
+    /// What it is.
+    pub value: String,
+    /// What it could be, as "it must be ...".
+    pub expected: String,
+}
+
+impl BadSensor {
+    fn new(field: impl Into<String>, value: impl ToString, expected: impl Into<String>) -> Self {
+        Self { field: field.into(), value: value.to_string(), expected: expected.into() }
+    }
+}
+
+/// Samples in a second of sim time that a sensor may be asked for.
+const RATE: RangeInclusive<f64> = 1e-6..=1e6;
+
+/// Pixels along a side of a picture at the most.
+const MAX_PIXELS: u32 = 16_384;
+
+/// Whether a sensor of this kind, rate and noise can be.
+///
+/// # Errors
+/// Names the first number that cannot.
+pub fn check(kind: &SensorKind, rate: Option<f64>, noise: &[ChannelNoise]) -> Result<(), BadSensor> {
+    if let Some(rate) = rate.filter(|rate| !RATE.contains(rate)) {
+        let expected = format!("it must be between {} and {} samples a second", RATE.start(), RATE.end());
+        return Err(BadSensor::new("rate", rate, expected));
+    }
+    match kind {
+        SensorKind::Imu
+        | SensorKind::ForceTorque { .. }
+        | SensorKind::LinkState
+        | SensorKind::Encoder
+        | SensorKind::Odometry => {}
+        SensorKind::Contact { threshold } => size("contact.threshold", *threshold)?,
+        SensorKind::Range(range) => check_range("range", range)?,
+        SensorKind::Lidar(scan) => check_scan(scan)?,
+        SensorKind::Camera(camera) => check_camera(camera)?,
+    }
+    if noise.len() > MAX_CHANNEL_NOISE {
+        let expected = format!("there may be at most {MAX_CHANNEL_NOISE} entries");
+        return Err(BadSensor::new("noise", format!("{} entries long", noise.len()), expected));
+    }
+    noise.iter().enumerate().try_for_each(|(index, noise)| {
+        check_noise(kind, noise)
+            .map_err(|bad| BadSensor { field: format!("noise[{index}].{}", bad.field), ..bad })
+    })
+}
+
+fn check_range(field: &str, RangeLimits { least, most }: &RangeLimits) -> Result<(), BadSensor> {
+    size(&format!("{field}.min"), *least)?;
+    if most.is_finite() && most > least {
+        return Ok(());
+    }
+    Err(BadSensor::new(format!("{field}.max"), most, format!("it must be finite and more than {least}")))
+}
+
+fn check_scan(scan: &Scan) -> Result<(), BadSensor> {
+    let turn = std::f64::consts::TAU;
+    for (field, sweep, span) in
+        [("lidar.horizontal", &scan.horizontal, turn), ("lidar.vertical", &scan.vertical, turn / 2.0)]
+    {
+        let Sweep { samples, least, most } = *sweep;
+        if samples == 0 {
+            return Err(BadSensor::new(format!("{field}.samples"), samples, "it must be at least 1"));
+        }
+        // Angles of files are written with few digits.
+        let allowed = span * (1.0 + 1e-3);
+        for (end, angle) in [("min", least), ("max", most)] {
+            if angle.is_nan() || angle.abs() > allowed {
+                let expected = format!("it must be an angle between {} and {span} rad", -span);
+                return Err(BadSensor::new(format!("{field}.{end}"), angle, expected));
+            }
+        }
+        if most < least || most - least > allowed {
+            let expected = format!("it must be at least {least} rad, and at most {span} rad more");
+            return Err(BadSensor::new(format!("{field}.max"), most, expected));
+        }
+    }
+    if scan.rays() > MAX_SCAN_RAYS {
+        let expected = format!("there may be at most {MAX_SCAN_RAYS} rays in a scan");
+        return Err(BadSensor::new(
+            "lidar.horizontal.samples",
+            format!("{} rays with the vertical ones", scan.rays()),
+            expected,
+        ));
+    }
+    check_range("lidar.range", &scan.range)
+}
+
+fn check_camera(camera: &Camera) -> Result<(), BadSensor> {
+    let Camera { picture: _, width, height, horizontal_field_of_view, near, far } = *camera;
+    for (field, pixels) in [("camera.width", width), ("camera.height", height)] {
+        if !(1..=MAX_PIXELS).contains(&pixels) {
+            let expected = format!("it must be between 1 and {MAX_PIXELS} pixels");
+            return Err(BadSensor::new(field, pixels, expected));
+        }
+    }
+    if !(horizontal_field_of_view > 0.0 && horizontal_field_of_view < std::f64::consts::PI) {
+        let expected = "it must be an angle between 0 and 3.14 rad";
+        return Err(BadSensor::new("camera.horizontal_field_of_view", horizontal_field_of_view, expected));
+    }
+    if !(near > 0.0 && near.is_finite()) {
+        return Err(BadSensor::new("camera.near", near, "it must be finite and above 0"));
+    }
+    if !(far > near && far.is_finite()) {
+        return Err(BadSensor::new("camera.far", far, format!("it must be finite and more than {near}")));
+    }
+    Ok(())
+}
+
+fn check_noise(
+    kind: &SensorKind,
+    ChannelNoise { channels, axis, noise }: &ChannelNoise,
+) -> Result<(), BadSensor> {
+    let Some((_, count)) = kind.channels().iter().find(|(of, _)| of == channels) else {
+        let expected = format!("it must be a quantity that a sensor of the kind {} measures", kind.word());
+        return Err(BadSensor::new("channel", format!("{channels:?}"), expected));
+    };
+    if let Some(axis) = axis.filter(|axis| usize::from(*axis) >= *count) {
+        return Err(BadSensor::new("axis", axis, format!("it must be below {count}")));
+    }
+    let Noise {
+        standard_deviation,
+        bias_mean,
+        bias_standard_deviation,
+        random_walk,
+        correlation_time,
+        quantum,
+        dropout,
+    } = *noise;
+    size("standard_deviation", standard_deviation)?;
+    if !bias_mean.is_finite() {
+        return Err(BadSensor::new("bias_mean", bias_mean, "it must be finite"));
+    }
+    size("bias_standard_deviation", bias_standard_deviation)?;
+    size("random_walk", random_walk)?;
+    if let Some(seconds) = correlation_time.filter(|seconds| !(*seconds > 0.0 && seconds.is_finite())) {
+        return Err(BadSensor::new("correlation_time", seconds, "it must be finite and above 0"));
+    }
+    size("quantum", quantum)?;
+    if quantum > 0.0 && *channels == Channels::Orientation {
+        return Err(BadSensor::new("quantum", quantum, "an orientation has none, so it must be 0"));
+    }
+    if !(0.0..=1.0).contains(&dropout) {
+        return Err(BadSensor::new("dropout", dropout, "it must be between 0 and 1"));
+    }
+    Ok(())
+}
+
+fn size(field: &str, value: f64) -> Result<(), BadSensor> {
+    if value.is_finite() && value >= 0.0 {
+        return Ok(());
+    }
+    Err(BadSensor::new(field, value, "it must be finite and at least 0"))
+}

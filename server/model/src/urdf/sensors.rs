@@ -1,0 +1,285 @@
+//! `<sensor>`: what a robot measures itself with, in SDFormat's words.
+//!
+//! It stands in the `<gazebo reference>` of a link or of a joint, as files for Gazebo have it, or in the robot with a
+//! `<parent link>` or `<parent joint>` and an `<origin>`, as the proposal of URDF for sensors has it. Beside SDFormat's
+//! types there are `link_state`, `encoder` and `odometry`.
+
+mod kinds;
+mod noise;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use glamx::{DPose3, DQuat, DVec3};
+use roxmltree::Node;
+
+use super::findings::{Findings, quoted};
+use super::geometry::rotation;
+use super::numbers::{self, Shape};
+use super::prescan::is;
+use super::unknown::nearest;
+use crate::report::Disposition::{Ignored, Used};
+use crate::report::short;
+use crate::robot::{Joint, JointKind, Link};
+use crate::sensor::{self, MAX_SENSOR_NAME, MAX_SENSORS_PER_ROBOT, Sensor, SensorKind, SensorMount};
+use crate::wire_name;
+
+/// What is read of a `<sensor>` itself; what else is in it is named in the report.
+const KNOWN: [&str; 26] = [
+    "always_on",
+    "update_rate",
+    "visualize",
+    "topic",
+    "pose",
+    "enable_metrics",
+    "frame_id",
+    "parent",
+    "origin",
+    "imu",
+    "force_torque",
+    "contact",
+    "ray",
+    "lidar",
+    "sonar",
+    "camera",
+    "noise",
+    "gz_frame_id",
+    "ignition_frame_id",
+    "plugin",
+    "optical_frame_id",
+    "engine_name",
+    "update",
+    "gazebo",
+    "threshold",
+    "resolution",
+];
+
+/// A link or a joint, by name.
+struct Names<'m> {
+    links: BTreeMap<&'m str, usize>,
+    joints: BTreeMap<&'m str, usize>,
+}
+
+/// Reads them all, in the order of the file.
+pub(super) fn read(root: Node, (links, joints): (&[Link], &[Joint]), findings: &mut Findings) -> Vec<Sensor> {
+    let holds_some = |node: &Node| is(*node, "sensor") || is(*node, "gazebo");
+    let elements = root.children().filter(holds_some).flat_map(|node| {
+        let own = is(node, "sensor").then_some((node, None));
+        let reference = node.attribute("reference").map(str::trim);
+        let inner = node.children().filter(move |child| own.is_none() && is(*child, "sensor"));
+        own.into_iter().chain(inner.map(move |child| (child, reference)))
+    });
+    let mut elements = elements.peekable();
+    if elements.peek().is_none() {
+        return Vec::new();
+    }
+    let names = Names {
+        links: links.iter().enumerate().map(|(index, link)| (link.name.as_str(), index)).collect(),
+        joints: joints.iter().enumerate().map(|(index, joint)| (joint.name.as_str(), index)).collect(),
+    };
+    let mut read: Vec<Sensor> = Vec::new();
+    let mut taken: BTreeSet<String> = BTreeSet::new();
+    for (node, reference) in elements {
+        if read.len() >= MAX_SENSORS_PER_ROBOT {
+            let message = format!("there are more than {MAX_SENSORS_PER_ROBOT} sensors: left out");
+            findings.warn(node, Ignored, message);
+            break;
+        }
+        match sensor(node, reference, &names, joints, findings) {
+            Ok(sensor) => {
+                let name = free_name(node, &sensor.kind, &mut taken);
+                findings.used(node, || said(&name, &sensor, (links, joints)));
+                if matches!(sensor.kind, SensorKind::Camera(_)) {
+                    let message = "it is listed and takes no pictures: simd has no renderer";
+                    findings.info(node, Ignored, message);
+                }
+                read.push(Sensor { name, ..sensor });
+            }
+            Err(why) if kinds::is_known(node) => findings.warn(node, Ignored, format!("{why}: left out")),
+            Err(why) => findings.info(node, Ignored, format!("not read by simd: {why}")),
+        }
+    }
+    read
+}
+
+/// A sensor without its name, or why it is none.
+fn sensor(
+    node: Node,
+    reference: Option<&str>,
+    names: &Names,
+    joints: &[Joint],
+    findings: &mut Findings,
+) -> Result<Sensor, String> {
+    let kind = kinds::read(node, findings)?;
+    let on = mount(node, reference, &kind, names, joints)?;
+    let rate = number(node, "update_rate")?.filter(|rate| *rate > 0.0);
+    let pose = pose(node, findings)?;
+    let noise = noise::read(node, &kind, findings)?;
+    sensor::check(&kind, rate, &noise)
+        .map_err(|bad| format!("its {} is {}; {}", bad.field, bad.value, bad.expected))?;
+    let others: BTreeSet<&str> = node
+        .children()
+        .filter(|child| child.is_element() && !KNOWN.contains(&child.tag_name().name()))
+        .map(|child| child.tag_name().name())
+        .take(8)
+        .collect();
+    if !others.is_empty() {
+        let others: Vec<&str> = others.into_iter().collect();
+        findings.info(node, Ignored, format!("not read by simd: {}", others.join(", ")));
+    }
+    if let Some(plugin) = node.children().find(|child| is(*child, "plugin")) {
+        findings.info(plugin, Ignored, "not read by simd: it is for Gazebo");
+    }
+    Ok(Sensor { name: String::new(), on, pose, rate, kind, noise })
+}
+
+/// What a sensor is on: what its `<gazebo>` or its `<parent>` names.
+fn mount(
+    node: Node,
+    reference: Option<&str>,
+    kind: &SensorKind,
+    names: &Names,
+    joints: &[Joint],
+) -> Result<SensorMount, String> {
+    let parent = node.children().find(|child| is(*child, "parent"));
+    let of = |name| parent.and_then(|parent| parent.attribute(name)).map(str::trim);
+    let (link, joint) = match reference {
+        // A link and a joint of one name: a sensor of joints means the joint.
+        Some(name) => {
+            let (link, joint) = (names.links.get(name), names.joints.get(name));
+            match (link.copied(), joint.copied()) {
+                (None, None) => return Err(not_there(name, names)),
+                found => found,
+            }
+        }
+        None => match (of("link"), of("joint")) {
+            (Some(name), _) => (Some(*names.links.get(name).ok_or_else(|| not_there(name, names))?), None),
+            (None, Some(name)) => {
+                (None, Some(*names.joints.get(name).ok_or_else(|| not_there(name, names))?))
+            }
+            (None, None) => return Err("it has no parent, which names its link or its joint".to_owned()),
+        },
+    };
+    // Each joint has the link after it.
+    let on_joint = joint.or_else(|| link.and_then(|link| link.checked_sub(1)));
+    match (kind, kind.is_of_joint()) {
+        (_, false) => {
+            let link = link.or(joint.map(|joint| joint + 1));
+            link.map(SensorMount::Link).ok_or_else(|| "it is on nothing".to_owned())
+        }
+        (SensorKind::Encoder, true) => {
+            let joint = on_joint.ok_or("its link hangs on no joint")?;
+            let one_axis = [JointKind::Revolute, JointKind::Continuous, JointKind::Prismatic];
+            if joints.get(joint).is_some_and(|joint| one_axis.contains(&joint.kind)) {
+                return Ok(SensorMount::Joint(joint));
+            }
+            Err("an encoder is of a joint that turns or slides about one axis".to_owned())
+        }
+        (_, true) => on_joint.map(SensorMount::Joint).ok_or_else(|| "its link hangs on no joint".to_owned()),
+    }
+}
+
+fn not_there(name: &str, names: &Names) -> String {
+    let known = names.links.keys().chain(names.joints.keys()).copied();
+    let meant = nearest(name, known).map(|meant| format!("; did you mean {}?", quoted(meant)));
+    format!("{} is not a link or joint of this robot{}", quoted(name), meant.unwrap_or_default())
+}
+
+/// Of a `<pose>`, or of an `<origin>`.
+fn pose(node: Node, findings: &mut Findings) -> Result<DPose3, String> {
+    if let Some(said) = node.children().find(|child| is(*child, "pose")) {
+        let frame = said.attribute("relative_to").or_else(|| said.attribute("frame")).map(str::trim);
+        if let Some(frame) = frame.filter(|frame| !frame.is_empty()) {
+            let message = format!(
+                "a pose is in the frame of the sensor's link or joint: {} is not read",
+                quoted(frame)
+            );
+            findings.warn(said, Ignored, message);
+        }
+        let text = said.text().unwrap_or_default();
+        if text.trim().is_empty() {
+            return Ok(DPose3::IDENTITY);
+        }
+        if said.attribute("rotation_format").map(str::trim) == Some("quat_xyzw") {
+            let [x, y, z, i, j, k, w] = values(text, "its pose")?;
+            return turned(DVec3::new(x, y, z), DQuat::from_xyzw(i, j, k, w), "its pose");
+        }
+        let [x, y, z, roll, pitch, yaw] = values(text, "its pose")?;
+        let is_degrees = matches!(said.attribute("degrees").map(str::trim), Some("true" | "1"));
+        let angles = [roll, pitch, yaw].map(|angle: f64| if is_degrees { angle.to_radians() } else { angle });
+        return Ok(DPose3::from_parts(DVec3::new(x, y, z), rotation(angles)));
+    }
+    let Some(origin) = node.children().find(|child| is(*child, "origin")) else {
+        return Ok(DPose3::IDENTITY);
+    };
+    let of = |name: &str| origin.attribute(name).filter(|text| !text.trim().is_empty());
+    let place = of("xyz").map(|text| values(text, "xyz")).transpose()?.map_or(DVec3::ZERO, DVec3::from_array);
+    match (of("quat_xyzw"), of("rpy")) {
+        (Some(text), _) => turned(place, DQuat::from_array(values(text, "quat_xyzw")?), "its quat_xyzw"),
+        (None, Some(text)) => Ok(DPose3::from_parts(place, rotation(values(text, "rpy")?))),
+        (None, None) => Ok(DPose3::from_translation(place)),
+    }
+}
+
+fn turned(place: DVec3, quaternion: DQuat, what: &str) -> Result<DPose3, String> {
+    if !(quaternion.length() > 1e-6 && quaternion.length().is_finite()) {
+        return Err(format!("{what} has a quaternion that is 0"));
+    }
+    Ok(DPose3::from_parts(place, quaternion.normalize()))
+}
+
+/// The name as it can go on the wire, and as no other sensor of the robot is called.
+fn free_name(node: Node, kind: &SensorKind, taken: &mut BTreeSet<String>) -> String {
+    /// Room for a number.
+    const LONGEST: usize = MAX_SENSOR_NAME - 8;
+    let said = node.attribute("name").map(str::trim).filter(|name| !name.is_empty());
+    let name: String = wire_name(said.unwrap_or(kind.word())).chars().take(LONGEST).collect();
+    if taken.insert(name.clone()) {
+        return name;
+    }
+    let mut number = 2;
+    loop {
+        let candidate = format!("{name}_{number}");
+        if taken.insert(candidate.clone()) {
+            return candidate;
+        }
+        number += 1;
+    }
+}
+
+/// What a report says of one that is used.
+fn said(name: &str, sensor: &Sensor, (links, joints): (&[Link], &[Joint])) -> String {
+    let rate = sensor.rate.map_or_else(|| "each step".to_owned(), |rate| format!("at {} Hz", short(rate)));
+    let on = match sensor.on {
+        SensorMount::Link(link) => links.get(link).map(|link| format!("link {}", quoted(&link.name))),
+        SensorMount::Joint(joint) => joints.get(joint).map(|joint| format!("joint {}", quoted(&joint.name))),
+    };
+    let noise = if sensor.noise.is_empty() { "" } else { ", with noise" };
+    format!("sensor {}: {} of {}, {rate}{noise}", quoted(name), sensor.kind.word(), on.unwrap_or_default())
+}
+
+/// The element at the end of a path.
+fn at<'a, 'i>(node: Node<'a, 'i>, path: &[&str]) -> Option<Node<'a, 'i>> {
+    path.iter().try_fold(node, |node, tag| node.children().find(|child| is(*child, tag)))
+}
+
+/// The number that a child or, as in the proposal of URDF, an attribute is.
+fn number(node: Node, tag: &str) -> Result<Option<f64>, String> {
+    let text = at(node, &[tag]).and_then(|child| child.text()).or_else(|| node.attribute(tag));
+    let text = text.unwrap_or_default();
+    if text.trim().is_empty() {
+        return Ok(None);
+    }
+    // Files say "inf" for what has no end.
+    let read = numbers::read(text, Shape::Bound).map_err(|why| format!("its {tag} {why}"))?;
+    Ok(read.values.first().copied())
+}
+
+fn values<const N: usize>(text: &str, what: &str) -> Result<[f64; N], String> {
+    let read = numbers::read(text, Shape::Exactly(N)).map_err(|why| format!("{what} {why}"))?;
+    read.values.try_into().map_err(|_count| format!("{what} has another count of numbers"))
+}
+
+/// A finding of what is read otherwise than its author may think.
+fn note(node: Node, findings: &mut Findings, message: &str) {
+    findings.info(node, Used, message);
+}

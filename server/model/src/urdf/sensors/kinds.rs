@@ -1,0 +1,162 @@
+//! What a `<sensor>` measures, by its type.
+
+use roxmltree::Node;
+
+use super::{at, note, number};
+use crate::report::Disposition::Ignored;
+use crate::sensor::{Camera, Picture, RangeLimits, Scan, SensorKind, Sweep, WrenchAxes, WrenchDirection};
+use crate::urdf::findings::{Findings, quoted};
+use crate::urdf::unknown::nearest;
+
+/// Types that are read.
+const TYPES: [&str; 21] = [
+    "imu",
+    "force_torque",
+    "contact",
+    "ray",
+    "gpu_ray",
+    "lidar",
+    "gpu_lidar",
+    "sonar",
+    "link_state",
+    "encoder",
+    "odometry",
+    "camera",
+    "wideanglecamera",
+    "wide_angle_camera",
+    "depth",
+    "depth_camera",
+    "rgbd",
+    "rgbd_camera",
+    "segmentation",
+    "segmentation_camera",
+    "range",
+];
+
+/// Whether a sensor's type is one that is read, or was meant to be.
+pub(super) fn is_known(node: Node) -> bool {
+    let word = node.attribute("type").unwrap_or_default().trim();
+    nearest(word, TYPES.into_iter()).is_some()
+}
+
+/// What a laser without an end is given: farther than rooms and halls are.
+const FAR: f64 = 1e4;
+
+pub(super) fn read(node: Node, findings: &mut Findings) -> Result<SensorKind, String> {
+    // In the proposal of URDF a sensor is what it holds.
+    let held = ["camera", "ray"].into_iter().find(|tag| at(node, &[*tag]).is_some());
+    let word = node.attribute("type").or(held).unwrap_or_default().trim();
+    Ok(match word {
+        "imu" => {
+            if let Some(frame) = at(node, &["imu", "orientation_reference_frame"]) {
+                findings.info(frame, Ignored, "not read by simd: an orientation is against the world");
+            }
+            SensorKind::Imu
+        }
+        "force_torque" => force_torque(node)?,
+        "contact" => {
+            if at(node, &["contact", "collision"]).is_some() {
+                note(node, findings, "all collision shapes of its link count, not only those that it names");
+            }
+            SensorKind::Contact { threshold: number(node, "threshold")?.unwrap_or(0.0) }
+        }
+        "ray" | "gpu_ray" | "lidar" | "gpu_lidar" | "range" => scan(node, findings)?,
+        "sonar" => {
+            note(node, findings, "one ray along x stands for its cone");
+            let said = at(node, &["sonar"]);
+            let of = |tag, default| -> Result<f64, String> {
+                Ok(said.map(|node| number(node, tag)).transpose()?.flatten().unwrap_or(default))
+            };
+            SensorKind::Range(limits(of("min", 0.0)?, of("max", FAR)?))
+        }
+        "link_state" => SensorKind::LinkState,
+        "encoder" => SensorKind::Encoder,
+        "odometry" => SensorKind::Odometry,
+        "camera" | "wideanglecamera" | "wide_angle_camera" => camera(node, Picture::Color)?,
+        "depth" | "depth_camera" => camera(node, Picture::Depth)?,
+        "rgbd" | "rgbd_camera" => camera(node, Picture::ColorAndDepth)?,
+        "segmentation" | "segmentation_camera" => camera(node, Picture::Segmentation)?,
+        other => {
+            let meant = nearest(other, TYPES.into_iter());
+            let meant = meant.map(|meant| format!("; did you mean {meant}?")).unwrap_or_default();
+            return Err(format!("simd has no sensor of the type {}{meant}", quoted(other)));
+        }
+    })
+}
+
+fn force_torque(node: Node) -> Result<SensorKind, String> {
+    let said = |tag: &str| {
+        let text = at(node, &["force_torque", tag]).and_then(|child| child.text()).map(str::trim);
+        text.filter(|text| !text.is_empty())
+    };
+    let axes = match said("frame") {
+        None | Some("child") => WrenchAxes::Child,
+        Some("parent") => WrenchAxes::Parent,
+        Some("sensor") => WrenchAxes::Sensor,
+        Some(other) => return Err(format!("its frame {} is none of child, parent, sensor", quoted(other))),
+    };
+    let direction = match said("measure_direction") {
+        None | Some("child_to_parent") => WrenchDirection::ChildOnParent,
+        Some("parent_to_child") => WrenchDirection::ParentOnChild,
+        Some(other) => {
+            let known = "child_to_parent, parent_to_child";
+            return Err(format!("its measure_direction {} is none of {known}", quoted(other)));
+        }
+    };
+    Ok(SensorKind::ForceTorque { axes, direction })
+}
+
+/// A lidar, or a range finder where it has one ray, along x.
+fn scan(node: Node, findings: &mut Findings) -> Result<SensorKind, String> {
+    // Where neither is there, the sensor is one ray.
+    let said = at(node, &["ray"]).or_else(|| at(node, &["lidar"])).unwrap_or(node);
+    let mut sweep = |tag: &str| -> Result<Sweep, String> {
+        let found = at(said, &["scan", tag]).or_else(|| at(said, &[tag]));
+        let Some(found) = found else { return Ok(Sweep::one(0.0)) };
+        if number(found, "resolution")?.is_some_and(|resolution| resolution != 1.0) {
+            findings.info(found, Ignored, "its resolution is not read: there are as many ranges as samples");
+        }
+        let samples = number(found, "samples")?.unwrap_or(1.0);
+        if !(samples.fract() == 0.0 && (1.0..=1e9).contains(&samples)) {
+            return Err(format!("its {tag} scan has {samples} samples"));
+        }
+        let (least, most) =
+            (number(found, "min_angle")?.unwrap_or(0.0), number(found, "max_angle")?.unwrap_or(0.0));
+        Ok(Sweep { samples: samples as u32, least, most })
+    };
+    let (horizontal, vertical) = (sweep("horizontal")?, sweep("vertical")?);
+    let range = at(said, &["range"]);
+    let of = |tag, default| -> Result<f64, String> {
+        Ok(range.map(|node| number(node, tag)).transpose()?.flatten().unwrap_or(default))
+    };
+    let range = limits(of("min", 0.0)?, of("max", FAR)?);
+    let is_one_ahead = |sweep: &Sweep| sweep.samples == 1 && sweep.least == 0.0;
+    if is_one_ahead(&horizontal) && is_one_ahead(&vertical) {
+        return Ok(SensorKind::Range(range));
+    }
+    Ok(SensorKind::Lidar(Scan { horizontal, vertical, range }))
+}
+
+/// Infinity is far.
+fn limits(least: f64, most: f64) -> RangeLimits {
+    RangeLimits { least, most: if most == f64::INFINITY { FAR } else { most } }
+}
+
+fn camera(node: Node, picture: Picture) -> Result<SensorKind, String> {
+    let said = at(node, &["camera"]);
+    let of = |path: &[&str], default: f64| -> Result<f64, String> {
+        let Some((tag, path)) = path.split_last() else { return Ok(default) };
+        let holder = said.and_then(|camera| at(camera, path));
+        Ok(holder.map(|node| number(node, tag)).transpose()?.flatten().unwrap_or(default))
+    };
+    let pixels = |value: f64| if value.fract() == 0.0 && value > 0.0 { value as u32 } else { 0 };
+    // SDFormat's defaults.
+    Ok(SensorKind::Camera(Camera {
+        picture,
+        width: pixels(of(&["image", "width"], 320.0)?),
+        height: pixels(of(&["image", "height"], 240.0)?),
+        horizontal_field_of_view: of(&["horizontal_fov"], 1.047)?,
+        near: of(&["clip", "near"], 0.1)?,
+        far: of(&["clip", "far"], 100.0)?,
+    }))
+}

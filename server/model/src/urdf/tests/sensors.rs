@@ -1,0 +1,203 @@
+//! What sensors are read as.
+
+use glamx::{DQuat, DVec3};
+
+use super::*;
+use crate::sensor::{
+    Channels, Noise, Picture, RangeLimits, Sensor, SensorKind, SensorMount, WrenchAxes, WrenchDirection,
+};
+
+/// An arm on a base, a hand welded to it, and this.
+fn sensors(content: &str) -> (Vec<Sensor>, LoadReport) {
+    let (model, report) = robot(&format!(
+        "<robot name='r'><link name='base'/><link name='arm'>{BODY}</link><link name='hand'>{BODY}</link>\
+         <joint name='j' type='continuous'><parent link='base'/><child link='arm'/><axis xyz='0 0 1'/></joint>\
+         <joint name='weld' type='fixed'><parent link='arm'/><child link='hand'/></joint>\n{content}</robot>"
+    ));
+    (model.setup.sensors, report)
+}
+
+fn sensor(reference: &str, attributes: &str, content: &str) -> Sensor {
+    let text =
+        format!("<gazebo reference='{reference}'><sensor name='s' {attributes}>{content}</sensor></gazebo>");
+    let (mut read, report) = sensors(&text);
+    assert_eq!(read.len(), 1, "{text}: {:#?}", report.findings);
+    read.remove(0)
+}
+
+#[test]
+fn every_type_of_sensor_is_read() {
+    let wrench =
+        SensorKind::ForceTorque { axes: WrenchAxes::Child, direction: WrenchDirection::ChildOnParent };
+    for (reference, word, on, expected) in [
+        ("arm", "imu", SensorMount::Link(1), SensorKind::Imu),
+        ("weld", "imu", SensorMount::Link(2), SensorKind::Imu),
+        ("weld", "force_torque", SensorMount::Joint(1), wrench),
+        ("hand", "force_torque", SensorMount::Joint(1), wrench),
+        ("hand", "contact", SensorMount::Link(2), SensorKind::Contact { threshold: 0.0 }),
+        ("base", "ray", SensorMount::Link(0), SensorKind::Range(RangeLimits { least: 0.0, most: 1e4 })),
+        ("base", "sonar", SensorMount::Link(0), SensorKind::Range(RangeLimits { least: 0.0, most: 1e4 })),
+        ("arm", "link_state", SensorMount::Link(1), SensorKind::LinkState),
+        ("arm", "odometry", SensorMount::Link(1), SensorKind::Odometry),
+        ("j", "encoder", SensorMount::Joint(0), SensorKind::Encoder),
+    ] {
+        let read = sensor(reference, &format!("type='{word}'"), "");
+        assert_eq!((read.on, read.kind, read.rate), (on, expected, None), "{reference} {word}");
+    }
+}
+
+#[test]
+fn poses_rates_and_names_are_read() {
+    let read = sensor(
+        "arm",
+        "type='imu'",
+        "<update_rate>250</update_rate><pose>1 2 3 0 0 1.5707963267948966</pose><always_on>1</always_on>",
+    );
+    assert_eq!((read.rate, read.pose.translation), (Some(250.0), DVec3::new(1.0, 2.0, 3.0)));
+    assert!(read.pose.rotation.dot(DQuat::from_rotation_z(std::f64::consts::FRAC_PI_2)) > 1.0 - 1e-12);
+    let degrees = sensor("arm", "type='imu'", "<pose degrees='true'>0 0 0 0 0 90</pose>");
+    assert!(degrees.pose.rotation.dot(read.pose.rotation) > 1.0 - 1e-12);
+    let (read, _) = sensors(
+        "<sensor name='a b' type='imu'><parent link='arm'/><origin xyz='1 0 0'/></sensor>\
+         <sensor name='a b' type='imu'><parent joint='weld'/></sensor><sensor type='imu' update_rate='9'><parent link='arm'/></sensor>",
+    );
+    let names: Vec<&str> = read.iter().map(|sensor| sensor.name.as_str()).collect();
+    assert_eq!(names, ["a_b", "a_b_2", "imu"]);
+    assert_eq!(read[0].pose.translation, DVec3::X);
+    assert_eq!((read[1].on, read[2].rate), (SensorMount::Link(2), Some(9.0)));
+}
+
+#[test]
+fn scans_of_lasers_are_read() {
+    let scan = "<ray><scan><horizontal><samples>640</samples><min_angle>-1.5</min_angle><max_angle>1.5</max_angle></horizontal>\
+                <vertical><samples>16</samples><min_angle>-0.2</min_angle><max_angle>0.3</max_angle></vertical></scan>\
+                <range><min>0.1</min><max>inf</max></range>\
+                <noise><type>gaussian</type><mean>0.5</mean><stddev>0.01</stddev></noise></ray>";
+    for content in [scan.to_owned(), scan.replace("ray>", "lidar>")] {
+        let read = sensor("arm", "type='gpu_lidar'", &content);
+        let SensorKind::Lidar(lidar) = read.kind else { panic!("{:?}", read.kind) };
+        assert_eq!((lidar.horizontal.samples, lidar.vertical.samples), (640, 16));
+        assert_eq!((lidar.horizontal.least, lidar.vertical.most), (-1.5, 0.3));
+        assert_eq!(lidar.range, RangeLimits { least: 0.1, most: 1e4 });
+        assert_eq!((read.noise[0].channels, read.noise[0].axis), (Channels::Range, None));
+        let noise = Noise { standard_deviation: 0.01, bias_mean: 0.5, ..Noise::default() };
+        assert_eq!(read.noise[0].noise, noise);
+    }
+}
+
+#[test]
+fn noise_is_read_by_axis_and_as_it_was_written_before() {
+    let read = sensor(
+        "arm",
+        "type='imu'",
+        "<imu><angular_velocity><x><noise type='gaussian'><stddev>0.1</stddev></noise></x>\
+         <z><noise type='gaussian_quantized'><bias_mean>1</bias_mean><bias_stddev>2</bias_stddev><precision>0.5</precision>\
+         <dynamic_bias_stddev>3</dynamic_bias_stddev><dynamic_bias_correlation_time>4</dynamic_bias_correlation_time></noise></z></angular_velocity>\
+         <linear_acceleration><y><noise type='none'/></y></linear_acceleration></imu>",
+    );
+    let of: Vec<_> = read.noise.iter().map(|noise| (noise.channels, noise.axis)).collect();
+    assert_eq!(of, [(Channels::AngularVelocity, Some(0)), (Channels::AngularVelocity, Some(2))]);
+    assert_eq!(read.noise[0].noise, Noise { standard_deviation: 0.1, ..Noise::default() });
+    let expected = Noise {
+        bias_mean: 1.0,
+        bias_standard_deviation: 2.0,
+        random_walk: 3.0,
+        correlation_time: Some(4.0),
+        quantum: 0.5,
+        ..Noise::default()
+    };
+    assert_eq!(read.noise[1].noise, expected);
+
+    let old = sensor(
+        "arm",
+        "type='imu'",
+        "<imu><noise><type>gaussian</type><rate><mean>0</mean><stddev>0.2</stddev></rate>\
+         <accel><mean>0</mean><stddev>0.3</stddev></accel></noise></imu>",
+    );
+    let of: Vec<_> = old.noise.iter().map(|noise| (noise.channels, noise.noise.standard_deviation)).collect();
+    assert_eq!(of, [(Channels::AngularVelocity, 0.2), (Channels::LinearAcceleration, 0.3)]);
+
+    let encoder = sensor("j", "type='encoder'", "<resolution>0.01</resolution>");
+    assert_eq!(encoder.noise[0].channels, Channels::JointPosition);
+    assert_eq!(encoder.noise[0].noise, Noise { quantum: 0.01, ..Noise::default() });
+}
+
+#[test]
+fn frames_and_directions_of_force_torque_sensors_are_read() {
+    for (frame, axes) in
+        [("child", WrenchAxes::Child), ("parent", WrenchAxes::Parent), ("sensor", WrenchAxes::Sensor)]
+    {
+        for (word, direction) in [
+            ("child_to_parent", WrenchDirection::ChildOnParent),
+            ("parent_to_child", WrenchDirection::ParentOnChild),
+        ] {
+            let content = format!(
+                "<force_torque><frame>{frame}</frame><measure_direction>{word}</measure_direction></force_torque>"
+            );
+            let read = sensor("weld", "type='force_torque'", &content);
+            assert_eq!(read.kind, SensorKind::ForceTorque { axes, direction });
+        }
+    }
+}
+
+#[test]
+fn cameras_are_listed_with_a_sentence() {
+    let (read, report) = sensors(
+        "<gazebo reference='arm'><sensor name='eye' type='depth_camera'><camera><horizontal_fov>1.2</horizontal_fov>\
+         <image><width>640</width><height>480</height></image><clip><near>0.2</near><far>8</far></clip></camera></sensor></gazebo>",
+    );
+    let SensorKind::Camera(camera) = read[0].kind else { panic!("{:?}", read[0].kind) };
+    assert_eq!((camera.picture, camera.width, camera.height), (Picture::Depth, 640, 480));
+    assert_eq!((camera.horizontal_field_of_view, camera.near, camera.far), (1.2, 0.2, 8.0));
+    assert_eq!(find(&report, "no renderer").disposition, Disposition::Ignored);
+}
+
+#[test]
+fn what_is_no_sensor_is_left_out_with_the_reason() {
+    for (text, is_warning, why) in [
+        (
+            "<gazebo reference='arm'><sensor type='gps'/></gazebo>",
+            false,
+            "simd has no sensor of the type \"gps\"",
+        ),
+        ("<gazebo reference='arm'><sensor type='immu'/></gazebo>", true, "did you mean imu?"),
+        ("<sensor type='imu'/>", true, "it has no parent"),
+        ("<sensor type='imu'><parent link='harm'/></sensor>", true, "did you mean \"arm\"?"),
+        ("<sensor type='force_torque'><parent link='base'/></sensor>", true, "hangs on no joint"),
+        ("<sensor type='encoder'><parent joint='weld'/></sensor>", true, "about one axis"),
+        (
+            "<sensor type='imu'><parent link='arm'/><update_rate>1e9</update_rate></sensor>",
+            true,
+            "its rate is 1000000000",
+        ),
+        ("<sensor type='imu'><parent link='arm'/><pose>1 2</pose></sensor>", true, "its pose is 2 numbers"),
+        (
+            "<sensor type='lidar'><parent link='arm'/><ray><scan><horizontal><samples>9</samples><min_angle>2</min_angle>\
+             <max_angle>1</max_angle></horizontal></scan></ray></sensor>",
+            true,
+            "lidar.horizontal.max is 1",
+        ),
+        (
+            "<sensor type='force_torque'><parent joint='weld'/><force_torque><frame>world</frame></force_torque></sensor>",
+            true,
+            "none of child, parent, sensor",
+        ),
+        (
+            "<sensor type='contact'><parent link='arm'/><noise type='gaussian'><stddev>-1</stddev></noise></sensor>",
+            true,
+            "noise[0].standard_deviation is -1",
+        ),
+    ] {
+        let (read, report) = sensors(text);
+        assert_eq!(read, [], "{text}");
+        let found = find(&report, why);
+        assert_eq!(
+            (found.severity == Severity::Warning, found.disposition),
+            (is_warning, Disposition::Ignored)
+        );
+    }
+    let many = "<sensor type='imu'><parent link='arm'/></sensor>".repeat(70);
+    let (read, report) = sensors(&many);
+    assert_eq!(read.len(), 64);
+    assert_eq!(find(&report, "more than 64 sensors").severity, Severity::Warning);
+}

@@ -1,0 +1,292 @@
+//! What sensors measured, for any number of readers: the last readings of each, numbered.
+//!
+//! The driver hands readings over through a queue without a lock, and waits for no reader: see `writer`. Readers hold the
+//! lock of what is kept, and move to it what waits in the queue before they look: so each sees all that was handed
+//! over before it asked. One task does the same for readers that wait, and wakes them.
+//!
+//! * `reading`: a reading as it is kept. `ring`: the last readings of one sensor.
+//! * `scans`: samples whose measurement takes long. `writer`: the driver's end.
+
+mod reading;
+mod ring;
+mod scans;
+#[cfg(test)]
+mod tests;
+mod writer;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::future::poll_fn;
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::task::Poll;
+
+use crossbeam_queue::ArrayQueue;
+use futures_util::task::AtomicWaker;
+use simd_core::simulation::measure::SensorReading;
+use simd_core::simulation::sensors::{DueSample, WorldSensor};
+use tokio::sync::Notify;
+use tokio::sync::futures::Notified;
+
+use super::board::Board;
+use super::published::Published;
+use reading::OfState;
+pub use reading::{LoggedReading, Measured, Touch, TouchPartner};
+pub use ring::ReadingBatch;
+use ring::Ring;
+use scans::{DueSamples, Scans};
+pub(super) use writer::SensorWriter;
+
+/// Bytes of what is kept of all sensors.
+const MOST_BYTES: usize = 64 << 20;
+/// Bytes of what is kept of one sensor.
+const MOST_BYTES_OF_ONE: usize = 4 << 20;
+/// Steps whose readings may wait in the queue.
+const MOST_STEPS: usize = 4_096;
+/// Readings that may wait in the queue.
+const MOST_WAITING: usize = 65_536;
+/// Lists of readings that are kept for their memory.
+const EMPTIED: usize = 16;
+/// Steps whose samples that take long may wait in the queue.
+const MOST_DUE: usize = 16;
+
+/// The readings of a step.
+#[derive(Debug)]
+struct Batch {
+    of: OfState,
+    readings: Vec<SensorReading>,
+    /// Readings before these that found no room, by sensor.
+    lost: BTreeMap<u64, u64>,
+}
+
+/// The last readings of each sensor.
+#[derive(Debug)]
+pub(crate) struct SensorLog {
+    /// Says which sensors there are.
+    board: Arc<Board>,
+    arrived: ArrayQueue<Batch>,
+    /// Readings in `arrived`.
+    waiting: AtomicUsize,
+    /// Lists for the driver to fill.
+    emptied: ArrayQueue<Vec<SensorReading>>,
+    due: ArrayQueue<DueSamples>,
+    /// Grows with whatever the driver hands over.
+    handed_over: AtomicU64,
+    /// Of the task that announces it.
+    announcer: AtomicWaker,
+    /// Held for a look, never by the driver.
+    kept: Mutex<Kept>,
+    grown: Notify,
+    scan_is_due: Notify,
+}
+
+#[derive(Debug)]
+struct Kept {
+    /// By sensor.
+    rings: BTreeMap<u64, Ring>,
+    /// The sensors that have one.
+    sensors: Arc<Vec<WorldSensor>>,
+    /// Bytes of each ring.
+    share: usize,
+    /// The largest number that a reading has had.
+    last_sequence: u64,
+    scans: Scans,
+}
+
+/// A sample that its holder is to measure. Of this sensor no other is measured as long as this is kept.
+#[derive(Debug)]
+pub(crate) struct Scan {
+    log: Arc<SensorLog>,
+    state: Arc<Published>,
+    sample: DueSample,
+    reading: Option<SensorReading>,
+}
+
+impl SensorLog {
+    /// Keeps readings of the sensors that a board's states have; and the driver's end.
+    pub(super) fn new(board: Arc<Board>) -> (Arc<Self>, SensorWriter) {
+        let kept = Kept {
+            rings: BTreeMap::new(),
+            sensors: Arc::default(),
+            share: MOST_BYTES_OF_ONE,
+            last_sequence: 0,
+            scans: Scans::default(),
+        };
+        let log = Arc::new(Self {
+            board,
+            arrived: ArrayQueue::new(MOST_STEPS),
+            waiting: AtomicUsize::new(0),
+            emptied: ArrayQueue::new(EMPTIED),
+            due: ArrayQueue::new(MOST_DUE),
+            handed_over: AtomicU64::new(0),
+            announcer: AtomicWaker::new(),
+            kept: Mutex::new(kept),
+            grown: Notify::new(),
+            scan_is_due: Notify::new(),
+        });
+        (Arc::clone(&log), SensorWriter::new(log))
+    }
+
+    /// What is kept, with all that was handed over by now.
+    fn collected(&self) -> MutexGuard<'_, Kept> {
+        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        kept.follow(&self.board);
+        while let Some(Batch { of, mut readings, lost }) = self.arrived.pop() {
+            self.waiting.fetch_sub(readings.len(), Ordering::Relaxed);
+            // Its sensors were published before it came.
+            kept.follow(&self.board);
+            lost.into_iter().for_each(|(id, count)| kept.lose(id, count));
+            readings.drain(..).for_each(|reading| kept.push(reading, of));
+            drop(self.emptied.push(readings));
+        }
+        while let Some(due) = self.due.pop() {
+            kept.follow(&self.board);
+            kept.scans.add(due).into_iter().for_each(|id| kept.lose(id, 1));
+        }
+        kept
+    }
+
+    /// Wakes readers and those who measure, as long as it is polled. One task does so.
+    pub(crate) async fn announce(&self) {
+        let mut announced = 0;
+        loop {
+            poll_fn(|context| {
+                // Before the look, so that what is handed over between the two wakes it.
+                self.announcer.register(context.waker());
+                let handed_over = self.handed_over.load(Ordering::Acquire);
+                match std::mem::replace(&mut announced, handed_over) == handed_over {
+                    true => Poll::Pending,
+                    false => Poll::Ready(()),
+                }
+            })
+            .await;
+            if self.collected().scans.is_ready() {
+                self.scan_is_due.notify_waiters();
+            }
+            self.grown.notify_waiters();
+            // A world that runs as fast as it can would leave this thread to nothing else.
+            tokio::task::yield_now().await;
+        }
+    }
+
+    /// Ready once there may be news. It is asked for before the look that finds none.
+    pub(crate) fn grown(&self) -> Notified<'_> {
+        self.grown.notified()
+    }
+
+    /// The newest reading of each of these sensors.
+    pub(crate) fn newest(&self, ids: impl IntoIterator<Item = u64>) -> Vec<ReadingBatch> {
+        let kept = self.collected();
+        ids.into_iter().map(|id| kept.rings.get(&id).map(Ring::newest).unwrap_or_default()).collect()
+    }
+
+    /// The number of the newest reading of each of these sensors.
+    pub(crate) fn last_sequences(&self, ids: impl IntoIterator<Item = u64>) -> Vec<u64> {
+        let kept = self.collected();
+        ids.into_iter().map(|id| kept.rings.get(&id).map_or(0, Ring::last)).collect()
+    }
+
+    /// Of each of these sensors the readings after a number. Each has its part of so many bytes, and at least one reading
+    /// where there is one.
+    pub(crate) fn after(&self, wanted: &[(u64, u64)], bytes: usize) -> Vec<ReadingBatch> {
+        let kept = self.collected();
+        let share = bytes / wanted.len().max(1);
+        let of = |&(id, after): &(u64, u64)| match kept.rings.get(&id) {
+            Some(ring) => ring.after(after, share),
+            None => ReadingBatch { after, ..ReadingBatch::default() },
+        };
+        wanted.iter().map(of).collect()
+    }
+
+    /// The samples of these sensors that wait or are being measured: the sensor, and the sequence of the state.
+    pub(crate) fn scans_due(&self, ids: impl IntoIterator<Item = u64>) -> Vec<(u64, u64)> {
+        let kept = self.collected();
+        ids.into_iter().filter_map(|id| Some((id, kept.scans.due_by(id)?))).collect()
+    }
+
+    /// Whether each of these samples, or one of a newer state, was measured or given up.
+    pub(crate) fn are_measured(&self, scans: &[(u64, u64)]) -> bool {
+        let kept = self.collected();
+        scans.iter().all(|&(id, sequence)| {
+            let newest = kept.rings.get(&id).and_then(Ring::newest_state);
+            newest.is_some_and(|newest| newest >= sequence) || kept.scans.due_by(id).is_none()
+        })
+    }
+
+    /// Drops what is kept of sensors that are gone.
+    pub(crate) fn tidy(&self) {
+        drop(self.collected());
+    }
+
+    /// The next sample to measure, once there is one.
+    pub(crate) async fn next_scan(self: &Arc<Self>) -> Scan {
+        loop {
+            let is_due = self.scan_is_due.notified();
+            let begun = self.collected().scans.begin();
+            if let Some((state, sample)) = begun {
+                return Scan { log: Arc::clone(self), state, sample, reading: None };
+            }
+            is_due.await;
+        }
+    }
+}
+
+impl Kept {
+    /// Has a ring for each sensor that there is now, and for no other.
+    fn follow(&mut self, board: &Board) {
+        let newest = board.newest();
+        let sensors = &newest.state.sensors;
+        if Arc::ptr_eq(&self.sensors, sensors) {
+            return;
+        }
+        self.sensors = Arc::clone(sensors);
+        let ids: BTreeSet<u64> = sensors.iter().map(|sensor| sensor.id).collect();
+        self.rings.retain(|id, _| ids.contains(id));
+        self.scans.retain(|id| ids.contains(&id));
+        self.share = (MOST_BYTES / ids.len().max(1)).min(MOST_BYTES_OF_ONE);
+        for ring in self.rings.values_mut() {
+            ring.trim(self.share);
+        }
+        for id in ids {
+            self.rings.entry(id).or_insert_with(|| Ring::new(self.last_sequence));
+        }
+    }
+
+    /// A reading of a sensor that went meanwhile is dropped.
+    fn push(&mut self, reading: SensorReading, of: OfState) {
+        let Some(ring) = self.rings.get_mut(&reading.id) else { return };
+        ring.push(LoggedReading::new(reading, of), self.share);
+        self.last_sequence = self.last_sequence.max(ring.last());
+    }
+
+    fn lose(&mut self, id: u64, count: u64) {
+        let Some(ring) = self.rings.get_mut(&id) else { return };
+        ring.lose(count);
+        self.last_sequence = self.last_sequence.max(ring.last());
+    }
+}
+
+impl Scan {
+    /// Measures; gives up as soon as it is not wanted any more.
+    pub(crate) fn measure(mut self, is_cancelled: impl Fn() -> bool) {
+        self.reading = self.state.state.reading(&self.sample, is_cancelled);
+    }
+}
+
+impl Drop for Scan {
+    fn drop(&mut self) {
+        let of = OfState { wall_time: self.state.wall_time, sequence: self.state.sequence };
+        let mut kept = self.log.collected();
+        kept.scans.end(self.sample.id);
+        match self.reading.take() {
+            Some(reading) => kept.push(reading, of),
+            // Cancelled, or what measures failed.
+            None => kept.lose(self.sample.id, 1),
+        }
+        let is_ready = kept.scans.is_ready();
+        drop(kept);
+        if is_ready {
+            self.log.scan_is_due.notify_waiters();
+        }
+        self.log.grown.notify_waiters();
+    }
+}

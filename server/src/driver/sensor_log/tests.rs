@@ -1,0 +1,289 @@
+//! Readings are kept in order and within bounds, what is gone is counted, and scans are measured newest first.
+
+use std::time::{Duration, SystemTime};
+
+use glamx::DPose3;
+use simd_core::simulation::measure::{EncoderMeasurement, Measurement};
+use simd_core::simulation::published_state::WorldLayout;
+use simd_core::simulation::sensors::SensorDefinition;
+use simd_core::{Moment, PhysicsSettings, PublishedState};
+use simd_model::sensor::{SensorKind, SensorMount, WrenchAxes, WrenchDirection};
+
+use super::ring::MOST_READINGS;
+use super::*;
+use crate::driver::board::Publisher;
+use crate::driver::published::{Pace, Statistics};
+use crate::run_state::RunState;
+
+/// A log, and a board whose states have sensors of these ids.
+struct Bench {
+    publisher: Publisher,
+    log: Arc<SensorLog>,
+    writer: SensorWriter,
+}
+
+impl Bench {
+    fn new(ids: &[u64]) -> Self {
+        let statistics = Statistics::at_start(RunState::Paused, Pace::default());
+        let publisher = Publisher::new(PublishedState::default(), PhysicsSettings::default(), statistics);
+        let (log, writer) = SensorLog::new(publisher.board().clone());
+        let mut bench = Self { publisher, log, writer };
+        bench.has(ids);
+        bench
+    }
+
+    /// There are these sensors now.
+    fn has(&mut self, ids: &[u64]) {
+        let sensors = ids.iter().map(|id| WorldSensor { id: *id, robot: 0, definition: definition() });
+        let sensors = Arc::new(sensors.collect::<Vec<_>>());
+        self.publisher.publish(|state| state.state.sensors = sensors);
+        self.writer.published();
+    }
+
+    /// A step with a reading of each of these sensors, which says the step's number.
+    fn step(&mut self, ids: &[u64], step: u32) {
+        let readings = ids.iter().map(|id| reading(*id, step)).collect();
+        self.writer.hand_over(batch(readings));
+    }
+
+    /// What the readings of a sensor after a number say, how many are gone, and the number for the next time.
+    fn after(&self, id: u64, after: u64) -> (Vec<u32>, u64, u64) {
+        let batch = self.log.after(&[(id, after)], usize::MAX).remove(0);
+        (batch.readings.iter().map(said).collect(), batch.missed, batch.after)
+    }
+}
+
+fn definition() -> Arc<SensorDefinition> {
+    Arc::new(SensorDefinition {
+        name: "it".into(),
+        on: SensorMount::Joint(0),
+        link: 0,
+        pose: DPose3::IDENTITY,
+        rate: None,
+        kind: SensorKind::ForceTorque { axes: WrenchAxes::Child, direction: WrenchDirection::ChildOnParent },
+        noise: Vec::new(),
+        seed: 0,
+        is_described: false,
+    })
+}
+
+fn with(id: u64, measurement: Measurement) -> SensorReading {
+    let (definition, world, at) = (definition(), Arc::new(WorldLayout::default()), Moment::default());
+    SensorReading { id, definition, robot: 0, world, sample: 1, at, measurement }
+}
+
+fn reading(id: u64, step: u32) -> SensorReading {
+    with(id, Measurement::Encoder(EncoderMeasurement { position: f64::from(step), velocity: 0.0 }))
+}
+
+fn batch(readings: Vec<SensorReading>) -> Batch {
+    let of = OfState { wall_time: SystemTime::UNIX_EPOCH, sequence: 1 };
+    Batch { of, readings, lost: BTreeMap::new() }
+}
+
+fn said(reading: &LoggedReading) -> u32 {
+    let Measured::Encoder(encoder) = &reading.measured else { panic!("{reading:?}") };
+    encoder.position as u32
+}
+
+#[test]
+fn readings_are_numbered_by_sensor_and_read_after_a_number() {
+    let mut bench = Bench::new(&[7, 8]);
+    assert_eq!(bench.after(7, 0), (vec![], 0, 0));
+    (1..=3).for_each(|step| bench.step(&[7, 8], step));
+    assert_eq!(bench.after(7, 0), (vec![1, 2, 3], 0, 3));
+    assert_eq!(bench.after(8, 2), (vec![3], 0, 3));
+    assert_eq!(bench.after(8, 3), (vec![], 0, 3));
+    assert_eq!(bench.after(9, 5), (vec![], 0, 5), "there is no such sensor");
+    assert_eq!(bench.after(8, 99), (vec![1, 2, 3], 0, 3), "the number is of another life of the daemon");
+    let newest = bench.log.newest([8]).remove(0);
+    assert_eq!((newest.readings.iter().map(said).collect::<Vec<_>>(), newest.after), (vec![3], 3));
+}
+
+#[test]
+fn a_slow_reader_is_told_how_many_it_missed() {
+    let mut bench = Bench::new(&[7]);
+    let steps = MOST_READINGS as u32 + 10;
+    for step in 1..=steps {
+        bench.step(&[7], step);
+        // The queue is shorter than that.
+        bench.log.tidy();
+    }
+    let (readings, missed, after) = bench.after(7, 4);
+    assert_eq!((readings.len(), readings[0], missed, after), (MOST_READINGS, 11, 6, u64::from(steps)));
+}
+
+#[test]
+fn a_full_queue_drops_the_oldest_and_counts_them() {
+    let mut bench = Bench::new(&[7]);
+    let steps = MOST_STEPS as u32 + 20;
+    (1..=steps).for_each(|step| bench.step(&[7], step));
+    // What was lost is said with the next step that is handed over.
+    let lost = std::mem::take(&mut bench.writer.lost);
+    assert_eq!(lost.values().sum::<u64>(), 20);
+    bench.writer.hand_over(Batch { lost, ..batch(vec![reading(7, steps + 1)]) });
+    let (readings, missed, after) = bench.after(7, 0);
+    assert_eq!(readings.last(), Some(&(steps + 1)));
+    assert_eq!(readings.len() as u64 + missed, after);
+    assert_eq!(bench.log.waiting.load(Ordering::Relaxed), 0);
+}
+
+#[test]
+fn large_readings_are_kept_in_bytes_and_the_newest_always() {
+    let ids: Vec<u64> = (1..=64).collect();
+    let mut bench = Bench::new(&ids);
+    // Of 64 sensors each has 1 MiB.
+    let scan = |rays: usize| with(7, Measurement::Lidar(vec![1.0; rays]));
+    for _ in 0..10 {
+        bench.writer.hand_over(batch(vec![scan(100_000)]));
+    }
+    let kept = bench.log.after(&[(7, 0)], usize::MAX).remove(0);
+    assert_eq!((kept.readings.len(), kept.missed, kept.after), (2, 8, 10));
+    bench.writer.hand_over(batch(vec![scan(1_000_000)]));
+    let kept = bench.log.after(&[(7, 10)], 1).remove(0);
+    assert_eq!((kept.readings.len(), kept.missed), (1, 0), "one is read however small the room is");
+    assert_eq!(bench.log.after(&[(7, 0)], usize::MAX).remove(0).readings.len(), 1);
+}
+
+#[test]
+fn each_sensor_has_its_part_of_an_answer_and_the_rest_comes_with_the_next() {
+    let mut bench = Bench::new(&[7, 8]);
+    (1..=100).for_each(|step| bench.step(&[7, 8], step));
+    let of_one = bench.log.newest([7])[0].readings[0].bytes();
+    let first = bench.log.after(&[(7, 0), (8, 0)], 20 * of_one);
+    let figures = |batch: &ReadingBatch| (batch.readings.len(), batch.missed, batch.after);
+    assert_eq!(first.iter().map(figures).collect::<Vec<_>>(), [(10, 0, 10), (10, 0, 10)]);
+    let rest = bench.log.after(&[(7, first[0].after)], usize::MAX);
+    assert_eq!(figures(&rest[0]), (90, 0, 100));
+}
+
+#[test]
+fn a_sensor_that_is_made_anew_goes_on_beyond_the_numbers_of_the_one_before() {
+    let mut bench = Bench::new(&[7]);
+    (1..=5).for_each(|step| bench.step(&[7], step));
+    let (_, _, after) = bench.after(7, 0);
+    bench.has(&[8]);
+    bench.step(&[8], 6);
+    assert_eq!(bench.after(8, after), (vec![6], 0, after + 1));
+    // A reading that comes after its sensor went is dropped.
+    bench.step(&[7], 7);
+    assert_eq!(bench.after(7, 0), (vec![], 0, 0));
+    assert_eq!(bench.log.last_sequences([7, 8]), [0, after + 1]);
+}
+
+#[tokio::test]
+async fn a_waiting_reader_is_woken() {
+    let mut bench = Bench::new(&[7]);
+    let log = bench.log.clone();
+    let read = async {
+        loop {
+            let grown = log.grown();
+            let batch = log.after(&[(7, 0)], usize::MAX).remove(0);
+            if batch.is_news() {
+                return batch.readings.len();
+            }
+            grown.await;
+        }
+    };
+    let read = async {
+        tokio::select! {
+            read = tokio::time::timeout(Duration::from_secs(60), read) => read,
+            () = log.announce() => unreachable!("it goes on"),
+        }
+    };
+    let write = async {
+        // Once the reader waits.
+        tokio::task::yield_now().await;
+        bench.step(&[7], 1);
+        bench.writer.announce();
+    };
+    let (read, ()) = tokio::join!(read, write);
+    assert_eq!(read, Ok(1));
+}
+
+mod scans {
+    use glamx::DVec3;
+
+    use super::*;
+    use crate::driver::published::Published;
+
+    fn due(state: &Arc<Published>, ids: &[u64]) -> DueSamples {
+        let sample = |id: &u64| DueSample {
+            id: *id,
+            definition: definition(),
+            robot: 0,
+            sample: state.sequence,
+            at: Moment::default(),
+            gravity: DVec3::ZERO,
+            stream: 0,
+            walk: Default::default(),
+            start: DPose3::IDENTITY,
+        };
+        DueSamples { state: Arc::clone(state), samples: ids.iter().map(sample).collect() }
+    }
+
+    /// States with sequences that grow.
+    fn states(count: usize) -> Vec<Arc<Published>> {
+        let mut bench = Bench::new(&[]);
+        let state = |_| {
+            bench.publisher.publish(|_| ());
+            bench.publisher.board().newest()
+        };
+        (0..count).map(state).collect()
+    }
+
+    #[test]
+    fn of_each_sensor_the_newest_waits_and_one_is_measured_at_a_time() {
+        let (states, mut scans) = (states(3), Scans::default());
+        assert!(scans.add(due(&states[0], &[1, 2])).is_empty());
+        let (state, sample) = scans.begin().unwrap();
+        assert_eq!((state.sequence, sample.id), (states[0].sequence, 1));
+        assert_eq!(
+            scans.add(due(&states[1], &[1, 2])),
+            [2],
+            "that of the sensor that is measured was not waiting"
+        );
+        assert_eq!(scans.add(due(&states[2], &[1])), [1]);
+        assert_eq!(scans.due_by(1), Some(states[2].sequence));
+        assert_eq!(
+            scans.begin().map(|(state, sample)| (state.sequence, sample.id)),
+            Some((states[1].sequence, 2))
+        );
+        assert!(scans.begin().is_none() && !scans.is_ready(), "one of 1 and one of 2 are being measured");
+        scans.end(1);
+        assert_eq!(
+            scans.begin().map(|(state, sample)| (state.sequence, sample.id)),
+            Some((states[2].sequence, 1))
+        );
+        assert_eq!(scans.due_by(1), Some(states[2].sequence), "it is being measured");
+        scans.end(1);
+        assert_eq!(scans.due_by(1), None);
+    }
+
+    #[test]
+    fn few_states_are_held_and_none_for_sensors_that_went() {
+        let (states, mut scans) = (states(40), Scans::default());
+        let lost: Vec<u64> =
+            (0..40).flat_map(|index| scans.add(due(&states[index], &[index as u64]))).collect();
+        assert_eq!(lost, (0..24).collect::<Vec<u64>>(), "sixteen states are held");
+        scans.retain(|id| id == 39);
+        assert_eq!(scans.begin().map(|(_, sample)| sample.id), Some(39));
+        assert!(scans.begin().is_none());
+    }
+
+    #[tokio::test]
+    async fn a_scan_that_gives_nothing_counts_as_missed_and_lets_the_next_begin() {
+        let mut bench = Bench::new(&[1]);
+        let state = bench.publisher.board().newest();
+        bench.log.due.force_push(due(&state, &[1]));
+        let scan = bench.log.next_scan().await;
+        assert_eq!(bench.log.scans_due([1]), [(1, state.sequence)]);
+        assert!(!bench.log.are_measured(&[(1, state.sequence)]));
+        // The state has no robot.
+        scan.measure(|| false);
+        assert!(bench.log.are_measured(&[(1, state.sequence)]));
+        assert_eq!(bench.after(1, 0), (vec![], 1, 1));
+        bench.has(&[]);
+        assert!(bench.log.scans_due([1]).is_empty());
+    }
+}

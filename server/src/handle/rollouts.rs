@@ -1,0 +1,284 @@
+//! Rollouts: copies of the world, computed on threads that give way to the physics thread, for those who asked as long as they
+//! are there.
+//!
+//! A rollout is computed in slices of some milliseconds, of as many threads as there are processors: two rollouts that are
+//! computed at one time share them, and what else these threads are for has its turn between slices.
+
+use std::cell::Cell;
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use futures_util::future::try_join_all;
+use simd_core::Moment;
+use simd_core::rollout::{BatchResult, Rollout, RolloutRequest, Shape, Worker};
+use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+use tokio_util::sync::CancellationToken;
+
+use super::{CallError, SimHandle};
+use crate::driver::{Event, Published};
+use crate::fair_permits::{FairPermits, Permit};
+use crate::info::DaemonLimits;
+
+/// Rollouts that are computed at one time.
+const ROLLOUTS: usize = 2;
+/// How long one goes on before others have their turn: a batch at least.
+const SLICE: Duration = Duration::from_millis(10);
+/// Steps between two looks at the clock.
+const STEPS_BETWEEN_LOOKS: u32 = 16;
+/// Answers of the largest size that are kept until their callers have read them.
+const ANSWERS: u64 = 4;
+/// Of a permit of memory.
+const KIBIBYTE: u64 = 1024;
+
+/// What rollouts share.
+#[derive(Debug)]
+pub(super) struct RolloutWork {
+    permits: FairPermits,
+    /// One for each thread that computes at a time.
+    turns: Arc<Semaphore>,
+    threads: usize,
+    /// A permit for each KiB of answers.
+    room: Arc<Semaphore>,
+}
+
+impl RolloutWork {
+    pub(super) fn new(limits: &DaemonLimits) -> Self {
+        let threads = std::thread::available_parallelism().map_or(1, usize::from);
+        let what = "waiting rollouts";
+        let (waiting, of_one) = (limits.waiting_rollouts, limits.waiting_rollouts_of_client);
+        let room = limits.rollout_bytes.saturating_mul(ANSWERS).div_ceil(KIBIBYTE);
+        let room = usize::try_from(room).unwrap_or(usize::MAX).min(Semaphore::MAX_PERMITS);
+        Self {
+            permits: FairPermits::new(ROLLOUTS, waiting, of_one, what),
+            turns: Arc::new(Semaphore::new(threads)),
+            threads,
+            room: Arc::new(Semaphore::new(room)),
+        }
+    }
+}
+
+/// Where copies start.
+#[derive(Clone, Debug)]
+pub(crate) enum RolloutFrom {
+    /// The world as it is.
+    Present,
+    /// A saved state of this name.
+    Saved(String),
+}
+
+/// The moment at which copies start.
+#[derive(Clone, Debug)]
+pub(crate) enum RolloutStart {
+    /// Of this state.
+    Published(Arc<Published>),
+    /// Of a saved state.
+    Saved(Moment),
+}
+
+/// Says while a rollout is computed how many copies are done.
+pub(crate) type CopiesDone = Arc<AtomicUsize>;
+
+/// A rollout that is computed as long as this is kept.
+#[derive(Debug)]
+struct Running {
+    handle: SimHandle,
+    job: Arc<Job>,
+}
+
+/// What a rollout gave.
+#[derive(Debug)]
+pub(crate) struct RolloutAnswer {
+    /// How many numbers there are.
+    pub(crate) shape: Shape,
+    /// Where the copies started.
+    pub(crate) start: RolloutStart,
+    /// In the order of the copies.
+    pub(crate) batches: Vec<BatchResult>,
+    /// Seconds of processor time that it took.
+    pub(crate) seconds: f64,
+    _room: OwnedSemaphorePermit,
+}
+
+/// What the threads of a rollout share.
+#[derive(Debug)]
+struct Job {
+    rollout: Rollout,
+    next: AtomicUsize,
+    done: CopiesDone,
+    results: Mutex<Vec<Option<BatchResult>>>,
+    workers: Mutex<Vec<Worker>>,
+    /// No caller waits for it any more.
+    is_cancelled: AtomicBool,
+    draining: CancellationToken,
+    /// Nanoseconds of processor time.
+    spent: AtomicU64,
+    most: u64,
+    /// Until no thread computes any more.
+    permit: Mutex<Option<Permit>>,
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Job {
+    /// Whether it is to end before it is done.
+    fn is_over(&self) -> bool {
+        self.is_cancelled.load(Ordering::Relaxed) || self.is_too_long() || self.draining.is_cancelled()
+    }
+
+    fn is_too_long(&self) -> bool {
+        self.spent.load(Ordering::Relaxed) > self.most
+    }
+
+    /// Computes for some milliseconds. Says whether there is more to do.
+    fn slice(&self) -> bool {
+        let begun = Instant::now();
+        let kept = lock(&self.workers).pop();
+        let mut worker = kept.unwrap_or_else(|| self.rollout.worker());
+        let (looked, left) = (Cell::new(begun), Cell::new(0));
+        let look = || {
+            let now = Instant::now();
+            let passed = now.duration_since(looked.replace(now)).as_nanos();
+            self.spent.fetch_add(u64::try_from(passed).unwrap_or(u64::MAX), Ordering::Relaxed);
+            self.is_over()
+        };
+        let interrupt = || match left.get() {
+            0 => {
+                left.set(STEPS_BETWEEN_LOOKS);
+                look()
+            }
+            steps => {
+                left.set(steps - 1);
+                false
+            }
+        };
+        while !self.is_over() {
+            let batch = self.next.fetch_add(1, Ordering::Relaxed);
+            let Some(result) = (batch < self.rollout.batches())
+                .then(|| self.rollout.advance(&mut worker, batch, &interrupt))
+                .flatten()
+            else {
+                break;
+            };
+            look();
+            if let Some(place) = lock(&self.results).get_mut(batch) {
+                *place = Some(result);
+            }
+            self.done.fetch_add(self.rollout.copies_of(batch).len(), Ordering::Relaxed);
+            if begun.elapsed() >= SLICE {
+                lock(&self.workers).push(worker);
+                return true;
+            }
+        }
+        false
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        self.job.is_cancelled.store(true, Ordering::Relaxed);
+    }
+}
+
+impl Running {
+    /// What each batch came to.
+    ///
+    /// # Errors
+    /// Where it takes longer than a rollout may, and where the daemon drains.
+    async fn compute(&self) -> Result<Vec<BatchResult>, CallError> {
+        let threads = self.handle.inner.rollouts.threads.min(self.job.rollout.batches());
+        try_join_all((0..threads).map(|_| self.slices())).await?;
+        lock(&self.job.permit).take();
+        if self.job.draining.is_cancelled() {
+            return Err(CallError::ShuttingDown);
+        }
+        let batches: Option<Vec<_>> = lock(&self.job.results).drain(..).collect();
+        batches.ok_or_else(|| {
+            let limit = self.handle.inner.info.limits.rollout_seconds;
+            let (done, copies) = (self.job.done.load(Ordering::Relaxed), self.job.rollout.shape().copies);
+            let what = format!(
+                "the seconds of processor time of a rollout, of which {done} of {copies} copies were done (ask for \
+                 fewer copies or steps),"
+            );
+            CallError::LimitExceeded { what, value: limit.saturating_add(1), limit }
+        })
+    }
+
+    /// One slice after the other, until there is nothing left to begin.
+    async fn slices(&self) -> Result<(), CallError> {
+        loop {
+            let turn = Arc::clone(&self.handle.inner.rollouts.turns).acquire_owned().await;
+            let turn = turn.map_err(|_closed| CallError::ShuttingDown)?;
+            let job = Arc::clone(&self.job);
+            let slice = self.handle.loader().threads().run(move || {
+                let _turn = turn;
+                job.slice()
+            });
+            let goes_on = slice.await.map_err(|error| CallError::Internal { message: error.to_string() })?;
+            if !goes_on {
+                return Ok(());
+            }
+        }
+    }
+}
+
+impl SimHandle {
+    /// Does a rollout, once it is its caller's turn. Dropping the future ends it.
+    ///
+    /// # Errors
+    /// Where too many wait, where the request names what is not there or asks for too much, where it takes too long, and where
+    /// the daemon drains.
+    pub(crate) async fn rollout(
+        &self,
+        from: RolloutFrom,
+        request: RolloutRequest,
+        done: CopiesDone,
+    ) -> Result<RolloutAnswer, CallError> {
+        let work = &self.inner.rollouts;
+        let permit = self.until_drained(work.permits.acquire()).await??;
+        let (saved, start) = match from {
+            RolloutFrom::Present => {
+                let (saved, published) = self.ask(|reply| Event::Snapshot { reply }).await?;
+                (saved, RolloutStart::Published(published))
+            }
+            RolloutFrom::Saved(name) => {
+                let newest = self.newest();
+                let kept = newest.state.saved(&name).map_err(CallError::World)?;
+                (kept.saved().clone(), RolloutStart::Saved(kept.info().at))
+            }
+        };
+        let limits = &self.inner.info.limits;
+        let most_bytes = limits.rollout_bytes;
+        // The permit is with who computes: it outlasts a caller that leaves.
+        let plan = self.loader().threads().run(move || (Rollout::new(saved, request, most_bytes), permit));
+        let (rollout, permit) =
+            plan.await.map_err(|error| CallError::Internal { message: error.to_string() })?;
+        let rollout = rollout.map_err(CallError::World)?;
+        let shape = rollout.shape().clone();
+        let room = u32::try_from(shape.bytes().div_ceil(KIBIBYTE)).unwrap_or(u32::MAX);
+        let room = Arc::clone(&work.room).try_acquire_many_owned(room).map_err(|_full| {
+            let limit = most_bytes.saturating_mul(ANSWERS);
+            let what = "the bytes of all answers of rollouts that callers have not read".to_owned();
+            CallError::LimitExceeded { what, value: limit.saturating_add(shape.bytes()), limit }
+        })?;
+        let batches = rollout.batches();
+        let job = Arc::new(Job {
+            rollout,
+            next: AtomicUsize::new(0),
+            done,
+            results: Mutex::new((0..batches).map(|_| None).collect()),
+            workers: Mutex::default(),
+            is_cancelled: AtomicBool::new(false),
+            draining: self.draining(),
+            spent: AtomicU64::new(0),
+            most: limits.rollout_seconds.saturating_mul(1_000_000_000),
+            permit: Mutex::new(Some(permit)),
+        });
+        let running = Running { handle: self.clone(), job };
+        let batches = running.compute().await?;
+        let spent = Duration::from_nanos(running.job.spent.load(Ordering::Relaxed));
+        Ok(RolloutAnswer { shape, start, batches, seconds: spent.as_secs_f64(), _room: room })
+    }
+}

@@ -1,0 +1,180 @@
+//! Sensors: a topic for each, and a message for each of its readings.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use simd_core::simulation::published_state::{PublishedState, WorldLayout};
+use simd_core::simulation::sensors::WorldSensor;
+use simd_model::sensor::SensorKind;
+use simd_ros2::messages::geometry_msgs::WrenchStamped;
+use simd_ros2::messages::sensor_msgs::{Imu, JointState, LaserScan, PointCloud2, Range};
+use simd_ros2::wire::{Qos, word};
+
+use super::endpoints::{Graph, Topic};
+use super::robots::Robot;
+use crate::SimHandle;
+use crate::handle::{MOST_FOLLOWED, SensorCursor};
+use crate::recording::sensor_message::{SensorMessage, SensorShape};
+
+/// The topics of sensors.
+#[derive(Debug, Default)]
+pub(super) struct Sensors {
+    /// What there was when they were declared.
+    of: Option<(Arc<Vec<WorldSensor>>, Arc<WorldLayout>)>,
+    /// By the sensor and the topic's name.
+    topics: BTreeMap<(u64, String), SensorTopic>,
+}
+
+/// The topic of a sensor.
+#[derive(Debug)]
+struct SensorTopic {
+    robot: String,
+    output: Output,
+    shape: SensorShape,
+    /// The number of the last reading that was published; `None` where nobody subscribes.
+    after: Option<u64>,
+}
+
+#[derive(Debug)]
+enum Output {
+    Imu(Topic<Imu>),
+    Wrench(Topic<WrenchStamped>),
+    Range(Topic<Range>),
+    Scan(Topic<LaserScan>),
+    Points(Topic<PointCloud2>),
+    Joint(Topic<JointState>),
+}
+
+impl Sensors {
+    /// Has a topic for each sensor of the robots that are shown, of which ROS has a message, and no other.
+    ///
+    /// # Errors
+    /// Where a topic cannot be declared.
+    pub(super) async fn follow(
+        &mut self,
+        graph: &Graph,
+        shown: &[Robot],
+        state: &PublishedState,
+    ) -> Result<(), zenoh::Error> {
+        // Names of topics follow from all robots.
+        let is_same = |(sensors, world): &(Arc<_>, Arc<_>)| {
+            Arc::ptr_eq(sensors, &state.sensors) && Arc::ptr_eq(world, &state.world)
+        };
+        if self.of.as_ref().is_some_and(is_same) {
+            return Ok(());
+        }
+        let mut wanted: Vec<((u64, String), _)> = Vec::new();
+        for sensor in &*state.sensors {
+            // Robots that are shown are the first ones.
+            let Some(robot) = shown.get(sensor.robot) else { continue };
+            let mut topic = format!("{}sensors/{}", robot.prefix, word(&sensor.definition.name));
+            // Names that differ may be one word to ROS.
+            while wanted.iter().any(|((_, taken), _)| *taken == topic) {
+                topic.push('_');
+            }
+            wanted.push(((sensor.id, topic), (sensor, robot)));
+        }
+        self.topics.retain(|key, _| wanted.iter().any(|(wanted, _)| wanted == key));
+        for (key, (sensor, robot)) in wanted {
+            if self.topics.contains_key(&key) {
+                continue;
+            }
+            let Some(output) = Output::declare(graph, &graph.name(&key.1), &sensor.definition.kind).await?
+            else {
+                continue;
+            };
+            let (robot, shape) = (robot.entity.name.clone(), shape(sensor, robot));
+            self.topics.insert(key, SensorTopic { robot, output, shape, after: None });
+        }
+        self.of = Some((Arc::clone(&state.sensors), Arc::clone(&state.world)));
+        Ok(())
+    }
+
+    /// Publishes the readings that came since the last time, where somebody subscribes. Waits where Zenoh does.
+    pub(super) fn publish(&mut self, handle: &SimHandle) {
+        let mut topics: Vec<(u64, &mut SensorTopic)> = Vec::new();
+        for ((id, _), topic) in &mut self.topics {
+            if topic.output.is_wanted() {
+                topics.push((*id, topic));
+            } else {
+                topic.after = None;
+            }
+        }
+        if topics.iter().any(|(_, topic)| topic.after.is_none()) {
+            let last: BTreeMap<u64, u64> = handle.last_readings();
+            for (id, topic) in &mut topics {
+                topic.after.get_or_insert_with(|| last.get(id).copied().unwrap_or(0));
+            }
+        }
+        for topics in topics.chunks_mut(MOST_FOLLOWED) {
+            let cursors: Vec<SensorCursor> = topics.iter().map(|(_, topic)| topic.cursor()).collect();
+            // Where one of them is gone the next state says so.
+            let Ok(readings) = handle.readings_after(&cursors) else { continue };
+            for ((_, topic), of) in topics.iter_mut().zip(readings) {
+                topic.after = Some(of.batch.after);
+                let messages = of.batch.readings.iter().filter_map(|reading| topic.shape.message(reading));
+                messages.for_each(|message| topic.output.put(&message));
+            }
+        }
+    }
+}
+
+impl SensorTopic {
+    fn cursor(&self) -> SensorCursor {
+        let sensor = self.shape.definition.name.clone();
+        SensorCursor { robot: self.robot.clone(), sensor, after: self.after.unwrap_or(0) }
+    }
+}
+
+/// What the messages of a sensor have beside its readings.
+pub(super) fn shape(sensor: &WorldSensor, robot: &Robot) -> SensorShape {
+    let frame = robot.sensor_frame(&sensor.definition.name);
+    SensorShape::new(sensor, &robot.entity, frame, |link| robot.link_frame(link))
+}
+
+impl Output {
+    /// A topic of the message that ROS has for a kind; `None` where it has none.
+    async fn declare(graph: &Graph, topic: &str, kind: &SensorKind) -> Result<Option<Self>, zenoh::Error> {
+        let qos = Qos::DEFAULT;
+        Ok(Some(match kind {
+            SensorKind::Imu => Self::Imu(graph.publisher(topic, qos).await?),
+            SensorKind::ForceTorque { .. } => Self::Wrench(graph.publisher(topic, qos).await?),
+            SensorKind::Range(_) => Self::Range(graph.publisher(topic, qos).await?),
+            SensorKind::Lidar(scan) if scan.vertical.samples == 1 => {
+                Self::Scan(graph.publisher(topic, qos).await?)
+            }
+            SensorKind::Lidar(_) => Self::Points(graph.publisher(topic, qos).await?),
+            SensorKind::Encoder => Self::Joint(graph.publisher(topic, qos).await?),
+            SensorKind::Contact { .. }
+            | SensorKind::LinkState
+            | SensorKind::Odometry
+            | SensorKind::Camera(_) => {
+                return Ok(None);
+            }
+        }))
+    }
+
+    fn is_wanted(&self) -> bool {
+        match self {
+            Self::Imu(topic) => topic.is_wanted(),
+            Self::Wrench(topic) => topic.is_wanted(),
+            Self::Range(topic) => topic.is_wanted(),
+            Self::Scan(topic) => topic.is_wanted(),
+            Self::Points(topic) => topic.is_wanted(),
+            Self::Joint(topic) => topic.is_wanted(),
+        }
+    }
+
+    fn put(&self, message: &SensorMessage) {
+        match (self, message) {
+            (Self::Imu(topic), SensorMessage::Imu(message)) => topic.put(message),
+            (Self::Wrench(topic), SensorMessage::Wrench(message)) => topic.put(message),
+            (Self::Range(topic), SensorMessage::Range(message)) => topic.put(message),
+            (Self::Scan(topic), SensorMessage::Scan(message)) => topic.put(message),
+            (Self::Points(topic), SensorMessage::Points(message)) => topic.put(message),
+            (Self::Joint(topic), SensorMessage::Joint(message)) => topic.put(message),
+            // A message is of its sensor's kind.
+            _ => {}
+        }
+    }
+}

@@ -1,0 +1,181 @@
+//! The rollout service: copies of the world that run on, as a stream that says how far they are, and ends with what they
+//! came to.
+
+use std::future::Future;
+use std::pin::Pin;
+use std::sync::atomic::Ordering;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+use std::time::Duration;
+
+use futures_util::stream;
+use simd_proto::v1::rollout_response::Event;
+use simd_proto::v1::{self, ErrorReason, rollout_service_server::RolloutService};
+use tokio::task::AbortHandle;
+use tokio::time::Instant;
+use tonic::{Request, Response, Status};
+
+use super::BoxStream;
+use super::status::Explained;
+use crate::SimHandle;
+use crate::account::Account;
+use crate::convert::from_proto::rollout as from_proto;
+use crate::convert::to_proto::rollout::{ARRAYS, numbers, result};
+use crate::handle::{CallError, CopiesDone, RolloutAnswer, RolloutFrom};
+
+/// Time between two words on how far a rollout is.
+const PROGRESS: Duration = Duration::from_millis(250);
+/// Bytes of one part of an array. A client that keeps 256 messages that it has not read keeps all parts of the largest answer.
+const PART: usize = 1 << 20;
+/// An answer of which nothing is read for so long is dropped.
+const UNREAD: Duration = Duration::from_secs(60);
+
+/// Serves `simd.v1.RolloutService`.
+#[derive(Clone, Debug)]
+pub struct Service {
+    handle: SimHandle,
+}
+
+impl Service {
+    /// Serves what a handle leads to.
+    pub fn new(handle: SimHandle) -> Self {
+        Self { handle }
+    }
+}
+
+#[tonic::async_trait]
+impl RolloutService for Service {
+    type RolloutStream = BoxStream<v1::RolloutResponse>;
+
+    async fn rollout(
+        &self,
+        request: Request<v1::RolloutRequest>,
+    ) -> Result<Response<Self::RolloutStream>, Status> {
+        let (saved_state, request) = from_proto::rollout(request.into_inner())?;
+        let from = match saved_state.is_empty() {
+            true => RolloutFrom::Present,
+            false => RolloutFrom::Saved(saved_state),
+        };
+        let (copies, done) = (request.copies, CopiesDone::default());
+        let (handle, of_work) = (self.handle.clone(), Arc::clone(&done));
+        // The stream is asked for its answers elsewhere, where no one knows whose call it is.
+        let work = Account::current().scope(async move { handle.rollout(from, request, of_work).await });
+        let begun = Stage::Computing { work: Box::pin(work), done, copies };
+        Ok(Response::new(Box::pin(stream::try_unfold(begun, Stage::next))))
+    }
+}
+
+type Work = Pin<Box<dyn Future<Output = Result<RolloutAnswer, CallError>> + Send>>;
+
+/// Where a stream is.
+enum Stage {
+    Computing { work: Work, done: CopiesDone, copies: usize },
+    Giving(Parts),
+}
+
+impl Stage {
+    async fn next(self) -> Result<Option<(v1::RolloutResponse, Self)>, Status> {
+        let (event, next) = match self {
+            Self::Computing { mut work, done, copies } => {
+                tokio::select! {
+                    biased;
+                    answer = &mut work => {
+                        let answer = answer?;
+                        let result = result(&answer);
+                        (Event::Result(result), Self::Giving(Parts::of(answer)))
+                    }
+                    () = tokio::time::sleep(PROGRESS) => {
+                        let count = |copies: usize| u32::try_from(copies).unwrap_or(u32::MAX);
+                        let said = count(done.load(Ordering::Relaxed));
+                        let progress = v1::RolloutProgress { done: said, copies: count(copies) };
+                        (Event::Progress(progress), Self::Computing { work, done, copies })
+                    }
+                }
+            }
+            Self::Giving(mut parts) => {
+                let Some(part) = parts.next()? else { return Ok(None) };
+                (Event::Part(part), Self::Giving(parts))
+            }
+        };
+        Ok(Some((v1::RolloutResponse { event: Some(event) }, next)))
+    }
+}
+
+/// The arrays of an answer, part by part.
+struct Parts {
+    shelf: Arc<Mutex<Shelf>>,
+    /// Place in [`ARRAYS`].
+    array: usize,
+    batch: usize,
+    /// Numbers of the batch that were given.
+    given: usize,
+    tidy: AbortHandle,
+}
+
+impl Drop for Parts {
+    fn drop(&mut self) {
+        self.tidy.abort();
+    }
+}
+
+/// An answer, as long as someone reads it.
+struct Shelf {
+    answer: Option<RolloutAnswer>,
+    read: Instant,
+}
+
+fn lock(shelf: &Mutex<Shelf>) -> MutexGuard<'_, Shelf> {
+    shelf.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Drops an answer of which nothing is read any more.
+async fn tidy(shelf: Weak<Mutex<Shelf>>) {
+    loop {
+        tokio::time::sleep(UNREAD).await;
+        let Some(shelf) = shelf.upgrade() else { return };
+        let mut shelf = lock(&shelf);
+        if shelf.read.elapsed() >= UNREAD {
+            shelf.answer = None;
+            return;
+        }
+    }
+}
+
+impl Parts {
+    fn of(answer: RolloutAnswer) -> Self {
+        let shelf = Arc::new(Mutex::new(Shelf { answer: Some(answer), read: Instant::now() }));
+        let tidy = tokio::spawn(tidy(Arc::downgrade(&shelf))).abort_handle();
+        Self { shelf, array: 0, batch: 0, given: 0, tidy }
+    }
+
+    /// The next part; none where all were given.
+    fn next(&mut self) -> Result<Option<v1::RolloutPart>, Status> {
+        let mut shelf = lock(&self.shelf);
+        shelf.read = Instant::now();
+        let Some(answer) = &shelf.answer else {
+            let message = format!("the answer of the rollout was not read for {} s", UNREAD.as_secs());
+            return Err(Explained::new(ErrorReason::LimitExceeded, message).into());
+        };
+        while let Some(array) = ARRAYS.get(self.array) {
+            let mut data = Vec::new();
+            while let Some(batch) = answer.batches.get(self.batch) {
+                let rest = numbers(batch, *array).get(self.given..).unwrap_or_default();
+                let room = (PART - data.len()) / size_of::<f64>();
+                let now = rest.get(..room).unwrap_or(rest);
+                data.reserve(size_of_val(now));
+                now.iter().for_each(|number| data.extend_from_slice(&number.to_le_bytes()));
+                self.given += now.len();
+                if now.len() < rest.len() {
+                    break;
+                }
+                (self.batch, self.given) = (self.batch + 1, 0);
+            }
+            if self.batch == answer.batches.len() {
+                (self.array, self.batch) = (self.array + 1, 0);
+            }
+            if !data.is_empty() {
+                return Ok(Some(v1::RolloutPart { array: (*array).into(), data }));
+            }
+        }
+        Ok(None)
+    }
+}

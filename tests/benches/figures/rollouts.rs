@@ -1,0 +1,150 @@
+//! Arm-steps a second of rollouts: in the core, by a number of threads, and through a daemon. Then how late a world is while
+//! rollouts are computed without a pause.
+
+use std::hint::black_box;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Instant;
+
+use simd_client::proto::{
+    RolloutControl, RolloutControlMode, RolloutCost, RolloutJointTerm, rollout_cost::Term,
+};
+use simd_client::{Client, packed, proto};
+use simd_core::Simulation;
+use simd_core::rollout::request::{Control, ControlMode, Cost, CostTerm, Interpolation, Named};
+use simd_core::rollout::{Rollout, RolloutRequest};
+use simd_tests::robots;
+use simd_tests::statistics::Spread;
+
+use crate::{lateness, step};
+
+const COPIES: usize = 1_024;
+const STEPS: u64 = 100;
+const ROUNDS: usize = 9;
+/// Joints of the arm.
+const JOINTS: usize = 7;
+/// Knots of each copy, and steps between them.
+const KNOTS: (usize, u64) = (10, 10);
+
+/// Prints the tables.
+pub(crate) fn print() {
+    println!(
+        "\nrollouts of the seven-joint arm, actuators and limits: {COPIES} copies of {STEPS} steps, millions of arm-steps a second"
+    );
+    let (model, _) = robots::read("seven_arm/urdf/seven_arm.urdf");
+    let world = step::world(&model, 1, true);
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    for (name, with_costs, threads) in [
+        ("steps alone, one thread", false, 1),
+        ("with costs of each step, one thread", true, 1),
+        ("with costs of each step, all threads", true, threads),
+    ] {
+        let rounds = (0..ROUNDS).map(|round| in_the_core(&world, round, with_costs, threads));
+        println!("  {name:38} {}", Spread::of(rounds.collect()));
+    }
+    let runtime = lateness::runtime();
+    runtime.block_on(async {
+        let running = lateness::start(vec![lateness::arm(0)], 1e-3).await;
+        let client = Client::connect(&running.address.to_string()).await.expect("it answers");
+        let mut rounds = Vec::new();
+        for round in 0..ROUNDS {
+            let begun = Instant::now();
+            let found = client.rollout(asked(round), |_| ()).await.expect("it is computed");
+            black_box(found.total_costs());
+            rounds.push(millions(begun));
+        }
+        println!("  {:38} {}", "through a daemon that plays, over gRPC", Spread::of(rounds));
+        running.drain().await;
+    });
+    println!("\nthe same arm at 1 kHz, alone and while two clients ask for rollouts without a pause, 10 s");
+    println!("                actual factor   lateness of steps: p50, p99, largest (microseconds)");
+    for asking in [0, 2] {
+        runtime.block_on(async {
+            let running = lateness::start(vec![lateness::arm(0)], 1e-3).await;
+            let endpoint = running.address.to_string();
+            let title = format!("{asking:3} asking");
+            let asking = (0..asking).map(|_| tokio::spawn(ask(endpoint.clone()))).collect();
+            lateness::measure(&title, running, asking).await;
+        });
+    }
+}
+
+/// Asks for one rollout after the other, for ever.
+async fn ask(endpoint: String) {
+    let client = Client::connect(&endpoint).await.expect("the daemon listens");
+    for round in 0.. {
+        let _found = client.rollout(asked(round), |_| ()).await;
+    }
+}
+
+fn millions(begun: Instant) -> f64 {
+    COPIES as f64 * STEPS as f64 / begun.elapsed().as_secs_f64() / 1e6
+}
+
+/// Targets that differ from copy to copy and from round to round.
+fn values(round: usize) -> Vec<f64> {
+    let mut random = fastrand::Rng::with_seed(round as u64);
+    (0..COPIES * KNOTS.0 * JOINTS).map(|_| random.f64() - 0.5).collect()
+}
+
+fn in_the_core(world: &Simulation, round: usize, with_costs: bool, threads: usize) -> f64 {
+    let arm = Named { robot: "arm-0".into(), names: Vec::new() };
+    let of = Cost::JointPositions { joints: arm, targets: Vec::new(), wrapped: false };
+    let request = RolloutRequest {
+        copies: COPIES,
+        steps: STEPS,
+        controls: vec![Control {
+            robot: "arm-0".into(),
+            joints: Vec::new(),
+            mode: ControlMode::Position,
+            values: values(round),
+            knots: KNOTS.0,
+            knot_steps: KNOTS.1,
+            interpolation: Interpolation::Hold,
+            stiffness: Vec::new(),
+            damping: Vec::new(),
+            feedback: None,
+        }],
+        costs: with_costs.then_some(CostTerm { weight: 1.0, final_weight: 0.0, of }).into_iter().collect(),
+        ..RolloutRequest::default()
+    };
+    let begun = Instant::now();
+    let rollout = Rollout::new(world.snapshot(), request, u64::MAX).expect("it can be");
+    let next = AtomicUsize::new(0);
+    std::thread::scope(|scope| {
+        for _ in 0..threads {
+            scope.spawn(|| {
+                let mut worker = rollout.worker();
+                loop {
+                    let batch = next.fetch_add(1, Ordering::Relaxed);
+                    if batch >= rollout.batches() {
+                        return;
+                    }
+                    black_box(rollout.advance(&mut worker, batch, &|| false));
+                }
+            });
+        }
+    });
+    millions(begun)
+}
+
+fn asked(round: usize) -> proto::RolloutRequest {
+    let term = RolloutJointTerm { robot: "arm-0".into(), ..Default::default() };
+    proto::RolloutRequest {
+        copies: COPIES as u32,
+        steps: STEPS as u32,
+        controls: vec![RolloutControl {
+            robot: "arm-0".into(),
+            mode: RolloutControlMode::Position.into(),
+            values: packed(&values(round)),
+            knots: KNOTS.0 as u32,
+            knot_steps: KNOTS.1 as u32,
+            ..Default::default()
+        }],
+        costs: vec![RolloutCost {
+            weight: 1.0,
+            term: Some(Term::JointPositions(term)),
+            ..Default::default()
+        }],
+        ..Default::default()
+    }
+}
