@@ -41,13 +41,14 @@ def free(model: Any) -> None:
     off = mujoco.mjtDisableBit
     for bit in (off.mjDSBL_CONTACT, off.mjDSBL_LIMIT, off.mjDSBL_FRICTIONLOSS, off.mjDSBL_EQUALITY, off.mjDSBL_ACTUATION):
         model.opt.disableflags |= int(bit)
+    model.opt.disableflags &= ~int(off.mjDSBL_GRAVITY)
     model.opt.timestep, model.opt.integrator = TIME_STEP, int(mujoco.mjtIntegrator.mjINT_EULER)
     model.opt.density = model.opt.viscosity = 0.0
     model.opt.gravity[:] = (0, 0, -9.81)
     model.body_gravcomp[:] = 0.0
     # simd's springs are implicit: by Euler k (rest - q - h v'), which in MuJoCo's terms is a damper of h k more.
     for joint in range(model.njnt):
-        if model.jnt_type[joint] in (HINGE, SLIDE):
+        if model.jnt_type[joint] == HINGE or model.jnt_type[joint] == SLIDE:
             model.dof_damping[model.jnt_dofadr[joint]] += TIME_STEP * model.jnt_stiffness[joint]
     if model.ntendon:
         model.tendon_stiffness[:] = model.tendon_damping[:] = 0.0

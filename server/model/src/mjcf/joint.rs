@@ -99,6 +99,9 @@ pub(super) fn read(
     {
         limits.effort = Some(lower.abs().max(upper.abs())).filter(|most| *most > 0.0);
     }
+    if joint.word("springdamper").is_some() {
+        notes.warn(at, Ignored, "springdamper is not read: give stiffness and damping");
+    }
     if joint.number("margin")?.is_some_and(|margin| margin != 0.0) {
         notes.info(at, Ignored, "margin is not read");
     }

@@ -39,6 +39,9 @@ pub(super) struct OfJoint {
     pub(super) reference: Option<f64>,
 }
 
+/// Elements that are of a joint, and of no link.
+const OF_JOINTS: [&str; 5] = ["damping", "dampingFactor", "friction", "springStiffness", "springReference"];
+
 impl Gazebo {
     /// Reads every `<gazebo>` of the robot, and names what is left aside in it.
     pub(super) fn of(mended: &Mended, findings: &mut Findings) -> Self {
@@ -46,11 +49,20 @@ impl Gazebo {
         let joints: BTreeSet<&str> = mended.robot.joints.iter().map(|joint| joint.name.as_str()).collect();
         let mut gazebo = Self::default();
         for node in mended.root.children().filter(|node| is(*node, "gazebo")) {
-            match node.attribute("reference") {
-                None => gazebo.read_robot(node, findings),
-                Some(link) if links.contains(link) => gazebo.read_link(node, link, findings),
-                Some(joint) if joints.contains(joint) => gazebo.read_joint(node, joint, findings),
-                Some(other) => unknown_reference(node, other, &links, findings),
+            let Some(name) = node.attribute("reference") else {
+                gazebo.read_robot(node, findings);
+                continue;
+            };
+            // A link and a joint may have one name, as they often have in MJCF.
+            let (is_link, is_joint) = (links.contains(name), joints.contains(name));
+            if is_link {
+                gazebo.read_link(node, name, is_joint, findings);
+            }
+            if is_joint {
+                gazebo.read_joint(node, name, is_link, findings);
+            }
+            if !is_link && !is_joint {
+                unknown_reference(node, name, &links, findings);
             }
         }
         gazebo
@@ -72,7 +84,8 @@ impl Gazebo {
         }
     }
 
-    fn read_link(&mut self, node: Node, link: &str, findings: &mut Findings) {
+    /// Of a link, of whose name there may be a joint too.
+    fn read_link(&mut self, node: Node, link: &str, is_joint: bool, findings: &mut Findings) {
         let mut others = Others::default();
         // `mu1` along the first direction is what counts.
         let friction = ["mu1", "mu"].iter().find_map(|tag| node.children().find(|child| is(*child, tag)));
@@ -102,16 +115,17 @@ impl Gazebo {
                     }
                     None => others.add(tag),
                 }
-            } else if tag != "sensor" {
+            } else if tag != "sensor" && !(is_joint && OF_JOINTS.contains(&tag)) {
                 others.add(tag);
             }
         }
         others.report(node, findings);
     }
 
-    fn read_joint(&mut self, node: Node, joint: &str, findings: &mut Findings) {
+    /// Of a joint, of whose name there may be a link too.
+    fn read_joint(&mut self, node: Node, joint: &str, is_link: bool, findings: &mut Findings) {
         let mut others = Others::default();
-        let mut of = OfJoint::default();
+        let of = self.joints.entry(joint.to_owned()).or_default();
         for child in node.children().filter(Node::is_element) {
             let tag = child.tag_name().name();
             let slot = match tag {
@@ -120,6 +134,8 @@ impl Gazebo {
                 "springStiffness" => &mut of.stiffness,
                 "springReference" => &mut of.reference,
                 "sensor" => continue,
+                // What is not of the joint was looked at for the link.
+                _ if is_link => continue,
                 _ => {
                     others.add(tag);
                     continue;
@@ -130,8 +146,7 @@ impl Gazebo {
                 findings.used(child, || format!("{tag} {} of joint {}", short(value), quoted(joint)));
             }
         }
-        self.joints.insert(joint.to_owned(), of);
-        if others.is_all(node) {
+        if !is_link && others.is_all(node) {
             let message = format!("not read by simd: it is for Gazebo, of joint {}", quoted(joint));
             return findings.info(node, Ignored, message);
         }

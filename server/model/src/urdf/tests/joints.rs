@@ -185,3 +185,18 @@ fn a_quaternion_is_read_exactly_and_wins_over_angles() {
     assert!((joint.parent_from_joint.rotation * DVec3::Z - DVec3::X).length() < 1e-15);
     assert_eq!(warnings(&report), ["rpy stands beside quat_xyzw, which is used"]);
 }
+
+#[test]
+fn a_gazebo_element_is_of_the_link_and_of_the_joint_of_its_name() {
+    let (model, report) = robot(
+        "<robot name='r'><link name='a'/>\
+         <link name='b'><inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1'/></inertial></link>\
+         <joint name='b' type='continuous'><parent link='a'/><child link='b'/><axis xyz='0 0 1'/></joint>\
+         <gazebo reference='b'><springStiffness>3</springStiffness><mu1>0.7</mu1></gazebo>\
+         <gazebo reference='b'><springReference>0.1</springReference></gazebo></robot>",
+    );
+    let spring = model.setup.joints[0].spring.unwrap();
+    assert_eq!((spring.stiffness, spring.rest), (3.0, 0.1));
+    find(&report, "friction 0.7 of link \"b\"");
+    assert!(!report.findings.iter().any(|finding| finding.message.contains("not read")), "{report:?}");
+}
