@@ -249,7 +249,7 @@ struct CopyView {
     copy: usize,
     /// That it did.
     steps: u32,
-    /// Null where it ended early.
+    /// Null where it ended early, or nothing is weighed.
     cost: Option<f64>,
     /// At the end, in the order of the joints; null where it ended early.
     positions: Vec<Option<f64>>,
@@ -286,7 +286,7 @@ impl View for RolloutView {
     fn page(&self) -> Page {
         let mut columns = vec![Column::right("COPY"), Column::right("STEPS"), Column::right("COST")];
         columns.extend(self.joints.iter().map(|joint| Column::right(joint.to_uppercase())));
-        let number = |value: &Option<f64>| fixed(value.unwrap_or(f64::NAN), 4);
+        let number = |value: &Option<f64>| value.map_or_else(|| "-".to_owned(), |value| fixed(value, 4));
         let row = |copy: &CopyView| {
             let mut row = vec![copy.copy.to_string(), copy.steps.to_string(), number(&copy.cost)];
             row.extend(copy.positions.iter().map(number));
