@@ -183,7 +183,7 @@ fn service() -> Vec<Key> {
         count(
             "service.rollout_seconds",
             1..=86_400,
-            "seconds of processor time that one rollout may take, of all its threads together",
+            "seconds for which threads may compute one rollout, of all its threads together",
             |draft| &mut draft.config.limits.rollout_seconds,
         ),
         count("service.waiting_steps", 1..=65_536, "calls that wait for their steps", |draft| {
