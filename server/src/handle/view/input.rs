@@ -91,7 +91,7 @@ impl InputLog {
         self.asked_until.is_some_and(|until| now < until).then(|| Arc::clone(&self.asker))
     }
 
-    /// A program asks for events until then. Returns whether pages have to be told.
+    /// A program asks for events until then. Returns whether pages have to learn of it.
     fn ask(&mut self, asker: &Arc<str>, now: Instant, until: Instant) -> bool {
         let is_new = self.asks(now).is_none_or(|before| before != *asker);
         if self.asks(now).is_none() {
