@@ -31,7 +31,7 @@ struct SensorTopic {
     robot: String,
     output: Output,
     shape: SensorShape,
-    /// The number of the last reading that was published; `None` where nobody subscribes.
+    /// The number of the last reading that was published; `None` where there is no subscriber.
     after: Option<u64>,
 }
 

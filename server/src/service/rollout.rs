@@ -102,7 +102,7 @@ impl Stage {
 
 /// The arrays of an answer, part by part.
 struct Parts {
-    shelf: Arc<Mutex<Shelf>>,
+    pending: Arc<Mutex<PendingAnswer>>,
     /// Place in [`ARRAYS`].
     array: usize,
     batch: usize,
@@ -118,23 +118,23 @@ impl Drop for Parts {
 }
 
 /// An answer, as long as someone reads it.
-struct Shelf {
+struct PendingAnswer {
     answer: Option<RolloutAnswer>,
     read: Instant,
 }
 
-fn lock(shelf: &Mutex<Shelf>) -> MutexGuard<'_, Shelf> {
-    shelf.lock().unwrap_or_else(PoisonError::into_inner)
+fn lock(pending: &Mutex<PendingAnswer>) -> MutexGuard<'_, PendingAnswer> {
+    pending.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Drops an answer of which nothing is read any more.
-async fn tidy(shelf: Weak<Mutex<Shelf>>) {
+async fn tidy(pending: Weak<Mutex<PendingAnswer>>) {
     loop {
         tokio::time::sleep(UNREAD).await;
-        let Some(shelf) = shelf.upgrade() else { return };
-        let mut shelf = lock(&shelf);
-        if shelf.read.elapsed() >= UNREAD {
-            shelf.answer = None;
+        let Some(pending) = pending.upgrade() else { return };
+        let mut pending = lock(&pending);
+        if pending.read.elapsed() >= UNREAD {
+            pending.answer = None;
             return;
         }
     }
@@ -142,16 +142,16 @@ async fn tidy(shelf: Weak<Mutex<Shelf>>) {
 
 impl Parts {
     fn of(answer: RolloutAnswer) -> Self {
-        let shelf = Arc::new(Mutex::new(Shelf { answer: Some(answer), read: Instant::now() }));
-        let tidy = tokio::spawn(tidy(Arc::downgrade(&shelf))).abort_handle();
-        Self { shelf, array: 0, batch: 0, given: 0, tidy }
+        let pending = Arc::new(Mutex::new(PendingAnswer { answer: Some(answer), read: Instant::now() }));
+        let tidy = tokio::spawn(tidy(Arc::downgrade(&pending))).abort_handle();
+        Self { pending, array: 0, batch: 0, given: 0, tidy }
     }
 
     /// The next part; none where all were given.
     fn next(&mut self) -> Result<Option<v1::RolloutPart>, Status> {
-        let mut shelf = lock(&self.shelf);
-        shelf.read = Instant::now();
-        let Some(answer) = &shelf.answer else {
+        let mut pending = lock(&self.pending);
+        pending.read = Instant::now();
+        let Some(answer) = &pending.answer else {
             let message = format!("the answer of the rollout was not read for {} s", UNREAD.as_secs());
             return Err(Explained::new(ErrorReason::LimitExceeded, message).into());
         };

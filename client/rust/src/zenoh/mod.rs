@@ -91,8 +91,8 @@ impl Network {
             Ok(session) => session,
             Err(reason) => {
                 // Zenoh does not say what TLS said.
-                let told = tls::probe(locator, &pems, options.connect_timeout).await;
-                return Err(Error::unreachable(locator, told.unwrap_or(reason)));
+                let found = tls::probe(locator, &pems, options.connect_timeout).await;
+                return Err(Error::unreachable(locator, found.unwrap_or(reason)));
             }
         };
         let network = Self {

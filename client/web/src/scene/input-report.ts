@@ -14,7 +14,7 @@ export class InputReport {
     const { signal } = this.listening;
     window.addEventListener("keydown", (event) => this.press(event), { signal });
     window.addEventListener("keyup", (event) => this.release(event.code, event.key), { signal });
-    // What is released in another window is not told.
+    // The page does not see what is released in another window.
     window.addEventListener("blur", () => this.releaseAll(), { signal });
     canvas.addEventListener("pointermove", (event) => this.point(event, null, false), { signal });
     canvas.addEventListener("pointerdown", (event) => this.point(event, BUTTONS[event.button] ?? null, true), { signal, capture: true });

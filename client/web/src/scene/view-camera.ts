@@ -1,4 +1,4 @@
-// A camera that is perspective or orthographic: the same object, so that whoever holds it need not know which.
+// A camera that is perspective or orthographic: the same object, so that its holders need not know which.
 import { PerspectiveCamera, Raycaster, Vector3, type Vector2 } from "three";
 
 /** Perspective until `flatten` is called with a size. */

@@ -81,7 +81,7 @@ impl Rollout {
     /// Advances the copies of a batch by all of their steps; nothing where `interrupt`, which is asked before each step, says that
     /// no one wants them any more.
     ///
-    /// The one place where copies step: one after the other here. Whoever steps several at once does it in the place of this.
+    /// The one place where copies step: one after the other here. What steps several at once will be in its place.
     pub fn advance(
         &self,
         worker: &mut Worker,

@@ -6,7 +6,7 @@ use simd_proto::v1;
 use super::stamp;
 use crate::handle::{RolloutAnswer, RolloutStart};
 
-/// Copies that ended early of which the reason is told.
+/// Copies that ended early whose reasons an answer has.
 const MOST_ENDED: usize = 16;
 /// Bytes of a reason at the most.
 const MOST_REASON: usize = 500;
