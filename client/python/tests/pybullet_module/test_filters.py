@@ -140,3 +140,24 @@ def test_filters_stay_when_a_body_is_loaded_again(script: Any) -> None:
     script.setCollisionFilterGroupMask(box, -1, 0, 0)
     script.changeDynamics(box, -1, mass=2)
     assert falls(script, box)
+
+
+def test_a_base_that_is_freed_or_fixed_by_its_mass_touches_as_in_pybullet(script: Any, bullet: Any, tmp_path: Path) -> None:
+    file = tmp_path / "box.urdf"
+    file.write_text(f'<robot name="box"><link name="box">{_INERTIA}{_BOX}</link></robot>')
+    heights: list[list[float]] = []
+    for p in (script, bullet):
+        p.setGravity(0, 0, -10)
+        upper = p.loadURDF(str(file), [0, 0, 3], useFixedBase=True)
+        lower = p.loadURDF(str(file), useFixedBase=True)
+        p.changeDynamics(upper, -1, mass=1)
+        for _ in range(360):
+            p.stepSimulation()
+        rests = p.getBasePositionAndOrientation(upper)[0][2]
+        p.changeDynamics(upper, -1, mass=0)
+        p.changeDynamics(lower, -1, mass=1)
+        for _ in range(24):
+            p.stepSimulation()
+        # Both are held, then the lower one falls alone.
+        heights.append([rests, p.getBasePositionAndOrientation(upper)[0][2], p.getBasePositionAndOrientation(lower)[0][2]])
+    assert heights[0] == pytest.approx(heights[1], abs=2e-2)

@@ -19,11 +19,17 @@ _ON = PairCollision.PAIR_COLLISION_ENABLED
 _BITS = 0xFFFFFFFF
 # Bullet's group of what is a part of the world, which does not touch its like.
 _STATIC = 2
+_MOVING = 1
 
 
 def of_the_world(surface: Surface) -> Surface:
     """With Bullet's groups of a base that is fixed to the world."""
     return replace(surface, collision_group=_STATIC, collision_mask=_BITS & ~_STATIC)
+
+
+def of_what_moves(surface: Surface) -> Surface:
+    """With Bullet's groups of a base that is free."""
+    return replace(surface, collision_group=_MOVING, collision_mask=_BITS)
 
 
 def setCollisionFilterPair(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from simd_client.proto import DeleteEntityRequest, DescriptionSource, ResetJointsRequest, methods
+from simd_client.surface import Surface
 
 from . import filters
 from .arguments import Pose
@@ -36,6 +37,9 @@ def respawn(world: World, body: Body, function: str, fixed: bool, pose: Pose, ur
         divided=body.divided,
     )
     entity = world.wire.spawn(DescriptionSource(urdf=text, assets=body.files), spawn)
+    # As in PyBullet, whatever groups the base was in before.
+    place = filters.of_the_world if fixed else filters.of_what_moves
+    body.surfaces[body.base_link] = place(body.surfaces.get(body.base_link, Surface()))
     world.replaced(body, entity, body.frames, text)
     filters.put(world, body.unique_id)
     if balls or any(velocities.values()):
