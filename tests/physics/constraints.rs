@@ -50,7 +50,7 @@ pub(crate) fn tree(rng: &mut Rng) -> Arc<RobotModel> {
     Arc::new(RobotModel { name: "tree".into(), links, joints, ..RobotModel::default() })
 }
 
-fn kind(rng: &mut Rng) -> RequestedConstraint {
+pub(crate) fn kind(rng: &mut Rng) -> RequestedConstraint {
     let axis = vector(rng, 1.0);
     match rng.u8(0..6) {
         0 => RequestedConstraint::Weld,
@@ -138,7 +138,7 @@ pub(crate) fn held(kind: RequestedConstraint, parent: RequestedEnd, child: Reque
     }
 }
 
-fn energy(state: &PublishedState) -> (f64, f64) {
+pub(crate) fn energy(state: &PublishedState) -> (f64, f64) {
     let (mut kinetic, mut potential) = (0.0, 0.0);
     for (index, entity) in state.world.entities.iter().enumerate() {
         let (poses, twists) = (state.link_poses(index).unwrap(), state.link_twists(index).unwrap());

@@ -8,6 +8,7 @@ mod closed_forms;
 mod collision_filters;
 mod constraint_properties;
 mod constraints;
+mod contradictions;
 mod contact_runs;
 mod contacts;
 mod cradle;

@@ -1,6 +1,7 @@
 //! Robots that touch or are constrained, solved together: the rows of their joints, of their contacts and of the constraints between
 //! their links, on all their velocities.
 
+mod contradictions;
 mod impulses;
 mod links;
 mod projection;
@@ -143,6 +144,9 @@ impl Island {
                 return false;
             }
             if self.postpone_hits(contacts, gravity.length(), h) && !self.find_impulses(robots, interrupt) {
+                return false;
+            }
+            if !self.settle_contradictions(robots, h, interrupt) {
                 return false;
             }
             if !self.project(robots, constraints, h, interrupt) {

@@ -21,6 +21,14 @@ use super::contact::ContactRows;
 /// R as a part of the mean J M^-1 J' of the block.
 const COMPLIANCE: f64 = 1e-5;
 
+/// Errors of more than this are not those of a load, m and rad: under two million times the weight of what hangs on it a constraint gives
+/// by that much in a step of 1 ms.
+pub const FAR: [f64; 2] = [1e-3, 3e-3];
+
+/// R of what is as far off as that: where links can hardly move towards where they are to be, as a chain that is nearly straight, its
+/// joints would turn ever faster (damped least squares: Wampler (1986)).
+const FAR_COMPLIANCE: f64 = 0.05;
+
 /// Errors are put right no faster than this, m/s, and of angles rad/s: fast enough for what scripts drag along.
 const MAX_CORRECTION: [f64; 2] = [10.0, 30.0];
 
@@ -108,6 +116,8 @@ pub struct LinkRows {
     pub first_ahead: [f64; 3],
     /// By how much the velocities found now would leave it.
     pub bending: [f64; 3],
+    /// Of what contradicts other constraints, how far its velocities are from what it aimed at, m/s or rad/s.
+    pub unreached: Option<[f64; 3]>,
     /// What takes directions without rows out of targets: nn, nt, nu, tt, tu, uu.
     pub directions: [f64; 6],
     /// The impulse's norm at the most, N s or N m s.
@@ -165,6 +175,19 @@ impl LinkRows {
         self.targets = weigh(self.directions, [0, 1, 2].map(|k| self.aimed[k] - ahead[k] / h));
     }
 
+    /// Whether it is farther from what it asks for than loads would take it.
+    pub fn is_far(&self) -> bool {
+        let is_slack = self.is_one_sided && self.errors[0] > 0.0;
+        !is_slack && DVec3::from_array(self.errors).length() > FAR[usize::from(self.turns)]
+    }
+
+    /// Aims at these velocities instead, m/s or rad/s: what it aimed at is farther off by `unreached`.
+    pub fn go_on_at(&mut self, speeds: [f64; 3], unreached: [f64; 3]) {
+        (self.ahead, self.first_ahead) = ([0.0; 3], [0.0; 3]);
+        (self.aimed, self.targets) = (speeds, speeds);
+        self.unreached = Some(unreached);
+    }
+
     /// Takes J M^-1 J' from the blocks. What no joint can move, as what leads out of the plane of a plane linkage, has no row:
     /// its J is rounding.
     pub fn measure(&mut self, blocks: &mut [f64]) {
@@ -176,7 +199,8 @@ impl LinkRows {
         self.drop_singular(blocks);
         let [nn, nt, nu, tt, tu, uu] = self.rows.effect;
         let count = [nn, tt, uu].into_iter().filter(|effect| *effect > 0.0).count().max(1);
-        let r = COMPLIANCE * (nn + tt + uu) / count as f64;
+        let part = if self.is_far() { FAR_COMPLIANCE } else { COMPLIANCE };
+        let r = part * (nn + tt + uu) / count as f64;
         self.compliance = r;
         let (nn, tt, uu) = (nn + r, tt + r, uu + r);
         let (a, b, c) = (tt * uu - tu * tu, nu * tu - nt * uu, nt * tu - nu * tt);

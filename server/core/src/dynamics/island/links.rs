@@ -168,7 +168,9 @@ impl Island {
                     robots[member].as_mut().note_link(is_jump, is_kink);
                 }
             }
-            let left = link.residual(link.rows.velocities(&self.blocks, &self.velocities));
+            let left = link
+                .unreached
+                .unwrap_or_else(|| link.residual(link.rows.velocities(&self.blocks, &self.velocities)));
             let impulse = link.rows.world_impulse();
             constraint.impulses[part] = link.rows.impulse;
             let is_turn = link.turns || link.gear.is_some_and(|gear| turns(robots, gear));

@@ -90,7 +90,7 @@ impl Island {
         let mut last: Option<(usize, [DPose3; 2])> = None;
         for link in links {
             link.bending = link.ahead;
-            let holds = DVec3::from_array(link.errors).length() <= MOST_ERROR;
+            let holds = link.unreached.is_none() && DVec3::from_array(link.errors).length() <= MOST_ERROR;
             if link.gear.is_some() || link.state != LinkState::Holds || !link.acts() || !holds {
                 continue;
             }
