@@ -46,7 +46,7 @@ pub(crate) struct Arguments {
 /// What every command takes.
 #[derive(Args, Debug)]
 pub(crate) struct Options {
-    /// The daemon: host, host:port, http://host:port, or for Zenoh tcp/host:port[#NAME]
+    /// The daemon: host, host:port, http://host:port, unix:PATH, or for Zenoh tcp/host:port[#NAME]
     #[arg(short, long, global = true, value_name = "ADDRESS", help_heading = "Options everywhere")]
     pub(crate) endpoint: Option<String>,
     /// The daemon, by its name in the configuration file

@@ -1,6 +1,7 @@
 //! From an error to one sentence, a remedy and an exit code.
 
 use std::{
+    fmt,
     io::{self, IsTerminal as _, Write as _},
     process::ExitCode,
 };
@@ -16,6 +17,18 @@ const USAGE: u8 = 2;
 /// To which the gRPC status code of a refused call is added.
 const REFUSED: u8 = 64;
 
+/// Options that do not go together, of which clap does not know.
+#[derive(Debug)]
+pub(crate) struct Usage(pub(crate) String);
+
+impl fmt::Display for Usage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for Usage {}
+
 /// Writes the error to stderr and gives the code to exit with.
 pub(crate) fn report(error: &anyhow::Error) -> ExitCode {
     if is_closed_pipe(error) {
@@ -23,9 +36,11 @@ pub(crate) fn report(error: &anyhow::Error) -> ExitCode {
         return ExitCode::SUCCESS;
     }
     let mut stderr = io::stderr().lock();
-    let name = if has_colour(stderr.is_terminal()) { "\x1b[31msimctl:\x1b[0m" } else { "simctl:" };
+    // As clap begins what it refuses by itself.
+    let name = if error.is::<Usage>() { "error:" } else { "simctl:" };
+    let (begin, end) = if has_colour(stderr.is_terminal()) { ("\x1b[31m", "\x1b[0m") } else { ("", "") };
     // Nothing is left to tell it to where stderr is gone.
-    let _ = writeln!(stderr, "{name} {}", printable_lines(&format!("{error:#}")));
+    let _ = writeln!(stderr, "{begin}{name}{end} {}", printable_lines(&format!("{error:#}")));
     if let Some(remedy) = remedy(error) {
         let _ = writeln!(stderr, "        {}", printable_lines(&remedy));
     }
@@ -54,6 +69,9 @@ fn is_closed_pipe(error: &anyhow::Error) -> bool {
 }
 
 fn code(error: &anyhow::Error) -> u8 {
+    if error.is::<Usage>() {
+        return USAGE;
+    }
     let Some(error) = error.downcast_ref::<Error>() else { return OWN };
     match (error, error.code()) {
         (Error::Endpoint { .. } | Error::SeveralDaemons { .. }, _) => USAGE,
@@ -171,12 +189,14 @@ mod tests {
     }
 
     #[test]
-    fn own_failures_exit_with_1_and_a_malformed_endpoint_with_2() {
+    fn own_failures_exit_with_1_and_wrong_usage_with_2() {
         assert_eq!(code(&anyhow::anyhow!("no")), OWN);
         let file = anyhow::Error::from(Error::File { path: "a".into(), reason: io::Error::other("no") });
         assert_eq!((code(&file), format!("{file:#}")), (OWN, "cannot read a: no".to_owned()));
         let endpoint = Error::Endpoint { endpoint: "a b".into(), reason: "no".into() };
         assert_eq!(code(&endpoint.into()), USAGE);
+        let options = anyhow::Error::from(Usage("no".into()));
+        assert_eq!((code(&options), format!("{options:#}")), (USAGE, "no".to_owned()));
     }
 
     #[test]

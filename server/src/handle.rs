@@ -29,7 +29,7 @@ mod rollouts;
 mod sensors;
 mod simulation;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 mod view;
 
 use std::future::Future;

@@ -33,7 +33,7 @@ pub(crate) struct Set {
     #[arg(long, value_name = "X,Y,Z", value_parser = pose::parse_vector, allow_hyphen_values = true, default_value = "0,0,0")]
     target: Vector3,
     /// The vertical field of view, degrees; as it is if left out
-    #[arg(long, value_name = "DEGREES")]
+    #[arg(long, value_name = "DEGREES", allow_negative_numbers = true)]
     field_of_view: Option<f64>,
 }
 

@@ -50,7 +50,7 @@ pub(crate) enum Add {
         #[arg(value_name = "X,Y,Z", value_parser = pose::parse_vector, allow_hyphen_values = true)]
         to: Vector3,
         /// CSS pixels
-        #[arg(long, default_value_t = 1.0, value_name = "PIXELS")]
+        #[arg(long, default_value_t = 1.0, value_name = "PIXELS", allow_negative_numbers = true)]
         width: f32,
         #[command(flatten)]
         common: Common,
@@ -61,7 +61,7 @@ pub(crate) enum Add {
         #[arg(value_name = "X,Y,Z", value_parser = pose::parse_vector, allow_hyphen_values = true)]
         position: Vector3,
         /// CSS pixels
-        #[arg(long, default_value_t = 6.0, value_name = "PIXELS")]
+        #[arg(long, default_value_t = 6.0, value_name = "PIXELS", allow_negative_numbers = true)]
         size: f32,
         #[command(flatten)]
         common: Common,
@@ -74,7 +74,7 @@ pub(crate) enum Add {
         #[arg(value_name = "X,Y,Z", value_parser = pose::parse_vector, allow_hyphen_values = true)]
         position: Vector3,
         /// Height of a line, metres
-        #[arg(long, default_value_t = 0.1, value_name = "METRES")]
+        #[arg(long, default_value_t = 0.1, value_name = "METRES", allow_negative_numbers = true)]
         size: f64,
         #[command(flatten)]
         common: Common,
@@ -91,7 +91,13 @@ pub(crate) struct Common {
     #[arg(long, value_name = "ROBOT[/LINK]")]
     on: Option<String>,
     /// How long it stays; until it is deleted if left out
-    #[arg(long, default_value_t = 0.0, hide_default_value = true, value_name = "SECONDS")]
+    #[arg(
+        long,
+        default_value_t = 0.0,
+        hide_default_value = true,
+        value_name = "SECONDS",
+        allow_negative_numbers = true
+    )]
     seconds: f64,
     /// The id of a marker whose place it takes
     #[arg(long, default_value_t = 0, hide_default_value = true, value_name = "ID")]

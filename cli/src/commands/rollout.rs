@@ -58,7 +58,7 @@ pub(crate) struct Rollout {
     #[arg(long, value_name = "JOINT=POSITION", value_parser = goal, allow_hyphen_values = true)]
     goal: Vec<(String, f64)>,
     /// What the square of each effort costs in each step
-    #[arg(long, value_name = "WEIGHT", default_value_t = 0.0)]
+    #[arg(long, value_name = "WEIGHT", default_value_t = 0.0, allow_negative_numbers = true)]
     effort_weight: f64,
     /// Starts from a saved state, and not from the world as it is
     #[arg(long, value_name = "NAME")]

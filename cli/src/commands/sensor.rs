@@ -64,7 +64,7 @@ pub(crate) struct Add {
     #[arg(long, value_name = "X,Y,Z[,ROLL,PITCH,YAW]", value_parser = pose::parse, allow_hyphen_values = true)]
     pose: Option<Pose>,
     /// Samples per simulated second; one each step if left out
-    #[arg(long, value_name = "HZ")]
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     rate: Option<f64>,
     /// How a channel errs, as `linear-acceleration.z:deviation=0.02,bias=0.1`; may be given again
     #[arg(long, value_name = "CHANNEL[.AXIS]:WHAT=VALUE,...", value_parser = noise::parse)]
@@ -73,7 +73,7 @@ pub(crate) struct Add {
     #[arg(long, default_value_t = 0, hide_default_value = true)]
     seed: u64,
     /// Of a range finder or lidar: metres
-    #[arg(long, value_name = "MIN,MAX", value_parser = limits)]
+    #[arg(long, value_name = "MIN,MAX", value_parser = limits, allow_hyphen_values = true)]
     range: Option<[f64; 2]>,
     /// Of a lidar: how many angles about z, and which
     #[arg(long, value_name = "SAMPLES,MIN,MAX", value_parser = sweep, allow_hyphen_values = true)]
@@ -88,7 +88,7 @@ pub(crate) struct Add {
     #[arg(long)]
     on_child: bool,
     /// Of a contact sensor: it is touched from this force on
-    #[arg(long, value_name = "NEWTON")]
+    #[arg(long, value_name = "NEWTON", allow_negative_numbers = true)]
     threshold: Option<f64>,
 }
 
@@ -117,7 +117,7 @@ pub(crate) struct Watch {
     #[command(flatten)]
     chosen: Chosen,
     /// How often readings are sent, per wall second: 0.1 to 1000; each reading comes, whatever it is
-    #[arg(short, long, default_value_t = 50.0, value_name = "HZ")]
+    #[arg(short, long, default_value_t = 50.0, value_name = "HZ", allow_negative_numbers = true)]
     rate: f64,
     /// End after so many readings
     #[arg(short, long, value_name = "N")]

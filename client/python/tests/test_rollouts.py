@@ -149,6 +149,12 @@ def test_what_does_not_fit_is_said(sim: Simulation, arm: Robot) -> None:
         sim.rollout(1, [Control(arm, np.zeros(2))])
     with pytest.raises(ValueError, match="one of"):
         sim.rollout(1, variations=[Variation("gains", arm)])
+    with pytest.raises(ValueError, match=r"^steps is -1; give a number from 0 to 4294967295$"):
+        sim.rollout(-1)
+    with pytest.raises(ValueError, match=r"^there is no interpolation 'round'; give 'hold', 'linear' or 'cubic'$"):
+        sim.rollout(1, [Control(arm, [[0.0, 0.0]], interpolation="round")])  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="^there is no observation 'colour'; give 'joint_positions', "):
+        sim.rollout(1, observe=[Observation("colour", arm)])  # type: ignore[arg-type]
     with pytest.raises(simd_client.JointNotFound):
         sim.rollout(1, [Control(arm, [[0.0]], ["knee"])])
     with pytest.raises(simd_client.LimitExceeded, match="copies"):

@@ -173,7 +173,7 @@ def test_noise_is_that_of_its_seed(sim: Simulation, arm: Robot) -> None:
 def test_what_is_no_kind_is_refused(sim: Simulation, arm: Robot) -> None:
     with pytest.raises(TypeError):
         arm.sensors.create("imu")  # type: ignore[arg-type]
-    with pytest.raises(ValueError):
+    with pytest.raises(ValueError, match="^there is no channel of noise 'sound'; give 'linear_acceleration', "):
         arm.sensors.create(ImuSensor(), noise=[SensorNoise("sound")])  # type: ignore[arg-type]
     with pytest.raises(simd_client.InvalidValue) as refused:
         arm.sensors.create(ImuSensor(), rate=-1.0)

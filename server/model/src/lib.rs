@@ -6,13 +6,14 @@
 //! * [`report`]: what was done to a description on the way in.
 //! * [`urdf`]: from text to robot.
 //! * [`translation`]: SDF and MJCF, as URDF.
-//! * [`primitive`]: single shapes, as text.
+//! * [`primitive`]: single shapes, as text. `number`: numbers in sentences.
 
 mod inertia;
 pub mod limits;
 mod mesh;
 mod mjcf;
 mod name;
+mod number;
 pub mod primitive;
 pub mod report;
 pub mod robot;
@@ -24,6 +25,7 @@ pub mod urdf;
 
 pub use limits::{LoadLimits, MOST_LINKS};
 pub use name::wire_name;
+pub use number::shown;
 pub use primitive::Primitive;
 pub use report::{Disposition, Finding, LoadReport, Severity};
 pub use robot::RobotModel;

@@ -270,6 +270,21 @@ impl SensorKind {
         }
     }
 
+    /// How many rays a reading of it takes.
+    pub fn rays(&self) -> u64 {
+        match self {
+            Self::Range(_) => 1,
+            Self::Lidar(scan) => scan.rays(),
+            Self::Imu
+            | Self::ForceTorque { .. }
+            | Self::Contact { .. }
+            | Self::LinkState
+            | Self::Encoder
+            | Self::Odometry
+            | Self::Camera(_) => 0,
+        }
+    }
+
     /// Whether it is on a joint, and not on a link.
     pub fn is_of_joint(&self) -> bool {
         matches!(self, Self::ForceTorque { .. } | Self::Encoder)
@@ -287,6 +302,24 @@ impl SensorKind {
             Self::Encoder => "encoder",
             Self::Odometry => "odometry",
             Self::Camera(_) => "camera",
+        }
+    }
+}
+
+impl Channels {
+    /// In words, for people.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::LinearAcceleration => "linear acceleration",
+            Self::AngularVelocity => "angular velocity",
+            Self::Orientation => "orientation",
+            Self::Force => "force",
+            Self::Torque => "torque",
+            Self::Position => "position",
+            Self::LinearVelocity => "linear velocity",
+            Self::JointPosition => "joint position",
+            Self::JointVelocity => "joint velocity",
+            Self::Range => "range",
         }
     }
 }

@@ -5,6 +5,8 @@ use std::fmt;
 use std::ops::RangeInclusive;
 use std::time::Duration;
 
+use simd_model::shown;
+
 /// Longest name of anything, in bytes: names come back in messages and headers.
 const MAX_NAME_BYTES: usize = 1024;
 
@@ -61,7 +63,7 @@ impl<'a> Path<'a> {
         BadField {
             field: self.to_string(),
             of: String::new(),
-            value: value.to_string(),
+            value: shown(value),
             expected: expected.into(),
         }
     }

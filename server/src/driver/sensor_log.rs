@@ -266,8 +266,9 @@ impl Kept {
 }
 
 impl Scan {
-    /// Measures; gives up as soon as it is not wanted any more.
-    pub(crate) fn measure(mut self, is_cancelled: impl Fn() -> bool) {
+    /// Measures; gives up as soon as it is not wanted any more. What it comes to is handed over where this is dropped, which
+    /// takes the lock of the log: a thread that gives way to others must not hold that.
+    pub(crate) fn measure(&mut self, is_cancelled: impl Fn() -> bool) {
         self.reading = self.state.state.reading(&self.sample, is_cancelled);
     }
 }

@@ -18,6 +18,11 @@ const KEEPALIVE_PROBES: u32 = 3;
 /// Who may open a Unix socket, whatever the umask: the daemon's user and its group.
 const SOCKET_MODE: u32 = 0o660;
 
+/// Connections that may wait at a Unix socket until they are accepted.
+const WAITING: u32 = 1024;
+/// Bytes of the path of a Unix socket at the most: one fewer than `sockaddr_un` has room for.
+const LONGEST_PATH: usize = 107;
+
 /// Where connections come in.
 #[derive(Debug)]
 pub struct Listeners {
@@ -40,14 +45,17 @@ impl UnixSocket {
     /// Makes the file. One that a daemon has left that was killed is replaced.
     ///
     /// # Errors
-    /// Where a process listens there, another file is there, or the file cannot be made.
+    /// Where a process listens there, another file is there, or the file cannot be made: in words that say what to do.
     pub fn bind(path: &Path) -> io::Result<Self> {
         if is_abandoned(path) {
             std::fs::remove_file(path)?;
         }
-        let listener = UnixListener::bind(path)?;
+        let socket = tokio::net::UnixSocket::new_stream()?;
+        socket.bind(path).map_err(|error| explained(path, error))?;
+        // Before it listens, so that no other user comes in meanwhile.
         std::fs::set_permissions(path, std::fs::Permissions::from_mode(SOCKET_MODE))?;
-        Ok(Self { listener, path: path.to_owned(), file: identity(path)? })
+        let file = identity(path)?;
+        Ok(Self { listener: socket.listen(WAITING)?, path: path.to_owned(), file })
     }
 
     /// Connections, which count as some from the loopback address.
@@ -69,14 +77,41 @@ impl Drop for UnixSocket {
     }
 }
 
+/// Why no socket can be made there, and what to do, where the system's words do not say it.
+fn explained(path: &Path, error: io::Error) -> io::Error {
+    let is_folder = |folder: &Path| folder.as_os_str().is_empty() || folder.is_dir();
+    let length = path.as_os_str().len();
+    let words = match error.kind() {
+        io::ErrorKind::AddrInUse if is_socket(path) => {
+            "another process listens there; end that, or name another path".to_owned()
+        }
+        io::ErrorKind::AddrInUse => {
+            "what is there is no socket, and stays; delete it, or name another path".to_owned()
+        }
+        _ if length > LONGEST_PATH => {
+            format!(
+                "the path has {length} bytes, and that of a socket at most {LONGEST_PATH}; name a shorter one"
+            )
+        }
+        io::ErrorKind::NotFound if path.parent().is_some_and(|folder| !is_folder(folder)) => {
+            "its folder is not there; make it, or name another path".to_owned()
+        }
+        _ => return error,
+    };
+    io::Error::new(error.kind(), words)
+}
+
+fn is_socket(path: &Path) -> bool {
+    std::fs::symlink_metadata(path).is_ok_and(|file| file.file_type().is_socket())
+}
+
 /// Whether this is a socket at which no process listens.
 fn is_abandoned(path: &Path) -> bool {
-    let is_socket = std::fs::symlink_metadata(path).is_ok_and(|file| file.file_type().is_socket());
     let refuses = || {
         let connected = std::os::unix::net::UnixStream::connect(path);
         connected.is_err_and(|error| error.kind() == io::ErrorKind::ConnectionRefused)
     };
-    is_socket && refuses()
+    is_socket(path) && refuses()
 }
 
 fn identity(path: &Path) -> io::Result<(u64, u64)> {
@@ -129,9 +164,25 @@ mod tests {
         drop(std::os::unix::net::UnixListener::bind(&path).unwrap());
         let first = UnixSocket::bind(&path).unwrap();
         assert_eq!(std::fs::metadata(&path).unwrap().permissions().mode() & 0o777, SOCKET_MODE);
-        assert_eq!(UnixSocket::bind(&path).unwrap_err().kind(), io::ErrorKind::AddrInUse);
+        let refused = UnixSocket::bind(&path).unwrap_err();
+        assert_eq!(refused.kind(), io::ErrorKind::AddrInUse);
+        assert_eq!(refused.to_string(), "another process listens there; end that, or name another path");
         drop(first);
         assert!(!path.exists(), "the file goes with the socket");
+    }
+
+    #[tokio::test]
+    async fn a_path_at_which_no_socket_can_be_is_refused_with_what_to_do() {
+        let folder = tempfile::tempdir().unwrap();
+        let refused = |name: &str| UnixSocket::bind(&folder.path().join(name)).unwrap_err().to_string();
+        let long = refused(&"x".repeat(120));
+        assert!(long.ends_with("and that of a socket at most 107; name a shorter one"), "{long}");
+        assert_eq!(refused("none/simd.sock"), "its folder is not there; make it, or name another path");
+        std::fs::create_dir(folder.path().join("simd.sock")).unwrap();
+        assert_eq!(
+            refused("simd.sock"),
+            "what is there is no socket, and stays; delete it, or name another path"
+        );
     }
 
     #[tokio::test]

@@ -197,11 +197,16 @@ impl SimHandle {
     async fn measure_one_by_one(self) {
         let draining = self.draining();
         let log = &self.inner.driver.sensors;
-        while let Some(scan) = draining.run_until_cancelled(log.next_scan()).await {
+        while let Some(mut scan) = draining.run_until_cancelled(log.next_scan()).await {
             let cancelled = draining.clone();
-            let measure = move || scan.measure(|| cancelled.is_cancelled());
-            if let Err(error) = self.loader().threads().run(measure).await {
-                tracing::error!(%error, "a scan is not measured");
+            let measure = move || {
+                scan.measure(|| cancelled.is_cancelled());
+                scan
+            };
+            match self.loader().threads().run(measure).await {
+                // Here, since on a busy machine those threads may stand still for long, and readers would wait for the log.
+                Ok(measured) => drop(measured),
+                Err(error) => tracing::error!(%error, "a scan is not measured"),
             }
         }
     }

@@ -28,7 +28,7 @@ fn handle(toy: Toy, state: RunState) -> (SimHandle, Applied) {
     )
 }
 
-pub(super) fn paused() -> SimHandle {
+pub(crate) fn paused() -> SimHandle {
     handle(Toy::default(), RunState::Paused).0
 }
 

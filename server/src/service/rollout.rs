@@ -1,8 +1,6 @@
 //! The rollout service: copies of the world that run on, as a stream that says how far they are, and ends with what they
 //! came to.
 
-use std::future::Future;
-use std::pin::Pin;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::time::Duration;
@@ -10,8 +8,9 @@ use std::time::Duration;
 use futures_util::stream;
 use simd_proto::v1::rollout_response::Event;
 use simd_proto::v1::{self, ErrorReason, rollout_service_server::RolloutService};
-use tokio::task::AbortHandle;
+use tokio::task::{AbortHandle, JoinError};
 use tokio::time::Instant;
+use tokio_util::task::AbortOnDropHandle;
 use tonic::{Request, Response, Status};
 
 use super::BoxStream;
@@ -57,14 +56,20 @@ impl RolloutService for Service {
         };
         let (copies, done) = (request.copies, CopiesDone::default());
         let (handle, of_work) = (self.handle.clone(), Arc::clone(&done));
-        // The stream is asked for its answers elsewhere, where no one knows whose call it is.
-        let work = Account::current().scope(async move { handle.rollout(from, request, of_work).await });
-        let begun = Stage::Computing { work: Box::pin(work), done, copies };
+        // A task of its own, since a stream whose client does not read is not polled: a rollout that stood still would keep its place
+        // from all others. A task does not know by itself whose call it is.
+        let work = Account::current().scope(async move {
+            let answer = handle.rollout(from, request, of_work).await?;
+            Ok::<_, CallError>((result(&answer), Parts::of(answer)))
+        });
+        let work = AbortOnDropHandle::new(tokio::spawn(work));
+        let begun = Stage::Computing { work, done, copies };
         Ok(Response::new(Box::pin(stream::try_unfold(begun, Stage::next))))
     }
 }
 
-type Work = Pin<Box<dyn Future<Output = Result<RolloutAnswer, CallError>> + Send>>;
+/// What a rollout comes to; it ends where this is dropped.
+type Work = AbortOnDropHandle<Result<(v1::RolloutResult, Parts), CallError>>;
 
 /// Where a stream is.
 enum Stage {
@@ -79,9 +84,9 @@ impl Stage {
                 tokio::select! {
                     biased;
                     answer = &mut work => {
-                        let answer = answer?;
-                        let result = result(&answer);
-                        (Event::Result(result), Self::Giving(Parts::of(answer)))
+                        let failed = |error: JoinError| CallError::Internal { message: error.to_string() };
+                        let (result, parts) = answer.map_err(failed)??;
+                        (Event::Result(result), Self::Giving(parts))
                     }
                     () = tokio::time::sleep(PROGRESS) => {
                         let count = |copies: usize| u32::try_from(copies).unwrap_or(u32::MAX);
@@ -177,5 +182,45 @@ impl Parts {
             }
         }
         Ok(None)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::future::poll_fn;
+    use std::task::Poll;
+
+    use futures_util::StreamExt as _;
+
+    use super::*;
+    use crate::handle::tests::paused;
+
+    #[tokio::test]
+    async fn a_rollout_whose_client_does_not_read_keeps_no_place_from_others() {
+        let service = Service::new(paused());
+        let small = || Request::new(v1::RolloutRequest { copies: 2, steps: 5, ..Default::default() });
+        let mut unread = Vec::new();
+        // As many as are computed at a time, each asked once, and then not again.
+        for _ in 0..2 {
+            let mut stream = service.rollout(small()).await.unwrap().into_inner();
+            poll_fn(|context| {
+                let _ = stream.poll_next_unpin(context);
+                Poll::Ready(())
+            })
+            .await;
+            unread.push(stream);
+        }
+        let mut read = service.rollout(small()).await.unwrap().into_inner();
+        let whole = async {
+            while let Some(answer) = read.next().await {
+                if let Some(Event::Result(result)) = answer.unwrap().event {
+                    return result;
+                }
+            }
+            panic!("it ends without a result");
+        };
+        let result = tokio::time::timeout(Duration::from_secs(60), whole).await;
+        assert_eq!(result.expect("it has its turn").steps_done, [5, 5]);
+        drop(unread);
     }
 }

@@ -10,6 +10,7 @@ use simd_client::proto::{
 
 use super::noise::word;
 use crate::{
+    failure::Usage,
     output::{
         json::PoseView,
         number::{ABSENT, exact},
@@ -73,12 +74,12 @@ impl Shape {
             ("--threshold", threshold.is_some(), kind == Kind::Contact),
         ] {
             if is_given && !is_allowed {
-                bail!("{option} is not for a sensor of the kind {}", kind.name());
+                bail!(Usage(format!("{option} is not for a sensor of the kind {}", kind.name())));
             }
         }
         let rays = || match range {
             Some(range) => Ok(range),
-            None => bail!("a sensor of the kind {} needs --range MIN,MAX", kind.name()),
+            None => bail!(Usage(format!("a sensor of the kind {} needs --range MIN,MAX", kind.name()))),
         };
         Ok(match kind {
             Kind::Imu => sensor::Kind::Imu(ImuSensor {}),
@@ -94,7 +95,7 @@ impl Shape {
             Kind::Lidar => {
                 let [min, max] = rays()?;
                 let Some(horizontal) = horizontal else {
-                    bail!("a lidar needs --horizontal SAMPLES,MIN,MAX")
+                    bail!(Usage("a lidar needs --horizontal SAMPLES,MIN,MAX".to_owned()))
                 };
                 let range = Some(RangeLimits { min, max });
                 sensor::Kind::Lidar(LidarSensor { horizontal: Some(horizontal), vertical, range })

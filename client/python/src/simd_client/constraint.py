@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 
 from simd_client import proto
+from simd_client.enum_word import enum_name
 from simd_client.geometry import FloatArray, Pose, pose_from_proto, pose_to_proto, vector_from_proto
 
 ConstraintKind = Literal["weld", "point_to_point", "hinge", "slide", "gear", "distance"]
@@ -76,7 +77,7 @@ class Constraint:
 
 def kind_to_proto(kind: ConstraintKind) -> proto.ConstraintKind:
     """As the enum's value. Raises `ValueError` for another word."""
-    return proto.ConstraintKind.Value(f"CONSTRAINT_KIND_{kind.upper()}")  # type: ignore[return-value]
+    return proto.ConstraintKind.Value(enum_name("CONSTRAINT_KIND", kind, ConstraintKind, "kind of constraint"))  # type: ignore[return-value]
 
 
 def end_to_proto(end: ConstraintEnd) -> proto.ConstraintEnd:

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from simd_client import proto
+from simd_client.enum_word import count_within, enum_name
 from simd_client.geometry import Pose, pose_to_proto, vector_to_proto
 from simd_client.state import Named, name_of
 
@@ -18,6 +19,10 @@ Mode = Literal["position", "velocity", "effort"]
 
 Interpolation = Literal["hold", "linear", "cubic"]
 """What holds between knots: the knot before, a straight line, or a smooth curve through the knots."""
+
+_MOST = 2**32 - 1
+"""The largest count that a message has room for. The daemon takes fewer, and says how many."""
+
 
 def _packed(values: npt.ArrayLike | None) -> bytes:
     return b"" if values is None else np.ascontiguousarray(values, dtype="<f8").tobytes()
@@ -85,11 +90,11 @@ class Control:
         return proto.RolloutControl(
             robot=name_of(self.robot),
             joints=self.joints,
-            mode=f"ROLLOUT_CONTROL_MODE_{self.mode.upper()}",
+            mode=enum_name("ROLLOUT_CONTROL_MODE", self.mode, Mode, "mode of a control"),
             values=_packed(values),
             knots=knots,
-            knot_steps=self.knot_steps,
-            interpolation=f"ROLLOUT_INTERPOLATION_{self.interpolation.upper()}",
+            knot_steps=count_within("knot_steps", self.knot_steps, _MOST),
+            interpolation=enum_name("ROLLOUT_INTERPOLATION", self.interpolation, Interpolation, "interpolation"),
             stiffness=self.stiffness,
             damping=self.damping,
             feedback=None
@@ -180,14 +185,14 @@ class Variation:
         low_high, normal = self.uniform, self.normal
         is_push = self.of == "push"
         return proto.RolloutVariation(
-            of=f"ROLLOUT_VARIED_{self.of.upper()}",
+            of=enum_name("ROLLOUT_VARIED", self.of, Varied, "variation"),
             robot=name_of(self.robot),
             names=self.names,
             given=None if self.values is None else _packed(self.values),
             uniform=low_high and proto.RolloutUniform(low=low_high[0], high=low_high[1]),
             normal=normal and proto.RolloutNormal(mean=normal[0], deviation=normal[1]),
-            push_step=self.push_step if is_push else 0,
-            push_steps=self.push_steps if is_push else 0,
+            push_step=count_within("push_step", self.push_step, _MOST) if is_push else 0,
+            push_steps=count_within("push_steps", self.push_steps, _MOST) if is_push else 0,
         )
 
 
@@ -215,7 +220,7 @@ class Observation:
 
     def to_proto(self) -> proto.RolloutQuantity:
         """As a message."""
-        kind = f"ROLLOUT_QUANTITY_KIND_{self.of.upper()}"
+        kind = enum_name("ROLLOUT_QUANTITY_KIND", self.of, Observed, "observation")
         return proto.RolloutQuantity(kind=kind, robot=name_of(self.robot), names=self.names)
 
 
@@ -340,7 +345,7 @@ def rollout_to_proto(
     step_costs: bool,
     seed: int,
 ) -> proto.RolloutRequest:
-    """As a message. Raises `ValueError` if arrays are for different numbers of copies."""
+    """As a message. Raises `ValueError` if arrays are for different numbers of copies, or a number is no count."""
     counts = {each.copies for each in (*controls, *starts, *variations)} - {None}
     if copies is not None:
         counts.add(copies)
@@ -349,14 +354,14 @@ def rollout_to_proto(
         raise ValueError(f"arrays are for different numbers of copies: {numbers}")
     return proto.RolloutRequest(
         saved_state=saved_state,
-        copies=next(iter(counts), 1) or 0,
-        steps=steps,
+        copies=count_within("copies", next(iter(counts), 1) or 0, _MOST),
+        steps=count_within("steps", steps, _MOST),
         controls=[control.to_proto() for control in controls],
         starts=[start.to_proto() for start in starts],
         variations=[variation.to_proto() for variation in variations],
-        seed=seed,
+        seed=count_within("seed", seed, 2**64 - 1),
         quantities=[observation.to_proto() for observation in observations],
-        record_steps=record_steps,
+        record_steps=count_within("record_steps", record_steps, _MOST),
         record_start=record_start,
         costs=[cost.message for cost in costs],
         return_step_costs=step_costs,

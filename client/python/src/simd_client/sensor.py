@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from simd_client import proto
+from simd_client.enum_word import count_within, enum_name
 from simd_client.geometry import FloatArray, Pose, pose_from_proto, pose_to_proto
 from simd_client.kinematics import Wrench
 from simd_client.measurement import (
@@ -226,7 +227,7 @@ def sensor_to_proto(
     seed: int,
     noise: Iterable[SensorNoise],
 ) -> proto.Sensor:
-    """A sensor as a message. Raises `TypeError` for what is no kind."""
+    """A sensor as a message. Raises `TypeError` for what is no kind, and `ValueError` for what is no word or number of one."""
     message = proto.Sensor(
         robot=robot,
         name=name,
@@ -234,7 +235,7 @@ def sensor_to_proto(
         joint=joint,
         pose=None if pose is None else pose_to_proto(pose),
         rate=rate,
-        seed=seed,
+        seed=count_within("seed", seed, 2**64 - 1),
         noise=[_noise_to_proto(each) for each in noise],
     )
     _set_kind(message, kind)
@@ -245,8 +246,10 @@ def _set_kind(message: proto.Sensor, kind: SensorKind[Any]) -> None:
     if isinstance(kind, ImuSensor):
         message.imu.SetInParent()
     elif isinstance(kind, ForceTorqueSensor):
-        axes = proto.WrenchAxes.Value(f"WRENCH_AXES_{kind.axes.upper()}")
-        direction = proto.WrenchDirection.Value(f"WRENCH_DIRECTION_{kind.direction.upper()}")
+        axes = proto.WrenchAxes.Value(enum_name("WRENCH_AXES", kind.axes, WrenchAxes, "kind of axes"))
+        direction = proto.WrenchDirection.Value(
+            enum_name("WRENCH_DIRECTION", kind.direction, WrenchDirection, "direction")
+        )
         message.force_torque.CopyFrom(proto.ForceTorqueSensor(axes=axes, direction=direction))  # type: ignore[arg-type]
     elif isinstance(kind, ContactSensor):
         message.contact.CopyFrom(proto.ContactSensor(threshold=kind.threshold))
@@ -286,7 +289,9 @@ def _sweep_to_proto(sweep: Sweep) -> proto.Sweep:
 
 
 def _noise_to_proto(noise: SensorNoise) -> proto.SensorNoise:
-    channel = proto.SensorChannel.Value(f"SENSOR_CHANNEL_{noise.channel.upper()}")
+    channel = proto.SensorChannel.Value(
+        enum_name("SENSOR_CHANNEL", noise.channel, SensorChannel, "channel of noise")
+    )
     return proto.SensorNoise(
         channel=channel,  # type: ignore[arg-type]
         axis=noise.axis,

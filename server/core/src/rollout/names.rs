@@ -4,6 +4,7 @@ use std::fmt::Display;
 use std::sync::Arc;
 
 use simd_model::robot::JointKind;
+use simd_model::shown;
 
 use super::request::Named;
 use crate::simulation::Error;
@@ -26,7 +27,7 @@ pub(super) fn refuse(field: impl Into<String>, value: impl Display, expected: im
     Error::InvalidValue {
         element: field.into(),
         of: String::new(),
-        value: value.to_string(),
+        value: shown(value),
         expected: expected.into(),
     }
 }

@@ -6,6 +6,7 @@ use std::ops::RangeInclusive;
 
 use glamx::{DPose3, DQuat, DVec3};
 use simd_model::robot::JointLimits;
+use simd_model::shown;
 
 use super::error::Error;
 
@@ -18,7 +19,7 @@ pub(super) fn refuse(field: impl Into<String>, value: impl Display, expected: im
     Error::InvalidValue {
         element: field.into(),
         of: String::new(),
-        value: value.to_string(),
+        value: shown(value),
         expected: expected.into(),
     }
 }

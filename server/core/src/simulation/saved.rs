@@ -8,6 +8,7 @@ use simd_model::RobotModel;
 use super::entity::{Description, Entity, is_robot_name};
 use super::error::Error;
 use super::moment::Moment;
+use super::sensors::SensorCount;
 use super::settings::{PhysicsSettings, SUBSTEPS, TIME_STEP};
 use super::trajectory::{ActiveTrajectory, TrajectoryJoint};
 use super::world_state::{EntityState, InvalidState, RobotState, WorldState};
@@ -168,6 +169,9 @@ impl Saved {
             let invalid = |what| InvalidState::Robot { robot: name, what };
             entities.push(checked(robot, parts, state.sim_time).map_err(invalid)?);
         }
+        let sensors = state.robots.iter().flat_map(|robot| &robot.entity.sensors);
+        let count = SensorCount::of(sensors.map(|sensor| &sensor.definition.kind));
+        SensorCount::default().check(count).map_err(|error| InvalidState::World(error.to_string()))?;
         super::contacts::complete(&entities, &mut state.contacts).map_err(InvalidState::World)?;
         super::contacts::check_ignored_overlaps(&entities, &state.ignored_overlaps)
             .map_err(InvalidState::World)?;

@@ -27,6 +27,10 @@ impl BadSensor {
 /// Samples in a second of sim time that a sensor may be asked for.
 const RATE: RangeInclusive<f64> = 1e-6..=1e6;
 
+/// The largest number that noise may have. Sums of such numbers and what a walk grows to stay finite, and a state in which they
+/// are not could not be read again.
+const MAX_NOISE: f64 = 1e12;
+
 /// Pixels along a side of a picture at the most.
 const MAX_PIXELS: u32 = 16_384;
 
@@ -128,7 +132,7 @@ fn check_noise(
 ) -> Result<(), BadSensor> {
     let Some((_, count)) = kind.channels().iter().find(|(of, _)| of == channels) else {
         let expected = format!("it must be a quantity that a sensor of the kind {} measures", kind.word());
-        return Err(BadSensor::new("channel", format!("{channels:?}"), expected));
+        return Err(BadSensor::new("channel", channels.word(), expected));
     };
     if let Some(axis) = axis.filter(|axis| usize::from(*axis) >= *count) {
         return Err(BadSensor::new("axis", axis, format!("it must be below {count}")));
@@ -142,16 +146,14 @@ fn check_noise(
         quantum,
         dropout,
     } = *noise;
-    size("standard_deviation", standard_deviation)?;
-    if !bias_mean.is_finite() {
-        return Err(BadSensor::new("bias_mean", bias_mean, "it must be finite"));
-    }
-    size("bias_standard_deviation", bias_standard_deviation)?;
-    size("random_walk", random_walk)?;
+    noise_within("standard_deviation", standard_deviation, 0.0)?;
+    noise_within("bias_mean", bias_mean, -MAX_NOISE)?;
+    noise_within("bias_standard_deviation", bias_standard_deviation, 0.0)?;
+    noise_within("random_walk", random_walk, 0.0)?;
     if let Some(seconds) = correlation_time.filter(|seconds| !(*seconds > 0.0 && seconds.is_finite())) {
         return Err(BadSensor::new("correlation_time", seconds, "it must be finite and above 0"));
     }
-    size("quantum", quantum)?;
+    noise_within("quantum", quantum, 0.0)?;
     if quantum > 0.0 && *channels == Channels::Orientation {
         return Err(BadSensor::new("quantum", quantum, "an orientation has none, so it must be 0"));
     }
@@ -159,6 +161,14 @@ fn check_noise(
         return Err(BadSensor::new("dropout", dropout, "it must be between 0 and 1"));
     }
     Ok(())
+}
+
+fn noise_within(field: &str, value: f64, least: f64) -> Result<(), BadSensor> {
+    if (least..=MAX_NOISE).contains(&value) {
+        return Ok(());
+    }
+    let least = if least == 0.0 { "0".to_owned() } else { format!("{least:e}") };
+    Err(BadSensor::new(field, value, format!("it must be between {least} and {MAX_NOISE:e}")))
 }
 
 fn size(field: &str, value: f64) -> Result<(), BadSensor> {

@@ -123,10 +123,7 @@ fn text(at: &Path<'_>, given: v1::MarkerText) -> Result<MarkerShape, BadField> {
         let expected = format!("it must have 1 to {TEXT}");
         return Err(text_at.refuse(format_args!("{} bytes long", text.len()), expected));
     }
-    if !text.chars().all(is_printable) {
-        let shown = simd_proto::text::printable(&text);
-        return Err(text_at.refuse(format_args!("\"{shown}\""), "all of its characters must be visible"));
-    }
+    let text = visible(&text_at, text)?;
     let position = match position {
         Some(position) => finite_vector(&at.field("position"), position)?,
         None => DVec3::ZERO,
@@ -213,9 +210,18 @@ fn event(at: &Path<'_>, given: v1::InputEvent) -> Result<InputKind, BadField> {
 
 /// Some keys have no code, and some no name.
 fn key_name(at: &Path<'_>, given: String) -> Result<String, BadField> {
-    if given.len() > KEY || !given.chars().all(is_printable) {
-        let expected = format!("it must have at most {KEY} bytes of visible characters");
+    if given.len() > KEY {
+        let expected = format!("it must have at most {KEY}");
         return Err(at.refuse(format_args!("{} bytes long", given.len()), expected));
+    }
+    visible(at, given)
+}
+
+/// Text that is shown as it is.
+fn visible(at: &Path<'_>, given: String) -> Result<String, BadField> {
+    if !given.chars().all(is_printable) {
+        let shown = simd_proto::text::printable(&given);
+        return Err(at.refuse(format_args!("\"{shown}\""), "all of its characters must be visible"));
     }
     Ok(given)
 }
@@ -306,6 +312,10 @@ mod tests {
         assert_eq!(input(vec![key("a"); EVENTS]).unwrap().len(), EVENTS);
         assert_eq!(input(vec![key("a"); EVENTS + 1]).unwrap_err().field, "input");
         assert_eq!(input(vec![key(&"a".repeat(KEY + 1))]).unwrap_err().field, "input[0].key.key");
+        assert_eq!(
+            input(vec![key("\u{1b}[31m")]).unwrap_err().to_string(),
+            "input[0].key.key is \"\\u{1b}[31m\"; all of its characters must be visible"
+        );
         assert_eq!(input(vec![v1::InputEvent::default()]).unwrap_err().field, "input[0].kind");
         let x = f64::NAN;
         let moved = v1::MouseInput { x, ..Default::default() };

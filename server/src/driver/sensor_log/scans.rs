@@ -1,5 +1,6 @@
 //! Samples whose measurement takes long: those that wait, and those that are being measured. Of each sensor the newest waits
-//! and one is measured at a time, so that its readings come in order.
+//! and one is measured at a time, so that its readings come in order. The sensor of which none was begun for longest is next:
+//! where there is more to measure than time, each is measured less often, and none is left out.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
@@ -25,6 +26,10 @@ pub(super) struct Scans {
     waiting: VecDeque<DueSamples>,
     /// The sequence of the state, by sensor.
     under_way: BTreeMap<u64, u64>,
+    /// When the last sample of a sensor was begun, counted in samples.
+    begun: BTreeMap<u64, u64>,
+    /// Samples that were begun.
+    count: u64,
 }
 
 impl Scans {
@@ -46,18 +51,24 @@ impl Scans {
         lost
     }
 
-    /// Takes the oldest sample of a sensor of which none is being measured.
+    /// Takes a sample of a sensor of which none is being measured: of those the one whose last was begun first, and of sensors
+    /// of which none ever was the oldest.
     pub(super) fn begin(&mut self) -> Option<(Arc<Published>, DueSample)> {
-        let under_way = &self.under_way;
-        let is_free = |sample: &DueSample| !under_way.contains_key(&sample.id);
-        let group = self.waiting.iter().position(|due| due.samples.iter().any(is_free))?;
+        let samples = self.waiting.iter().enumerate().flat_map(|(group, due)| {
+            due.samples.iter().enumerate().map(move |(place, sample)| (group, place, sample.id))
+        });
+        let (group, place, id) = samples
+            .filter(|(_, _, id)| !self.under_way.contains_key(id))
+            .min_by_key(|(_, _, id)| self.begun.get(id).copied())?;
         let due = self.waiting.get_mut(group)?;
-        let sample = due.samples.remove(due.samples.iter().position(is_free)?);
+        let sample = due.samples.remove(place);
         let state = Arc::clone(&due.state);
         if due.samples.is_empty() {
             self.waiting.remove(group);
         }
-        self.under_way.insert(sample.id, state.sequence);
+        self.count += 1;
+        self.begun.insert(id, self.count);
+        self.under_way.insert(id, state.sequence);
         Some((state, sample))
     }
 
@@ -85,5 +96,6 @@ impl Scans {
             due.samples.retain(|sample| is_there(sample.id));
         }
         self.waiting.retain(|due| !due.samples.is_empty());
+        self.begun.retain(|id, _| is_there(*id));
     }
 }

@@ -261,6 +261,46 @@ mod scans {
     }
 
     #[test]
+    fn where_more_is_due_than_can_be_measured_sensors_take_turns() {
+        let (states, mut scans) = (states(9), Scans::default());
+        scans.add(due(&states[0], &[1, 2, 3]));
+        let mut measured = Vec::new();
+        for state in &states[1..7] {
+            let (_, sample) = scans.begin().unwrap();
+            scans.add(due(state, &[1, 2, 3]));
+            scans.end(sample.id);
+            measured.push(sample.id);
+        }
+        assert_eq!(measured, [1, 2, 3, 1, 2, 3]);
+        // A sensor whose sample is of an older state does not go first for it.
+        let mut scans = Scans::default();
+        scans.add(due(&states[6], &[1, 2]));
+        assert_eq!(scans.begin().map(|(_, sample)| sample.id), Some(1));
+        scans.add(due(&states[7], &[1]));
+        scans.add(due(&states[8], &[2]));
+        scans.end(1);
+        assert_eq!(scans.begin().map(|(_, sample)| sample.id), Some(2));
+    }
+
+    #[tokio::test]
+    async fn who_measures_does_not_wait_for_the_log_and_holds_nothing_of_it() {
+        let bench = Bench::new(&[1]);
+        let state = bench.publisher.board().newest();
+        bench.log.due.force_push(due(&state, &[1]));
+        let mut scan = bench.log.next_scan().await;
+        let kept = bench.log.collected();
+        let measured = std::thread::spawn(move || {
+            scan.measure(|| false);
+            scan
+        });
+        let scan = measured.join().unwrap();
+        drop(kept);
+        assert!(!bench.log.are_measured(&[(1, state.sequence)]), "it is not handed over yet");
+        drop(scan);
+        assert!(bench.log.are_measured(&[(1, state.sequence)]));
+    }
+
+    #[test]
     fn few_states_are_held_and_none_for_sensors_that_went() {
         let (states, mut scans) = (states(40), Scans::default());
         let lost: Vec<u64> =
@@ -276,11 +316,12 @@ mod scans {
         let mut bench = Bench::new(&[1]);
         let state = bench.publisher.board().newest();
         bench.log.due.force_push(due(&state, &[1]));
-        let scan = bench.log.next_scan().await;
+        let mut scan = bench.log.next_scan().await;
         assert_eq!(bench.log.scans_due([1]), [(1, state.sequence)]);
         assert!(!bench.log.are_measured(&[(1, state.sequence)]));
         // The state has no robot.
         scan.measure(|| false);
+        drop(scan);
         assert!(bench.log.are_measured(&[(1, state.sequence)]));
         assert_eq!(bench.after(1, 0), (vec![], 1, 1));
         bench.has(&[]);

@@ -1,6 +1,6 @@
 //! Markers: lines, points and texts that programs draw. Bounded in number and bytes, in all and for each client.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -318,8 +318,9 @@ impl SimHandle {
                 let own = markers.by_id.values().filter(|marker| self.owns(&marker.owner));
                 own.map(|marker| marker.id).collect()
             } else {
-                let there = ids.iter().filter(|id| markers.by_id.contains_key(id));
-                there.copied().collect()
+                // Once each, however often it is named.
+                let named: BTreeSet<u64> = ids.iter().copied().collect();
+                named.into_iter().filter(|id| markers.by_id.contains_key(id)).collect()
             };
             for marker in gone.iter().filter_map(|id| markers.by_id.get(id)) {
                 self.check_marker(marker)?;

@@ -108,6 +108,10 @@ impl Entity {
             let expected = format!("a sensor of the kind {} is on a joint: name that", kind.word());
             return Err(check::refuse("link", format!("{link:?}"), expected));
         }
+        if joint.is_empty() {
+            let expected = format!("a sensor of the kind {} is on a joint: name that", kind.word());
+            return Err(check::refuse("joint", "empty", expected));
+        }
         let index = self.joint(joint)?;
         let on = SensorMount::Joint(index);
         if !self.can_bear(kind, on) {
@@ -169,6 +173,10 @@ impl Entity {
 
     /// Whether sensors that came from elsewhere can be this robot's, in a world at this sim time; what is wrong is a fragment of a sentence.
     pub(in crate::simulation) fn check_sensors(&self, now: f64) -> Result<(), String> {
+        let count = self.state.sensors.len();
+        if count > MAX_SENSORS_PER_ROBOT {
+            return Err(format!("{count} sensors, of {MAX_SENSORS_PER_ROBOT}"));
+        }
         for (index, sensor) in self.state.sensors.iter().enumerate() {
             let SensorDefinition { name, on, link, pose, rate, kind, noise, seed: _, is_described: _ } =
                 &*sensor.definition;

@@ -1,12 +1,12 @@
 //! Sensors come and go, and steps take their samples.
 
 use simd_model::RobotModel;
-use simd_model::sensor::{self, MAX_SENSORS_PER_ROBOT};
+use simd_model::sensor::{self, MAX_SENSORS_PER_ROBOT, SensorKind};
 
 use crate::simulation::command::{CreateSensor, Spawn};
 use crate::simulation::entity::Entity;
 use crate::simulation::error::Error;
-use crate::simulation::sensors::{DueSample, MAX_SENSORS, SensorDefinition, SensorState, WorldSensors};
+use crate::simulation::sensors::{DueSample, SensorCount, SensorDefinition, SensorState, WorldSensors};
 use crate::simulation::world_state::EntityState;
 use crate::simulation::{EventKind, Reply, Simulation, check};
 
@@ -37,7 +37,8 @@ impl Simulation {
     pub(in crate::simulation) fn create_sensor(&mut self, create: &CreateSensor) -> Result<Reply, Error> {
         let CreateSensor { robot, name, link, joint, pose, rate, kind, noise, seed } = create;
         let robot_index = self.robot_index(robot)?;
-        self.check_sensor_count(1)?;
+        sensor::check(kind, *rate, noise).map_err(|bad| check::refuse(bad.field, bad.value, bad.expected))?;
+        self.check_more_sensors([kind])?;
         let entity = &self.entities[robot_index];
         if entity.state.sensors.len() >= MAX_SENSORS_PER_ROBOT {
             let (what, limit) =
@@ -47,7 +48,9 @@ impl Simulation {
         let name = entity.free_sensor_name(name, kind)?;
         let (on, link) = entity.sensor_mount(kind, link, joint)?;
         check::pose("pose", pose)?;
-        sensor::check(kind, *rate, noise).map_err(|bad| check::refuse(bad.field, bad.value, bad.expected))?;
+        for (axis, value) in ["x", "y", "z"].into_iter().zip(pose.translation.to_array()) {
+            check::moderate(&format!("pose.position.{axis}"), value)?;
+        }
         let definition = SensorDefinition {
             name: name.clone(),
             on,
@@ -86,19 +89,24 @@ impl Simulation {
         &self,
         spawns: impl IntoIterator<Item = &'s Spawn>,
     ) -> Result<(), Error> {
-        self.check_sensor_count(spawns.into_iter().map(|spawn| spawn.model.setup.sensors.len()).sum())
+        let sensors = spawns.into_iter().flat_map(|spawn| &spawn.model.setup.sensors);
+        self.check_more_sensors(sensors.map(|sensor| &sensor.kind))
     }
 
     /// The same for the new model of a robot, which keeps the sensors of clients.
     pub(super) fn check_reloaded_sensors(&self, robot: usize, model: &RobotModel) -> Result<(), Error> {
-        let sensors = &self.entities[robot].state.sensors;
-        let go = sensors.iter().filter(|sensor| sensor.definition.is_described).count();
-        check_count(self.sensors.published.len() - go, model.setup.sensors.len())
+        let stay = self.entities.iter().enumerate().flat_map(|(index, entity)| {
+            let sensors = entity.state.sensors.iter();
+            sensors.filter(move |sensor| index != robot || !sensor.definition.is_described)
+        });
+        SensorCount::of(stay.map(|sensor| &sensor.definition.kind))
+            .check(SensorCount::of(model.setup.sensors.iter().map(|sensor| &sensor.kind)))
     }
 
-    /// Refuses so many more sensors where they would be too many.
-    fn check_sensor_count(&self, more: usize) -> Result<(), Error> {
-        check_count(self.sensors.published.len(), more)
+    /// Refuses more sensors where they would be too many.
+    fn check_more_sensors<'k>(&self, kinds: impl IntoIterator<Item = &'k SensorKind>) -> Result<(), Error> {
+        let there = self.sensors.published.iter().map(|sensor| &sensor.definition.kind);
+        SensorCount::of(there).check(SensorCount::of(kinds))
     }
 
     /// Gives a robot that is to take the place of the one at this index the sensors of its own description, and those that clients had put on
@@ -140,12 +148,4 @@ impl Simulation {
             self.entities[robot].for_each_sensor(|sensor, start| sensor.begin_anew(now, start));
         }
     }
-}
-
-fn check_count(there: usize, more: usize) -> Result<(), Error> {
-    if more == 0 || there + more <= MAX_SENSORS {
-        return Ok(());
-    }
-    let (what, limit) = ("the number of sensors".into(), MAX_SENSORS as u64);
-    Err(Error::LimitExceeded { what, value: (there + more) as u64, limit })
 }

@@ -3,12 +3,15 @@
 //! A step only counts: which samples fell due, and how far each random walk has gone. What a sample measures follows from the state that
 //! is published after that step, on any thread: see [`measure`](super::measure).
 
+mod count;
 mod definition;
 mod generator;
 mod noise;
 mod state;
 mod world;
 
+pub use self::count::MAX_RAYS;
+pub(in crate::simulation) use self::count::SensorCount;
 pub use self::definition::{SensorDefinition, WorldSensor};
 pub use self::noise::{RayNoise, SampleNoise};
 pub use self::state::{DueSample, MAX_SENSORS, SensorState};

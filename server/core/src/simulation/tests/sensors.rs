@@ -103,10 +103,12 @@ fn what_cannot_measure_is_refused_with_the_field() {
         (imu("taken", ""), "has a sensor \"taken\" already"),
         (imu("a b", ""), "name is \"a b\""),
         (encoder("hip"), "has no joint \"hip\""),
+        (encoder(""), "joint is empty; a sensor of the kind encoder is on a joint"),
         (CreateSensor { link: "arm".into(), ..encoder("shoulder") }, "link is \"arm\""),
         (CreateSensor { joint: "shoulder".into(), ..imu("", "") }, "joint is \"shoulder\""),
         (CreateSensor { rate: Some(0.0), ..imu("", "") }, "rate is 0"),
         (CreateSensor { rate: Some(f64::NAN), ..imu("", "") }, "rate is NaN"),
+        (CreateSensor { rate: Some(1e300), ..imu("", "") }, "rate is 1e300;"),
         (
             CreateSensor { pose: DPose3::from_translation(DVec3::NAN), ..imu("", "") },
             "pose.position.x is NaN",
@@ -120,7 +122,29 @@ fn what_cannot_measure_is_refused_with_the_field() {
         (CreateSensor { kind: lidar(9, 1.0, 0.0), ..imu("", "") }, "lidar.horizontal.max is 0"),
         (CreateSensor { kind: lidar(9, -4.0, 4.0), ..imu("", "") }, "lidar.horizontal.max is 4"),
         (CreateSensor { kind: lidar(u32::MAX, 0.0, 1.0), ..imu("", "") }, "131072 rays"),
-        (CreateSensor { noise: noisy(Channels::Range, Noise::default()), ..imu("", "") }, "noise[0].channel"),
+        (
+            CreateSensor { pose: DPose3::from_translation(DVec3::splat(1e308)), ..imu("", "") },
+            "pose.position.x is 1e308",
+        ),
+        (
+            CreateSensor { noise: noisy(Channels::Range, Noise::default()), ..imu("", "") },
+            "noise[0].channel is range;",
+        ),
+        (
+            // What it comes to would be infinite, and a world that was saved with it could not be read again.
+            CreateSensor {
+                noise: noisy(Channels::AngularVelocity, Noise { random_walk: 1e308, ..Noise::default() }),
+                ..imu("", "")
+            },
+            "noise[0].random_walk is 1e308; it must be between 0 and 1e12",
+        ),
+        (
+            CreateSensor {
+                noise: noisy(Channels::Orientation, Noise { bias_mean: -1e13, ..Noise::default() }),
+                ..imu("", "")
+            },
+            "noise[0].bias_mean is -10000000000000; it must be between -1e12 and 1e12",
+        ),
         (
             CreateSensor {
                 noise: noisy(Channels::AngularVelocity, Noise { dropout: 1.5, ..Noise::default() }),
@@ -298,4 +322,39 @@ fn a_state_with_sensors_that_cannot_be_is_refused() {
         let refused = Saved::new(state, saved.parts()).unwrap_err().to_string();
         assert!(refused.contains(why), "{refused}, not {why}");
     }
+}
+
+#[test]
+fn a_state_with_more_sensors_than_a_world_may_have_is_refused() {
+    let mut world = world_with(1e-3, spawn("arm", arm()));
+    create(&mut world, imu("one", "")).unwrap();
+    let saved = world.snapshot();
+    let mut state = saved.world_state().clone();
+    let sensors = &mut state.robots[0].entity.sensors;
+    for index in 0..MAX_SENSORS_PER_ROBOT {
+        let mut sensor = sensors[0].clone();
+        Arc::make_mut(&mut sensor.definition).name = format!("more-{index}");
+        sensors.push(sensor);
+    }
+    let refused = Saved::new(state, saved.parts()).unwrap_err().to_string();
+    assert!(refused.contains("65 sensors, of 64"), "{refused}");
+}
+
+/// The newest reading of each sensor is kept, however large.
+#[test]
+fn the_rays_of_a_world_are_bounded() {
+    let range = RangeLimits { least: 0.0, most: 9.0 };
+    let horizontal = Sweep { samples: 131_072, least: 0.0, most: 1.0 };
+    let largest = SensorKind::Lidar(Scan { horizontal, vertical: Sweep::one(0.0), range });
+    let mut world = world_with(1e-3, spawn("arm", arm()));
+    world.apply(&Command::Spawn(Box::new(spawn("other", arm())))).unwrap();
+    for _ in 0..MAX_SENSORS_PER_ROBOT {
+        create(&mut world, CreateSensor { kind: largest, ..imu("", "") }).unwrap();
+    }
+    let one_ray = || CreateSensor { robot: "other".into(), kind: SensorKind::Range(range), ..imu("", "") };
+    let refused = create(&mut world, one_ray()).unwrap_err().to_string();
+    assert_eq!(refused, "the number of rays of all sensors would be 8388609, and the limit is 8388608");
+    create(&mut world, CreateSensor { robot: "other".into(), ..imu("", "") }).unwrap();
+    delete(&mut world, "lidar_1").unwrap();
+    create(&mut world, one_ray()).unwrap();
 }

@@ -1,0 +1,36 @@
+//! Numbers in sentences for people.
+
+use std::fmt::Display;
+
+/// Longest number that is written out: a double takes 24 characters with all of its digits.
+const LONGEST: usize = 24;
+
+/// What was given, as a sentence shows it: a number with hundreds of zeros as `1e300`, and all else as it is.
+pub fn shown(value: impl Display) -> String {
+    let text = value.to_string();
+    match text.parse::<f64>() {
+        Ok(number) if text.len() > LONGEST => format!("{number:e}"),
+        _ => text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_number_of_hundreds_of_digits_is_shown_by_its_exponent() {
+        assert_eq!(shown(1e300), "1e300");
+        assert_eq!(shown(-2.5e-300), "-2.5e-300");
+        assert_eq!(shown(1e300.to_string()), "1e300");
+    }
+
+    #[test]
+    fn all_else_is_shown_as_it_is() {
+        assert_eq!(shown(f64::NAN), "NaN");
+        assert_eq!(shown(-0.123_456_789_012_345_6), "-0.1234567890123456");
+        assert_eq!(shown(u64::MAX), u64::MAX.to_string());
+        let rays = "18446744065119617025 rays with the vertical ones";
+        assert_eq!(shown(rays), rays);
+    }
+}
