@@ -49,15 +49,9 @@ def in_mujoco(room):
 
 def in_pybullet(room):
     on = {"physicsClientId": pybullet.connect(pybullet.DIRECT)}
-    triangles = np.frombuffer(Path(room).read_bytes()[84:], dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("color", "<u2")])
-    corners = triangles["corners"].reshape(-1, 3)
+    # Arrays of so many corners do not fit in its shared memory: it reads the file.
     shape = pybullet.createCollisionShape(
-        pybullet.GEOM_MESH, vertices=corners.tolist(), indices=list(range(len(corners))),
-        flags=pybullet.GEOM_FORCE_CONCAVE_TRIMESH, **on)
-    if shape < 0:
-        # Arrays of this many corners do not fit in its shared memory.
-        shape = pybullet.createCollisionShape(
-            pybullet.GEOM_MESH, fileName=str(room), flags=pybullet.GEOM_FORCE_CONCAVE_TRIMESH, **on)
+        pybullet.GEOM_MESH, fileName=str(room), flags=pybullet.GEOM_FORCE_CONCAVE_TRIMESH, **on)
     pybullet.createMultiBody(0, shape, **on)
     pybullet.performCollisionDetection(**on)
     starts = [list(START)] * (ROWS * COLUMNS)
