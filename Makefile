@@ -180,6 +180,7 @@ reference: target/reference-venv/installed
 	target/reference-venv/bin/python tests/reference/make_reference.py
 	target/reference-venv/bin/python tests/reference/make_ball_joints.py
 	target/reference-venv/bin/python tests/reference/make_truth.py
+	target/reference-venv/bin/python tests/reference/sensors.py
 	target/reference-venv/bin/python tests/reference/make_kinematics.py
 	target/reference-venv/bin/python tests/reference/make_scenes.py
 

@@ -4,10 +4,11 @@ use std::time::Duration;
 
 use prost::Message;
 use simd_client::proto::{
-    self, ErrorReason, SensorChannel, SensorCursor, SensorNoise, SensorReading, SensorReadings, event::Kind,
-    sensor, sensor_reading::Measurement,
+    self, ControlWait, ErrorReason, NextJointStatesRequest, SensorChannel, SensorCursor, SensorNoise,
+    SensorReading, SensorReadings, StepSimulationRequest, WatchJointStatesRequest, event::Kind, sensor,
+    sensor_reading::Measurement,
 };
-use simd_client::{Client, every_sensor, some_sensors};
+use simd_client::{Client, ControlOptions, every_sensor, some_sensors};
 use simd_tests::daemon::{Daemon, Via};
 use simd_tests::network;
 use simd_tests::process::soon;
@@ -111,7 +112,7 @@ async fn what_cannot_be_is_refused_by_its_field(via: Via) {
     let lidar = |samples: u32| {
         let horizontal = Some(proto::Sweep { samples, min: -1.0, max: 1.0 });
         let range = Some(proto::RangeLimits { min: 0.0, max: 1.0 });
-        on_arm("", sensor::Kind::Lidar(proto::LidarSensor { horizontal, vertical: None, range }))
+        on_arm("", sensor::Kind::Lidar(proto::LidarSensor { horizontal, range, ..Default::default() }))
     };
     for (sensor, field) in [
         (proto::Sensor { kind: None, ..imu("") }, "sensor.kind"),
@@ -234,6 +235,7 @@ async fn ranges_are_of_the_state_that_the_caller_sees(via: Via) {
         horizontal: Some(proto::Sweep { samples: 3, min: -0.1, max: 0.1 }),
         vertical: Some(proto::Sweep { samples: 2, min: 0.0, max: 1.0 }),
         range: Some(proto::RangeLimits { min: 0.1, max: 10.0 }),
+        ..Default::default()
     });
     // In front of the cube that it sits on.
     let on_eye = |name: &str, kind| proto::Sensor {
@@ -294,6 +296,52 @@ async fn a_restored_state_gives_the_same_noise_again(via: Via) {
     assert_ne!(run().await, first, "time goes on");
 }
 
+/// As a call, as a stream and to a controller.
+async fn newest_readings_come_beside_joint_states(via: Via) {
+    let daemon = arm(via).await;
+    let client = &daemon.client;
+    client.create_sensor(imu("imu")).await.unwrap();
+    client.create_sensor(imu("other")).await.unwrap();
+    let ask = |sensors| NextJointStatesRequest { sensors, timeout: 1.0, ..Default::default() };
+    let before = client.next_joint_states(ask(vec![every_sensor("arm")])).await.unwrap();
+    assert!(before.sensors.len() == 2 && before.sensors.iter().all(|of| of.readings.is_empty()));
+    client.step(5).await.unwrap();
+    let seen = client.next_joint_states(ask(vec![some_sensors("arm", ["imu"])])).await.unwrap();
+    assert_eq!(seen.states.unwrap().stamp.unwrap().step, 5);
+    assert_eq!(seen.sensors[0].sensor, "imu");
+    assert_eq!(only(seen.sensors).stamp.unwrap().step, 5);
+    assert!(client.next_joint_states(ask(Vec::new())).await.unwrap().sensors.is_empty());
+
+    let request =
+        WatchJointStatesRequest { sensors: vec![some_sensors("arm", ["imu"])], ..Default::default() };
+    let mut watch = client.watch_joint_states(request).await.unwrap();
+    let answer = soon("a state", watch.next_answer()).await.unwrap().unwrap();
+    assert_eq!(only(answer.sensors).sample, 5);
+
+    // With the step itself.
+    let request =
+        StepSimulationRequest { steps: 1, sensors: vec![every_sensor("arm")], ..Default::default() };
+    let stepped = client.step_with(request).await.unwrap();
+    assert_eq!(stepped.sensors.len(), 2);
+    assert!(stepped.sensors.iter().all(|of| of.readings[0].stamp.unwrap().step == 6));
+
+    // Said once, and kept from request to request.
+    let sensors = vec![some_sensors("arm", ["other"])];
+    let options = ControlOptions { sensors, wait: ControlWait::None, ..Default::default() };
+    let mut control = client.control(options).await.unwrap();
+    for step in [6, 7] {
+        let reply = control.next().await.unwrap();
+        assert_eq!(only(reply.sensors).stamp.unwrap().step, step);
+        client.step(1).await.unwrap();
+    }
+
+    let refused = client.next_joint_states(ask(vec![some_sensors("arm", ["none"])])).await.unwrap_err();
+    assert_eq!(refused.reason(), Some(ErrorReason::SensorNotFound));
+    let twice = vec![every_sensor("arm"), every_sensor("arm")];
+    let refused = client.next_joint_states(ask(twice)).await.unwrap_err();
+    assert!(refused.to_string().contains("sensors[1]"), "{refused}");
+}
+
 over_every_transport! {
     a_sensor_is_made_listed_read_and_deleted,
     what_cannot_be_is_refused_by_its_field,
@@ -301,6 +349,7 @@ over_every_transport! {
     a_watch_has_each_reading_until_its_sensor_goes,
     ranges_are_of_the_state_that_the_caller_sees,
     a_restored_state_gives_the_same_noise_again,
+    newest_readings_come_beside_joint_states,
 }
 
 /// A sensor of each step, in few messages.

@@ -8,6 +8,7 @@ pub mod network;
 pub mod process;
 pub mod pybullet_data;
 pub mod robots;
+pub mod room;
 mod scene_constraint;
 mod scene_thing;
 pub mod scenes;

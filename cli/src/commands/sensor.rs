@@ -81,6 +81,9 @@ pub(crate) struct Add {
     /// Of a lidar: how many rows, and at which angles up; one in the plane if left out
     #[arg(long, value_name = "SAMPLES,MIN,MAX", value_parser = sweep, allow_hyphen_values = true)]
     vertical: Option<Sweep>,
+    /// Of a lidar: it turns once in a period, so that each column is of its own time
+    #[arg(long)]
+    rolling: bool,
     /// Of a force-torque sensor: in whose axes it measures
     #[arg(long, value_enum)]
     axes: Option<Axes>,
@@ -203,6 +206,7 @@ fn request(add: Add) -> anyhow::Result<Definition> {
         range,
         horizontal,
         vertical,
+        rolling,
         axes,
         on_child,
         threshold,
@@ -213,7 +217,7 @@ fn request(add: Add) -> anyhow::Result<Definition> {
         Axes::Sensor => WrenchAxes::Sensor,
     });
     let direction = on_child.then_some(WrenchDirection::ParentToChild);
-    let shape = Shape { range, horizontal, vertical, axes, direction, threshold };
+    let shape = Shape { range, horizontal, vertical, rolling, axes, direction, threshold };
     let (robot, part) = place.split_once('/').unwrap_or((&place, ""));
     let (link, joint) = if kind.is_of_joint() { ("", part) } else { (part, "") };
     Ok(Definition {

@@ -76,7 +76,7 @@ def test_each_kind_comes_back_as_it_was_made(sim: Simulation, arm: Robot) -> Non
         SensorNoise("force", 0.1, axis=2, bias_mean=0.2, bias_standard_deviation=0.3, quantum=0.01),
         SensorNoise("torque", random_walk=0.4, correlation_time=300.0, dropout=0.5),
     )
-    lidar = LidarSensor(0.1, 30.0, Sweep(5, -1.0, 1.0), Sweep(3, -0.2, 0.2))
+    lidar = LidarSensor(0.1, 30.0, Sweep(5, -1.0, 1.0), Sweep(3, -0.2, 0.2), rolling=True)
     pose = Pose.of((0.1, 0.2, 0.3), (0, 0, 1, 0))
     arm.sensors.create(
         ForceTorqueSensor("sensor", "parent_to_child"), "wrist", joint="elbow joint", pose=pose, noise=noise
@@ -191,3 +191,27 @@ async def test_sensors_are_awaited_in_asyncio(daemon: Daemon, arm: Robot) -> Non
         async with imu.watch() as watch:
             assert (await watch.newest()).sample == 3
         await imu.delete()
+
+
+def test_newest_readings_come_beside_joint_states(sim: Simulation, arm: Robot) -> None:
+    arm.sensors.create(ImuSensor(), "imu")
+    arm.sensors.create(EncoderSensor(), "encoder", joint="elbow joint", rate=100)
+    sim.step(25)
+    states = sim.next_states(sensors={"arm": ["imu"]})
+    assert set(states["arm"].sensors) == {"imu"} and states["arm"].sensors["imu"].stamp.step == 25
+    assert set(sim.next_states(selection="arm", sensors=True)["arm"].sensors) == {"imu", "encoder"}
+    assert not sim.next_states()["arm"].sensors
+    with arm.watch(sensors=["imu", "encoder"]) as watch:
+        first = next(watch)
+        assert {name: each.stamp.step for name, each in first.sensors.items()} == {"imu": 25, "encoder": 20}
+        sim.step(15)
+        later = next(watch)
+        assert later.stamp.step == 40 and later.sensors["encoder"].stamp.step == 40
+    with sim.watch(selection="arm", sensors=["imu"]) as world:
+        assert next(world)["arm"].sensors["imu"].stamp.step == 40
+    stepped = sim.step(5, states="arm", sensors=True)
+    assert {name: each.stamp.step for name, each in stepped["arm"].sensors.items()} == {"imu": 45, "encoder": 40}
+    with pytest.raises(ValueError, match="whose sensors"):
+        sim.next_states(sensors=["imu"])
+    with pytest.raises(simd_client.SensorNotFound):
+        sim.next_states(sensors={"arm": ["none"]})

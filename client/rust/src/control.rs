@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use simd_proto::v1::{
     ClampedTarget, ControlRequest, ControlResponse, ControlWait, JointSelection, JointStates, JointTarget,
-    LimitPolicy, RobotTargets,
+    LimitPolicy, RobotTargets, SensorReadings, SensorSelection,
 };
 use tokio::sync::mpsc;
 use tokio_stream::wrappers::ReceiverStream;
@@ -17,6 +17,8 @@ use crate::{Client, Error, Refusal, client::present, target::robot_targets};
 pub struct ControlOptions {
     /// What to be answered with; all joints of all robots where it is empty.
     pub selections: Vec<JointSelection>,
+    /// Whose newest readings answers have; none where it is empty.
+    pub sensors: Vec<SensorSelection>,
     /// Whether an answer waits for a newer state.
     pub wait: ControlWait,
     /// How long it waits, in wall time; `None` as long as it takes.
@@ -34,6 +36,8 @@ pub struct ControlReply {
     pub states: Option<JointStates>,
     /// Targets that were beyond a limit.
     pub clamped: Vec<ClampedTarget>,
+    /// The newest reading of each sensor that was asked for.
+    pub sensors: Vec<SensorReadings>,
     /// Why the targets were refused; then none of them holds, and the stream goes on.
     pub refusal: Option<Refusal>,
 }
@@ -98,6 +102,7 @@ impl Control {
         }
         let request = self.client.claimed(ControlRequest {
             selections: self.options.selections.clone(),
+            sensors: self.options.sensors.clone(),
             robots,
             limit_policy: self.options.limit_policy.into(),
             claim: self.options.claim.clone(),
@@ -135,8 +140,9 @@ impl Control {
         if refusal.is_none() {
             // The daemon has them and keeps them.
             self.options.selections.clear();
+            self.options.sensors.clear();
         }
-        Ok(ControlReply { states, clamped: answer.clamped, refusal })
+        Ok(ControlReply { states, clamped: answer.clamped, sensors: answer.sensors, refusal })
     }
 
     /// Sends targets for joints of one robot and waits for the answer.

@@ -213,7 +213,15 @@ impl Client {
     /// # Errors
     /// `ROBOT_NOT_FOUND`, `JOINT_NOT_FOUND`, `INVALID_VALUE`.
     pub async fn watch(&self, selections: Vec<JointSelection>, rate: f64) -> Result<JointWatch, Error> {
-        let request = WatchJointStatesRequest { selections, rate };
+        self.watch_joint_states(WatchJointStatesRequest { selections, rate, ..Default::default() }).await
+    }
+
+    /// The same with all that the schema offers: newest readings of sensors beside the states, see
+    /// [`JointWatch::next_answer`].
+    ///
+    /// # Errors
+    /// As [`watch`](Self::watch), and `SENSOR_NOT_FOUND`.
+    pub async fn watch_joint_states(&self, request: WatchJointStatesRequest) -> Result<JointWatch, Error> {
         let states = self.unary(self.joint().watch_joint_states(request)).await?;
         Ok(JointWatch { client: self.clone(), states })
     }
@@ -232,10 +240,18 @@ impl JointWatch {
     /// # Errors
     /// Where a selected robot is gone, or the connection broke.
     pub async fn next(&mut self) -> Result<Option<JointStates>, Error> {
-        match self.states.message().await {
-            Ok(Some(answer)) => present(answer.states, "states").map(Some),
-            Ok(None) => Ok(None),
-            Err(status) => Err(Error::from_status(&status, self.client.endpoint())),
+        match self.next_answer().await? {
+            Some(answer) => present(answer.states, "states").map(Some),
+            None => Ok(None),
         }
+    }
+
+    /// The next state with what was asked for beside it; `None` where the daemon ended the stream in good order.
+    ///
+    /// # Errors
+    /// Where a selected robot or sensor is gone, or the connection broke.
+    pub async fn next_answer(&mut self) -> Result<Option<WatchJointStatesResponse>, Error> {
+        let answer = self.states.message().await;
+        answer.map_err(|status| Error::from_status(&status, self.client.endpoint()))
     }
 }

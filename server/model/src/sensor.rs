@@ -117,6 +117,9 @@ pub struct Scan {
     pub vertical: Sweep,
     /// Of each ray.
     pub range: RangeLimits,
+    /// It turns once in a period: each column of rays is of its own time, the last of the moment of the sample. `false`: all are of
+    /// that moment.
+    pub rolling: bool,
 }
 
 /// Angles at equal distances, both ends among them.

@@ -125,21 +125,43 @@ impl SimHandle {
         if let Ok(ended) = tokio::time::timeout(timeout, self.until_drained(measured)).await {
             ended?;
         }
-        let batches = log.newest(chosen.iter().map(|of| of.id));
+        let readings = self.newest_of(&state, chosen, MOST_NEWEST_BYTES)?;
+        Ok((state, readings))
+    }
+
+    /// The newest reading of each of these sensors as there are now, to go beside a state; no selection is no sensor.
+    ///
+    /// # Errors
+    /// Where there is no such robot or sensor, or all readings together are too large.
+    pub fn readings_beside(&self, selections: &[SensorSelection]) -> Result<Vec<SensorReadings>, CallError> {
+        if selections.is_empty() {
+            return Ok(Vec::new());
+        }
+        let state = self.newest();
+        let chosen = chosen(&state, selections)?;
+        self.newest_of(&state, chosen, MOST_NEXT_BYTES as u64)
+    }
+
+    fn newest_of(
+        &self,
+        state: &Published,
+        chosen: Vec<&WorldSensor>,
+        limit: u64,
+    ) -> Result<Vec<SensorReadings>, CallError> {
+        let batches = self.inner.driver.sensors.newest(chosen.iter().map(|of| of.id));
         let bytes: usize =
             batches.iter().flat_map(|batch| &batch.readings).map(|reading| reading.bytes()).sum();
         let value = bytes as u64;
-        if value > MOST_NEWEST_BYTES {
+        if value > limit {
             let what = "bytes of readings in one answer (ask for fewer sensors)".to_owned();
-            return Err(CallError::LimitExceeded { what, value, limit: MOST_NEWEST_BYTES });
+            return Err(CallError::LimitExceeded { what, value, limit });
         }
         let named = |(of, batch): (&WorldSensor, ReadingBatch)| SensorReadings {
-            robot: robot_name(&state, of),
+            robot: robot_name(state, of),
             sensor: of.definition.name.clone(),
             batch,
         };
-        let readings = chosen.into_iter().zip(batches).map(named).collect();
-        Ok((state, readings))
+        Ok(chosen.into_iter().zip(batches).map(named).collect())
     }
 
     /// The readings of each of these sensors after a number, waiting at most `timeout` for the first.

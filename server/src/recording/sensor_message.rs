@@ -14,8 +14,8 @@ use simd_ros2::messages::std_msgs::Header;
 use super::ros::stamp;
 use crate::driver::{LoggedReading, Measured};
 
-/// Of a point in a cloud: x, y and z.
-const POINT_BYTES: u32 = 12;
+/// Of a number of a point in a cloud: x, y, z, and of a scan that rolls the seconds since its first column.
+const NUMBER_BYTES: u32 = 4;
 
 /// What ROS has for a reading.
 #[derive(Clone, Debug, PartialEq)]
@@ -135,14 +135,24 @@ impl SensorShape {
         }
     }
 
+    /// From one column to the next, seconds: 0 where all are of one moment. ROS's stamp of a scan is that of its first ray.
+    fn rolled(&self, reading: &LoggedReading, scan: &Scan) -> (f64, Header) {
+        let columns = f64::from(scan.horizontal.samples.max(1));
+        let period = self.definition.rate.filter(|_| scan.rolling).map_or(0.0, |rate| 1.0 / rate);
+        let between = period / columns;
+        let first = (reading.at.sim_time - between * (columns - 1.0)).max(0.0);
+        (between, Header { stamp: stamp(first), frame_id: self.frame.clone() })
+    }
+
     fn scan(&self, reading: &LoggedReading, scan: &Scan, ranges: &[f32]) -> LaserScan {
+        let (between, header) = self.rolled(reading, scan);
         LaserScan {
-            header: self.header(reading),
+            header,
             angle_min: scan.horizontal.least as f32,
             angle_max: scan.horizontal.most as f32,
             angle_increment: scan.horizontal.increment() as f32,
-            // All rays are of one moment.
-            time_increment: 0.0,
+            // All rays are of one moment, but for a scan that rolls.
+            time_increment: between as f32,
             scan_time: self.definition.rate.map_or(0.0, |rate| 1.0 / rate) as f32,
             range_min: scan.range.least as f32,
             range_max: scan.range.most as f32,
@@ -154,31 +164,39 @@ impl SensorShape {
     /// Rays that hit nothing are points that are no numbers.
     fn points(&self, reading: &LoggedReading, scan: &Scan, ranges: &[f32]) -> PointCloud2 {
         let (width, height) = (scan.horizontal.samples, scan.vertical.samples);
-        let about: Vec<(f64, f64)> = (0..width).map(|index| scan.horizontal.angle(index).sin_cos()).collect();
-        let mut data = Vec::with_capacity(ranges.len() * POINT_BYTES as usize);
+        let (between, header) = self.rolled(reading, scan);
+        let fields = [("x", 0), ("y", 1), ("z", 2), ("time", 3)];
+        let fields = if scan.rolling { &fields[..] } else { &fields[..3] };
+        let point_step = NUMBER_BYTES * fields.len() as u32;
+        let column = |index: u32| (scan.horizontal.angle(index).sin_cos(), between * f64::from(index));
+        let about: Vec<((f64, f64), f64)> = (0..width).map(column).collect();
+        let mut data = Vec::with_capacity(ranges.len() * point_step as usize);
         for (row, ranges) in (0..height).zip(ranges.chunks(about.len().max(1))) {
             let (rise, level) = scan.vertical.angle(row).sin_cos();
-            for ((sine, cosine), range) in about.iter().zip(ranges) {
+            for (((sine, cosine), time), range) in about.iter().zip(ranges) {
                 let range = if range.is_finite() { f64::from(*range) } else { f64::NAN };
                 for coordinate in [level * cosine, level * sine, rise] {
                     data.extend(((range * coordinate) as f32).to_le_bytes());
                 }
+                if scan.rolling {
+                    data.extend((*time as f32).to_le_bytes());
+                }
             }
         }
-        let field = |(name, offset): (&str, u32)| PointField {
+        let field = |&(name, place): &(&str, u32)| PointField {
             name: name.to_owned(),
-            offset,
+            offset: NUMBER_BYTES * place,
             datatype: PointField::FLOAT32,
             count: 1,
         };
         PointCloud2 {
-            header: self.header(reading),
+            header,
             height,
             width,
-            fields: [("x", 0), ("y", 4), ("z", 8)].map(field).into(),
+            fields: fields.iter().map(field).collect(),
             is_bigendian: false,
-            point_step: POINT_BYTES,
-            row_step: POINT_BYTES * width,
+            point_step,
+            row_step: point_step * width,
             data,
             is_dense: ranges.iter().all(|range| range.is_finite()),
         }

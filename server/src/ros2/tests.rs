@@ -163,22 +163,33 @@ mod sensors {
     fn a_scan_of_one_row_is_a_laser_scan_and_one_of_several_a_cloud() {
         let (_, shown) = world(&["arm"]);
         let right = std::f64::consts::FRAC_PI_2;
-        let scan = |rows: u32| Scan {
+        let scan = |rows: u32, rolling: bool| Scan {
             horizontal: Sweep { samples: 3, least: -right, most: right },
             vertical: Sweep { samples: rows, least: 0.0, most: f64::from(rows - 1) * right },
             range: RangeLimits { least: 0.1, most: 10.0 },
+            rolling,
         };
         let ranges: Arc<[f32]> = [1.0, 2.0, f32::INFINITY, 4.0, 5.0, 6.0].into();
-        let message = |rows: u32| {
-            let eye = sensor("eye", SensorKind::Lidar(scan(rows)), SensorMount::Link(0), 0);
+        let message = |rows: u32, rolling: bool| {
+            let eye = sensor("eye", SensorKind::Lidar(scan(rows, rolling)), SensorMount::Link(0), 0);
             let shape: SensorShape = shape(&eye, &shown[0]);
             let ranges = ranges[..3 * rows as usize].into();
             shape.message(&reading(Measured::Lidar { ranges, columns: 3 })).unwrap()
         };
-        let SensorMessage::Scan(line) = message(1) else { panic!("no laser scan") };
+        let SensorMessage::Scan(line) = message(1, false) else { panic!("no laser scan") };
         assert_eq!((line.angle_min, line.angle_increment), (-right as f32, right as f32));
         assert_eq!((line.ranges.as_slice(), line.scan_time), (&ranges[..3], 0.1));
-        let SensorMessage::Points(cloud) = message(2) else { panic!("no cloud") };
+        let SensorMessage::Scan(rolling) = message(1, true) else { panic!("no laser scan") };
+        // Three rays in 0.1 s, the last at 1.5 s.
+        assert_eq!((line.time_increment, rolling.time_increment), (0.0, (0.1 / 3.0) as f32));
+        assert_eq!((line.header.stamp.nanosec, rolling.header.stamp.nanosec / 1_000), (500_000_000, 433_333));
+        let SensorMessage::Points(rolling) = message(2, true) else { panic!("no cloud") };
+        assert_eq!(
+            (rolling.point_step, rolling.fields[3].name.as_str(), rolling.data.len()),
+            (16, "time", 96)
+        );
+        assert_eq!(rolling.data[28..32], ((0.1 / 3.0) as f32).to_le_bytes());
+        let SensorMessage::Points(cloud) = message(2, false) else { panic!("no cloud") };
         assert_eq!((cloud.width, cloud.height, cloud.data.len(), cloud.is_dense), (3, 2, 72, false));
         let number = |at: usize| f32::from_le_bytes(cloud.data[4 * at..4 * at + 4].try_into().unwrap());
         let point = |at: usize| [number(3 * at), number(3 * at + 1), number(3 * at + 2)];

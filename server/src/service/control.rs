@@ -16,15 +16,17 @@ use tokio_util::sync::CancellationToken;
 use tonic::{Status, Streaming};
 
 use super::claims::Presented;
+use super::joint::readings_beside;
 use super::mismatched;
 use super::once::Refused;
 use super::status::Explained;
 use super::transport::with_reason;
 use crate::SimHandle;
 use crate::convert::from_proto::joint::set_targets;
+use crate::convert::from_proto::sensor::beside;
 use crate::convert::from_proto::state::{Wait, control_timeout, selections, wait};
 use crate::convert::{Selection, to_proto};
-use crate::handle::{CallError, Caller, Done, Published, RunState, Transport};
+use crate::handle::{CallError, Caller, Done, Published, RunState, SensorSelection, Transport};
 
 /// One controller's stream.
 #[derive(Debug)]
@@ -39,6 +41,8 @@ pub(super) struct Control {
     requests: Streaming<v1::ControlRequest>,
     /// What to answer with, from request to request.
     selection: Selection,
+    /// Whose newest readings go beside it, from request to request.
+    sensors: Vec<SensorSelection>,
     /// Sequence of the state in the last answer; 0 for none.
     answered: u64,
     /// Sequence of the newest state when the last answer, a refusal, was given.
@@ -65,6 +69,7 @@ impl Control {
             presented,
             requests,
             selection: Selection::default(),
+            sensors: Vec::new(),
             answered: 0,
             refused: None,
         }
@@ -114,12 +119,16 @@ impl Control {
         if !request.selections.is_empty() {
             self.selection = Selection::new(selections(request.selections)?);
         }
+        if !request.sensors.is_empty() {
+            self.sensors = beside(request.sensors)?;
+        }
         let timeout = control_timeout(request.timeout)?;
         let wait = wait(request.wait)?;
         let mut targets = set_targets(request.robots, request.limit_policy)?;
         let claim = self.presented.claim(&self.handle, &request.claim);
         // Targets hold only where their answer can be given.
         self.selection.resolve(&self.handle.newest().state.world)?;
+        self.handle.readings_beside(&self.sensors)?;
 
         let mut clamped = Vec::new();
         let mut after = self.answered.max(request.after_sequence);
@@ -141,7 +150,8 @@ impl Control {
             Wait::None => self.handle.newest(),
         };
         let states = Some(self.states(&state)?);
-        Ok(v1::ControlResponse { states, clamped, refusal: None })
+        let sensors = readings_beside(&self.handle, &self.sensors)?;
+        Ok(v1::ControlResponse { states, clamped, refusal: None, sensors })
     }
 
     /// The sequence before the first state that shows what a command did: while
@@ -166,6 +176,11 @@ impl Control {
         let newest = self.handle.newest();
         self.refused = Some(newest.sequence);
         let states = self.states(&newest).ok();
-        v1::ControlResponse { states, clamped: Vec::new(), refusal: Some(explained.into()) }
+        v1::ControlResponse {
+            states,
+            clamped: Vec::new(),
+            refusal: Some(explained.into()),
+            sensors: Vec::new(),
+        }
     }
 }

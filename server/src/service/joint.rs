@@ -15,10 +15,10 @@ use super::once::{once, once_in_secret};
 use super::{BoxStream, PublishedRobot, joints_of, mismatched};
 use crate::SimHandle;
 use crate::access::Grant;
-use crate::convert::from_proto::{joint as from_proto, state as from_proto_state};
+use crate::convert::from_proto::{joint as from_proto, sensor, state as from_proto_state};
 use crate::convert::to_proto::entity::link_poses as entity_link_poses;
 use crate::convert::{Selection, to_proto, to_proto::stamp};
-use crate::handle::{CallError, Caller, Disconnect, Transport};
+use crate::handle::{CallError, Caller, Disconnect, SensorSelection, Transport};
 
 /// Serves `simd.v1.JointService`.
 #[derive(Clone, Debug)]
@@ -199,8 +199,11 @@ impl JointService for Service {
         let mut selection = Selection::new(from_proto_state::selections(request.selections)?);
         // A name that is not there is refused at once and not after a wait.
         selection.resolve(&self.handle.newest().state.world).map_err(CallError::World)?;
+        let wanted = sensor::beside(request.sensors)?;
+        self.handle.readings_beside(&wanted)?;
         let state = self.handle.newer_than(request.after_sequence, Some(timeout)).await?;
         let states = selection.states(&state).map_err(CallError::World)?;
+        let sensors = readings_beside(&self.handle, &wanted)?;
         let state_of_world = &state.state;
         let places = || states.robots.iter().filter_map(|of| state_of_world.entity(&of.robot));
         let mut link_poses = Vec::new();
@@ -215,7 +218,7 @@ impl JointService for Service {
                 all || robots.iter().any(|robot| wanted.contains(robot))
             });
         }
-        Ok(Response::new(v1::NextJointStatesResponse { states: Some(states), link_poses, contacts }))
+        Ok(Response::new(v1::NextJointStatesResponse { states: Some(states), link_poses, contacts, sensors }))
     }
 
     type WatchJointStatesStream = BoxStream<v1::WatchJointStatesResponse>;
@@ -229,7 +232,9 @@ impl JointService for Service {
         ticks.set_missed_tick_behavior(MissedTickBehavior::Skip);
         let mut selection = Selection::new(from_proto_state::selections(request.selections)?);
         selection.resolve(&self.handle.newest().state.world).map_err(CallError::World)?;
-        let watcher = Watcher { handle: self.handle.clone(), selection, ticks, sent: 0 };
+        let sensors = sensor::beside(request.sensors)?;
+        self.handle.readings_beside(&sensors)?;
+        let watcher = Watcher { handle: self.handle.clone(), selection, sensors, ticks, sent: 0 };
         Ok(Response::new(Box::pin(stream::try_unfold(watcher, Watcher::next))))
     }
 }
@@ -250,6 +255,8 @@ pub(super) fn no_connection() -> CallError {
 struct Watcher {
     handle: SimHandle,
     selection: Selection,
+    /// Whose newest readings go beside the states.
+    sensors: Vec<SensorSelection>,
     ticks: Interval,
     /// Sequence of the last state that was sent.
     sent: u64,
@@ -267,6 +274,15 @@ impl Watcher {
         };
         self.sent = state.sequence;
         let states = self.selection.states(&state).map_err(CallError::World)?;
-        Ok(Some((v1::WatchJointStatesResponse { states: Some(states) }, self)))
+        let sensors = readings_beside(&self.handle, &self.sensors)?;
+        Ok(Some((v1::WatchJointStatesResponse { states: Some(states), sensors }, self)))
     }
+}
+
+/// The newest readings of sensors, as they go beside states.
+pub(super) fn readings_beside(
+    handle: &SimHandle,
+    sensors: &[SensorSelection],
+) -> Result<Vec<v1::SensorReadings>, CallError> {
+    Ok(handle.readings_beside(sensors)?.into_iter().map(to_proto::sensor::readings).collect())
 }

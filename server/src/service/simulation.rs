@@ -1,6 +1,7 @@
 //! The simulation service: the world, its time, whether it runs, how it is stepped.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use simd_core::simulation::command::SavedStateInfo;
 use simd_core::{Command, Reply};
@@ -13,11 +14,16 @@ use super::mismatched;
 use super::once::{once, once_in_secret};
 use crate::SimHandle;
 use crate::access::Grant;
+use crate::convert::from_proto::sensor::beside;
 use crate::convert::from_proto::simulation::{self as from_proto, Steps};
 use crate::convert::to_proto::{
-    contact as to_proto_contact, joint, kinematics as to_proto_kinematics, simulation as to_proto, stamp,
+    contact as to_proto_contact, joint, kinematics as to_proto_kinematics, sensor as to_proto_sensor,
+    simulation as to_proto, stamp,
 };
 use crate::handle::{Caller, Disconnect};
+
+/// How long the answer to a step waits for ranges of its state.
+const WAIT_FOR_RANGES: Duration = Duration::from_secs(1);
 
 /// Serves `simd.v1.SimulationService`.
 #[derive(Clone, Debug)]
@@ -73,7 +79,9 @@ impl SimulationService for Service {
         request: Request<v1::StepSimulationRequest>,
     ) -> Result<Response<v1::StepSimulationResponse>, Status> {
         let caller = request.extensions().get::<Caller>().cloned();
-        once(&self.handle, request, |handle, request| async move {
+        once(&self.handle, request, |handle, mut request| async move {
+            let sensors = beside(std::mem::take(&mut request.sensors))?;
+            handle.readings_beside(&sensors)?;
             let Steps { steps, member, mut targets, mut selection, with_links, with_contacts, all } =
                 from_proto::steps(request)?;
             if let Some(targets) = &mut targets {
@@ -103,12 +111,18 @@ impl SimulationService for Service {
                     all || robots.iter().any(|robot| wanted.contains(robot))
                 });
             }
+            let mut readings = Vec::new();
+            if !sensors.is_empty() {
+                let (_, newest) = handle.newest_readings(&sensors, WAIT_FOR_RANGES).await?;
+                readings.extend(newest.into_iter().map(to_proto_sensor::readings));
+            }
             Ok(v1::StepSimulationResponse {
                 stamp: Some(stamp::done(&stepped.done)),
                 states,
                 clamped: joint::clamped(stepped.clamped),
                 link_states,
                 contacts,
+                sensors: readings,
             })
         })
         .await

@@ -1,7 +1,7 @@
 //! Figures for this machine, printed as tables: run with `make bench`. Nothing
 //! here is asserted; compare within a run. `-- reads` prints one table alone, lateness under a flood of reads; `-- town` that of
 //! a quadruped among what cannot move; `-- recording` what a recording costs; `-- turns` round trips; `-- rollouts` what copies of a
-//! world cost.
+//! world cost; `-- lidar` what a lidar costs the steps.
 #![allow(
     clippy::expect_used,
     clippy::print_stdout,
@@ -10,6 +10,7 @@
 
 mod crowd;
 mod lateness;
+mod lidar;
 mod recording;
 mod rollouts;
 mod round_trip;
@@ -28,6 +29,7 @@ fn main() {
         Some("recording") => return recording::print(),
         Some("turns") => return round_trip::print(),
         Some("rollouts") => return rollouts::print(),
+        Some("lidar") => return lidar::print(),
         _ => {}
     }
     step::print();
@@ -38,4 +40,5 @@ fn main() {
     lateness::print_reads();
     recording::print();
     rollouts::print();
+    lidar::print();
 }

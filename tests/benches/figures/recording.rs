@@ -136,13 +136,19 @@ async fn command(client: Client) {
 
 /// When states were there and how far the world was, each turn for itself.
 #[derive(Default)]
-struct Sample {
+pub(crate) struct Sample {
     late: Vec<f64>,
     factors: Vec<f64>,
 }
 
 impl Sample {
-    fn print(&mut self, what: &str) {
+    /// How late states were, at a part of all of them, microseconds.
+    pub(crate) fn late(&mut self, part: f64) -> f64 {
+        self.late.sort_by(f64::total_cmp);
+        percentile(&self.late, part)
+    }
+
+    pub(crate) fn print(&mut self, what: &str) {
         self.late.sort_by(f64::total_cmp);
         let late = |part: f64| percentile(&self.late, part);
         let factor = self.factors.iter().sum::<f64>() / self.factors.len() as f64;
@@ -156,7 +162,7 @@ impl Sample {
     }
 }
 
-async fn turn(running: &Running, seconds: f64, sample: &mut Sample) {
+pub(crate) async fn turn(running: &Running, seconds: f64, sample: &mut Sample) {
     let begin = Instant::now();
     let (mut states, mut sequence) = (Vec::new(), 0);
     while begin.elapsed().as_secs_f64() < seconds {

@@ -261,7 +261,7 @@ fn sensing() -> Scene {
         SensorKind::ForceTorque { axes: WrenchAxes::Parent, direction: WrenchDirection::ParentOnChild },
         SensorKind::Contact { threshold: 1.0 },
         SensorKind::Range(range),
-        SensorKind::Lidar(Scan { horizontal, vertical: Sweep::one(0.1), range }),
+        SensorKind::Lidar(Scan { horizontal, vertical: Sweep::one(0.1), range, rolling: true }),
         SensorKind::LinkState,
         SensorKind::Encoder,
         SensorKind::Odometry,

@@ -1,7 +1,8 @@
-//! Sensors against closed forms.
+//! Sensors against closed forms, and beside MuJoCo's.
 
 mod forces;
 mod imu;
+mod mujoco;
 mod noise;
 mod rays;
 mod replays;

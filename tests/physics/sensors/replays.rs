@@ -31,8 +31,12 @@ fn swinging(seed: u64) -> Simulation {
     let mut world = world(1e-3);
     apply(&mut world, Command::Spawn(Box::new(passive(&Arc::new(chain(2)), false, &[0.4, -0.9]))));
     let range = RangeLimits { least: 0.0, most: 9.0 };
-    let scan =
-        Scan { horizontal: Sweep { samples: 3, least: -1.0, most: 1.0 }, vertical: Sweep::one(0.0), range };
+    let scan = Scan {
+        horizontal: Sweep { samples: 3, least: -1.0, most: 1.0 },
+        vertical: Sweep::one(0.0),
+        range,
+        rolling: false,
+    };
     let kinds = [
         SensorKind::Imu,
         SensorKind::ForceTorque { axes: Default::default(), direction: Default::default() },

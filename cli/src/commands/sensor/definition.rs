@@ -54,6 +54,7 @@ pub(super) struct Shape {
     pub(super) range: Option<[f64; 2]>,
     pub(super) horizontal: Option<Sweep>,
     pub(super) vertical: Option<Sweep>,
+    pub(super) rolling: bool,
     pub(super) axes: Option<WrenchAxes>,
     pub(super) direction: Option<WrenchDirection>,
     pub(super) threshold: Option<f64>,
@@ -62,13 +63,14 @@ pub(super) struct Shape {
 impl Shape {
     /// Of a kind; what the kind has not is refused, and so is what it lacks.
     pub(super) fn of(self, kind: Kind) -> anyhow::Result<sensor::Kind> {
-        let Self { range, horizontal, vertical, axes, direction, threshold } = self;
+        let Self { range, horizontal, vertical, rolling, axes, direction, threshold } = self;
         let has_rays = matches!(kind, Kind::Range | Kind::Lidar);
         let is_wrench = kind == Kind::ForceTorque;
         for (option, is_given, is_allowed) in [
             ("--range", range.is_some(), has_rays),
             ("--horizontal", horizontal.is_some(), kind == Kind::Lidar),
             ("--vertical", vertical.is_some(), kind == Kind::Lidar),
+            ("--rolling", rolling, kind == Kind::Lidar),
             ("--axes", axes.is_some(), is_wrench),
             ("--on-child", direction.is_some(), is_wrench),
             ("--threshold", threshold.is_some(), kind == Kind::Contact),
@@ -98,7 +100,7 @@ impl Shape {
                     bail!(Usage("a lidar needs --horizontal SAMPLES,MIN,MAX".to_owned()))
                 };
                 let range = Some(RangeLimits { min, max });
-                sensor::Kind::Lidar(LidarSensor { horizontal: Some(horizontal), vertical, range })
+                sensor::Kind::Lidar(LidarSensor { horizontal: Some(horizontal), vertical, range, rolling })
             }
             Kind::LinkState => sensor::Kind::LinkState(LinkStateSensor {}),
             Kind::Encoder => sensor::Kind::Encoder(EncoderSensor {}),
@@ -153,6 +155,8 @@ pub(super) struct SensorView {
     range: Option<[f64; 2]>,
     horizontal: Option<SweepView>,
     vertical: Option<SweepView>,
+    /// Of lidars: each column is of its own time.
+    rolling: Option<bool>,
     /// It came with the robot's description.
     described: bool,
     /// Of its newest reading; before its first the number that its own are larger than.
@@ -204,7 +208,7 @@ impl SensorView {
         let Sensor { robot, name, link, joint, pose, rate, seed, noise, kind } = sensor.unwrap_or_default();
         let some = |text: String| Some(text).filter(|text| !text.is_empty());
         let sweep = |of: Option<Sweep>| of.map(|Sweep { samples, min, max }| SweepView { samples, min, max });
-        let (mut range, mut horizontal, mut vertical) = (None, None, None);
+        let (mut range, mut horizontal, mut vertical, mut rolling) = (None, None, None, None);
         let kind = match kind {
             Some(sensor::Kind::Imu(_)) => "imu",
             Some(sensor::Kind::ForceTorque(_)) => "force-torque",
@@ -216,6 +220,7 @@ impl SensorView {
             Some(sensor::Kind::Lidar(of)) => {
                 range = of.range.map(|RangeLimits { min, max }| [min, max]);
                 (horizontal, vertical) = (sweep(of.horizontal), sweep(of.vertical));
+                rolling = Some(of.rolling);
                 "lidar"
             }
             Some(sensor::Kind::LinkState(_)) => "link-state",
@@ -238,6 +243,7 @@ impl SensorView {
             range,
             horizontal,
             vertical,
+            rolling,
             described,
             last_sequence,
             unavailable: some(unavailable),
@@ -278,7 +284,15 @@ mod tests {
     use super::*;
 
     fn nothing() -> Shape {
-        Shape { range: None, horizontal: None, vertical: None, axes: None, direction: None, threshold: None }
+        Shape {
+            range: None,
+            horizontal: None,
+            vertical: None,
+            rolling: false,
+            axes: None,
+            direction: None,
+            threshold: None,
+        }
     }
 
     #[test]
@@ -294,6 +308,8 @@ mod tests {
         assert_eq!((horizontal.samples, horizontal.max), (360, std::f64::consts::PI));
         let slack = Shape { range: Some([0.0, 1.0]), ..nothing() }.of(Kind::Imu).unwrap_err().to_string();
         assert_eq!(slack, "--range is not for a sensor of the kind imu");
+        let still = Shape { rolling: true, ..nothing() }.of(Kind::Encoder).unwrap_err().to_string();
+        assert_eq!(still, "--rolling is not for a sensor of the kind encoder");
         let bare = nothing().of(Kind::Range).unwrap_err().to_string();
         assert_eq!(bare, "a sensor of the kind range needs --range MIN,MAX");
         assert!(nothing().of(Kind::Encoder).is_ok());

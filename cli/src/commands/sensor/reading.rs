@@ -200,12 +200,11 @@ impl MeasurementView {
                 let hits = ranges.iter().map(|range| range.0).filter(|range| range.is_finite());
                 let nearest = hits.clone().fold(f64::INFINITY, f64::min);
                 let near = ranges.iter().filter(|range| range.0 == f64::NEG_INFINITY).count();
-                format!(
-                    "{}: {} hit, the nearest at {} m; {near} too near",
-                    count(ranges.len(), "ray"),
-                    hits.count(),
-                    fixed(nearest, 3)
-                )
+                let hits = match hits.count() {
+                    0 => "none hit".to_owned(),
+                    hits => format!("{hits} hit, the nearest at {} m", fixed(nearest, 3)),
+                };
+                format!("{}: {hits}; {near} too near", count(ranges.len(), "ray"))
             }
             Self::LinkState { pose, linear, angular } | Self::Odometry { pose, linear, angular } => format!(
                 "at {} m, {} m/s, {} rad/s",
@@ -249,6 +248,11 @@ mod tests {
         let json = serde_json::to_string(&view).unwrap();
         assert_eq!(json, r#"{"lidar":{"ranges":[1.5,"inf","-inf","nan"],"columns":2}}"#);
         assert_eq!(view.in_short(), "4 rays: 1 hit, the nearest at 1.500 m; 1 too near");
+        let empty = LidarReading { ranges: vec![f32::INFINITY; 2], columns: 2 };
+        assert_eq!(
+            MeasurementView::new(Some(Measurement::Lidar(empty))).in_short(),
+            "2 rays: none hit; 0 too near"
+        );
         let nothing = Some(Measurement::Range(RangeReading { range: f64::INFINITY }));
         assert_eq!(MeasurementView::new(nothing).in_short(), "inf m");
     }

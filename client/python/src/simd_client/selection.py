@@ -12,6 +12,24 @@ Selection = Union[str, Named, Collection[Union[str, Named]], Mapping[str, Sequen
 """A robot, several robots, or joints by robot; `None` means all joints of all robots."""
 
 
+SensorSelection = Union[bool, Collection[str], Mapping[str, Collection[str]]]
+"""Sensors by their names, of each robot that the call is about or by robot; `True` means all of those robots."""
+
+
+def sensors_to_proto(sensors: SensorSelection, robots: Collection[str]) -> list[proto.SensorSelection]:
+    """Sensors of some robots as messages. Raises `ValueError` for names of sensors without a robot."""
+    if isinstance(sensors, str):
+        raise TypeError(f"sensors are a list of names, not {sensors!r}")
+    if sensors and not robots and not isinstance(sensors, Mapping):
+        raise ValueError('without a selection of robots, say whose sensors: sensors={"arm": ["imu"]}')
+    if isinstance(sensors, bool):
+        return [proto.SensorSelection(robot=robot) for robot in robots] if sensors else []
+    if isinstance(sensors, Mapping):
+        by_robot = cast("Mapping[str, Collection[str]]", sensors)
+        return [proto.SensorSelection(robot=robot, sensors=names) for robot, names in by_robot.items()]
+    return [proto.SensorSelection(robot=robot, sensors=sensors) for robot in robots] if sensors else []
+
+
 def selections_to_proto(selection: Selection) -> list[proto.JointSelection]:
     """The selection as messages."""
     if selection is None:

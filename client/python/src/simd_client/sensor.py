@@ -130,6 +130,8 @@ class LidarSensor(SensorKind[LidarMeasurement]):
     """About z, from x to y."""
     vertical: Sweep = field(default_factory=lambda: Sweep(1))
     """Up from the plane of x and y."""
+    rolling: bool = False
+    """It turns once in a period: column i of n is of (n - 1 - i) / n periods before the stamp, from where the sensor was then."""
 
     def directions(self) -> FloatArray:
         """Of each ray in the sensor's axes, of unit length: rows, columns, x y z."""
@@ -261,6 +263,7 @@ def _set_kind(message: proto.Sensor, kind: SensorKind[Any]) -> None:
                 horizontal=_sweep_to_proto(kind.horizontal),
                 vertical=_sweep_to_proto(kind.vertical),
                 range=proto.RangeLimits(min=kind.min, max=kind.max),
+                rolling=kind.rolling,
             )
         )
     elif isinstance(kind, LinkStateSensor):
@@ -338,8 +341,8 @@ def _kind(sensor: proto.Sensor) -> AnySensorKind | None:
     if kind == "range":
         return RangeSensor(sensor.range.min, sensor.range.max)
     if kind == "lidar":
-        limits = sensor.lidar.range
-        return LidarSensor(limits.min, limits.max, _sweep(sensor.lidar.horizontal), _sweep(sensor.lidar.vertical))
+        lidar, limits = sensor.lidar, sensor.lidar.range
+        return LidarSensor(limits.min, limits.max, _sweep(lidar.horizontal), _sweep(lidar.vertical), lidar.rolling)
     if kind == "link_state":
         return LinkStateSensor()
     if kind == "encoder":

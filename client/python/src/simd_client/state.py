@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Final, Protocol
+from typing import Any, Final, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +16,7 @@ from simd_client.errors import AnswerError, JointNotFound, LayoutChanged, RobotN
 from simd_client.geometry import FloatArray
 from simd_client.layout import JointFlag, JointInfo, JointMode, Layout
 from simd_client.link_states import LinkStates
+from simd_client.measurement import SensorReading
 from simd_client.table import Table
 from simd_client.world import Stamp
 
@@ -92,9 +93,16 @@ class RobotState:
     """
 
     def __init__(
-        self, message: proto.RobotJointStates, stamp: Stamp, layout: Layout, selected: Sequence[str] = ()
+        self,
+        message: proto.RobotJointStates,
+        stamp: Stamp,
+        layout: Layout,
+        selected: Sequence[str] = (),
+        sensors: Mapping[str, SensorReading[Any]] | None = None,
     ) -> None:
         self._message = message
+        self.sensors: Final[Mapping[str, SensorReading[Any]]] = {} if sensors is None else sensors
+        """The newest reading of each sensor that was asked for, by name; of those that have one. Each has its own stamp."""
         self.stamp: Final = stamp
         self.layout: Final = layout
         """Of the whole robot. It may be newer than the arrays if the robot was reloaded."""
@@ -267,7 +275,11 @@ def layout_changed(robot: str) -> LayoutChanged:
 
 
 def robot_state(
-    message: proto.RobotJointStates, stamp: Stamp, layout: Layout, selected: Sequence[str] = ()
+    message: proto.RobotJointStates,
+    stamp: Stamp,
+    layout: Layout,
+    selected: Sequence[str] = (),
+    sensors: Mapping[str, SensorReading[Any]] | None = None,
 ) -> RobotState:
     """One robot's arrays from their message."""
     if not selected and layout.version == message.layout_version:
@@ -276,7 +288,7 @@ def robot_state(
             len(array) != layout.velocity_count for array in arrays
         ):
             raise AnswerError(f"the joint states of `{message.robot}` do not have the length of its layout")
-    return RobotState(message, stamp, layout, selected)
+    return RobotState(message, stamp, layout, selected, sensors)
 
 
 def clamped_from_proto(messages: Sequence[proto.ClampedTarget]) -> tuple[Clamped, ...]:

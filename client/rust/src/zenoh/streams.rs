@@ -14,7 +14,7 @@ use simd_proto::v1::{
     ControlRequest, ControlResponse, ControlWait, JointSelection, ListSensorsRequest, ListSensorsResponse,
     NextEventsRequest, NextEventsResponse, NextJointStatesRequest, NextJointStatesResponse,
     NextParametersRequest, NextParametersResponse, NextSensorReadingsRequest, NextSensorReadingsResponse,
-    Sensor, SensorCursor, WatchEventsRequest, WatchEventsResponse, WatchJointStatesRequest,
+    Sensor, SensorCursor, SensorSelection, WatchEventsRequest, WatchEventsResponse, WatchJointStatesRequest,
     WatchJointStatesResponse, WatchParametersResponse, WatchSensorReadingsRequest,
     WatchSensorReadingsResponse,
 };
@@ -79,8 +79,9 @@ pub(super) async fn joint_states(
     let mut ticks = interval(Duration::from_secs_f64(1.0 / rate));
     ticks.set_missed_tick_behavior(MissedTickBehavior::Skip);
     let next = method("JointService", "NextJointStates")?;
-    let (headers, selections) = (asked.headers, request.selections);
-    let watcher = StateWatch { channel, next, headers, ticks, selections, daemon: None, seen: 0 };
+    let headers = asked.headers;
+    let WatchJointStatesRequest { selections, sensors, rate: _ } = request;
+    let watcher = StateWatch { channel, next, headers, ticks, selections, sensors, daemon: None, seen: 0 };
     Ok(Box::pin(stream::try_unfold(watcher, StateWatch::next)))
 }
 
@@ -90,6 +91,8 @@ struct StateWatch {
     headers: Arc<str>,
     ticks: Interval,
     selections: Vec<JointSelection>,
+    /// Whose newest readings come beside the states.
+    sensors: Vec<SensorSelection>,
     /// Who was asked before.
     daemon: Option<ZenohId>,
     /// Sequence of the state before. Each start of a daemon counts anew.
@@ -108,15 +111,18 @@ impl StateWatch {
                 after_sequence: self.seen,
                 timeout: WAIT.as_secs_f64(),
                 selections: self.selections.clone(),
+                sensors: self.sensors.clone(),
                 ..NextJointStatesRequest::default()
             };
             let answer = ask(&self.channel, self.next, &request, &self.headers).await;
-            let Some(NextJointStatesResponse { states, .. }) = ended(answer)? else { return Ok(None) };
+            let Some(NextJointStatesResponse { states, sensors, .. }) = ended(answer)? else {
+                return Ok(None);
+            };
             let sequence = states.as_ref().and_then(|states| states.stamp).map_or(0, |stamp| stamp.sequence);
             // A smaller number is not older, but of a daemon that was started again meanwhile.
             if sequence != self.seen {
                 self.seen = sequence;
-                let answer = WatchJointStatesResponse { states };
+                let answer = WatchJointStatesResponse { states, sensors };
                 return Ok(Some((answer.encode_to_vec().into(), self)));
             }
         }
@@ -280,8 +286,9 @@ pub(super) fn control(
     requests: Streaming<Bytes>,
     headers: Arc<str>,
 ) -> Answers {
-    let selections = Vec::new();
-    let control = Control { channel, method, requests, headers, selections, daemon: None, answered: 0 };
+    let (selections, sensors) = (Vec::new(), Vec::new());
+    let (daemon, answered) = (None, 0);
+    let control = Control { channel, method, requests, headers, selections, sensors, daemon, answered };
     Box::pin(stream::try_unfold(control, Control::next))
 }
 
@@ -291,6 +298,8 @@ struct Control {
     requests: Streaming<Bytes>,
     headers: Arc<str>,
     selections: Vec<JointSelection>,
+    /// Whose newest readings come beside the states.
+    sensors: Vec<SensorSelection>,
     /// Who was asked before.
     daemon: Option<ZenohId>,
     /// Sequence of the state in the last answer. Each start of a daemon counts anew.
@@ -305,6 +314,11 @@ impl Control {
             request.selections.clone_from(&self.selections);
         } else {
             self.selections.clone_from(&request.selections);
+        }
+        if request.sensors.is_empty() {
+            request.sensors.clone_from(&self.sensors);
+        } else {
+            self.sensors.clone_from(&request.sensors);
         }
         let after = request.after_sequence;
         let waits_for_ever = request.wait() != ControlWait::None && request.timeout == 0.0;

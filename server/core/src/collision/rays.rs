@@ -35,24 +35,7 @@ impl Scene {
     pub fn cast(&self, from: DVec3, to: DVec3, is_wanted: impl Fn(&PlacedShape) -> bool) -> Option<RayHit> {
         let way = to - from;
         let ray = Ray::new(from, way);
-        let first: Cell<Option<HitOrder>> = Cell::new(None);
-        let meets = |index: usize, most: f64| {
-            let placed = self.shapes.get(index).filter(|placed| is_wanted(placed))?;
-            let meets = |ray: &Ray| placed.shape.cast_ray(&placed.world_from_shape, ray, most.min(1.0), true);
-            let fraction = beside(placed, &ray, meets)?;
-            let this = (fraction, placed.key(), index);
-            if first.get().is_none_or(|known| this < known) {
-                first.set(Some(this));
-            }
-            Some(fraction + SAME * (1.0 + fraction))
-        };
-        // The end of the way counts, and parry's search takes only what is before its limit.
-        let mut most = 1.0 + SAME;
-        for index in self.bounded..self.shapes.len() {
-            most = meets(index, most).map_or(most, |fraction| fraction.min(most));
-        }
-        self.tree.cast_ray(&ray, most, |leaf, most| meets(leaf as usize, most));
-        let (_, _, index) = first.get()?;
+        let (_, _, index) = self.first(&ray, is_wanted)?;
         let placed = self.shapes.get(index)?;
         let meets =
             |ray: &Ray| placed.shape.cast_ray_and_get_normal(&placed.world_from_shape, ray, 1.0, true);
@@ -64,6 +47,32 @@ impl Scene {
             point: from + way * hit.time_of_impact,
             normal: outward(hit.normal, way),
         })
+    }
+
+    /// The part of the way from `from` to `to` up to that hit: who wants no normal has it for half of the work.
+    pub fn fraction(&self, from: DVec3, to: DVec3, is_wanted: impl Fn(&PlacedShape) -> bool) -> Option<f64> {
+        self.first(&Ray::new(from, to - from), is_wanted).map(|(fraction, ..)| fraction)
+    }
+
+    fn first(&self, ray: &Ray, is_wanted: impl Fn(&PlacedShape) -> bool) -> Option<HitOrder> {
+        let first: Cell<Option<HitOrder>> = Cell::new(None);
+        let meets = |index: usize, most: f64| {
+            let placed = self.shapes.get(index).filter(|placed| is_wanted(placed))?;
+            let meets = |ray: &Ray| placed.shape.cast_ray(&placed.world_from_shape, ray, most.min(1.0), true);
+            let fraction = beside(placed, ray, meets)?;
+            let this = (fraction, placed.key(), index);
+            if first.get().is_none_or(|known| this < known) {
+                first.set(Some(this));
+            }
+            Some(fraction + SAME * (1.0 + fraction))
+        };
+        // The end of the way counts, and parry's search takes only what is before its limit.
+        let mut most = 1.0 + SAME;
+        for index in self.bounded..self.shapes.len() {
+            most = meets(index, most).map_or(most, |fraction| fraction.min(most));
+        }
+        self.tree.cast_ray(ray, most, |leaf, most| meets(leaf as usize, most));
+        first.get()
     }
 }
 

@@ -38,6 +38,10 @@ pub(super) struct BodyJoint {
     pub(super) reference: f64,
     /// Stiffness, and the position at rest.
     pub(super) spring: Option<[f64; 2]>,
+    /// The position at which its spring is at rest.
+    pub(super) rest: f64,
+    /// Time constant, s, and damping ratio, both above 0: instead of stiffness and damping, see `spring_damper`.
+    pub(super) spring_damper: Option<[f64; 2]>,
 }
 
 /// What is said of joints outside of bodies, by name.
@@ -99,8 +103,10 @@ pub(super) fn read(
     {
         limits.effort = Some(lower.abs().max(upper.abs())).filter(|most| *most > 0.0);
     }
-    if joint.word("springdamper").is_some() {
-        notes.warn(at, Ignored, "springdamper is not read: give stiffness and damping");
+    let spring_damper = joint.numbers::<2>("springdamper", notes)?.filter(|both| *both != [0.0, 0.0]);
+    let is_positive = |both: &[f64; 2]| both.iter().all(|value| *value > 0.0);
+    if spring_damper.as_ref().is_some_and(|both| !is_positive(both)) {
+        notes.warn(at, Ignored, "the numbers of springdamper are not both above 0: left out");
     }
     if joint.number("margin")?.is_some_and(|margin| margin != 0.0) {
         notes.info(at, Ignored, "margin is not read");
@@ -117,6 +123,8 @@ pub(super) fn read(
         armature: least(joint.number("armature")?),
         reference,
         spring: (stiffness > 0.0).then_some([stiffness, rest]),
+        rest,
+        spring_damper: spring_damper.filter(is_positive),
     })
 }
 

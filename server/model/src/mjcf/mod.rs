@@ -2,7 +2,7 @@
 //!
 //! `files`: what is included. `compiler`: how the file is to be read. `defaults`: classes. `value`: numbers and
 //! orientations. `assets`: meshes, height fields, materials. `body`, `joint`, `geom`, `mesh_inertia`: what moves. `actuator`, `equality`
-//! and `keyframe`: what belongs to joints. `sensor`: what measures. `split`: as robots.
+//! and `keyframe`: what belongs to joints. `spring_damper`: springs that follow from inertias. `sensor`: what measures. `split`: as robots.
 //!
 //! A body that hangs on the world by no joint stands still. All that stands still is one robot; each other child of the
 //! world is one with what hangs on it. What is not read (tendons, muscles, skins, flexible bodies) is in the report.
@@ -20,6 +20,7 @@ mod keyframe;
 mod mesh_inertia;
 mod sensor;
 mod split;
+mod spring_damper;
 mod value;
 
 use std::collections::BTreeMap;
@@ -121,6 +122,7 @@ impl<'a> Reader<'a> {
             self.content(section, 0, body::Inside::world())?;
         }
         self.finish_masses();
+        spring_damper::set(&mut self.bodies, &mut self.notes);
         let mut joints = joint::Joints::of(&self.bodies);
         for section in of("actuator") {
             let elements = files::expanded(section, self.sources, self.places)?;

@@ -34,25 +34,36 @@ pub(super) struct Measured {
 pub(super) fn read<'a>(elements: &[Element<'a>], reader: &mut Reader<'a>) -> Vec<Measured> {
     let mut measured: Vec<Measured> = Vec::new();
     // By kind and what it is on, which of the list.
-    let mut known: BTreeMap<(&'static str, String), usize> = BTreeMap::new();
+    let mut known: BTreeMap<(&'static str, &str, &str), usize> = BTreeMap::new();
     for element in elements.iter().copied() {
         if measured.len() >= MOST {
             reader.notes.warn(element, Ignored, format!("there are more than {MOST} sensors: left out"));
             break;
         }
-        let Some((kind, target)) = target(element, &mut reader.notes) else { continue };
-        if let Some(first) = known.get(&(kind, target.to_owned())).and_then(|index| measured.get(*index)) {
+        let Some(Target { kind, object, name: target }) = target(element, &mut reader.notes) else {
+            continue;
+        };
+        if let Some(first) = known.get(&(kind, object, target)).and_then(|index| measured.get(*index)) {
             let message = format!("it is a part of sensor {}", quoted(&first.sensor.name));
             reader.notes.info(element, Used, message);
             continue;
         }
-        let Some((place, pose)) = placed(element, kind, target, reader) else {
+        let Some((place, pose)) = placed(kind, object, target, reader) else {
             let message = format!("{} is not there: left out", quoted(target));
             reader.notes.warn(element, Ignored, message);
             continue;
         };
         let at = (element.file, element.line());
         let mut lines = Vec::new();
+        // Period, and a phase that is not read.
+        let interval = element.word("interval").and_then(|word| word.split_whitespace().next());
+        let period = interval.and_then(|word| word.parse::<f64>().ok());
+        if let Some(period) = period.filter(|period| (1e-6..1e6).contains(period)) {
+            lines.push((at, 0, format!("<update_rate>{}</update_rate>", 1.0 / period)));
+        }
+        if element.word("delay").is_some_and(|word| word.parse() != Ok(0.0)) {
+            reader.notes.info(element, Ignored, "delay is not read: readings have the stamp of their state");
+        }
         match kind {
             "force_torque" => lines.push((at, 0, FORCE_TORQUE.to_owned())),
             "range" => {
@@ -61,68 +72,92 @@ pub(super) fn read<'a>(elements: &[Element<'a>], reader: &mut Reader<'a>) -> Vec
                     lines.push((at, 0, format!("<ray><range><max>{cutoff}</max></range></ray>")));
                 }
             }
-            "contact" => {
+            "contact" if object == "site" => {
                 let message = "all that touches the body counts, not only what touches it within the site";
                 reader.notes.info(element, Used, message);
             }
             _ => {}
         }
         let name = element.word("name").map_or_else(|| format!("{}_{target}", element.tag()), str::to_owned);
-        known.insert((kind, target.to_owned()), measured.len());
+        known.insert((kind, object, target), measured.len());
         let sensor = DraftSensor { name, at, kind: kind.to_owned(), pose, lines };
         measured.push(Measured { place, sensor });
     }
     measured
 }
 
-/// As MuJoCo measures them: of the child on the parent, in the axes of the site.
-const FORCE_TORQUE: &str = "<force_torque><frame>sensor</frame><measure_direction>child_to_parent</measure_direction></force_torque>";
+/// As MuJoCo's numbers are, in the axes of the site: of the parent on the child (`cfrc_int`), although its reference says that the force points
+/// from the child towards the parent.
+const FORCE_TORQUE: &str = "<force_torque><frame>sensor</frame><measure_direction>parent_to_child</measure_direction></force_torque>";
 
-/// The kind of a sensor, and the name of what it is on. `None` for those that are not read, which is said.
-fn target<'a>(element: Element<'a>, notes: &mut Notes) -> Option<(&'static str, &'a str)> {
-    let (kind, attribute) = match element.tag() {
-        "accelerometer" | "gyro" => ("imu", "site"),
-        "force" | "torque" => ("force_torque", "site"),
-        "touch" => ("contact", "site"),
-        "rangefinder" => ("range", "site"),
-        "jointpos" | "jointvel" => ("encoder", "joint"),
-        "velocimeter" => {
-            notes.info(element, Used, "the velocity of a link is in the axes of the world in simd");
-            ("link_state", "site")
-        }
-        "framepos" | "framequat" | "framelinvel" | "frameangvel" => {
+/// What a sensor measures, and of what.
+struct Target<'a> {
+    /// In SDFormat's words, or simd's.
+    kind: &'static str,
+    /// `site`, `joint`, `xbody`, or `body`, which is its centre of mass.
+    object: &'a str,
+    name: &'a str,
+}
+
+/// `None` for sensors that are not read, which is said.
+fn target<'a>(element: Element<'a>, notes: &mut Notes) -> Option<Target<'a>> {
+    let of_object = || element.word("objtype").unwrap_or("body");
+    let (kind, object, attribute) = match element.tag() {
+        "accelerometer" | "gyro" => ("imu", "site", "site"),
+        "force" | "torque" => ("force_torque", "site", "site"),
+        "touch" => ("contact", "site", "site"),
+        "rangefinder" => ("range", "site", "site"),
+        "jointpos" | "jointvel" => ("encoder", "joint", "joint"),
+        // In the axes of the site.
+        "velocimeter" => ("odometry", "site", "site"),
+        "framepos" | "framequat" | "framexaxis" | "frameyaxis" | "framezaxis" | "framelinvel"
+        | "frameangvel" => {
             if element.word("refname").is_some() {
                 notes.info(element, Used, "the state of a link is against the world in simd");
             }
-            ("link_state", "objname")
+            ("link_state", of_object(), "objname")
+        }
+        "framelinacc" => {
+            notes.info(element, Used, "the specific force of an imu is in its own axes");
+            ("imu", of_object(), "objname")
+        }
+        "contact" if element.word("body1").is_some() => {
+            let others = ["geom2", "body2", "subtree2", "site"];
+            if others.iter().any(|name| element.word(name).is_some()) {
+                notes.info(element, Used, "all that touches the body counts: its partners are told by name");
+            }
+            ("contact", "xbody", "body1")
         }
         _ => {
             notes.info(element, Ignored, "not read by simd");
             return None;
         }
     };
-    let target = element.word(attribute);
-    if target.is_none() {
+    let name = element.word(attribute);
+    if name.is_none() {
         notes.warn(element, Ignored, format!("it names no {attribute}: left out"));
     }
-    Some((kind, target?))
+    Some(Target { kind, object, name: name? })
 }
 
 /// What a sensor is on, and where it is there. `None` where there is no such thing.
-fn placed(element: Element, kind: &str, target: &str, reader: &Reader) -> Option<(Place, DPose3)> {
-    if kind == "encoder" {
-        let mut joints = reader.bodies.iter().flat_map(|body| &body.joints);
-        return joints
-            .any(|joint| joint.name == target)
-            .then(|| (Place::Joint(target.to_owned()), DPose3::IDENTITY));
-    }
-    let of_object = kind == "link_state" && element.tag() != "velocimeter";
-    let is_site = !of_object || element.word("objtype") == Some("site");
-    let (body, pose) = if is_site {
-        *reader.sites.get(target)?
-    } else {
-        let body = reader.bodies.iter().position(|body| body.name == target)?;
-        (body, DPose3::IDENTITY)
+fn placed(kind: &str, object: &str, target: &str, reader: &Reader) -> Option<(Place, DPose3)> {
+    let (body, pose) = match object {
+        "joint" => {
+            let mut joints = reader.bodies.iter().flat_map(|body| &body.joints);
+            return joints
+                .any(|joint| joint.name == target)
+                .then(|| (Place::Joint(target.to_owned()), DPose3::IDENTITY));
+        }
+        "site" => *reader.sites.get(target)?,
+        "xbody" | "body" => {
+            let index = reader.bodies.iter().position(|body| body.name == target)?;
+            // MuJoCo's frame of a body without the x is at its centre of mass. The axes stay the body's.
+            let center = reader.bodies.get(index)?.inertial.center_of_mass;
+            let at_center = object == "body" && index > 0;
+            (index, if at_center { DPose3::from_translation(center) } else { DPose3::IDENTITY })
+        }
+        _ => return None,
     };
     let name = reader.bodies.get(body)?.name.clone();
     Some(match kind {

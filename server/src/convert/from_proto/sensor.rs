@@ -52,7 +52,7 @@ pub fn only(request: v1::ListSensorsRequest) -> Result<Option<String>, BadField>
 pub fn newest(request: v1::GetSensorReadingsRequest) -> Result<(Vec<SensorSelection>, Duration), BadField> {
     let v1::GetSensorReadingsRequest { selections, timeout } = request;
     let timeout = Path::ROOT.field("timeout").seconds(timeout, 0.001..=60.0, 1.0)?;
-    Ok((self::selections(selections)?, timeout))
+    Ok((self::selections("selections", selections)?, timeout))
 }
 
 /// Sensors whose readings are followed, and how long the first is waited for.
@@ -83,14 +83,19 @@ pub fn next(request: v1::NextSensorReadingsRequest) -> Result<(Vec<SensorCursor>
 pub fn watch(request: v1::WatchSensorReadingsRequest) -> Result<(Vec<SensorSelection>, Duration), BadField> {
     let v1::WatchSensorReadingsRequest { selections, rate } = request;
     let rate = if rate == 0.0 { 50.0 } else { Path::ROOT.field("rate").within(rate, 0.1..=1000.0)? };
-    Ok((self::selections(selections)?, Duration::from_secs_f64(1.0 / rate)))
+    Ok((self::selections("selections", selections)?, Duration::from_secs_f64(1.0 / rate)))
+}
+
+/// Sensors whose newest readings come beside states.
+pub fn beside(sensors: Vec<v1::SensorSelection>) -> Result<Vec<SensorSelection>, BadField> {
+    selections("sensors", sensors)
 }
 
 /// A robot or a sensor named twice is refused, so that no answer is larger than the world.
-fn selections(given: Vec<v1::SensorSelection>) -> Result<Vec<SensorSelection>, BadField> {
+fn selections(field: &str, given: Vec<v1::SensorSelection>) -> Result<Vec<SensorSelection>, BadField> {
     let mut out = Vec::with_capacity(given.len());
     for (index, v1::SensorSelection { robot, sensors }) in given.into_iter().enumerate() {
-        let at = Path::ROOT.item("selections", index);
+        let at = Path::ROOT.item(field, index);
         let robot = at.field("robot").name(robot)?;
         let sensors = sensors.into_iter().enumerate();
         let sensors = sensors
@@ -99,7 +104,7 @@ fn selections(given: Vec<v1::SensorSelection>) -> Result<Vec<SensorSelection>, B
         at.each_once("sensors", &sensors)?;
         out.push(SensorSelection { robot, sensors });
     }
-    Path::ROOT.each_once("selections", out.iter().map(|selection| &selection.robot))?;
+    Path::ROOT.each_once(field, out.iter().map(|selection| &selection.robot))?;
     Ok(out)
 }
 
@@ -125,13 +130,14 @@ fn kind(at: &Path<'_>, kind: Kind) -> Result<SensorKind, BadField> {
         Kind::Range(v1::RangeSensor { min: least, max: most }) => {
             SensorKind::Range(RangeLimits { least, most })
         }
-        Kind::Lidar(v1::LidarSensor { horizontal, vertical, range }) => {
+        Kind::Lidar(v1::LidarSensor { horizontal, vertical, range, rolling }) => {
             let at = at.field("lidar");
             let v1::RangeLimits { min: least, max: most } = at.field("range").given(range)?;
             SensorKind::Lidar(Scan {
                 horizontal: sweep(at.field("horizontal").given(horizontal)?),
                 vertical: vertical.map_or(Sweep::one(0.0), sweep),
                 range: RangeLimits { least, most },
+                rolling,
             })
         }
         Kind::LinkState(v1::LinkStateSensor {}) => SensorKind::LinkState,

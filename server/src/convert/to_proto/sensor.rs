@@ -69,10 +69,11 @@ fn kind(kind: SensorKind) -> Kind {
         SensorKind::Range(RangeLimits { least, most }) => {
             Kind::Range(v1::RangeSensor { min: least, max: most })
         }
-        SensorKind::Lidar(Scan { horizontal, vertical, range }) => Kind::Lidar(v1::LidarSensor {
+        SensorKind::Lidar(Scan { horizontal, vertical, range, rolling }) => Kind::Lidar(v1::LidarSensor {
             horizontal: Some(sweep(horizontal)),
             vertical: Some(sweep(vertical)),
             range: Some(v1::RangeLimits { min: range.least, max: range.most }),
+            rolling,
         }),
         SensorKind::LinkState => Kind::LinkState(v1::LinkStateSensor {}),
         SensorKind::Encoder => Kind::Encoder(v1::EncoderSensor {}),

@@ -214,6 +214,7 @@ mod scans {
             robot: 0,
             sample: state.sequence,
             at: Moment::default(),
+            period: 0.1,
             gravity: DVec3::ZERO,
             stream: 0,
             walk: Default::default(),

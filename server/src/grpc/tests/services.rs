@@ -134,14 +134,15 @@ async fn the_next_state_is_newer_or_the_same_after_the_timeout() {
 #[tokio::test]
 async fn a_watcher_never_sees_a_state_twice() {
     let daemon = Daemon::start(RunState::Playing).await;
-    let request = v1::WatchJointStatesRequest { selections: vec![shoulder()], rate: 1000.0 };
+    let request =
+        v1::WatchJointStatesRequest { selections: vec![shoulder()], rate: 1000.0, ..Default::default() };
     let states = daemon.joints().watch_joint_states(request).await.unwrap().into_inner();
     let seen: Vec<u64> =
         states.take(20).map(|answer| sequence(&answer.unwrap().states.unwrap())).collect().await;
     assert!(seen.windows(2).all(|pair| pair[0] < pair[1]), "{seen:?}");
 
     let missing = v1::JointSelection { robot: "missing".into(), joints: Vec::new() };
-    let request = v1::WatchJointStatesRequest { selections: vec![missing], rate: 0.0 };
+    let request = v1::WatchJointStatesRequest { selections: vec![missing], ..Default::default() };
     let refused = daemon.joints().watch_joint_states(request).await.unwrap_err();
     assert_eq!(reason(&refused), "ROBOT_NOT_FOUND");
 }

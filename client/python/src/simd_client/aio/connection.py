@@ -14,11 +14,12 @@ from simd_client.errors import DeadlineExceeded, RobotNotFound, SimdError, Unava
 from simd_client.layout import Layout, layout_from_proto
 from simd_client.link import Link
 from simd_client.link_states import LinkStates, link_states_from_proto
+from simd_client.measurement import SensorReading, readings_from_proto
 from simd_client.method import Method, Reply, Request, decoded
 from simd_client.proto import methods
 from simd_client.reset import JointValues, resets_need_layout, resets_to_proto
 from simd_client.retry import Sent
-from simd_client.selection import Selection, selections_to_proto
+from simd_client.selection import Selection, SensorSelection, selections_to_proto, sensors_to_proto
 from simd_client.state import (
     Applied,
     Clamped,
@@ -146,22 +147,37 @@ class Connection:
         return await self.decode_states(answer.states, selected)
 
     async def next_states(
-        self, after: Stamp | int = 0, wait: float = 1.0, selection: Selection = None
+        self,
+        after: Stamp | int = 0,
+        wait: float = 1.0,
+        selection: Selection = None,
+        *,
+        sensors: SensorSelection = False,
     ) -> States:
-        """The newest state as soon as it is newer than `after`, or the current one after `wait` seconds, at most 60."""
+        """The newest state as soon as it is newer than `after`, or the current one after `wait` seconds, at most 60.
+
+        With `sensors` states also have the newest readings: names of sensors by robot, names that each selected robot has, or
+        `True` for all of the selected robots. Each has its own stamp."""
         sequence = after if isinstance(after, int) else after.sequence
         selected = selections_to_proto(selection)
-        request = proto.NextJointStatesRequest(after_sequence=sequence, timeout=wait, selections=selected)
+        robots = [each.robot for each in selected]
+        request = proto.NextJointStatesRequest(
+            after_sequence=sequence, timeout=wait, selections=selected, sensors=sensors_to_proto(sensors, robots)
+        )
         answer = await self.call(methods.NextJointStates, request, wait=wait or 1.0)
-        return await self.decode_states(answer.states, selected)
+        return await self.decode_states(answer.states, selected, sensors=answer.sensors)
 
     async def decode_states(
         self,
         message: proto.JointStates,
         selected: Sequence[proto.JointSelection] = (),
         clamped: tuple[Clamped, ...] = (),
+        sensors: Sequence[proto.SensorReadings] = (),
     ) -> States:
         """States from their message. Fetches the layouts that are not known."""
+        readings: dict[str, dict[str, SensorReading[Any]]] = {}
+        for of in sensors:
+            readings.setdefault(of.robot, {}).update((of.sensor, each) for each in readings_from_proto(of))
         stamp = stamp_from_proto(message.stamp)
         robots: dict[str, RobotState] = {}
         for index, each in enumerate(message.robots):
@@ -173,7 +189,7 @@ class Connection:
                 except RobotNotFound:
                     # Deleted since: its arrays are still of use.
                     known = Layout(each.robot, 0, (), 0, 0)
-            robots[each.robot] = robot_state(each, stamp, known, names)
+            robots[each.robot] = robot_state(each, stamp, known, names, readings.get(each.robot))
         return States(stamp, robots, clamped)
 
     async def set_targets(self, targets: Targets, *, beyond_limit: BeyondLimit = "clamp") -> Applied:

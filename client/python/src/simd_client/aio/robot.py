@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 
 import numpy.typing as npt
 
@@ -124,12 +124,13 @@ class Robot(RobotPose):
         """A position, velocity or effort per joint, depending on its mode."""
         return (await self.read()).target
 
-    def watch(self, rate: float | None = None) -> Watch[RobotState]:
+    def watch(self, rate: float | None = None, *, sensors: bool | Collection[str] = False) -> Watch[RobotState]:
         """States as they are published, at most `rate` per wall second; the newest wins.
 
-        By default the daemon publishes 100 per second; `Simulation.watch` can have each step.
+        By default the daemon publishes 100 per second; `Simulation.watch` can have each step. With names of `sensors`, or
+        `True` for all, states have their newest readings too, in `sensors`; each state then takes a round trip.
         """
-        return _StateWatch(self, rate)
+        return _StateWatch(self, rate, sensors)
 
     def on_state(self, function: Callable[[RobotState], object], rate: float | None = None) -> Callbacks[RobotState]:
         """Calls a function with the current state, and with states as they are published, as `watch` gives them."""
@@ -356,17 +357,24 @@ class Robot(RobotPose):
 
 
 class _StateWatch(Watch[RobotState]):
-    def __init__(self, robot: Robot, rate: float | None) -> None:
+    def __init__(self, robot: Robot, rate: float | None, sensors: bool | Collection[str] = False) -> None:
         connection = robot.connection
         super().__init__(connection, keys.joint_states(connection.name, robot.name), rate)
         self._robot = robot
+        self._sensors = sensors
 
     async def _read(self, payload: bytes) -> RobotState | None:
+        if self._sensors:
+            # A publication has no readings: it says that there is something to ask for.
+            return await self._ask()
         states = await self._connection.decode_states(decoded(proto.JointStates, payload))
         return states.robots.get(self._robot.name)
 
     async def _ask(self) -> RobotState:
-        return await self._robot.read()
+        if not self._sensors:
+            return await self._robot.read()
+        states = await self._connection.next_states(0, 1.0, self._robot.name, sensors=self._sensors)
+        return states[self._robot.name]
 
     def _order(self, item: RobotState) -> int:
         return item.stamp.sequence

@@ -29,7 +29,7 @@ from simd_client.geometry import vector_to_proto
 from simd_client.link_states import link_states_from_proto
 from simd_client.method import decoded
 from simd_client.proto import methods
-from simd_client.selection import Selection, selections_to_proto
+from simd_client.selection import Selection, SensorSelection, selections_to_proto, sensors_to_proto
 from simd_client.state import States, clamped_from_proto
 from simd_client.target import BeyondLimit, Targets, beyond_limit_to_proto
 from simd_client.world import (
@@ -119,6 +119,7 @@ class Simulation(SavedStates):
         states: bool | Selection = False,
         link_states: bool = False,
         contacts: bool = False,
+        sensors: SensorSelection = False,
         beyond_limit: BeyondLimit = "clamp",
         timeout: float | None = None,
     ) -> States:
@@ -128,11 +129,12 @@ class Simulation(SavedStates):
         `targets`, by robot, apply from the first of the steps on: see `Robot.set_targets` for their form.
         With `states` the answer has the states after the last step, of all robots or of a selection (a robot,
         several, or joints by robot); with `link_states` it also has those of their links, in `links`, and with
-        `contacts` the contact points in which they take part. The default `timeout` is the connection's and 0.01 s per step. Raises `WrongState` while the world plays, and
+        `contacts` the contact points in which they take part; with `sensors` (names by robot, names that each selected robot has,
+        or `True`) their states have the newest readings, for whose ranges the answer waits. The default `timeout` is the connection's and 0.01 s per step. Raises `WrongState` while the world plays, and
         `Superseded` if a play, pause or reset interrupts the steps.
         """
         messages, claim = self._encode_targets(targets or {})
-        wanted = link_states or contacts or (states is not False and states is not None)
+        wanted = bool(link_states or contacts or sensors) or (states is not False and states is not None)
         selected = [] if isinstance(states, bool) else selections_to_proto(states)
         request = proto.StepSimulationRequest(
             steps=steps,
@@ -143,6 +145,7 @@ class Simulation(SavedStates):
             selections=selected,
             return_link_states=link_states,
             return_contacts=contacts,
+            sensors=sensors_to_proto(sensors, [each.robot for each in selected]),
             lockstep_member=self._cache.lockstep_member,
         )
         wait = steps * STEP_SECONDS + self._others if timeout is None else timeout - self._timeout
@@ -153,7 +156,7 @@ class Simulation(SavedStates):
             return States(stamp_from_proto(answer.stamp), {}, clamped)
         if not answer.HasField("states"):
             raise AnswerError("the daemon's answer cannot be understood: it did the steps and lacks `states`")
-        found = self.decode_states(answer.states, selected, clamped)
+        found = self.decode_states(answer.states, selected, clamped, answer.sensors)
         links = {each.robot: link_states_from_proto(each, found.stamp) for each in answer.link_states}
         touching = contacts_from_proto(answer.contacts)
         return replace(found, links=links, contacts=touching) if links or touching else found
@@ -224,10 +227,12 @@ class Simulation(SavedStates):
 
     # States over time.
 
-    def watch(self, rate: float | None = None, selection: Selection = None) -> WorldWatch:
+    def watch(
+        self, rate: float | None = None, selection: Selection = None, *, sensors: SensorSelection = False
+    ) -> WorldWatch:
         """States of all robots, all of one moment; the newest wins. Each step if the reader keeps up, at
-        most `rate` per wall second. The first is the current one. One round trip each."""
-        return WorldWatch(self, rate, selection)
+        most `rate` per wall second. The first is the current one. One round trip each. `sensors` as of `next_states`."""
+        return WorldWatch(self, rate, selection, sensors)
 
     def on_states(
         self, function: Callable[[States], object], rate: float | None = None, selection: Selection = None

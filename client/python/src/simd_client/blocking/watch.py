@@ -16,7 +16,7 @@ from simd_client.errors import DeadlineExceeded
 from simd_client.event import Event, event_from_proto
 from simd_client.pacer import Pacer
 from simd_client.proto import methods
-from simd_client.selection import Selection
+from simd_client.selection import Selection, SensorSelection
 from simd_client.state import States
 
 Item = TypeVar("Item")
@@ -139,10 +139,13 @@ class WorldWatch(Iterator[States]):
     It needs no `close`: the daemon keeps nothing for it. Belongs to one thread.
     """
 
-    def __init__(self, connection: Connection, rate: float | None, selection: Selection) -> None:
+    def __init__(
+        self, connection: Connection, rate: float | None, selection: Selection, sensors: SensorSelection = False
+    ) -> None:
         self._connection = connection
         self._pacer = Pacer(rate)
         self._selection = selection
+        self._sensors: SensorSelection = sensors
         self._last: int | None = None
         self._is_open = True
 
@@ -153,10 +156,12 @@ class WorldWatch(Iterator[States]):
         """The newest states, once they are newer than those before, and not sooner than the rate allows."""
         while self._is_open:
             sleep(self._pacer.left())
-            if self._last is None:
+            if self._last is None and not self._sensors:
                 states = self._connection.states(self._selection)
             else:
-                states = self._connection.next_states(self._last, SILENCE, self._selection)
+                states = self._connection.next_states(
+                    self._last or 0, SILENCE, self._selection, sensors=self._sensors
+                )
             if states.stamp.sequence != self._last:
                 self._last = states.stamp.sequence
                 return states

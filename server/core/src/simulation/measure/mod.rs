@@ -115,13 +115,13 @@ impl<'s> Measuring<'s> {
 
     /// The rays of a sensor, from where it is.
     fn rays(&mut self, due: &DueSample, is_cancelled: &dyn Fn() -> bool) -> Option<scan::Rays<'_>> {
-        let definition = &*due.definition;
         let entity = self.state.world.entities.get(due.robot)?;
-        let body = entity.tree.links.get(definition.link)?.body;
-        let pose = *self.motion(due.robot)?.poses.get(definition.link)? * definition.pose;
+        let body = entity.tree.links.get(due.definition.link)?.body;
+        let motion = self.motion(due.robot)?.sensor(due)?;
         let state = self.state;
         let scene = self.scene.get_or_insert_with(|| state.scene(is_cancelled));
-        (!is_cancelled()).then_some(scan::Rays { scene, pose, own: (due.robot, body) })
+        let own = (due.robot, body);
+        (!is_cancelled()).then_some(scan::Rays { scene, motion, period: due.period, own })
     }
 }
 

@@ -21,11 +21,31 @@ pub(super) struct RobotMotion {
 }
 
 /// Where a sensor is and how it moves, world axes.
-struct SensorMotion {
-    pose: DPose3,
+pub(super) struct SensorMotion {
+    pub(super) pose: DPose3,
     linear: DVec3,
     angular: DVec3,
     acceleration: DVec3,
+}
+
+impl SensorMotion {
+    /// `world_from_sensor` so many seconds before, as if its twist had been the same in its own axes all the while: on a screw (Murray,
+    /// Li and Sastry 1994, "A mathematical introduction to robotic manipulation", equation 2.36).
+    pub(super) fn before(&self, seconds: f64) -> DPose3 {
+        let sensor_from_world = self.pose.rotation.inverse();
+        let turn = sensor_from_world * self.angular * -seconds;
+        let way = sensor_from_world * self.linear * -seconds;
+        let angle = turn.length();
+        // (1 - cos x) / x^2 and (x - sin x) / x^3, whose differences are lost to rounding where x is small.
+        let (first, second) = if angle < 1e-4 {
+            (0.5, 1.0 / 6.0)
+        } else {
+            ((1.0 - angle.cos()) / (angle * angle), (angle - angle.sin()) / angle.powi(3))
+        };
+        let across = turn.cross(way);
+        let way = way + across * first + turn.cross(across) * second;
+        self.pose * DPose3::from_parts(way, DQuat::from_scaled_axis(turn))
+    }
 }
 
 impl RobotMotion {
@@ -35,7 +55,7 @@ impl RobotMotion {
         Some(Self { robot, poses, links, world_from_base, reactions: None })
     }
 
-    fn sensor(&self, due: &DueSample) -> Option<SensorMotion> {
+    pub(super) fn sensor(&self, due: &DueSample) -> Option<SensorMotion> {
         let definition = &*due.definition;
         let (pose, link) = (self.poses.get(definition.link)?, self.links.get(definition.link)?);
         let reach = link.rotation * definition.pose.translation;

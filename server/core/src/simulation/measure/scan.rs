@@ -3,14 +3,17 @@
 use glamx::{DPose3, DVec3};
 use simd_model::sensor::{RangeLimits, Scan};
 
+use super::motion::SensorMotion;
 use crate::collision::scene::{PlacedShape, Scene};
 use crate::simulation::sensors::{RayNoise, SampleNoise};
 
 /// The rays of a sensor: from where it is, to all but the body that it sits on.
 pub(super) struct Rays<'s> {
     pub(super) scene: &'s Scene,
-    /// `world_from_sensor`.
-    pub(super) pose: DPose3,
+    /// Where it is, and how it came there.
+    pub(super) motion: SensorMotion,
+    /// From one scan to the next, seconds.
+    pub(super) period: f64,
     /// Its robot and the body of its link: all links that fixed joints connect to it are not seen.
     pub(super) own: (usize, Option<usize>),
 }
@@ -18,7 +21,7 @@ pub(super) struct Rays<'s> {
 impl Rays<'_> {
     /// One ray along x.
     pub(super) fn range(&self, limits: &RangeLimits, noise: &SampleNoise<'_>) -> f64 {
-        self.measured(DVec3::X, limits, &noise.rays(), 0)
+        self.measured(&self.motion.pose, DVec3::X, limits, &noise.rays(), 0)
     }
 
     /// All rays, line by line; nothing once `is_cancelled`.
@@ -28,10 +31,16 @@ impl Rays<'_> {
         noise: &SampleNoise<'_>,
         is_cancelled: &dyn Fn() -> bool,
     ) -> Option<Vec<f32>> {
-        let Scan { horizontal, vertical, range } = scan;
+        let Scan { horizontal, vertical, range, rolling } = scan;
         let noise = noise.rays();
-        let around: Vec<(f64, f64)> =
-            (0..horizontal.samples).map(|index| horizontal.angle(index).sin_cos()).collect();
+        let columns = horizontal.samples;
+        // Those who correct such scans take the twist within one as constant too (Zhang and Singh 2014, "LOAM", section V).
+        let pose_of = |column: u32| match rolling {
+            true => self.motion.before(self.period * f64::from(columns - 1 - column) / f64::from(columns)),
+            false => self.motion.pose,
+        };
+        let around: Vec<((f64, f64), DPose3)> =
+            (0..columns).map(|column| (horizontal.angle(column).sin_cos(), pose_of(column))).collect();
         let mut ranges = Vec::with_capacity(around.len() * vertical.samples as usize);
         let mut ray = 0;
         for line in 0..vertical.samples {
@@ -39,9 +48,9 @@ impl Rays<'_> {
                 return None;
             }
             let (up, level) = vertical.angle(line).sin_cos();
-            for (sine, cosine) in &around {
+            for ((sine, cosine), pose) in &around {
                 let direction = DVec3::new(level * cosine, level * sine, up);
-                ranges.push(self.measured(direction, range, &noise, ray) as f32);
+                ranges.push(self.measured(pose, direction, range, &noise, ray) as f32);
                 ray += 1;
             }
         }
@@ -49,8 +58,15 @@ impl Rays<'_> {
     }
 
     /// The range along a direction of the sensor's frame, of unit length, with noise.
-    fn measured(&self, direction: DVec3, limits: &RangeLimits, noise: &RayNoise, ray: u32) -> f64 {
-        let range = self.true_range(direction, limits);
+    fn measured(
+        &self,
+        pose: &DPose3,
+        direction: DVec3,
+        limits: &RangeLimits,
+        noise: &RayNoise,
+        ray: u32,
+    ) -> f64 {
+        let range = self.true_range(pose, direction, limits);
         match noise.of(ray, range) {
             None => f64::NAN,
             Some(measured) if range.is_finite() => measured.clamp(limits.least, limits.most),
@@ -59,12 +75,12 @@ impl Rays<'_> {
     }
 
     /// REP 117: infinite where nothing is in reach, minus infinity where it is too near.
-    fn true_range(&self, direction: DVec3, limits: &RangeLimits) -> f64 {
-        let from = self.pose.translation;
-        let to = from + self.pose.rotation * direction * limits.most;
+    fn true_range(&self, pose: &DPose3, direction: DVec3, limits: &RangeLimits) -> f64 {
+        let from = pose.translation;
+        let to = from + pose.rotation * direction * limits.most;
         let is_seen = |placed: &PlacedShape| (placed.robot, placed.body) != self.own;
-        let Some(hit) = self.scene.cast(from, to, is_seen) else { return f64::INFINITY };
-        let range = hit.fraction * limits.most;
+        let Some(fraction) = self.scene.fraction(from, to, is_seen) else { return f64::INFINITY };
+        let range = fraction * limits.most;
         if range < limits.least { f64::NEG_INFINITY } else { range }
     }
 }

@@ -59,12 +59,19 @@ pub struct DueSample {
     pub at: Moment,
     /// Gravity in that step, m/s^2, world.
     pub gravity: DVec3,
+    /// From one sample to the next, seconds.
+    pub period: f64,
     /// What its noise is drawn from: the seed, and the names of robot and sensor.
     pub stream: u64,
     /// As [`SensorState::walk`].
     pub walk: [f64; MAX_CHANNELS],
     /// As [`SensorState::start`].
     pub start: DPose3,
+}
+
+/// No sensor takes more than one sample in a step.
+fn rate_period(rate: Option<f64>, time_step: f64) -> f64 {
+    rate.map_or(time_step, |rate| (1.0 / rate).max(time_step))
 }
 
 impl DueSample {
@@ -123,6 +130,7 @@ impl SensorState {
             sample: self.samples,
             at,
             gravity: settings.gravity,
+            period: rate_period(definition.rate, settings.time_step),
             stream: stream_of_sensor,
             walk: self.walk,
             start: self.start,

@@ -92,7 +92,7 @@ fn what_cannot_measure_is_refused_with_the_field() {
     let lidar = |samples, least, most| {
         let range = RangeLimits { least: 0.0, most: 9.0 };
         let horizontal = Sweep { samples, least, most };
-        SensorKind::Lidar(Scan { horizontal, vertical: Sweep::one(0.0), range })
+        SensorKind::Lidar(Scan { horizontal, vertical: Sweep::one(0.0), range, rolling: false })
     };
     let noisy = |channels, noise: Noise| vec![ChannelNoise { channels, axis: None, noise }];
     let mut world = world_with(1e-3, spawn("arm", arm()));

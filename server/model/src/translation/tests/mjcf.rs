@@ -330,3 +330,59 @@ fn hostile_equalities_are_bounded_and_refused_in_a_sentence() {
         assert!(said.contains(why) && said.len() < 500, "{said}");
     }
 }
+
+/// Figures of MuJoCo 4.0.0 (`jnt_stiffness`, `dof_damping`) for the same file: a chain with a slide and a ball joint and a still branch, off
+/// axes and with an armature, and a joint on a free body.
+#[test]
+fn springs_by_time_constant_and_damping_ratio_are_those_of_mujocos_compiler() {
+    let text = mjcf(
+        "<compiler angle='radian'/>",
+        "<body name='a' pos='0.1 0.2 1' euler='0.3 0.2 0.1'>\
+         <joint name='j' axis='1 2 3' pos='0.1 0 0.05' springdamper='0.5 0.7' springref='0.2' armature='0.01' stiffness='3'/>\
+         <inertial pos='0.1 0.05 0.2' mass='2' diaginertia='0.02 0.03 0.04'/>\
+         <body name='b' pos='0.3 0 0.1' euler='0.5 0 0.4'>\
+         <joint name='k' type='slide' axis='0 1 1' springdamper='0.1 1'/>\
+         <joint name='l' axis='1 0 0' pos='0 0.1 0' ref='0.4' springdamper='0.2 0.3'/>\
+         <inertial pos='0.1 0 0' mass='1.5' diaginertia='0.01 0.02 0.015'/>\
+         <body name='c' pos='0 0.2 0'><joint name='m' type='ball' springdamper='0.3 1'/>\
+         <inertial pos='0 0.1 0.1' mass='0.5' diaginertia='0.001 0.002 0.0015'/></body></body>\
+         <body name='d' pos='0 0 0.4'><inertial pos='0 0 0.1' mass='0.3' diaginertia='0.001 0.001 0.001'/></body></body>\
+         <body name='f' pos='3 0 1' euler='0.1 0.2 0.3'><freejoint/>\
+         <inertial pos='0.02 0.03 0' mass='1' diaginertia='0.01 0.02 0.015'/>\
+         <body name='g' pos='0.2 0 0'><joint name='n' axis='0 1 0' springdamper='0.25 0.5'/>\
+         <inertial pos='0 0 -0.2' mass='0.4' diaginertia='0.004 0.003 0.002'/></body></body>",
+    );
+    let translation = translated(&text);
+    let expected = [
+        ("a", "j", 1.1597564211744054, 0.5682806463754585, 0.2),
+        ("a", "k", 181.4957891088368, 36.299157821767366, 0.0),
+        ("a", "l", 5.13615760671409, 0.18490167384170728, 0.0),
+        ("f", "n", 0.6152368814846197, 0.07690461018557747, 0.0),
+    ];
+    for (name, of, stiffness, damping, rest) in expected {
+        let urdf = &translation.model(name).unwrap_or_else(|refused| panic!("{refused}")).urdf;
+        let (model, _) = read(urdf.as_bytes(), &Files::default(), &ReadOptions::default()).unwrap();
+        let index = model.joints.iter().position(|joint| joint.name == of).unwrap();
+        let spring = model.setup.joints.iter().find(|setup| setup.joint == index).unwrap().spring.unwrap();
+        let near = |measured: f64, expected: f64| (measured / expected - 1.0).abs() < 1e-12;
+        assert!(near(spring.stiffness, stiffness), "{of}: {}, not {stiffness}", spring.stiffness);
+        assert!(near(model.joints[index].damping, damping), "{of}: {}", model.joints[index].damping);
+        assert_eq!(spring.rest, rest, "{of}");
+    }
+    // A ball joint has the damping; its springs simd has not, which is said.
+    let urdf = &translation.model("a").unwrap_or_else(|refused| panic!("{refused}")).urdf;
+    let (model, _) = read(urdf.as_bytes(), &Files::default(), &ReadOptions::default()).unwrap();
+    assert!((joint(&model, "m").damping / 0.023083358561058472 - 1.0).abs() < 1e-12);
+    assert!(translation.report.findings.iter().any(|finding| finding.message.contains("no springs in simd")));
+}
+
+#[test]
+fn a_springdamper_of_a_joint_that_moves_no_mass_is_left_out() {
+    let text = mjcf(
+        "<compiler inertiafromgeom='false'/>",
+        "<body name='a'><joint name='j' springdamper='1 1'/><geom size='0.1'/></body>",
+    );
+    let (model, report) = robot(&text);
+    assert!(model.setup.joints.iter().all(|setup| setup.spring.is_none()));
+    assert!(report.findings.iter().any(|finding| finding.message.contains("needs a mass that it moves")));
+}

@@ -134,7 +134,13 @@ fn scan(node: Node, findings: &mut Findings) -> Result<SensorKind, String> {
     if is_one_ahead(&horizontal) && is_one_ahead(&vertical) {
         return Ok(SensorKind::Range(range));
     }
-    Ok(SensorKind::Lidar(Scan { horizontal, vertical, range }))
+    let rolling = at(said, &["rolling"]).and_then(|child| child.text()).map(str::trim);
+    let rolling = match rolling {
+        None | Some("" | "false" | "0") => false,
+        Some("true" | "1") => true,
+        Some(other) => return Err(format!("its rolling is {}, and neither true nor false", quoted(other))),
+    };
+    Ok(SensorKind::Lidar(Scan { horizontal, vertical, range, rolling }))
 }
 
 /// Infinity is far.

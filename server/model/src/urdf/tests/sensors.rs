@@ -79,6 +79,10 @@ fn scans_of_lasers_are_read() {
         assert_eq!((lidar.horizontal.samples, lidar.vertical.samples), (640, 16));
         assert_eq!((lidar.horizontal.least, lidar.vertical.most), (-1.5, 0.3));
         assert_eq!(lidar.range, RangeLimits { least: 0.1, most: 1e4 });
+        assert!(!lidar.rolling);
+        let rolling = content.replace("<scan>", "<rolling>true</rolling><scan>");
+        let read = sensor("arm", "type='gpu_lidar'", &rolling);
+        assert!(matches!(read.kind, SensorKind::Lidar(lidar) if lidar.rolling), "{:?}", read.kind);
         assert_eq!((read.noise[0].channels, read.noise[0].axis), (Channels::Range, None));
         let noise = Noise { standard_deviation: 0.01, bias_mean: 0.5, ..Noise::default() };
         assert_eq!(read.noise[0].noise, noise);
