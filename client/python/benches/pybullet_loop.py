@@ -1,10 +1,10 @@
-"""One turn of a PyBullet script's loop: simd beside PyBullet DIRECT and PyBullet's shared-memory server.
+"""One turn of a PyBullet script's loop: simd, as a daemon and in this process, beside PyBullet DIRECT and PyBullet's shared-memory server.
 
     python benches/pybullet_loop.py [--turns 3000] [--robot robot.urdf]
 
-A turn reads a joint's state, sets its motor and steps: what the tutorial's loop does. Each of the three does so many
+A turn reads a joint's state, sets its motor and steps: what the tutorial's loop does. Each of them does so many
 turns, in blocks that take their places by turns, so that what else the machine does falls on all of them. Needs PyBullet
-installed, and a daemon to start: $SIMD_BINARY, or `simd` on the PATH.
+installed, the wheel `simd-embedded`, and a daemon to start: $SIMD_BINARY, or `simd` on the PATH.
 """
 
 from __future__ import annotations
@@ -50,6 +50,7 @@ def main() -> None:
                 raise SystemExit("PyBullet's shared-memory server did not start")
         kinds: list[tuple[str, Any, int]] = [
             ("simd, a daemon of its own", simd, simd.connect(simd.DIRECT, options="--new")),
+            ("simd, in this process", simd, simd.connect(simd.DIRECT, options="--embedded")),
             ("PyBullet DIRECT", bullet, bullet.connect(bullet.DIRECT)),
             ("PyBullet SHARED_MEMORY", bullet, bullet.connect(bullet.SHARED_MEMORY)),
         ]
