@@ -4,7 +4,7 @@ CARGO ?= cargo
 NEXTEST_VERSION := 0.9.143
 BIN := target/debug
 
-.PHONY: demo dist dist-check dist-test web viewer test test-python test-rerun python-blocking docs test-web chromium test-data build lint nextest bench soak truth scenes fuzz reference clean
+.PHONY: demo dist dist-check dist-test web viewer test test-python python-embedded test-rerun python-blocking docs test-web chromium test-data build lint nextest bench soak truth scenes fuzz reference clean
 
 # Builds the daemon and simctl, and starts the daemon with the demo robot.
 demo: build
@@ -53,9 +53,16 @@ test: web lint nextest test-data
 	$(MAKE) --no-print-directory test-web
 
 # The Python client as it is installed, against the daemon that was built.
-test-python: target/python-venv/installed
+test-python: python-embedded
 	cd client/python && ../../target/python-venv/bin/pyright --pythonpath ../../target/python-venv/bin/python
 	cd client/python && SIMD_BINARY="$${SIMD_BINARY:-$(abspath $(BIN))/simd}" ../../target/python-venv/bin/python -m pytest
+
+# The extension module `simd_embedded`, where the Python client's tests find it. With all of the workspace, so that it is made
+# of what is built already.
+python-embedded: target/python-venv/installed
+	$(CARGO) build --locked --workspace --lib
+	cp $(BIN)/libsimd_embedded.so \
+	  "$$(target/python-venv/bin/python -c 'import sysconfig; print(sysconfig.get_path("platlib"))')/simd_embedded.abi3.so"
 
 PYTHON_CLIENT := $(shell find client/python/src -name '*.py' -not -path '*/proto/*') \
   $(wildcard proto/simd/v1/*.proto client/python/schema/*/*.proto client/python/*.toml client/python/hatch_build.py)
@@ -158,9 +165,13 @@ fuzz:
 	    -max_total_time=$(FUZZ_SECONDS) -timeout=10 -rss_limit_mb=2048 -print_final_stats=1 || exit 1; \
 	done
 
+# The same for both of its builds, so that dependencies have the same features and are built once.
+DIST_PACKAGES := --package simd-server --package simd-cli --package simd-embedded
+
 # Packages in dist/: archives, a Debian package, Python wheels. The build takes long: it is optimised over all crates.
 dist: web
-	SIMD_REQUIRE_VIEWER=1 $(CARGO) build --locked --profile dist --package simd-server --package simd-cli --bins
+	SIMD_REQUIRE_VIEWER=1 $(CARGO) build --locked --profile dist $(DIST_PACKAGES) --bins
+	SIMD_REQUIRE_VIEWER=1 $(CARGO) build --locked --profile dist $(DIST_PACKAGES) --lib
 	python3 server/packaging/dist.py
 
 # Installs each of them where there is nothing else, and does the main job there. As root, for mmdebstrap and chroot.

@@ -116,6 +116,10 @@ def check_wheels(scratch: Path) -> None:
     script.write_text(SCRIPT)
     # Neither is the environment activated nor its folder on the PATH.
     run(programs / "python", script, urdf, env=environment, timeout=HUNG)
+    # The same in one process.
+    run(programs / "pip", "install", "--quiet", "--disable-pip-version-check", one("simd_embedded-*.whl"))
+    script.write_text(SCRIPT.replace("--new", "--embedded"))
+    run(programs / "python", script, urdf, env=environment, timeout=HUNG)
     main_job(lambda name: [str(programs / name)], ROBOT, [], environment)
     run(programs / "pip", "uninstall", "--quiet", "--yes", "simd-daemon")
     assert not any((programs / name).exists() for name in PROGRAMS)

@@ -22,7 +22,8 @@ def main() -> None:
     texts = licences.collect()
     with tempfile.TemporaryDirectory() as scratch:
         packages = archive.make(made, texts, Path(scratch))
-        packages += [deb.make(made, texts, Path(scratch)), wheel.make(made, texts), _client(made)]
+        packages += [deb.make(made, texts, Path(scratch)), wheel.make(made, texts)]
+        packages += [wheel.make_embedded(made, texts), _client(made)]
     for package in packages:
         print(f"{package.stat().st_size / 1e6:8.2f} MB  {package.relative_to(release.REPOSITORY)}")
 

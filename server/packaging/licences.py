@@ -81,7 +81,7 @@ def collect() -> str:
 
 def _crates() -> list[_Package]:
     """What `cargo tree` says is linked; macros run when it is compiled, and are not."""
-    packages = ["--package=simd-server", "--package=simd-cli"]
+    packages = ["--package=simd-server", "--package=simd-cli", "--package=simd-embedded"]
     edges = ["--edges=normal,no-proc-macro", "--prefix=none", "--format={p}"]
     linked = run("cargo", "tree", "--locked", *packages, *edges, cwd=REPOSITORY)
     # `name v1.2.3`, and `(*)` where it was there before.

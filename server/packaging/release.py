@@ -80,6 +80,13 @@ def _part(built: Path, folder: Path) -> None:
     run("objcopy", "--strip-all", f"--add-gnu-debuglink={symbols.name}", built, program, cwd=folder)
 
 
+def shared_library(built: Path, to: Path) -> tuple[int, int]:
+    """Writes a shared library without its symbols. Returns the newest glibc whose symbols it needs."""
+    run("objcopy", "--strip-unneeded", built, to)
+    to.chmod(0o755)
+    return _glibc(to)
+
+
 def _glibc(program: Path) -> tuple[int, int]:
     """The newest glibc whose symbols it needs. Needing any other library than the system's is an error."""
     needed = set(re.findall(r"NEEDED\s+(\S+)", run("objdump", "-p", program)))

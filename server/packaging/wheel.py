@@ -1,4 +1,5 @@
-"""The Python wheel `simd-daemon`: both programs, for a machine with pip and without a package manager.
+"""The Python wheels `simd-daemon`: both programs, for a machine with pip and without a package manager; and `simd-embedded`: the
+extension module.
 
 A wheel is a zip file whose folder `data/scripts` goes where an environment has its programs. maturin would build the
 programs once more to write the same, and takes the binaries of one crate only.
@@ -13,7 +14,7 @@ import time
 import zipfile
 from pathlib import Path
 
-from release import PROGRAMS, REPOSITORY, Release
+from release import PROGRAMS, REPOSITORY, Release, shared_library, target_folder
 
 # What goes into METADATA, in the form of core metadata 2.4.
 _METADATA = """Metadata-Version: 2.4
@@ -31,17 +32,50 @@ The programs `simd`, a headless robot physics daemon, and `simctl`. The package 
 """
 
 
+_EMBEDDED = """Metadata-Version: 2.4
+Name: simd-embedded
+Version: {version}
+Summary: A world of simd within a Python program
+License-Expression: Apache-2.0
+License-File: LICENSE
+License-File: THIRD-PARTY-LICENSES.txt
+Requires-Python: >=3.10
+Description-Content-Type: text/markdown
+
+The extension module `simd_embedded`: the world and the services of the daemon `simd`, without a socket. With the package
+`simd-client` it is `simd_client.connect("embedded")`, and what `simd_client.pybullet.connect(DIRECT)` opens.
+"""
+
+
 def make(release: Release, licences: str) -> Path:
-    """The wheel, with a tag that is true for the glibc that the programs need (PEP 600)."""
+    """The wheel of the programs, with a tag that is true for the glibc that they need (PEP 600)."""
     major, minor = release.glibc
-    tag = f"py3-none-manylinux_{major}_{minor}_{release.machine}"
     stem = f"simd_daemon-{release.version}"
-    about = f"{stem}.dist-info"
     files: dict[str, tuple[bytes, int]] = {
         f"{stem}.data/scripts/{name}": ((release.programs / name).read_bytes(), 0o755) for name in PROGRAMS
     }
+    tag = f"py3-none-manylinux_{major}_{minor}_{release.machine}"
+    return _write(release, stem, tag, _METADATA, licences, files)
+
+
+def make_embedded(release: Release, licences: str) -> Path:
+    """The wheel of the extension module, which is for the stable ABI of Python 3.10 and later."""
+    module = release.programs / "simd_embedded.abi3.so"
+    glibc = shared_library(target_folder() / "dist" / "libsimd_embedded.so", module)
+    stem = f"simd_embedded-{release.version}"
+    files = {module.name: (module.read_bytes(), 0o755)}
+    tag = f"cp310-abi3-manylinux_{glibc[0]}_{glibc[1]}_{release.machine}"
+    return _write(release, stem, tag, _EMBEDDED, licences, files)
+
+
+def _write(
+    release: Release, stem: str, tag: str, metadata: str, licences: str, content: dict[str, tuple[bytes, int]]
+) -> Path:
+    """A wheel of these files, bytes and mode by name, with what says what it is."""
+    files = dict(content)
+    about = f"{stem}.dist-info"
     texts = {
-        "METADATA": _METADATA.format(version=release.version),
+        "METADATA": metadata.format(version=release.version),
         "WHEEL": f"Wheel-Version: 1.0\nGenerator: simd\nRoot-Is-Purelib: false\nTag: {tag}\n",
         "licenses/LICENSE": (REPOSITORY / "LICENSE").read_text(),
         "licenses/THIRD-PARTY-LICENSES.txt": licences,

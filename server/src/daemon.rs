@@ -11,6 +11,7 @@ mod service_manager;
 mod signals;
 #[cfg(test)]
 mod tests;
+pub(crate) mod world;
 
 use std::io::Write as _;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
@@ -18,23 +19,14 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use prost::Message as _;
-use simd_core::Simulation;
-use simd_core::simulation::WorldLimits;
-use simd_model::Severity;
 use tokio::net::TcpListener;
 use tokio::task::JoinHandle;
 
 use crate::access::Access;
-use crate::blocking_threads::BlockingThreads;
 use crate::config::{Autosave, Config, Robot};
-use crate::convert::to_proto;
-use crate::driver;
 use crate::grpc::{FrontEndThreads, Listeners, Tls, UnixSocket};
-use crate::handle::{CallError, DaemonInfo, RunState, SimHandle, Source, SpawnRequest};
+use crate::handle::{CallError, SimHandle};
 use crate::http;
-use crate::loading::Loader;
-use crate::recording::{Encoders, Recordings};
 use crate::ros2;
 use crate::zenoh;
 pub use error::Error;
@@ -67,16 +59,14 @@ pub struct Running {
 /// # Errors
 /// Where an address, a folder or a robot is not as the configuration has it.
 pub async fn start(config: Config) -> Result<Running, Error> {
-    let threads = BlockingThreads::computing().map_err(Error::System)?;
-    let loader = Loader::new(config.limits, &config.asset_roots, threads)
-        .map_err(|(folder, source)| Error::AssetRoot { folder, source })?;
-    let access = config.tokens.map_or_else(|| Ok(Access::open()), Access::from_file);
+    let loader = world::loader(&config)?;
+    let access = config.tokens.clone().map_or_else(|| Ok(Access::open()), Access::from_file);
     let access = access.map_err(Error::Security)?;
-    let tls = config.tls.map(Tls::read).transpose().map_err(Error::Security)?.map(Arc::new);
+    let tls = config.tls.clone().map(Tls::read).transpose().map_err(Error::Security)?.map(Arc::new);
     let listen = |source| Error::Listen { address: config.listen.to_string(), source };
     let listener = TcpListener::bind(config.listen).await.map_err(listen)?;
     let address = listener.local_addr().map_err(listen)?;
-    let unix_socket = config.unix_socket;
+    let unix_socket = config.unix_socket.clone();
     let unix = unix_socket.as_deref().map(UnixSocket::bind).transpose().map_err(|source| {
         let path = unix_socket.as_deref().unwrap_or(Path::new("")).display();
         Error::Listen { address: format!("unix:{path}"), source }
@@ -91,38 +81,9 @@ pub async fn start(config: Config) -> Result<Running, Error> {
         hosts: http::Hosts::new(&config.allow_hosts),
         is_tls: tls.is_some(),
     };
-    let limits = config.limits;
-    let world = Simulation::new(
-        config.physics,
-        WorldLimits { robots: limits.robots as usize, saved_states: limits.saved_states as usize },
-    );
-    // Robots come before the first step.
-    let paused = driver::Config { state: RunState::Paused, ..config.driver };
-    let link = driver::start(world, paused).map_err(Error::System)?;
-    let encoders = Encoders {
-        event: |event| to_proto::event::event(event.clone()).encode_to_vec(),
-        contacts: |state| to_proto::contact::recorded(state).encode_to_vec(),
-        report: |report, summary| {
-            to_proto::entity::report(report.clone(), summary.to_owned()).encode_to_vec()
-        },
-        reading: |reading| to_proto::sensor::reading(reading.clone()).encode_to_vec(),
-    };
-    let recordings = Recordings::new(config.recording, encoders);
-    let info = DaemonInfo { name: config.name, version: env!("CARGO_PKG_VERSION"), limits };
-    let handle = SimHandle::with_access(link, loader, info, access.clone(), recordings);
+    let handle = world::open(&config, loader, access.clone())?;
     let ready = async {
-        let restored = match config.autosave.as_ref().filter(|autosave| autosave.restore) {
-            Some(autosave) => autosave::restore(&handle, autosave).await,
-            None => false,
-        };
-        // A saved world has its robots.
-        for robot in config.robots.into_iter().filter(|_| !restored) {
-            load(&handle, robot).await?;
-        }
-        if config.driver.state != RunState::Paused {
-            let driver = |error: CallError| Error::Driver(error.to_string());
-            handle.set_state(config.driver.state).await.map_err(driver)?;
-        }
+        world::fill(&config, &handle).await?;
         match zenoh {
             Some(opened) => Ok(Some(opened.serve(&handle).await?)),
             None => Ok(None),
@@ -131,17 +92,10 @@ pub async fn start(config: Config) -> Result<Running, Error> {
     let zenoh = match ready.await {
         Ok(zenoh) => zenoh,
         Err(error) => {
-            // A robot that cannot be loaded because the physics thread panicked is no fault of the robot.
-            let failure = handle.driver_failure().map(str::to_owned);
-            handle.end_driver();
-            return Err(failure.map_or(error, Error::Driver));
+            return Err(world::not_started(&handle, error));
         }
     };
-    tokio::spawn(handle.clone().keep_tidy());
-    tokio::spawn(handle.clone().measure_scans());
-    if let Some(autosave) = config.autosave.clone() {
-        tokio::spawn(autosave::keep(handle.clone(), autosave));
-    }
+    world::keep(&config, &handle);
     tokio::spawn(handle.draining().run_until_cancelled_owned(access.keep_current()));
     let ros2 = config.ros2.enabled.then(|| ros2::start(config.ros2, &handle)).transpose();
     let ros2 = ros2.map_err(Error::System)?;
@@ -166,35 +120,6 @@ pub fn check(config: Config) -> Result<(), Error> {
             let source = CallError::FileNotFound { message: error.to_string() };
             return Err(Error::Robot { path, source });
         }
-    }
-    Ok(())
-}
-
-/// A robot that the operator named; what its report warns of is logged.
-async fn load(handle: &SimHandle, robot: Robot) -> Result<(), Error> {
-    let path = robot.path;
-    let request = SpawnRequest {
-        source: Source::Path(path.display().to_string()),
-        name: robot.name,
-        allow_renaming: false,
-        pose: robot.pose,
-        fixed_base: robot.fixed,
-        passive: robot.passive,
-        joint_positions: robot.positions.into_iter().collect(),
-        joint_orientations: Vec::new(),
-        scale: robot.scale,
-        strict: robot.strict,
-        mesh_shapes: Default::default(),
-        contact_settings: Default::default(),
-        srdf: Default::default(),
-        collision_pairs: Vec::new(),
-        model: String::new(),
-    };
-    let loaded = handle.spawn_at_start(path.clone(), request).await;
-    let loaded = loaded.map_err(|source| Error::Robot { path, source })?;
-    for finding in loaded.report.at_least(Severity::Warning) {
-        let line = finding.line.unwrap_or(0);
-        tracing::warn!(robot = loaded.name, line, "{}: {}", finding.element, finding.message);
     }
     Ok(())
 }
@@ -241,9 +166,7 @@ impl Running {
     /// Ends every stream with OK, takes no more calls, and ends the world. What
     /// has not ended by itself after two seconds is cut off.
     pub async fn drain(self) {
-        if let Some(autosave) = &self.autosave {
-            autosave::last(&self.handle, autosave).await;
-        }
+        world::save_last(self.autosave.as_ref(), &self.handle).await;
         self.handle.draining().cancel();
         let zenoh = async {
             if let Some(zenoh) = self.zenoh {

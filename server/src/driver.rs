@@ -6,6 +6,7 @@
 
 mod board;
 mod call_budget;
+mod callers;
 mod event;
 mod event_log;
 mod long_step;
@@ -49,12 +50,17 @@ use crate::call_error::panic_message;
 use crate::run_state::RunState;
 use board::Publisher;
 use call_budget::CallBudget;
+pub(crate) use callers::Callers;
+use callers::Shared;
 use long_step::LongSteps;
-use mailbox::mailbox;
+use mailbox::{Ending, mailbox};
 use main_loop::{Driver, period};
 use meter::Meter;
 use pacer::Pacer;
 use step_queue::StepQueue;
+
+/// The longest that the thread may look for a call before it waits, in microseconds.
+pub const MOST_SPIN_US: u64 = 1_000;
 
 /// How the driver drives.
 #[derive(Clone, Copy, Debug)]
@@ -69,6 +75,11 @@ pub struct Config {
     pub real_time: RealTime,
     /// Threads that a step may use; 0 leaves it to the daemon.
     pub step_threads: u32,
+    /// A caller whose call finds the driver idle does what it asks for on its own thread: for programs that have the
+    /// world in their process. Not where a step may use several threads, of which the physics thread is one.
+    pub callers_drive: bool,
+    /// Microseconds for which the thread looks for a call before it waits for one; 0 is not at all.
+    pub spin_us: u32,
     /// Wall time by which the world may be late before lag is dropped.
     pub lag_limit: Duration,
     /// What it begins in.
@@ -85,6 +96,8 @@ impl Default for Config {
             events: 1024,
             real_time: RealTime::default(),
             step_threads: 0,
+            callers_drive: false,
+            spin_us: 0,
             lag_limit: Duration::from_millis(200),
             state: RunState::Playing,
             pace: Pace::default(),
@@ -103,6 +116,8 @@ pub(crate) struct Link {
     pub(crate) events: Arc<EventLog>,
     /// Where readings of sensors are read.
     pub(crate) sensors: Arc<SensorLog>,
+    /// Where callers may drive.
+    pub(crate) callers: Option<Arc<dyn Callers>>,
 }
 
 /// Starts the thread, and tasks that wake readers of states and of sensors.
@@ -111,12 +126,27 @@ pub(crate) struct Link {
 /// Where the system gives no thread, and outside of a runtime.
 pub(crate) fn start(world: impl World, config: Config) -> std::io::Result<Link> {
     let runtime = tokio::runtime::Handle::try_current().map_err(std::io::Error::other)?;
-    let (mut driver, link) = build(world, config);
-    let thread = std::thread::Builder::new().name("simd-driver".into()).spawn(move || {
-        realtime::ask(config.real_time);
-        lend_threads(&mut driver.world, config);
-        run(driver);
-    })?;
+    let (mut driver, mut link) = build(world, config);
+    let builder = std::thread::Builder::new().name("simd-driver".into());
+    let step_threads = step_threads::count(config.step_threads, &config.real_time);
+    let thread = if config.callers_drive && step_threads < 2 {
+        let shared = Arc::new(Shared::new(driver));
+        link.callers = Some(shared.clone());
+        builder.spawn(move || {
+            realtime::ask(config.real_time);
+            sharpen_timer();
+            shared.serve();
+        })?
+    } else {
+        builder.spawn(move || {
+            realtime::ask(config.real_time);
+            lend_threads(&mut driver.world, config);
+            run(driver);
+        })?
+    };
+    if let Some(callers) = &link.callers {
+        callers.wakes(thread.thread().clone());
+    }
     link.mailbox.wakes(thread.thread().clone());
     let (board, ended) = (link.board.clone(), link.mailbox.ended().clone());
     runtime.spawn(async move { ended.run_until_cancelled(board.announce()).await });
@@ -141,14 +171,16 @@ fn lend_threads(world: &mut impl World, config: Config) {
 /// A driver that does not run yet.
 fn build<W: World>(world: W, config: Config) -> (Driver<W>, Link) {
     let now = Instant::now();
-    let (mailbox, inbox) = mailbox(config.mailbox);
+    let (mailbox, mut inbox) = mailbox(config.mailbox);
+    inbox.spin_for(Duration::from_micros(config.spin_us.into()));
     let mut state = PublishedState::default();
     world.observe(&mut state);
     let settings = world.settings();
     let publisher = Publisher::new(state, settings, Statistics::at_start(config.state, config.pace));
     let events = Arc::new(EventLog::new(config.events));
     let (sensors, sensor_writer) = SensorLog::new(publisher.board().clone());
-    let link = Link { mailbox, board: publisher.board().clone(), events: events.clone(), sensors };
+    let link =
+        Link { mailbox, board: publisher.board().clone(), events: events.clone(), sensors, callers: None };
     let driver = Driver {
         world,
         inbox,
@@ -177,6 +209,11 @@ fn run<W: World>(mut driver: Driver<W>) {
     let ending = driver.inbox.ending();
     sharpen_timer();
     let outcome = catch_unwind(AssertUnwindSafe(|| driver.run()));
+    finish(driver, &ending, outcome);
+}
+
+/// What comes after the last event, or after a panic.
+fn finish<W: World>(mut driver: Driver<W>, ending: &Ending, outcome: std::thread::Result<()>) {
     if outcome.is_ok() {
         driver.end_tap();
     }

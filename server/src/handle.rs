@@ -337,9 +337,22 @@ impl SimHandle {
     }
 
     async fn ask<T>(&self, event: impl FnOnce(ReplyTo<T>) -> Event) -> Result<T, CallError> {
-        let (reply, answer) = oneshot::channel();
+        let (reply, mut answer) = oneshot::channel();
         let mailbox = &self.inner.driver.mailbox;
-        mailbox.post(event(reply))?;
+        match &self.inner.driver.callers {
+            None => mailbox.post(event(reply))?,
+            Some(callers) => {
+                mailbox.put(event(reply))?;
+                let mut answered = None;
+                callers.drive(&mut || {
+                    answered = answered.take().or_else(|| answer.try_recv().ok());
+                    answered.is_some()
+                });
+                if let Some(answered) = answered.or_else(|| answer.try_recv().ok()) {
+                    return answered;
+                }
+            }
+        }
         match answer.await {
             Ok(answer) => answer,
             Err(_dropped) => {

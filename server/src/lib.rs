@@ -9,6 +9,7 @@
 //! * [`service`]: the services of `simd.v1`, once for every transport.
 //! * [`grpc`], [`zenoh`], [`http`]: the front-ends.
 //! * [`ros2`]: a node on a graph of ROS 2.
+//! * [`embedded`]: a world within another program, without a socket.
 //! * [`config`]: what the operator can say.
 //! * [`access`]: who may call what. [`authority`]: `simd tls init`. [`zenoh_acl`]: `simd zenoh-acl`.
 //! * `call_error`, `histogram`, `info`, `run_state`: types that all of these use. `blocking_threads`: threads for what takes long.
@@ -25,6 +26,7 @@ pub mod config;
 pub mod convert;
 pub mod daemon;
 pub mod driver;
+pub mod embedded;
 mod fair_permits;
 pub mod grpc;
 pub mod handle;

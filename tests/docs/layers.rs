@@ -19,6 +19,7 @@ const SERVER: Layers = Layers {
     folder: "server/src",
     prefix: "crate::",
     lines: &[
+        &["embedded"],
         &["daemon"],
         &["grpc"],
         &["http", "ros2", "zenoh"],

@@ -1,10 +1,10 @@
-"""One turn of a PyBullet script's loop: simd beside PyBullet DIRECT and PyBullet's shared-memory server.
+"""One turn of a PyBullet script's loop: simd, as a daemon and in this process, beside PyBullet DIRECT and PyBullet's shared-memory server.
 
     python benches/pybullet_loop.py [--turns 3000] [--robot robot.urdf]
 
-A turn reads a joint's state, sets its motor and steps: what the tutorial's loop does. Each of the three does so many
+A turn sets the motors of all joints, steps and reads the joints' states: what a controller's loop does. Each of them does so many
 turns, in blocks that take their places by turns, so that what else the machine does falls on all of them. Needs PyBullet
-installed, and a daemon to start: $SIMD_BINARY, or `simd` on the PATH.
+installed, the wheel `simd-embedded`, and a daemon to start: $SIMD_BINARY, or `simd` on the PATH.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ import simd_client.pybullet as simd
 bullet: Any = importlib.import_module("pybullet")
 
 BLOCKS = 10
-ROBOT = Path(__file__).resolve().parents[3] / "tests/assets/Bench_Arm-1.2 rev B/urdf/Bench_Arm-1.2 rev B.urdf"
+ROBOT = Path(__file__).resolve().parents[3] / "tests/assets/seven_arm/urdf/seven_arm.urdf"
 
 # A server of its own process, as scripts start one.
 SERVER = """
@@ -50,6 +50,7 @@ def main() -> None:
                 raise SystemExit("PyBullet's shared-memory server did not start")
         kinds: list[tuple[str, Any, int]] = [
             ("simd, a daemon of its own", simd, simd.connect(simd.DIRECT, options="--new")),
+            ("simd, in this process", simd, simd.connect(simd.DIRECT, options="--embedded")),
             ("PyBullet DIRECT", bullet, bullet.connect(bullet.DIRECT)),
             ("PyBullet SHARED_MEMORY", bullet, bullet.connect(bullet.SHARED_MEMORY)),
         ]
@@ -72,17 +73,22 @@ def main() -> None:
 
 
 def prepared(module: Any, client: int, robot: str) -> Callable[[], None]:
-    """The tutorial's world, and its turn."""
+    """A robot on a fixed base, and its turn."""
     module.resetSimulation(physicsClientId=client)
     module.setGravity(0, 0, -9.81, physicsClientId=client)
     module.setTimeStep(0.0001, physicsClientId=client)
     arm = module.loadURDF(robot, [0, 0, 0], useFixedBase=1, physicsClientId=client)
-    position = module.POSITION_CONTROL
+    fixed = module.JOINT_FIXED
+    count = module.getNumJoints(arm, physicsClientId=client)
+    joints = [j for j in range(count) if module.getJointInfo(arm, j, physicsClientId=client)[2] != fixed]
+    position, targets = module.POSITION_CONTROL, [0.3] * len(joints)
 
     def turn() -> None:
-        module.setJointMotorControl2(arm, 0, position, targetPosition=0.5, physicsClientId=client)
-        module.getJointState(arm, 0, physicsClientId=client)
+        module.setJointMotorControlArray(
+            arm, joints, position, targetPositions=targets, physicsClientId=client
+        )
         module.stepSimulation(physicsClientId=client)
+        module.getJointStates(arm, joints, physicsClientId=client)
 
     return turn
 

@@ -49,12 +49,20 @@ def main() -> None:
             "robot.set_positions": lambda: arm.set_positions(targets[arm]),
             "step(1, targets, states)": lambda: sim.step(1, targets, states=arm),
         }
+        within = simd_client.connect("embedded", config={"paused": True})
+        inner = within.load(ASSETS / "seven_arm", "arm", fixed=True)
+        rows |= {
+            "embedded: GetJointStates": lambda: within.call(methods.GetJointStates, request),
+            "embedded: set_positions": lambda: inner.set_positions(targets[arm]),
+            "embedded: step(1, ...)": lambda: within.step(1, {inner: targets[arm]}, states=inner),
+        }
         times: dict[str, list[float]] = {name: [] for name in rows}
         for _ in range(ROUNDS):
             for name, call in rows.items():
                 call()
                 times[name].extend(timed(call) for _ in range(calls))
         times["aio: robot.position"] = asyncio.run(awaited(daemon.endpoint, calls * ROUNDS))
+        within.close()
     floor = np.median(times["raw TCP echo"])
     print(f"{'':28}{'p50 us':>9}{'p99 us':>9}{'p50 / TCP':>11}")
     for name, values in times.items():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import signal
 from collections.abc import Iterator
 
@@ -9,11 +10,42 @@ import pytest
 from daemon import ASSETS, Daemon
 
 import simd_client
-from simd_client import Robot, Simulation
+from simd_client import Robot, Simulation, embedded_link
 
 
 # A child of a shell's background job is born with SIGINT ignored, and so would be all that the tests start.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+# Tests of these files say what holds of a world, however it is reached; those of the others are about the network.
+OVER_BOTH = {
+    "test_ball_joints",
+    "test_batches",
+    "test_callbacks",
+    "test_claims",
+    "test_constraints",
+    "test_contacts",
+    "test_joints",
+    "test_kinematics",
+    "test_motion",
+    "test_over_time",
+    "test_parameters",
+    "test_queries",
+    "test_robots",
+    "test_rollouts",
+    "test_sensors",
+    "test_time",
+    "test_trajectories",
+    "test_view",
+}
+WAYS = [
+    pytest.param("zenoh", id="zenoh"),
+    pytest.param(
+        "embedded",
+        id="embedded",
+        marks=pytest.mark.skipif(not embedded_link.is_installed(), reason="simd-embedded is not installed"),
+    ),
+]
 
 
 @pytest.fixture(scope="session")
@@ -24,9 +56,22 @@ def daemon() -> Iterator[Daemon]:
         assert running.stop() == 0
 
 
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    """A test of the world that asks for `sim` and for no daemon runs over Zenoh, and over a world in this process."""
+    asks = inspect.signature(metafunc.function).parameters
+    name = metafunc.definition.path.stem
+    if "sim" in metafunc.fixturenames and "daemon" not in asks and name in OVER_BOTH:
+        metafunc.parametrize("sim", WAYS, indirect=True)
+
+
 @pytest.fixture
-def sim(daemon: Daemon) -> Iterator[Simulation]:
-    """A connection to a world that is empty, paused and at its defaults."""
+def sim(request: pytest.FixtureRequest) -> Iterator[Simulation]:
+    """A connection to a world that is empty, paused and at its defaults: a daemon's, unless the test runs over both."""
+    if getattr(request, "param", "zenoh") == "embedded":
+        with simd_client.connect("embedded", config={"paused": True}) as connected:
+            yield connected
+        return
+    daemon: Daemon = request.getfixturevalue("daemon")
     with simd_client.connect(daemon.endpoint) as connected:
         cleaned(connected)
         yield connected

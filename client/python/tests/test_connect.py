@@ -120,7 +120,7 @@ def test_a_client_of_another_major_version_is_told_which_side_is_older(
     def attachment(_token: str | None) -> str:
         return "simd-api-version: 2.0"
 
-    monkeypatch.setattr("simd_client.link._attachment", attachment)
+    monkeypatch.setattr("simd_client.zenoh_link._attachment", attachment)
     with pytest.raises(simd_client.VersionMismatch) as refused:
         simd_client.connect(daemon.endpoint)
     assert refused.value.metadata == {"client": "2.0", "daemon": "1.0"}

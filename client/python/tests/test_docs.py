@@ -9,7 +9,10 @@ from pathlib import Path
 import pytest
 from daemon import REPOSITORY, Daemon
 
+from simd_client import embedded_link
+
 GUIDE = REPOSITORY / "docs" / "python.md"
+EMBEDDED = REPOSITORY / "docs" / "embedded.md"
 ROLLOUTS = REPOSITORY / "docs" / "rollouts.md"
 README = Path(__file__).parents[1] / "README.md"
 
@@ -46,6 +49,13 @@ def test_the_blocks_on_rollouts_run(monkeypatch: pytest.MonkeyPatch) -> None:
         names: dict[str, object] = {"__name__": "rollouts"}
         for block in blocks(ROLLOUTS):
             exec(compile(block, str(ROLLOUTS), "exec"), names)
+
+
+@pytest.mark.skipif(not embedded_link.is_installed(), reason="simd-embedded is not installed")
+def test_the_block_on_worlds_in_the_process_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(REPOSITORY)
+    (block,) = blocks(EMBEDDED)
+    exec(compile(block, str(EMBEDDED), "exec"), {"__name__": "embedded"})
 
 
 def test_the_block_of_the_readme_runs(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,7 +12,7 @@ use simd_core::Integrator;
 use simd_core::simulation::command::PhysicsChange;
 
 use super::key::{Access, Key, MANY};
-use crate::driver::{MOST_STEP_THREADS, Processors};
+use crate::driver::{MOST_SPIN_US, MOST_STEP_THREADS, Processors};
 use crate::handle::{Pace, RunState};
 use crate::log::LogFormat;
 
@@ -272,6 +272,12 @@ fn realtime() -> Vec<Key> {
                 |draft| draft.config.driver.real_time.lock_memory,
                 |draft, lock| draft.config.driver.real_time.lock_memory = lock,
             ),
+        ),
+        Key::new(
+            "realtime.spin_us",
+            "microseconds for which the physics thread looks for the next call, or for its next step, before it sleeps. A call \
+             that comes meanwhile wakes nothing; a processor is kept busy for as long. 0: it sleeps at once",
+            Access::Count(0..=MOST_SPIN_US, |draft| &mut draft.config.driver.spin_us),
         ),
     ]
 }

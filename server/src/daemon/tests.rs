@@ -1,6 +1,7 @@
 //! Starts and drains, in this process.
 
 use super::*;
+use crate::handle::RunState;
 
 fn config() -> Config {
     Config { listen: "127.0.0.1:0".parse().unwrap(), zenoh: crate::config::Zenoh::off(), ..Config::default() }

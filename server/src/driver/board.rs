@@ -2,11 +2,12 @@
 //! the driver never waits for a reader, nor a reader for the driver.
 //!
 //! The driver wakes one task, [`Board::announce`], and that wakes the readers: each wake from outside of the runtime takes
-//! the runtime's lock, for which a thread with a real-time priority would wait.
+//! the runtime's lock, for which a thread with a real-time priority would wait. Where no reader waits it wakes none: to wake
+//! costs as much as a step of an arm.
 
 use std::future::poll_fn;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering, fence};
 use std::task::Poll;
 use std::time::{Duration, Instant, SystemTime};
 
@@ -30,6 +31,8 @@ pub(crate) struct Board {
     announcer: AtomicWaker,
     /// What readers wait for.
     changed: Notify,
+    /// Those that look whether they have to wait, or wait.
+    readers: AtomicUsize,
     /// What step times are counted from.
     epoch: Instant,
     /// When the present step began, nanoseconds after the epoch and at least 1; 0 between steps.
@@ -59,6 +62,7 @@ impl Board {
 
     /// The newest state once it is newer than `sequence`.
     pub(crate) async fn newer_than(&self, sequence: u64) -> Arc<Published> {
+        let _reader = Reader::of(&self.readers);
         loop {
             // Made before the look, so that a state published between look and wait wakes it.
             let changed = self.changed.notified();
@@ -86,6 +90,23 @@ impl Board {
             .await;
             self.changed.notify_waiters();
         }
+    }
+}
+
+/// Counts a reader for as long as it lives.
+struct Reader<'a>(&'a AtomicUsize);
+
+impl<'a> Reader<'a> {
+    fn of(readers: &'a AtomicUsize) -> Self {
+        readers.fetch_add(1, Ordering::Relaxed);
+        fence(Ordering::SeqCst);
+        Self(readers)
+    }
+}
+
+impl Drop for Reader<'_> {
+    fn drop(&mut self) {
+        self.0.fetch_sub(1, Ordering::Relaxed);
     }
 }
 
@@ -141,6 +162,7 @@ impl Publisher {
             newest: ArcSwap::from_pointee(first),
             announcer: AtomicWaker::new(),
             changed: Notify::new(),
+            readers: AtomicUsize::new(0),
             epoch: Instant::now(),
             step_began: AtomicU64::new(0),
             work_began: AtomicU64::new(0),
@@ -178,7 +200,11 @@ impl Publisher {
         // Any other would keep robots or saved states that are gone in memory.
         let newest = self.board.newest.load();
         self.retired.retain(|old| shares_all(&old.state, &newest.state));
-        self.board.announcer.wake();
+        // A reader is counted before it looks, and this looks after the state is there: one of the two sees the other.
+        fence(Ordering::SeqCst);
+        if self.board.readers.load(Ordering::Relaxed) > 0 {
+            self.board.announcer.wake();
+        }
         wall_time
     }
 

@@ -6,7 +6,7 @@
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::thread::Thread;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use crossbeam_queue::ArrayQueue;
 use tokio_util::sync::CancellationToken;
@@ -26,6 +26,8 @@ pub(crate) struct Mailbox {
 #[derive(Debug)]
 pub(crate) struct Inbox {
     shared: Arc<Shared>,
+    /// How long the reader looks for a call before it waits for one.
+    spin: Duration,
 }
 
 /// Ends the driver when the last of them is gone.
@@ -69,7 +71,7 @@ pub(crate) fn mailbox(capacity: usize) -> (Mailbox, Inbox) {
         failure: OnceLock::new(),
     });
     let posters = Arc::new(Posters(shared.clone()));
-    (Mailbox { shared: shared.clone(), _posters: posters }, Inbox { shared })
+    (Mailbox { shared: shared.clone(), _posters: posters }, Inbox { shared, spin: Duration::ZERO })
 }
 
 impl Shared {
@@ -103,6 +105,13 @@ impl Drop for Inbox {
 impl Mailbox {
     /// Posts without ever waiting.
     pub(crate) fn post(&self, event: Event) -> Result<(), CallError> {
+        self.put(event)?;
+        self.shared.wake();
+        Ok(())
+    }
+
+    /// The same, and wakes nothing: the poster looks for who takes it.
+    pub(crate) fn put(&self, event: Event) -> Result<(), CallError> {
         // Before it is in, so that it is never taken out uncounted.
         let interrupting = usize::from(event.interrupts());
         self.shared.interrupting.fetch_add(interrupting, Ordering::Relaxed);
@@ -125,7 +134,6 @@ impl Mailbox {
             self.shared.clear();
             return Err(self.end());
         }
-        self.shared.wake();
         Ok(())
     }
 
@@ -183,9 +191,34 @@ impl Inbox {
         is_orphaned.then(|| self.shared.calls.pop().map_or(Event::Shutdown, |event| self.taken(event)))
     }
 
+    /// Has the reader look for a call for so long, each time, before it waits for one: it keeps its processor, and who posts
+    /// has none to wake.
+    pub(crate) fn spin_for(&mut self, spin: Duration) {
+        self.spin = spin;
+    }
+
+    /// What comes while the reader looks for it, which it does until the deadline at the longest.
+    fn look(&self, deadline: Option<Instant>) -> Option<Event> {
+        if self.spin.is_zero() {
+            return None;
+        }
+        let ends = Instant::now() + self.spin;
+        let ends = deadline.map_or(ends, |deadline| deadline.min(ends));
+        while Instant::now() < ends {
+            if let Some(event) = self.try_next() {
+                return Some(event);
+            }
+            std::hint::spin_loop();
+        }
+        None
+    }
+
     /// What comes before a deadline.
     pub(crate) fn next_before(&self, deadline: Instant) -> Option<Event> {
         self.shared.reader.get_or_init(std::thread::current);
+        if let Some(event) = self.look(Some(deadline)) {
+            return Some(event);
+        }
         loop {
             if let Some(event) = self.try_next() {
                 return Some(event);
@@ -201,6 +234,9 @@ impl Inbox {
     /// What comes, however long that takes. The driver ends when there is no [`Mailbox`] any more.
     pub(crate) fn next(&self) -> Event {
         self.shared.reader.get_or_init(std::thread::current);
+        if let Some(event) = self.look(None) {
+            return event;
+        }
         loop {
             match self.try_next() {
                 Some(event) => return event,
@@ -213,6 +249,12 @@ impl Inbox {
         self.shared.waiting.fetch_sub(1, Ordering::Relaxed);
         self.shared.interrupting.fetch_sub(usize::from(event.interrupts()), Ordering::Relaxed);
         event
+    }
+
+    /// Whether there is something to take: a call, or the end.
+    pub(crate) fn has_some(&self) -> bool {
+        let has_no_posters = self.shared.has_no_posters.load(Ordering::SeqCst);
+        self.is_closing() || has_no_posters || !self.shared.calls.is_empty()
     }
 
     /// Whether a call waits that interrupts a step.

@@ -56,6 +56,18 @@ impl<W: World> Driver<W> {
         while self.turn().is_continue() {}
     }
 
+    /// Whether [`turn`](Self::turn) finds something to do and waits for no time, which it does while the world plays.
+    pub(super) fn has_work(&mut self) -> bool {
+        self.state != RunState::Playing && (self.inbox.has_some() || self.steps.is_wanted())
+    }
+
+    /// Shows what a caller that went away before its first step has left.
+    pub(super) fn publish_leftovers(&mut self) {
+        if self.has_unpublished && self.state != RunState::Playing {
+            self.publish();
+        }
+    }
+
     /// One event.
     pub(super) fn turn(&mut self) -> ControlFlow<()> {
         let event = self.next_event();

@@ -14,8 +14,12 @@ type Applied = Arc<Mutex<Vec<(u64, Command)>>>;
 
 /// A handle on a toy world, and the commands that reach it.
 fn handle(toy: Toy, state: RunState) -> (SimHandle, Applied) {
+    driven(toy, driver::Config { state, ..Default::default() })
+}
+
+fn driven(toy: Toy, config: driver::Config) -> (SimHandle, Applied) {
     let applied = toy.applied.clone();
-    let driver = driver::start(toy, driver::Config { state, ..Default::default() }).unwrap();
+    let driver = driver::start(toy, config).unwrap();
     let limits = DaemonLimits::default();
     let info = DaemonInfo { name: "test".into(), version: "0", limits };
     (
@@ -41,6 +45,61 @@ async fn a_command_is_done_and_its_state_can_be_read() {
     assert!(handle.newest().sequence >= done.sequence);
     assert_eq!(handle.step(10).await.unwrap().applied.at.step, 10);
     assert_eq!(handle.statistics().iterations, 10);
+}
+
+/// Where callers drive.
+fn by_callers(toy: Toy) -> SimHandle {
+    let state = RunState::Paused;
+    driven(toy, driver::Config { state, callers_drive: true, step_threads: 1, ..Default::default() }).0
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 4)]
+async fn callers_that_drive_have_all_of_their_steps_done() {
+    let handle = by_callers(Toy::default());
+    let callers = (0..8).map(|_| {
+        let handle = handle.clone();
+        tokio::spawn(async move {
+            for _ in 0..100 {
+                handle.step(1).await.unwrap();
+                handle.command(nothing()).await.unwrap();
+            }
+        })
+    });
+    for caller in callers.collect::<Vec<_>>() {
+        caller.await.unwrap();
+    }
+    assert_eq!(handle.newest().state.at.step, 800);
+}
+
+#[tokio::test]
+async fn a_world_that_callers_drive_plays_and_is_paused_again() {
+    let handle = by_callers(Toy::default());
+    let before = handle.newest().sequence;
+    handle.set_state(RunState::Playing).await.unwrap();
+    let played = handle.newer_than(before + 5, None).await.unwrap();
+    assert!(played.state.at.step > 0);
+    let paused = handle.set_state(RunState::Paused).await.unwrap();
+    assert_eq!(handle.step(1).await.unwrap().applied.at.step, paused.applied.at.step + 1);
+}
+
+#[tokio::test]
+async fn a_world_that_panics_under_a_caller_fails_every_call_with_the_reason() {
+    let handle = by_callers(Toy::panicking_at(3));
+    let waiting = handle.newer_than(1_000, None);
+    let (during, waiting) = tokio::join!(handle.step(10), waiting);
+    let after = handle.command(nothing()).await;
+    for error in [during.unwrap_err(), waiting.unwrap_err(), after.unwrap_err()] {
+        assert!(error.to_string().contains("on purpose"), "{error}");
+    }
+    assert!(handle.driver_ended().is_cancelled());
+}
+
+#[tokio::test]
+async fn a_world_that_callers_drive_ends_when_it_is_asked_to() {
+    let handle = by_callers(Toy::default());
+    handle.end_driver();
+    handle.driver_ended().cancelled().await;
+    assert!(matches!(handle.command(nothing()).await, Err(CallError::ShuttingDown)));
 }
 
 #[tokio::test]

@@ -73,7 +73,7 @@ fn id(request: &Request) -> HeaderValue {
 }
 
 /// A reason that the schema has; empty for none.
-pub(super) fn reason(status: &Status) -> &'static str {
+pub(crate) fn reason(status: &Status) -> &'static str {
     let Some(info) = status.get_details_error_info() else { return "" };
     let named = ErrorReason::from_str_name(&format!("ERROR_REASON_{}", info.reason));
     named.map_or("", |reason| reason.as_str_name().trim_start_matches("ERROR_REASON_"))

@@ -20,7 +20,7 @@ pub mod client;
 pub mod constraint;
 pub mod contact;
 pub mod control;
-mod counted;
+pub(crate) mod counted;
 pub mod entity;
 pub mod event;
 mod held;

@@ -6,12 +6,14 @@ use std::convert::Infallible;
 use std::pin::Pin;
 use std::task::{Context, Poll};
 
+use prost::Message as _;
 use simd_proto::v1::ErrorReason;
 use tonic::body::Body;
 use tonic::codegen::Service;
 use tonic::codegen::http::{Request, Response};
 use tonic::server::NamedService;
 use tonic::{Code, Status};
+use tonic_types::pb;
 
 use super::status::Explained;
 
@@ -105,5 +107,16 @@ pub fn with_reason(status: Status) -> Status {
         | Code::Unavailable
         | Code::DataLoss
         | Code::Unauthenticated => status,
+    }
+}
+
+/// A status with its details, as `google.rpc.Status`: what gRPC has in its trailers.
+pub(crate) fn in_full(status: &Status) -> Vec<u8> {
+    match pb::Status::decode(status.details()) {
+        Ok(whole) if !whole.details.is_empty() => status.details().to_vec(),
+        Ok(_) | Err(_) => {
+            let (code, message) = (status.code().into(), status.message().to_owned());
+            pb::Status { code, message, details: Vec::new() }.encode_to_vec()
+        }
     }
 }

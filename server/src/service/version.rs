@@ -73,7 +73,7 @@ where
 }
 
 /// Whether a client is served: one that says no version is.
-fn check(headers: &HeaderMap) -> Result<(), Status> {
+pub(crate) fn check(headers: &HeaderMap) -> Result<(), Status> {
     let Some(said) = headers.get(API_VERSION_HEADER) else {
         return Ok(());
     };

@@ -16,7 +16,7 @@
 
 mod presence;
 mod proofs;
-mod publications;
+pub(crate) mod publications;
 mod queries;
 mod senders;
 mod sessions;

@@ -28,9 +28,9 @@ use crate::convert::{Selection, to_proto};
 use crate::handle::{CallError, Published, RunState};
 
 /// How often statistics are published.
-const STATISTICS: Duration = Duration::from_millis(100);
+pub(crate) const STATISTICS: Duration = Duration::from_millis(100);
 /// What does not change is published so often, for those who subscribe late.
-const UNCHANGED: Duration = Duration::from_secs(1);
+pub(crate) const UNCHANGED: Duration = Duration::from_secs(1);
 /// How long a playing world is waited for to do its next step.
 const FRESH: Duration = Duration::from_millis(2);
 /// How long a task waits for an event before it looks again.
@@ -83,12 +83,14 @@ struct EachRobot {
     encode: fn(&Published, &str) -> Option<Vec<u8>>,
 }
 
-fn joint_states(state: &Published, robot: &str) -> Option<Vec<u8>> {
+/// The states of a robot's joints, as they are published; none where the robot is gone.
+pub(crate) fn joint_states(state: &Published, robot: &str) -> Option<Vec<u8>> {
     let wanted = JointSelection { robot: robot.to_owned(), joints: Vec::new() };
     Selection::new(vec![wanted]).states(state).ok().map(|states| states.encode_to_vec())
 }
 
-fn link_poses(state: &Published, robot: &str) -> Option<Vec<u8>> {
+/// The poses of its links.
+pub(crate) fn link_poses(state: &Published, robot: &str) -> Option<Vec<u8>> {
     let (place, entity) = state.state.entity(robot)?;
     let robots = vec![to_proto::entity::link_poses(&state.state, place, entity)];
     let stamp = Some(to_proto::stamp::published(state));
@@ -127,7 +129,7 @@ async fn publish_robots(world: World, topic: EachRobot, mut demand: Demand, peri
 
 /// The first state after `sent` that is fresh: while the world plays the next step is
 /// waited for, since the one there is may be a step old already.
-async fn newest(handle: &SimHandle, sent: u64) -> Result<Arc<Published>, CallError> {
+pub(crate) async fn newest(handle: &SimHandle, sent: u64) -> Result<Arc<Published>, CallError> {
     let there = handle.newest();
     if there.sequence > sent && there.statistics.state == RunState::Playing {
         return handle.newer_than(there.sequence, Some(FRESH)).await;

@@ -10,7 +10,6 @@ use std::time::Duration;
 
 use bytes::Bytes;
 use futures_util::stream;
-use prost::Message as _;
 use simd_proto::access::TOKEN_HEADER;
 use simd_proto::methods::{self, Method};
 use simd_proto::raw::RawCodec;
@@ -25,7 +24,6 @@ use tonic::codegen::http::uri::PathAndQuery;
 use tonic::metadata::{MetadataMap, MetadataValue};
 use tonic::service::Routes;
 use tonic::{Code, Request, Status, Streaming};
-use tonic_types::pb;
 use zenoh::bytes::ZBytes;
 use zenoh::query::{Query, Queryable};
 use zenoh::{Session, Wait as _};
@@ -39,7 +37,7 @@ use crate::handle::{CallError, DaemonLimits, Peer, Transport};
 use crate::service::claims::Proven;
 use crate::service::routes;
 use crate::service::status::Explained;
-use crate::service::transport::with_reason;
+use crate::service::transport::{in_full, with_reason};
 
 /// The most that the bytes of one query can be limited to.
 const MOST_BYTES: usize = 1 << 28;
@@ -303,16 +301,5 @@ fn reply(query: &Query, outcome: Outcome) {
     };
     if let Err(error) = sent {
         tracing::debug!("a reply is not sent: {error}");
-    }
-}
-
-/// A status with its details, as `google.rpc.Status`: what gRPC has in its trailers.
-fn in_full(status: &Status) -> Vec<u8> {
-    match pb::Status::decode(status.details()) {
-        Ok(whole) if !whole.details.is_empty() => status.details().to_vec(),
-        Ok(_) | Err(_) => {
-            let (code, message) = (status.code().into(), status.message().to_owned());
-            pb::Status { code, message, details: Vec::new() }.encode_to_vec()
-        }
     }
 }

@@ -1,7 +1,7 @@
 //! Figures for this machine, printed as tables: run with `make bench`. Nothing
 //! here is asserted; compare within a run. `-- reads` prints one table alone, lateness under a flood of reads; `-- town` that of
-//! a quadruped among what cannot move; `-- recording` what a recording costs; `-- turns` round trips; `-- rollouts` what copies of a
-//! world cost; `-- lidar` what a lidar costs the steps.
+//! a quadruped among what cannot move; `-- recording` what a recording costs; `-- turns` round trips; `-- hops` a turn within a
+//! process; `-- rollouts` what copies of a world cost; `-- lidar` what a lidar costs the steps.
 #![allow(
     clippy::expect_used,
     clippy::print_stdout,
@@ -9,6 +9,7 @@
 )]
 
 mod crowd;
+mod hops;
 mod lateness;
 mod lidar;
 mod recording;
@@ -30,12 +31,14 @@ fn main() {
         Some("turns") => return round_trip::print(),
         Some("rollouts") => return rollouts::print(),
         Some("lidar") => return lidar::print(),
+        Some("hops") => return hops::print(),
         _ => {}
     }
     step::print();
     town::print();
     crowd::print();
     round_trip::print();
+    hops::print();
     lateness::print();
     lateness::print_reads();
     recording::print();

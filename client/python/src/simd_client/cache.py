@@ -87,8 +87,11 @@ class Cache:
 
     def carry_claim(self, request: Any) -> None:
         """Lets a request that changes something carry a claim, if it can and names none."""
+        # First what is true of most programs: to look at a message's fields takes a part of a turn in the same process.
+        if not self._claims:
+            return
         fields = request.DESCRIPTOR.fields_by_name
-        if not self._claims or "claim" not in fields or request.claim:
+        if "claim" not in fields or request.claim:
             return
         named = [request.robot] if "robot" in fields else [each.robot for each in getattr(request, "robots", ())]
         request.claim = self.claim_for_robots(named)

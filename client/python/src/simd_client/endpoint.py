@@ -1,4 +1,4 @@
-"""Parses the address of a daemon: `tcp/HOST:PORT`, with `#NAME` if there are several."""
+"""Parses the address of a daemon: `tcp/HOST:PORT`, with `#NAME` if there are several, or `embedded`."""
 
 from __future__ import annotations
 
@@ -17,6 +17,9 @@ DEFAULT_NAME = "simd"
 ENVIRONMENT = "SIMD_ENDPOINT"
 """The environment variable with the endpoint, unless the program gives one."""
 
+EMBEDDED = "embedded"
+"""The endpoint of a world in this process."""
+
 TIMEOUT = 10.0
 """Seconds that calls wait for their answer, by default."""
 
@@ -32,9 +35,14 @@ class Endpoint:
     """A Zenoh locator, and the name of a daemon that is reached through it."""
 
     locator: str
-    """`PROTOCOL/ADDRESS`."""
+    """`PROTOCOL/ADDRESS`, or `embedded`."""
     name: str | None = None
     """`None` if it was not given: the only daemon there, else `simd`."""
+
+    @property
+    def is_embedded(self) -> bool:
+        """Whether it is a world in this process."""
+        return self.locator == EMBEDDED
 
     def __str__(self) -> str:
         return self.locator if self.name is None else f"{self.locator}#{self.name}"
@@ -52,10 +60,10 @@ def read_endpoint(text: str | None, name: str | None = None) -> Endpoint:
     """
     text = text or os.environ.get(ENVIRONMENT) or DEFAULT_ENDPOINT
     locator, _, suffix = text.strip().partition("#")
-    if re.fullmatch(r"[a-z][a-z0-9_]*/[^\s/][^\s]*", locator) is None:
+    if locator != EMBEDDED and re.fullmatch(r"[a-z][a-z0-9_]*/[^\s/][^\s]*", locator) is None:
         raise EndpointError(
             f"`{text}` is not an endpoint: this client speaks Zenoh and takes PROTOCOL/ADDRESS, "
-            f"for instance {DEFAULT_ENDPOINT}"
+            f"for instance {DEFAULT_ENDPOINT}, or `{EMBEDDED}` for a world in this process"
         )
     protocol, _, address = locator.partition("/")
     if protocol in _WITH_PORT and re.search(r":\d+$", address.partition("?")[0]) is None:

@@ -1,41 +1,44 @@
-"""The Zenoh session to one daemon: sends requests, and turns error replies into exceptions."""
+"""The way to one daemon: sends requests, and turns error replies into exceptions. `ZenohLink` is the one
+over Zenoh, `EmbeddedLink` the one to a world in this process."""
 
 from __future__ import annotations
 
 import atexit
 import os
 import sys
-import threading
 import weakref
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Protocol, TypeVar, cast
+from typing import Any, Protocol, Union
 
 import zenoh
 from google.protobuf.message import DecodeError
 
-from simd_client import keys
-from simd_client.daemons import Daemons, several
 from simd_client.endpoint import Endpoint
-from simd_client.errors import ERROR_DOMAIN, DeadlineExceeded, EndpointError, SimdError, Unavailable, refusal
+from simd_client.errors import ERROR_DOMAIN, SimdError, Unavailable, refusal
 from simd_client.method import Method
-from simd_client.proof import Counter, sealed
-from simd_client.proto import SetJointTargetsRequest, methods
 from simd_client.proto.status_pb2 import BadRequest, ErrorInfo, Status
 from simd_client.retry import RequestIds
-from simd_client.version import API_VERSION
 
 AnyMethod = Method[Any, Any]
-Result = TypeVar("Result")
-
-MAX_ANSWER_BYTES = 64 * 1024 * 1024
-"""Larger messages are refused, so that a faulty daemon cannot fill the client's memory."""
 
 MOST_REPLIES = 256
 """Of a stream, that wait for its reader."""
 
 EXIT_SECONDS = 2.0
 """How long the end of a program waits for a callback that is under way."""
+
+
+Answer = Union[zenoh.Reply, bytes, SimdError]
+"""What a call ends with, before it is `opened`: bytes of a message, or why there are none."""
+
+
+class Subscription(Protocol):
+    """A subscription to publications."""
+
+    def undeclare(self) -> None:
+        """Ends it."""
+        ...
 
 
 class LinkThread(Protocol):
@@ -58,185 +61,71 @@ def program() -> str:
     return "".join(c for c in name if c.isascii() and c.isprintable()) or "python"
 
 
-TOKEN_ENVIRONMENT = "SIMD_TOKEN"
-"""The environment variable with the token, unless the program gives one."""
-
-
-def _attachment(token: str | None) -> str:
-    """What goes with each message: the version, who this is, and the token if there is one."""
-    lines = [f"simd-api-version: {API_VERSION[0]}.{API_VERSION[1]}", f"simd-client: {program()}"]
-    token = token or os.environ.get(TOKEN_ENVIRONMENT)
-    if token:
-        if not (token.isascii() and token.isprintable()):
-            raise ValueError("the token has characters that no token has")
-        lines.append(f"authorization: Bearer {token}")
-    return "\n".join(lines)
-
-
-_STATUS = "google.rpc.Status"
+STATUS = "google.rpc.Status"
+"""The message of a refusal."""
 
 
 class Link:
-    """A Zenoh session and the name of the daemon. May be used from several threads."""
+    """A way to a daemon. May be used from several threads."""
 
-    def __init__(
-        self,
-        session: zenoh.Session,
-        endpoint: Endpoint,
-        name: str,
-        daemons: Daemons,
-        token: str | None = None,
-    ) -> None:
-        self.session = session
-        self._attachment = _attachment(token)
-        self._daemons = daemons
-        self._counter = Counter()
-        self.request_ids = RequestIds()
+    def __init__(self, endpoint: Endpoint, name: str) -> None:
         self.endpoint = endpoint
         self.name = name
-        self._publisher: zenoh.Publisher | None = None
-        self._token: zenoh.LivelinessToken | None = None
-        self._routes: dict[str, tuple[zenoh.KeyExpr, dict[str, Any]]] = {}
-        self._lock = threading.Lock()
+        self.request_ids = RequestIds()
         self._is_forked = False
         self.threads: weakref.WeakSet[LinkThread] = weakref.WeakSet()
-        """Threads of ours that use the session."""
+        """Threads of ours that use it."""
         _open.add(self)
 
+    @property
+    def is_closed(self) -> bool:
+        """Whether it is."""
+        raise NotImplementedError
+
     def close(self) -> None:
-        """Closes the session, and everything that was declared on it."""
+        """Closes it, and everything that depends on it."""
         _open.discard(self)
-        if not self._is_forked:
-            self.session.close()  # pyright: ignore[reportUnknownMemberType]
 
     def query(self, method: AnyMethod, payload: bytes, timeout: float) -> bytes:
         """Sends a request and blocks until its reply. Returns the reply's bytes."""
-        daemon = self.daemon()
-        try:
-            replies = self._send(
-                method,
-                payload,
-                timeout,
-                lambda key, options: cast("zenoh.Handler[zenoh.Reply]", self.session.get(key, **options)),
-            )
-            # The replies of other sessions are ignored.
-            reply = replies.recv()
-            while not _is_from(daemon, reply):
-                reply = replies.recv()
-        except zenoh.ZError:
-            raise self.unavailable() from None
-        return self.opened(reply, timeout)
+        raise NotImplementedError
 
     def start(
         self,
         method: AnyMethod,
         payload: bytes,
         timeout: float,
-        arrived: Callable[[zenoh.Reply], None],
+        arrived: Callable[[Answer], None],
         ended: Callable[[], None],
         *,
         is_stream: bool = False,
     ) -> None:
-        """Sends a request and returns. Zenoh calls `arrived` with the reply, or with all replies of a stream that
-        lasts `timeout` seconds, and then `ended`, on its own thread."""
-        daemon = self.daemon()
+        """Sends a request and returns. `arrived` is called with the reply, or with all replies of a stream that lasts
+        `timeout` seconds, and then `ended`, on a thread of the link's."""
+        raise NotImplementedError
 
-        def filtered(reply: zenoh.Reply) -> None:
-            if _is_from(daemon, reply):
-                arrived(reply)
+    def subscribe(self, key: str, take: Callable[[str, bytes], None]) -> Subscription:
+        """Calls `take` with the key and the bytes of each publication of the daemon, on a thread of the link's."""
+        raise NotImplementedError
 
-        handler = cast(
-            "zenoh.handlers.Callback[zenoh.Reply]", zenoh.handlers.Callback(filtered, ended, indirect=False)
-        )
-        # The daemon does not learn that the asker of a stream is gone.
-        lasts = f"for={timeout:g}" if is_stream else ""
-        try:
-            self._send(
-                method,
-                payload,
-                timeout,
-                lambda key, options: self.session.get(
-                    zenoh.Selector(key, lasts) if lasts else key, handler, **options
-                ),
-            )
-        except zenoh.ZError:
-            raise self.unavailable() from None
+    def publish_targets(self, payload: bytes) -> None:
+        """Sends targets without waiting for an answer."""
+        raise NotImplementedError
 
-    def subscribe(self, key: str, take: Callable[[zenoh.Sample], None]) -> zenoh.Subscriber[None]:
-        """Calls `take` with each publication of the daemon, on Zenoh's own thread: a thread of Python's for it would
-        keep the program from ending. A publication that does not name the daemon's session as its source is ignored."""
+    def opened(self, answer: Answer, timeout: float) -> bytes:
+        """The bytes of an answer. Raises the exception of one that is none."""
+        if isinstance(answer, SimdError):
+            raise answer
+        if not isinstance(answer, bytes):
+            raise SimdError(f"the daemon's answer cannot be understood: {answer!r}")
+        return answer
 
-        def filtered(sample: zenoh.Sample) -> None:
-            source = sample.source_info
-            if source is not None and str(source.source_id.zid) == self._daemons.choose(self.name):
-                take(sample)
-
-        handler = cast(
-            "zenoh.handlers.Callback[zenoh.Sample]", zenoh.handlers.Callback(filtered, indirect=False)
-        )
-        try:
-            self._check_process()
-            return self.session.declare_subscriber(key, handler)
-        except zenoh.ZError:
-            raise self.unavailable() from None
-
-    def daemon(self) -> str:
-        """The id of the daemon's session, which changes when the daemon is restarted. Raises `Unavailable` if no session
-        has its name, and `EndpointError` if several have it."""
-        self._check_process()
-        daemon = self._daemons.choose(self.name)
-        if daemon is not None:
-            return daemon
-        sessions = self._daemons.sessions(self.name)
-        raise EndpointError(several(self.name, sessions)) if len(sessions) > 1 else self.unavailable()
-
-    def _send(
-        self,
-        method: AnyMethod,
-        payload: bytes,
-        timeout: float,
-        send: Callable[[zenoh.KeyExpr, dict[str, Any]], Result],
-    ) -> Result:
-        """Sends a query, with the proof of its claim if it has one."""
-        payload, secret = sealed(method.request, payload)
-        key, options = self._request(method, payload, timeout)
-        if method is methods.ClaimJoints or method is methods.AddMarkers:
-            options["attachment"] = f"{self._attachment}\nsimd-session: {self._present()}"
-        if not secret:
-            return send(key, options)
-        return self._counter.prove(
-            secret, str(key), payload, lambda proof: send(key, {**options, "attachment": f"{self._attachment}\n{proof}"})
-        )
-
-    def _present(self) -> str:
-        """Puts up the token that says that this client is there, for claims and markers that end with it. Returns the session's id."""
-        session = str(self.session.zid())
-        with self._lock:
-            if self._token is None:
-                self._token = self.session.liveliness().declare_token(keys.client(self.name, session))
-        return session
-
-    def _request(
-        self, method: AnyMethod, payload: bytes, timeout: float
-    ) -> tuple[zenoh.KeyExpr, dict[str, Any]]:
-        """The key and the options of a query; those that do not change are made once."""
-        self._check_process()
-        route = self._routes.get(method.key)
-        if route is None:
-            same: dict[str, Any] = {
-                "encoding": zenoh.Encoding(f"application/protobuf;simd.v1.{method.request.__name__}"),
-                "attachment": zenoh.ZBytes(self._attachment),
-                # With the default, a session that claims to have all answers would be the only one that is asked.
-                "target": zenoh.QueryTarget.ALL,
-                "consolidation": zenoh.ConsolidationMode.NONE,
-                "express": True,
-            }
-            route = self._routes[method.key] = zenoh.KeyExpr(keys.rpc(self.name, method.key)), same
-        key, same = route
-        return key, {**same, "payload": payload, "timeout": timeout}
+    def unavailable(self) -> Unavailable:
+        """The exception for a request that no daemon received."""
+        raise NotImplementedError
 
     def mark_forked(self) -> None:
-        """Called in a process that was forked: Zenoh's threads are only in the one that opened the session."""
+        """Called in a process that was forked: threads are only in the one that made the connection."""
         self._is_forked = True
 
     def _check_process(self) -> None:
@@ -245,58 +134,6 @@ class Link:
                 "a connection cannot be used in a forked process: start processes with the method `spawn`, and "
                 "connect in each of them"
             )
-
-    def opened(self, reply: zenoh.Reply, timeout: float) -> bytes:
-        """The bytes of a reply. Raises the exception of an error reply."""
-        sample = reply.ok
-        if sample is not None:
-            return sample.payload.to_bytes()
-        error = reply.err
-        if error is None:
-            raise self.unavailable()
-        encoding, payload = str(error.encoding), error.payload.to_bytes()
-        if _STATUS in encoding:
-            raise _refused(payload)
-        if b"Timeout" in payload:
-            raise DeadlineExceeded(
-                f"the daemon `{self.name}` at {self.endpoint.locator} did not answer within {timeout:g} s"
-            )
-        text = payload.decode(errors="replace")
-        raise SimdError(f"the daemon's answer cannot be understood: an error in {encoding}: {text}")
-
-    def unavailable(self) -> Unavailable:
-        """The exception for a request that no daemon received."""
-        where = self.endpoint.locator
-        if self.session.is_closed():
-            return Unavailable(f"the connection to the daemon at {where} is closed")
-        return Unavailable(
-            f"no daemon named `{self.name}` answers at {where}; start one with `simd --name {self.name}`, "
-            "or name the endpoint of another"
-        )
-
-    def publish_targets(self, payload: bytes) -> None:
-        """Sends targets without waiting for an answer."""
-        self._check_process()
-        payload, secret = sealed(SetJointTargetsRequest, payload)
-        key = keys.joint_targets(self.name)
-        try:
-            with self._lock:
-                if self._publisher is None:
-                    self._publisher = self.session.declare_publisher(
-                        key,
-                        encoding="application/protobuf;simd.v1.SetJointTargetsRequest",
-                        congestion_control=zenoh.CongestionControl.DROP,
-                        express=True,
-                    )
-            put = cast("Callable[..., None]", self._publisher.put)  # pyright: ignore[reportUnknownMemberType]
-            if not secret:
-                put(payload, attachment=self._attachment)
-                return
-            self._counter.prove(
-                secret, key, payload, lambda proof: put(payload, attachment=f"{self._attachment}\n{proof}")
-            )
-        except zenoh.ZError:
-            raise self.unavailable() from None
 
 
 _open: weakref.WeakSet[Link] = weakref.WeakSet()
@@ -325,21 +162,13 @@ def _forked() -> None:
 os.register_at_fork(after_in_child=_forked)
 
 
-def _is_from(daemon: str, reply: zenoh.Reply) -> bool:
-    """Whether a reply is from the daemon, or from Zenoh in this process because of the timeout."""
-    replier = reply.replier_id
-    if replier is not None:
-        return str(replier.zid) == daemon
-    error = reply.err
-    return error is not None and _STATUS not in str(error.encoding) and b"Timeout" in error.payload.to_bytes()
-
-
-def _refused(payload: bytes) -> SimdError:
+def refused(payload: bytes) -> SimdError:
+    """The exception of a refusal, which is a `google.rpc.Status`."""
     status = Status()
     try:
         status.ParseFromString(payload)
     except DecodeError as error:
-        return SimdError(f"the daemon's answer cannot be understood: it is no {_STATUS} ({error})")
+        return SimdError(f"the daemon's answer cannot be understood: it is no {STATUS} ({error})")
     info, bad = ErrorInfo(), BadRequest()
     for detail in status.details:
         kind = detail.type_url.rsplit("/", 1)[-1]

@@ -1,4 +1,4 @@
-"""Opens the Zenoh session to a daemon, and chooses the daemon."""
+"""Opens the way to a daemon: a Zenoh session, for which it chooses the daemon, or a world in this process."""
 
 from __future__ import annotations
 
@@ -12,18 +12,23 @@ import zenoh
 
 from simd_client import tls
 from simd_client.daemons import Daemons, several
+from simd_client.embedded_link import open_embedded
 from simd_client.endpoint import DEFAULT_NAME, Endpoint
 from simd_client.errors import EndpointError, Unavailable
-from simd_client.link import MAX_ANSWER_BYTES, Link
+from simd_client.link import Link
+from simd_client.zenoh_link import MAX_ANSWER_BYTES, ZenohLink
 
 ZenohConfig = str | os.PathLike[str] | Mapping[str, object]
-"""Settings for Zenoh beside ours: a JSON5 file, or values by dotted or slashed names."""
+"""Settings for Zenoh beside ours: a JSON5 file, or values by dotted or slashed names. For a world in this process: its
+configuration, as the file of a daemon (TOML) or values by dotted names."""
 
 
 def open_link(
     endpoint: Endpoint, connect_timeout: float, config: ZenohConfig | None = None, token: str | None = None
 ) -> Link:
-    """Opens a session and chooses the daemon."""
+    """Opens a session and chooses the daemon, or opens a world."""
+    if endpoint.is_embedded:
+        return open_embedded(endpoint, config)
     settings = _settings(endpoint, connect_timeout, config)
     tls.check_files(endpoint, settings)
     try:
@@ -45,7 +50,7 @@ def open_link(
     except BaseException:
         session.close()  # pyright: ignore[reportUnknownMemberType]
         raise
-    return Link(session, endpoint, name, daemons, token)
+    return ZenohLink(session, endpoint, name, daemons, token)
 
 
 def _choose(endpoint: Endpoint, there: list[str]) -> str:

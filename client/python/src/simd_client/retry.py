@@ -38,6 +38,8 @@ class RequestIds:
     def identified(self, method: Method[Any, Any], request: Any) -> Sent | None:
         """The request with an id: its own, or a new one. `None` where its message has no room for one, and for the calls
         of loops: targets may be set twice, and of few steps the stamp tells whether they were done."""
+        if _is_of_loop(request) and not request.request_id:
+            return None
         if not isinstance(request, Message):
             return None
         field = request.DESCRIPTOR.fields_by_name.get(FIELD)
@@ -46,12 +48,15 @@ class RequestIds:
         given: str = getattr(request, FIELD)
         if given:
             return Sent(method, request.SerializeToString(), given)
-        if isinstance(request, proto.SetJointTargetsRequest):
-            return None
-        if isinstance(request, proto.StepSimulationRequest) and request.steps < LOOP_STEPS:
-            return None
         payload = request.SerializeToString()
         name = f"{self._prefix}-{next(self._count)}"
         # A field that follows the others is read as if it stood among them, and the caller's message stays as it is.
         # Numbers of fields below 16 have a tag of one byte, lengths below 128 one byte.
         return Sent(method, payload + bytes((field.number << 3 | 2, len(name))) + name.encode(), name)
+
+
+def _is_of_loop(request: Any) -> bool:
+    """Whether a call is one of a loop."""
+    if isinstance(request, proto.StepSimulationRequest):
+        return request.steps < LOOP_STEPS
+    return isinstance(request, proto.SetJointTargetsRequest)

@@ -11,12 +11,24 @@ from typing import Any
 import pytest
 
 import simd_client.pybullet as pybullet
+from simd_client import embedded_link
 from simd_client.pybullet import daemon_process
 from simd_client.pybullet.daemon_process import DaemonProcess
 
 REPOSITORY = Path(__file__).resolve().parents[4]
 BENCH_ARM = REPOSITORY / "tests/assets/Bench_Arm-1.2 rev B/urdf/Bench_Arm-1.2 rev B.urdf"
 SEVEN_ARM = REPOSITORY / "tests/assets/seven_arm/urdf/seven_arm.urdf"
+
+
+# What holds over one holds over both.
+WAYS = [
+    pytest.param("--new", id="daemon"),
+    pytest.param(
+        "--embedded",
+        id="embedded",
+        marks=pytest.mark.skipif(not embedded_link.is_installed(), reason="simd-embedded is not installed"),
+    ),
+]
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -35,10 +47,10 @@ def nothing_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("SIMD_ENDPOINT", raising=False)
 
 
-@pytest.fixture
-def script() -> Iterator[ModuleType]:
-    """The module, connected as number 0 to a daemon of its own."""
-    assert pybullet.connect(pybullet.DIRECT, options="--new") == 0
+@pytest.fixture(params=WAYS)
+def script(request: pytest.FixtureRequest) -> Iterator[ModuleType]:
+    """The module, connected as number 0 to a daemon of its own, and to a world in this process."""
+    assert pybullet.connect(pybullet.DIRECT, options=request.param) == 0
     yield pybullet
     for number in range(8):
         if pybullet.isConnected(number):

@@ -12,6 +12,7 @@ import pytest
 
 import simd_client
 import simd_client.pybullet as p
+from simd_client import embedded_link
 from simd_client.pybullet import daemon_process
 from simd_client.pybullet.connections import connected
 from simd_client.pybullet.daemon_process import DaemonProcess
@@ -52,6 +53,17 @@ def test_robots_stay_in_a_daemon_that_was_running_and_sliders_go(daemon: DaemonP
         p.disconnect()
         assert list(other.robots) == ["bench_arm"]
         assert list(other.parameters.all()) == []
+
+
+@pytest.mark.skipif(not embedded_link.is_installed(), reason="simd-embedded is not installed")
+def test_direct_is_a_world_in_this_process_unless_a_daemon_is_named(daemon: DaemonProcess) -> None:
+    number = p.connect(p.DIRECT)
+    assert connected(number).wire.is_embedded
+    assert p.isConnected(number) == 1
+    other = p.connect(p.DIRECT, endpoint=daemon.endpoint)
+    assert not connected(other).wire.is_embedded
+    p.disconnect(number)
+    assert p.isConnected(number) == 0
 
 
 def test_a_daemon_that_was_started_ends_with_its_script() -> None:

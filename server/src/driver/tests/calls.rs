@@ -94,3 +94,14 @@ fn a_full_mailbox_does_not_keep_the_driver_from_ending() {
     assert!(answers[0].try_recv().is_err(), "the others are dropped");
     assert!(matches!(bench.link.mailbox.end(), CallError::ShuttingDown));
 }
+
+#[test]
+fn a_driver_that_looks_for_calls_takes_one_that_wakes_nothing() {
+    let config = Config { state: RunState::Paused, spin_us: u32::MAX, ..Config::default() };
+    let (mut driver, link) = build(Toy::default(), config);
+    let driver = std::thread::spawn(move || driver.turn().is_continue());
+    let (reply, answer) = oneshot::channel();
+    link.mailbox.put(Event::Command { command: nothing(), claim: None, sender: None, reply }).unwrap();
+    assert!(answer.blocking_recv().unwrap().is_ok());
+    assert!(driver.join().unwrap());
+}

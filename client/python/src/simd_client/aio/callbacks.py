@@ -84,7 +84,7 @@ class Callbacks(Generic[Item]):
                 if self._background.is_stopped:
                     return
         except Exception as error:
-            if self._background.is_stopped or (isinstance(error, SimdError) and self._link.session.is_closed()):
+            if self._background.is_stopped or (isinstance(error, SimdError) and self._link.is_closed):
                 return
             self._error = error
             raise

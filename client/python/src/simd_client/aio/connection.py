@@ -59,7 +59,7 @@ class Connection:
 
     @property
     def link(self) -> Link:
-        """The Zenoh session."""
+        """What carries the calls."""
         return self._link
 
     @property

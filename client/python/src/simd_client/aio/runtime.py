@@ -9,9 +9,7 @@ from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 from inspect import isawaitable
 from typing import TypeVar
 
-import zenoh
-
-from simd_client.link import MOST_REPLIES, AnyMethod, Link
+from simd_client.link import MOST_REPLIES, Answer, AnyMethod, Link
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -20,13 +18,13 @@ Result = TypeVar("Result")
 async def query(link: Link, method: AnyMethod, payload: bytes, timeout: float) -> bytes:
     """Sends a request and waits for its reply. Returns the reply's bytes."""
     loop = asyncio.get_running_loop()
-    settled: asyncio.Future[zenoh.Reply | None] = loop.create_future()
+    settled: asyncio.Future[Answer | None] = loop.create_future()
 
-    def settle(reply: zenoh.Reply | None) -> None:
+    def settle(reply: Answer | None) -> None:
         if not settled.done():
             settled.set_result(reply)
 
-    def arrived(reply: zenoh.Reply) -> None:
+    def arrived(reply: Answer) -> None:
         _soon(loop, lambda: settle(reply))
 
     def ended() -> None:
@@ -51,14 +49,14 @@ async def replies(link: Link, method: AnyMethod, payload: bytes, seconds: float)
     """Sends the request of a stream and waits for each of its replies. Of more than 256 that wait for the reader the
     newest are kept."""
     loop = asyncio.get_running_loop()
-    waiting: deque[zenoh.Reply | None] = deque(maxlen=MOST_REPLIES)
+    waiting: deque[Answer | None] = deque(maxlen=MOST_REPLIES)
     has_some = asyncio.Event()
 
-    def keep(reply: zenoh.Reply | None) -> None:
+    def keep(reply: Answer | None) -> None:
         waiting.append(reply)
         has_some.set()
 
-    def arrived(reply: zenoh.Reply) -> None:
+    def arrived(reply: Answer) -> None:
         _soon(loop, lambda: keep(reply))
 
     link.start(method, payload, seconds, arrived, lambda: _soon(loop, lambda: keep(None)), is_stream=True)
@@ -91,9 +89,8 @@ class LatestSample:
         self._payload: bytes | None = None
         self._arrived = asyncio.Event()
 
-    def put(self, sample: zenoh.Sample) -> None:
-        """Called on a thread of Zenoh's. Wakes the loop once, however many arrive before it looks."""
-        payload = sample.payload.to_bytes()
+    def put(self, key: str, payload: bytes) -> None:
+        """Called on a thread of the link's. Wakes the loop once, however many arrive before it looks."""
         with self._lock:
             was_empty = self._payload is None
             self._payload = payload
@@ -169,7 +166,7 @@ class Background:
 
 
 def _soon(loop: asyncio.AbstractEventLoop, do: Callable[[], None]) -> None:
-    """Does something on the loop, from a thread of Zenoh's; nothing if the loop is closed."""
+    """Does something on the loop, from a thread of the link's; nothing if the loop is closed."""
     try:
         loop.call_soon_threadsafe(do)
     except RuntimeError:

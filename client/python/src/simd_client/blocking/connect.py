@@ -17,7 +17,8 @@ def connect(
     token: str | None = None,
 ) -> Simulation:
     """Connects to the daemon at `endpoint`: `tcp/HOST:PORT`, with `#NAME` or `name` if several daemons are reached
-    through it. The default is `$SIMD_ENDPOINT`, else `tcp/127.0.0.1:7447`.
+    through it. The default is `$SIMD_ENDPOINT`, else `tcp/127.0.0.1:7447`. `embedded` opens a world in this process, with the
+    wheel `simd-embedded`; `config` is its configuration then, as that of a daemon: values by dotted names, or its file.
 
     `timeout` is how long each call waits for its answer, in seconds. `config` has settings for Zenoh itself, such as
     certificates: values by name, or the path of a JSON5 file. `token` is for a daemon that asks for one; the default is

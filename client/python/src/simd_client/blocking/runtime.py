@@ -9,10 +9,8 @@ from functools import partial
 from time import sleep
 from typing import TypeVar
 
-import zenoh
-
 from simd_client.errors import SimdError
-from simd_client.link import MOST_REPLIES, AnyMethod, Link
+from simd_client.link import MOST_REPLIES, Answer, AnyMethod, Link
 
 __all__ = ["Background", "LatestSample", "in_thread", "queries", "query", "replies", "sleep"]
 
@@ -29,7 +27,7 @@ def queries(
     link: Link, requests: Sequence[tuple[AnyMethod, bytes]], timeout: float
 ) -> list[bytes | BaseException]:
     """Sends several requests at once and waits for all replies: the bytes of each, or why there are none."""
-    arrived: dict[int, zenoh.Reply] = {}
+    arrived: dict[int, Answer] = {}
     ended: list[None] = []
     has_ended = threading.Condition()
 
@@ -55,10 +53,10 @@ def queries(
 def replies(link: Link, method: AnyMethod, payload: bytes, seconds: float) -> Iterator[bytes]:
     """Sends the request of a stream and waits for each of its replies. Of more than 256 that wait for the reader the
     newest are kept."""
-    waiting: deque[zenoh.Reply | None] = deque(maxlen=MOST_REPLIES)
+    waiting: deque[Answer | None] = deque(maxlen=MOST_REPLIES)
     has_some = threading.Condition()
 
-    def keep(reply: zenoh.Reply | None) -> None:
+    def keep(reply: Answer | None) -> None:
         with has_some:
             waiting.append(reply)
             has_some.notify()
@@ -86,9 +84,8 @@ class LatestSample:
         self._is_closed = False
         self._arrived = threading.Condition()
 
-    def put(self, sample: zenoh.Sample) -> None:
-        """Called on a thread of Zenoh's."""
-        payload = sample.payload.to_bytes()
+    def put(self, key: str, payload: bytes) -> None:
+        """Called on a thread of the link's."""
         with self._arrived:
             self._payload = payload
             self._arrived.notify()

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import atexit
+import os
 import shlex
 import sys
 from typing import Any
 
-from simd_client import tls
+from simd_client import embedded_link, tls
+from simd_client.endpoint import ENVIRONMENT
 
 from . import constants, daemon_process, page
 from .daemon_process import DaemonProcess
@@ -76,9 +78,10 @@ def connect(
     """Connects to a running daemon, or starts one. Returns the number of the connection.
 
     Where: `endpoint`, else `--endpoint=LOCATOR` in `options`, else the host and port of
-    TCP and UDP, else $SIMD_ENDPOINT; it is an error if that daemon does not answer. Else the
+    TCP and UDP, else $SIMD_ENDPOINT; it is an error if that daemon does not answer. Else, with DIRECT and where the wheel
+    `simd-embedded` is installed, a world in this process. Else the
     daemon at the default locator; if there is none, a new one is started, which ends with
-    the connection. `--new` in `options` always starts one. `--remove-robots` removes the script's robots
+    the connection. `--new` in `options` always starts one, `--embedded` always opens a world in this process. `--remove-robots` removes the script's robots
     at the end of the connection, also from a daemon that was running. `--tls-ca=FILE`, `--tls-cert=FILE` and
     `--tls-key=FILE` are for an endpoint tls/HOST:PORT: the authority that signed the daemon's certificate, and
     a certificate of the script.
@@ -99,7 +102,11 @@ def connect(
     number = next(free for free in range(len(_worlds) + 1) if free not in _worlds)
     child: DaemonProcess | None = None
     wire: Wire | None = None
-    if not new:
+    is_named = bool(named or default_endpoint or os.environ.get(ENVIRONMENT))
+    is_direct = method == constants.DIRECT and not new and not is_named and embedded_link.is_installed()
+    if "--embedded" in words or is_direct:
+        wire = Wire.embedded()
+    elif not new:
         try:
             wire = Wire.open(named or default_endpoint, {**default_certificates, **own})
         except NoDaemon as missing:
@@ -108,7 +115,7 @@ def connect(
     if wire is None:
         child = daemon_process.start()
         wire = Wire.open(child.endpoint)
-    world = World(wire, method, Sliders(wire), child is not None)
+    world = World(wire, method, Sliders(wire), child is not None or wire.is_embedded)
     world.removes_robots = always_remove or "--remove-robots" in words
     try:
         world.begin()

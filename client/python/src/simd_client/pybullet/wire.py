@@ -9,15 +9,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import zenoh
-
 from simd_client import keys
 from simd_client.blocking.connection import Connection
 from simd_client.blocking.upload import fetch_file, upload_files
 from simd_client.description_files import PART_BYTES, DescriptionFiles
-from simd_client.endpoint import DEFAULT_ENDPOINT, ENVIRONMENT, read_endpoint
+from simd_client.embedded_link import open_embedded
+from simd_client.endpoint import DEFAULT_ENDPOINT, EMBEDDED, ENVIRONMENT, read_endpoint
 from simd_client.errors import EndpointError, SimdError, Unavailable
-from simd_client.link import Link
+from simd_client.link import Link, Subscription
 from simd_client.open_link import open_link
 from simd_client.method import Method, Reply, Request
 from simd_client.proto import (
@@ -80,12 +79,12 @@ class Spawn:
 
 class Wire:
     """A connection to one daemon. Calls are made by the script's thread; copies of what the daemon
-    publishes are updated by Zenoh's."""
+    publishes are updated by the link's."""
 
     def __init__(self, link: Link) -> None:
         self._link = link
         self._connection = Connection(link, _TIMEOUT)
-        self._subscribers: list[zenoh.Subscriber[None]] = []
+        self._subscribers: list[Subscription] = []
         self._parameters: ParameterList | None = None
         self._parameters_until = 0.0
         # Is called before each call, for what the script has asked for and that was not sent yet.
@@ -114,6 +113,18 @@ class Wire:
         except (EndpointError, SimdError) as problem:
             raise error(str(problem)) from None
 
+    @staticmethod
+    def embedded() -> Wire:
+        """Opens a world in this process, paused.
+
+        Raises:
+            error: if the wheel `simd-embedded` is not installed.
+        """
+        try:
+            return Wire(open_embedded(read_endpoint(EMBEDDED), {"paused": True}))
+        except SimdError as problem:
+            raise error(str(problem)) from None
+
     def set_timeout(self, timeout: float) -> None:
         """Sets how long calls wait for their answer, in wall seconds."""
         self._connection = Connection(self._link, timeout)
@@ -124,6 +135,11 @@ class Wire:
         return f"{self._link.endpoint.locator}#{self._link.name}"
 
     @property
+    def is_embedded(self) -> bool:
+        """Whether the world is in this process."""
+        return self._link.endpoint.is_embedded
+
+    @property
     def page(self) -> str | None:
         """The address of the daemon's page, if this daemon is the one that has it."""
         protocol, _, address = self._link.endpoint.locator.partition("/")
@@ -132,7 +148,7 @@ class Wire:
 
     def alive(self) -> bool:
         """Whether the session is open."""
-        return not self._link.session.is_closed()
+        return not self._link.is_closed
 
     def close(self) -> None:
         """Closes the session."""
@@ -260,17 +276,17 @@ class Wire:
         payload = self._states_bytes.pop(robot, None)
         return None if payload is None else JointStates.FromString(payload)
 
-    def _subscribe(self, key: str, take: Callable[[zenoh.Sample], None]) -> None:
+    def _subscribe(self, key: str, take: Callable[[str, bytes], None]) -> None:
         try:
             self._subscribers.append(self._link.subscribe(key, take))
         except SimdError as problem:
             raise error(str(problem)) from None
 
-    def _take_parameters(self, sample: zenoh.Sample) -> None:
-        self._parameters_bytes = sample.payload.to_bytes()
+    def _take_parameters(self, key: str, payload: bytes) -> None:
+        self._parameters_bytes = payload
 
-    def _take_states(self, sample: zenoh.Sample) -> None:
-        self._states_bytes[str(sample.key_expr).rsplit("/", 1)[-1]] = sample.payload.to_bytes()
+    def _take_states(self, key: str, payload: bytes) -> None:
+        self._states_bytes[key.rsplit("/", 1)[-1]] = payload
 
 
 def _time_limit(request: object) -> float:

@@ -1,0 +1,177 @@
+//! The Python module `simd_embedded`: a world within a Python program. Calls are a method's name and the bytes of its
+//! request; `simd_client` has the messages, and everything that people use.
+//!
+//! No function holds Python's lock while it waits or steps. Threads of Rust never call Python: what was begun is heard of
+//! by a thread of Python's, which asks for it, so that nothing of ours is in the way when the interpreter ends.
+
+use std::ffi::OsString;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use bytes::Bytes;
+use pyo3::create_exception;
+use pyo3::exceptions::{PyException, PyOSError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyList};
+use simd_server::config::{Config, ConfigError};
+use simd_server::embedded::{Embedded, Notice, Topic, What};
+
+create_exception!(
+    simd_embedded,
+    Refused,
+    PyException,
+    "A call was refused. Its one argument is a google.rpc.Status, as bytes."
+);
+
+/// The longest time limit, in seconds: a year.
+const LONGEST: f64 = 365.0 * 24.0 * 3600.0;
+
+/// A world, and the services that a daemon has for it. May be used from several threads.
+#[pyclass(frozen, module = "simd_embedded")]
+struct World {
+    /// `None` once it is closed.
+    embedded: Mutex<Option<Arc<Embedded>>>,
+    name: String,
+}
+
+#[pymethods]
+impl World {
+    /// Opens a world. `arguments` are flags of the program `simd`, such as `--paused` and `--set service.robots=50`; what
+    /// they say of addresses, TLS and tokens is not used. `version` is that of the schema which the caller speaks, as
+    /// MAJOR.MINOR, and `client` the caller's name.
+    ///
+    /// Raises `ValueError` for a mistake in the arguments, `OSError` where a file is not as they say.
+    #[new]
+    fn new(py: Python<'_>, arguments: Vec<OsString>, version: &str, client: &str) -> PyResult<Self> {
+        let words = std::iter::once(OsString::from("simd")).chain(arguments);
+        let config = Config::from_args(words).map_err(|error| match error {
+            ConfigError::Usage(sentence)
+            | ConfigError::File(sentence)
+            | ConfigError::HelpOrVersion(sentence) => PyValueError::new_err(sentence),
+        })?;
+        let name = config.name.clone();
+        let started = py.detach(|| Embedded::start(config, version, client));
+        let embedded = started.map_err(|error| PyOSError::new_err(error.to_string()))?;
+        Ok(Self { embedded: Mutex::new(Some(Arc::new(embedded))), name })
+    }
+
+    /// The world's name, as a daemon has one.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Whether `close` was called.
+    #[getter]
+    fn is_closed(&self) -> bool {
+        self.embedded.lock().unwrap_or_else(PoisonError::into_inner).is_none()
+    }
+
+    /// Makes a call of `SERVICE/METHOD` with the bytes of its request, and returns those of its answer, within
+    /// `time_limit` seconds. Raises `Refused`. A signal, such as that of Ctrl-C, is looked for while it waits.
+    fn call<'py>(
+        &self,
+        py: Python<'py>,
+        method: &str,
+        request: &[u8],
+        time_limit: f64,
+    ) -> PyResult<Bound<'py, PyBytes>> {
+        let (embedded, time_limit) = (self.open()?, seconds(time_limit)?);
+        let request = Bytes::copy_from_slice(request);
+        let mut signal = None;
+        let answer = py.detach(|| {
+            embedded.call(method, request, time_limit, || {
+                signal = Python::attach(|py| py.check_signals()).err();
+                signal.is_none()
+            })
+        });
+        match (answer, signal) {
+            (_, Some(signal)) => Err(signal),
+            (Ok(answer), None) => Ok(PyBytes::new(py, &answer)),
+            (Err(status), None) => Err(refused(py, &embedded.refusal(&status))),
+        }
+    }
+
+    /// Begins a call; returns its ticket. `hear` tells what becomes of it. Raises `Refused` where too many are under way.
+    fn begin(&self, py: Python<'_>, method: &str, request: &[u8], time_limit: f64) -> PyResult<u64> {
+        let (embedded, time_limit) = (self.open()?, seconds(time_limit)?);
+        let request = Bytes::copy_from_slice(request);
+        let begun = py.detach(|| embedded.begin(method, request, time_limit));
+        begun.map_err(|status| refused(py, &embedded.refusal(&status)))
+    }
+
+    /// Subscribes to what is published under a key, which is that of Zenoh; returns its ticket. Raises `ValueError` where
+    /// nothing is published under it.
+    fn subscribe(&self, py: Python<'_>, key: &str) -> PyResult<u64> {
+        let topic = Topic::parse(key)
+            .ok_or_else(|| PyValueError::new_err(format!("nothing is published under `{key}`")))?;
+        let embedded = self.open()?;
+        embedded.subscribe(topic).map_err(|status| refused(py, &embedded.refusal(&status)))
+    }
+
+    /// Ends what has this ticket.
+    fn end(&self, ticket: u64) {
+        if let Ok(embedded) = self.open() {
+            embedded.end(ticket);
+        }
+    }
+
+    /// Waits for news at most `time_limit` seconds: a list of (ticket, kind, key, payload), where kind is `answer`,
+    /// `refused`, `ended` or `published`. `None` once the world is closed. One thread hears at a time.
+    fn hear<'py>(&self, py: Python<'py>, time_limit: f64) -> PyResult<Option<Bound<'py, PyList>>> {
+        let Ok(embedded) = self.open() else { return Ok(None) };
+        let time_limit = seconds(time_limit)?;
+        let Some(notices) = py.detach(move || embedded.hear(time_limit)) else { return Ok(None) };
+        let told = notices.into_iter().map(|Notice { ticket, what }| match what {
+            What::Answer(bytes) => (ticket, "answer", String::new(), PyBytes::new(py, &bytes)),
+            What::Refused(status) => (ticket, "refused", String::new(), PyBytes::new(py, &status)),
+            What::Ended => (ticket, "ended", String::new(), PyBytes::new(py, &[])),
+            What::Published { key, payload } => (ticket, "published", key, PyBytes::new(py, &payload)),
+        });
+        PyList::new(py, told.collect::<Vec<_>>()).map(Some)
+    }
+
+    /// Ends the world. Calls that wait are refused.
+    fn close(&self, py: Python<'_>) {
+        let taken = self.embedded.lock().unwrap_or_else(PoisonError::into_inner).take();
+        if let Some(embedded) = taken {
+            py.detach(move || {
+                embedded.close();
+                drop(embedded);
+            });
+        }
+    }
+}
+
+impl World {
+    fn open(&self) -> PyResult<Arc<Embedded>> {
+        let embedded = self.embedded.lock().unwrap_or_else(PoisonError::into_inner);
+        embedded.clone().ok_or_else(|| PyValueError::new_err("the world is closed"))
+    }
+}
+
+fn seconds(time_limit: f64) -> PyResult<Duration> {
+    let within = if time_limit > LONGEST { LONGEST } else { time_limit };
+    Duration::try_from_secs_f64(within)
+        .map_err(|_| PyValueError::new_err(format!("{time_limit} is no number of seconds to wait")))
+}
+
+fn refused(py: Python<'_>, status: &[u8]) -> PyErr {
+    Refused::new_err(PyBytes::new(py, status).unbind())
+}
+
+/// A world of simd in this program: what `simd_client.connect("embedded")` uses.
+#[pymodule]
+mod simd_embedded {
+    use pyo3::prelude::*;
+
+    #[pymodule_export]
+    use super::Refused;
+    #[pymodule_export]
+    use super::World;
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}

@@ -1,0 +1,312 @@
+"""A world in this process: the link that the wheel `simd-embedded` makes."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import os
+import threading
+import weakref
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol, cast
+
+from simd_client.endpoint import Endpoint, is_name
+from simd_client.errors import DeadlineExceeded, EndpointError, SimdError, Unavailable
+from simd_client.link import Answer, AnyMethod, Link, Subscription, program, refused
+from simd_client.version import API_VERSION
+
+MODULE = "simd_embedded"
+"""The extension module."""
+
+_DEADLINE_EXCEEDED = "DEADLINE_EXCEEDED"
+_TARGETS = "JointService/SetJointTargets"
+# Wall seconds that targets without an answer wait for the world.
+_TARGETS_SECONDS = 1.0
+# Wall seconds after which the thread that hears looks whether its link is still there.
+_LOOK = 1.0
+
+
+class World(Protocol):
+    """What the extension module gives: see `client/embedded/src/lib.rs`."""
+
+    @property
+    def name(self) -> str:
+        """As a daemon has one."""
+        ...
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether it was closed."""
+        ...
+
+    def call(self, method: str, request: bytes, time_limit: float) -> bytes:
+        """Makes a call and waits for its answer."""
+        ...
+
+    def begin(self, method: str, request: bytes, time_limit: float) -> int:
+        """Begins a call; returns its ticket."""
+        ...
+
+    def subscribe(self, key: str) -> int:
+        """Subscribes to what is published under a key; returns its ticket."""
+        ...
+
+    def end(self, ticket: int) -> None:
+        """Ends a subscription."""
+        ...
+
+    def hear(self, time_limit: float) -> list[tuple[int, str, str, bytes]] | None:
+        """Waits for news: ticket, kind, key, payload. `None` once it is closed."""
+        ...
+
+    def close(self) -> None:
+        """Ends the world."""
+        ...
+
+
+def is_installed() -> bool:
+    """Whether this interpreter has the extension module."""
+    return importlib.util.find_spec(MODULE) is not None
+
+
+def open_embedded(
+    endpoint: Endpoint, config: str | os.PathLike[str] | Mapping[str, object] | None
+) -> EmbeddedLink:
+    """Opens a world in this process. `config` is the configuration of a daemon: its file, or values by dotted names.
+
+    Raises `Unavailable` if the wheel is not installed, `EndpointError` for what is wrong with the configuration.
+    """
+    try:
+        module: Any = importlib.import_module(MODULE)
+    except ImportError as error:
+        raise Unavailable(
+            f"there is no world in this process ({error}): install the wheel `simd-embedded`, or start a daemon with `simd` "
+            "and connect to that"
+        ) from error
+    version = f"{API_VERSION[0]}.{API_VERSION[1]}"
+    try:
+        world = cast(World, module.World(_arguments(endpoint, config), version, program()))
+    except (ValueError, OSError) as error:
+        raise EndpointError(f"the world in this process cannot be opened: {error}") from error
+    return EmbeddedLink(world, cast("type[Exception]", module.Refused), endpoint)
+
+
+def _arguments(
+    endpoint: Endpoint, config: str | os.PathLike[str] | Mapping[str, object] | None
+) -> list[str]:
+    """Flags of the program `simd` that say the same."""
+    arguments: list[str] = []
+    if isinstance(config, Mapping):
+        arguments += [f"--set={name}={_value(value)}" for name, value in config.items()]
+    elif config is not None:
+        arguments.append(f"--config={os.fspath(config)}")
+    if endpoint.name is not None and is_name(endpoint.name):
+        arguments.append(f"--name={endpoint.name}")
+    return arguments
+
+
+def _value(value: object) -> str:
+    """A value as flags have it."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, os.PathLike):
+        return os.fspath(cast("os.PathLike[str]", value))
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return ",".join(_value(each) for each in cast("Sequence[object]", value))
+    return str(value)
+
+
+@dataclass(frozen=True)
+class _Begun:
+    """What is called with the news of a ticket."""
+
+    arrived: Callable[[Answer], None]
+    ended: Callable[[], None]
+    take: Callable[[str, bytes], None] | None = None
+
+
+class EmbeddedLink(Link):
+    """A world in this process. Calls are made on the caller's thread; what was begun is heard of by one of the link's."""
+
+    def __init__(self, world: World, refusal: type[Exception], endpoint: Endpoint) -> None:
+        super().__init__(endpoint, world.name)
+        self._world = world
+        self._refusal = refusal
+        # Held while something is begun, so that its news is not heard before it is known.
+        self._lock = threading.Lock()
+        self._begun: dict[int, _Begun] = {}
+        self._hearing: _Hearing | None = None
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether the world has ended."""
+        return self._world.is_closed
+
+    def close(self) -> None:
+        """Ends the world."""
+        super().close()
+        if not self._is_forked:
+            self._world.close()
+
+    def query(self, method: AnyMethod, payload: bytes, timeout: float) -> bytes:
+        """Makes a call on this thread."""
+        if self._is_forked:
+            self._check_process()
+        try:
+            return self._world.call(method.key, payload, timeout)
+        except self._refusal as error:
+            raise _exception(error) from None
+        except ValueError:
+            raise self.unavailable() from None
+
+    def start(
+        self,
+        method: AnyMethod,
+        payload: bytes,
+        timeout: float,
+        arrived: Callable[[Answer], None],
+        ended: Callable[[], None],
+        *,
+        is_stream: bool = False,
+    ) -> None:
+        """Begins a call."""
+        self._check_process()
+        try:
+            self._begin(_Begun(arrived, ended), lambda: self._world.begin(method.key, payload, timeout))
+        except self._refusal as error:
+            arrived(_exception(error))
+            ended()
+
+    def subscribe(self, key: str, take: Callable[[str, bytes], None]) -> Subscription:
+        """Calls `take` with each publication."""
+        self._check_process()
+        begun = _Begun(lambda answer: None, lambda: None, take)
+        try:
+            return _Subscribed(self, self._begin(begun, lambda: self._world.subscribe(key)))
+        except self._refusal as error:
+            raise _exception(error) from None
+
+    def _begin(self, begun: _Begun, begin: Callable[[], int]) -> int:
+        with self._lock:
+            try:
+                ticket = begin()
+            except ValueError:
+                raise self.unavailable() from None
+            self._begun[ticket] = begun
+            if self._hearing is None:
+                self._hearing = _Hearing(self, self._world)
+                self.threads.add(self._hearing)
+                self._hearing.start()
+        return ticket
+
+    def end(self, ticket: int) -> None:
+        """Ends a subscription."""
+        with self._lock:
+            self._begun.pop(ticket, None)
+        if not self._is_forked:
+            self._world.end(ticket)
+
+    def heard(self, ticket: int, kind: str, key: str, payload: bytes) -> None:
+        """Takes news, on the thread that hears."""
+        with self._lock:
+            begun = self._begun.pop(ticket, None) if kind == "ended" else self._begun.get(ticket)
+        if begun is None:
+            return
+        if kind == "published":
+            if begun.take is not None:
+                begun.take(key, payload)
+        elif kind == "answer":
+            begun.arrived(payload)
+        elif kind == "refused":
+            begun.arrived(_from_status(payload))
+        else:
+            begun.ended()
+
+    def deafened(self) -> None:
+        """Nothing more is heard: all that was begun has ended."""
+        with self._lock:
+            begun, self._begun = list(self._begun.values()), {}
+        for each in begun:
+            each.ended()
+
+    def publish_targets(self, payload: bytes) -> None:
+        """Sends targets. A refusal is not reported."""
+        self._check_process()
+        try:
+            self._world.call(_TARGETS, payload, _TARGETS_SECONDS)
+        except self._refusal:
+            pass
+        except ValueError:
+            raise self.unavailable() from None
+
+    def unavailable(self) -> Unavailable:
+        """The exception for a call to a world that has ended."""
+        return Unavailable("the connection to the world in this process is closed")
+
+
+class _Subscribed:
+    """A subscription, which ends when it is no longer held."""
+
+    def __init__(self, link: EmbeddedLink, ticket: int) -> None:
+        self._link = link
+        self._ticket: int | None = ticket
+
+    def undeclare(self) -> None:
+        """Ends it."""
+        ticket, self._ticket = self._ticket, None
+        if ticket is not None:
+            self._link.end(ticket)
+
+    def __del__(self) -> None:
+        self.undeclare()
+
+
+class _Hearing:
+    """The thread that hears. It does not keep the program from ending, and ends where its link is no longer held."""
+
+    def __init__(self, link: EmbeddedLink, world: World) -> None:
+        self._link = weakref.ref(link)
+        self._world = world
+        self._is_ending = False
+        self._thread = threading.Thread(target=self._run, name="simd_client link", daemon=True)
+
+    def start(self) -> None:
+        """Begins."""
+        self._thread.start()
+
+    def end(self) -> None:
+        """It ends when the world is closed, which comes next."""
+        self._is_ending = True
+
+    def wait(self, timeout: float | None) -> bool:
+        """Waits until it has ended."""
+        if self._thread is not threading.current_thread():
+            self._thread.join(timeout)
+        return not self._thread.is_alive()
+
+    def _run(self) -> None:
+        while not self._is_ending:
+            news = self._world.hear(_LOOK)
+            link = self._link()
+            if link is None:
+                return
+            if news is None:
+                break
+            for ticket, kind, key, payload in news:
+                link.heard(ticket, kind, key, payload)
+            del link
+        link = self._link()
+        if link is not None:
+            link.deafened()
+
+
+def _exception(error: Exception) -> SimdError:
+    return _from_status(cast(bytes, error.args[0]))
+
+
+def _from_status(payload: bytes) -> SimdError:
+    refusal = refused(payload)
+    if refusal.code == _DEADLINE_EXCEEDED and not refusal.reason:
+        return DeadlineExceeded(str(refusal))
+    return refusal

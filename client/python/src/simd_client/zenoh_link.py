@@ -1,0 +1,262 @@
+"""The Zenoh session to one daemon: a link that sends queries."""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Callable
+from typing import Any, TypeVar, cast
+
+import zenoh
+
+from simd_client import keys
+from simd_client.daemons import Daemons, several
+from simd_client.endpoint import Endpoint
+from simd_client.errors import DeadlineExceeded, EndpointError, SimdError, Unavailable
+from simd_client.link import STATUS, Answer, AnyMethod, Link, Subscription, program, refused
+from simd_client.proof import Counter, sealed
+from simd_client.proto import SetJointTargetsRequest, methods
+from simd_client.version import API_VERSION
+
+Result = TypeVar("Result")
+
+MAX_ANSWER_BYTES = 64 * 1024 * 1024
+"""Larger messages are refused, so that a faulty daemon cannot fill the client's memory."""
+
+TOKEN_ENVIRONMENT = "SIMD_TOKEN"
+"""The environment variable with the token, unless the program gives one."""
+
+
+def _attachment(token: str | None) -> str:
+    """What goes with each message: the version, who this is, and the token if there is one."""
+    lines = [f"simd-api-version: {API_VERSION[0]}.{API_VERSION[1]}", f"simd-client: {program()}"]
+    token = token or os.environ.get(TOKEN_ENVIRONMENT)
+    if token:
+        if not (token.isascii() and token.isprintable()):
+            raise ValueError("the token has characters that no token has")
+        lines.append(f"authorization: Bearer {token}")
+    return "\n".join(lines)
+
+
+class ZenohLink(Link):
+    """A Zenoh session and the name of the daemon."""
+
+    def __init__(
+        self,
+        session: zenoh.Session,
+        endpoint: Endpoint,
+        name: str,
+        daemons: Daemons,
+        token: str | None = None,
+    ) -> None:
+        super().__init__(endpoint, name)
+        self.session = session
+        self._attachment = _attachment(token)
+        self._daemons = daemons
+        self._counter = Counter()
+        self._publisher: zenoh.Publisher | None = None
+        self._token: zenoh.LivelinessToken | None = None
+        self._routes: dict[str, tuple[zenoh.KeyExpr, dict[str, Any]]] = {}
+        self._lock = threading.Lock()
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether the session is closed."""
+        return self.session.is_closed()
+
+    def close(self) -> None:
+        """Closes the session, and everything that was declared on it."""
+        super().close()
+        if not self._is_forked:
+            self.session.close()  # pyright: ignore[reportUnknownMemberType]
+
+    def query(self, method: AnyMethod, payload: bytes, timeout: float) -> bytes:
+        """Sends a request and blocks until its reply. Returns the reply's bytes."""
+        daemon = self.daemon()
+        try:
+            replies = self._send(
+                method,
+                payload,
+                timeout,
+                lambda key, options: cast("zenoh.Handler[zenoh.Reply]", self.session.get(key, **options)),
+            )
+            # The replies of other sessions are ignored.
+            reply = replies.recv()
+            while not _is_from(daemon, reply):
+                reply = replies.recv()
+        except zenoh.ZError:
+            raise self.unavailable() from None
+        return self.opened(reply, timeout)
+
+    def start(
+        self,
+        method: AnyMethod,
+        payload: bytes,
+        timeout: float,
+        arrived: Callable[[Answer], None],
+        ended: Callable[[], None],
+        *,
+        is_stream: bool = False,
+    ) -> None:
+        """Sends a request and returns. Zenoh calls `arrived` with the reply, or with all replies of a stream that
+        lasts `timeout` seconds, and then `ended`, on its own thread."""
+        daemon = self.daemon()
+
+        def filtered(reply: zenoh.Reply) -> None:
+            if _is_from(daemon, reply):
+                arrived(reply)
+
+        handler = cast(
+            "zenoh.handlers.Callback[zenoh.Reply]", zenoh.handlers.Callback(filtered, ended, indirect=False)
+        )
+        # The daemon does not learn that the asker of a stream is gone.
+        lasts = f"for={timeout:g}" if is_stream else ""
+        try:
+            self._send(
+                method,
+                payload,
+                timeout,
+                lambda key, options: self.session.get(
+                    zenoh.Selector(key, lasts) if lasts else key, handler, **options
+                ),
+            )
+        except zenoh.ZError:
+            raise self.unavailable() from None
+
+    def subscribe(self, key: str, take: Callable[[str, bytes], None]) -> Subscription:
+        """Calls `take` with each publication of the daemon, on Zenoh's own thread: a thread of Python's for it would
+        keep the program from ending. A publication that does not name the daemon's session as its source is ignored."""
+
+        def filtered(sample: zenoh.Sample) -> None:
+            source = sample.source_info
+            if source is not None and str(source.source_id.zid) == self._daemons.choose(self.name):
+                take(str(sample.key_expr), sample.payload.to_bytes())
+
+        handler = cast(
+            "zenoh.handlers.Callback[zenoh.Sample]", zenoh.handlers.Callback(filtered, indirect=False)
+        )
+        try:
+            self._check_process()
+            # Its `undeclare` has no types.
+            return cast(Subscription, self.session.declare_subscriber(key, handler))
+        except zenoh.ZError:
+            raise self.unavailable() from None
+
+    def daemon(self) -> str:
+        """The id of the daemon's session, which changes when the daemon is restarted. Raises `Unavailable` if no session
+        has its name, and `EndpointError` if several have it."""
+        self._check_process()
+        daemon = self._daemons.choose(self.name)
+        if daemon is not None:
+            return daemon
+        sessions = self._daemons.sessions(self.name)
+        raise EndpointError(several(self.name, sessions)) if len(sessions) > 1 else self.unavailable()
+
+    def _send(
+        self,
+        method: AnyMethod,
+        payload: bytes,
+        timeout: float,
+        send: Callable[[zenoh.KeyExpr, dict[str, Any]], Result],
+    ) -> Result:
+        """Sends a query, with the proof of its claim if it has one."""
+        payload, secret = sealed(method.request, payload)
+        key, options = self._request(method, payload, timeout)
+        if method is methods.ClaimJoints or method is methods.AddMarkers:
+            options["attachment"] = f"{self._attachment}\nsimd-session: {self._present()}"
+        if not secret:
+            return send(key, options)
+        return self._counter.prove(
+            secret, str(key), payload, lambda proof: send(key, {**options, "attachment": f"{self._attachment}\n{proof}"})
+        )
+
+    def _present(self) -> str:
+        """Puts up the token that says that this client is there, for claims and markers that end with it. Returns the session's id."""
+        session = str(self.session.zid())
+        with self._lock:
+            if self._token is None:
+                self._token = self.session.liveliness().declare_token(keys.client(self.name, session))
+        return session
+
+    def _request(
+        self, method: AnyMethod, payload: bytes, timeout: float
+    ) -> tuple[zenoh.KeyExpr, dict[str, Any]]:
+        """The key and the options of a query; those that do not change are made once."""
+        self._check_process()
+        route = self._routes.get(method.key)
+        if route is None:
+            same: dict[str, Any] = {
+                "encoding": zenoh.Encoding(f"application/protobuf;simd.v1.{method.request.__name__}"),
+                "attachment": zenoh.ZBytes(self._attachment),
+                # With the default, a session that claims to have all answers would be the only one that is asked.
+                "target": zenoh.QueryTarget.ALL,
+                "consolidation": zenoh.ConsolidationMode.NONE,
+                "express": True,
+            }
+            route = self._routes[method.key] = zenoh.KeyExpr(keys.rpc(self.name, method.key)), same
+        key, same = route
+        return key, {**same, "payload": payload, "timeout": timeout}
+
+    def opened(self, answer: Answer, timeout: float) -> bytes:
+        """The bytes of a reply. Raises the exception of an error reply."""
+        if isinstance(answer, (bytes, SimdError)):
+            return super().opened(answer, timeout)
+        reply = answer
+        sample = reply.ok
+        if sample is not None:
+            return sample.payload.to_bytes()
+        error = reply.err
+        if error is None:
+            raise self.unavailable()
+        encoding, payload = str(error.encoding), error.payload.to_bytes()
+        if STATUS in encoding:
+            raise refused(payload)
+        if b"Timeout" in payload:
+            raise DeadlineExceeded(
+                f"the daemon `{self.name}` at {self.endpoint.locator} did not answer within {timeout:g} s"
+            )
+        text = payload.decode(errors="replace")
+        raise SimdError(f"the daemon's answer cannot be understood: an error in {encoding}: {text}")
+
+    def unavailable(self) -> Unavailable:
+        """The exception for a request that no daemon received."""
+        where = self.endpoint.locator
+        if self.session.is_closed():
+            return Unavailable(f"the connection to the daemon at {where} is closed")
+        return Unavailable(
+            f"no daemon named `{self.name}` answers at {where}; start one with `simd --name {self.name}`, "
+            "or name the endpoint of another"
+        )
+
+    def publish_targets(self, payload: bytes) -> None:
+        """Sends targets without waiting for an answer."""
+        self._check_process()
+        payload, secret = sealed(SetJointTargetsRequest, payload)
+        key = keys.joint_targets(self.name)
+        try:
+            with self._lock:
+                if self._publisher is None:
+                    self._publisher = self.session.declare_publisher(
+                        key,
+                        encoding="application/protobuf;simd.v1.SetJointTargetsRequest",
+                        congestion_control=zenoh.CongestionControl.DROP,
+                        express=True,
+                    )
+            put = cast("Callable[..., None]", self._publisher.put)  # pyright: ignore[reportUnknownMemberType]
+            if not secret:
+                put(payload, attachment=self._attachment)
+                return
+            self._counter.prove(
+                secret, key, payload, lambda proof: put(payload, attachment=f"{self._attachment}\n{proof}")
+            )
+        except zenoh.ZError:
+            raise self.unavailable() from None
+
+
+def _is_from(daemon: str, reply: zenoh.Reply) -> bool:
+    """Whether a reply is from the daemon, or from Zenoh in this process because of the timeout."""
+    replier = reply.replier_id
+    if replier is not None:
+        return str(replier.zid) == daemon
+    error = reply.err
+    return error is not None and STATUS not in str(error.encoding) and b"Timeout" in error.payload.to_bytes()

@@ -1,0 +1,126 @@
+//! The world of a daemon, without what it is reached by: opened, filled with its robots, and kept. A daemon and a world
+//! that is embedded in a program begin with the same.
+
+use prost::Message as _;
+use simd_core::Simulation;
+use simd_core::simulation::WorldLimits;
+use simd_model::Severity;
+
+use super::{Error, autosave};
+use crate::access::Access;
+use crate::blocking_threads::BlockingThreads;
+use crate::config::{Autosave, Config, Robot};
+use crate::convert::to_proto;
+use crate::driver;
+use crate::handle::{CallError, DaemonInfo, RunState, SimHandle, Source, SpawnRequest};
+use crate::loading::Loader;
+use crate::recording::{Encoders, Recordings};
+
+/// What reads descriptions, from uploads and below the asset roots.
+///
+/// # Errors
+/// Where a root is no folder, and where the system gives no threads.
+pub(crate) fn loader(config: &Config) -> Result<Loader, Error> {
+    let threads = BlockingThreads::computing().map_err(Error::System)?;
+    Loader::new(config.limits, &config.asset_roots, threads)
+        .map_err(|(folder, source)| Error::AssetRoot { folder, source })
+}
+
+/// An empty world that is paused, since robots come before the first step, and the way to it.
+///
+/// # Errors
+/// Where the system gives no thread.
+pub(crate) fn open(config: &Config, loader: Loader, access: Access) -> Result<SimHandle, Error> {
+    let limits = config.limits;
+    let world = Simulation::new(
+        config.physics,
+        WorldLimits { robots: limits.robots as usize, saved_states: limits.saved_states as usize },
+    );
+    let paused = driver::Config { state: RunState::Paused, ..config.driver };
+    let link = driver::start(world, paused).map_err(Error::System)?;
+    let encoders = Encoders {
+        event: |event| to_proto::event::event(event.clone()).encode_to_vec(),
+        contacts: |state| to_proto::contact::recorded(state).encode_to_vec(),
+        report: |report, summary| {
+            to_proto::entity::report(report.clone(), summary.to_owned()).encode_to_vec()
+        },
+        reading: |reading| to_proto::sensor::reading(reading.clone()).encode_to_vec(),
+    };
+    let recordings = Recordings::new(config.recording.clone(), encoders);
+    let info = DaemonInfo { name: config.name.clone(), version: env!("CARGO_PKG_VERSION"), limits };
+    Ok(SimHandle::with_access(link, loader, info, access, recordings))
+}
+
+/// Loads the robots of the configuration, or the world that was saved, and then lets it be in the state that the
+/// configuration has.
+///
+/// # Errors
+/// Where a robot cannot be loaded, or the driver ended.
+pub(crate) async fn fill(config: &Config, handle: &SimHandle) -> Result<(), Error> {
+    let restored = match config.autosave.as_ref().filter(|autosave| autosave.restore) {
+        Some(autosave) => autosave::restore(handle, autosave).await,
+        None => false,
+    };
+    // A saved world has its robots.
+    for robot in config.robots.iter().filter(|_| !restored) {
+        load(handle, robot.clone()).await?;
+    }
+    if config.driver.state != RunState::Paused {
+        let driver = |error: CallError| Error::Driver(error.to_string());
+        handle.set_state(config.driver.state).await.map_err(driver)?;
+    }
+    Ok(())
+}
+
+/// Why there is no world: what was met first, or what it comes from. Ends the driver.
+pub(crate) fn not_started(handle: &SimHandle, error: Error) -> Error {
+    // A robot that cannot be loaded because the physics thread panicked is no fault of the robot.
+    let failure = handle.driver_failure().map(str::to_owned);
+    handle.end_driver();
+    failure.map_or(error, Error::Driver)
+}
+
+/// Starts the tasks that look after a world. They end when it drains.
+pub(crate) fn keep(config: &Config, handle: &SimHandle) {
+    tokio::spawn(handle.clone().keep_tidy());
+    tokio::spawn(handle.clone().measure_scans());
+    if let Some(autosave) = config.autosave.clone() {
+        tokio::spawn(autosave::keep(handle.clone(), autosave));
+    }
+}
+
+/// Saves the world for the last time, where it is saved as it runs.
+pub(crate) async fn save_last(autosave: Option<&Autosave>, handle: &SimHandle) {
+    if let Some(autosave) = autosave {
+        autosave::last(handle, autosave).await;
+    }
+}
+
+/// A robot that the operator named; what its report warns of is logged.
+async fn load(handle: &SimHandle, robot: Robot) -> Result<(), Error> {
+    let path = robot.path;
+    let request = SpawnRequest {
+        source: Source::Path(path.display().to_string()),
+        name: robot.name,
+        allow_renaming: false,
+        pose: robot.pose,
+        fixed_base: robot.fixed,
+        passive: robot.passive,
+        joint_positions: robot.positions.into_iter().collect(),
+        joint_orientations: Vec::new(),
+        scale: robot.scale,
+        strict: robot.strict,
+        mesh_shapes: Default::default(),
+        contact_settings: Default::default(),
+        srdf: Default::default(),
+        collision_pairs: Vec::new(),
+        model: String::new(),
+    };
+    let loaded = handle.spawn_at_start(path.clone(), request).await;
+    let loaded = loaded.map_err(|source| Error::Robot { path, source })?;
+    for finding in loaded.report.at_least(Severity::Warning) {
+        let line = finding.line.unwrap_or(0);
+        tracing::warn!(robot = loaded.name, line, "{}: {}", finding.element, finding.message);
+    }
+    Ok(())
+}

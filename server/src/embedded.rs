@@ -1,0 +1,381 @@
+//! A world within another program: the daemon's world and services, and no socket.
+//!
+//! A call is a method's name and the bytes of its request, as over Zenoh, and goes the same way: through the same
+//! services, with the same checks and refusals. It is done on the thread that calls ([`Embedded::call`]): reads hand
+//! nothing over, and commands and steps of a paused world are done by the caller too, who drives it (`driver/callers.rs`).
+//! What takes its time is begun ([`Embedded::begin`], [`Embedded::subscribe`]) and heard of by notices.
+//!
+//! * `direct`: calls that loops make, by a shorter way. `notices`: what becomes of calls that were begun. `publications`: what subscriptions get.
+//!
+//! Bounded: [`UNDER_WAY`] calls and subscriptions that were begun, and `notices::WAITING` notices; beyond that their tasks
+//! wait for who hears them.
+
+mod direct;
+mod notices;
+mod publications;
+#[cfg(test)]
+mod tests;
+
+use std::collections::HashMap;
+use std::pin::pin;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use bytes::Bytes;
+use futures_util::stream;
+use simd_proto::methods::{self, Method};
+use simd_proto::raw::RawCodec;
+use simd_proto::v1::ErrorReason;
+use simd_proto::{API_VERSION_HEADER, CLIENT_HEADER};
+use tokio::runtime::{Builder, Runtime};
+use tokio::task::AbortHandle;
+use tokio_util::sync::CancellationToken;
+use tonic::client::Grpc;
+use tonic::codegen::http::uri::PathAndQuery;
+use tonic::metadata::{MetadataMap, MetadataValue};
+use tonic::service::Routes;
+use tonic::{Request, Status, Streaming};
+
+use self::direct::Direct;
+use self::notices::{Hearing, Teller};
+pub use self::notices::{Notice, Ticket, What};
+pub use self::publications::Topic;
+use crate::SimHandle;
+use crate::access::Access;
+use crate::config::{Autosave, Config};
+use crate::daemon::{self, Error};
+use crate::handle::{CallError, Disconnect, Transport};
+use crate::service::routes;
+use crate::service::status::Explained;
+use crate::service::transport::{in_full, with_reason};
+
+/// Calls and subscriptions that were begun and have not ended.
+const UNDER_WAY: usize = 1024;
+/// Threads for what waits: deadlines, calls that were begun, publications. Calls are done by who calls.
+const WORKERS: usize = 2;
+/// Threads for files and for what computes long.
+const BLOCKING_THREADS: usize = 16;
+/// How often a call that waits asks whether it goes on.
+const LOOK: Duration = Duration::from_millis(100);
+/// The last step and the end of a recording may take so long each.
+const LAST_STEP: Duration = Duration::from_millis(2000);
+
+/// A world within this program, and its services.
+#[derive(Debug)]
+pub struct Embedded {
+    /// `None` while it is dropped.
+    runtime: Option<Runtime>,
+    handle: SimHandle,
+    services: Routes,
+    direct: Direct,
+    /// What each call says of who calls.
+    said: MetadataMap,
+    /// Cancelled with the end: what is bound to a connection ends then.
+    connection: CancellationToken,
+    state_rate: f64,
+    autosave: Option<Autosave>,
+    under_way: Arc<Mutex<UnderWay>>,
+    teller: Teller,
+    hearing: Mutex<Hearing>,
+}
+
+/// What was begun, by ticket.
+#[derive(Debug, Default)]
+struct UnderWay {
+    tasks: HashMap<Ticket, AbortHandle>,
+    given: Ticket,
+}
+
+/// A call that is ready to be made.
+struct Prepared {
+    method: &'static Method,
+    request: Request<stream::Iter<std::array::IntoIter<Bytes, 1>>>,
+    services: Routes,
+}
+
+impl Embedded {
+    /// Opens a world, with the robots of its configuration. What the configuration says of addresses, TLS and tokens is
+    /// not read, since there is no socket. `version` is that of the schema that the caller speaks, `MAJOR.MINOR`, and
+    /// `client` what others see as its name. Not within a runtime of tokio: there [`SimHandle`] is what is wanted.
+    ///
+    /// # Errors
+    /// Where a folder or a robot is not as the configuration has it, or the system gives no threads.
+    pub fn start(config: Config, version: &str, client: &str) -> Result<Self, Error> {
+        let mut builder = Builder::new_multi_thread();
+        let builder = builder.enable_all().worker_threads(WORKERS).max_blocking_threads(BLOCKING_THREADS);
+        let runtime = builder.thread_name("simd-embedded").build().map_err(Error::System)?;
+        let mut config = config;
+        config.driver.callers_drive = true;
+        // A step that uses several threads is done by the driver's; who has one world in a program has one thread for it.
+        config.driver.step_threads = config.driver.step_threads.max(1);
+        let handle = runtime.block_on(open(&config))?;
+        let mut said = MetadataMap::new();
+        for (header, value) in [(API_VERSION_HEADER, version), (CLIENT_HEADER, client)] {
+            if let Ok(value) = MetadataValue::try_from(value) {
+                said.insert(header, value);
+            }
+        }
+        let (teller, hearing) = notices::channel();
+        let connection = CancellationToken::new();
+        Ok(Self {
+            services: routes(&handle, Transport::Handle),
+            direct: Direct::new(&handle, &said, client, Disconnect(connection.clone())),
+            runtime: Some(runtime),
+            handle,
+            said,
+            connection,
+            state_rate: config.zenoh.state_rate,
+            autosave: config.autosave,
+            under_way: Arc::default(),
+            teller,
+            hearing: Mutex::new(hearing),
+        })
+    }
+
+    /// The way to its world, for who writes Rust.
+    pub fn handle(&self) -> &SimHandle {
+        &self.handle
+    }
+
+    /// Makes a call and waits for its answer, on this thread. `method` is `SERVICE/METHOD`, `request` its message. Of a
+    /// method that gives many answers it is the first one. While it waits it asks ten times a second whether it
+    /// `goes_on`.
+    ///
+    /// # Errors
+    /// What the service refuses with; `DEADLINE_EXCEEDED` where the answer takes longer than `time_limit`, `CANCELLED`
+    /// where it does not go on.
+    pub fn call(
+        &self,
+        method: &str,
+        request: Bytes,
+        time_limit: Duration,
+        mut goes_on: impl FnMut() -> bool,
+    ) -> Result<Bytes, Status> {
+        let method = self.find(method)?;
+        let mut answer = pin!(async {
+            match self.direct.call(method, &request).await {
+                Some(answer) => answer,
+                None => answer(self.prepare(method, request)).await,
+            }
+        });
+        let runtime = self.runtime()?;
+        let mut left = time_limit;
+        loop {
+            let turn = left.min(LOOK);
+            // Within the runtime, whose clock it needs.
+            let answered = runtime.block_on(async { tokio::time::timeout(turn, answer.as_mut()).await });
+            if let Ok(answer) = answered {
+                return answer.map_err(with_reason);
+            }
+            left -= turn;
+            if left.is_zero() {
+                return Err(late(time_limit));
+            }
+            if !goes_on() {
+                return Err(Status::cancelled("the caller does not wait any longer"));
+            }
+        }
+    }
+
+    /// A refusal as a `google.rpc.Status`, with its details, which is how programs in other languages read it.
+    pub fn refusal(&self, status: &Status) -> Vec<u8> {
+        in_full(status)
+    }
+
+    /// Begins a call whose answers are heard of by notices of this ticket, within `time_limit`: one answer, or all of a
+    /// stream, or a refusal; then its end.
+    ///
+    /// # Errors
+    /// Where there is no such method, or too many calls are under way.
+    pub fn begin(&self, method: &str, request: Bytes, time_limit: Duration) -> Result<Ticket, Status> {
+        let prepared = self.prepare(self.find(method)?, request);
+        let teller = self.teller.clone();
+        self.spawn(move |ticket| async move {
+            let outcome = match prepared.method.gives_many && !prepared.method.takes_many {
+                true => tell_all(prepared, time_limit, ticket, &teller).await,
+                false => match within(time_limit, answer(prepared)).await {
+                    Ok(answer) => {
+                        teller.tell(ticket, What::Answer(answer)).await;
+                        Ok(())
+                    }
+                    Err(refused) => Err(refused),
+                },
+            };
+            if let Err(status) = outcome {
+                teller.tell(ticket, What::Refused(in_full(&with_reason(status)))).await;
+            }
+            teller.tell(ticket, What::Ended).await;
+        })
+    }
+
+    /// Hears what is published of a topic from now on, by notices of this ticket, until [`end`](Self::end). Newest wins
+    /// where notices are not heard; a gap in the events shows in their numbers.
+    ///
+    /// # Errors
+    /// Where too many are under way.
+    pub fn subscribe(&self, topic: Topic) -> Result<Ticket, Status> {
+        let (handle, teller, rate) = (self.handle.clone(), self.teller.clone(), self.state_rate);
+        self.spawn(move |ticket| async move {
+            publications::publish(&handle, topic, rate, ticket, &teller).await;
+        })
+    }
+
+    /// Ends a subscription, or a call that was begun. What it has told already may still be heard.
+    pub fn end(&self, ticket: Ticket) {
+        if let Some(task) = self.lock().tasks.remove(&ticket) {
+            task.abort();
+        }
+    }
+
+    /// What has become of calls and subscriptions: all that waits, at the latest after `time_limit`, and then nothing.
+    /// `None` once [`close`](Self::close) was called. One thread hears at a time.
+    pub fn hear(&self, time_limit: Duration) -> Option<Vec<Notice>> {
+        let mut hearing = self.hearing.lock().unwrap_or_else(PoisonError::into_inner);
+        let runtime = self.runtime.as_ref()?;
+        runtime.block_on(async {
+            tokio::select! {
+                biased;
+                () = self.connection.cancelled() => None,
+                heard = tokio::time::timeout(time_limit, hearing.next()) => Some(heard.unwrap_or_default()),
+            }
+        })
+    }
+
+    /// Ends the world as a daemon that drains: calls that wait are refused with `SHUTTING_DOWN`, a recording is ended.
+    pub fn close(&self) {
+        if let Some(runtime) = self.runtime.as_ref().filter(|_| !self.connection.is_cancelled()) {
+            runtime.block_on(daemon::world::save_last(self.autosave.as_ref(), &self.handle));
+        }
+        self.connection.cancel();
+        self.handle.draining().cancel();
+        for (_, task) in self.lock().tasks.drain() {
+            task.abort();
+        }
+        self.handle.end_driver();
+        if let Some(runtime) = &self.runtime {
+            runtime.block_on(async {
+                let recording = tokio::time::timeout(LAST_STEP, self.handle.recording_ended());
+                if recording.await.is_err() {
+                    tracing::warn!("the disk takes too long for the end of the recording");
+                }
+                let driver = self.handle.driver_ended();
+                if tokio::time::timeout(LAST_STEP, driver.cancelled()).await.is_err() {
+                    tracing::warn!("the last step takes too long and is left behind");
+                }
+            });
+        }
+    }
+
+    /// A method of the schema, while the world is there.
+    fn find(&self, method: &str) -> Result<&'static Method, Status> {
+        if self.connection.is_cancelled() {
+            return Err(CallError::ShuttingDown.into());
+        }
+        let found = method.split_once('/').and_then(|(service, method)| methods::find(service, method));
+        let none = || with_reason(Status::unimplemented(format!("`{method}` is no method of simd.v1")));
+        found.ok_or_else(none)
+    }
+
+    fn prepare(&self, method: &'static Method, request: Bytes) -> Prepared {
+        let mut request = Request::new(stream::iter([request]));
+        *request.metadata_mut() = self.said.clone();
+        request.extensions_mut().insert(Disconnect(self.connection.clone()));
+        Prepared { method, request, services: self.services.clone() }
+    }
+
+    fn spawn<F>(&self, work: impl FnOnce(Ticket) -> F) -> Result<Ticket, Status>
+    where
+        F: Future<Output = ()> + Send + 'static,
+    {
+        let runtime = self.runtime()?;
+        let mut under_way = self.lock();
+        if under_way.tasks.len() >= UNDER_WAY {
+            let message = format!("{UNDER_WAY} calls and subscriptions are under way already; end some");
+            return Err(Explained::new(ErrorReason::MailboxFull, message).into());
+        }
+        under_way.given += 1;
+        let ticket = under_way.given;
+        let (work, of_task) = (work(ticket), self.under_way.clone());
+        // It finds its place taken: the lock is held until then.
+        let task = runtime.spawn(async move {
+            work.await;
+            of_task.lock().unwrap_or_else(PoisonError::into_inner).tasks.remove(&ticket);
+        });
+        under_way.tasks.insert(ticket, task.abort_handle());
+        Ok(ticket)
+    }
+
+    fn runtime(&self) -> Result<&Runtime, Status> {
+        self.runtime.as_ref().ok_or_else(|| CallError::ShuttingDown.into())
+    }
+
+    fn lock(&self) -> MutexGuard<'_, UnderWay> {
+        self.under_way.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Drop for Embedded {
+    /// Waits for nothing: also in a process that was forked, where its threads are not.
+    fn drop(&mut self) {
+        self.connection.cancel();
+        self.handle.draining().cancel();
+        self.handle.end_driver();
+        if let Some(runtime) = self.runtime.take() {
+            runtime.shutdown_background();
+        }
+    }
+}
+
+/// Opens the world of a configuration.
+async fn open(config: &Config) -> Result<SimHandle, Error> {
+    let loader = daemon::world::loader(config)?;
+    let handle = daemon::world::open(config, loader, Access::open())?;
+    if let Err(error) = daemon::world::fill(config, &handle).await {
+        return Err(daemon::world::not_started(&handle, error));
+    }
+    daemon::world::keep(config, &handle);
+    Ok(handle)
+}
+
+/// The answers of a method.
+async fn answers(prepared: Prepared) -> Result<Streaming<Bytes>, Status> {
+    let Prepared { method, request, services } = prepared;
+    // Answers may be of any length, as over gRPC: a scene is.
+    let mut services = Grpc::new(services).max_decoding_message_size(usize::MAX);
+    let never = |error| Status::internal(format!("the services are not ready: {error}"));
+    services.ready().await.map_err(never)?;
+    let path = PathAndQuery::from_static(&method.path);
+    Ok(services.streaming(request, path, RawCodec).await?.into_inner())
+}
+
+/// The one answer of a method, or the first.
+async fn answer(prepared: Prepared) -> Result<Bytes, Status> {
+    let first = answers(prepared).await?.message().await?;
+    first.ok_or_else(|| Status::internal("the method gave no answer"))
+}
+
+/// All answers of a stream, each a notice.
+async fn tell_all(
+    prepared: Prepared,
+    time_limit: Duration,
+    ticket: Ticket,
+    teller: &Teller,
+) -> Result<(), Status> {
+    let all = async {
+        let mut answers = answers(prepared).await?;
+        while let Some(answer) = answers.message().await? {
+            teller.tell(ticket, What::Answer(answer)).await;
+        }
+        // How it ended is told as over Zenoh.
+        Err(Status::ok("the stream ended"))
+    };
+    within(time_limit, all).await
+}
+
+async fn within<T>(time_limit: Duration, work: impl Future<Output = Result<T, Status>>) -> Result<T, Status> {
+    tokio::time::timeout(time_limit, work).await.unwrap_or_else(|_elapsed| Err(late(time_limit)))
+}
+
+fn late(time_limit: Duration) -> Status {
+    Status::deadline_exceeded(format!("the world did not answer within {} s", time_limit.as_secs_f64()))
+}

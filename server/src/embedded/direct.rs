@@ -1,0 +1,111 @@
+//! Calls that loops make at every step, by the shortest way: the method of the service itself, without the frames, headers and
+//! layers that carry a call of gRPC. They are decoded, refused, counted and noted as over every transport; what cannot be
+//! decoded, is too long or comes from a client of another version goes the long way, which says why.
+
+use std::time::Instant;
+
+use bytes::Bytes;
+use prost::Message;
+use simd_proto::checked::{self, Known};
+use simd_proto::methods::Method;
+use simd_proto::v1::joint_service_server::JointService as _;
+use simd_proto::v1::simulation_service_server::SimulationService as _;
+use tonic::metadata::MetadataMap;
+use tonic::{Request, Response, Status};
+
+use crate::SimHandle;
+use crate::account::Account;
+use crate::handle::{Caller, Disconnect, Peer, Transport};
+use crate::service::counted::reason;
+use crate::service::transport::with_reason;
+use crate::service::{joint, simulation, version};
+
+/// The services that have such methods.
+#[derive(Clone, Debug)]
+pub(super) struct Direct {
+    handle: SimHandle,
+    simulation: simulation::Service,
+    joint: joint::Service,
+    caller: Option<Caller>,
+    disconnect: Disconnect,
+    /// Bytes of a request.
+    limit: usize,
+    /// The client speaks a version that is served.
+    is_served: bool,
+}
+
+impl Direct {
+    /// For a client that says so of itself in the headers of its calls.
+    pub(super) fn new(handle: &SimHandle, said: &MetadataMap, client: &str, disconnect: Disconnect) -> Self {
+        Self {
+            simulation: simulation::Service::new(handle.clone()),
+            joint: joint::Service::new(handle.clone()),
+            caller: Caller::said(client, Transport::Handle),
+            disconnect,
+            limit: usize::try_from(handle.info().limits.message_bytes).unwrap_or(usize::MAX),
+            is_served: version::check(said.as_ref()).is_ok(),
+            handle: handle.clone(),
+        }
+    }
+
+    /// The answer of a method that has this way, as its message; `None` where the call has to go the other way.
+    pub(super) async fn call(
+        &self,
+        method: &'static Method,
+        request: &Bytes,
+    ) -> Option<Result<Bytes, Status>> {
+        if !self.is_served || request.len() > self.limit {
+            return None;
+        }
+        match method.path.as_str() {
+            "/simd.v1.SimulationService/StepSimulation" => {
+                self.make(method, request, |request| self.simulation.step_simulation(request)).await
+            }
+            "/simd.v1.JointService/GetJointStates" => {
+                self.make(method, request, |request| self.joint.get_joint_states(request)).await
+            }
+            "/simd.v1.JointService/SetJointTargets" => {
+                self.make(method, request, |request| self.joint.set_joint_targets(request)).await
+            }
+            "/simd.v1.JointService/ResetJoints" => {
+                self.make(method, request, |request| self.joint.reset_joints(request)).await
+            }
+            _ => None,
+        }
+    }
+
+    /// What the layers of the services do, in their order: see `service::routes`.
+    async fn make<M, A, F>(
+        &self,
+        method: &'static Method,
+        request: &Bytes,
+        work: impl FnOnce(Request<M>) -> F,
+    ) -> Option<Result<Bytes, Status>>
+    where
+        M: Known,
+        A: Message,
+        F: Future<Output = Result<Response<A>, Status>>,
+    {
+        let mut request = Request::new(checked::decode::<M>(request).ok()?);
+        let begun = Instant::now();
+        let answer = match self.handle.count_call(&Account::Process) {
+            Ok(()) => {
+                let of = request.extensions_mut();
+                of.insert(Account::Process);
+                of.insert(Transport::Handle);
+                of.insert(Peer::Process);
+                of.insert(self.disconnect.clone());
+                let _under_way = self.caller.clone().map(|caller| {
+                    of.insert(caller.clone());
+                    self.handle.begin_call(caller)
+                });
+                Account::Process.scope(work(request)).await.map_err(with_reason)
+            }
+            Err(refused) => Err(refused.into()),
+        };
+        let refusal = answer.as_ref().err();
+        let how = refusal.map_or((0, ""), |status| (status.code().into(), reason(status)));
+        self.handle.call_ended(method, Transport::Handle, how, begun.elapsed());
+        Some(answer.map(|answer| answer.into_inner().encode_to_vec().into()))
+    }
+}
