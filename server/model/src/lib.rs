@@ -23,6 +23,7 @@ pub mod translation;
 pub mod urdf;
 
 pub use limits::{LoadLimits, MOST_LINKS};
+pub use mesh::beside::address as beside_mesh;
 pub use name::wire_name;
 pub use primitive::Primitive;
 pub use report::{Disposition, Finding, LoadReport, Severity};
