@@ -154,7 +154,7 @@ scenes: test-data target/reference-venv/installed
 # goes into tests/fuzz/corpus, which `make test` replays. libFuzzer's instrumentation is a nightly flag.
 FUZZ_SECONDS ?= 60
 FUZZ_VERSION := 0.13.2
-FUZZ_TARGETS ?= urdf sdf mjcf stl obj collada msh heights_png heights_csv paths xacro
+FUZZ_TARGETS ?= urdf sdf mjcf stl obj collada gltf looks msh heights_png heights_csv paths xacro
 fuzz:
 	@$(CARGO) fuzz --version >/dev/null 2>&1 || \
 	  $(CARGO) install cargo-fuzz --locked --version $(FUZZ_VERSION)

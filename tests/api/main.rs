@@ -19,6 +19,7 @@ mod kinematics;
 mod limits;
 mod lockstep;
 mod lockstep_group;
+mod looks;
 mod markers;
 mod metrics;
 mod others_robots;

@@ -26,6 +26,9 @@ pub(crate) fn made(what: &str) -> Vec<u8> {
             vertex 0 1 0\nendloop\nendfacet\nendsolid made here\n"
             .into(),
         "obj triangle" => "mtllib ../../../etc/passwd\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n".into(),
+        "picture" => {
+            std::fs::read(simd_tests::robots::assets().join("textured/pictures/squares.png")).unwrap()
+        }
         "manifest" => "<package><name>pack</name></package>\n".into(),
         "rubbish" => "rubbish".into(),
         other => panic!("no such file: {other}"),

@@ -219,6 +219,7 @@ fn a_hull_with_a_round_sole_stands() {
         vertices,
         triangles: vec![[0, 1, 2]],
         paints: Vec::new(),
+        files: Vec::new(),
         grid: None,
     };
     let mesh = Geometry::Mesh { uri: "prism.stl".into(), scale: DVec3::ONE, asset: Some(Arc::new(asset)) };

@@ -38,6 +38,7 @@ fn geometry(kind: &str, sizes: &[f64], number: u8) -> Geometry {
                 vertices,
                 triangles,
                 paints: Vec::new(),
+                files: Vec::new(),
                 grid: None,
             };
             Geometry::Mesh { uri: "hull.stl".into(), scale: DVec3::ONE, asset: Some(Arc::new(asset)) }

@@ -18,7 +18,14 @@ pub(crate) fn mesh(
 ) -> Arc<RobotModel> {
     let bytes: Vec<u8> =
         vertices.iter().flat_map(|vertex| vertex.to_array()).flat_map(f64::to_le_bytes).collect();
-    let asset = MeshAsset { sha256: Sha256::of(&bytes), vertices, triangles, paints: Vec::new(), grid };
+    let asset = MeshAsset {
+        sha256: Sha256::of(&bytes),
+        vertices,
+        triangles,
+        paints: Vec::new(),
+        files: Vec::new(),
+        grid,
+    };
     solid(
         &[(
             DPose3::IDENTITY,

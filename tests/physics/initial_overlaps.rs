@@ -161,6 +161,7 @@ fn any_shape(rng: &mut Rng) -> Geometry {
                 vertices,
                 triangles,
                 paints: Vec::new(),
+                files: Vec::new(),
                 grid: None,
             };
             Geometry::Mesh { uri: "any.stl".into(), scale: DVec3::ONE, asset: Some(Arc::new(asset)) }

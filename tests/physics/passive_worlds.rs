@@ -41,6 +41,7 @@ fn any_body(rng: &mut Rng, mass: f64, number: u8) -> (Arc<RobotModel>, f64) {
                 vertices: vertices.collect(),
                 triangles: vec![[0, 1, 2]],
                 paints: Vec::new(),
+                files: Vec::new(),
                 grid: None,
             };
             let mesh =

@@ -123,7 +123,7 @@ impl Thing {
 fn geometry(vertices: Vec<DVec3>, triangles: Vec<[u32; 3]>, grid: Option<Grid>, scale: DVec3) -> Geometry {
     let numbers = vertices.iter().flat_map(|vertex| vertex.to_array()).flat_map(f64::to_le_bytes);
     let sha256 = Sha256::of(&numbers.collect::<Vec<u8>>());
-    let asset = MeshAsset { sha256, vertices, triangles, paints: Vec::new(), grid };
+    let asset = MeshAsset { sha256, vertices, triangles, paints: Vec::new(), files: Vec::new(), grid };
     Geometry::Mesh { uri: "thing".into(), scale, asset: Some(Arc::new(asset)) }
 }
 

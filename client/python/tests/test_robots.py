@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import shutil
 from pathlib import Path
 
@@ -28,6 +29,16 @@ def test_a_package_folder_is_loaded_with_its_meshes(sim: Simulation) -> None:
     mesh = next(visual.mesh for visual in arm.scene().visuals if visual.HasField("mesh"))
     file = ASSETS / "Two Link.v2/meshes" / mesh.uri.rsplit("/", 1)[-1]
     assert sim.asset(mesh.sha256) == file.read_bytes()
+
+
+def test_the_materials_and_pictures_of_a_mesh_come_along(sim: Simulation) -> None:
+    for kind in ("obj", "dae", "gltf"):
+        box = sim.load(ASSETS / f"textured/urdf/{kind}.urdf", name=kind, fixed=True)
+        assert not box.report.warnings, box.report
+        mesh = next(visual.mesh for visual in box.scene().visuals if visual.HasField("mesh"))
+        assert mesh.look not in ("", mesh.sha256)
+    picture = (ASSETS / "textured/pictures/squares.png").read_bytes()
+    assert sim.asset(hashlib.sha256(picture).hexdigest()) == picture
 
 
 def test_a_mesh_that_is_not_found_is_a_warning_that_says_where_it_was_looked_for(

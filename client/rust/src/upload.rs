@@ -55,7 +55,8 @@ impl Client {
         let mut files = Files::default();
         let mut sent = BTreeSet::new();
         let mut prepared = self.prepare(package, BTreeMap::new()).await?;
-        // What an SDF or MJCF includes names more. A file is looked for once, so that this ends.
+        // What an SDF or MJCF includes names more, and so does a mesh: pictures, and materials. A file is looked for once, so
+        // that this ends.
         loop {
             let named: Vec<String> = prepared.assets.iter().map(|asset| asset.uri.clone()).collect();
             let new: Vec<String> = named.into_iter().filter(|uri| !files.knows(uri)).collect();
@@ -67,16 +68,16 @@ impl Client {
                 break;
             }
             prepared = self.prepare(package, files.hashes.clone()).await?;
-            let mut was_sent = false;
+            let mut names_more = false;
             for requirement in prepared.assets.iter().filter(|asset| asset.state() == AssetState::Lacking) {
                 let Some(hash) = files.hashes.get(&requirement.uri) else { continue };
                 let Some(path) = files.paths.get(hash) else { continue };
                 if sent.insert(hash.clone()) {
                     self.send(path, hash).await?;
-                    was_sent = true;
+                    names_more |= package.includes() || may_name_more(&requirement.uri);
                 }
             }
-            if package.includes() && was_sent {
+            if names_more {
                 prepared = self.prepare(package, files.hashes.clone()).await?;
             }
         }
@@ -134,6 +135,12 @@ impl Client {
             }
         }
     }
+}
+
+/// Whether a file of this name may name others that it is drawn with.
+fn may_name_more(uri: &str) -> bool {
+    let extension = uri.trim_end().rsplit_once('.').map(|(_, extension)| extension.to_ascii_lowercase());
+    extension.is_some_and(|extension| ["obj", "mtl", "dae", "gltf", "glb"].contains(&extension.as_str()))
 }
 
 /// What was found for a robot's URIs.

@@ -24,6 +24,7 @@ pub mod translation;
 pub mod urdf;
 
 pub use limits::{LoadLimits, MOST_LINKS};
+pub use mesh::beside::address as beside_mesh;
 pub use name::wire_name;
 pub use number::shown;
 pub use primitive::Primitive;

@@ -80,6 +80,28 @@ pub(crate) const COLLADA_ATTRIBUTES: usize = 1_000_000;
 /// Bytes of a COLLADA file that may be walked over: what is referred to again and again
 /// is walked over as often.
 pub(crate) const COLLADA_WALK: usize = 128 << 20;
+/// Files beside a mesh that it names, and pictures of a description.
+pub(crate) const FILES_BESIDE: usize = 128;
+/// Bytes of a file of materials.
+pub(crate) const MATERIAL_BYTES: usize = 4 << 20;
+/// Materials of one mesh file.
+pub(crate) const MATERIALS: usize = 10_000;
+/// Bytes of a picture.
+pub(crate) const IMAGE_BYTES: usize = 16 << 20;
+/// Pixels of a picture along a side: no browser's graphics take more everywhere.
+pub(crate) const IMAGE_SIDE: u32 = 8192;
+/// Pixels of a picture: whoever draws it unpacks them to four bytes each.
+pub(crate) const IMAGE_PIXELS: u64 = 4096 * 4096;
+/// Bytes of all files beside one mesh, and of the pictures in it.
+pub(crate) const BESIDE_BYTES: usize = 64 << 20;
+/// Bytes of the JSON of a glTF.
+pub(crate) const GLTF_JSON_BYTES: usize = 32 << 20;
+/// Objects in it.
+pub(crate) const GLTF_OBJECTS: usize = 250_000;
+/// Parts of meshes that are visited in a glTF.
+pub(crate) const GLTF_VISITS: usize = 1_000_000;
+/// Elements of buffers that are read for a glTF: what is referred to again is read as often.
+pub(crate) const GLTF_WALK: usize = 50_000_000;
 /// Largest number that a description or a mesh may hold, in either direction:
 /// what is computed from such numbers (a tensor of inertia is the fifth power
 /// of a length) stays finite.

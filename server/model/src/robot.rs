@@ -60,6 +60,9 @@ pub struct Visual {
     pub geometry: Geometry,
     /// Red, green, blue, alpha, each 0 to 1; absent where the file gives none.
     pub color: Option<[f64; 4]>,
+    /// The picture of the description's material, and how the description names it. It is drawn on shapes alone: a mesh
+    /// has the pictures of its own file.
+    pub texture: Option<(String, Arc<Image>)>,
 }
 
 /// Something that touches.
@@ -138,8 +141,10 @@ pub struct MeshAsset {
     pub vertices: Vec<DVec3>,
     /// Corners of each triangle, as indices into `vertices`, each in range.
     pub triangles: Vec<[u32; 3]>,
-    /// Where the file gives colours: in order, each up to the next. The physics knows none.
+    /// Where the file gives colours or textures: in order, each up to the next. The physics knows none.
     pub paints: Vec<Paint>,
+    /// The files beside it that its look is made of too: materials of an OBJ, textures, buffers of a glTF.
+    pub files: Vec<FileBeside>,
     /// Set where the corners are heights above a grid.
     pub grid: Option<Grid>,
 }
@@ -155,13 +160,106 @@ pub struct Grid {
     pub columns: usize,
 }
 
-/// The colour of some triangles of a mesh.
-#[derive(Clone, Copy, Debug, PartialEq)]
+impl MeshAsset {
+    /// SHA-256 of all that it looks like: of its file alone where that names no other.
+    pub fn look(&self) -> Sha256 {
+        look_of(self.sha256, &self.files)
+    }
+}
+
+/// SHA-256 of a mesh's file and of the files beside it.
+pub(crate) fn look_of(sha256: Sha256, files: &[FileBeside]) -> Sha256 {
+    if files.is_empty() {
+        return sha256;
+    }
+    let mut all = sha256.0.to_vec();
+    for FileBeside { name, sha256 } in files {
+        all.extend_from_slice(name.as_bytes());
+        // No name holds it, so that two lists are never the same bytes.
+        all.push(0);
+        all.extend_from_slice(&sha256.0);
+    }
+    Sha256::of(&all)
+}
+
+/// A file that a mesh's file names, and that was found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FileBeside {
+    /// Its path from the folder of the mesh.
+    pub name: String,
+    /// SHA-256 of the file.
+    pub sha256: Sha256,
+}
+
+/// The look of some triangles of a mesh.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Paint {
     /// Index of the first of them.
     pub first: usize,
-    /// Red, green and blue, 0 to 1, as screens have them (sRGB); absent where the file says none.
+    /// Red, green and blue, 0 to 1, as screens have them (sRGB); absent where the file says none. A texture is multiplied
+    /// by it.
     pub color: Option<[f64; 3]>,
+    /// 1 hides what is behind, 0 nothing of it.
+    pub alpha: f64,
+    /// Set where there is a picture on them.
+    pub texture: Option<Texture>,
+}
+
+impl Paint {
+    /// A colour alone, that hides what is behind.
+    pub fn plain(first: usize, color: Option<[f64; 3]>) -> Self {
+        Self { first, color, alpha: 1.0, texture: None }
+    }
+}
+
+/// A picture on triangles.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Texture {
+    /// The picture.
+    pub image: Arc<Image>,
+    /// For each triangle that has it the places of its corners: from the left, 0 to 1, and from the top. The picture is
+    /// repeated beyond that.
+    pub places: Vec<[[f32; 2]; 3]>,
+}
+
+/// A picture as it came: only its header was looked at.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Image {
+    /// SHA-256 of `bytes`.
+    pub sha256: Sha256,
+    /// How it is written.
+    pub kind: ImageKind,
+    /// Pixels across and down, each above 0.
+    pub size: [u32; 2],
+    /// The whole file.
+    pub bytes: Arc<[u8]>,
+}
+
+/// How a picture is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ImageKind {
+    /// ISO/IEC 15948.
+    Png,
+    /// ISO/IEC 10918.
+    Jpeg,
+}
+
+impl ImageKind {
+    /// As headers of HTTP and glTF name it.
+    pub fn media_type(self) -> &'static str {
+        match self {
+            Self::Png => "image/png",
+            Self::Jpeg => "image/jpeg",
+        }
+    }
+
+    /// The usual extension of files.
+    pub fn extension(self) -> &'static str {
+        match self {
+            Self::Png => "png",
+            Self::Jpeg => "jpg",
+        }
+    }
 }
 
 /// A connection of two links.

@@ -40,6 +40,7 @@ fn link(index: usize) -> Link {
             link_from_shape: DPose3::IDENTITY,
             geometry: Geometry::Sphere { radius: 0.1 },
             color: Some([1.0, 0.5, 0.0, 1.0]),
+            texture: None,
         }],
         collisions: Vec::new(),
     }

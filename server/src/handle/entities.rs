@@ -290,17 +290,17 @@ impl SimHandle {
         self.loader().asset(sha256)
     }
 
-    /// Does what takes long with the mesh of a file, off the threads that others wait for;
+    /// Does what takes long with the mesh of a look, off the threads that others wait for;
     /// `None` where no robot uses it.
     ///
     /// # Errors
     /// If too much waits to be read already.
     pub(crate) async fn with_mesh<T: Send + 'static>(
         &self,
-        sha256: &Sha256,
+        look: &Sha256,
         work: impl FnOnce(&MeshAsset) -> T + Send + 'static,
     ) -> Result<Option<T>, CallError> {
-        self.loader().with_mesh(sha256, work).await
+        self.loader().with_mesh(look, work).await
     }
 
     /// Does what takes long with a convex collider of a robot in the world, off the threads that

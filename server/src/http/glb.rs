@@ -2,20 +2,22 @@
 //!
 //! Coordinates are those of the mesh: metres, and the axes of its file, as the physics has
 //! them. Formats that simd reads seldom have normals that can be trusted, so they are made here:
-//! edges that are bent more than [`CREASE`] stay sharp.
+//! edges that are bent more than [`CREASE`] stay sharp. Each material is a part of its own, and pictures are within the
+//! file, as they came.
+
+use std::sync::Arc;
 
 use glamx::DVec3;
-use simd_model::robot::MeshAsset;
+use simd_model::robot::{Image, MeshAsset, Paint};
+
+mod materials;
+use materials::{Group, Materials};
 
 /// Cosine of the bend between two triangles from which their edge is drawn as one: 35 degrees.
 const CREASE: f64 = 0.82;
 /// Triangles about a corner at the most for which smoothing looks at each pair; about one of more, as the
 /// tip of a fine cone is, each triangle is flat.
 const PAIRED: usize = 64;
-/// Colour of what has none, as screens have it.
-const GREY: [f64; 3] = [0.8; 3];
-/// Different colours of one mesh; what goes beyond is grey.
-const MOST_COLORS: usize = 64;
 
 const MAGIC: u32 = u32::from_le_bytes(*b"glTF");
 const VERSION: u32 = 2;
@@ -31,6 +33,8 @@ const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 struct Surface {
     positions: Vec<[f32; 3]>,
     normals: Vec<[f32; 3]>,
+    /// In pictures; empty where there is none.
+    places: Vec<[f32; 2]>,
     indices: Vec<u32>,
 }
 
@@ -38,100 +42,105 @@ struct Surface {
 pub(super) fn write(mesh: &MeshAsset) -> Vec<u8> {
     let surface = surface(mesh);
     let (least, most) = bounds(&surface.positions);
-    let (groups, ordered) = by_color(mesh, &surface.indices);
+    let (groups, ordered) = by_look(mesh, &surface.indices);
     let surface = Surface { indices: ordered, ..surface };
     let vectors = size_of_val(surface.positions.as_slice());
     let indices = size_of_val(surface.indices.as_slice());
+    let places = size_of_val(surface.places.as_slice());
+    let view = |offset: usize, length: usize| serde_json::json!({ "buffer": 0, "byteOffset": offset, "byteLength": length });
+    let target = |mut view: serde_json::Value, target: u32| {
+        view["target"] = serde_json::json!(target);
+        view
+    };
+    let mut views = vec![
+        target(view(0, vectors), ARRAY_BUFFER),
+        target(view(vectors, vectors), ARRAY_BUFFER),
+        target(view(2 * vectors, indices), ELEMENT_ARRAY_BUFFER),
+    ];
+    let mut bytes = 2 * vectors + indices;
+    if places > 0 {
+        views.push(target(view(bytes, places), ARRAY_BUFFER));
+        bytes += places;
+    }
+    let mut materials = Materials::default();
     let accessor = |view: usize, component: u32, count: usize, kind: &str| serde_json::json!({ "bufferView": view, "componentType": component, "count": count, "type": kind });
     let mut positions = accessor(0, FLOAT, surface.positions.len(), "VEC3");
     positions["min"] = serde_json::json!(least);
     positions["max"] = serde_json::json!(most);
     let mut accessors = vec![positions, accessor(1, FLOAT, surface.normals.len(), "VEC3")];
-    let (mut primitives, mut materials, mut first) = (Vec::new(), Vec::new(), 0);
-    for Group { color, count } in groups {
+    let mut attributes = serde_json::json!({ "POSITION": 0, "NORMAL": 1 });
+    if places > 0 {
+        // Behind those of all groups.
+        attributes["TEXCOORD_0"] = serde_json::json!(2 + groups.len());
+    }
+    let (mut primitives, mut first) = (Vec::new(), 0);
+    for Group { paint, count } in groups {
         primitives.push(serde_json::json!({
-            "attributes": { "POSITION": 0, "NORMAL": 1 },
+            "attributes": attributes,
             "indices": accessors.len(),
-            "material": materials.len(),
+            "material": materials.add(paint),
         }));
         let mut indices = accessor(2, UNSIGNED_INT, count, "SCALAR");
         indices["byteOffset"] = serde_json::json!(size_of::<u32>() * first);
         accessors.push(indices);
-        materials.push(material(color));
         first += count;
     }
-    let view = |offset: usize, length: usize, target: u32| serde_json::json!({ "buffer": 0, "byteOffset": offset, "byteLength": length, "target": target });
-    let json = serde_json::json!({
+    if places > 0 {
+        accessors.push(accessor(3, FLOAT, surface.places.len(), "VEC2"));
+    }
+    let first_image = views.len();
+    for image in &materials.images {
+        views.push(view(bytes, image.bytes.len()));
+        bytes += image.bytes.len().next_multiple_of(4);
+    }
+    let mut json = serde_json::json!({
         "asset": { "version": "2.0", "generator": "simd" },
         "scene": 0,
         "scenes": [{ "nodes": [0] }],
         "nodes": [{ "mesh": 0 }],
         "meshes": [{ "primitives": primitives }],
-        "materials": materials,
+        "materials": materials.written,
         "accessors": accessors,
-        "bufferViews": [
-            view(0, vectors, ARRAY_BUFFER),
-            view(vectors, vectors, ARRAY_BUFFER),
-            view(2 * vectors, indices, ELEMENT_ARRAY_BUFFER),
-        ],
-        "buffers": [{ "byteLength": 2 * vectors + indices }],
+        "bufferViews": views,
+        "buffers": [{ "byteLength": bytes }],
     });
+    materials.write_images(&mut json, first_image);
     let mut json = json.to_string().into_bytes();
     json.resize(json.len().next_multiple_of(4), b' ');
-    assemble(&json, &surface, 2 * vectors + indices)
+    assemble(&json, &surface, &materials.images, bytes)
 }
 
-/// Dull, and of this colour. Where the file has none it has no name, so that a viewer can tell that the robot's
-/// description may choose.
-fn material(color: Option<[f64; 3]>) -> serde_json::Value {
-    let [red, green, blue] = color.unwrap_or(GREY).map(linear);
-    serde_json::json!({
-        "name": if color.is_some() { "of the file" } else { "" },
-        // Shells of one layer are common: both sides are drawn.
-        "doubleSided": true,
-        "pbrMetallicRoughness": {
-            "baseColorFactor": [red, green, blue, 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.8,
-        },
-    })
-}
+/// Different looks of one mesh; what goes beyond has none.
+const MOST_LOOKS: usize = 64;
 
-/// A part of a colour as light adds up, of what screens have (IEC 61966-2-1): glTF has it so.
-fn linear(part: f64) -> f64 {
-    if part <= 0.04045 { part / 12.92 } else { ((part + 0.055) / 1.055).powf(2.4) }
-}
-
-/// Indices of one colour.
-struct Group {
-    /// `None` where the file says nothing, or too much.
-    color: Option<[f64; 3]>,
-    count: usize,
-}
-
-/// The colours in the order of their first use, and the triangles' indices in the order of colours.
-fn by_color(mesh: &MeshAsset, indices: &[u32]) -> (Vec<Group>, Vec<u32>) {
-    let mut parts: Vec<(Vec<u32>, Option<[f64; 3]>)> = Vec::new();
-    let mut add = |from: usize, to: usize, mut color: Option<[f64; 3]>| {
+/// The looks in the order of their first use, and the triangles' indices in the order of looks.
+fn by_look<'m>(mesh: &'m MeshAsset, indices: &[u32]) -> (Vec<Group<'m>>, Vec<u32>) {
+    let mut parts: Vec<(Vec<u32>, Option<&Paint>)> = Vec::new();
+    let mut add = |from: usize, to: usize, mut paint: Option<&'m Paint>| {
         let Some(own) = indices.get(3 * from..3 * to).filter(|own| !own.is_empty()) else { return };
-        if parts.len() >= MOST_COLORS && !parts.iter().any(|(_, known)| *known == color) {
-            color = None;
+        paint = paint.filter(|paint| materials::has_look(paint));
+        let is_alike = |known: &Option<&Paint>| materials::is_alike(*known, paint);
+        if parts.len() >= MOST_LOOKS && !parts.iter().any(|(_, known)| is_alike(known)) {
+            paint = None;
         }
-        match parts.iter_mut().find(|(_, known)| *known == color) {
+        let is_alike = |known: &Option<&Paint>| materials::is_alike(*known, paint);
+        match parts.iter_mut().find(|(_, known)| is_alike(known)) {
             Some((all, _)) => all.extend_from_slice(own),
-            None => parts.push((own.to_vec(), color)),
+            None => parts.push((own.to_vec(), paint)),
         }
     };
     let mut from = (0, None);
     for paint in &mesh.paints {
         add(from.0, paint.first, from.1);
-        from = (paint.first, paint.color);
+        from = (paint.first, Some(paint));
     }
     add(from.0, mesh.triangles.len(), from.1);
-    let groups = parts.iter().map(|(own, color)| Group { color: *color, count: own.len() }).collect();
+    let groups = parts.iter().map(|(own, paint)| Group { paint: *paint, count: own.len() }).collect();
     (groups, parts.into_iter().flat_map(|(own, _)| own).collect())
 }
 
 /// Header and chunks. All lengths are multiples of four already.
-fn assemble(json: &[u8], surface: &Surface, bytes: usize) -> Vec<u8> {
+fn assemble(json: &[u8], surface: &Surface, images: &[Arc<Image>], bytes: usize) -> Vec<u8> {
     let length = |bytes: usize| u32::try_from(bytes).unwrap_or(u32::MAX);
     let total = 12 + 8 + json.len() + 8 + bytes;
     let mut file = Vec::with_capacity(total);
@@ -147,6 +156,14 @@ fn assemble(json: &[u8], surface: &Surface, bytes: usize) -> Vec<u8> {
     }
     for index in &surface.indices {
         file.extend_from_slice(&index.to_le_bytes());
+    }
+    for value in surface.places.iter().flatten() {
+        file.extend_from_slice(&value.to_le_bytes());
+    }
+    for image in images {
+        file.extend_from_slice(&image.bytes);
+        // The bytes before are a multiple of four.
+        file.resize(file.len().next_multiple_of(4), 0);
     }
     file
 }
@@ -164,7 +181,7 @@ fn bounds(positions: &[[f32; 3]]) -> ([f32; 3], [f32; 3]) {
 }
 
 /// Gives each corner a normal: the mean of those triangles about it that are not bent away from
-/// the corner's own, by their areas. A corner with several normals becomes several.
+/// the corner's own, by their areas. A corner with several normals or places in a picture becomes several.
 fn surface(mesh: &MeshAsset) -> Surface {
     let corner = |index: u32| mesh.vertices.get(index as usize).copied().unwrap_or_default();
     // Twice the area as its length.
@@ -178,7 +195,8 @@ fn surface(mesh: &MeshAsset) -> Surface {
         .collect();
     let about = About::new(mesh);
     let mut surface = Surface { indices: vec![0; 3 * mesh.triangles.len()], ..Surface::default() };
-    let mut known: Vec<(DVec3, u32)> = Vec::new();
+    let places = places(mesh);
+    let mut known: Vec<(DVec3, [f32; 2], u32)> = Vec::new();
     for (place, vertex) in mesh.vertices.iter().enumerate() {
         let corners = about.corners(place);
         known.clear();
@@ -188,13 +206,19 @@ fn surface(mesh: &MeshAsset) -> Surface {
                 Some(own) if corners.len() > PAIRED => own,
                 _ => smooth(own, corners, &faces),
             };
-            let alike = known.iter().find(|(other, _)| other.dot(normal) > 0.9999).map(|(_, index)| *index);
+            let place = places.get(at as usize).copied().unwrap_or_default();
+            let is_alike =
+                |(other, there, _): &&(DVec3, [f32; 2], u32)| *there == place && other.dot(normal) > 0.9999;
+            let alike = known.iter().find(is_alike).map(|(_, _, index)| *index);
             let index = alike.unwrap_or_else(|| {
                 let index = u32::try_from(surface.positions.len()).unwrap_or(u32::MAX);
                 surface.positions.push(single(*vertex));
                 surface.normals.push(single(normal));
+                if !places.is_empty() {
+                    surface.places.push(place);
+                }
                 if known.len() < PAIRED {
-                    known.push((normal, index));
+                    known.push((normal, place, index));
                 }
                 index
             });
@@ -204,6 +228,22 @@ fn surface(mesh: &MeshAsset) -> Surface {
         }
     }
     surface
+}
+
+/// Where each corner of each triangle is in a picture; empty where there is none.
+fn places(mesh: &MeshAsset) -> Vec<[f32; 2]> {
+    let mut places = Vec::new();
+    for paint in &mesh.paints {
+        let Some(texture) = &paint.texture else { continue };
+        if places.is_empty() {
+            places.resize(3 * mesh.triangles.len(), [0.0; 2]);
+        }
+        let own = places.get_mut(3 * paint.first..).unwrap_or_default();
+        for (slot, place) in own.iter_mut().zip(texture.places.iter().flatten()) {
+            *slot = *place;
+        }
+    }
+    places
 }
 
 /// The mean of the first triangles about a corner that are not bent away from one of them; of

@@ -16,9 +16,9 @@ use axum::response::{IntoResponse, Response};
 
 use crate::handle::Transport;
 
-/// The page loads and asks its own daemon alone. three.js makes pictures of its own (`blob:`), and
-/// small ones come within style sheets (`data:`).
-const POLICY: &str = "default-src 'self'; img-src 'self' data: blob:; font-src 'self' data:; \
+/// The page loads and asks its own daemon alone. three.js makes pictures of its own and reads those within meshes
+/// (`blob:`, of the page itself), and small ones come within style sheets (`data:`).
+const POLICY: &str = "default-src 'self'; connect-src 'self' blob:; img-src 'self' data: blob:; font-src 'self' data:; \
                       object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
 /// What every answer to a browser has.

@@ -22,7 +22,7 @@ const WORTH_IT: usize = 4 << 10;
 /// What can be asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Key {
-    /// A mesh, by the hash of its file.
+    /// A mesh, by its look.
     Mesh(Sha256),
     /// A convex collider, by the hash of its vertices and triangles.
     Collider(Sha256),
@@ -92,7 +92,14 @@ impl Meshes {
 }
 
 fn written(sha256: Sha256, ConvexMesh { vertices, triangles }: ConvexMesh) -> Glb {
-    Glb::of(glb::write(&MeshAsset { sha256, vertices, triangles, paints: Vec::new(), grid: None }))
+    Glb::of(glb::write(&MeshAsset {
+        sha256,
+        vertices,
+        triangles,
+        paints: Vec::new(),
+        files: Vec::new(),
+        grid: None,
+    }))
 }
 
 impl Cache {

@@ -99,6 +99,7 @@ fn two_boxes() -> Arc<MeshAsset> {
         vertices: vertices.collect(),
         triangles,
         paints: Vec::new(),
+        files: Vec::new(),
         grid: None,
     })
 }

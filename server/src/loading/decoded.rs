@@ -11,7 +11,7 @@ use simd_model::{Asset, Assets};
 
 use crate::call_error::CallError;
 
-/// A file's content, and what it was read as.
+/// A mesh's look, and what its file was read as.
 type Key = (Sha256, String);
 
 /// What robots in the world, in saved states and held by calls have in memory. Holds
@@ -85,10 +85,10 @@ impl Decoded {
         self.lock().meshes.get(key)?.upgrade()
     }
 
-    /// The mesh of a file that a robot uses, whichever format it was read as.
-    pub(super) fn find(&self, sha256: &Sha256) -> Option<Arc<MeshAsset>> {
+    /// The mesh of a look that a robot uses, whichever format it was read as.
+    pub(super) fn find(&self, look: &Sha256) -> Option<Arc<MeshAsset>> {
         let used = self.lock();
-        let alike = used.meshes.iter().filter(|((content, _format), _)| content == sha256);
+        let alike = used.meshes.iter().filter(|((own, _format), _)| own == look);
         let live = alike.filter_map(|((_, format), mesh)| Some((format, mesh.upgrade()?)));
         live.min_by(|a, b| a.0.cmp(b.0)).map(|(_format, mesh)| mesh)
     }
@@ -118,7 +118,14 @@ impl Decoded {
 
 /// What a mesh takes in memory.
 fn bytes(mesh: &MeshAsset) -> u64 {
-    (size_of_val(mesh.vertices.as_slice()) + size_of_val(mesh.triangles.as_slice())) as u64
+    let triangles = size_of_val(mesh.vertices.as_slice()) + size_of_val(mesh.triangles.as_slice());
+    let mut images = BTreeMap::new();
+    let mut looks = size_of_val(mesh.paints.as_slice());
+    for texture in mesh.paints.iter().filter_map(|paint| paint.texture.as_ref()) {
+        looks += size_of_val(texture.places.as_slice());
+        images.insert(texture.image.sha256, texture.image.bytes.len());
+    }
+    (triangles + looks + images.into_values().sum::<usize>()) as u64
 }
 
 /// Files of one robot, decoded by way of what others have.
@@ -153,11 +160,11 @@ impl Assets for Decoding<'_> {
 
     fn mesh(
         &self,
-        sha256: Sha256,
+        look: Sha256,
         format: &str,
         read: &mut dyn FnMut() -> Result<MeshAsset, String>,
     ) -> Result<Arc<MeshAsset>, String> {
-        let key = (sha256, format.to_owned());
+        let key = (look, format.to_owned());
         if let Some(known) = self.decoded.known(&key) {
             return Ok(known);
         }
@@ -194,6 +201,7 @@ mod tests {
             vertices: vec![DVec3::ZERO; 40],
             triangles: vec![[0, 1, 2]; 20],
             paints: Vec::new(),
+            files: Vec::new(),
             grid: None,
         }
     }

@@ -91,11 +91,11 @@ impl<A: Assets> Assets for Counting<'_, A> {
 
     fn mesh(
         &self,
-        sha256: Sha256,
+        look: Sha256,
         format: &str,
         read: &mut dyn FnMut() -> Result<MeshAsset, String>,
     ) -> Result<Arc<MeshAsset>, String> {
-        self.assets.mesh(sha256, format, read)
+        self.assets.mesh(look, format, read)
     }
 }
 

@@ -218,18 +218,24 @@ impl Loader {
     }
 }
 
-/// The meshes that a model was made with. Those that were missing or could not be read are
+/// The meshes and pictures that a model was made with. Those that were missing or could not be read are
 /// missing again.
 fn mesh_files(model: &RobotModel) -> BTreeMap<String, Sha256> {
-    let shapes = model.links.iter().flat_map(|link| {
+    let mut files = BTreeMap::new();
+    for link in &model.links {
+        for (uri, image) in link.visuals.iter().filter_map(|visual| visual.texture.as_ref()) {
+            files.insert(uri.clone(), image.sha256);
+        }
         let seen = link.visuals.iter().map(|visual| &visual.geometry);
-        seen.chain(link.collisions.iter().map(|collision| &collision.geometry))
-    });
-    let mesh = |geometry: &Geometry| match geometry {
-        Geometry::Mesh { uri, asset: Some(asset), .. } => Some((uri.clone(), asset.sha256)),
-        _ => None,
-    };
-    shapes.filter_map(mesh).collect()
+        for geometry in seen.chain(link.collisions.iter().map(|collision| &collision.geometry)) {
+            if let Geometry::Mesh { uri, asset: Some(asset), .. } = geometry {
+                files.insert(uri.clone(), asset.sha256);
+                let beside = asset.files.iter();
+                files.extend(beside.map(|file| (simd_model::beside_mesh(uri, &file.name), file.sha256)));
+            }
+        }
+    }
+    files
 }
 
 fn sealed(name: &str, saved: &Saved, recipes: Vec<Recipe>, files: Files) -> (Sha256, Arc<[u8]>) {

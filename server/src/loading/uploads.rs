@@ -30,7 +30,7 @@ impl Loader {
     ) -> Result<Prepared, CallError> {
         self.check_description(urdf.len())?;
         let reading = self.limits.reading;
-        // Included files that are here say what else is named.
+        // Included files and meshes that are here say what else is named.
         let known = {
             let mut cache = self.lock();
             let known = assets.iter().filter_map(|(uri, sha256)| {
@@ -146,17 +146,17 @@ impl Loader {
         self.lock().store.get(sha256).map(Bytes::from_owner)
     }
 
-    /// Does what takes long with the mesh of a file, off the threads that others wait for;
+    /// Does what takes long with the mesh of a look, off the threads that others wait for;
     /// `None` where no robot uses it.
     ///
     /// # Errors
     /// Where too much waits for a permit already.
     pub(crate) async fn with_mesh<T: Send + 'static>(
         &self,
-        sha256: &Sha256,
+        look: &Sha256,
         work: impl FnOnce(&MeshAsset) -> T + Send + 'static,
     ) -> Result<Option<T>, CallError> {
-        let Some(mesh) = self.decoded.find(sha256) else { return Ok(None) };
+        let Some(mesh) = self.decoded.find(look) else { return Ok(None) };
         self.off_thread(move || work(&mesh)).await.map(Some)
     }
 

@@ -88,6 +88,7 @@ fn hills(cells: usize) -> Geometry {
         vertices: (0..n * n).map(corner).collect(),
         triangles: (0..cells * cells).flat_map(cell).collect(),
         paints: Vec::new(),
+        files: Vec::new(),
         grid: None,
     };
     Geometry::Mesh { uri: "hills.stl".into(), scale: DVec3::ONE, asset: Some(Arc::new(mesh)) }

@@ -37,6 +37,8 @@ pub const TARGETS: &[Target] = &[
     ("stl", stl),
     ("obj", obj),
     ("collada", collada),
+    ("gltf", gltf),
+    ("looks", looks),
     ("msh", msh),
     ("heights_png", heights_png),
     ("heights_csv", heights_csv),
@@ -159,6 +161,17 @@ fn check_mesh(mesh: &MeshAsset) {
     assert!(mesh.vertices.iter().all(|vertex| vertex.is_finite()), "a corner is somewhere");
     let in_range = |corner: &u32| (*corner as usize) < mesh.vertices.len();
     assert!(mesh.triangles.iter().flatten().all(in_range), "a triangle's corners are there");
+    for paint in &mesh.paints {
+        assert!(
+            paint.first <= mesh.triangles.len() && (0.0..=1.0).contains(&paint.alpha),
+            "a paint is on triangles"
+        );
+        if let Some(texture) = &paint.texture {
+            assert!(paint.first + texture.places.len() <= mesh.triangles.len(), "and so is a picture");
+            let mut places = texture.places.iter().flatten().flatten();
+            assert!(places.all(|place| place.is_finite()), "of which each corner has its place");
+        }
+    }
     if let Some(Grid { rows, columns }) = mesh.grid {
         assert!(rows > 1 && columns > 1 && rows * columns == mesh.vertices.len(), "a grid has its corners");
         assert_eq!(mesh.triangles.len(), 2 * (rows - 1) * (columns - 1), "and two triangles a cell");
@@ -189,6 +202,43 @@ pub fn obj(bytes: &[u8]) {
 /// COLLADA.
 pub fn collada(bytes: &[u8]) {
     mesh("dae", bytes);
+}
+
+/// glTF, as text and binary.
+pub fn gltf(bytes: &[u8]) {
+    mesh("gltf", bytes);
+}
+
+/// Materials of an OBJ, or a picture on a box, by how it begins. Whatever they are, the mesh is read.
+pub fn looks(bytes: &[u8]) {
+    let obj: &[u8] = b"mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl a\nf 1/1 2/1 3/1\n";
+    let urdf = b"<robot name='r'><link name='a'><visual><geometry><mesh filename='a.obj'/></geometry>\
+        <material name='m'><texture filename='a.png'/></material></visual></link></robot>";
+    let named = Beside { mesh: only(obj), other: only(bytes) };
+    let described = simd_model::describe_with(urdf, &named, &LoadLimits::default());
+    assert!(described.is_ok_and(|described| described.asset_uris.len() < 1000), "what it names is bounded");
+    let read = simd_model::read(urdf, &named, &ReadOptions::default());
+    let drawn = read.as_ref().is_ok_and(|(model, _)| {
+        model
+            .links
+            .iter()
+            .flat_map(|link| &link.visuals)
+            .all(|visual| matches!(&visual.geometry, Geometry::Mesh { asset: Some(_), .. }))
+    });
+    assert!(drawn, "a mesh is read, whatever its materials are");
+    check(read);
+}
+
+/// A mesh, and any other file.
+struct Beside {
+    mesh: Only,
+    other: Only,
+}
+
+impl Assets for Beside {
+    fn find(&self, uri: &str) -> Result<Asset, Vec<String>> {
+        if uri.ends_with(".obj") { self.mesh.find(uri) } else { self.other.find(uri) }
+    }
 }
 
 /// MuJoCo's meshes.

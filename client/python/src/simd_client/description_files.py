@@ -15,6 +15,8 @@ from simd_client.expansion import Arguments, expanded, is_xacro
 PART_BYTES = 1024 * 1024
 """Of one message: far below the daemon's limit, and large enough that round trips do not matter."""
 
+_MESHES_WITH_FILES = (".obj", ".mtl", ".dae", ".gltf", ".glb")
+
 AnyPath = str | os.PathLike[str]
 Packages = Mapping[str, AnyPath]
 """Folders of ROS packages by the names of the packages."""
@@ -64,6 +66,11 @@ class DescriptionFiles:
                 known[path] = hash_of(path)
             self.hashes[uri] = known[path]
             self.paths[known[path]] = path
+
+
+    def name_more(self, hashes: list[str]) -> bool:
+        """Whether any of these files may name others: an SDF or MJCF that is included, or a mesh with pictures."""
+        return any(self.includes or self.paths[each].suffix.lower() in _MESHES_WITH_FILES for each in hashes)
 
 
 def part_of(path: Path, offset: int) -> bytes:

@@ -163,13 +163,14 @@ function jointOf({ name, type, childLink, axis, limits, damping, friction, mimic
 function shapeOf(shape: WireShape): Shape[] {
   const geometry = geometryOf(shape);
   if (!geometry) return [];
-  const { color } = shape;
+  const { color, texture } = shape;
   return [
     {
       link: shape.link,
       linkFromShape: poseOf(shape.pose),
       geometry,
       ...(color && { color: [color.red, color.green, color.blue, color.alpha] as const }),
+      ...(texture !== "" && { texture }),
     },
   ];
 }
@@ -186,8 +187,9 @@ function geometryOf({ geometry }: WireShape): Geometry | undefined {
     case "plane":
       return { kind: "plane", normal: vectorOf(geometry.value.normal, [0, 0, 1]) };
     case "mesh": {
-      const { sha256, uri, scale } = geometry.value;
-      return { kind: "mesh", sha256, uri, scale: vectorOf(scale, [1, 1, 1]) };
+      const { sha256, look, uri, scale } = geometry.value;
+      // Markers have the file alone.
+      return { kind: "mesh", sha256: look === "" ? sha256 : look, uri, scale: vectorOf(scale, [1, 1, 1]) };
     }
     case "convex":
       return { kind: "convex", sha256: geometry.value.sha256 };

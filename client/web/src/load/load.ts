@@ -8,7 +8,7 @@ import { scenes } from "../state/scene";
 import { toast } from "../state/toasts";
 import { selectedRobot } from "../state/view";
 import { frame } from "../state/world";
-import { includes, Locator } from "./locator";
+import { includes, Locator, mayNameMore } from "./locator";
 import { nextSpawnPosition } from "./spawn-position";
 import { sha256 } from "./sha256";
 import { MOUNT, nameOf, Tree } from "./tree";
@@ -54,7 +54,8 @@ async function load(entities: Entities, files: Map<string, File>, tree: Tree, ur
   const locator = new Locator(tree, urdf);
   const found: Found = { hashes: {}, paths: new Map(), missing: {}, known: new Map() };
   const sent = new Set<string>();
-  // What an SDF or MJCF includes names more. A file is looked for once, so that this ends.
+  // What an SDF or MJCF includes names more, and so does a mesh: pictures, and materials. A file is looked for once, so that
+  // this ends.
   for (;;) {
     const named = prepared.assets.map((asset) => asset.uri).filter((uri) => !(uri in found.hashes || uri in found.missing));
     await find(files, locator, named, found);
@@ -64,7 +65,7 @@ async function load(entities: Entities, files: Map<string, File>, tree: Tree, ur
     const hashes = new Set(lacking.flatMap((asset) => found.hashes[asset.uri] ?? []).filter((hash) => !sent.has(hash)));
     await upload(entities, files, prepared.name, found, hashes);
     for (const hash of hashes) sent.add(hash);
-    if (includes(urdf) && hashes.size > 0) {
+    if ([...hashes].some((hash) => includes(urdf) || mayNameMore(found.paths.get(hash) ?? ""))) {
       prepared = await entities.prepareDescription({ urdf: bytes, assets: found.hashes });
     }
   }

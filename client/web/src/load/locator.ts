@@ -22,6 +22,11 @@ export function includes(description: string): boolean {
   return DESCRIPTIONS.includes(extensionOf(description) ?? "");
 }
 
+/** Whether a file, by its name, may name others that it is drawn with. */
+export function mayNameMore(path: string): boolean {
+  return ["obj", "mtl", "dae", "gltf", "glb"].includes(extensionOf(path) ?? "");
+}
+
 function extensionOf(path: string): string | undefined {
   const name = nameOf(path);
   const dot = name.lastIndexOf(".");

@@ -1,6 +1,6 @@
-// The menu of the camera: sides to look from, projection, following, and pictures.
+// The menu of the camera: sides to look from, projection, following, quality, and pictures.
 import type { JSX } from "preact";
-import { followed, moveCamera, orthographic, type Viewpoint } from "../state/view";
+import { followed, moveCamera, orthographic, quality, type Quality, type Viewpoint } from "../state/view";
 import { Icon } from "./icons";
 import { pictureOpen } from "./PictureSheet";
 import { Popover } from "./Popover";
@@ -15,6 +15,12 @@ const SIDES: readonly { viewpoint: Viewpoint; label: string; keys: string }[] = 
   { viewpoint: "top", label: "Top", keys: "Z" },
   { viewpoint: "bottom", label: "Bottom", keys: "Shift + Z" },
   { viewpoint: "corner", label: "Corner", keys: "" },
+];
+
+const QUALITIES: readonly { value: Quality; label: string; what: string }[] = [
+  { value: "auto", label: "Auto", what: "Shadows and reflections, where pictures come fast enough" },
+  { value: "low", label: "Low", what: "No shadows, no reflections, fewer pixels" },
+  { value: "high", label: "High", what: "Shadows and reflections, however slow" },
 ];
 
 /** A button among the toggles, with its menu. */
@@ -52,6 +58,13 @@ export function ViewMenu(): JSX.Element {
             Orthographic
           </button>
           <Follow />
+          <div class="view-sides" role="group" aria-label="Quality">
+            {QUALITIES.map(({ value, label, what }) => (
+              <button key={value} type="button" class="button" data-testid={`quality-${value}`} aria-pressed={quality.value === value} title={what} onClick={() => (quality.value = value)}>
+                {label}
+              </button>
+            ))}
+          </div>
           <button
             type="button"
             class="button"

@@ -36,6 +36,8 @@ export interface Hook {
   constraint(name: string): [number[], number[]] | undefined;
   /** Points of a marker as they are drawn, world axes; undefined if it is not. */
   marker(id: bigint): number[][] | undefined;
+  /** How fine the picture is. */
+  quality(): "low" | "high";
   stats: {
     /** Since the page was loaded. */
     pictures(): number;
@@ -89,6 +91,7 @@ export function hook(stage: Stage, canvas: HTMLCanvasElement): () => void {
       return ends && [ends[0].toArray(), ends[1].toArray()];
     },
     marker: (id) => stage.markers.points(id),
+    quality: () => stage.appearance.quality,
     stats: { pictures: () => stage.pictures, requests: requestCount, frames: () => frames },
   };
   return frame.subscribe(() => {

@@ -1,15 +1,28 @@
 // A hemisphere light and a directional light with a soft shadow.
-import { DirectionalLight, HemisphereLight, Vector3, type Scene, type Sphere } from "three";
+import { DirectionalLight, HemisphereLight, Sphere, Vector3, type Scene } from "three";
 import type { Palette } from "./palette";
 
 /** Direction to the directional light: above, in front, a little to the left. */
 const SUN = new Vector3(1.2, 0.5, 2.4).normalize();
 const SHADOW_PIXELS = 2048;
+/** The share of the sky's light that is left beside that of a room. */
+const BESIDE_ROOM = 0.45;
+/** The shadow is fitted anew when what is seen has become so much larger or smaller, or has moved by this share of it:
+ * at each step its edges would flicker. */
+const ZOOMED = 1.3;
+const MOVED = 0.25;
+/** The radius of what is seen about what is looked at, as a share of the distance. */
+const SEEN = 0.9;
 
 /** Both lights. */
 export class Light {
   private readonly sky = new HemisphereLight();
   private readonly sun = new DirectionalLight();
+  private skyIntensity = 1;
+  private hasRoom = false;
+  /** What the shadow is fitted to. */
+  private readonly fitted = new Sphere(new Vector3(), 0);
+  private readonly content = new Sphere(new Vector3(), 0);
 
   constructor(scene: Scene) {
     // z is up here, not y.
@@ -24,20 +37,43 @@ export class Light {
   paint(palette: Palette): void {
     this.sky.color.set(palette.sky);
     this.sky.groundColor.set(palette.earth);
-    this.sky.intensity = palette.skyIntensity;
+    this.skyIntensity = palette.skyIntensity;
     this.sun.intensity = palette.sunIntensity;
+    this.balance();
   }
 
-  /** Fits the shadow map to a sphere. */
-  cover({ center, radius }: Sphere): void {
-    const reach = Math.max(0.2, 1.6 * radius);
+  /** Shadows or none, and the light of a room beside the own or not. */
+  refine(shadows: boolean, room: boolean): void {
+    this.sun.castShadow = shadows;
+    this.hasRoom = room;
+    this.balance();
+  }
+
+  private balance(): void {
+    this.sky.intensity = this.skyIntensity * (this.hasRoom ? BESIDE_ROOM : 1);
+  }
+
+  /** Fits the shadow map to what is seen of the content, from this distance to a point: also from near shadows have fine
+   * edges. */
+  cover(content: Sphere, target: Vector3, distance: number): void {
+    const seen = new Sphere(target, SEEN * distance);
+    const wanted = seen.radius < content.radius ? seen : content;
+    const { fitted } = this;
+    const ratio = wanted.radius / fitted.radius;
+    const isFine = ratio < ZOOMED && ratio > 1 / ZOOMED && wanted.center.distanceTo(fitted.center) < MOVED * fitted.radius;
+    if (isFine && content.equals(this.content)) return;
+    this.content.copy(content);
+    if (!isFine) fitted.copy(wanted);
+    const reach = Math.max(0.2, 1.6 * fitted.radius);
+    // All of the content throws shadows, also from outside of what is seen.
+    const depth = Math.max(reach, content.radius + content.center.distanceTo(fitted.center));
     const { camera } = this.sun.shadow;
-    this.sun.target.position.copy(center);
-    this.sun.position.copy(center).addScaledVector(SUN, 2 * reach);
+    this.sun.target.position.copy(fitted.center);
+    this.sun.position.copy(fitted.center).addScaledVector(SUN, 1.2 * depth);
     camera.left = camera.bottom = -reach;
     camera.right = camera.top = reach;
-    camera.near = 0.01 * reach;
-    camera.far = 5 * reach;
+    camera.near = 0.01 * depth;
+    camera.far = 1.2 * depth + 3 * Math.max(reach, content.radius);
     this.sun.shadow.bias = -0.0004 * reach;
     this.sun.shadow.normalBias = 0.004 * reach;
     camera.updateProjectionMatrix();

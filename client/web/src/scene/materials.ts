@@ -1,5 +1,5 @@
-// Materials, one for each colour, with highlighted variants.
-import { Color, DoubleSide, FrontSide, MeshBasicMaterial, MeshStandardMaterial, SRGBColorSpace, type Material } from "three";
+// Materials, one for each colour and picture, with highlighted variants.
+import { Color, DoubleSide, FrontSide, MeshBasicMaterial, MeshStandardMaterial, RepeatWrapping, SRGBColorSpace, TextureLoader, type Material, type Texture } from "three";
 import type { Shape } from "../state/scene";
 import { COLLISION, HIGHLIGHT, MISSING, UNCOLOURED } from "./palette";
 
@@ -9,6 +9,8 @@ type Rgba = NonNullable<Shape["color"]>;
 export class Materials {
   private readonly solids = new Map<string, MeshStandardMaterial>();
   private readonly highlights = new Map<Material, Material>();
+  private readonly textures = new Map<string, Texture>();
+  private loading = 0;
   /** Translucent and two-sided, so that the inside is visible. */
   readonly collision = new MeshStandardMaterial({
     color: COLLISION,
@@ -22,16 +24,23 @@ export class Materials {
   readonly missing = new MeshBasicMaterial({ color: MISSING, wireframe: true });
   readonly ground = new MeshStandardMaterial({ roughness: 1, metalness: 0 });
 
-  constructor() {
+  /** `changed` is called when a picture was loaded. */
+  constructor(private readonly changed: () => void = () => undefined) {
     // The grid lies in the same plane.
     this.ground.polygonOffset = true;
     this.ground.polygonOffsetFactor = 1;
     this.ground.polygonOffsetUnits = 1;
   }
 
-  /** The material of a colour, or of the default one. Meshes may be open shells, which are drawn two-sided. */
-  solid(color: Rgba | undefined, isShell = false): MeshStandardMaterial {
-    const key = `${color?.join() ?? ""} ${isShell}`;
+  /** Whether no picture is being loaded. */
+  isComplete(): boolean {
+    return this.loading === 0;
+  }
+
+  /** The material of a colour, or of the default one, with a picture or without. Meshes may be open shells, which are drawn
+   * two-sided. */
+  solid(color: Rgba | undefined, isShell = false, texture?: string): MeshStandardMaterial {
+    const key = `${color?.join() ?? ""} ${isShell} ${texture ?? ""}`;
     let material = this.solids.get(key);
     if (!material) {
       const side = isShell ? DoubleSide : FrontSide;
@@ -42,9 +51,31 @@ export class Materials {
         material.transparent = alpha < 1;
         material.opacity = alpha;
       }
+      if (texture !== undefined) {
+        // The picture as it is, where there is no colour.
+        if (!color) material.color.set(0xffffff);
+        material.map = this.texture(texture);
+      }
       this.solids.set(key, material);
     }
     return material;
+  }
+
+  private texture(sha256: string): Texture {
+    let texture = this.textures.get(sha256);
+    if (!texture) {
+      const loaded = () => {
+        this.loading -= 1;
+        this.changed();
+      };
+      this.loading += 1;
+      // Of either kind: what it is its first bytes say.
+      texture = new TextureLoader().load(`/assets/${encodeURIComponent(sha256)}.png`, loaded, undefined, loaded);
+      texture.colorSpace = SRGBColorSpace;
+      texture.wrapS = texture.wrapT = RepeatWrapping;
+      this.textures.set(sha256, texture);
+    }
+    return texture;
   }
 
   /** The highlighted variant of a material. */
@@ -60,6 +91,7 @@ export class Materials {
 
   dispose(): void {
     const own = [this.collision, this.wire, this.missing, this.ground];
+    for (const texture of this.textures.values()) texture.dispose();
     for (const material of [...own, ...this.solids.values(), ...this.highlights.values()]) material.dispose();
   }
 }

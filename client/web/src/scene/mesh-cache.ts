@@ -1,5 +1,5 @@
 // MeshCache and convex colliders by their address: each is fetched once, shared by all that show it, and disposed of with the last.
-import { Group, Mesh, type BufferGeometry, type Material, type Object3D } from "three";
+import { Group, Mesh, MeshStandardMaterial, type BufferGeometry, type Material, type Object3D } from "three";
 import { GLTFLoader } from "three/examples/jsm/loaders/GLTFLoader.js";
 import type { Geometry } from "../state/scene";
 
@@ -60,7 +60,8 @@ export class MeshCache {
   }
 }
 
-/** Whether the file gives it no colour, so that the robot's description may: the daemon's default material has no name. */
+/** Whether the file says nothing of how it looks, so that the robot's description may: the daemon's default material has no
+ * name. That is the rule of RViz: materials of a mesh win over that of the URDF. */
 export function isUnpainted(mesh: Mesh): boolean {
   const material = mesh.material as Material | Material[];
   return !Array.isArray(material) && material.name === "";
@@ -71,6 +72,9 @@ function dispose(object: Object3D | undefined): void {
     if (!(each instanceof Mesh)) return;
     (each.geometry as BufferGeometry).dispose();
     const materials = each.material as Material | Material[];
-    for (const material of Array.isArray(materials) ? materials : [materials]) material.dispose();
+    for (const material of Array.isArray(materials) ? materials : [materials]) {
+      if (material instanceof MeshStandardMaterial) material.map?.dispose();
+      material.dispose();
+    }
   });
 }

@@ -210,7 +210,7 @@ export class RobotView {
     }
     const made = triangles(geometry);
     this.geometries.push(made);
-    const plain = geometry.kind === "plane" && !shape.color ? this.materials.ground : this.materials.solid(shape.color);
+    const plain = geometry.kind === "plane" && !shape.color && shape.texture === undefined ? this.materials.ground : this.materials.solid(shape.color, false, shape.texture);
     const material = this.paint ?? plain;
     const mesh = new Mesh(made, look === "solid" ? material : this.materials.collision);
     mesh.userData["infinite"] = geometry.kind === "plane";

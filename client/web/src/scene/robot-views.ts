@@ -14,14 +14,16 @@ const AXIS_FRACTION = 0.18;
 /** The views of robots, by name. */
 export class RobotViews {
   readonly group = new Group();
-  readonly materials = new Materials();
+  readonly materials: Materials;
   readonly meshes = new MeshCache();
   private readonly views = new Map<string, RobotView>();
   private readonly poses = new Map<string, Float64Array>();
   private shown: Shown = { visuals: true, collisions: false, frames: false };
 
-  /** `changed` is called when a mesh was loaded. */
-  constructor(private readonly changed: () => void) {}
+  /** `changed` is called when a mesh or a picture was loaded. */
+  constructor(private readonly changed: () => void) {
+    this.materials = new Materials(changed);
+  }
 
   /** Those that are seen: none while a recording is shown alone. */
   all(): Iterable<RobotView> {
@@ -30,6 +32,11 @@ export class RobotViews {
 
   get(name: string): RobotView | undefined {
     return this.views.get(name);
+  }
+
+  /** Whether no mesh and no picture is being loaded. */
+  areLoaded(): boolean {
+    return this.meshes.isComplete() && this.materials.isComplete();
   }
 
   /** Creates views of new scenes, and disposes of those that are gone. */

@@ -10,9 +10,10 @@ import { pictureRequest } from "../state/picture";
 import { ghosts, ghostsAlone } from "../state/playback";
 import { unmeasured } from "../state/report";
 import { hasGround, scenes } from "../state/scene";
-import { cameraMove, cameraView, centresOfMass, collisions, constraintsShown, contacts, fitRequest, followed, frames, grid, hoveredLink, jointAxes, linkNames, markersShown, orthographic, visuals } from "../state/view";
+import { cameraMove, cameraView, centresOfMass, collisions, constraintsShown, contacts, fitRequest, followed, frames, grid, hoveredLink, jointAxes, linkNames, markersShown, orthographic, quality, visuals } from "../state/view";
 import { connection, frame, robots, type Frame } from "../state/world";
 import { shownTheme } from "../style/theme";
+import { Appearance } from "./appearance";
 import { Camera } from "./camera";
 import { reportCamera } from "./camera-report";
 import { ConstraintMarks, type Finder } from "./constraints";
@@ -33,8 +34,6 @@ import { RobotViews } from "./robot-views";
 import { isFlatGround } from "./scenery";
 import { StructureMarks } from "./structure-marks";
 
-/** Upper bound of device pixels per CSS pixel. */
-const MAX_PIXEL_RATIO = 2;
 /** Milliseconds between updates of the area that the shadow covers. */
 const SHADOW_INTERVAL = 500;
 const GRAVITY = 9.81;
@@ -56,6 +55,7 @@ export class Stage {
   private readonly fog = new Fog(0);
   private readonly grid = new Grid(this.scene);
   private readonly light = new Light(this.scene);
+  readonly appearance: Appearance;
   readonly constraints = new ConstraintMarks();
   readonly markers = new DrawnMarkers();
   readonly structure = new StructureMarks();
@@ -81,6 +81,7 @@ export class Stage {
     this.renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: "low-power" });
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = PCFShadowMap;
+    this.appearance = new Appearance(this.renderer, this.scene, this.light, () => this.invalidate());
     this.robots = new RobotViews(() => this.contentChanged());
     this.ghosts = new GhostViews(this.robots.meshes, this.robots.materials, () => this.contentChanged());
     this.scene.fog = this.fog;
@@ -102,12 +103,12 @@ export class Stage {
   /** Whether nothing is pending: the picture shows the newest state. */
   isSettled(): boolean {
     const still = this.camera.isStill() && this.interpolator.isSettled(performance.now());
-    const complete = this.interpolator.newest() !== null && this.robots.meshes.isComplete() && !this.unfitted;
+    const complete = this.interpolator.newest() !== null && this.robots.areLoaded() && this.appearance.isComplete() && !this.unfitted;
     return this.pictures > 0 && !this.dirty && still && complete;
   }
 
   resize(width: number, height: number): void {
-    this.renderer.setPixelRatio(Math.min(MAX_PIXEL_RATIO, devicePixelRatio));
+    this.appearance.setPixels();
     this.renderer.setSize(width, height, false);
     this.camera.resize(width, height);
     this.invalidate();
@@ -129,6 +130,7 @@ export class Stage {
     this.marks.dispose();
     this.grid.dispose();
     this.light.dispose();
+    this.appearance.dispose();
     this.camera.dispose();
     this.renderer.dispose();
   }
@@ -183,6 +185,7 @@ export class Stage {
         // The link under the pointer has its name beside it, whether it is highlighted or not.
         if (changed || this.pictures > 0) this.invalidate();
       }),
+      effect(() => this.appearance.choose(quality.value)),
       effect(() => {
         this.camera.setOrthographic(orthographic.value);
         this.invalidate();
@@ -275,9 +278,11 @@ export class Stage {
     const dragging = this.interaction.update();
     const carried = this.follower.update(followed.peek(), this.robots, this.camera);
     const flying = this.camera.update(now);
-    if (moved || dragging || carried || flying || this.dirty) this.draw(now);
+    const draws = moved || dragging || carried || flying || this.dirty;
+    if (draws) this.draw(now);
     else this.updateDrawn(now);
     if (flying || dragging || !this.interpolator.isSettled(now)) this.wake();
+    this.appearance.measure(at, draws, this.request !== 0);
   }
 
   /** Measures new content, and fits the camera to it unless the user has moved the camera. */
@@ -322,7 +327,7 @@ export class Stage {
     this.dirty = false;
     if (now - this.covered > SHADOW_INTERVAL) {
       this.covered = now;
-      this.light.cover(this.bounds().getBoundingSphere(new Sphere()));
+      this.light.cover(this.bounds().getBoundingSphere(new Sphere()), this.camera.controls.target, this.camera.distance());
     }
     if (constraints.peek().length > 0 || this.constraints.anchors.size > 0) {
       this.constraints.set(constraints.peek(), this.frameOf, hoveredConstraint.peek(), this.robots.size(), this.weight());

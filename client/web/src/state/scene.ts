@@ -14,7 +14,7 @@ export type Geometry =
   /** `length` without the caps. */
   | { kind: "capsule"; radius: number; length: number }
   | { kind: "plane"; normal: Vector }
-  /** `sha256` is empty if the file is missing. */
+  /** `sha256` is that of all that it looks like; empty if the file is missing. */
   | { kind: "mesh"; sha256: string; uri: string; scale: Vector }
   /** A convex hull or part of a mesh, which the daemon made. */
   | { kind: "convex"; sha256: string };
@@ -27,6 +27,8 @@ export interface Shape {
   geometry: Geometry;
   /** Red, green, blue, alpha, each 0 to 1; absent if the description has none. */
   color?: readonly [number, number, number, number];
+  /** The SHA-256 of a picture on it, which the colour is multiplied by; absent if there is none. */
+  texture?: string;
 }
 
 /** One link of a robot. */

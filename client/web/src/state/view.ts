@@ -5,6 +5,9 @@ import type { Vector } from "./scene";
 /** Light, dark, or the setting of the system. */
 export type Theme = "system" | "light" | "dark";
 
+/** How fine the picture is: "auto" is by how fast pictures come. */
+export type Quality = "auto" | "low" | "high";
+
 /** A link of a robot. */
 export interface LinkName {
   robot: string;
@@ -52,6 +55,8 @@ export const linkNames = stored("linkNames", false, isBoolean);
 export const jointAxes = stored("jointAxes", false, isBoolean);
 export const centresOfMass = stored("centresOfMass", false, isBoolean);
 export const degrees = stored("degrees", false, isBoolean);
+const isQuality = (value: unknown): value is Quality => value === "auto" || value === "low" || value === "high";
+export const quality = stored<Quality>("quality", "auto", isQuality);
 export const theme = stored<Theme>("theme", "system", isTheme);
 export const plotsOpen = stored("plotsOpen", false, isBoolean);
 export const panelOpen = stored("panelOpen", true, isBoolean);

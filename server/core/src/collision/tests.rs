@@ -25,6 +25,7 @@ fn cube() -> Arc<MeshAsset> {
         vertices: corners.collect(),
         triangles: vec![[0, 1, 2], [4, 5, 6]],
         paints: Vec::new(),
+        files: Vec::new(),
         grid: None,
     })
 }
@@ -166,6 +167,7 @@ fn a_flat_mesh_and_one_without_points_are_no_trouble() {
         vertices: vec![DVec3::ZERO, DVec3::X, DVec3::Y],
         triangles: vec![[0, 1, 2]],
         paints: Vec::new(),
+        files: Vec::new(),
         grid: None,
     };
     let empty = MeshAsset {
@@ -173,6 +175,7 @@ fn a_flat_mesh_and_one_without_points_are_no_trouble() {
         vertices: Vec::new(),
         triangles: Vec::new(),
         paints: Vec::new(),
+        files: Vec::new(),
         grid: None,
     };
     for (mesh, shapes) in [(flat, 4), (empty, 3)] {
@@ -197,6 +200,7 @@ fn the_hull_of_a_large_mesh_is_bounded_and_made_once() {
         vertices,
         triangles: vec![[0, 1, 2]],
         paints: Vec::new(),
+        files: Vec::new(),
         grid: None,
     });
     let geometry = Geometry::Mesh { uri: "ball.stl".into(), scale: DVec3::ONE, asset: Some(asset) };
@@ -253,6 +257,7 @@ fn bars() -> RobotModel {
         vertices,
         triangles: below.chain(above).chain(walls).collect(),
         paints: Vec::new(),
+        files: Vec::new(),
         grid: None,
     });
     let mut model = robot();

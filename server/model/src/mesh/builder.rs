@@ -1,17 +1,46 @@
 //! A mesh as it is put together, with the limits that hold for every format.
 
+use std::sync::Arc;
+
 use glamx::DVec3;
 
 use super::Triangles;
 use crate::limits;
-use crate::robot::Paint;
+use crate::robot::{Image, Paint, Texture};
+
+/// What triangles of one material look like.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Look {
+    /// Absent where the file says none.
+    pub(super) color: Option<[f64; 3]>,
+    /// 1 hides what is behind.
+    pub(super) alpha: f64,
+    pub(super) image: Option<Arc<Image>>,
+}
+
+impl Default for Look {
+    fn default() -> Self {
+        Self { color: None, alpha: 1.0, image: None }
+    }
+}
+
+/// A corner of a face, and its place in a picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct FaceCorner {
+    pub(super) index: u32,
+    /// From the left and from the top, 0 to 1.
+    pub(super) place: [f32; 2],
+}
 
 /// Corners and triangles so far.
 #[derive(Default)]
 pub(super) struct Builder {
     vertices: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
-    paints: Vec<Paint>,
+    /// Of the first triangles; those behind have none.
+    places: Vec<[[f32; 2]; 3]>,
+    /// Each from a triangle on.
+    looks: Vec<(usize, Look)>,
 }
 
 impl Builder {
@@ -20,7 +49,7 @@ impl Builder {
         Self {
             vertices: Vec::with_capacity(corners),
             triangles: Vec::with_capacity(triangles),
-            paints: Vec::new(),
+            ..Self::default()
         }
     }
 
@@ -53,19 +82,45 @@ impl Builder {
         self.triangles.len()
     }
 
-    /// The triangles from here on have this colour.
-    pub(super) fn paint(&mut self, color: Option<[f64; 3]>) {
+    /// Adds a triangle of corners that have places in a picture.
+    pub(super) fn face(&mut self, corners: [FaceCorner; 3]) -> Result<(), String> {
+        let places = corners.map(|corner| corner.place);
+        if places != [[0.0; 2]; 3] {
+            self.places.resize(self.triangles.len(), [[0.0; 2]; 3]);
+            self.places.push(places);
+        }
+        self.triangle(corners.map(|corner| corner.index))
+    }
+
+    /// The triangles from here on look like this.
+    pub(super) fn paint(&mut self, look: Look) {
         let first = self.triangles.len();
         // What was painted and is empty is forgotten, so that there are no more than triangles.
-        self.paints.pop_if(|paint| paint.first == first);
-        if self.paints.last().map_or(color.is_some(), |last| last.color != color) {
-            self.paints.push(Paint { first, color });
+        self.looks.pop_if(|(begin, _)| *begin == first);
+        if self.looks.last().map_or(look != Look::default(), |(_, last)| *last != look) {
+            self.looks.push((first, look));
         }
+    }
+
+    /// The places in pictures, which [`Builder::finish`] does not give: of the first triangles, in order.
+    pub(super) fn take_places(&mut self) -> Vec<[[f32; 2]; 3]> {
+        std::mem::take(&mut self.places)
     }
 
     /// What was painted, which [`Builder::finish`] does not give.
     pub(super) fn take_paints(&mut self) -> Vec<Paint> {
-        std::mem::take(&mut self.paints)
+        let (looks, places) = (std::mem::take(&mut self.looks), self.take_places());
+        let ends = looks.iter().skip(1).map(|(begin, _)| *begin).chain([self.triangles.len()]);
+        let ends: Vec<usize> = ends.collect();
+        let paint = |((first, look), end): ((usize, Look), usize)| {
+            let texture = look.image.map(|image| {
+                let mut own = places.get(first..end.min(places.len())).unwrap_or_default().to_vec();
+                own.resize(end - first, [[0.0; 2]; 3]);
+                Texture { image, places: own }
+            });
+            Paint { first, color: look.color, alpha: look.alpha, texture }
+        };
+        looks.into_iter().zip(ends).map(paint).collect()
     }
 
     /// What there is, without corners that no triangle uses: they would be part of its hull.
@@ -109,13 +164,13 @@ impl Builder {
 /// A polygon as a fan of triangles from its first corner, one corner at a time.
 #[derive(Default)]
 pub(super) struct Fan {
-    first: Option<u32>,
-    last: Option<u32>,
+    first: Option<FaceCorner>,
+    last: Option<FaceCorner>,
 }
 
 impl Fan {
     /// The next corner of the polygon.
-    pub(super) fn corner(&mut self, corner: u32, into: &mut Builder) -> Result<(), String> {
+    pub(super) fn corner(&mut self, corner: FaceCorner, into: &mut Builder) -> Result<(), String> {
         match (self.first, self.last.replace(corner)) {
             (None, _) => {
                 self.first = Some(corner);
@@ -123,7 +178,13 @@ impl Fan {
                 Ok(())
             }
             (Some(_), None) => Ok(()),
-            (Some(first), Some(last)) => into.triangle([first, last, corner]),
+            (Some(first), Some(last)) => into.face([first, last, corner]),
         }
     }
+}
+
+/// A coordinate in a picture as it can be drawn.
+pub(super) fn place(value: f64) -> f32 {
+    const MOST: f64 = 1e6;
+    if value.is_finite() { value.clamp(-MOST, MOST) as f32 } else { 0.0 }
 }

@@ -1,16 +1,43 @@
-//! Wavefront OBJ: its triangles. Side files that it names are never opened.
+//! Wavefront OBJ: its triangles, and where materials begin.
 //!
-//! Only `v` and `f` matter here. Libraries keep each corner of each face, with its normal
+//! Only `v`, `vt`, `f` and `usemtl` matter here; [`mtl`](super::mtl) reads the materials. Libraries keep each corner of each face, with its normal
 //! and texture, before a limit can be checked: a face of 60 million corners took gigabytes.
 
 use glamx::DVec3;
 
-use super::Triangles;
-use super::builder::{Builder, Fan};
+use super::beside::Beside;
+use super::builder::{Builder, FaceCorner, Fan, place};
+use super::{Triangles, mtl};
+use crate::limits;
+use crate::robot::Paint;
+
+/// What a line is about.
+#[derive(Clone, Copy, PartialEq)]
+enum Element {
+    Corner,
+    /// A place in a picture.
+    Place,
+    Face,
+}
+
+impl Element {
+    fn of(line: &[u8]) -> Option<Self> {
+        let end = line.iter().position(u8::is_ascii_whitespace)?;
+        match line.get(..end)? {
+            b"v" => Some(Self::Corner),
+            b"vt" => Some(Self::Place),
+            b"f" => Some(Self::Face),
+            _ => None,
+        }
+    }
+}
 
 /// Reads the text. Faces of more than three corners become fans.
-pub(super) fn parse(bytes: &[u8]) -> Result<Triangles, String> {
+pub(super) fn parse(bytes: &[u8], beside: &Beside) -> Result<(Triangles, Vec<Paint>), String> {
     let mut mesh = Builder::default();
+    let looks = mtl::read(bytes, beside);
+    // Of use only where there is a picture.
+    let mut places: Option<Vec<[f32; 2]>> = beside.has_images().then(Vec::new);
     let mut number = 0_usize;
     // The furthest corner that a face names before it is there, and the face's line.
     let mut ahead: Option<(u32, usize)> = None;
@@ -19,12 +46,18 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Triangles, String> {
         number += 1;
         let at = number;
         let mut line = line.trim_ascii();
-        let element = [b"v ".as_slice(), b"v\t", b"f ", b"f\t"].iter().any(|start| line.starts_with(start));
-        if !element {
+        let Some(element) = Element::of(line) else {
+            if let Some(name) = line.strip_prefix(b"usemtl").filter(|_| !looks.is_empty()) {
+                let name = String::from_utf8_lossy(name.trim_ascii());
+                mesh.paint(looks.get(&*name).cloned().unwrap_or_default());
+            }
+            continue;
+        };
+        if element == Element::Place && places.is_none() {
             continue;
         }
-        let is_face = line.starts_with(b"f");
-        line = line.get(1..).unwrap_or_default();
+        let is_face = element == Element::Face;
+        line = line.get(if element == Element::Place { 2.. } else { 1.. }).unwrap_or_default();
         let mut fan = Fan::default();
         let mut corner = [0.0; 3];
         let mut given = 0;
@@ -43,7 +76,15 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Triangles, String> {
                     if index as usize >= mesh.corners() && ahead.is_none_or(|(most, _)| index > most) {
                         ahead = Some((index, at));
                     }
-                    fan.corner(index, &mut mesh).map_err(|why| format!("line {at}: {why}"))?;
+                    let place = places.as_deref().and_then(|places| texture_place(token, places));
+                    let corner = FaceCorner { index, place: place.unwrap_or_default() };
+                    fan.corner(corner, &mut mesh).map_err(|why| format!("line {at}: {why}"))?;
+                } else if element == Element::Place {
+                    // What is no number is no reason to refuse a mesh.
+                    corner
+                        .get_mut(given)
+                        .into_iter()
+                        .for_each(|slot| *slot = coordinate(token).unwrap_or(0.0));
                 } else if let Some(slot) = corner.get_mut(given) {
                     *slot = coordinate(token).ok_or_else(|| not_a_number(at, token))?;
                 }
@@ -60,6 +101,13 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Triangles, String> {
             // Points and edges are written as faces by some; they have no area.
             continue;
         }
+        if element == Element::Place {
+            let [across, up, _] = corner;
+            if let Some(places) = places.as_mut().filter(|places| places.len() < limits::MESH_VERTICES) {
+                places.push([place(across), place(1.0 - up)]);
+            }
+            continue;
+        }
         if given < 3 {
             return Err(format!("line {at}: a corner has {given} coordinates instead of three"));
         }
@@ -69,8 +117,17 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Triangles, String> {
         Some((index, at)) if index as usize >= mesh.corners() => {
             Err(corner_unknown(at, (u64::from(index) + 1).to_string().as_bytes()))
         }
-        _ => mesh.finish(),
+        _ => {
+            let paints = mesh.take_paints();
+            Ok((mesh.finish()?, paints))
+        }
     }
+}
+
+/// The place in a picture that `7/1`, `7/1/3` or `-2/-1` means, of those so far.
+fn texture_place(token: &[u8], places: &[[f32; 2]]) -> Option<[f32; 2]> {
+    let digits = token.split(|byte| *byte == b'/').nth(1)?;
+    places.get(index(digits, places.len())? as usize).copied()
 }
 
 /// The corner that `7`, `7/1`, `7//3` or `-2` means, of `corners` so far.

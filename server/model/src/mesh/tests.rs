@@ -101,11 +101,11 @@ fn no_triangles_cut_files_and_rubbish_are_refused() {
 fn other_formats_are_named_in_the_refusal() {
     assert_eq!(
         parse("x/a.ply", b"").unwrap_err(),
-        ".ply files are not read; convert it to STL, OBJ or COLLADA"
+        ".ply files are not read; convert it to STL, OBJ, COLLADA or glTF"
     );
     assert_eq!(
         parse("x.y/a", b"").unwrap_err(),
-        "only .stl, .obj, .dae and .msh files are read, and height fields in .png and .csv"
+        "only .stl, .obj, .dae, .gltf, .glb and .msh files are read, and height fields in .png and .csv"
     );
 }
 

@@ -11,7 +11,7 @@ use crate::inertia;
 use crate::limits::LoadLimits;
 use crate::mesh;
 use crate::report::Disposition::{Ignored, Repaired};
-use crate::robot::{Geometry, Inertial, Material, MeshAsset};
+use crate::robot::{Geometry, Inertial, Material, MeshAsset, look_of};
 use crate::sdf::ellipsoid;
 use crate::translation::draft::{At, DraftGeometry, DraftShape};
 use crate::translation::notes::{Notes, Stop};
@@ -221,11 +221,10 @@ fn read_mesh(uri: &str, context: &Context) -> Option<std::sync::Arc<MeshAsset>> 
     if file.bytes.len() > context.limits.mesh_bytes {
         return None;
     }
-    let mut read = || {
-        let mesh::Content { triangles: (vertices, triangles), paints, grid } = mesh::read(uri, &file.bytes)?;
-        Ok(MeshAsset { sha256: file.sha256, vertices, triangles, paints, grid })
-    };
-    context.assets.mesh(file.sha256, &mesh::format(uri), &mut read).ok()
+    let beside = mesh::Beside::gather(uri, &file.bytes, context.assets);
+    let look = look_of(file.sha256, &beside.files);
+    let mut read = || mesh::asset(uri, file.sha256, &file.bytes, &beside);
+    context.assets.mesh(look, &mesh::format(uri), &mut read).ok()
 }
 
 /// MuJoCo's friction: sliding, turning, rolling, of which `condim` says which there are.

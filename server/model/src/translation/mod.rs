@@ -21,6 +21,7 @@ use std::collections::BTreeSet;
 use glamx::DPose3;
 
 use crate::limits::LoadLimits;
+use crate::mesh::beside;
 use crate::report::LoadReport;
 use crate::urdf::{Asset, Assets, Description, Refused};
 use crate::{mjcf, sdf, urdf};
@@ -124,12 +125,29 @@ pub fn translate(
     }
 }
 
-/// What can be said of a description of any format. `assets` are those of the files that it includes which are there.
+/// What can be said of a description of any format. `assets` are those of the files that it includes, and of its meshes,
+/// which are there.
 ///
 /// # Errors
 ///
 /// What cannot be read at all, though all that it includes is there.
 pub fn describe_with(bytes: &[u8], assets: &dyn Assets, limits: &LoadLimits) -> Result<Description, Refused> {
+    /// URIs of pictures and materials that are named in all.
+    const MOST: usize = 10_000;
+    let mut description = describe_alone(bytes, assets, limits)?;
+    let mut seen: BTreeSet<String> = description.asset_uris.iter().cloned().collect();
+    for uri in description.asset_uris.clone() {
+        for named in beside::uris(&uri, assets) {
+            if seen.len() < MOST && seen.insert(named.clone()) {
+                description.asset_uris.push(named);
+            }
+        }
+    }
+    Ok(description)
+}
+
+/// The same without what meshes name.
+fn describe_alone(bytes: &[u8], assets: &dyn Assets, limits: &LoadLimits) -> Result<Description, Refused> {
     if Format::of(bytes) == Format::Urdf {
         return urdf::describe(bytes, limits);
     }

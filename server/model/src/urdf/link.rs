@@ -59,8 +59,14 @@ impl<'a, 'i> Reader<'_, 'a, 'i> {
             let link_from_shape = pose(&visual.origin, mended.child(node, "origin"), findings);
             let material = mended.child(node, "material");
             let color = palette.color(visual.material.as_ref(), material, findings);
+            let picture = palette.texture(material);
+            let picture = picture.and_then(|uri| {
+                let image = meshes.image(uri, material.unwrap_or(node), findings)?;
+                Some((uri.to_owned(), image))
+            });
             let geometry = geometry(mended, node, &visual.geometry, meshes, Use::Visual, findings);
-            visuals.extend(geometry.map(|geometry| Visual { link_from_shape, geometry, color }));
+            let visual = |geometry| Visual { link_from_shape, geometry, color, texture: picture };
+            visuals.extend(geometry.map(visual));
         }
         let material = surfaces.material(mended, link, node, findings);
         let mut collisions = Vec::with_capacity(link.collision.len());

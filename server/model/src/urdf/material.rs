@@ -1,4 +1,4 @@
-//! Colours: from a visual's own material, or from one that it names.
+//! Colours and pictures: from a visual's own material, or from one that it names.
 
 use std::collections::HashMap;
 
@@ -6,11 +6,14 @@ use roxmltree::Node;
 
 use super::findings::{Findings, quoted};
 use super::mend::Mended;
+use super::prescan::texture_of;
 use crate::report::Disposition::{Defaulted, Ignored, Repaired};
 
-/// The colours that have a name.
+/// The colours and pictures that have a name.
 pub(super) struct Palette<'m> {
     colors: HashMap<&'m str, [f64; 4]>,
+    /// How the description names their files.
+    textures: HashMap<String, String>,
 }
 
 impl<'m> Palette<'m> {
@@ -28,7 +31,23 @@ impl<'m> Palette<'m> {
                 colors.entry(material.name.as_str()).or_insert(color.rgba.0);
             }
         }
-        Self { colors }
+        let shapes = mended.children(mended.root, "link").flat_map(|link| mended.children(link, "visual"));
+        let passing = shapes.filter_map(|visual| mended.child(visual, "material"));
+        let mut textures = HashMap::new();
+        for material in mended.children(mended.root, "material").chain(passing) {
+            let name = material.attribute("name").map(str::trim).filter(|name| !name.is_empty());
+            if let (Some(name), Some(file)) = (name, texture_of(material)) {
+                textures.entry(name.to_owned()).or_insert_with(|| file.to_owned());
+            }
+        }
+        Self { colors, textures }
+    }
+
+    /// How the description names the picture of a visual.
+    pub(super) fn texture<'s>(&'s self, node: Option<Node<'s, '_>>) -> Option<&'s str> {
+        let node = node?;
+        let own = texture_of(node);
+        own.or_else(|| self.textures.get(node.attribute("name")?.trim()).map(String::as_str))
     }
 
     /// The colour of a visual.
@@ -42,6 +61,9 @@ impl<'m> Palette<'m> {
         let own = material.color.as_ref().map(|color| color.rgba.0);
         let color = own.or_else(|| self.colors.get(material.name.as_str()).copied());
         let Some(color) = color else {
+            if self.texture(Some(node)).is_some() {
+                return None;
+            }
             let message = if material.name.is_empty() {
                 "it gives no colour; the default is shown".to_owned()
             } else {

@@ -7,11 +7,11 @@ use roxmltree::Node;
 
 use super::Assets;
 use super::findings::{Findings, cut, quoted};
-use crate::limits::LoadLimits;
-use crate::mesh;
+use crate::limits::{self, LoadLimits};
+use crate::mesh::{self, Beside, image};
 use crate::report::Disposition::{Ignored, Repaired};
 use crate::report::counted;
-use crate::robot::{MeshAsset, Sha256};
+use crate::robot::{Image, MeshAsset, Sha256, look_of};
 
 /// What a mesh is for.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
@@ -25,8 +25,15 @@ pub(super) enum Use {
 /// A mesh, or why there is none.
 type Found = Result<Arc<MeshAsset>, String>;
 
-/// A mesh, and what its file says of itself that is not so.
-type Noted = (Found, Option<String>);
+/// A mesh, and what there is to say of its files.
+#[derive(Clone)]
+struct Noted {
+    found: Found,
+    /// What the file says of itself that is not so.
+    lie: Option<String>,
+    /// What is missing of its looks.
+    looks: Vec<String>,
+}
 
 /// The meshes of one load.
 pub(super) struct Meshes<'s> {
@@ -37,6 +44,8 @@ pub(super) struct Meshes<'s> {
     by_content: HashMap<(Sha256, String), Noted>,
     reported: HashSet<(String, Use)>,
     triangles: usize,
+    /// Pictures of the description's materials, by how it names them.
+    images: HashMap<String, Option<Arc<Image>>>,
 }
 
 impl<'s> Meshes<'s> {
@@ -49,6 +58,7 @@ impl<'s> Meshes<'s> {
             by_content: HashMap::new(),
             reported: HashSet::new(),
             triangles: 0,
+            images: HashMap::new(),
         }
     }
 
@@ -60,7 +70,7 @@ impl<'s> Meshes<'s> {
         usage: Use,
         findings: &mut Findings,
     ) -> Option<Arc<MeshAsset>> {
-        let (found, lie) = match self.by_uri.get(uri) {
+        let Noted { found, lie, looks } = match self.by_uri.get(uri) {
             Some(found) => found.clone(),
             None => {
                 let found = self.find(uri);
@@ -82,6 +92,11 @@ impl<'s> Meshes<'s> {
                         let message = format!("mesh {}: {repair}", quoted(uri));
                         findings.warn_of_file(node, uri, Repaired, true, message);
                     }
+                    // What only touches is not looked at.
+                    for look in looks.into_iter().filter(|_| usage == Use::Visual) {
+                        let message = format!("mesh {}: {look}", quoted(uri));
+                        findings.warn_of_file(node, uri, Ignored, false, message);
+                    }
                 }
                 Some(asset)
             }
@@ -98,32 +113,71 @@ impl<'s> Meshes<'s> {
         }
     }
 
+    /// The picture of a material of the description; where there is none, that is reported once.
+    pub(super) fn image(&mut self, uri: &str, node: Node, findings: &mut Findings) -> Option<Arc<Image>> {
+        if let Some(known) = self.images.get(uri) {
+            return known.clone();
+        }
+        let name = quoted(uri);
+        let read = if self.images.len() >= limits::FILES_BESIDE {
+            let most = limits::FILES_BESIDE;
+            Err(format!("texture {name} is not read: the description names more than {most}"))
+        } else {
+            match self.assets.find(uri) {
+                Ok(asset) => image::check(asset.sha256, asset.bytes)
+                    .map_err(|why| format!("texture {name} is not read: {why}")),
+                Err(places) => Err(format!("texture {name} {}", absent(uri, places))),
+            }
+        };
+        let image = match read {
+            Ok(image) => {
+                let [width, height] = image.size;
+                findings.used_file(node, uri, || format!("{width} by {height} pixels"));
+                Some(Arc::new(image))
+            }
+            Err(why) => {
+                let message = format!("{why}; the colour of its material is shown");
+                findings.warn_of_file(node, uri, Ignored, false, message);
+                None
+            }
+        };
+        self.images.insert(uri.to_owned(), image.clone());
+        image
+    }
+
     fn find(&mut self, uri: &str) -> Noted {
         let asset = match self.assets.find(uri) {
             Ok(asset) => asset,
-            Err(places) => return (Err(format!("mesh {} {}", quoted(uri), absent(uri, places))), None),
+            Err(places) => {
+                let found = Err(format!("mesh {} {}", quoted(uri), absent(uri, places)));
+                return Noted { found, lie: None, looks: Vec::new() };
+            }
         };
-        let content = (asset.sha256, mesh::format(uri));
+        let (size, cap) = (asset.bytes.len(), self.limits.mesh_bytes);
+        if size > cap {
+            let found =
+                Err(format!("mesh {} is not read: it has {size} bytes; the most is {cap}", quoted(uri)));
+            return Noted { found, lie: None, looks: Vec::new() };
+        }
+        let beside = Beside::gather(uri, &asset.bytes, self.assets);
+        let content = (look_of(asset.sha256, &beside.files), mesh::format(uri));
         if let Some(found) = self.by_content.get(&content) {
             return found.clone();
         }
-        let found = (self.parse(uri, &asset), mesh::note(uri, &asset.bytes));
+        // Without its numbers there is no mesh: where they were looked for is a part of why.
+        let lost = beside.notes.iter().find(|note| note.starts_with("the buffer"));
+        let found = self.parse(uri, &asset, &beside);
+        let found = found.map_err(|why| lost.map_or_else(|| why.clone(), |lost| format!("{why}: {lost}")));
+        let found = Noted { found, lie: mesh::note(uri, &asset.bytes), looks: beside.notes };
         self.by_content.insert(content, found.clone());
         found
     }
 
-    fn parse(&mut self, uri: &str, asset: &super::Asset) -> Found {
+    fn parse(&mut self, uri: &str, asset: &super::Asset, beside: &Beside) -> Found {
         let name = quoted(uri);
-        let (size, cap) = (asset.bytes.len(), self.limits.mesh_bytes);
-        if size > cap {
-            return Err(format!("mesh {name} is not read: it has {size} bytes; the most is {cap}"));
-        }
-        let mut read = || {
-            let mesh::Content { triangles: (vertices, triangles), paints, grid } =
-                mesh::read(uri, &asset.bytes)?;
-            Ok(MeshAsset { sha256: asset.sha256, vertices, triangles, paints, grid })
-        };
-        let read = self.assets.mesh(asset.sha256, &mesh::format(uri), &mut read);
+        let mut read = || mesh::asset(uri, asset.sha256, &asset.bytes, beside);
+        let look = look_of(asset.sha256, &beside.files);
+        let read = self.assets.mesh(look, &mesh::format(uri), &mut read);
         let read = read.map_err(|why| format!("mesh {name} is not read: {why}"))?;
         let (count, cap) = (read.triangles.len(), self.limits.mesh_triangles);
         if count > cap {

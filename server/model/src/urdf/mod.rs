@@ -73,16 +73,15 @@ pub trait Assets {
         None
     }
 
-    /// The mesh of a file with this content, read as this format: by `read`, which says
-    /// in a fragment of a sentence why not, or from where it was kept. By default nothing
-    /// is kept.
+    /// The mesh of this look, which is its file's hash where that names no others, read as this format: by `read`, which
+    /// says in a fragment of a sentence why not, or from where it was kept. By default nothing is kept.
     fn mesh(
         &self,
-        sha256: Sha256,
+        look: Sha256,
         format: &str,
         read: &mut dyn FnMut() -> Result<MeshAsset, String>,
     ) -> Result<Arc<MeshAsset>, String> {
-        let _ = (sha256, format);
+        let _ = (look, format);
         read().map(Arc::new)
     }
 }
@@ -122,8 +121,8 @@ pub struct Refused {
 pub struct Description {
     /// `name` of the `<robot>`.
     pub name: String,
-    /// Mesh URIs as written, in the order of first use, each once. Of an SDF or MJCF those of the files that it includes
-    /// come first.
+    /// URIs of meshes and then of pictures as written, in the order of first use, each once. Of an SDF or MJCF those of the
+    /// files that it includes come first. Last are those that meshes name which are there: pictures, and materials of OBJ.
     pub asset_uris: Vec<String>,
     /// Names of the robots of an SDF or MJCF, where all that it includes is there.
     pub models: Vec<String>,

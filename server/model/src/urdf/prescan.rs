@@ -186,11 +186,28 @@ pub(crate) fn meshes<'a, 'input>(root: Node<'a, 'input>) -> impl Iterator<Item =
         .flat_map(|geometry| geometry.children().filter(|node| is(*node, "mesh")))
 }
 
-/// The name and the mesh URIs.
+/// What names pictures: materials of the robot, and those of its visuals.
+fn materials<'a, 'input>(root: Node<'a, 'input>) -> impl Iterator<Item = Node<'a, 'input>> {
+    let visuals = root
+        .children()
+        .filter(|node| is(*node, "link"))
+        .flat_map(|link| link.children().filter(|node| is(*node, "visual")));
+    let own = visuals.flat_map(|visual| visual.children().filter(|node| is(*node, "material")));
+    root.children().filter(|node| is(*node, "material")).chain(own)
+}
+
+/// How a material names its picture.
+pub(super) fn texture_of<'a>(material: Node<'a, '_>) -> Option<&'a str> {
+    let texture = material.children().find(|node| is(*node, "texture"))?;
+    texture.attribute("filename").filter(|uri| !uri.trim().is_empty())
+}
+
+/// The name, the URIs of meshes and those of pictures.
 pub(crate) fn description(root: Node) -> Description {
     let mut seen = HashSet::new();
     let asset_uris = meshes(root)
         .filter_map(|mesh| mesh.attribute("filename"))
+        .chain(materials(root).filter_map(texture_of))
         .filter(|uri| !uri.trim().is_empty() && seen.insert(*uri))
         .map(str::to_owned)
         .collect();

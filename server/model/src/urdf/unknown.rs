@@ -11,7 +11,6 @@ use crate::report::Disposition::Ignored;
 const REASONS: &[(&str, &str)] = &[
     ("safety_controller", "its soft limits are a controller's matter; <limit> is read"),
     ("calibration", "simulated joints know where they are"),
-    ("texture", "simd has colours only"),
     ("sensor", "it stands in the robot with a <parent>, or in the <gazebo> of its link or joint"),
     ("collision_checking", "simd checks no meshes for it"),
     ("self_collision_checking", "contacts within a robot are off"),

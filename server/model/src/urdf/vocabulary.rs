@@ -108,7 +108,11 @@ const ORIGIN: Element = element(
 const MATERIAL: Element = element(
     "material",
     &[attribute("name", Text, Write(""))],
-    &[element("color", &[attribute("rgba", Kind::Numbers(Shape::Color), Drop)], &[])],
+    &[
+        element("color", &[attribute("rgba", Kind::Numbers(Shape::Color), Drop)], &[]),
+        // Read from the document: urdf-rs refuses one without a file.
+        ours(element("texture", &[attribute("filename", Uri, Leave)], &[]), ""),
+    ],
 );
 
 const SHAPES: &[Element] = &[

@@ -52,7 +52,7 @@ pub fn geometry(at: &Path<'_>, given: v1::primitive::Geometry) -> Result<Geometr
             let normal = given.try_normalize().ok_or_else(|| at.refuse(given, "it must have a length"))?;
             Geometry::Plane { normal }
         }
-        Wire::Mesh(v1::MeshGeometry { sha256: _, uri, scale }) => {
+        Wire::Mesh(v1::MeshGeometry { sha256: _, uri, scale, look: _ }) => {
             let at = &at.field("mesh");
             let uri = at.field("uri").name(uri)?;
             let at = &at.field("scale");

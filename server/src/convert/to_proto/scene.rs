@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use glamx::{DPose3, DVec3};
 use simd_core::collision::{Collider, ColliderGeometry, ConvexMesh};
 use simd_core::simulation::published_state::EntityLayout;
-use simd_model::robot::Geometry;
+use simd_model::robot::{Geometry, Visual};
 use simd_proto::v1;
 
 use super::geometry;
@@ -19,13 +19,11 @@ pub fn robot_scene(entity: &EntityLayout) -> v1::RobotScene {
         layout_version: entity.version,
         visuals: links()
             .flat_map(|(index, link)| link.visuals.iter().map(move |visual| (index, visual)))
-            .map(|(index, visual)| {
-                shape(index, visual.link_from_shape, &visual.geometry, visual.color.map(color))
-            })
+            .map(|(index, visual)| visual_shape(index, visual))
             .collect(),
         collisions: links()
             .flat_map(|(index, link)| link.collisions.iter().map(move |collision| (index, collision)))
-            .map(|(index, collision)| shape(index, collision.link_from_shape, &collision.geometry, None))
+            .map(|(index, collision)| shape(index, collision.link_from_shape, &collision.geometry))
             .collect(),
         colliders: entity.shapes.colliders(&entity.tree).map(collider).collect(),
     }
@@ -43,15 +41,24 @@ pub fn obj(mesh: &ConvexMesh) -> Vec<u8> {
     text.into_bytes()
 }
 
-fn shape(link: usize, pose: DPose3, geometry: &Geometry, color: Option<v1::Color>) -> v1::Shape {
+fn visual_shape(link: usize, visual: &Visual) -> v1::Shape {
+    let texture = visual.texture.as_ref().map(|(_uri, image)| image.sha256.to_string());
+    v1::Shape {
+        color: visual.color.map(color),
+        texture: texture.unwrap_or_default(),
+        ..shape(link, visual.link_from_shape, &visual.geometry)
+    }
+}
+
+fn shape(link: usize, pose: DPose3, geometry: &Geometry) -> v1::Shape {
     let (pose, geometry) = (Some(geometry::pose(pose)), Some(shape_geometry(geometry)));
-    v1::Shape { link: count(link), pose, geometry, color }
+    v1::Shape { link: count(link), pose, geometry, color: None, texture: String::new() }
 }
 
 fn collider(collider: Collider) -> v1::Shape {
     let Collider { link, link_from_shape, geometry } = collider;
     let (pose, geometry) = (Some(geometry::pose(link_from_shape)), Some(collider_geometry(&geometry)));
-    v1::Shape { link: count(link), pose, geometry, color: None }
+    v1::Shape { link: count(link), pose, geometry, color: None, texture: String::new() }
 }
 
 fn collider_geometry(geometry: &ColliderGeometry) -> v1::shape::Geometry {
@@ -78,6 +85,7 @@ fn shape_geometry(geometry: &Geometry) -> v1::shape::Geometry {
             sha256: asset.as_ref().map(|asset| asset.sha256.to_string()).unwrap_or_default(),
             uri: uri.clone(),
             scale: Some(geometry::vector(*scale)),
+            look: asset.as_ref().map(|asset| asset.look().to_string()).unwrap_or_default(),
         }),
     }
 }

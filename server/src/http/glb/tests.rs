@@ -1,6 +1,6 @@
 //! What is written is glTF, and of the mesh.
 
-use simd_model::robot::{Paint, Sha256};
+use simd_model::robot::{ImageKind, Paint, Sha256, Texture};
 
 use super::*;
 
@@ -10,6 +10,7 @@ fn mesh(vertices: &[[f64; 3]], triangles: &[[u32; 3]]) -> MeshAsset {
         vertices: vertices.iter().map(|vertex| DVec3::from_array(*vertex)).collect(),
         triangles: triangles.to_vec(),
         paints: Vec::new(),
+        files: Vec::new(),
         grid: None,
     }
 }
@@ -152,7 +153,7 @@ fn far_away_and_tiny_is_written_too() {
 #[test]
 fn each_colour_is_a_part_of_its_own() {
     let red = Some([1.0, 0.0, 0.5]);
-    let paint = |first, color| Paint { first, color };
+    let paint = |first, color| Paint::plain(first, color);
     let painted = MeshAsset { paints: vec![paint(2, red), paint(4, None), paint(6, red)], ..cube() };
     let (json, bytes) = read(&write(&painted));
     let primitives = json["meshes"][0]["primitives"].as_array().unwrap();
@@ -183,5 +184,62 @@ fn each_colour_is_a_part_of_its_own() {
     let ball = ball(24);
     let many = (0..ball.triangles.len()).map(|n| paint(n, Some([n as f64 / 1e4, 0.0, 0.0]))).collect();
     let (json, _) = read(&write(&MeshAsset { paints: many, ..ball }));
-    assert_eq!(json["materials"].as_array().unwrap().len(), MOST_COLORS + 1);
+    assert_eq!(json["materials"].as_array().unwrap().len(), MOST_LOOKS + 1);
+}
+
+/// Half of a cube has a picture, twice: it is in the file once, with the places of corners, and nothing is lost of the rest.
+#[test]
+fn a_picture_is_in_the_file_once_and_corners_have_their_places_in_it() {
+    let bytes: Arc<[u8]> = Arc::from(&b"seven b"[..]);
+    let image =
+        Image { sha256: Sha256::of(&bytes), kind: ImageKind::Jpeg, size: [1, 1], bytes: bytes.clone() };
+    let image = Arc::new(image);
+    let texture = |count: usize, at: f32| {
+        let places = vec![[[at, 0.0], [at, 0.5], [1.0, at]]; count];
+        Some(Texture { image: Arc::clone(&image), places })
+    };
+    let red = Some([1.0, 0.0, 0.0]);
+    let paints = vec![
+        Paint { texture: texture(2, 0.25), ..Paint::plain(2, None) },
+        Paint { alpha: 0.5, texture: texture(4, 0.75), ..Paint::plain(4, red) },
+        Paint::plain(8, None),
+    ];
+    let file = write(&MeshAsset { paints, ..cube() });
+    let (json, binary) = read(&file);
+    let materials = json["materials"].as_array().unwrap();
+    assert_eq!(materials.len(), 3);
+    let factor = |n: usize| materials[n]["pbrMetallicRoughness"]["baseColorFactor"].clone();
+    assert_eq!(factor(1), serde_json::json!([1.0, 1.0, 1.0, 1.0]), "a picture without a colour is as it is");
+    assert_eq!(factor(2), serde_json::json!([1.0, 0.0, 0.0, 0.5]));
+    assert_eq!(
+        (&materials[1]["alphaMode"], &materials[2]["alphaMode"]),
+        (&serde_json::Value::Null, &"BLEND".into())
+    );
+    for n in [1, 2] {
+        assert_eq!(materials[n]["pbrMetallicRoughness"]["baseColorTexture"]["index"], 0);
+    }
+    assert_eq!(json["images"].as_array().unwrap().len(), 1);
+    assert_eq!(json["images"][0]["mimeType"], "image/jpeg");
+    let part = |view: &serde_json::Value| {
+        let view = &json["bufferViews"][view.as_u64().unwrap() as usize];
+        let [offset, length] = ["byteOffset", "byteLength"].map(|key| view[key].as_u64().unwrap() as usize);
+        assert_eq!(offset % 4, 0);
+        &binary[offset..offset + length]
+    };
+    assert_eq!(part(&json["images"][0]["bufferView"]), &*bytes);
+    let primitives = json["meshes"][0]["primitives"].as_array().unwrap();
+    let number = |bytes: &[u8], at: usize| f32::from_bits(word(bytes, 4 * at));
+    let mut seen = Vec::new();
+    for primitive in primitives {
+        let accessor = |index: &serde_json::Value| &json["accessors"][index.as_u64().unwrap() as usize];
+        let indices = accessor(&primitive["indices"]);
+        let from = indices["byteOffset"].as_u64().unwrap() as usize / 4;
+        let first = word(part(&indices["bufferView"]), 4 * from) as usize;
+        let places = accessor(&primitive["attributes"]["TEXCOORD_0"]);
+        assert_eq!((&places["type"], &places["count"]), (&"VEC2".into(), &accessor(&0.into())["count"]));
+        let places = part(&places["bufferView"]);
+        seen.push([number(places, 2 * first), number(places, 2 * first + 1)]);
+    }
+    // What has no picture is first, then what has one without a colour, then the other.
+    assert_eq!(seen, [[0.0, 0.0], [0.25, 0.0], [0.75, 0.0]]);
 }

@@ -42,7 +42,8 @@ def upload_files(
     request = proto.PrepareDescriptionRequest(urdf=files.urdf)
     prepared = connection.call(methods.PrepareDescription, request)
     sent: set[str] = set()
-    # What an SDF or MJCF includes names more. A file is looked for once, so that this ends.
+    # What an SDF or MJCF includes names more, and so does a mesh: pictures, and materials. A file is looked for once, so that
+    # this ends.
     while True:
         new = [asset.uri for asset in prepared.assets if not files.knows(asset.uri)]
         in_thread(lambda: files.find(new))
@@ -59,7 +60,7 @@ def upload_files(
         for sha256 in hashes:
             send_file(connection, files.paths[sha256], sha256, bars)
         sent.update(hashes)
-        if files.includes and hashes:
+        if files.name_more(hashes):
             prepared = connection.call(methods.PrepareDescription, request)
     return proto.DescriptionSource(
         description=prepared.description, assets=files.hashes, missing=files.missing

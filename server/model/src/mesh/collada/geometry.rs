@@ -6,38 +6,46 @@ use std::rc::Rc;
 use glamx::{DMat4, DVec3};
 use roxmltree::{Node, NodeId};
 
+use super::places::Places;
 use super::xml::{File, at, attribute, child, children, is, number, whole, words};
 use crate::limits;
 use crate::mesh::Triangles;
-use crate::mesh::builder::{Builder, Fan};
+use crate::mesh::builder::{Builder, FaceCorner, Fan, Look};
 
 /// A geometry in its own frame and the file's unit.
 pub(super) struct Geometry<'a> {
     mesh: Triangles,
+    /// In a picture, of the corners of the first triangles.
+    places: Vec<[[f32; 2]; 3]>,
     /// Where triangles begin that have another material, and what the geometry calls it.
     parts: Vec<(usize, Option<&'a str>)>,
 }
 
 impl<'a> Geometry<'a> {
-    /// Adds it to a mesh, each material in its colour.
+    /// Adds it to a mesh, each material as it looks.
     pub(super) fn add(
         &self,
         mesh_from_geometry: DMat4,
-        color: &mut dyn FnMut(&'a str) -> Option<[f64; 3]>,
+        look: &mut dyn FnMut(&'a str) -> Look,
         mesh: &mut Builder,
     ) -> Result<(), String> {
-        let Self { mesh: (vertices, triangles), parts } = self;
+        let Self { mesh: (vertices, triangles), places, parts } = self;
         let first = u32::try_from(mesh.corners()).map_err(|_| "it has too many corners")?;
         for vertex in vertices {
             mesh.corner(mesh_from_geometry.transform_point3(*vertex))?;
         }
         let mut parts = parts.iter().peekable();
-        mesh.paint(None);
+        mesh.paint(Look::default());
         for (number, triangle) in triangles.iter().enumerate() {
             if let Some((_, material)) = parts.next_if(|(begin, _)| *begin == number) {
-                mesh.paint(material.and_then(&mut *color));
+                mesh.paint(material.map_or_else(Look::default, &mut *look));
             }
-            mesh.triangle(triangle.map(|corner| first.saturating_add(corner)))?;
+            let places = places.get(number).copied().unwrap_or_default();
+            let corner = |n: usize| FaceCorner {
+                index: first.saturating_add(triangle.get(n).copied().unwrap_or_default()),
+                place: places.get(n).copied().unwrap_or_default(),
+            };
+            mesh.face([0, 1, 2].map(corner))?;
         }
         Ok(())
     }
@@ -52,6 +60,8 @@ pub(super) struct Geometries<'f, 'a> {
     triangles: usize,
     /// By their `<vertices>`, and by their `<source>`.
     positions: HashMap<NodeId, Positions<'a>>,
+    /// In pictures, if there are any.
+    places: Option<Places<'f, 'a>>,
 }
 
 /// Where corners are.
@@ -64,8 +74,15 @@ struct Positions<'a> {
 
 impl<'f, 'a> Geometries<'f, 'a> {
     /// None yet.
-    pub(super) fn new(file: &'f File<'a>) -> Self {
-        Self { file, read: HashMap::new(), corners: 0, triangles: 0, positions: HashMap::new() }
+    pub(super) fn new(file: &'f File<'a>, has_images: bool) -> Self {
+        Self {
+            file,
+            read: HashMap::new(),
+            corners: 0,
+            triangles: 0,
+            positions: HashMap::new(),
+            places: has_images.then(|| Places::new(file)),
+        }
     }
 
     /// A geometry, read once. One without triangles, for instance of lines, is empty.
@@ -86,6 +103,7 @@ impl<'f, 'a> Geometries<'f, 'a> {
                 }
             }
         }
+        let places = mesh.take_places();
         let read = mesh.pruned()?;
         self.corners += read.0.len();
         self.triangles += read.1.len();
@@ -93,7 +111,7 @@ impl<'f, 'a> Geometries<'f, 'a> {
             let (corners, triangles) = (limits::MESH_VERTICES, limits::MESH_TRIANGLES);
             return Err(format!("it has more than {corners} corners or {triangles} triangles"));
         }
-        let read = Rc::new(Geometry { mesh: read, parts });
+        let read = Rc::new(Geometry { mesh: read, places, parts });
         self.read.insert(node.id(), read.clone());
         Ok(read)
     }
@@ -118,6 +136,7 @@ impl<'f, 'a> Geometries<'f, 'a> {
                 known
             }
         };
+        let texture = self.places.as_mut().and_then(|places| places.of(faces));
         // A polygon with holes is drawn without them.
         let lists = faces.children().filter_map(|of| match of.tag_name().name() {
             "p" => Some(of),
@@ -130,8 +149,9 @@ impl<'f, 'a> Geometries<'f, 'a> {
                 return Err(at(list, "a second <p> in a <polylist>"));
             }
             let mut words = words(list);
-            let mut next = || -> Result<Option<u32>, String> {
+            let mut next = || -> Result<Option<FaceCorner>, String> {
                 let mut corner = None;
+                let mut in_picture = [0.0; 2];
                 for place in 0..stride {
                     let Some(word) = words.next() else {
                         let short = || at(list, "the last corner has fewer indices than the others");
@@ -145,8 +165,14 @@ impl<'f, 'a> Geometries<'f, 'a> {
                         }
                         corner = u32::try_from(first + index).ok();
                     }
+                    if let Some((places, offset)) = &texture
+                        && place == *offset
+                    {
+                        let place = word.parse().ok().and_then(|index: usize| places.get(index));
+                        in_picture = place.copied().unwrap_or_default();
+                    }
                 }
-                Ok(corner)
+                Ok(corner.map(|index| FaceCorner { index, place: in_picture }))
             };
             sizes.fill(list, &mut next, mesh)?;
         }
@@ -310,7 +336,7 @@ impl<'a> Sizes<'a> {
     fn fill(
         &self,
         list: Node<'a, 'a>,
-        next: &mut dyn FnMut() -> Result<Option<u32>, String>,
+        next: &mut dyn FnMut() -> Result<Option<FaceCorner>, String>,
         mesh: &mut Builder,
     ) -> Result<(), String> {
         let short = || at(list, "the last face has too few corners");
@@ -318,7 +344,7 @@ impl<'a> Sizes<'a> {
             Self::Three => {
                 while let Some(a) = next()? {
                     let (Some(b), Some(c)) = (next()?, next()?) else { return Err(short()) };
-                    mesh.triangle([a, b, c])?;
+                    mesh.face([a, b, c])?;
                 }
             }
             Self::List => {
@@ -330,7 +356,7 @@ impl<'a> Sizes<'a> {
             Self::Strip => {
                 let (mut before, mut odd) = ((next()?, next()?), false);
                 while let ((Some(a), Some(b)), Some(c)) = (before, next()?) {
-                    mesh.triangle(if odd { [b, a, c] } else { [a, b, c] })?;
+                    mesh.face(if odd { [b, a, c] } else { [a, b, c] })?;
                     (before, odd) = ((Some(b), Some(c)), !odd);
                 }
             }

@@ -1,46 +1,121 @@
-//! The colours of a COLLADA file: what its materials reflect of light from everywhere.
+//! The looks of a COLLADA file's materials: what they reflect of light from everywhere, or the picture on them, and what
+//! shines through.
 //!
-//! A colour that cannot be resolved is left out, and never a reason to refuse a mesh.
+//! What cannot be resolved is left out, and never a reason to refuse a mesh.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use roxmltree::{Node, NodeId};
 
-use super::xml::{File, child, children, numbers};
+use super::xml::{File, child, children, is, numbers, words};
+use crate::mesh::Beside;
+use crate::mesh::builder::Look;
+use crate::robot::Image;
 
-/// The colours that were looked up.
+/// The looks that were looked up.
 pub(super) struct Materials<'f, 'a> {
     file: &'f File<'a>,
-    /// By `<material>`.
-    known: HashMap<NodeId, Option<[f64; 3]>>,
+    beside: &'f Beside,
+    /// By `<effect>`.
+    known: HashMap<NodeId, Look>,
 }
 
 impl<'f, 'a> Materials<'f, 'a> {
     /// None yet.
-    pub(super) fn new(file: &'f File<'a>) -> Self {
-        Self { file, known: HashMap::new() }
+    pub(super) fn new(file: &'f File<'a>, beside: &'f Beside) -> Self {
+        Self { file, beside, known: HashMap::new() }
     }
 
-    /// The colour of each material by what a geometry calls it, as an instance of the geometry
+    /// The look of each material by what a geometry calls it, as an instance of the geometry
     /// binds it. The walk over the instance has already been counted for this.
-    pub(super) fn bound_in(&mut self, instance: Node<'a, 'a>) -> impl FnMut(&'a str) -> Option<[f64; 3]> {
+    pub(super) fn bound_in(&mut self, instance: Node<'a, 'a>) -> impl FnMut(&'a str) -> Look {
         let binding = child(instance, "bind_material").and_then(|bind| child(bind, "technique_common"));
         let bound = binding.into_iter().flat_map(|common| children(common, "instance_material"));
         let bound: HashMap<&str, Node> =
             bound.filter_map(|material| Some((material.attribute("symbol")?, material))).collect();
         move |symbol| {
-            let material = self.file.follow(*bound.get(symbol)?, "target", "material").ok()?;
-            *self.known.entry(material.id()).or_insert_with(|| color(self.file, material))
+            let effect = bound.get(symbol).and_then(|bound| effect(self.file, *bound));
+            let Some(effect) = effect else { return Look::default() };
+            let look = self.known.entry(effect.id());
+            look.or_insert_with(|| look_of(self.file, self.beside, effect).unwrap_or_default()).clone()
         }
     }
 }
 
-/// The diffuse colour of a material's effect (COLLADA 1.4.1, chapter 8).
-fn color<'a>(file: &File<'a>, material: Node<'a, 'a>) -> Option<[f64; 3]> {
-    let effect = file.follow(child(material, "instance_effect")?, "url", "effect").ok()?;
-    let technique = child(child(effect, "profile_COMMON")?, "technique")?;
-    let shader = ["phong", "lambert", "blinn"].iter().find_map(|name| child(technique, name))?;
-    let color = child(child(shader, "diffuse")?, "color")?;
-    let [red, green, blue, _alpha] = numbers(color).ok()?;
-    Some([red, green, blue].map(|part: f64| part.clamp(0.0, 1.0)))
+/// The effect of a material that an instance binds.
+fn effect<'a>(file: &File<'a>, bound: Node<'a, 'a>) -> Option<Node<'a, 'a>> {
+    let material = file.follow(bound, "target", "material").ok()?;
+    file.follow(child(material, "instance_effect")?, "url", "effect").ok()
+}
+
+/// The diffuse part of an effect, and its transparency (COLLADA 1.4.1, chapters 7 and 8).
+fn look_of<'a>(file: &File<'a>, beside: &Beside, effect: Node<'a, 'a>) -> Option<Look> {
+    let profile = child(effect, "profile_COMMON")?;
+    let technique = child(profile, "technique")?;
+    let shader = ["phong", "lambert", "blinn"].iter().find_map(|name| child(technique, name));
+    // What is not lit has one colour, which it sends out.
+    let (shader, part) = match shader {
+        Some(shader) => (shader, "diffuse"),
+        None => (child(technique, "constant")?, "emission"),
+    };
+    let diffuse = child(shader, part)?;
+    let color = child(diffuse, "color").and_then(|color| numbers(color).ok());
+    let color =
+        color.map(|[red, green, blue, _alpha]: [f64; 4]| [red, green, blue].map(|part| part.clamp(0.0, 1.0)));
+    let image = child(diffuse, "texture").and_then(|texture| {
+        let sampler = texture.attribute("texture")?;
+        image(file, beside, [technique, profile, effect], sampler)
+    });
+    Some(Look { color, alpha: alpha(shader).unwrap_or(1.0), image })
+}
+
+/// How much of it hides what is behind. Its opposite is written by many exporters, and is taken where nothing would be
+/// seen else.
+fn alpha(shader: Node) -> Option<f64> {
+    /// What is less hides nothing that anybody sees.
+    const LEAST: f64 = 0.02;
+    let transparent = child(shader, "transparent")?;
+    let [red, green, blue, alpha]: [f64; 4] = numbers(child(transparent, "color")?).ok()?;
+    let factor = child(shader, "transparency").and_then(|factor| child(factor, "float"));
+    let factor = factor.and_then(|factor| numbers(factor).ok()).map_or(1.0, |[factor]: [f64; 1]| factor);
+    let covered = if transparent.attribute("opaque").unwrap_or("A_ONE").trim() == "RGB_ZERO" {
+        // The luminance of the standard, ITU-R BT.709.
+        1.0 - (0.212671 * red + 0.715160 * green + 0.072169 * blue) * factor
+    } else {
+        alpha * factor
+    };
+    let covered = covered.clamp(0.0, 1.0);
+    Some(if covered < LEAST { 1.0 } else { covered })
+}
+
+/// From the name of a sampler, by way of its surface, to an image; some exporters name the image itself.
+fn image<'a>(
+    file: &File<'a>,
+    beside: &Beside,
+    scopes: [Node<'a, 'a>; 3],
+    sampler: &'a str,
+) -> Option<Arc<Image>> {
+    let parameter = |sid: &str| {
+        let mut all = scopes.iter().flat_map(|scope| children(*scope, "newparam"));
+        all.find(|parameter| parameter.attribute("sid") == Some(sid))
+    };
+    let first_word = |node: Node<'a, 'a>| words(node).next();
+    let mut id = sampler;
+    if let Some(sampler) = parameter(sampler).and_then(|parameter| child(parameter, "sampler2D")) {
+        // COLLADA 1.5 leads from here to the image.
+        let of_instance = child(sampler, "instance_image").and_then(|instance| instance.attribute("url"));
+        let surface = || {
+            let surface = child(parameter(first_word(child(sampler, "source")?)?)?, "surface")?;
+            first_word(child(surface, "init_from")?)
+        };
+        id = match of_instance {
+            Some(url) => url.trim_start_matches('#'),
+            None => surface()?,
+        };
+    }
+    let image = file.by_id(id).filter(|image| is(*image, "image"))?;
+    let file = child(image, "init_from")?;
+    let file = child(file, "ref").unwrap_or(file);
+    beside.image(file.text()?)
 }

@@ -2,8 +2,8 @@
 //!
 //! * `xml`: the document, guarded.
 //! * `scene`: nodes, where they stand, and what they show.
-//! * `geometry`: corners and faces.
-//! * `material`: colours.
+//! * `geometry`: corners and faces; `places`: where corners are in pictures.
+//! * `material`: colours and textures.
 //!
 //! No library is used: those that there are hang, abort or take gigabytes on files of a few
 //! hundred bytes. Nothing here recurses, and nothing is allocated that the file's own bytes
@@ -15,17 +15,18 @@
 
 mod geometry;
 mod material;
+mod places;
 mod scene;
 #[cfg(test)]
 mod tests;
 mod xml;
 
-use super::Triangles;
+use super::{Beside, Triangles};
 use crate::limits;
 use crate::robot::Paint;
 
-/// Reads the scene of a file, and its colours.
-pub(super) fn parse(bytes: &[u8]) -> Result<(Triangles, Vec<Paint>), String> {
+/// Reads the scene of a file, its colours and its textures.
+pub(super) fn parse(bytes: &[u8], beside: &Beside) -> Result<(Triangles, Vec<Paint>), String> {
     if bytes.len() > limits::COLLADA_BYTES {
         let (size, cap) = (bytes.len(), limits::COLLADA_BYTES);
         return Err(format!("it has {size} bytes; the most for COLLADA is {cap}"));
@@ -33,7 +34,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<(Triangles, Vec<Paint>), String> {
     let text = xml::decode(bytes)?;
     let document = xml::parse(&text)?;
     let file = xml::File::new(&document)?;
-    let mut mesh = scene::read(&file)?;
+    let mut mesh = scene::read(&file, beside)?;
     let paints = mesh.take_paints();
     Ok((mesh.finish()?, paints))
 }

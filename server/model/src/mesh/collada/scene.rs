@@ -11,7 +11,8 @@ use super::geometry::{Geometries, Geometry};
 use super::material::Materials;
 use super::xml::{File, at, child, children, is, number, numbers};
 use crate::limits;
-use crate::mesh::builder::Builder;
+use crate::mesh::Beside;
+use crate::mesh::builder::{Builder, Look};
 
 /// A node to look at, and how it was reached.
 struct Visit<'a> {
@@ -22,11 +23,11 @@ struct Visit<'a> {
 }
 
 /// The mesh of the scene that the file names, else of the first, else all geometries.
-pub(super) fn read<'a>(file: &File<'a>) -> Result<Builder, String> {
+pub(super) fn read<'a>(file: &File<'a>, beside: &Beside) -> Result<Builder, String> {
     let metres_from_file = DMat4::from_scale(DVec3::splat(unit(file.root)?));
     let mut mesh = Builder::default();
-    let mut geometries = Geometries::new(file);
-    let mut materials = Materials::new(file);
+    let mut geometries = Geometries::new(file, beside.has_images());
+    let mut materials = Materials::new(file, beside);
     let named = child(file.root, "scene").and_then(|scene| child(scene, "instance_visual_scene"));
     let scene = match named {
         Some(instance) => Some(file.follow(instance, "url", "visual_scene")?),
@@ -35,7 +36,7 @@ pub(super) fn read<'a>(file: &File<'a>) -> Result<Builder, String> {
     let Some(scene) = scene else {
         let all = children(file.root, "library_geometries").flat_map(|all| children(all, "geometry"));
         for node in all {
-            geometries.get(node)?.add(metres_from_file, &mut |_| None, &mut mesh)?;
+            geometries.get(node)?.add(metres_from_file, &mut |_| Look::default(), &mut mesh)?;
         }
         return Ok(mesh);
     };
@@ -55,8 +56,8 @@ pub(super) fn read<'a>(file: &File<'a>) -> Result<Builder, String> {
             match shown.tag_name().name() {
                 "instance_geometry" => {
                     let geometry = geometries.get(file.follow(shown, "url", "geometry")?)?;
-                    let mut color = materials.bound_in(shown);
-                    geometry.add(metres_from_file * file_from_node.clone()?, &mut color, &mut mesh)?;
+                    let mut look = materials.bound_in(shown);
+                    geometry.add(metres_from_file * file_from_node.clone()?, &mut look, &mut mesh)?;
                 }
                 "instance_controller" => {
                     let controller = file.follow(shown, "url", "controller")?;
@@ -64,8 +65,8 @@ pub(super) fn read<'a>(file: &File<'a>) -> Result<Builder, String> {
                         Entry::Occupied(known) => known.into_mut(),
                         Entry::Vacant(new) => new.insert(skin(file, controller, &mut geometries)?),
                     };
-                    let mut color = materials.bound_in(shown);
-                    geometry.add(metres_from_file * *file_from_skin, &mut color, &mut mesh)?;
+                    let mut look = materials.bound_in(shown);
+                    geometry.add(metres_from_file * *file_from_skin, &mut look, &mut mesh)?;
                 }
                 "instance_node" => {
                     let node = file.follow(shown, "url", "node")?;

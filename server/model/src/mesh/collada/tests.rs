@@ -3,6 +3,7 @@
 use glamx::DVec3;
 
 use crate::limits;
+use crate::mesh::Beside;
 use crate::mesh::parse as parse_by_name;
 
 type Read = Result<(Vec<DVec3>, Vec<[u32; 3]>), String>;
@@ -321,7 +322,7 @@ fn triangles_have_the_colours_of_their_materials() {
     };
     let nodes = node(bind("skin", "m1") + &bind("eye", "m2")) + &node(bind("eye", "m1")) + INSTANCE;
     let text = file("", &libraries, &nodes);
-    let read = crate::mesh::read("a.dae", text.as_bytes()).unwrap();
+    let read = crate::mesh::read("a.dae", text.as_bytes(), &Beside::default()).unwrap();
     let ((_, triangles), paints) = (read.triangles, read.paints);
     assert_eq!(triangles.len(), 9);
     let red = Some([1.0, 0.5, 0.0]);
@@ -330,7 +331,7 @@ fn triangles_have_the_colours_of_their_materials() {
     // What leads nowhere is no colour, and no reason to refuse the rest.
     for (from, to) in [("#m1", "#lost"), ("1 0.5 -3 1", "1 0.5"), ("url=\"#e1\"", ""), ("#e1", "#e2")] {
         let broken = text.replace(from, to);
-        let paints = crate::mesh::read("a.dae", broken.as_bytes()).unwrap().paints;
+        let paints = crate::mesh::read("a.dae", broken.as_bytes(), &Beside::default()).unwrap().paints;
         assert!(paints.iter().all(|paint| paint.color.is_none()), "{from}");
     }
 }

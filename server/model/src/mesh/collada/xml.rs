@@ -117,6 +117,11 @@ impl<'a> File<'a> {
         ))
     }
 
+    /// The element of an id.
+    pub(super) fn by_id(&self, id: &str) -> Option<Node<'a, 'a>> {
+        self.by_id.get(id).copied()
+    }
+
     /// The element of a name that an attribute of `node` leads to, within this file.
     pub(super) fn follow(
         &self,

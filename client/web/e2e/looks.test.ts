@@ -1,0 +1,120 @@
+// What robots look like: pictures on meshes and shapes, from the daemon's disk and from the page; and how fine the picture is.
+
+import { cp, mkdir, mkdtemp, rm } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { join, resolve } from "node:path";
+
+import { expect, test } from "vitest";
+
+import { Base } from "../src/gen/simd/v1/entity_pb";
+import { Tab } from "./browser";
+import { Daemon, REPOSITORY } from "./daemon";
+import { fixtures } from "./fixtures";
+
+const use = fixtures();
+
+const ASSETS = resolve(REPOSITORY, "tests/assets");
+/** Metres: half of a side of the boxes, and the middle of a quarter of a side. */
+const HALF = 0.1;
+const QUARTER = 0.05;
+const HEIGHT = 0.5;
+
+type Colour = "red" | "green" | "blue" | "yellow" | "none";
+
+/** The colours of points of the world on the page. */
+async function colours(tab: Tab, points: number[][]): Promise<Colour[]> {
+  const places = await Promise.all(points.map((point) => tab.project(point)));
+  const png = (await tab.page.screenshot()).toString("base64");
+  const pixels = await tab.page.evaluate(
+    async ({ png, places }) => {
+      const bytes = Uint8Array.from(atob(png), (letter) => letter.charCodeAt(0));
+      const image = await createImageBitmap(new Blob([bytes], { type: "image/png" }));
+      const drawing = new OffscreenCanvas(image.width, image.height).getContext("2d");
+      if (drawing === null) throw new Error("no canvas");
+      drawing.drawImage(image, 0, 0);
+      return places.map(({ x, y }) => [...drawing.getImageData(Math.round(x), Math.round(y), 1, 1).data]);
+    },
+    { png, places },
+  );
+  return pixels.map(([red = 0, green = 0, blue = 0]) => {
+    const most = Math.max(red, green, blue);
+    const [r, g, b] = [red, green, blue].map((part) => part > 0.6 * most);
+    if (most < 40 || Math.min(red, green, blue) > 0.7 * most) return "none";
+    if (r && g) return "yellow";
+    return r ? "red" : g ? "green" : b ? "blue" : "none";
+  });
+}
+
+/** The quarters of the side of a box that is towards x, as one reads: upper left, upper right, lower left, lower right. */
+function quarters(y: number): number[][] {
+  return [QUARTER, -QUARTER].flatMap((z) => [-QUARTER, QUARTER].map((across) => [HALF, y + across, HEIGHT + z]));
+}
+
+async function look(tab: Tab): Promise<void> {
+  await tab.page.evaluate((height) => window.simd.camera.look([2.2, 0, height], [0, 0, height]), HEIGHT);
+  await tab.page.waitForFunction(() => window.simd.settled());
+}
+
+test("a picture is on each side of a box as its mesh says, in each format, and on a shape", async () => {
+  const daemon = await use.daemon(Daemon.start(["--paused", "--asset-root", ASSETS]));
+  const kinds = ["dae", "obj", "glb", "gltf", "shape"];
+  const across = (n: number) => 0.25 * (n - 2);
+  for (const [n, kind] of kinds.entries()) {
+    const pose = { position: { x: 0, y: across(n), z: HEIGHT } };
+    const source = { source: { case: "path", value: resolve(ASSETS, `textured/urdf/${kind}.urdf`) } } as const;
+    const { report } = await daemon.entities.spawnEntity({ name: kind, base: Base.FIXED, pose, source });
+    expect(report?.findings.filter(({ message }) => message.includes("not found") || message.includes("not read"))).toEqual([]);
+  }
+  const tab = await Tab.open(await use.context(), daemon.url);
+  await look(tab);
+  await tab.picture("textures");
+  for (const [n, kind] of kinds.entries()) {
+    const seen = await colours(tab, quarters(across(n)));
+    if (kind === "shape") expect([...seen].sort()).toEqual(["blue", "green", "red", "yellow"]);
+    else expect(seen, kind).toEqual(["red", "green", "blue", "yellow"]);
+  }
+  expect(tab.consoleMessages).toEqual([]);
+});
+
+test("a folder that is dropped on the page brings its pictures along", async () => {
+  const daemon = await use.daemon(Daemon.start(["--paused"]));
+  const folder = await mkdtemp(join(tmpdir(), "simd-looks-"));
+  try {
+    for (const part of ["meshes", "pictures"]) await cp(resolve(ASSETS, "textured", part), join(folder, part), { recursive: true });
+    await mkdir(join(folder, "urdf"));
+    await cp(resolve(ASSETS, "textured/urdf/obj.urdf"), join(folder, "urdf/box.urdf"));
+    const tab = await Tab.open(await use.context(), daemon.url);
+    await tab.page.getByTestId("folder-input").first().setInputFiles(folder);
+    await expect.poll(async () => (await daemon.entities.listEntities({})).entities.map(({ name }) => name)).toEqual(["box"]);
+    await daemon.entities.setEntityState({ robot: "box", pose: { position: { x: 0, y: 0, z: HEIGHT }, orientation: { x: 0, y: 0, z: 0, w: 1 } } });
+    await look(tab);
+    await expect.poll(() => colours(tab, quarters(0))).toEqual(["red", "green", "blue", "yellow"]);
+    expect(tab.consoleMessages).toEqual([]);
+  } finally {
+    await rm(folder, { recursive: true });
+  }
+});
+
+test("the quality is that of the machine until it is chosen, and is kept", async () => {
+  const daemon = await use.daemon(Daemon.demo());
+  const context = await use.context();
+  const tab = await Tab.open(context, daemon.url);
+  const quality = () => tab.page.evaluate(() => window.simd.quality());
+  // The browser of these tests draws without a graphics processor.
+  expect(await quality()).toBe("low");
+  await tab.page.getByTestId("view-menu").click();
+  await tab.page.getByTestId("quality-high").click();
+  await expect.poll(quality).toBe("high");
+  await tab.page.waitForFunction(() => window.simd.settled());
+  expect(tab.requests.filter(({ pathname }) => /environment-.*\.js$/.test(pathname)).length).toBe(1);
+  expect(await tab.violations()).toEqual([]);
+  await tab.picture("quality-high");
+  await tab.page.reload();
+  await expect.poll(quality).toBe("high");
+  await tab.page.getByTestId("view-menu").click();
+  await tab.page.getByTestId("quality-low").click();
+  await expect.poll(quality).toBe("low");
+  await tab.page.waitForFunction(() => window.simd.settled());
+  await tab.picture("quality-low");
+  expect(tab.consoleMessages).toEqual([]);
+});

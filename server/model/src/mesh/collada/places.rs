@@ -1,0 +1,69 @@
+//! Where the corners of a COLLADA file are in pictures.
+
+use std::collections::HashMap;
+use std::rc::Rc;
+
+use roxmltree::{Node, NodeId};
+
+use super::xml::{File, attribute, child, children, words};
+use crate::limits;
+use crate::mesh::builder::place;
+
+/// Those that were read so far.
+pub(super) struct Places<'f, 'a> {
+    file: &'f File<'a>,
+    /// By their `<source>`; `None` where they cannot be read.
+    known: HashMap<NodeId, Option<Rc<[[f32; 2]]>>>,
+    /// Of `known`, all together.
+    all: usize,
+}
+
+impl<'f, 'a> Places<'f, 'a> {
+    /// None yet.
+    pub(super) fn new(file: &'f File<'a>) -> Self {
+        Self { file, known: HashMap::new(), all: 0 }
+    }
+
+    /// Where corners are in pictures, and at which of a corner's indices that stands. What cannot be read is left out:
+    /// a mesh is not refused for its looks.
+    pub(super) fn of(&mut self, faces: Node<'a, 'a>) -> Option<(Rc<[[f32; 2]]>, usize)> {
+        // Of several the one of the least set, which is that of diffuse pictures.
+        let inputs = children(faces, "input").filter(|input| input.attribute("semantic") == Some("TEXCOORD"));
+        let input = inputs.min_by_key(|input| attribute(*input, "set", 0).unwrap_or(usize::MAX))?;
+        let offset = attribute(input, "offset", 0).ok()?;
+        let source = self.file.follow(input, "source", "source").ok()?;
+        let places = match self.known.get(&source.id()) {
+            Some(known) => known.clone(),
+            None => {
+                let read = self.read(source);
+                self.known.insert(source.id(), read.clone());
+                read
+            }
+        };
+        Some((places?, offset))
+    }
+
+    fn read(&mut self, source: Node<'a, 'a>) -> Option<Rc<[[f32; 2]]>> {
+        let accessor = child(child(source, "technique_common")?, "accessor")?;
+        let array = self.file.follow(accessor, "source", "float_array").ok()?;
+        let of = |name: &str, default| attribute(accessor, name, default).ok();
+        let (count, offset, stride) = (of("count", 0)?, of("offset", 0)?, of("stride", 2)?);
+        self.file.walk(array.range().len()).ok()?;
+        if stride < 2 {
+            return None;
+        }
+        let most = limits::MESH_VERTICES.saturating_sub(self.all);
+        let mut words = words(array).skip(offset);
+        let mut places = Vec::new();
+        while places.len() < count.min(most) {
+            let (Some(across), Some(up)) = (words.next(), words.next()) else { break };
+            let [across, up] = [across, up].map(|word| word.parse::<f64>().unwrap_or(0.0));
+            places.push([place(across), place(1.0 - up)]);
+            if stride > 2 && words.nth(stride - 3).is_none() {
+                break;
+            }
+        }
+        self.all += places.len();
+        Some(places.into())
+    }
+}

@@ -1,0 +1,166 @@
+//! Numbers of a glTF in its buffers (glTF 2.0, chapters 3.6.1 and 3.6.2).
+
+use std::borrow::Cow;
+use std::cell::Cell;
+
+use super::document::{Accessor, Document, data};
+use crate::limits;
+use crate::mesh::Beside;
+use crate::mesh::builder::place;
+
+/// What the buffers hold.
+pub(super) struct Buffers<'d> {
+    document: &'d Document,
+    all: Vec<Option<Cow<'d, [u8]>>>,
+    /// Numbers that were read: a short file can refer to its longest part a million times.
+    walked: Cell<usize>,
+}
+
+/// Kinds of numbers.
+const BYTE: u32 = 5120;
+const UNSIGNED_BYTE: u32 = 5121;
+const SHORT: u32 = 5122;
+const UNSIGNED_SHORT: u32 = 5123;
+const UNSIGNED_INT: u32 = 5125;
+const FLOAT: u32 = 5126;
+
+impl<'d> Buffers<'d> {
+    /// From the file itself, from within its JSON, or from beside it.
+    pub(super) fn new(
+        document: &'d Document,
+        binary: Option<&'d [u8]>,
+        beside: &'d Beside,
+    ) -> Result<Self, String> {
+        let all = document.buffers.iter().enumerate().map(|(index, buffer)| match &buffer.uri {
+            // The binary part is the first buffer's.
+            None => Ok(binary.filter(|_| index == 0).map(Cow::Borrowed)),
+            Some(uri) if uri.starts_with("data:") => match data(uri) {
+                Some(data) => Ok(Some(Cow::Owned(data))),
+                None => Err(format!("buffer {index} is not in base 64")),
+            },
+            Some(uri) => Ok(beside.bytes(uri).map(|bytes| Cow::Borrowed(&**bytes))),
+        });
+        Ok(Self { document, all: all.collect::<Result<_, String>>()?, walked: Cell::new(0) })
+    }
+
+    /// The bytes of a view.
+    pub(super) fn view(&self, view: usize) -> Result<&[u8], String> {
+        let Some(found) = self.document.buffer_views.get(view) else {
+            return Err(format!("it names buffer view {view}, which is not there"));
+        };
+        let Some(Some(buffer)) = self.all.get(found.buffer) else {
+            let named = self.document.buffers.get(found.buffer).and_then(|buffer| buffer.uri.as_deref());
+            let named = named.map_or_else(String::new, |uri| format!(" {}", crate::mesh::shown(uri)));
+            return Err(format!("its buffer{named} is not there"));
+        };
+        let rest = buffer.get(found.byte_offset..);
+        let own = rest.and_then(|rest| rest.get(..found.byte_length));
+        own.ok_or_else(|| format!("buffer view {view} ends behind its buffer, of {} bytes", buffer.len()))
+    }
+
+    /// Positions.
+    pub(super) fn vectors(&self, accessor: usize) -> Result<Vec<[f32; 3]>, String> {
+        let found = self.get(accessor, &["VEC3"])?;
+        self.read::<3>(accessor, found)
+    }
+
+    /// Places in a picture; `None` where they cannot be read, for which no mesh is refused.
+    pub(super) fn places(&self, accessor: usize) -> Option<Vec<[f32; 2]>> {
+        let found = self.get(accessor, &["VEC2"]).ok()?;
+        let places = self.read::<2>(accessor, found).ok()?;
+        Some(places.into_iter().map(|place_of| place_of.map(|value| place(f64::from(value)))).collect())
+    }
+
+    /// Corners of triangles.
+    pub(super) fn indices(&self, accessor: usize) -> Result<Vec<u32>, String> {
+        let found = self.get(accessor, &["SCALAR"])?;
+        let (bytes, size, stride) = self.bytes(accessor, found, 1)?;
+        let index = |at: usize| -> Option<u32> {
+            let bytes = bytes.get(at * stride..)?.get(..size)?;
+            match *bytes {
+                [one] => Some(u32::from(one)),
+                [low, high] => Some(u32::from(u16::from_le_bytes([low, high]))),
+                _ => Some(u32::from_le_bytes(bytes.try_into().ok()?)),
+            }
+        };
+        if !matches!(found.component_type, UNSIGNED_BYTE | UNSIGNED_SHORT | UNSIGNED_INT) {
+            return Err(format!("accessor {accessor} is of indices that are no whole numbers"));
+        }
+        Ok((0..found.count).map_while(index).collect())
+    }
+
+    fn get(&self, accessor: usize, kinds: &[&str]) -> Result<&'d Accessor, String> {
+        let Some(found) = self.document.accessors.get(accessor) else {
+            return Err(format!("it names accessor {accessor}, which is not there"));
+        };
+        if !kinds.contains(&found.kind.as_str()) {
+            let (kind, expected) = (crate::mesh::shown(&found.kind), kinds.join(" or "));
+            return Err(format!("accessor {accessor} is of {kind} instead of {expected}"));
+        }
+        if found.sparse.is_some() {
+            return Err(format!("accessor {accessor} is sparse, which is not read"));
+        }
+        Ok(found)
+    }
+
+    /// The bytes of an accessor, those of one number, and from one element to the next. All its elements are there.
+    fn bytes(
+        &self,
+        index: usize,
+        accessor: &Accessor,
+        numbers: usize,
+    ) -> Result<(&[u8], usize, usize), String> {
+        let size = match accessor.component_type {
+            BYTE | UNSIGNED_BYTE => 1,
+            SHORT | UNSIGNED_SHORT => 2,
+            UNSIGNED_INT | FLOAT => 4,
+            other => return Err(format!("accessor {index} is of the unknown type {other}")),
+        };
+        let Some(view) = accessor.buffer_view else {
+            return Err(format!("accessor {index} has no buffer view"));
+        };
+        let stride = self.document.buffer_views.get(view).and_then(|view| view.byte_stride);
+        let stride = stride.filter(|stride| *stride > 0).unwrap_or(size * numbers);
+        let bytes = self.view(view)?.get(accessor.byte_offset..).unwrap_or_default();
+        let last = accessor.count.saturating_sub(1).saturating_mul(stride);
+        let needed = if accessor.count == 0 { 0 } else { last.saturating_add(size * numbers) };
+        if needed > bytes.len() {
+            let (count, there) = (accessor.count, bytes.len());
+            return Err(format!("accessor {index} says it has {count} elements; its view has {there} bytes"));
+        }
+        let walked = self.walked.get().saturating_add(accessor.count);
+        self.walked.set(walked);
+        if walked > limits::GLTF_WALK {
+            return Err(format!("its parts name more than {} elements of buffers", limits::GLTF_WALK));
+        }
+        Ok((bytes, size, stride))
+    }
+
+    fn read<const N: usize>(&self, index: usize, accessor: &Accessor) -> Result<Vec<[f32; N]>, String> {
+        let (bytes, size, stride) = self.bytes(index, accessor, N)?;
+        if accessor.count > limits::MESH_VERTICES {
+            return Err(format!("it has more than {} corners", limits::MESH_VERTICES));
+        }
+        let kind = accessor.component_type;
+        // Whole numbers stand for themselves, or for parts of the largest.
+        let scaled =
+            |value: f32, most: f32| if accessor.normalized { (value / most).max(-1.0) } else { value };
+        let number = |bytes: &[u8]| -> f32 {
+            match (kind, bytes) {
+                (BYTE, &[byte]) => scaled(f32::from(i8::from_le_bytes([byte])), 127.0),
+                (UNSIGNED_BYTE, &[byte]) => scaled(f32::from(byte), 255.0),
+                (SHORT, &[low, high]) => scaled(f32::from(i16::from_le_bytes([low, high])), 32767.0),
+                (UNSIGNED_SHORT, &[low, high]) => scaled(f32::from(u16::from_le_bytes([low, high])), 65535.0),
+                (FLOAT, &[a, b, c, d]) => f32::from_le_bytes([a, b, c, d]),
+                // Corners of this type are none: the mesh is refused for them.
+                _ => f32::NAN,
+            }
+        };
+        let element = |at: usize| -> [f32; N] {
+            let own = bytes.get(at * stride..).unwrap_or_default();
+            let mut parts = own.chunks_exact(size).map(number);
+            std::array::from_fn(|_| parts.next().unwrap_or(f32::NAN))
+        };
+        Ok((0..accessor.count).map(element).collect())
+    }
+}

@@ -1,0 +1,175 @@
+//! glTF 2.0, as text and binary: the triangles of its scene, in metres, in the file's own axes.
+//!
+//! * `document`: the JSON, as much of it as is read, and the binary part.
+//! * `accessor`: numbers in buffers.
+//! * `material`: colours and textures.
+//!
+//! No library is used: those that there are unpack pictures, or compute with counts of a file before they look at its bytes.
+//! Nothing here recurses, and nothing is allocated that the file's own bytes do not hold.
+//!
+//! The axes are those of the link, as with [COLLADA](super::collada): what glTF says of y being up is not applied.
+
+mod accessor;
+mod document;
+mod material;
+#[cfg(test)]
+mod tests;
+
+use glamx::{DMat4, DQuat, DVec3};
+
+use super::beside::{Named, Role, relative};
+use super::builder::{Builder, FaceCorner};
+use super::{Beside, Triangles};
+use crate::limits;
+use crate::robot::Paint;
+use accessor::Buffers;
+use document::{Document, Node, Primitive};
+use material::Materials;
+
+/// Reads the scene of a file, its colours and its textures.
+pub(super) fn parse(bytes: &[u8], beside: &Beside) -> Result<(Triangles, Vec<Paint>), String> {
+    let (document, binary) = document::read(bytes)?;
+    let buffers = Buffers::new(&document, binary, beside)?;
+    let mut reader = Reader {
+        document: &document,
+        buffers: &buffers,
+        materials: Materials::new(&document, &buffers, beside),
+        mesh: Builder::default(),
+        visits: 0,
+    };
+    reader.scene()?;
+    let mut mesh = reader.mesh;
+    let paints = mesh.take_paints();
+    Ok((mesh.finish()?, paints))
+}
+
+/// The files that it names.
+pub(super) fn named(bytes: &[u8]) -> Vec<Named> {
+    let Ok((document, _)) = document::read(bytes) else { return Vec::new() };
+    let buffers = document.buffers.iter().map(|buffer| (&buffer.uri, Role::Buffer));
+    let files = buffers.chain(document.images.iter().map(|image| (&image.uri, Role::Image)));
+    let named = files.filter_map(|(uri, role)| Some(Named { name: relative(uri.as_deref()?)?, role }));
+    named.take(limits::FILES_BESIDE).collect()
+}
+
+struct Reader<'d> {
+    document: &'d Document,
+    buffers: &'d Buffers<'d>,
+    materials: Materials<'d>,
+    mesh: Builder,
+    /// Parts of meshes that were visited.
+    visits: usize,
+}
+
+/// Triangles, strips and fans; points and lines have no area.
+const TRIANGLES: u32 = 4;
+const STRIP: u32 = 5;
+const FAN: u32 = 6;
+
+impl Reader<'_> {
+    /// The nodes of the file's scene, else of the first, else all meshes as they are.
+    fn scene(&mut self) -> Result<(), String> {
+        let document = self.document;
+        let Some(scene) = document.scenes.get(document.scene.unwrap_or(0)) else {
+            for mesh in 0..document.meshes.len() {
+                self.add(mesh, DMat4::IDENTITY)?;
+            }
+            return Ok(());
+        };
+        // A node has one parent: one that is met again holds itself, or is in two places.
+        let mut met = vec![false; document.nodes.len()];
+        let mut ahead: Vec<(usize, DMat4)> =
+            scene.nodes.iter().rev().map(|node| (*node, DMat4::IDENTITY)).collect();
+        while let Some((index, file_from_parent)) = ahead.pop() {
+            let (Some(node), Some(was_met)) = (document.nodes.get(index), met.get_mut(index)) else {
+                return Err(format!("it names node {index}, which is not there"));
+            };
+            if std::mem::replace(was_met, true) {
+                return Err(format!("node {index} is in two places, or holds itself"));
+            }
+            let file_from_node = file_from_parent * transform(node);
+            if let Some(mesh) = node.mesh {
+                // The place of a skin's node does not count: its bones are where they were bound.
+                let at = if node.skin.is_some() { DMat4::IDENTITY } else { file_from_node };
+                self.add(mesh, at)?;
+            }
+            ahead.extend(node.children.iter().rev().map(|child| (*child, file_from_node)));
+        }
+        Ok(())
+    }
+
+    fn add(&mut self, mesh: usize, file_from_mesh: DMat4) -> Result<(), String> {
+        let Some(mesh) = self.document.meshes.get(mesh) else {
+            return Err(format!("it names mesh {mesh}, which is not there"));
+        };
+        for primitive in &mesh.primitives {
+            self.visits += 1;
+            if self.visits > limits::GLTF_VISITS {
+                return Err(format!("its meshes are used more than {} times", limits::GLTF_VISITS));
+            }
+            self.primitive(primitive, file_from_mesh)?;
+        }
+        Ok(())
+    }
+
+    fn primitive(&mut self, primitive: &Primitive, file_from_mesh: DMat4) -> Result<(), String> {
+        let mode = primitive.mode.unwrap_or(TRIANGLES);
+        let Some(position) = primitive.attributes.position.filter(|_| (TRIANGLES..=FAN).contains(&mode))
+        else {
+            return Ok(());
+        };
+        let positions = self.buffers.vectors(position)?;
+        let count = positions.len();
+        let look = self.materials.look(primitive.material);
+        // Of use only where there is a picture.
+        let set = self.materials.texture_set(primitive.material).unwrap_or(0);
+        let places = match (&look.image, primitive.attributes.places(set)) {
+            (Some(_), Some(accessor)) => self.buffers.places(accessor).unwrap_or_default(),
+            _ => Vec::new(),
+        };
+        let first = self.mesh.corners();
+        for at in positions {
+            self.mesh.corner(file_from_mesh.transform_point3(DVec3::from_array(at.map(f64::from))))?;
+        }
+        self.mesh.paint(look);
+        let corner = |index: usize| {
+            let place = places.get(index).copied().unwrap_or_default();
+            let index = u32::try_from(first + index).ok().filter(|_| index < count);
+            index.map(|index| FaceCorner { index, place })
+        };
+        let indices = primitive.indices.map(|indices| self.buffers.indices(indices)).transpose()?;
+        let length = indices.as_ref().map_or(count, Vec::len);
+        let at = |n: usize| match &indices {
+            Some(indices) => corner(indices.get(n).copied()? as usize),
+            None => corner(n),
+        };
+        let triangles = if mode == TRIANGLES { length / 3 } else { length.saturating_sub(2) };
+        for n in 0..triangles {
+            let corners = match mode {
+                TRIANGLES => [3 * n, 3 * n + 1, 3 * n + 2],
+                STRIP if n % 2 == 1 => [n + 1, n, n + 2],
+                STRIP => [n, n + 1, n + 2],
+                _ => [0, n + 1, n + 2],
+            };
+            let [Some(a), Some(b), Some(c)] = corners.map(at) else {
+                return Err(format!("a triangle names a corner that is not there, of {count}"));
+            };
+            self.mesh.face([a, b, c])?;
+        }
+        Ok(())
+    }
+}
+
+/// `parent_from_node`.
+fn transform(node: &Node) -> DMat4 {
+    if let Some(matrix) = &node.matrix {
+        return DMat4::from_cols_array(matrix);
+    }
+    let rotation = node.rotation.map_or(DQuat::IDENTITY, |xyzw| {
+        let rotation = DQuat::from_array(xyzw);
+        if rotation.length() > 1e-9 { rotation.normalize() } else { DQuat::IDENTITY }
+    });
+    let [scale, translation] =
+        [node.scale.unwrap_or([1.0; 3]), node.translation.unwrap_or([0.0; 3])].map(DVec3::from_array);
+    DMat4::from_scale_rotation_translation(scale, rotation, translation)
+}

@@ -1,0 +1,104 @@
+//! What robots look like: pictures and materials come with their meshes, and are drawn with them.
+
+use simd_client::proto::{self, shape::Geometry};
+use simd_client::{Client, Package};
+use simd_tests::daemon::{Daemon, Via, fixed};
+use simd_tests::http::get;
+use simd_tests::robots::assets;
+
+fn picture() -> Vec<u8> {
+    std::fs::read(assets().join("textured/pictures/squares.png")).unwrap()
+}
+
+/// The only visual of a robot.
+async fn visual(client: &Client, robot: &str) -> proto::Shape {
+    client.scene(&[robot]).await.unwrap().robots[0].visuals[0].clone()
+}
+
+async fn load(daemon: &Daemon, urdf: &std::path::Path, name: &str) -> (proto::LoadReport, proto::MeshGeometry) {
+    let spawned = daemon.client.load(urdf, fixed(name)).await.unwrap();
+    let shape = visual(&daemon.client, name).await;
+    let Some(Geometry::Mesh(mesh)) = shape.geometry else { panic!("{shape:?}") };
+    (spawned.report, mesh)
+}
+
+/// JSON and binary part of the mesh as it looks.
+async fn glb(daemon: &Daemon, mesh: &proto::MeshGeometry) -> (serde_json::Value, Vec<u8>) {
+    let answer = get(daemon.address, &format!("/meshes/{}.glb", mesh.look), &[]).await;
+    assert_eq!(answer.status, 200, "{}", answer.text());
+    let json = u32::from_le_bytes(answer.body[12..16].try_into().unwrap()) as usize;
+    (serde_json::from_slice(&answer.body[20..20 + json]).unwrap(), answer.body[28 + json..].to_vec())
+}
+
+fn contains(bytes: &[u8], part: &[u8]) -> bool {
+    bytes.windows(part.len()).any(|window| window == part)
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn pictures_of_each_format_come_along_and_are_in_the_mesh_as_it_is_drawn() {
+    let daemon = Daemon::paused_via(Via::Grpc).await;
+    for kind in ["dae", "obj", "glb", "gltf"] {
+        let (report, mesh) = load(&daemon, &assets().join(format!("textured/urdf/{kind}.urdf")), kind).await;
+        let warnings = |finding: &&proto::Finding| finding.severity() >= proto::Severity::Warning;
+        assert_eq!(report.findings.iter().filter(warnings).count(), 0, "{kind}: {report:?}");
+        // The file is there by its own hash, all that it looks like by another where it names files.
+        assert!(!daemon.client.asset(&mesh.sha256).await.unwrap().is_empty());
+        assert_eq!(mesh.look == mesh.sha256, kind == "glb", "{mesh:?}");
+        let (json, binary) = glb(&daemon, &mesh).await;
+        assert_eq!(json["images"][0]["mimeType"], "image/png", "{kind}");
+        assert!(contains(&binary, &picture()), "{kind}");
+        assert_eq!(json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["index"], 0);
+        assert!(json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"].is_u64());
+    }
+    daemon.client.load(assets().join("textured/urdf/shape.urdf"), fixed("shape")).await.unwrap();
+    let shape = visual(&daemon.client, "shape").await;
+    assert_eq!(daemon.client.asset(&shape.texture).await.unwrap(), picture());
+}
+
+/// The same mesh beside another picture is another look; without its picture it is drawn, and the report says so.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn the_same_mesh_with_other_pictures_looks_otherwise() {
+    let daemon = Daemon::paused_via(Via::Grpc).await;
+    let (_, first) = load(&daemon, &assets().join("textured/urdf/dae.urdf"), "first").await;
+    let folder = tempfile::tempdir().unwrap();
+    for part in ["urdf", "meshes", "pictures"] {
+        let to = folder.path().join(part);
+        std::fs::create_dir(&to).unwrap();
+        for file in std::fs::read_dir(assets().join("textured").join(part)).unwrap() {
+            let file = file.unwrap();
+            std::fs::copy(file.path(), to.join(file.file_name())).unwrap();
+        }
+    }
+    let other = [picture(), b"behind its end".to_vec()].concat();
+    let path = folder.path().join("pictures/squares.png");
+    std::fs::write(&path, &other).unwrap();
+    let urdf = folder.path().join("urdf/dae.urdf");
+    let (_, second) = load(&daemon, &urdf, "second").await;
+    assert_eq!(first.sha256, second.sha256);
+    assert_ne!(first.look, second.look);
+    assert!(contains(&glb(&daemon, &second).await.1, b"behind its end"));
+    assert!(!contains(&glb(&daemon, &first).await.1, b"behind its end"));
+    std::fs::remove_file(&path).unwrap();
+    let (report, third) = load(&daemon, &urdf, "third").await;
+    let said = report.findings.iter().find(|finding| finding.message.contains("squares.png")).unwrap();
+    assert_eq!(said.severity(), proto::Severity::Warning);
+    assert!(
+        said.message.contains("is not found") && said.message.contains(path.to_str().unwrap()),
+        "{said:?}"
+    );
+    assert!(glb(&daemon, &third).await.0.get("images").is_none());
+}
+
+/// Also where all is there already, what a mesh names is a part of the source.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn what_is_on_the_daemon_is_not_sent_again_though_its_mesh_names_it() {
+    let daemon = Daemon::paused_via(Via::Grpc).await;
+    let package = Package::open(assets().join("textured/urdf/obj.urdf")).unwrap();
+    let once = daemon.client.upload(&package).await.unwrap();
+    let again = daemon.client.upload(&package).await.unwrap();
+    assert_eq!(once, again);
+    let named: Vec<&str> = once.assets.keys().map(String::as_str).collect();
+    let expected = ["../meshes/../pictures/squares.png", "../meshes/box.mtl", "../meshes/box.obj"];
+    assert_eq!(named, expected);
+    assert!(once.missing.is_empty(), "{once:?}");
+}
