@@ -17,6 +17,8 @@ export default defineConfig({
     assetsInlineLimit: 0,
     // One file: three is most of it, and needed at once.
     chunkSizeWarningLimit: 1200,
+    // What the first view needs is one file: parts of it that others share would be compressed apart.
+    rolldownOptions: { output: { codeSplitting: { groups: [{ name: "first", tags: ["$initial"] }] } } },
   },
   // What needs a daemon and a browser is in e2e, with a configuration of its own.
   test: { include: ["src/**/*.test.ts"] },

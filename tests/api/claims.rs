@@ -2,7 +2,7 @@
 
 use simd_client::proto::{
     self, ApplyLinkWrenchRequest, ClaimJointsRequest, ErrorReason, JointProperties, LinkProperties,
-    ReleaseCause, ReloadEntityRequest, ResetSimulationRequest, SetCollisionFilterRequest,
+    PullLinkRequest, ReleaseCause, ReloadEntityRequest, ResetSimulationRequest, SetCollisionFilterRequest,
     SetEntityStateRequest, SetPhysicsRequest, SimulationState, event::Kind,
 };
 use simd_client::{Client, Error, Target, every_joint, joint_target};
@@ -42,6 +42,7 @@ async fn change_arm(client: &Client) -> Vec<(&'static str, Result<(), Error>)> {
         wrench: Some(proto::Wrench::default()),
         ..Default::default()
     };
+    let pull = PullLinkRequest { robot: robot(), link: "arm".into(), ..Default::default() };
     let state =
         SetEntityStateRequest { robot: robot(), twist: Some(proto::Twist::default()), ..Default::default() };
     let filter =
@@ -59,6 +60,7 @@ async fn change_arm(client: &Client) -> Vec<(&'static str, Result<(), Error>)> {
         ("reset", client.reset_joints("arm", Vec::new()).await.map(drop)),
         ("properties", client.set_joint_properties("arm", vec![damping]).await.map(drop)),
         ("wrench", client.apply_wrench(wrench).await.map(drop)),
+        ("pull", client.pull(pull).await.map(drop)),
         ("state", client.set_robot_state(state).await.map(drop)),
         ("filter", client.set_collision_filter(filter).await.map(drop)),
         ("surfaces", client.set_link_properties("arm", [surface]).await.map(drop)),

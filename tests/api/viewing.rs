@@ -119,8 +119,52 @@ async fn a_push_with_a_duration_ends_by_itself(via: Via) {
     assert_eq!(refused.reason(), Some(ErrorReason::InvalidValue));
 }
 
+/// A crate without weight is pulled half a metre aside, comes there without going beyond, and is let go by itself.
+async fn a_pull_brings_a_link_to_a_point_and_ends_by_itself(via: Via) {
+    let daemon = scene(via).await;
+    let gravity = Some(proto::Vector3::default());
+    daemon.client.set_physics(proto::SetPhysicsRequest { gravity, ..Default::default() }).await.unwrap();
+    let link = daemon.client.robot_info("crate").await.unwrap().links[0].name.clone();
+    let position = Some(proto::Vector3 { x: 3.0, y: 0.0, z: 1.0 });
+    let pose = Some(proto::Pose { position, orientation: None });
+    let state = proto::SetEntityStateRequest { robot: "crate".into(), pose, ..Default::default() };
+    daemon.client.set_robot_state(state).await.unwrap();
+    let target = Some(proto::Vector3 { x: 3.5, y: 0.0, z: 1.0 });
+    let pull = proto::PullLinkRequest { robot: "crate".into(), link, target, ..Default::default() };
+    let place = async || {
+        let state = daemon.client.robot_state("crate").await.unwrap();
+        state.pose.unwrap().position.unwrap().x
+    };
+    for _ in 0..8 {
+        daemon.client.pull(pull.clone()).await.unwrap();
+        daemon.pass(0.25).await;
+        let x = place().await;
+        assert!(x < 3.5 + 1e-3, "{x}");
+    }
+    assert!((place().await - 3.5).abs() < 1e-3);
+    // Half a second after the last one nothing pulls any more.
+    let target = Some(proto::Vector3 { x: 5.0, y: 0.0, z: 1.0 });
+    daemon.client.pull(proto::PullLinkRequest { target, ..pull.clone() }).await.unwrap();
+    daemon.pass(0.6).await;
+    let speed = async || {
+        let state = daemon.client.robot_state("crate").await.unwrap();
+        state.twist.unwrap().linear.unwrap().x
+    };
+    let coasts = speed().await;
+    assert!(coasts > 0.1, "{coasts}");
+    daemon.pass(0.3).await;
+    assert!((speed().await - coasts).abs() < 1e-9);
+    let wrong = proto::PullLinkRequest { stiffness: Some(-1.0), ..pull.clone() };
+    let refused = daemon.client.pull(wrong).await.unwrap_err();
+    assert_eq!(refused.reason(), Some(ErrorReason::InvalidValue));
+    let unknown = proto::PullLinkRequest { link: "nothing".into(), ..pull };
+    let refused = daemon.client.pull(unknown).await.unwrap_err();
+    assert_eq!(refused.reason(), Some(ErrorReason::LinkNotFound));
+}
+
 crate::over_every_transport![
     a_step_brings_what_touches_where_it_is_asked_to,
     states_come_with_poses_and_contacts_of_their_moment,
     a_push_with_a_duration_ends_by_itself,
+    a_pull_brings_a_link_to_a_point_and_ends_by_itself,
 ];

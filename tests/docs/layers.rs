@@ -73,7 +73,7 @@ const SIMULATION: Layers = Layers {
         &["entity"],
         &["world_state"],
         &["sensors"],
-        &["check", "claim", "contact_settings", "target_sources", "trajectory", "wrench"],
+        &["check", "claim", "contact_settings", "pull", "target_sources", "trajectory", "wrench"],
         &["error", "moment", "settings"],
     ],
     exceptions: &[],

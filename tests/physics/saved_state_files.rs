@@ -108,7 +108,7 @@ fn random_command(rng: &mut Rng, world: &Simulation) -> Command {
     let joint = rng.choice(&model.joints).map_or("none".into(), |joint| joint.name.clone());
     let link = rng.choice(&model.links).map_or("none".into(), |link| link.name.clone());
     let number = 2.0 * rng.f64() - 1.0;
-    match rng.u8(0..11) {
+    match rng.u8(0..12) {
         0 | 1 => {
             let target = match rng.u8(0..5) {
                 0 => Target::velocity(number),
@@ -181,6 +181,7 @@ fn random_command(rng: &mut Rng, world: &Simulation) -> Command {
                 WrenchDuration::UntilCleared,
             ][rng.usize(0..3)],
         }),
+        11 => Command::PullLink(LinkPull { robot, link, target: Some(DVec3::X), ..Default::default() }),
         5 => Command::SetPhysics(PhysicsChange {
             gravity: Some(DVec3::new(-0.0, 0.3 * number, -9.81)),
             time_step: rng.bool().then_some(5e-4 + 1e-3 * number.abs()),

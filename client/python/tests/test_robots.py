@@ -107,6 +107,25 @@ def test_a_root_link_is_put_elsewhere_and_pushed(sim: Simulation) -> None:
         box.apply_wrench("lid", force=(0, 0, 1))
 
 
+def test_a_link_is_pulled_to_a_point_and_let_go(sim: Simulation) -> None:
+    sim.set_physics(gravity=(0, 0, 0))
+    box = sim.load_text(BOX)
+    box.pull("body", (0.1, 0, 0), duration=10)
+    sim.step(3000)
+    # The default spring has 60 N/m for each kilogram: within a second it is there.
+    assert box.pose.position[0] == pytest.approx(0.1, abs=1e-4)
+    box.pull("body", (0.4, 0, 0), stiffness=100, max_force=2, duration=10)
+    sim.step(100)
+    # 2 N on 2 kg for 0.1 s.
+    assert box.twist.linear[0] == pytest.approx(0.1, abs=1e-3)
+    box.pull("body", None)
+    coasts = box.twist.linear[0]
+    sim.step(100)
+    assert box.twist.linear[0] == pytest.approx(coasts, rel=1e-9)
+    with pytest.raises(simd_client.LinkNotFound):
+        box.pull("lid", (0, 0, 1))
+
+
 def test_a_new_export_is_reloaded_in_place_and_arrays_have_its_layout(
     sim: Simulation, tmp_path: Path
 ) -> None:

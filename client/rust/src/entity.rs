@@ -4,7 +4,7 @@ use simd_proto::v1::{
     ApplyLinkWrenchRequest, DeleteEntityRequest, DescriptionSource, EntityInfo, GetAssetRequest,
     GetEntityInfoRequest, GetEntityStateRequest, GetEntityStateResponse, GetLinkPosesRequest,
     GetLinkPosesResponse, GetSceneRequest, GetSceneResponse, ListEntitiesRequest, LoadProgress, LoadReport,
-    ReloadEntityRequest, SetEntityStateRequest, SpawnEntityRequest, SpawnEntityResponse,
+    PullLinkRequest, ReloadEntityRequest, SetEntityStateRequest, SpawnEntityRequest, SpawnEntityResponse,
     SpawnEntityWithProgressRequest, Stamp, ValidateDescriptionRequest, ValidateDescriptionResponse,
     description_source::Source, spawn_entity_with_progress_response::Event,
 };
@@ -199,6 +199,14 @@ impl Client {
     /// `ROBOT_NOT_FOUND`, `LINK_NOT_FOUND`, `INVALID_VALUE`.
     pub async fn apply_wrench(&self, request: ApplyLinkWrenchRequest) -> Result<Stamp, Error> {
         present(self.unary(self.entity().apply_link_wrench(self.claimed(request))).await?.stamp, "stamp")
+    }
+
+    /// Pulls a link to a point of the world, or lets it go.
+    ///
+    /// # Errors
+    /// `ROBOT_NOT_FOUND`, `LINK_NOT_FOUND`, `INVALID_VALUE`.
+    pub async fn pull(&self, request: PullLinkRequest) -> Result<Stamp, Error> {
+        present(self.unary(self.entity().pull_link(self.claimed(request))).await?.stamp, "stamp")
     }
 }
 

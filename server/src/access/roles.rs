@@ -26,7 +26,7 @@ const ROLES: &[(&str, Role, &[&str])] = &[
             "GetCollisionFilter",
         ],
     ),
-    ("EntityService", Role::Operator, &["ApplyLinkWrench", "SetEntityState"]),
+    ("EntityService", Role::Operator, &["ApplyLinkWrench", "PullLink", "SetEntityState"]),
     (
         "EntityService",
         Role::Admin,

@@ -101,6 +101,7 @@ fn may_make_steps_long(command: &Command) -> bool {
         | Command::Claim { .. }
         | Command::Release { .. }
         | Command::ApplyWrench(_)
+        | Command::PullLink(_)
         | Command::SaveState { .. }
         | Command::DeleteSavedState { .. }
         | Command::ImportSavedState { .. } => false,

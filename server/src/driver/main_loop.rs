@@ -172,7 +172,8 @@ impl<W: World> Driver<W> {
         // wrenches are shown by the next step, in which they act: they may come with every step.
         let is_shown_by_next_step = matches!(
             (command, &applied.reply),
-            (Command::ApplyWrench(_), _) | (_, Reply::Targets { changed_law: false, .. })
+            (Command::ApplyWrench(_) | Command::PullLink(_), _)
+                | (_, Reply::Targets { changed_law: false, .. })
         );
         if self.state != RunState::Playing || !is_shown_by_next_step {
             self.publish();

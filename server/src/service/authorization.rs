@@ -26,10 +26,11 @@ use crate::access::{Denied, Grant, role_of};
 use crate::handle::{AuditedCall, Peer, RobotNote, Transport};
 
 /// Methods that clients call many times a second: each call is not worth a line.
-const FREQUENT: [&str; 10] = [
+const FREQUENT: [&str; 11] = [
     "/simd.v1.JointService/SetJointTargets",
     "/simd.v1.JointService/Control",
     "/simd.v1.EntityService/ApplyLinkWrench",
+    "/simd.v1.EntityService/PullLink",
     "/simd.v1.ParameterService/SetParameters",
     "/simd.v1.SimulationService/StepSimulation",
     "/simd.v1.ViewService/AddMarkers",

@@ -24,8 +24,7 @@ use crate::loading::Progress;
 /// fits the 4 MiB that gRPC clients accept where nothing else is said.
 const MAX_PART: u64 = (4 << 20) - (64 << 10);
 
-/// Triangles of a collider that is written as text for each part of it that is asked for: those of hulls and convex parts, and not of
-/// terrain.
+/// Triangles of a collider that is written as text for each part of it that is asked for: those of hulls and parts, not of terrain.
 const MOST_WRITTEN: usize = 16_384;
 
 /// Serves `simd.v1.EntityService`.
@@ -307,6 +306,17 @@ impl EntityService for Service {
         once(&self.handle, request, |handle, request| async move {
             let done = handle.command(from_proto::link_wrench(request)?).await?;
             Ok(v1::ApplyLinkWrenchResponse { stamp: Some(stamp::done(&done)) })
+        })
+        .await
+    }
+
+    async fn pull_link(
+        &self,
+        request: Request<v1::PullLinkRequest>,
+    ) -> Result<Response<v1::PullLinkResponse>, Status> {
+        once(&self.handle, request, |handle, request| async move {
+            let done = handle.command(from_proto::link_pull(request)?).await?;
+            Ok(v1::PullLinkResponse { stamp: Some(stamp::done(&done)) })
         })
         .await
     }

@@ -92,7 +92,7 @@ enum Asked {
 
 /// What a message asks for; none where its bytes are no message, or it is refused.
 fn asked(kind: u8, bytes: &[u8], turn: usize) -> Option<Asked> {
-    let command = match kind % 19 {
+    let command = match kind % 20 {
         0 => taken(bytes, |asked| joint::set_joint_targets(asked).map(Command::SetTargets)),
         1 => taken(bytes, joint::reset_joints),
         2 => taken(bytes, joint::set_joint_properties),
@@ -138,6 +138,7 @@ fn asked(kind: u8, bytes: &[u8], turn: usize) -> Option<Asked> {
             read_with(MESH.as_bytes(), "mesh", 0.0, &super::only(mesh), meshes).map(spawn)
         }
         18 => taken(bytes, entity::set_collision_filter),
+        19 => taken(bytes, entity::link_pull),
         _ => {
             let asked = v1::CastRaysRequest::decode(bytes).ok()?;
             return contact::rays(asked.rays).ok().map(Asked::Rays);

@@ -11,7 +11,8 @@ use simd_core::collision::{MeshShapes, Shapes};
 use simd_core::simulation::WorldLimits;
 use simd_core::simulation::command::{
     CollisionFilterChange, CollisionPair, ContactSettings, CreateConstraint, CreateSensor, JointTarget,
-    LinkWrench, RequestedConstraint, RequestedEnd, RobotTargets, SetTargets, Spawn, Target, WrenchDuration,
+    LinkPull, LinkWrench, RequestedConstraint, RequestedEnd, RobotTargets, SetTargets, Spawn, Target,
+    WrenchDuration,
 };
 use simd_core::{Command, PhysicsSettings, PublishedState, Simulation};
 use simd_fuzz_targets::saved_states;
@@ -169,6 +170,12 @@ fn scenes() -> Vec<(&'static str, Vec<u8>)> {
             duration,
         }));
     }
+    kinds.apply(Command::PullLink(LinkPull {
+        robot: "kinds".into(),
+        link: "l6".into(),
+        target: Some(DVec3::new(0.5, -0.25, 1.0)),
+        ..LinkPull::default()
+    }));
     let mut overlapping = Scene::new();
     overlapping.add("kinds", &every_kind(), 0.0, true);
     overlapping.add("second", &every_kind(), 0.01, true);

@@ -12,7 +12,7 @@ use simd_core::dynamics::actuator::{Actuator, Axis, AxisSettings, Drive};
 use simd_core::dynamics::constraint::Impulses;
 use simd_core::simulation::command::WrenchDuration;
 use simd_core::simulation::world_state::{
-    ActiveWrench, BodyState, Contact, RestPose, RobotState, Surface, WorldState,
+    ActivePull, ActiveWrench, BodyState, Contact, RestPose, RobotState, Surface, WorldState,
 };
 use simd_fuzz_targets::saved_states;
 use simd_model::robot::JointLimits;
@@ -135,6 +135,11 @@ fn of_robot(RobotState { entity, body }: &mut RobotState) -> Vec<&mut f64> {
     numbers.extend(&mut entity.last_good.1);
     let wrenches = entity.applied_wrenches.iter_mut().chain(&mut entity.expired_wrenches);
     numbers.extend(wrenches.flat_map(of_wrench));
+    for ActivePull { link: _, point, target, stiffness, damping, max_force, left, force } in &mut entity.pulls
+    {
+        numbers.extend([point, target, force].into_iter().flat_map(vector));
+        numbers.extend([stiffness, damping, max_force, left]);
+    }
     numbers
 }
 
@@ -182,6 +187,7 @@ fn indices(file: &mut Content) -> Vec<&mut usize> {
         let entity = &mut robot.state.entity;
         let wrenches = entity.applied_wrenches.iter_mut().chain(&mut entity.expired_wrenches);
         indices.extend(wrenches.map(|wrench| &mut wrench.link));
+        indices.extend(entity.pulls.iter_mut().map(|pull| &mut pull.link));
     }
     indices
 }
@@ -198,7 +204,7 @@ fn resize(rng: &mut Rng, file: &mut Content) {
     }
     let RobotState { entity, body } = &mut file.robots[rng.usize(..robots)].state;
     let body = if rng.bool() { body } else { Arc::make_mut(&mut entity.spawned) };
-    match rng.u8(0..20) {
+    match rng.u8(0..21) {
         0 => cut(rng, &mut body.positions),
         1 => cut(rng, &mut body.velocities),
         2 => cut(rng, &mut body.half_velocities),
@@ -218,6 +224,7 @@ fn resize(rng: &mut Rng, file: &mut Content) {
         16 => cut(rng, &mut body.changes),
         17 => cut(rng, &mut body.changes_before),
         18 => cut(rng, &mut body.external_before),
+        19 => cut(rng, &mut entity.pulls),
         _ => cut(rng, &mut entity.expired_wrenches),
     }
 }

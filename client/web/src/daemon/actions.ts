@@ -1,11 +1,14 @@
 // Every change that the user makes to the world. Each resolves once it is applied; errors are shown as toasts.
-import { Base, WrenchFrame } from "../gen/simd/v1/entity_pb";
+import { Base } from "../gen/simd/v1/entity_pb";
 import { JointMode, type SetJointTargetsResponse } from "../gen/simd/v1/joint_pb";
 import { PaceMode, SimulationState } from "../gen/simd/v1/simulation_pb";
-import { demoArm } from "../load/demo-arm";
-import { loadDropped, type DroppedFile } from "../load/load";
+import type { DroppedFile, LoadOptions } from "../load/load";
+import { axisValues } from "../state/joint-values";
 import { toast } from "../state/toasts";
+import { changed } from "../state/undo";
+import type { Spring } from "../scene/spring";
 import { frame, simulation, type Axis, type Mode } from "../state/world";
+import { bringIn, noteSpawn } from "./building";
 import { BallTargets } from "./ball-targets";
 import { Coalescer } from "./coalesce";
 import { daemonConnection } from "./page";
@@ -17,17 +20,18 @@ export type { DroppedFile };
 
 type Vector = readonly [number, number, number];
 
-/** Simulated seconds after which a pull ends unless it is renewed, so that it does not outlive the page. */
-const PULL_DURATION = 0.2;
-
-const targets = new Coalescer<string, { axis: Axis; mode: Mode; value: number }>((values) => attempt(() => sendTargets(values)));
+const targets = new Coalescer<string, { axis: Axis; mode: Mode; value: number }>(async (values) => void (await attempt(() => sendTargets(values))));
 const balls = new BallTargets();
-const sliders = new Coalescer<string, number>((values) => attempt(() => sendParameters(values)));
-const speed = new Coalescer<"speed", number>((values) => attempt(() => sendSpeed(values.get("speed") ?? 1)));
-const pulls = new Coalescer<string, Pull>((values) => attempt(() => sendPulls(values)));
+const sliders = new Coalescer<string, number>(async (values) => void (await attempt(() => sendParameters(values))));
+const speed = new Coalescer<"speed", number>(async (values) => void (await attempt(() => sendSpeed(values.get("speed") ?? 1))));
+const pulls = new Coalescer<string, Pull>(async (values) => void (await attempt(() => sendPulls(values))));
 
-/** Sets the target of an axis. The newest of each axis is sent, with one call in flight. */
+/** Sets the target of an axis. The newest of each axis is sent, with one call in flight. It can be taken back. */
 export function setTarget(axis: Axis, mode: Mode, value: number): Promise<void> {
+  const joints = frame.peek()?.joints.get(axis.robot);
+  const before = joints && axisValues(axis, joints);
+  const set = (to: Mode, at: number) => () => targets.set(axis.key, { axis, mode: to, value: at });
+  if (before) changed({ what: `the target of ${axis.key}`, of: axis.key, undo: set(before.mode, before.target), redo: set(mode, value) });
   return targets.set(axis.key, { axis, mode, value });
 }
 
@@ -79,38 +83,36 @@ export async function pressButton(name: string): Promise<void> {
   daemonConnection().pollAllNow();
 }
 
-export async function deleteRobot(name: string): Promise<void> {
-  await attempt(() => services().entities.deleteEntity({ robot: name }));
-  daemonConnection().pollAllNow();
-}
-
 /** Lets two links go. */
 export async function deleteConstraint(name: string): Promise<void> {
   await attempt(() => services().constraints.deleteConstraint({ name }));
   daemonConnection().pollAllNow();
 }
 
-/** Loads the robots that the files describe. */
-export async function loadFiles(files: DroppedFile[]): Promise<void> {
-  await attempt(() => loadDropped(services().entities, files));
+/** Loads the robots that the files describe, as the options say. Resolves to whether all are there. */
+export async function loadFiles(files: DroppedFile[], options?: LoadOptions): Promise<boolean> {
+  const done = await attempt(async () => {
+    // Most visits load nothing.
+    const { loadDropped } = await import("../load/load");
+    await loadDropped(services().entities, files, options, noteSpawn);
+  });
   daemonConnection().pollAllNow();
+  return done;
 }
 
 /** Adds an arm to the world, for who has no robot at hand. */
 export async function addDemoArm(): Promise<void> {
-  const urdf = new TextEncoder().encode(demoArm());
-  await attempt(() => services().entities.spawnEntity({ source: { source: { case: "urdf", value: urdf } }, base: Base.FIXED, allowRenaming: true }));
-  daemonConnection().pollAllNow();
+  const loaded = await import("../load/demo-arm").catch(() => undefined);
+  if (!loaded) return toast("error", "The arm could not be loaded from the daemon; add it again once it answers.");
+  const urdf = new TextEncoder().encode(loaded.demoArm());
+  await bringIn({ source: { source: { case: "urdf", value: urdf } }, base: Base.FIXED, allowRenaming: true });
 }
 
 /** Adds a plane at z = 0, which robots can stand on. */
 export async function addGround(): Promise<void> {
-  await attempt(async () => {
-    const primitive = { geometry: { case: "plane", value: {} } } as const;
-    await services().entities.spawnEntity({ name: "ground", allowRenaming: true, base: Base.FIXED, source: { source: { case: "primitive", value: primitive } } });
-    toast("info", "There is ground at z = 0 now. A reset puts back what has fallen.");
-  });
-  daemonConnection().pollAllNow();
+  const primitive = { geometry: { case: "plane", value: {} } } as const;
+  const name = await bringIn({ name: "ground", allowRenaming: true, base: Base.FIXED, source: { source: { case: "primitive", value: primitive } } });
+  if (name !== undefined) toast("info", "There is ground at z = 0 now. A reset puts back what has fallen.");
 }
 
 /** Moves a robot's root up, metres. */
@@ -124,29 +126,34 @@ export async function lift(robot: string, by: number): Promise<void> {
   daemonConnection().pollNow();
 }
 
-/** Applies a force to a link: newtons in world axes, at a point in the link's frame. Ends by itself unless it is renewed. */
-export function pullLink(robot: string, linkName: string, force: Vector, pointInLink: Vector): Promise<void> {
-  return pulls.set(`${robot}/${linkName}`, { robot, link: linkName, force, point: pointInLink });
+/** Pulls a point of a link, in its frame, to a point of the world. Ends after so many simulated seconds unless it is renewed. */
+export function pullLink(robot: string, linkName: string, point: Vector, target: Vector, spring: Spring, duration: number): Promise<void> {
+  return pulls.set(`${robot}/${linkName}`, { robot, link: linkName, point, target, spring, duration });
 }
 
-/** Ends the force of `pullLink`. */
+/** Ends what `pullLink` began. */
 export function stopPulling(robot: string, linkName: string): Promise<void> {
-  return pulls.set(`${robot}/${linkName}`, { robot, link: linkName, force: [0, 0, 0], point: [0, 0, 0] });
+  return pulls.set(`${robot}/${linkName}`, { robot, link: linkName });
 }
 
 interface Pull {
   robot: string;
   link: string;
-  force: Vector;
-  point: Vector;
+  point?: Vector;
+  /** Absent lets go. */
+  target?: Vector;
+  spring?: Spring;
+  duration?: number;
 }
 
-/** Runs a change, and shows its error as a toast. */
-async function attempt(change: () => Promise<unknown>): Promise<void> {
+/** Runs a change, and shows its error as a toast. Resolves to whether there was none. */
+async function attempt(change: () => Promise<unknown>): Promise<boolean> {
   try {
     await change();
+    return true;
   } catch (error) {
     toast("error", messageOf(error));
+    return false;
   }
 }
 
@@ -203,18 +210,18 @@ async function sendParameters(values: Map<string, number>): Promise<void> {
 }
 
 async function sendPulls(values: Map<string, Pull>): Promise<void> {
-  const calls = [...values.values()].map(({ robot, link: name, force, point }) =>
-    services().entities.applyLinkWrench({
+  const calls = [...values.values()].map(({ robot, link: name, point, target, spring, duration }) =>
+    services().entities.pullLink({
       robot,
       link: name,
-      wrench: { force: wire(force) },
-      frame: WrenchFrame.WORLD,
-      point: wire(point),
-      duration: PULL_DURATION,
+      ...(point && { point: wire(point) }),
+      ...(target && { target: wire(target) }),
+      ...(duration !== undefined && { duration }),
+      ...(spring && { stiffness: spring.stiffness, maxForce: spring.limit }),
     }),
   );
   await Promise.all(calls);
-  // The spring follows the states: of a still world they are rare.
+  // Of a still world states are rare.
   daemonConnection().pollNow();
 }
 

@@ -1,7 +1,7 @@
 // The page's connection to its daemon: polls states, detects a lost daemon, and reconnects.
 import { Code, ConnectError } from "@connectrpc/connect";
 import { batch } from "@preact/signals";
-import { contacts } from "../state/view";
+import { contactsWanted } from "../state/view";
 import { isStill } from "../state/stillness";
 import { connection, daemonName, frame, isRole, role, type Frame } from "../state/world";
 import { retryDelay } from "./backoff";
@@ -52,8 +52,8 @@ export class DaemonConnection {
     this.poller = new DaemonPoller(services, this.registry);
     this.slow = new PollLoop(() => this.poller.poll());
     this.view = new ViewLink(services);
-    // Contacts are requested only if they are drawn, and an idle world has to be polled again for them.
-    contacts.subscribe(() => this.refresh());
+    // Contacts are requested only if they are drawn or plotted, and an idle world has to be polled again for them.
+    contactsWanted.subscribe(() => this.refresh());
   }
 
   /** Starts polling, or stops it while the page is hidden. */
@@ -127,7 +127,7 @@ export class DaemonConnection {
     const { forceNew } = this;
     this.forceNew = false;
     const response = await this.services.joints.nextJointStates(
-      { afterSequence: forceNew ? 0n : this.sequence, timeout, returnLinkPoses: true, returnContacts: contacts.value },
+      { afterSequence: forceNew ? 0n : this.sequence, timeout, returnLinkPoses: true, returnContacts: contactsWanted.value },
       { timeoutMs: TIMEOUT },
     );
     const sequence = response.states?.stamp?.sequence ?? 0n;

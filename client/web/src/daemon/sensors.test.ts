@@ -28,5 +28,15 @@ test("of a scan the nearest hit is said, and the newest reading counts", () => {
   const scan = (ranges: number[]) => ({ measurement: { case: "lidar" as const, value: { ranges, columns: ranges.length } } });
   const readings = create(SensorReadingsSchema, { robot: "arm", sensor: "eye", readings: [scan([1]), scan([2, Infinity, -Infinity, NaN, 1.5])] });
   const silent = create(SensorReadingsSchema, { robot: "arm", sensor: "camera" });
-  expect(readingsOf([readings, silent])).toEqual(new Map([["eye", { kind: "lidar", rays: 5, hits: 2, nearest: 1.5 }]]));
+  expect(readingsOf([readings, silent])).toEqual(new Map([["eye", { kind: "lidar", rays: 5, hits: 2, nearest: 1.5, ranges: [2, Infinity, -Infinity, NaN, 1.5] }]]));
+});
+
+test("a lidar has its angles and its pose, and a range finder one ray along x", () => {
+  const horizontal = { samples: 5, min: -1, max: 1 };
+  const pose = { position: { x: 1, y: 2, z: 3 } };
+  const lidar = sensorOf(create(SensorInfoSchema, { sensor: { robot: "arm", name: "eye", pose, kind: { case: "lidar", value: { horizontal } } } }));
+  expect(lidar.scan).toEqual({ horizontal, vertical: { samples: 1, min: 0, max: 0 } });
+  expect(lidar.pose).toEqual([1, 2, 3, 0, 0, 0, 1]);
+  const range = sensorOf(create(SensorInfoSchema, { sensor: { robot: "arm", name: "eye", kind: { case: "range", value: {} } } }));
+  expect(range.scan?.horizontal.samples).toBe(1);
 });

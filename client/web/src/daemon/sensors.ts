@@ -1,7 +1,7 @@
 // Conversion of sensors and their readings from messages to the state of the page.
 import type { Sensor as Wire, SensorInfo, SensorReading, SensorReadings } from "../gen/simd/v1/sensor_pb";
-import type { Measurement, Sensor, SensorKind } from "../state/sensors";
-import { vectorOf } from "./mapping";
+import type { Measurement, Scan, Sensor, SensorKind, Sweep } from "../state/sensors";
+import { poseOf, vectorOf } from "./mapping";
 
 const KINDS: Record<string, SensorKind> = {
   imu: "imu",
@@ -18,7 +18,22 @@ const KINDS: Record<string, SensorKind> = {
 export function sensorOf({ sensor, unavailable }: SensorInfo): Sensor {
   const { robot = "", name = "", link = "", joint = "", rate, kind } = sensor ?? {};
   // A kind of a newer version of the schema is one all the same.
-  return { robot, name, kind: KINDS[kind?.case ?? ""] ?? "sensor", on: joint === "" ? link : joint, rate, unavailable };
+  const scan = scanOf(kind);
+  return { robot, name, kind: KINDS[kind?.case ?? ""] ?? "sensor", on: joint === "" ? link : joint, rate, unavailable, ...(scan && { scan, pose: poseOf(sensor?.pose) }) };
+}
+
+const STRAIGHT: Sweep = { samples: 1, min: 0, max: 0 };
+
+/** The rays of what measures ranges: a range finder has one, along x. */
+function scanOf(kind: Wire["kind"] | undefined): Scan | undefined {
+  if (kind?.case === "range") return { horizontal: STRAIGHT, vertical: STRAIGHT };
+  if (kind?.case !== "lidar") return undefined;
+  const { horizontal, vertical } = kind.value;
+  return { horizontal: sweepOf(horizontal), vertical: sweepOf(vertical) };
+}
+
+function sweepOf(sweep: { samples: number; min: number; max: number } | undefined): Sweep {
+  return sweep ? { samples: sweep.samples, min: sweep.min, max: sweep.max } : STRAIGHT;
 }
 
 /** The newest reading of each, by the sensor's name. */
@@ -51,7 +66,7 @@ export function measurementOf({ measurement }: SensorReading): Measurement {
         hits += 1;
         nearest = Math.min(nearest, range);
       }
-      return { kind: "lidar", rays: measurement.value.ranges.length, hits, nearest };
+      return { kind: "lidar", rays: measurement.value.ranges.length, hits, nearest, ranges: measurement.value.ranges };
     }
     case "linkState":
     case "odometry": {

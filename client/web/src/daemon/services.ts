@@ -45,12 +45,17 @@ export function servicesOver(transport: Transport): Services {
 }
 
 let ours: Services | undefined;
+let way: Transport | undefined;
+
+/** What carries the calls of this page: for clients of services that most visits do not need. */
+export function transport(): Transport {
+  way ??= createGrpcWebTransport({ baseUrl: location.origin, useBinaryFormat: true, interceptors: [identify(tabName())] });
+  return way;
+}
 
 /** The clients of this page. */
 export function services(): Services {
-  ours ??= servicesOver(
-    createGrpcWebTransport({ baseUrl: location.origin, useBinaryFormat: true, interceptors: [identify(tabName())] }),
-  );
+  ours ??= servicesOver(transport());
   return ours;
 }
 

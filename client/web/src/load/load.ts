@@ -1,6 +1,7 @@
 // Loads dropped robots: finds their files, uploads those that the daemon does not have, and spawns.
-import type { DescriptionSource, SpawnEntityResponse } from "../gen/simd/v1/entity_pb";
-import { AssetState, Base } from "../gen/simd/v1/entity_pb";
+import type { MessageInitShape } from "@bufbuild/protobuf";
+import type { DescriptionSourceSchema, SpawnEntityRequest, SpawnEntityRequestSchema, SpawnEntityResponse } from "../gen/simd/v1/entity_pb";
+import { AssetState, Base, MeshShapes } from "../gen/simd/v1/entity_pb";
 import { loadingOf, reportOf } from "../daemon/mapping";
 import type { Services } from "../daemon/services";
 import { loading, reports, unmeasured } from "../state/report";
@@ -11,6 +12,7 @@ import { frame } from "../state/world";
 import { includes, Locator, mayNameMore } from "./locator";
 import { nextSpawnPosition } from "./spawn-position";
 import { sha256 } from "./sha256";
+import { uploadFile } from "./upload";
 import { MOUNT, nameOf, Tree } from "./tree";
 import { findUrdfs } from "./urdfs";
 import { searchedPlaces } from "./missing-file";
@@ -21,22 +23,38 @@ export interface DroppedFile {
   file: File;
 }
 
-/** Bytes of a file in one message: well below the limit of the daemon, and enough to make round trips negligible. */
-const PART_BYTES = 1024 * 1024;
+/** What dropped robots become. */
+export interface LoadOptions {
+  /** Empty is that of the description. */
+  name: string;
+  /** World, metres; absent is beside the other robots, and on the ground. */
+  position?: { x: number; y: number; z: number };
+  /** About the world's z, radians. */
+  yaw: number;
+  base: "described" | "fixed" | "free";
+  /** What collision meshes become. */
+  meshes: "mesh" | "hull" | "parts";
+  /** Lengths are multiplied by it. */
+  scale: number;
+}
+
+/** What is chosen where nothing is said: most dropped robots are arms, which would fall in an empty world. */
+export const DEFAULT_OPTIONS: LoadOptions = { name: "", yaw: 0, base: "fixed", meshes: "mesh", scale: 1 };
+
+const BASES: Record<LoadOptions["base"], Base> = { described: Base.UNSPECIFIED, fixed: Base.FIXED, free: Base.FREE };
+const SHAPES: Record<LoadOptions["meshes"], MeshShapes> = { mesh: MeshShapes.MESH, hull: MeshShapes.HULL, parts: MeshShapes.DECOMPOSITION };
 
 type Entities = Services["entities"];
-type Source = Pick<DescriptionSource, "assets"> & {
-  source: { case: "description"; value: string };
-  missing: Record<string, { places: string[] }>;
-};
+type Spawn = Exclude<MessageInitShape<typeof SpawnEntityRequestSchema>, SpawnEntityRequest>;
+type Source = MessageInitShape<typeof DescriptionSourceSchema>;
 
-/** Loads each URDF among the files. Rejects with the error of the daemon, or with one of its own. */
-export async function loadDropped(entities: Entities, dropped: DroppedFile[]): Promise<void> {
+/** Loads each URDF among the files. `loaded` is told of each with what was asked for. Rejects with the error of the daemon, or with one of its own. */
+export async function loadDropped(entities: Entities, dropped: DroppedFile[], options = DEFAULT_OPTIONS, loaded: (name: string, request: Spawn) => void = () => undefined): Promise<void> {
   const files = new Map(dropped.map(({ path, file }) => [`${MOUNT}/${path.replace(/^\/+/, "")}`, file]));
   const urdfs = findUrdfs([...files.keys()]);
   const tree = new Tree(files.keys(), await manifestsOf(files));
   try {
-    for (const urdf of urdfs) await load(entities, files, tree, urdf);
+    for (const urdf of urdfs) await load(entities, files, tree, urdf, options, loaded);
   } finally {
     loading.value = null;
   }
@@ -47,7 +65,7 @@ async function manifestsOf(files: Map<string, File>): Promise<Map<string, string
   return new Map(await Promise.all(manifests.map(async ([path, file]) => [path, await file.text()] as const)));
 }
 
-async function load(entities: Entities, files: Map<string, File>, tree: Tree, urdf: string): Promise<void> {
+async function load(entities: Entities, files: Map<string, File>, tree: Tree, urdf: string, options: LoadOptions, loaded: (name: string, request: Spawn) => void): Promise<void> {
   loading.value = { what: nameOf(urdf), phase: "reading", done: 0, total: 0, item: "" };
   const bytes = await bytesOf(files, urdf);
   let prepared = await entities.prepareDescription({ urdf: bytes });
@@ -70,12 +88,22 @@ async function load(entities: Entities, files: Map<string, File>, tree: Tree, ur
     }
   }
   const what = prepared.name === "" ? nameOf(urdf) : prepared.name;
-  const spawned = await spawn(entities, what, {
-    source: { case: "description", value: prepared.description },
-    assets: found.hashes,
-    missing: found.missing,
-  }, prepared.models.length > 0);
-  keepReport(spawned, prepared.models.length > 0);
+  const source = { source: { case: "description", value: prepared.description }, assets: found.hashes, missing: found.missing } as const;
+  const request = requestOf(source, options, prepared.models.length > 0);
+  const spawned = await spawn(entities, what, request);
+  const name = keepReport(spawned, request.base !== Base.FIXED, options.position === undefined);
+  // Of several robots each would bring all.
+  if (spawned?.others.length === 0) loaded(name, request);
+}
+
+/** What is asked for. An SDF or MJCF says itself what is fixed, unless the user says otherwise. */
+function requestOf(source: Source, { name, position, yaw, base, meshes, scale }: LoadOptions, saysBase: boolean): Spawn {
+  const pose = {
+    position: position ?? nextSpawnPosition(scenes.value, frame.value),
+    ...(yaw !== 0 && { orientation: { x: 0, y: 0, z: Math.sin(yaw / 2), w: Math.cos(yaw / 2) } }),
+  };
+  const chosen = saysBase && base === DEFAULT_OPTIONS.base ? Base.UNSPECIFIED : BASES[base];
+  return { source, name, allowRenaming: true, base: chosen, pose, meshShapes: SHAPES[meshes], ...(scale !== 1 && { scale }) };
 }
 
 /** The files of the URIs of a robot. */
@@ -118,44 +146,35 @@ async function upload(
   let sent = 0;
   for (const { hash, path } of parts) {
     const bytes = await bytesOf(files, path);
-    for (let offset = 0; offset === 0 || offset < bytes.length; offset += PART_BYTES) {
-      loading.value = { what, phase: "uploading", done: sent, total, item: nameOf(path) };
-      const data = bytes.subarray(offset, offset + PART_BYTES);
-      const [totalBytes, at] = [BigInt(bytes.length), BigInt(offset)];
-      await entities.uploadAsset({ sha256: hash, totalBytes, offset: at, data });
-      sent += data.length;
-    }
+    const before = sent;
+    await uploadFile(entities, hash, bytes, (done) => {
+      loading.value = { what, phase: "uploading", done: before + done, total, item: nameOf(path) };
+    });
+    sent += bytes.length;
   }
 }
 
-async function spawn(
-  entities: Entities,
-  what: string,
-  source: Source,
-  saysBase: boolean,
-): Promise<SpawnEntityResponse | undefined> {
-  // With a fixed base: most dropped robots are arms, which would fall in an empty world. An SDF or MJCF says it itself.
-  const pose = { position: nextSpawnPosition(scenes.value, frame.value) };
-  const base = saysBase ? Base.UNSPECIFIED : Base.FIXED;
-  const request = { spawn: { source, allowRenaming: true, base, pose } };
+async function spawn(entities: Entities, what: string, request: Spawn): Promise<SpawnEntityResponse | undefined> {
   let spawned: SpawnEntityResponse | undefined;
-  for await (const { event } of entities.spawnEntityWithProgress(request)) {
+  for await (const { event } of entities.spawnEntityWithProgress({ spawn: request })) {
     if (event.case === "progress") loading.value = loadingOf(what, event.value);
     if (event.case === "spawned") spawned = event.value;
   }
   return spawned;
 }
 
-function keepReport(spawned: SpawnEntityResponse | undefined, saysBase: boolean): void {
+/** Keeps what was said of the robot, and has it lifted onto the ground where nothing says where it is to be. Returns its name. */
+function keepReport(spawned: SpawnEntityResponse | undefined, saysBase: boolean, isLifted: boolean): string {
   const name = spawned?.entity?.name;
   if (!spawned || name === undefined) throw new Error("The daemon ended the call without a result.");
   const report = reportOf(name, spawned.report);
   reports.value = new Map(reports.value).set(name, report);
-  unmeasured.value = new Set(unmeasured.value).add(name);
+  if (isLifted) unmeasured.value = new Set(unmeasured.value).add(name);
   const others = spawned.others.map((other) => other.name);
   selectedRobot.value = name;
   const said = report.summary === "" ? `${[name, ...others].join(", ")} is loaded` : report.summary;
   toast("info", saysBase ? `${said}.` : `${said}. Its base is fixed to the world.`);
+  return name;
 }
 
 async function bytesOf(files: Map<string, File>, path: string): Promise<Uint8Array<ArrayBuffer>> {

@@ -18,26 +18,35 @@ import { useEffect } from "preact/hooks";
 import { LazyPlots } from "../plots/LazyPlots";
 import { Viewport } from "../scene/Viewport";
 import { playback } from "../state/playback";
+import { pictureOpen } from "../state/picture";
+import { recordingsOpen } from "../state/recordings";
 import { loading } from "../state/report";
+import { placing, tool } from "../state/tools";
 import { panelOpen, panelWidth, plotsOpen } from "../state/view";
 import { connection, frame, parameters, robots } from "../state/world";
 import { Banner } from "./Banner";
 import { DropOverlay } from "./DropOverlay";
 import { EmptyWorld } from "./EmptyWorld";
-import { GuideSheet } from "./GuideSheet";
-import { HelpSheet } from "./HelpSheet";
+import { guideOpen } from "./guide-open";
 import { InputNote } from "./InputNote";
 import { JointPanel } from "./JointPanel";
+import { lazy } from "./lazy";
 import { LoadProgress } from "./LoadProgress";
 import { LogIn } from "./LogIn";
 import { PanelEdge } from "./PanelEdge";
-import { PictureSheet } from "./PictureSheet";
-import { RecordingsSheet } from "./RecordingsSheet";
 import { ReportSheet } from "./ReportSheet";
-import { listen } from "./shortcuts";
+import { helpOpen, listen } from "./shortcuts";
 import { Toasts } from "./Toasts";
 import { TopBar } from "./TopBar";
 import { ViewToggles } from "./ViewToggles";
+
+// What most visits never open.
+const RecordingsSheet = lazy(async () => (await import("./RecordingsSheet")).RecordingsSheet, "The list of recordings", () => (recordingsOpen.value = false));
+const HelpSheet = lazy(async () => (await import("./HelpSheet")).HelpSheet, "The list of keys", () => (helpOpen.value = false));
+const GuideSheet = lazy(async () => (await import("./GuideSheet")).GuideSheet, "The guide", () => (guideOpen.value = false));
+const PictureSheet = lazy(async () => (await import("./PictureSheet")).PictureSheet, "The sheet for pictures", () => (pictureOpen.value = false));
+const ToolSheet = lazy(async () => (await import("../build")).ToolSheet, "The tool", () => (tool.value = null));
+const PlaceCard = lazy(async () => (await import("../build")).PlaceCard, "The tool", () => (placing.value = null));
 
 /** The whole page. */
 export function App(): JSX.Element {
@@ -58,6 +67,7 @@ export function App(): JSX.Element {
         <LoadProgress />
         {empty && <EmptyWorld />}
         <InputNote />
+        {placing.value && <PlaceCard />}
         <ViewToggles />
         <Toasts />
       </main>
@@ -68,11 +78,12 @@ export function App(): JSX.Element {
         </aside>
       )}
       <Recorded />
-      <RecordingsSheet />
+      {recordingsOpen.value && <RecordingsSheet />}
       <ReportSheet />
-      <HelpSheet />
-      <GuideSheet />
-      <PictureSheet />
+      {helpOpen.value && <HelpSheet />}
+      {guideOpen.value && <GuideSheet />}
+      {pictureOpen.value && <PictureSheet />}
+      {tool.value && <ToolSheet />}
       <DropOverlay />
     </div>
   );

@@ -2,9 +2,10 @@
 import { signal } from "@preact/signals";
 import type { JSX } from "preact";
 import { useEffect } from "preact/hooks";
-import { loadFiles, type DroppedFile } from "../daemon/actions";
+import type { DroppedFile } from "../daemon/actions";
 import { isRecording, playFiles } from "../daemon/recordings";
 import { toast } from "../state/toasts";
+import { tool } from "../state/tools";
 import { droppedFiles } from "./dropped-files";
 import { Icon } from "./icons";
 
@@ -56,8 +57,9 @@ export function DropOverlay(): JSX.Element | null {
   );
 }
 
-/** Loads robots, or plays a recording. */
-function take(files: DroppedFile[]): Promise<void> {
+/** Asks what robots are to become, or plays a recording. */
+async function take(files: DroppedFile[]): Promise<void> {
   const recorded = files.filter(({ path }) => isRecording(path));
-  return recorded.length > 0 ? playFiles(recorded.map(({ file }) => file)) : loadFiles(files);
+  if (recorded.length > 0) await playFiles(recorded.map(({ file }) => file));
+  else tool.value = { kind: "load", files };
 }

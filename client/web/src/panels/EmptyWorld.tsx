@@ -4,7 +4,7 @@ import { Fragment, type JSX } from "preact";
 import { addDemoArm } from "../daemon/actions";
 import { toast } from "../state/toasts";
 import { role } from "../state/world";
-import { guideOpen } from "./GuideSheet";
+import { guideOpen } from "./guide-open";
 import { loadCommand } from "./load-command";
 import { Icon } from "./icons";
 import { OpenFolder } from "./OpenFolder";

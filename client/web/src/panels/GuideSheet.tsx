@@ -1,11 +1,8 @@
 // How a robot comes into the world, for who opens the page for the first time.
-import { signal } from "@preact/signals";
 import type { JSX } from "preact";
+import { guideOpen } from "./guide-open";
 import { loadCommand, simctl } from "./load-command";
 import { Sheet } from "./Sheet";
-
-/** Whether the sheet is open. */
-export const guideOpen = signal(false);
 
 /** Rendered only while it is open. */
 export function GuideSheet(): JSX.Element | null {

@@ -2,9 +2,11 @@
 import { signal, useComputed } from "@preact/signals";
 import type { JSX } from "preact";
 import { useEffect, useRef } from "preact/hooks";
-import { deleteRobot, freeAll, holdAll } from "../daemon/actions";
+import { freeAll, holdAll } from "../daemon/actions";
+import { takeOut } from "../daemon/building";
 import { reports } from "../state/report";
 import { degrees, fit, panelPart, selectedRobot, type PanelPart } from "../state/view";
+import { othersHere } from "../state/tools";
 import { robots, type Axis, type Robot } from "../state/world";
 import { Constraints } from "./Constraints";
 import { grouped, matches } from "./groups";
@@ -127,13 +129,14 @@ function RobotHeader({ robot }: { robot: Robot }): JSX.Element {
             <div class="ask">
               <p>
                 Take <b>{name}</b> out of the world, for everybody who is connected?
+                {othersHere().length > 0 && ` Also here: ${othersHere().join(", ")}.`}
               </p>
               <button
                 type="button"
                 class="button danger"
                 onClick={() => {
                   close();
-                  void deleteRobot(name);
+                  void takeOut(name);
                 }}
               >
                 Remove it

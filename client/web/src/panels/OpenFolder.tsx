@@ -1,7 +1,7 @@
 // A button that opens a robot's folder: an alternative to drag and drop.
 import type { ComponentChildren, JSX } from "preact";
 import { useRef } from "preact/hooks";
-import { loadFiles } from "../daemon/actions";
+import { tool } from "../state/tools";
 import { chosenFiles } from "./dropped-files";
 
 /** The button. */
@@ -31,7 +31,7 @@ export function OpenFolder({ children, class: className }: { children: Component
         aria-label="Folder of a robot"
         onChange={(event) => {
           const { files } = event.currentTarget;
-          if (files && files.length > 0) void loadFiles(chosenFiles(files));
+          if (files && files.length > 0) tool.value = { kind: "load", files: chosenFiles(files) };
           event.currentTarget.value = "";
         }}
       />

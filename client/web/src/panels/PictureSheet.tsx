@@ -1,16 +1,12 @@
 // Saves a picture of the scene, at any size.
-import { signal } from "@preact/signals";
 import type { JSX } from "preact";
 import { useState } from "preact/hooks";
 import { save } from "../state/download";
-import { MAX_SIDE, takePicture } from "../state/picture";
+import { MAX_SIDE, pictureOpen, takePicture } from "../state/picture";
 import { toast } from "../state/toasts";
 import { daemonName } from "../state/world";
 import { Icon } from "./icons";
 import { Sheet } from "./Sheet";
-
-/** Whether the sheet is open. */
-export const pictureOpen = signal(false);
 
 const SIZES: readonly [string, number, number][] = [
   ["Full HD", 1920, 1080],

@@ -1,6 +1,6 @@
 // A button that opens a popover below itself: the browser closes it on Escape and on a press elsewhere.
 import type { ComponentChildren, JSX } from "preact";
-import { useId, useRef, useState } from "preact/hooks";
+import { useEffect, useId, useRef, useState } from "preact/hooks";
 
 interface Properties {
   /** The content of the button. */
@@ -30,6 +30,13 @@ export function Popover({ face, title, label, class: className, testId, children
     style.top = `${below + offsetHeight <= innerHeight ? below : Math.max(8, under.top - offsetHeight - 6)}px`;
     style.right = `${Math.max(8, Math.min(innerWidth - under.right, innerWidth - sheet.current.offsetWidth - 8))}px`;
   };
+  // Its content may be loaded after it was opened.
+  useEffect(() => {
+    if (!open || !sheet.current) return undefined;
+    const size = new ResizeObserver(position);
+    size.observe(sheet.current);
+    return () => size.disconnect();
+  }, [open]);
   return (
     <>
       <button

@@ -2,14 +2,14 @@
 import { useComputed, useSignalEffect } from "@preact/signals";
 import type { JSX } from "preact";
 import { useRef } from "preact/hooks";
-import { reset, step } from "../daemon/actions";
+import { step } from "../daemon/actions";
 import { panelOpen, plotsOpen, theme, type Theme } from "../state/view";
 import { happenings } from "../state/happenings";
 import { clients, connection, daemonName, frame, physics, simulation } from "../state/world";
 import { Icon, type IconName } from "./icons";
 import { Popover } from "./Popover";
 import { Recorder } from "./Recorder";
-import { helpOpen, playOrPause } from "./shortcuts";
+import { askReset, helpOpen, playOrPause } from "./shortcuts";
 import { Speed } from "./Speed";
 import { TextSize } from "./TextSize";
 
@@ -63,7 +63,7 @@ function Transport(): JSX.Element {
       >
         <Icon name="step" />
       </button>
-      <button type="button" class="button sign" data-testid="reset" aria-label="Reset" title="Reset time and robots (Backspace)" disabled={away} onClick={() => void reset()}>
+      <button type="button" class="button sign" data-testid="reset" aria-label="Reset" title="Reset time and robots (Backspace)" disabled={away} onClick={askReset}>
         <Icon name="reset" />
       </button>
       <WorldClaim />

@@ -2,7 +2,7 @@
 import type { JSX } from "preact";
 import { followed, moveCamera, orthographic, quality, type Quality, type Viewpoint } from "../state/view";
 import { Icon } from "./icons";
-import { pictureOpen } from "./PictureSheet";
+import { pictureOpen } from "../state/picture";
 import { Popover } from "./Popover";
 import { toggleFollowing } from "./shortcuts";
 import { shownRobot } from "./shown-robot";

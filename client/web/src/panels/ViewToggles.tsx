@@ -2,8 +2,10 @@
 import type { JSX } from "preact";
 import { constraints } from "../state/constraints";
 import { markers } from "../state/markers";
-import { centresOfMass, collisions, constraintsShown, contacts, fit, frames, grid, jointAxes, linkNames, markersShown, visuals } from "../state/view";
+import { sensors, sensorsShownOf } from "../state/sensors";
+import { centresOfMass, collisions, constraintsShown, contacts, fit, frames, grid, inertias, jointAxes, linkNames, markersShown, pointsShown, visuals } from "../state/view";
 import { AddGround } from "./AddGround";
+import { Build } from "./Build";
 import { Icon, type IconName } from "./icons";
 import { ViewMenu } from "./ViewMenu";
 
@@ -14,9 +16,11 @@ const TOGGLES = [
   { value: linkNames, icon: "names", label: "names", shortcut: "N", what: "Names of the links of the robot in the panel" },
   { value: jointAxes, icon: "axes", label: "axes", shortcut: "A", what: "Axes that joints turn about or slide along" },
   { value: centresOfMass, icon: "masses", label: "masses", shortcut: "M", what: "Centres of mass of links, and of each robot in red" },
+  { value: inertias, icon: "inertias", label: "inertias", shortcut: "E", what: "For each link the solid ellipsoid with its mass and inertia" },
   { value: grid, icon: "grid", label: "grid", shortcut: "G", what: "The ground’s grid" },
   { value: contacts, icon: "contacts", label: "contacts", shortcut: "K", what: "Where links touch, and how hard" },
   { value: constraintsShown, icon: "constraints", label: "constraints", shortcut: "L", what: "What holds links together, and how hard" },
+  { value: pointsShown, icon: "points", label: "points", shortcut: "U", what: "What lidars and range finders of the robot in the panel have met" },
   { value: markersShown, icon: "markers", label: "markers", shortcut: "D", what: "What programs draw" },
 ] as const satisfies readonly { value: { value: boolean }; icon: IconName; label: string; shortcut: string; what: string }[];
 
@@ -46,6 +50,7 @@ export function ViewToggles(): JSX.Element {
         <span class="toggle-text">fit</span>
       </button>
       <ViewMenu />
+      <Build />
       <AddGround />
     </div>
   );
@@ -54,5 +59,6 @@ export function ViewToggles(): JSX.Element {
 /** Whether there is anything that a toggle would show; of most there always is. */
 function hasContent(value: { value: boolean }): boolean {
   if (value === constraintsShown) return constraints.value.length > 0;
+  if (value === pointsShown) return sensors.value.some(({ scan, robot }) => scan && robot === sensorsShownOf.value);
   return value !== markersShown || markers.value.size > 0;
 }

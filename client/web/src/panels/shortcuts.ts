@@ -2,11 +2,13 @@
 import { signal } from "@preact/signals";
 import { pause, play, reset, step } from "../daemon/actions";
 import { inputFor } from "../state/input";
-import { centresOfMass, collisions, constraintsShown, contacts, fit, followed, frames, grid, jointAxes, linkNames, markersShown, moveCamera } from "../state/view";
+import { centresOfMass, collisions, constraintsShown, contacts, fit, followed, frames, grid, inertias, jointAxes, linkNames, markersShown, moveCamera, pointsShown } from "../state/view";
 import { orthographic, panelOpen, panelPart, plotsOpen, selectedRobot, visuals, type Viewpoint } from "../state/view";
+import { pictureOpen } from "../state/picture";
 import { playback } from "../state/playback";
+import { askFirst } from "../state/tools";
+import { redo, undo } from "../state/undo";
 import { robots, role, simulation } from "../state/world";
-import { pictureOpen } from "./PictureSheet";
 import { toggleRecording } from "./Recorder";
 import { shownRobot } from "./shown-robot";
 
@@ -75,6 +77,11 @@ export function toggleFollowing(): void {
   followed.value = followed.peek() === "" ? (shownRobot.peek()?.name ?? "") : "";
 }
 
+/** Resets the world; where others are here, after a question. */
+export function askReset(): void {
+  askFirst("Reset the world", "Time goes back to zero, and each robot to where it was brought in, for everybody.", "Reset", () => void reset());
+}
+
 function toggleStructure(): void {
   panelPart.value = panelOpen.peek() && panelPart.peek() === "structure" ? "joints" : "structure";
   panelOpen.value = true;
@@ -99,7 +106,8 @@ function toFilter(): void {
 export const SHORTCUTS: readonly Shortcut[] = [
   { keys: [" "], shown: "Space", what: "Play, pause; of a recording, if one is shown", run: playOrPauseShown },
   { keys: ["."], shown: ".", what: "One step", repeats: true, run: () => void step(1) },
-  { keys: ["backspace"], shown: "Backspace", what: "Reset time and robots", run: () => void reset() },
+  { keys: ["backspace"], shown: "Backspace", what: "Reset time and robots", run: askReset },
+  { keys: [], shown: "Ctrl + Z", what: "Take back what this page changed; with Shift make it again", run: () => undefined },
   { keys: ["arrowleft", "arrowright", "arrowup", "arrowdown"], shown: "Arrows", what: "Orbit, with Shift pan; of a recording one state, with Shift a second", repeats: true, run: arrow },
   { keys: ["+", "=", "-"], shown: "+, -", what: "Zoom", repeats: true, run: (key) => moveCamera({ kind: "zoom", factor: key === "-" ? 1 / CLOSER : CLOSER }) },
   { keys: ["x", "y", "z"], shown: "X, Y, Z", what: "From the front, the left, above; with Shift from the other side", run: lookAlong },
@@ -117,9 +125,11 @@ export const SHORTCUTS: readonly Shortcut[] = [
   { keys: ["k"], shown: "K", what: "Contacts", run: toggle(contacts) },
   { keys: ["l"], shown: "L", what: "Constraints", run: toggle(constraintsShown) },
   { keys: ["d"], shown: "D", what: "Markers", run: toggle(markersShown) },
+  { keys: ["u"], shown: "U", what: "Points that sensors have met", run: toggle(pointsShown) },
   { keys: ["n"], shown: "N", what: "Names of links", run: toggle(linkNames) },
   { keys: ["a"], shown: "A", what: "Axes of joints", run: toggle(jointAxes) },
   { keys: ["m"], shown: "M", what: "Centres of mass", run: toggle(centresOfMass) },
+  { keys: ["e"], shown: "E", what: "Ellipsoids of inertia", run: toggle(inertias) },
   { keys: ["i"], shown: "I", what: "Structure of the robot in the panel", run: toggleStructure },
   { keys: ["p"], shown: "P", what: "Plots", run: toggle(plotsOpen) },
   { keys: ["b"], shown: "B", what: "Side panel", run: toggle(panelOpen) },
@@ -146,10 +156,21 @@ function isForSliders(key: string): boolean {
   return key.startsWith("Arrow") || key === "Home" || key === "End" || key === "Escape";
 }
 
+/** Ctrl + Z and Ctrl + Shift + Z, but in a field, which has its own. Returns whether it was one of these. */
+function takesBack(event: KeyboardEvent): boolean {
+  if (!(event.ctrlKey || event.metaKey) || event.altKey || event.key.toLowerCase() !== "z") return false;
+  if (inputFor.peek() !== null || isHandledBy(event.target, "z")) return false;
+  event.preventDefault();
+  void (event.shiftKey ? redo() : undo());
+  return true;
+}
+
 /** Handles the keyboard until the returned function is called. */
 export function listen(): () => void {
   const pressed = (event: KeyboardEvent): void => {
-    if (event.defaultPrevented || event.isComposing || event.ctrlKey || event.altKey || event.metaKey) return;
+    if (event.defaultPrevented || event.isComposing) return;
+    if (takesBack(event)) return;
+    if (event.ctrlKey || event.altKey || event.metaKey) return;
     // While a program asks for keys they are its own.
     if (inputFor.peek() !== null && event.key !== "?") return;
     if (isHandledBy(event.target, event.key)) return;

@@ -16,6 +16,8 @@ import { addPlot, axisOf, plotted, MAX_PLOTTED, removePlot } from "./plotted";
 import { asCsv } from "./export";
 import { recording, SPAN } from "./recorder";
 import type { Samples } from "./samples";
+import { seriesRecording, SERIES_SPAN } from "./series-recorder";
+import { drawSeries, SeriesPicker, SeriesPlots } from "./SeriesPlots";
 import { following, type Extent } from "./visible";
 
 const QUANTITIES: readonly Quantity[] = ["position", "velocity", "effort"];
@@ -23,11 +25,13 @@ const QUANTITIES: readonly Quantity[] = ["position", "velocity", "effort"];
 const INTERVAL = 50;
 
 /** Those that can be chosen, simulated seconds. */
-const SPANS: readonly number[] = [2, 5, 10, 30, SPAN];
+const SPANS: readonly number[] = [2, 5, 10, 30, SPAN, 180, SERIES_SPAN];
 const span = computed(() => (SPANS.includes(plotSpan.value) ? plotSpan.value : 10));
 const zoom = signal<Extent | null>(null);
 /** A copy that is shown while the plots are paused; the recording goes on. */
 const paused = signal<Samples | null>(null);
+/** The same of what is plotted beside joints. */
+const pausedSeries = signal<Samples | null>(null);
 /** The quantity that is shown on a narrow page. */
 const front = signal<Quantity>("position");
 
@@ -49,6 +53,7 @@ function draw(): void {
   const samples = paused.peek() ?? recording;
   const range = zoom.peek() ?? following(samples.times(), span.peek());
   for (const chart of charts) chart.draw(samples, range, degrees.peek());
+  drawSeries((times) => zoom.peek() ?? following(times, span.peek()), pausedSeries.peek() ?? undefined);
 }
 
 /** Schedules a draw. */
@@ -84,6 +89,7 @@ export function PlotsDrawer(): JSX.Element {
       <header class="plots-bar">
         <Chips />
         <Picker />
+        <SeriesPicker />
         <div class="segments narrow-only" role="group" aria-label="Quantity">
           {QUANTITIES.map((quantity) => (
             <button
@@ -106,6 +112,7 @@ export function PlotsDrawer(): JSX.Element {
           <Plot key={quantity} quantity={quantity} />
         ))}
       </div>
+      <SeriesPlots onZoom={(range) => (zoom.value = range)} redraw={scheduleDraw} />
     </section>
   );
 }
@@ -165,6 +172,7 @@ function Tools(): JSX.Element {
   const isPaused = paused.value !== null;
   const togglePause = (): void => {
     paused.value = isPaused ? null : recording.copy();
+    pausedSeries.value = isPaused ? null : seriesRecording.copy();
     if (isPaused) zoom.value = null;
   };
   const exportAll = (): void => {

@@ -1,6 +1,7 @@
 // Contacts: a dot at each point, and an arrow whose length is proportional to the force.
 import { ConeGeometry, CylinderGeometry, Group, InstancedMesh, MeshBasicMaterial, Quaternion, SphereGeometry, Vector3 } from "three";
 import type { ContactPoint } from "../state/world";
+import type { Label } from "./labels";
 import { along, marker } from "./markers";
 import { CONTACT } from "./palette";
 
@@ -10,6 +11,9 @@ const MAX_CONTACTS = 400;
 const DOT = 0.012;
 const LONGEST = 0.7;
 const WIDTH = 0.006;
+/** Forces that are written at most, and the least one as a share of the weight. */
+const MAX_LABELS = 24;
+const MIN_LABEL = 0.01;
 /** Metres, and shares of the weight: less is not seen. */
 const MIN_MOTION = 1e-5;
 const MIN_FORCE = 2e-3;
@@ -59,6 +63,14 @@ export class ContactMarks {
     this.shafts.count = this.heads.count = arrows;
     for (const marks of this.all()) marks.instanceMatrix.needsUpdate = true;
     return true;
+  }
+
+  /** The forces of the strongest contacts that are drawn, beside them. */
+  labels(): Label[] {
+    if (!this.group.visible) return [];
+    const strongest = this.drawn.contacts.toSorted((a, b) => b.normalForce - a.normalForce).slice(0, MAX_LABELS);
+    const least = MIN_LABEL * this.drawn.weight;
+    return strongest.filter(({ normalForce }) => normalForce > least).map(({ point, normalForce }) => ({ text: `${Number(normalForce.toPrecision(3))} N`, at: new Vector3(...point) }));
   }
 
   dispose(): void {

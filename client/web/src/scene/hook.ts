@@ -32,6 +32,8 @@ export interface Hook {
   };
   /** Where the centre of mass of a robot is marked, world axes; undefined if it is not. */
   centreOfMass(robot: string): number[] | undefined;
+  /** How many points that sensors have met are drawn. */
+  points(): number;
   /** Where the ends of a constraint are drawn, world axes; undefined if it is not. */
   constraint(name: string): [number[], number[]] | undefined;
   /** Points of a marker as they are drawn, world axes; undefined if it is not. */
@@ -86,6 +88,7 @@ export function hook(stage: Stage, canvas: HTMLCanvasElement): () => void {
       pose: (robot, link) => stage.ghosts.pose(robot, link),
     },
     centreOfMass: (robot) => stage.structure.centres.get(robot)?.toArray(),
+    points: () => stage.extras.points.count(),
     constraint(name) {
       const ends = stage.constraints.group.visible ? stage.constraints.anchors.get(name) : undefined;
       return ends && [ends[0].toArray(), ends[1].toArray()];

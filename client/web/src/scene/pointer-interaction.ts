@@ -1,26 +1,22 @@
 // Pointer interaction in the scene: highlighting links, selecting robots, and pulling on links.
-import { Matrix4, Plane, Quaternion, Vector2, Vector3 } from "three";
+import { Matrix4, Plane, Vector2, Vector3 } from "three";
 import { pullLink, stopPulling } from "../daemon/actions";
-import type { Vector } from "../state/scene";
+import { handleHeld } from "../state/tools";
 import { fit, hoveredLink, selectedRobot } from "../state/view";
-import { robots as known, simulation, frame as newestFrame, type Frame, type Mode } from "../state/world";
+import { robots as known, simulation, frame as newestFrame, type Mode } from "../state/world";
 import type { Camera } from "./camera";
-import type { PoseInterpolator } from "./pose-interpolator";
 import { PULL } from "./palette";
 import { pick, pickRay, type Hit } from "./picking";
 import type { RobotViews } from "./robot-views";
 import { Rod } from "./rods";
-import { springFor, springForce } from "./spring";
+import { pullDuration, springFor } from "./spring";
 
 /** A pointer that moves by fewer pixels has clicked. */
 const CLICK_DISTANCE = 4;
 /** Of the rod, as a fraction of the distance of the camera. */
 const ROD_WIDTH = 0.0022;
-/** Bounds of the measured delay, simulated seconds. */
-const MIN_DELAY = 0.03;
-const MAX_DELAY = 1;
-/** Weight of a new measurement that is shorter than the delay so far. */
-const SMOOTHING = 0.2;
+/** Milliseconds after which a target that did not change is sent again. */
+const RENEWAL = 100;
 
 /** A link that is being dragged. */
 interface Drag {
@@ -39,10 +35,8 @@ export class PointerInteraction {
   private pressed: { x: number; y: number } | null = null;
   private drag: Drag | null = null;
   private hoverPending = false;
-  /** Simulated seconds. */
-  private delay = MIN_DELAY;
-  /** Simulated time of the last state for which a force was sent. */
-  private lastForceAt = 0;
+  /** When the target was sent for the last time, and which it was. */
+  private sent: { at: number; target: Vector3 } | null = null;
   private readonly listening = new AbortController();
 
   /** `wake` is called when the picture may have to change. */
@@ -50,7 +44,6 @@ export class PointerInteraction {
     private readonly canvas: HTMLCanvasElement,
     private readonly camera: Camera,
     private readonly robots: RobotViews,
-    private readonly interpolator: PoseInterpolator,
     private readonly wake: () => void,
   ) {
     const { signal } = this.listening;
@@ -68,7 +61,7 @@ export class PointerInteraction {
   update(): boolean {
     if (this.hoverPending) this.updateHover();
     if (!this.drag) return false;
-    if (simulation.peek().state !== "playing" || this.robots.get(this.drag.hit.view.scene.robot) !== this.drag.hit.view) {
+    if (handleHeld.peek() || simulation.peek().state !== "playing" || this.robots.get(this.drag.hit.view.scene.robot) !== this.drag.hit.view) {
       this.endDrag();
       return true;
     }
@@ -85,14 +78,13 @@ export class PointerInteraction {
   private press(event: PointerEvent): void {
     this.trackPointer(event);
     this.pressed = { x: event.clientX, y: event.clientY };
-    if (event.button !== 0 || !event.isPrimary || simulation.peek().state !== "playing") return;
+    if (event.button !== 0 || !event.isPrimary || handleHeld.peek() || simulation.peek().state !== "playing") return;
     const hit = pick(this.pointer, this.camera.camera, this.robots.all());
     if (!hit?.view.scene.links[hit.link]?.movable) return;
     this.camera.controls.enabled = false;
     this.canvas.setPointerCapture(event.pointerId);
     const facing = this.camera.camera.getWorldDirection(new Vector3());
-    this.delay = MIN_DELAY;
-    this.lastForceAt = this.interpolator.newest()?.simTime ?? 0;
+    this.sent = null;
     this.drag = {
       hit,
       point: hit.point.clone().applyMatrix4(new Matrix4().copy(hit.view.worldFromLink(hit.link)).invert()),
@@ -160,50 +152,21 @@ export class PointerInteraction {
     this.canvas.style.cursor = found && simulation.peek().state === "playing" ? "grab" : "";
   }
 
+  /** Sends where the pointer pulls to. The force is the daemon's: how seldom this page draws does not matter. */
   private pull({ hit, point, plane }: Drag): void {
     const { scene } = hit.view;
     const target = pickRay(this.pointer, this.camera.camera).ray.intersectPlane(plane, new Vector3());
-    const newest = this.interpolator.newest();
-    const now = newest && positionOf(newest, scene.robot, hit.link, point);
-    if (!target || !now) return;
-    this.measureDelay(newest.simTime);
-    const spring = springFor(scene, hit.link, (link) => modeOf(scene.robot, link), this.delay);
-    const force = springForce(spring, now, this.velocity(scene.robot, hit.link, point), target.toArray());
-    void pullLink(scene.robot, scene.links[hit.link]?.name ?? "", force, point.toArray());
+    if (!target) return;
+    const now = performance.now();
+    if (!this.sent || now - this.sent.at > RENEWAL || !this.sent.target.equals(target)) {
+      const duration = pullDuration(this.sent ? now - this.sent.at : 0, simulation.peek().actual);
+      this.sent = { at: now, target };
+      const spring = springFor(scene, hit.link, (link) => modeOf(scene.robot, link));
+      void pullLink(scene.robot, scene.links[hit.link]?.name ?? "", point.toArray(), target.toArray(), spring, duration);
+    }
     const shown = point.clone().applyMatrix4(hit.view.worldFromLink(hit.link));
     this.rod.show(shown, target, ROD_WIDTH * this.camera.distance());
   }
-
-  /** The delay from a state to the end of the force for it, which lasts until the force for the next state. */
-  private measureDelay(simTime: number): void {
-    const interval = simTime - this.lastForceAt;
-    if (interval <= 0) return;
-    this.lastForceAt = simTime;
-    const measured = Math.min(MAX_DELAY, Math.max(MIN_DELAY, 2 * interval));
-    // A longer delay takes effect at once, a shorter one gradually.
-    this.delay = Math.max(measured, this.delay + SMOOTHING * (measured - this.delay));
-  }
-
-  /** The velocity of a point of a link, from the last two states: metres per simulated second. */
-  private velocity(robot: string, link: number, point: Vector3): Vector {
-    const two = this.interpolator.lastTwo();
-    if (!two) return [0, 0, 0];
-    const [before, last] = two;
-    const from = positionOf(before, robot, link, point);
-    const to = positionOf(last, robot, link, point);
-    const time = last.simTime - before.simTime;
-    if (!from || !to || time <= 0) return [0, 0, 0];
-    return [(to[0] - from[0]) / time, (to[1] - from[1]) / time, (to[2] - from[2]) / time];
-  }
-}
-
-/** The position of a point of a link in a state, in world axes. */
-function positionOf(frame: Frame, robot: string, link: number, point: Vector3): Vector | undefined {
-  const pose = frame.poses.get(robot)?.subarray(7 * link, 7 * link + 7);
-  if (pose?.length !== 7) return undefined;
-  const [x = 0, y = 0, z = 0, qx = 0, qy = 0, qz = 0, qw = 1] = pose;
-  const turned = point.clone().applyQuaternion(new Quaternion(qx, qy, qz, qw));
-  return [x + turned.x, y + turned.y, z + turned.z];
 }
 
 /** The mode of the joint that moves a link; undefined if it cannot move. */

@@ -33,11 +33,6 @@ export class PoseInterpolator {
     return this.last;
   }
 
-  /** The newest two, if they are of one continuous motion. */
-  lastTwo(): [Frame, Frame] | null {
-    return this.before && this.last ? [this.before, this.last] : null;
-  }
-
   /** Whether the picture at `now` is that of the newest state. */
   isSettled(now: number): boolean {
     return this.progress(now) >= 1;

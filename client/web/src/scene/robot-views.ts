@@ -18,6 +18,7 @@ export class RobotViews {
   readonly meshes = new MeshCache();
   private readonly views = new Map<string, RobotView>();
   private readonly poses = new Map<string, Float64Array>();
+  private hidden: ReadonlySet<string> = new Set();
   private shown: Shown = { visuals: true, collisions: false, frames: false };
 
   /** `changed` is called when a mesh or a picture was loaded. */
@@ -27,7 +28,13 @@ export class RobotViews {
 
   /** Those that are seen: none while a recording is shown alone. */
   all(): Iterable<RobotView> {
-    return this.group.visible ? this.views.values() : [];
+    return this.group.visible ? [...this.views.values()].filter(({ group }) => group.visible) : [];
+  }
+
+  /** Shows all robots but these. */
+  hide(names: ReadonlySet<string>): void {
+    this.hidden = names;
+    for (const [name, view] of this.views) view.group.visible = !names.has(name);
   }
 
   get(name: string): RobotView | undefined {
@@ -53,6 +60,7 @@ export class RobotViews {
       this.views.set(name, view);
       this.poses.set(name, new Float64Array(7 * scene.links.length));
       this.group.add(view.group);
+      view.group.visible = !this.hidden.has(name);
       this.showOne(view);
     }
   }
@@ -101,7 +109,7 @@ export class RobotViews {
   /** The bounding box of one robot, or of all that is looked at first. */
   bounds(name = ""): Box3 {
     const one = this.views.get(name);
-    const views = one ? [one] : [...this.views.values()];
+    const views = one ? [one] : [...this.views.values()].filter(({ group }) => group.visible);
     const things = views.map((view) => ({ scene: view.scene, box: view.bounds() }));
     const box = framed(things);
     // If there is only ground, the origin is shown.

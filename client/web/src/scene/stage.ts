@@ -1,11 +1,13 @@
 // Draws the scene, and only when something in it has changed.
 import { effect } from "@preact/signals";
-import { Box3, Color, Fog, Matrix4, PCFShadowMap, Scene, Sphere, Vector2, Vector3, WebGLRenderer } from "three";
+import { Box3, Color, Fog, Matrix4, PCFShadowMap, Scene, Sphere, Vector2, WebGLRenderer } from "three";
 import { lift } from "../daemon/actions";
 import { shownRobot } from "../panels/shown-robot";
 import { cameraTarget, type CameraTarget } from "../state/camera";
 import { constraints, hoveredConstraint } from "../state/constraints";
 import { markers } from "../state/markers";
+import { hiddenRobots } from "../state/tools";
+import { inertias } from "../state/view";
 import { pictureRequest } from "../state/picture";
 import { ghosts, ghostsAlone } from "../state/playback";
 import { unmeasured } from "../state/report";
@@ -19,11 +21,13 @@ import { reportCamera } from "./camera-report";
 import { ConstraintMarks, type Finder } from "./constraints";
 import { ContactMarks } from "./contacts";
 import { DrawnMarkers } from "./drawn-markers";
+import { Extras } from "./extras";
 import { Follower } from "./follower";
 import { GhostViews } from "./ghosts";
 import { Grid } from "./grid";
 import { InputReport } from "./input-report";
-import { Labels, type Label } from "./labels";
+import { Labels } from "./labels";
+import { namesOf } from "./link-names";
 import { PointerInteraction } from "./pointer-interaction";
 import { Light } from "./light";
 import { PoseInterpolator } from "./pose-interpolator";
@@ -64,6 +68,7 @@ export class Stage {
   private readonly follower = new Follower();
   private readonly interaction: PointerInteraction;
   private readonly input: InputReport;
+  readonly extras: Extras;
   /** Version of the newest `cameraTarget` that the camera has followed. */
   private followed = 0n;
   private readonly ends: (() => void)[] = [];
@@ -88,9 +93,10 @@ export class Stage {
     this.scene.add(this.robots.group, this.ghosts.group, this.constraints.group, this.structure.group, this.marks.group, this.markers.group);
     this.labels = new Labels(canvas);
     this.camera = new Camera(canvas, () => this.invalidate());
-    this.interaction = new PointerInteraction(canvas, this.camera, this.robots, this.interpolator, () => this.wake());
+    this.interaction = new PointerInteraction(canvas, this.camera, this.robots, () => this.wake());
     this.scene.add(this.interaction.rod.group);
     this.input = new InputReport(canvas);
+    this.extras = new Extras({ scene: this.scene, camera: this.camera, canvas, robots: this.robots, changed: () => this.invalidate() });
     this.subscribe();
   }
 
@@ -120,6 +126,7 @@ export class Stage {
     cancelAnimationFrame(this.request);
     for (const end of this.ends) end();
     this.interaction.dispose();
+    this.extras.dispose();
     this.input.dispose();
     this.markers.dispose();
     this.ghosts.dispose();
@@ -152,6 +159,7 @@ export class Stage {
       }),
       effect(() => {
         this.robots.show({ visuals: visuals.value, collisions: collisions.value, frames: frames.value });
+        this.robots.hide(hiddenRobots.value);
         this.invalidate();
       }),
       effect(() => {
@@ -181,7 +189,7 @@ export class Stage {
       effect(() => {
         scenes.value;
         const changed = this.robots.highlight(hoveredLink.value);
-        void [linkNames.value && shownRobot.value?.name, jointAxes.value, centresOfMass.value];
+        void [linkNames.value && shownRobot.value?.name, jointAxes.value, centresOfMass.value, inertias.value];
         // The link under the pointer has its name beside it, whether it is highlighted or not.
         if (changed || this.pictures > 0) this.invalidate();
       }),
@@ -333,7 +341,8 @@ export class Stage {
       this.constraints.set(constraints.peek(), this.frameOf, hoveredConstraint.peek(), this.robots.size(), this.weight());
     }
     this.markers.pose(this.linkOf);
-    this.structure.set(this.robots.all(), this.sizeOf, { axes: jointAxes.peek(), masses: centresOfMass.peek() });
+    this.extras.update();
+    this.structure.set(this.robots.all(), this.sizeOf, { axes: jointAxes.peek(), masses: centresOfMass.peek(), inertias: inertias.peek() });
     const { target } = this.camera.controls;
     const distance = this.camera.distance();
     this.grid.follow(target.x, target.y, distance);
@@ -341,7 +350,7 @@ export class Stage {
     this.fog.near = Math.max(12, 3 * distance);
     this.fog.far = Math.max(120, 8 * distance);
     this.renderer.render(this.scene, this.camera.camera);
-    this.labels.show(this.names(), this.camera.camera);
+    this.labels.show([...namesOf(this.robots.all()), ...this.marks.labels()], this.camera.camera);
     this.pictures += 1;
     this.updateDrawn(now);
     reportCamera(this.camera, this.renderer.getSize(new Vector2()), this.followed);
@@ -368,21 +377,6 @@ export class Stage {
     const index = view?.scene.links.findIndex(({ name }) => name === (joint === "" ? link : moved)) ?? -1;
     return view && index >= 0 ? view.worldFromLink(index) : undefined;
   };
-
-  /** The names of the links of the shown robot, or of the link under the pointer. */
-  private names(): Label[] {
-    const hovered = hoveredLink.peek();
-    const shown = linkNames.peek() ? shownRobot.peek()?.name : undefined;
-    const labels: Label[] = [];
-    for (const view of this.robots.all()) {
-      const { robot, links } = view.scene;
-      if (robot !== shown && robot !== hovered?.robot) continue;
-      links.forEach(({ name }, index) => {
-        if (robot === shown || name === hovered?.link) labels.push({ text: name, at: new Vector3().setFromMatrixPosition(view.worldFromLink(index)) });
-      });
-    }
-    return labels;
-  }
 
   private updateDrawn(now: number): void {
     this.drawn = this.interpolator.reached(now)?.sequence ?? this.drawn;

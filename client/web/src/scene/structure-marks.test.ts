@@ -37,7 +37,7 @@ test("a robot's centre of mass is the mean of its links' by mass, and fixed join
   expect(y).toBeCloseTo(0.25, 9);
   expect(z).toBeCloseTo(0.625, 9);
   // One axis; two links with mass, and all of the robot.
-  expect(marks.drawn()).toEqual({ axes: 1, balls: 3 });
+  expect(marks.drawn()).toEqual({ axes: 1, balls: 3, ellipsoids: 0 });
   marks.set([view], () => 1, { axes: false, masses: false });
-  expect(marks.drawn()).toEqual({ axes: 0, balls: 0 });
+  expect(marks.drawn()).toEqual({ axes: 0, balls: 0, ellipsoids: 0 });
 });

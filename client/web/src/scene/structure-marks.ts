@@ -1,5 +1,6 @@
 // Axes of joints, and centres of mass of links and of robots.
 import { Color, CylinderGeometry, Group, InstancedMesh, MeshBasicMaterial, Quaternion, SphereGeometry, Vector3 } from "three";
+import { ellipsoidOf } from "./inertia";
 import { along, marker } from "./markers";
 import { MASS, SLIDES, TURNS, WHOLE_MASS } from "./palette";
 import type { RobotView } from "./robot-view";
@@ -17,6 +18,8 @@ const LEAST_BALL = 0.012;
 export interface Marked {
   axes: boolean;
   masses: boolean;
+  /** Ellipsoids of the inertia of each link. */
+  inertias?: boolean;
 }
 
 /** The marks of all robots, drawn over everything else. */
@@ -27,10 +30,12 @@ export class StructureMarks {
   private readonly material = new MeshBasicMaterial({ depthTest: false, transparent: true, opacity: 0.85 });
   private readonly axes = new InstancedMesh(along(new CylinderGeometry(1, 1, 1, 8)), this.material, MOST);
   private readonly balls = new InstancedMesh(new SphereGeometry(1, 14, 10), this.material, MOST);
-  private count = { axes: 0, balls: 0 };
+  private readonly soft = new MeshBasicMaterial({ color: MASS, depthTest: false, transparent: true, opacity: 0.3 });
+  private readonly ellipsoids = new InstancedMesh(new SphereGeometry(1, 20, 14), this.soft, MOST);
+  private count = { axes: 0, balls: 0, ellipsoids: 0 };
 
   constructor() {
-    for (const each of [this.axes, this.balls]) {
+    for (const each of this.all()) {
       each.frustumCulled = false;
       each.renderOrder = 3;
       each.count = 0;
@@ -39,35 +44,51 @@ export class StructureMarks {
   }
 
   /** Marks these robots. `sizeOf` is the radius of a robot, metres. */
-  set(views: Iterable<RobotView>, sizeOf: (view: RobotView) => number, { axes, masses }: Marked): void {
+  set(views: Iterable<RobotView>, sizeOf: (view: RobotView) => number, { axes, masses, inertias = false }: Marked): void {
     // What is neither shown nor was costs nothing.
-    if (!axes && !masses && this.count.axes + this.count.balls === 0) return;
-    this.count = { axes: 0, balls: 0 };
+    if (!axes && !masses && !inertias && this.count.axes + this.count.balls + this.count.ellipsoids === 0) return;
+    this.count = { axes: 0, balls: 0, ellipsoids: 0 };
     this.centres.clear();
     for (const view of views) {
       const size = sizeOf(view);
       if (axes) this.markAxes(view, size);
       if (masses) this.markMasses(view, size);
+      if (inertias) this.markInertias(view);
     }
     this.axes.count = this.count.axes;
     this.balls.count = this.count.balls;
-    for (const each of [this.axes, this.balls]) {
+    this.ellipsoids.count = this.count.ellipsoids;
+    for (const each of this.all()) {
       each.instanceMatrix.needsUpdate = true;
       if (each.instanceColor) each.instanceColor.needsUpdate = true;
     }
   }
 
-  /** How many axes and balls are drawn. */
-  drawn(): { axes: number; balls: number } {
+  /** How many axes, balls and ellipsoids are drawn. */
+  drawn(): { axes: number; balls: number; ellipsoids: number } {
     return { ...this.count };
   }
 
   dispose(): void {
-    for (const each of [this.axes, this.balls]) {
+    for (const each of this.all()) {
       each.geometry.dispose();
       each.dispose();
     }
     this.material.dispose();
+    this.soft.dispose();
+  }
+
+  private all(): InstancedMesh[] {
+    return [this.axes, this.balls, this.ellipsoids];
+  }
+
+  private markInertias(view: RobotView): void {
+    view.scene.links.forEach(({ mass, centreOfMass, inertia }, index) => {
+      const ellipsoid = centreOfMass && inertia && ellipsoidOf(mass, [...centreOfMass], inertia);
+      if (!ellipsoid || this.count.ellipsoids >= MOST) return;
+      this.ellipsoids.setMatrixAt(this.count.ellipsoids, ellipsoid.premultiply(view.worldFromLink(index)));
+      this.count.ellipsoids += 1;
+    });
   }
 
   private markAxes(view: RobotView, size: number): void {

@@ -12,6 +12,9 @@ export interface PictureRequest {
 /** Answered by the scene, as soon as it is set. */
 export const pictureRequest = signal<PictureRequest | null>(null);
 
+/** Whether the sheet for pictures is open. */
+export const pictureOpen = signal(false);
+
 /** Pixels of a side, at most. */
 export const MAX_SIDE = 8192;
 

@@ -1,8 +1,21 @@
 // What robots feel and see.
 import { signal } from "@preact/signals";
-import type { Vector } from "./scene";
+import type { Pose, Vector } from "./scene";
 
 export type SensorKind = "imu" | "force-torque" | "contact" | "range" | "lidar" | "link state" | "encoder" | "odometry" | "camera" | "sensor";
+
+/** Evenly spaced angles, radians. */
+export interface Sweep {
+  samples: number;
+  min: number;
+  max: number;
+}
+
+/** The rays of a lidar or a range finder: each vertical angle with each horizontal one. */
+export interface Scan {
+  horizontal: Sweep;
+  vertical: Sweep;
+}
 
 /** A sensor of a robot. */
 export interface Sensor {
@@ -15,6 +28,10 @@ export interface Sensor {
   rate: number | undefined;
   /** Why it has no readings; empty if it has. */
   unavailable: string;
+  /** link_from_sensor. */
+  pose?: Pose;
+  /** Of what measures ranges. */
+  scan?: Scan;
 }
 
 /** What a sensor measured last. SI units. */
@@ -23,7 +40,7 @@ export type Measurement =
   | { kind: "force-torque"; force: Vector; torque: Vector }
   | { kind: "contact"; touching: boolean; normalForce: number; partners: readonly string[] }
   | { kind: "range"; range: number }
-  | { kind: "lidar"; rays: number; hits: number; nearest: number }
+  | { kind: "lidar"; rays: number; hits: number; nearest: number; ranges: readonly number[] }
   | { kind: "motion"; position: Vector; linear: Vector; angular: Vector }
   | { kind: "encoder"; position: number; velocity: number }
   | { kind: "unknown" };

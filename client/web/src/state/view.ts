@@ -1,5 +1,5 @@
 // The view settings of this page, kept in the local storage of the browser.
-import { effect, signal, type Signal } from "@preact/signals";
+import { computed, effect, signal, type Signal } from "@preact/signals";
 import type { Vector } from "./scene";
 
 /** Light, dark, or the setting of the system. */
@@ -54,6 +54,10 @@ export const markersShown = stored("markers", true, isBoolean);
 export const linkNames = stored("linkNames", false, isBoolean);
 export const jointAxes = stored("jointAxes", false, isBoolean);
 export const centresOfMass = stored("centresOfMass", false, isBoolean);
+/** What lidars and range finders of the robot in the panel have met. */
+export const pointsShown = stored("points", true, isBoolean);
+/** Ellipsoids of the inertias of links. */
+export const inertias = stored("inertias", false, isBoolean);
 export const degrees = stored("degrees", false, isBoolean);
 const isQuality = (value: unknown): value is Quality => value === "auto" || value === "low" || value === "high";
 export const quality = stored<Quality>("quality", "auto", isQuality);
@@ -79,6 +83,11 @@ export const panelPart = stored<PanelPart>("panelPart", "joints", (value): value
 export const plotSpan = stored("plotSpan", 10, isNumber);
 /** Keys and colour slots of the plotted axes, oldest first. */
 export const plottedSlots = stored<readonly (readonly [string, number])[]>("plotted", [], (value): value is [string, number][] => Array.isArray(value) && value.every(isSlot));
+
+/** Keys of what else is plotted; see `plots/series.ts`. */
+export const plottedSeries = stored<readonly string[]>("series", [], (value): value is string[] => Array.isArray(value) && value.every(isString));
+/** Whether contacts are drawn or plotted. */
+export const contactsWanted = computed(() => contacts.value || plottedSeries.value.some((key) => key.startsWith("contact/")));
 
 /** The position and the target of the camera, metres. */
 export type CameraView = readonly [Vector, Vector];

@@ -2,6 +2,7 @@
 
 mod body_state;
 mod leapfrog;
+mod mobility;
 mod rows;
 mod state;
 

@@ -5,6 +5,7 @@
 
 mod constraint;
 mod joint;
+mod pull;
 mod robot;
 mod sensor;
 mod target;
@@ -16,6 +17,7 @@ pub use self::constraint::{ChangeConstraint, CreateConstraint, RequestedConstrai
 pub use self::joint::{
     FollowTrajectory, JointOrientation, JointProperties, JointReset, RobotReset, SphericalReset,
 };
+pub use self::pull::LinkPull;
 pub use self::robot::{Reload, Spawn};
 pub use self::sensor::CreateSensor;
 pub use self::target::{Clamped, JointTarget, RobotTargets, SetTargets, Target, WholeTarget};
@@ -24,6 +26,7 @@ pub use super::contact_settings::{
     ContactSettings, LinkProperties, MAX_COLLISION_PAIRS, MAX_LINK_PROPERTIES,
 };
 use super::moment::Moment;
+pub use super::pull::{DEFAULT_PULL_DURATION, MAX_PULL_DURATION};
 use super::saved::Saved;
 pub use super::saved::SavedStateInfo;
 use super::settings::{Integrator, PhysicsSettings};
@@ -106,6 +109,8 @@ pub enum Command {
     },
     /// Applies a wrench to a link.
     ApplyWrench(LinkWrench),
+    /// Pulls a link to a point of the world.
+    PullLink(LinkPull),
     /// Changes gravity, time step, substeps or integrator.
     SetPhysics(PhysicsChange),
     /// Puts the world back.
@@ -172,6 +177,7 @@ impl Command {
                 std::iter::once(change.robot.as_str()).chain(others).collect()
             }
             Self::ApplyWrench(wrench) => vec![&wrench.robot],
+            Self::PullLink(pull) => vec![&pull.robot],
             Self::CreateConstraint(create) => {
                 let ends = [&create.parent, &create.child].map(|end| end.robot.as_str());
                 ends.into_iter().filter(|robot| !robot.is_empty()).collect()

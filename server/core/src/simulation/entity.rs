@@ -2,6 +2,7 @@
 
 mod colliders;
 mod joints;
+mod pulls;
 mod sensors;
 mod setup;
 mod sleep;
@@ -89,6 +90,7 @@ impl Entity {
             last_good: (Vec::new(), Vec::new()),
             applied_wrenches: Vec::new(),
             expired_wrenches: Vec::new(),
+            pulls: Vec::new(),
             trajectories: Vec::new(),
             sensors: Vec::new(),
         };
@@ -166,7 +168,7 @@ impl Entity {
     /// robot.
     pub(super) fn update_poses(&mut self, others: bool, slack: f64, h: f64) {
         if self.is_awake() {
-            if !self.state.applied_wrenches.is_empty() {
+            if !(self.state.applied_wrenches.is_empty() && self.state.pulls.is_empty()) {
                 self.update_external_forces();
             }
             self.body.update_kinematics();

@@ -2,7 +2,7 @@
 //!
 //! From the bottom to the top; a file imports only from those above it in this list:
 //!
-//! * `moment`, [`error`], [`settings`], [`contact_settings`], `wrench`, `claim`, [`target_sources`], [`trajectory`]: small types.
+//! * `moment`, [`error`], [`settings`], [`contact_settings`], `wrench`, `pull`, `claim`, [`target_sources`], [`trajectory`]: small types.
 //! * `check`: which numbers can be. [`sensors`]: what sensors are, their samples and their noise.
 //! * [`world_state`]: the state as plain data.
 //! * `entity`: one robot. `constraints`, `sleep`, `groups`, `contacts`: what it is constrained to, whether it rests, what is solved with it, and
@@ -29,6 +29,7 @@ pub mod measure;
 mod moment;
 mod operations;
 pub mod published_state;
+mod pull;
 pub mod queries;
 pub mod rays;
 mod reactions;
@@ -190,6 +191,7 @@ impl Simulation {
             Command::Release { claim, cause } => self.release(*claim, cause.clone()),
             Command::SetEntityState { robot, pose, twist } => self.set_entity_state(robot, *pose, *twist),
             Command::ApplyWrench(wrench) => self.apply_wrench(wrench),
+            Command::PullLink(pull) => self.pull_link(pull),
             Command::SetPhysics(change) => self.set_physics(change),
             Command::Reset(scope) => self.reset(*scope),
             Command::SaveState { name } => self.save(name),
@@ -212,6 +214,9 @@ impl Simulation {
             | Command::Release { .. } => true,
             Command::ApplyWrench(wrench) => {
                 self.robot_index(&wrench.robot).is_ok_and(|robot| self.entities[robot].moves())
+            }
+            Command::PullLink(pull) => {
+                self.robot_index(&pull.robot).is_ok_and(|robot| self.entities[robot].moves())
             }
             _ => false,
         }

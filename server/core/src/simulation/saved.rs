@@ -8,6 +8,7 @@ use simd_model::RobotModel;
 use super::entity::{Description, Entity, is_robot_name};
 use super::error::Error;
 use super::moment::Moment;
+use super::pull::ActivePull;
 use super::sensors::SensorCount;
 use super::settings::{PhysicsSettings, SUBSTEPS, TIME_STEP};
 use super::trajectory::{ActiveTrajectory, TrajectoryJoint};
@@ -216,6 +217,7 @@ fn checked(robot: &mut RobotState, (model, shapes): RobotParts, now: f64) -> Res
         last_good,
         applied_wrenches,
         expired_wrenches,
+        pulls,
         trajectories,
         // When the robot is there.
         sensors: _,
@@ -223,6 +225,7 @@ fn checked(robot: &mut RobotState, (model, shapes): RobotParts, now: f64) -> Res
     let tree = Arc::new(Tree::new(&model, *fixed_base));
     check_last_good(&tree, last_good)?;
     check_wrenches(&tree, applied_wrenches.iter().chain(&*expired_wrenches))?;
+    check_pulls(&tree, pulls)?;
     sizes("a time of rest", [*still_for])?;
     check_trajectories(&model, &tree, trajectories)?;
     body.check(&tree)?;
@@ -324,5 +327,13 @@ fn check_wrenches<'a>(
             return Err(format!("a wrench for {left} s, which is not 0 to {MAX_WRENCH_DURATION}"));
         }
         finite("wrenches", [force, torque, point].into_iter().flat_map(|vector| vector.to_array()))
+    })
+}
+
+fn check_pulls(tree: &Tree, pulls: &[ActivePull]) -> Result<(), String> {
+    let mut links = BTreeSet::new();
+    pulls.iter().try_for_each(|pull| {
+        pull.check(tree.links.len())?;
+        if links.insert(pull.link) { Ok(()) } else { Err(format!("two pulls on its link {}", pull.link)) }
     })
 }

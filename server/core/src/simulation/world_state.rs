@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use simd_model::sensor::MAX_SENSORS_PER_ROBOT;
 
 use super::contact_settings::{ContactSettings, MAX_COLLISION_PAIRS};
+pub use super::pull::ActivePull;
 pub use super::sensors::SensorState;
 use super::settings::PhysicsSettings;
 use super::trajectory::MAX_TRAJECTORIES;
@@ -143,6 +144,8 @@ pub struct EntityState {
     pub applied_wrenches: Vec<ActiveWrench>,
     /// Wrenches that acted over the last step and have expired.
     pub expired_wrenches: Vec<ActiveWrench>,
+    /// Springs that pull links, one a link at the most.
+    pub pulls: Vec<ActivePull>,
     /// That are carried out or wait, in the order in which they were accepted.
     #[serde(deserialize_with = "bounded_list::deserialize::<MAX_TRAJECTORIES, _, _>")]
     pub trajectories: Vec<ActiveTrajectory>,

@@ -7,7 +7,8 @@ use glamx::DPose3;
 use simd_core::Command;
 use simd_core::collision::MeshShapes;
 use simd_core::simulation::command::{
-    CollisionFilterChange, CollisionPair, ContactSettings, JointOrientation, LinkWrench, WrenchDuration,
+    CollisionFilterChange, CollisionPair, ContactSettings, JointOrientation, LinkPull, LinkWrench,
+    WrenchDuration,
 };
 use simd_model::robot::Sha256;
 use simd_proto::v1;
@@ -209,6 +210,19 @@ pub fn link_wrench(request: v1::ApplyLinkWrenchRequest) -> Result<Command, BadFi
         in_link_axes,
         point: geometry::vector_or_zero(request.point),
         duration,
+    }))
+}
+
+/// A pull on a link.
+pub fn link_pull(request: v1::PullLinkRequest) -> Result<Command, BadField> {
+    Ok(Command::PullLink(LinkPull {
+        robot: robot(request.robot)?,
+        link: Path::ROOT.field("link").name(request.link)?,
+        point: geometry::vector_or_zero(request.point),
+        target: request.target.map(geometry::vector),
+        stiffness: request.stiffness,
+        max_force: request.max_force,
+        duration: request.duration,
     }))
 }
 

@@ -69,6 +69,34 @@ class RobotPose(RobotContacts):
         )
         return stamp_from_proto((await self._connection.call(methods.ApplyLinkWrench, request)).stamp)
 
+    async def pull(
+        self,
+        link: str,
+        target: npt.ArrayLike | None,
+        *,
+        point: npt.ArrayLike | None = None,
+        stiffness: float | None = None,
+        max_force: float | None = None,
+        duration: float | None = None,
+    ) -> Stamp:
+        """Pulls `point` of a link (in the link's frame, metres; its origin by default) to `target` (world, metres) by a
+        spring with a critical damper, in the place of the pull before on that link; None lets go. Each step
+        computes the force for where the link is by then.
+
+        `stiffness` (N/m) and `max_force` (N) are by default 60 for each kilogram of the link and of what it carries.
+        The pull ends `duration` simulated seconds after the call, 0.5 by default: call again to go on.
+        """
+        request = proto.PullLinkRequest(
+            robot=self.name,
+            link=link,
+            point=None if point is None else vector_to_proto(point, "a point"),
+            target=None if target is None else vector_to_proto(target, "a target"),
+            stiffness=stiffness,
+            max_force=max_force,
+            duration=duration,
+        )
+        return stamp_from_proto((await self._connection.call(methods.PullLink, request)).stamp)
+
     async def _entity_state(self) -> proto.GetEntityStateResponse:
         request = proto.GetEntityStateRequest(robot=self.name)
         return await self._connection.call(methods.GetEntityState, request)

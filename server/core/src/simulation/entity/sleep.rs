@@ -26,6 +26,7 @@ impl Entity {
             && !state.teleported
             && state.applied_wrenches.is_empty()
             && state.expired_wrenches.is_empty()
+            && state.pulls.is_empty()
             && (self.colliders.is_empty() || self.colliders.are_placed_for(self.body.base()))
     }
 
@@ -34,6 +35,7 @@ impl Entity {
         let tree = self.body.tree();
         !tree.fixed_base
             && tree.bodies.len() == 1
+            && self.state.pulls.is_empty()
             && self.body.external().iter().all(|push| *push == Spatial::ZERO)
     }
 

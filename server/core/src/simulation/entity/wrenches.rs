@@ -9,9 +9,10 @@ use crate::dynamics::spatial::{Placement, Spatial};
 use crate::simulation::wrench::{ActiveWrench, WrenchDuration};
 
 impl Entity {
-    /// Writes the wrenches into the dynamics, each body's sum in its own frame.
+    /// Writes wrenches and pulls into the dynamics, each body's sum in its own frame.
     pub(in crate::simulation) fn update_external_forces(&mut self) {
         self.body.external_mut().fill(Spatial::ZERO);
+        self.add_pull_forces();
         if self.state.applied_wrenches.is_empty() {
             return;
         }
@@ -100,12 +101,12 @@ impl Entity {
             WrenchDuration::For(left) => left < 0.5 * time_step,
             WrenchDuration::UntilCleared => false,
         };
-        if self.state.applied_wrenches.is_empty() {
+        if self.state.applied_wrenches.is_empty() && self.state.pulls.is_empty() {
             return;
         }
         let before = self.state.expired_wrenches.len();
         self.state.expired_wrenches.extend(self.state.applied_wrenches.extract_if(.., is_over));
-        if self.state.expired_wrenches.len() > before {
+        if self.end_pulls(time_step) || self.state.expired_wrenches.len() > before {
             self.body.begin_external_change();
             self.update_external_forces();
         }

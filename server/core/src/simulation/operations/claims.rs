@@ -50,6 +50,7 @@ impl Simulation {
             }
             Command::Reload(reload) => self.allow_robot(&reload.robot, claim),
             Command::ApplyWrench(wrench) => self.allow_robot(&wrench.robot, claim),
+            Command::PullLink(pull) => self.allow_robot(&pull.robot, claim),
             Command::SetCollisionFilter(change) => {
                 let others =
                     change.pairs.iter().map(|pair| &pair.other_robot).filter(|other| !other.is_empty());

@@ -9,6 +9,7 @@ mod described_constraints;
 mod joints;
 mod links;
 mod observe;
+mod pulls;
 mod robots;
 mod saved_states;
 mod sensors;

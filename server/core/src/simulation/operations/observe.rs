@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use glamx::DVec3;
+
 use crate::dynamics::constraint::link_constraint::Reading;
 use crate::dynamics::tree::JointType;
 use crate::simulation::Simulation;
@@ -12,6 +14,7 @@ use crate::simulation::published_state::{
     AppliedWrench, ConstraintState, ContactReport, EntityLayout, Flags, PublishedState, RootState,
     TrajectoryState, WorldLayout,
 };
+use crate::simulation::pull::ActivePull;
 use crate::simulation::settings::PhysicsSettings;
 use crate::simulation::wrench::ActiveWrench;
 
@@ -60,10 +63,15 @@ impl Simulation {
                 .iter()
                 .filter(|wrench| !wrench.suspended)
                 .chain(&entity.state.expired_wrenches);
-            applied_wrenches.map(move |wrench| {
+            let applied_wrenches = applied_wrenches.map(move |wrench| {
                 let ActiveWrench { link, force, torque, in_link_axes, point, .. } = *wrench;
                 AppliedWrench { robot, link, force, torque, in_link_axes, point }
-            })
+            });
+            let pulls = entity.state.pulls.iter().map(move |pull| {
+                let ActivePull { link, force, point, .. } = *pull;
+                AppliedWrench { robot, link, force, torque: DVec3::ZERO, in_link_axes: false, point }
+            });
+            applied_wrenches.chain(pulls)
         })
     }
 

@@ -146,6 +146,7 @@ impl Entity {
         }
         self.state.applied_wrenches.clear();
         self.state.expired_wrenches.clear();
+        self.state.pulls.clear();
         self.state.trajectories.clear();
         self.state.disabled = None;
         self.state.teleported = true;

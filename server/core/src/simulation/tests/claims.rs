@@ -66,6 +66,7 @@ fn changes_of_arm() -> Vec<Command> {
         }),
         Command::SetEntityState { robot: robot(), pose: Some(DPose3::IDENTITY), twist: None },
         Command::ApplyWrench(wrench),
+        Command::PullLink(LinkPull { robot: robot(), link: "arm".into(), ..LinkPull::default() }),
         Command::Reload(Box::new(Reload { robot: robot(), model: arm(), shapes: Default::default() })),
         Command::Delete { robot: robot() },
     ]

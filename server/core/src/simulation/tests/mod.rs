@@ -6,6 +6,7 @@ mod claims;
 mod commands;
 mod constraints;
 mod gravity_compensation;
+mod pulls;
 mod sensors;
 mod setup;
 mod trajectories;

@@ -1,0 +1,283 @@
+// A world is built in the page: shapes, robots with options, moving by handles and numbers, doubling, taking back, and one question
+// before what concerns everybody.
+
+import { mkdtemp, readFile, writeFile } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { resolve } from "node:path";
+
+import { expect, test } from "vitest";
+
+import { Base } from "../src/gen/simd/v1/entity_pb";
+import { SimulationState } from "../src/gen/simd/v1/simulation_pb";
+import { Tab } from "./browser";
+import { Daemon, REPOSITORY } from "./daemon";
+import { fixtures } from "./fixtures";
+
+const use = fixtures();
+
+const names = async (daemon: Daemon): Promise<string[]> => (await daemon.entities.listEntities({})).entities.map(({ name }) => name);
+
+async function paused(): Promise<Daemon> {
+  const daemon = await use.daemon(Daemon.start(["--gravity", "0,0,0"]));
+  await daemon.simulation.setSimulationState({ state: SimulationState.PAUSED });
+  return daemon;
+}
+
+/** A red box of 0.4 m with its centre here. */
+async function redBox(daemon: Daemon, name: string, x = 0, y = 0, z = 0.5): Promise<void> {
+  const primitive = { geometry: { case: "box", value: { size: { x: 0.4, y: 0.4, z: 0.4 } } }, mass: 1, color: { red: 1, green: 0, blue: 0, alpha: 1 } } as const;
+  await daemon.entities.spawnEntity({ name, base: Base.FREE, pose: { position: { x, y, z } }, source: { source: { case: "primitive", value: primitive } } });
+}
+
+async function open(tab: Tab, item: string): Promise<void> {
+  await tab.page.getByTestId("build").click();
+  await tab.page.getByTestId(item).click();
+}
+
+test("a shape is added by a form, taken back and brought in again by keys", async () => {
+  const daemon = await paused();
+  const tab = await Tab.open(await use.context(), daemon.url);
+  await open(tab, "build-add");
+  await tab.page.getByTestId("add-kind").selectOption("cylinder");
+  await tab.page.getByTestId("build-name").fill("drum");
+  await tab.page.getByTestId("add-radius").fill("15 cm");
+  await tab.page.getByTestId("add-x").fill("0.5 + 0.25");
+  await tab.page.getByTestId("add-mass").fill("3");
+  expect(await tab.violations()).toEqual([]);
+  await tab.picture("build-add");
+  await tab.page.getByTestId("add-now").click();
+  await expect.poll(() => names(daemon)).toEqual(["drum"]);
+  const [{ entity }, { pose }] = [await daemon.entities.getEntityInfo({ robot: "drum" }), await daemon.entities.getEntityState({ robot: "drum" })];
+  expect(entity?.mass).toBeCloseTo(3, 9);
+  expect(pose?.position?.x).toBeCloseTo(0.75, 9);
+  await tab.page.getByTestId("add-sheet").waitFor({ state: "detached" });
+  await tab.page.keyboard.press("Control+z");
+  await expect.poll(() => names(daemon)).toEqual([]);
+  await tab.page.keyboard.press("Control+Shift+z");
+  await expect.poll(() => names(daemon)).toEqual(["drum"]);
+});
+
+test("what is wrong with a number is said where it is", async () => {
+  const daemon = await paused();
+  await redBox(daemon, "crate");
+  const tab = await Tab.open(await use.context(), daemon.url);
+  await open(tab, "build-add");
+  await tab.page.getByTestId("add-size-0").fill("-1");
+  await tab.page.getByTestId("add-now").click();
+  await expect.poll(() => tab.page.getByTestId("add-problem").textContent()).toContain("longer than 0");
+  await tab.page.getByTestId("add-size-0").fill("3 kg");
+  expect(await tab.page.getByTestId("add-size-0").getAttribute("aria-invalid")).toBe("true");
+  expect(await names(daemon)).toEqual(["crate"]);
+});
+
+test("a height field from a file is ground", async () => {
+  const daemon = await paused();
+  await redBox(daemon, "crate");
+  const tab = await Tab.open(await use.context(), daemon.url);
+  const folder = await mkdtemp(`${tmpdir()}/simd-heights-`);
+  await writeFile(`${folder}/hills.csv`, "0,0,0\n0,0.5,0\n0,0,0\n");
+  await open(tab, "build-add");
+  await tab.page.getByTestId("add-kind").selectOption("heights");
+  await tab.page.getByTestId("add-heights").setInputFiles(`${folder}/hills.csv`);
+  await tab.page.getByTestId("add-now").click();
+  await expect.poll(() => names(daemon)).toEqual(["crate", "ground"]);
+  // The peak is 0.5 of 2 m high, above the box.
+  const { hits } = await daemon.contacts.castRays({ rays: [{ from: { x: 0, y: 0, z: 5 }, to: { x: 0, y: 0, z: -5 } }] });
+  expect(hits[0]?.robot).toBe("ground");
+  expect(hits[0]?.point?.z).toBeCloseTo(1, 6);
+});
+
+test("a chosen robot gets a name, a place, a free base and hulls", async () => {
+  const daemon = await paused();
+  const tab = await Tab.open(await use.context(), daemon.url);
+  await tab.page.getByTestId("folder-input").first().setInputFiles(resolve(REPOSITORY, "tests/assets/Two Link.v2"));
+  await tab.page.getByTestId("load-sheet").waitFor();
+  expect(await tab.page.getByTestId("load-found").textContent()).toContain(".urdf");
+  await tab.page.getByTestId("build-name").fill("left");
+  await tab.page.getByTestId("load-x").fill("1.5");
+  await tab.page.getByTestId("load-z").fill("2");
+  await tab.page.getByTestId("load-yaw").fill("90");
+  await tab.page.getByTestId("load-base").selectOption("free");
+  await tab.page.getByTestId("load-meshes").selectOption("hull");
+  expect(await tab.violations()).toEqual([]);
+  await tab.picture("load-sheet");
+  await tab.page.getByTestId("load-now").click();
+  await expect.poll(() => names(daemon)).toEqual(["left"]);
+  const [{ entity }, { pose }] = [await daemon.entities.getEntityInfo({ robot: "left" }), await daemon.entities.getEntityState({ robot: "left" })];
+  expect(entity?.base).toBe(Base.FREE);
+  expect([pose?.position?.x, pose?.position?.z]).toEqual([1.5, 2]);
+  expect(pose?.orientation?.z).toBeCloseTo(Math.SQRT1_2, 9);
+  // Doubled with the same options, and removed and brought back.
+  await open(tab, "build-duplicate");
+  await expect.poll(() => names(daemon)).toEqual(["left", "left_1"]);
+  expect((await daemon.entities.getEntityInfo({ robot: "left_1" })).entity?.base).toBe(Base.FREE);
+  await tab.page.keyboard.press("Control+z");
+  await expect.poll(() => names(daemon)).toEqual(["left"]);
+});
+
+test("of xacro the page says that it does not expand it, and what does", async () => {
+  const daemon = await paused();
+  await redBox(daemon, "crate");
+  const tab = await Tab.open(await use.context(), daemon.url);
+  const folder = await mkdtemp(`${tmpdir()}/simd-xacro-`);
+  await writeFile(`${folder}/arm.urdf.xacro`, "<robot name='arm'/>");
+  await tab.page.getByTestId("folder-input").first().setInputFiles(folder);
+  await expect.poll(() => tab.page.getByTestId("load-sheet").textContent()).toContain("--xacro-arg");
+});
+
+test("a robot is moved by its handles and by numbers, and goes back", async () => {
+  const daemon = await paused();
+  await redBox(daemon, "crate");
+  const tab = await Tab.open(await use.context(), daemon.url);
+  const at = async (): Promise<number[]> => {
+    const { position } = (await daemon.entities.getEntityState({ robot: "crate" })).pose ?? {};
+    return [position?.x ?? NaN, position?.y ?? NaN, position?.z ?? NaN];
+  };
+  await open(tab, "build-place");
+  await tab.page.getByTestId("place-card").waitFor();
+  expect(await tab.violations()).toEqual([]);
+  await tab.page.getByTestId("place-y").fill("0.25");
+  await expect.poll(at).toEqual([0, 0.25, 0.5]);
+  // The handle along x is three's: it begins at the centre and ends at half of this size.
+  await tab.page.waitForFunction(() => window.simd.settled());
+  const [from, to] = await tab.page.evaluate(() => {
+    const [cx = 0, cy = 0, cz = 0] = window.simd.camera.position();
+    const size = (Math.hypot(cx, cy - 0.25, cz - 0.5) * 1.9 * Math.tan((19 * Math.PI) / 180)) / 4;
+    return [window.simd.project([0.4 * size, 0.25, 0.5]), window.simd.project([0.4 * size + 0.5, 0.25, 0.5])] as const;
+  });
+  await tab.page.mouse.move(from.x, from.y);
+  await tab.page.mouse.move(from.x + 1, from.y);
+  await tab.page.mouse.down();
+  await tab.page.mouse.move(to.x, to.y, { steps: 8 });
+  await tab.page.mouse.up();
+  await expect.poll(async () => (await at())[0]).toBeGreaterThan(0.3);
+  const [x = 0, y, z] = await at();
+  expect([x < 0.7, y, z]).toEqual([true, 0.25, 0.5]);
+  await tab.picture("placed");
+  await tab.page.keyboard.press("Control+z");
+  await expect.poll(async () => (await at())[0]).toBeCloseTo(0, 6);
+  await tab.page.keyboard.press("Escape");
+  await tab.page.getByTestId("place-card").waitFor({ state: "detached" });
+});
+
+test("the end of an arm is brought to a place by its joints, in a paused world and by targets in one that plays", async () => {
+  const daemon = await paused();
+  const tab = await Tab.open(await use.context(), daemon.url);
+  await tab.page.getByTestId("add-demo-arm").click();
+  await expect.poll(() => tab.page.getByTestId("slider").count()).toBeGreaterThan(3);
+  const [robot = ""] = await names(daemon);
+  const { layout } = await daemon.joints.getJointLayout({ robot });
+  const tip = layout?.joints.filter(({ limits, mimic }) => limits !== undefined && !mimic).at(-2)?.childLink ?? "";
+  await open(tab, "build-place");
+  await tab.page.getByTestId("place-part").selectOption(`link ${tip}`);
+  const place = async () => (await daemon.linkPose(robot, tip)).slice(0, 3);
+  const [x = 0, y = 0, z = 0] = await place();
+  await tab.page.getByTestId("place-z").fill(String(z - 0.05));
+  await expect.poll(async () => (await place())[2]).toBeCloseTo(z - 0.05, 2);
+  const [nearX = 0, nearY = 0] = await place();
+  expect(Math.hypot(nearX - x, nearY - y)).toBeLessThan(5e-3);
+  await daemon.simulation.setSimulationState({ state: SimulationState.PLAYING });
+  await tab.page.getByTestId("place-z").fill(String(z - 0.02));
+  await expect.poll(async () => (await place())[2], { timeout: 20_000 }).toBeCloseTo(z - 0.02, 2);
+});
+
+test("one question that says who else is here comes before a reset", async () => {
+  const daemon = await paused();
+  await redBox(daemon, "crate");
+  const [one, other] = [await Tab.open(await use.context(), daemon.url), await Tab.open(await use.context(), daemon.url)];
+  await daemon.entities.setEntityState({ robot: "crate", pose: { position: { x: 2, y: 0, z: 1 } } });
+  const x = async () => (await daemon.entities.getEntityState({ robot: "crate" })).pose?.position?.x;
+  await expect.poll(() => one.page.getByTestId("clients").textContent()).toMatch(/^[2-9] connected/);
+  await one.page.keyboard.press("Backspace");
+  const others = await one.page.getByTestId("ask-others").textContent();
+  expect(others).toMatch(/viewer-[0-9a-f]{4}/);
+  expect(await one.violations()).toEqual([]);
+  await one.page.getByTestId("ask-not").click();
+  expect(await x()).toBe(2);
+  await one.page.getByTestId("reset").click();
+  await one.page.getByTestId("ask-surely").click();
+  await expect.poll(x).toBe(0);
+  await other.page.close();
+});
+
+test("a hundred robots are a short list: groups, a filter, and what is hidden on this page", async () => {
+  const daemon = await paused();
+  for (let index = 0; index < 100; index += 1) await redBox(daemon, `crate_${index}`, (index % 10) * 0.6, Math.floor(index / 10) * 0.6);
+  await redBox(daemon, "single", 0, -2);
+  const tab = await Tab.open(await use.context(), daemon.url);
+  await open(tab, "build-robots");
+  const lines = tab.page.locator(".world-lines li");
+  await expect.poll(() => lines.count()).toBeGreaterThan(10);
+  expect(await lines.count()).toBeLessThan(45);
+  expect(await tab.violations()).toEqual([]);
+  await tab.page.getByTestId("robots-filter").fill("crate_77");
+  await expect.poll(() => lines.count()).toBe(1);
+  await tab.page.getByTestId("robots-filter").fill("");
+  await tab.page.getByTestId("robots-group-crate").click();
+  await expect.poll(() => lines.count()).toBe(2);
+  const red = async () => (await tab.seen({ left: 0, right: 1280, top: 60, bottom: 660 }, -30, 30)).pixels;
+  await tab.page.getByTestId("robots-eye-crate").click();
+  await tab.page.getByTestId("robots-eye-single").click();
+  await tab.page.keyboard.press("Escape");
+  await tab.page.waitForFunction(() => window.simd.settled());
+  await expect.poll(red).toBe(0);
+  await open(tab, "build-robots");
+  await tab.picture("robots-sheet");
+  await tab.page.getByTestId("robots-show-all").click();
+  await tab.page.keyboard.press("Escape");
+  await expect.poll(red).toBeGreaterThan(100);
+});
+
+test("saved worlds are made, put back, saved as a file, deleted, and taken from the file", async () => {
+  const daemon = await paused();
+  await redBox(daemon, "crate");
+  const tab = await Tab.open(await use.context({ acceptDownloads: true }), daemon.url);
+  const x = async () => (await daemon.entities.getEntityState({ robot: "crate" })).pose?.position?.x;
+  await open(tab, "build-worlds");
+  await tab.page.getByTestId("world-name").fill("before");
+  await tab.page.getByTestId("world-save").click();
+  await tab.page.getByTestId("world-before").waitFor();
+  expect(await tab.violations()).toEqual([]);
+  await tab.picture("worlds-sheet");
+  const [download] = await Promise.all([tab.page.waitForEvent("download"), tab.page.getByTestId("world-download").click()]);
+  expect(download.suggestedFilename()).toBe("before.simdstate");
+  const file = await download.path();
+  await tab.page.getByTestId("world-delete").click();
+  await tab.page.getByTestId("world-delete-surely").click();
+  await tab.page.getByTestId("world-before").waitFor({ state: "detached" });
+  await daemon.entities.setEntityState({ robot: "crate", pose: { position: { x: 3, y: 0, z: 1 } } });
+  await tab.page.getByTestId("world-file").setInputFiles(file);
+  await tab.page.getByTestId("world-before").waitFor();
+  expect(await x()).toBe(3);
+  await tab.page.getByTestId("world-restore").click();
+  const ask = tab.page.getByTestId("ask-surely");
+  await ask.waitFor({ timeout: 3000 }).then(() => ask.click(), () => undefined);
+  await expect.poll(x).toBe(0);
+});
+
+test("a video of the picture is a WebM file", async () => {
+  const daemon = await paused();
+  await redBox(daemon, "crate");
+  const tab = await Tab.open(await use.context({ acceptDownloads: true }), daemon.url);
+  await open(tab, "build-film");
+  for (let index = 0; index < 12; index += 1) {
+    await tab.page.keyboard.press("ArrowLeft");
+    await tab.page.waitForFunction(() => window.simd.settled());
+  }
+  await tab.page.getByTestId("build").click();
+  const [download] = await Promise.all([tab.page.waitForEvent("download"), tab.page.getByTestId("build-film").click()]);
+  const bytes = await readFile(await download.path());
+  // The header of EBML, which WebM begins with.
+  expect([...bytes.subarray(0, 4)]).toEqual([0x1a, 0x45, 0xdf, 0xa3]);
+  expect(bytes.length).toBeGreaterThan(1000);
+});
+
+test("the menu is on a phone too", async () => {
+  const daemon = await paused();
+  await redBox(daemon, "crate");
+  const tab = await Tab.open(await use.context({ viewport: { width: 390, height: 844 }, colorScheme: "dark" }), daemon.url);
+  await tab.page.getByTestId("build").click();
+  await tab.page.getByTestId("build-menu").waitFor();
+  expect(await tab.violations()).toEqual([]);
+  await tab.picture("build-phone");
+});

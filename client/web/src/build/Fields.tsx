@@ -1,0 +1,123 @@
+// Fields of the forms of tools: numbers with units, and choices.
+import type { JSX } from "preact";
+import { useState } from "preact/hooks";
+import { parse, shortened } from "../panels/quantity";
+
+interface NumberProperties {
+  label: string;
+  testId: string;
+  /** SI. */
+  value: number;
+  kind?: "length" | "angle" | "number";
+  onChange: (value: number) => void;
+}
+
+const UNITS = { length: { name: "m", scale: 1 }, angle: { name: "deg", scale: Math.PI / 180 }, number: { name: "", scale: 1 } } as const;
+
+/** A number that is typed with any unit, or computed, and nudged by the arrows; angles in degrees where no unit is written. */
+export function NumberField({ label, testId, value, kind = "length", onChange }: NumberProperties): JSX.Element {
+  const unit = UNITS[kind];
+  const [typed, setTyped] = useState<string | null>(null);
+  const [problem, setProblem] = useState("");
+  const read = (text: string): number | string => {
+    if (kind !== "number") return parse(text, kind, "position", unit);
+    const number = Number(text.replace(",", "."));
+    return text.trim() !== "" && Number.isFinite(number) ? number : `"${text}" is not a number`;
+  };
+  const take = (text: string): void => {
+    const result = read(text);
+    setProblem(typeof result === "string" ? result : "");
+    if (typeof result === "number") onChange(result);
+  };
+  const nudge = (event: KeyboardEvent): void => {
+    const way = { ArrowUp: 1, ArrowDown: -1 }[event.key];
+    if (way === undefined) return;
+    event.preventDefault();
+    const step = (kind === "angle" ? 1 : 0.01) * unit.scale * (event.shiftKey ? 10 : 1);
+    setTyped(null);
+    onChange(value + way * step);
+  };
+  return (
+    <label class="build-field">
+      <span>
+        {label} <span class="hint">{unit.name}</span>
+      </span>
+      <input
+        type="text"
+        class="number"
+        inputMode="decimal"
+        autocomplete="off"
+        spellcheck={false}
+        data-testid={testId}
+        aria-invalid={problem !== ""}
+        title={problem !== "" ? problem : `${label}${unit.name === "" ? "" : `, in ${unit.name} where no unit is written`}`}
+        value={typed ?? shownNumber(value / unit.scale)}
+        onInput={(event) => {
+          setTyped(event.currentTarget.value);
+          take(event.currentTarget.value);
+        }}
+        onBlur={() => {
+          setTyped(null);
+          setProblem("");
+        }}
+        onKeyDown={nudge}
+      />
+      {problem !== "" && (
+        <span class="refusal" role="alert">
+          {problem}
+        </span>
+      )}
+    </label>
+  );
+}
+
+/** Six significant digits, and no trailing ones. */
+function shownNumber(value: number): string {
+  return Number.isFinite(value) ? String(Number(value.toPrecision(6))) : shortened(value);
+}
+
+interface ChoiceProperties<T extends string> {
+  label: string;
+  testId: string;
+  value: T;
+  options: readonly (readonly [T, string])[];
+  onChange: (value: T) => void;
+}
+
+/** One of several. */
+export function ChoiceField<T extends string>({ label, testId, value, options, onChange }: ChoiceProperties<T>): JSX.Element {
+  return (
+    <label class="build-field">
+      <span>{label}</span>
+      <select data-testid={testId} value={value} onChange={(event) => onChange(event.currentTarget.value as T)}>
+        {options.map(([option, text]) => (
+          <option key={option} value={option}>
+            {text}
+          </option>
+        ))}
+      </select>
+    </label>
+  );
+}
+
+/** A name that a robot can have; empty is left to the daemon. */
+export function NameField({ value, placeholder, onChange }: { value: string; placeholder: string; onChange: (value: string) => void }): JSX.Element {
+  return (
+    <label class="build-field">
+      <span>Name</span>
+      <input
+        type="text"
+        class="filter"
+        data-testid="build-name"
+        placeholder={placeholder}
+        pattern="[A-Za-z0-9_\-]*"
+        title="Letters, digits, _ and -; a number is added where it is taken"
+        maxLength={100}
+        autocomplete="off"
+        spellcheck={false}
+        value={value}
+        onInput={(event) => onChange(event.currentTarget.value)}
+      />
+    </label>
+  );
+}

@@ -1,0 +1,157 @@
+// What is placed, beside the picture: which part of which robot, and where it is, in numbers.
+import type { JSX } from "preact";
+import { useEffect, useState } from "preact/hooks";
+import { noteMove, moveTo, poseOf } from "../daemon/building";
+import { messageOf } from "../daemon/error-message";
+import { Icon } from "../panels/icons";
+import { quaternionOf, rollPitchYaw } from "../state/joint-values";
+import type { Pose } from "../state/scene";
+import { toast } from "../state/toasts";
+import { placing, placingMode, type Placing } from "../state/tools";
+import { frame, robots, type Robot } from "../state/world";
+import { NumberField } from "./Fields";
+import { LinkPlacement } from "./placement";
+
+export function PlaceCard(): JSX.Element | null {
+  const wanted = placing.value;
+  const robot = robots.value.find(({ name }) => name === wanted?.robot);
+  // It may have gone.
+  useEffect(() => {
+    if (wanted && !robot) placing.value = null;
+  }, [wanted, robot]);
+  useEffect(() => {
+    const close = (event: KeyboardEvent): void => {
+      if (event.key === "Escape" && !event.defaultPrevented && !document.querySelector("dialog[open], [popover]:popover-open")) placing.value = null;
+    };
+    addEventListener("keydown", close);
+    return () => removeEventListener("keydown", close);
+  }, []);
+  if (!wanted || !robot) return null;
+  const isJoint = wanted.joint !== undefined;
+  return (
+    <section class="card place-card" aria-label={`Place ${robot.name}`} data-testid="place-card">
+      <header>
+        <h2>{robot.name}</h2>
+        <button type="button" class="button quiet sign" aria-label="Close" title="Close (Escape)" data-testid="place-close" onClick={() => (placing.value = null)}>
+          <Icon name="close" />
+        </button>
+      </header>
+      <label class="build-field">
+        <span>What is moved</span>
+        <Parts robot={robot} wanted={wanted} />
+      </label>
+      {!isJoint && (
+        <div class="segments" role="group" aria-label="What the handles do">
+          {(["translate", "rotate"] as const).map((mode) => (
+            <button key={mode} type="button" aria-pressed={placingMode.value === mode} data-testid={`place-${mode}`} onClick={() => (placingMode.value = mode)}>
+              {mode === "translate" ? "Move" : "Turn"}
+            </button>
+          ))}
+        </div>
+      )}
+      {isJoint ? <p class="hint">Drag the handle in the picture; the rows of the panel take numbers.</p> : <Numbers key={`${robot.name} ${wanted.link ?? ""}`} robot={robot} link={wanted.link} />}
+    </section>
+  );
+}
+
+/** The robot itself, a link that its joints bring elsewhere, or a joint. */
+function Parts({ robot, wanted }: { robot: Robot; wanted: Placing }): JSX.Element {
+  const driven = robot.axes.filter(({ actuated, axis, isBall }) => actuated && axis === 0 && !isBall);
+  const links = [...new Set(driven.map(({ childLink }) => childLink))];
+  const value = wanted.joint !== undefined ? `joint ${wanted.joint}` : wanted.link !== undefined ? `link ${wanted.link}` : "robot";
+  return (
+    <select
+      data-testid="place-part"
+      value={value}
+      onChange={(event) => {
+        const [, kind, name] = /^(\w+) ?([^]*)$/.exec(event.currentTarget.value) ?? [];
+        placing.value = { robot: robot.name, ...(kind === "link" && name !== undefined && { link: name }), ...(kind === "joint" && name !== undefined && { joint: name }) };
+      }}
+    >
+      <option value="robot">the robot itself</option>
+      {links.length > 0 && (
+        <optgroup label="a link, by its joints">
+          {links.map((name) => (
+            <option key={name} value={`link ${name}`}>
+              {name}
+            </option>
+          ))}
+        </optgroup>
+      )}
+      {driven.length > 0 && (
+        <optgroup label="a joint">
+          {driven.map(({ joint }) => (
+            <option key={joint} value={`joint ${joint}`}>
+              {joint}
+            </option>
+          ))}
+        </optgroup>
+      )}
+    </select>
+  );
+}
+
+const PLACES = ["x", "y", "z"] as const;
+const ANGLES = ["roll", "pitch", "yaw"] as const;
+
+/** Where it is, in numbers that can be set: of a link only the place. */
+function Numbers({ robot, link }: { robot: Robot; link: string | undefined }): JSX.Element | null {
+  const pose = poseIn(robot, link);
+  const [asked, setAsked] = useState<Pose | null>(null);
+  // What was asked for is shown until the next state has it.
+  const state = frame.value?.sequence;
+  useEffect(() => setAsked(null), [state]);
+  if (!pose) return null;
+  const now = asked ?? pose;
+  const angles = rollPitchYaw([now[3], now[4], now[5], now[6]]);
+  const set = (to: Pose): void => {
+    setAsked(to);
+    void (link === undefined ? place(robot.name, to) : reach(robot.name, link, pose, to));
+  };
+  return (
+    <>
+      <div class="build-row">
+        {PLACES.map((axis, index) => (
+          <NumberField key={axis} label={axis} testId={`place-${axis}`} value={now[index] ?? 0} onChange={(value) => set(now.map((old, at) => (at === index ? value : old)) as unknown as Pose)} />
+        ))}
+      </div>
+      {link === undefined && (
+        <div class="build-row">
+          {ANGLES.map((name, index) => (
+            <NumberField
+              key={name}
+              label={name}
+              testId={`place-${name}`}
+              kind="angle"
+              value={angles[index] ?? 0}
+              onChange={(value) => {
+                const [roll, pitch, yaw] = angles.map((old, at) => (at === index ? value : old));
+                set([now[0], now[1], now[2], ...quaternionOf([roll ?? 0, pitch ?? 0, yaw ?? 0])]);
+              }}
+            />
+          ))}
+        </div>
+      )}
+    </>
+  );
+}
+
+function poseIn(robot: Robot, link: string | undefined): Pose | undefined {
+  const index = link === undefined ? 0 : robot.links.indexOf(link);
+  const seven = frame.value?.poses.get(robot.name)?.subarray(7 * index, 7 * index + 7);
+  return seven?.length === 7 ? ([...seven] as unknown as Pose) : undefined;
+}
+
+async function place(robot: string, to: Pose): Promise<void> {
+  try {
+    const from = await poseOf(robot);
+    await moveTo(robot, to);
+    noteMove(robot, from, to);
+  } catch (error) {
+    toast("error", messageOf(error));
+  }
+}
+
+function reach(robot: string, link: string, from: Pose, to: Pose): Promise<void> {
+  return new LinkPlacement(robot, link).end(from, to);
+}

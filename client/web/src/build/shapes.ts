@@ -1,0 +1,70 @@
+// Requests for shapes that are added from the menu.
+import type { Spawn } from "../daemon/building";
+import { Base } from "../gen/simd/v1/entity_pb";
+
+export type ShapeKind = "box" | "sphere" | "cylinder" | "capsule" | "plane" | "heights";
+
+/** What the form says of a shape: metres, kilograms. */
+export interface ShapeForm {
+  kind: ShapeKind;
+  name: string;
+  /** Of a box; of a height field its size, z being that of its peaks. */
+  size: [number, number, number];
+  radius: number;
+  /** Without the caps of a capsule. */
+  length: number;
+  /** 0 is that of water of its volume. */
+  mass: number;
+  fixed: boolean;
+  /** The centre of what is added. */
+  at: [number, number, number];
+  /** "#rrggbb"; empty is none. */
+  color: string;
+}
+
+/** What is wrong with a form; undefined if nothing is. */
+export function problemOf({ kind, size, radius, length, mass }: ShapeForm): string | undefined {
+  const positive = (value: number): boolean => Number.isFinite(value) && value > 0;
+  if ((kind === "box" || kind === "heights") && !size.every(positive)) return "Each side must be longer than 0.";
+  if ((kind === "sphere" || kind === "cylinder" || kind === "capsule") && !positive(radius)) return "The radius must be larger than 0.";
+  if (kind === "cylinder" && !positive(length)) return "The length must be larger than 0.";
+  if (kind === "capsule" && !(length >= 0)) return "The length must be at least 0.";
+  if (!(mass >= 0)) return "The mass must be at least 0.";
+  return undefined;
+}
+
+/** The request for a shape; of a height field `file` is the picture or table that was uploaded, by its SHA-256. */
+export function requestOf(form: ShapeForm, file?: { name: string; sha256: string }): Spawn {
+  const { kind, name, fixed, mass, at, color } = form;
+  const [x, y, z] = at;
+  const isGround = kind === "plane" || kind === "heights";
+  const common: Spawn = { name: name === "" ? (isGround ? "ground" : kind) : name, allowRenaming: true, base: fixed || isGround ? Base.FIXED : Base.FREE, pose: { position: { x, y, z } } };
+  const tint = color === "" ? {} : { color: colorOf(color) };
+  const primitive = { geometry: geometryOf(form, file), ...(isGround ? {} : { mass }), ...tint };
+  return { ...common, source: { source: { case: "primitive", value: primitive }, ...(kind === "heights" && file && { assets: { [file.name]: file.sha256 } }) } };
+}
+
+type Primitive = Extract<NonNullable<Exclude<NonNullable<Spawn["source"]>, { $typeName: string }>["source"]>, { case: "primitive" }>["value"];
+type Geometry = NonNullable<Primitive["geometry"]>;
+
+function geometryOf({ kind, size: [x, y, z], radius, length }: ShapeForm, file?: { name: string }): Geometry {
+  switch (kind) {
+    case "box":
+      return { case: "box", value: { size: { x, y, z } } };
+    case "sphere":
+      return { case: "sphere", value: { radius } };
+    case "cylinder":
+      return { case: "cylinder", value: { radius, length } };
+    case "capsule":
+      return { case: "capsule", value: { radius, length } };
+    case "plane":
+      return { case: "plane", value: {} };
+    case "heights":
+      return { case: "mesh", value: { uri: file?.name ?? "", scale: { x, y, z } } };
+  }
+}
+
+function colorOf(text: string): { red: number; green: number; blue: number; alpha: number } {
+  const part = (at: number): number => Number.parseInt(text.slice(at, at + 2), 16) / 255;
+  return { red: part(1), green: part(3), blue: part(5), alpha: 1 };
+}

@@ -1,0 +1,35 @@
+// Calls that are asked for faster than they are to be made: the newest, one at a time, and no faster than an interval.
+
+/** Makes the newest call of those that were asked for. */
+export class Throttle {
+  private waiting: (() => Promise<unknown>) | null = null;
+  private busy = false;
+  private ended = false;
+
+  /** Milliseconds from the beginning of a call to that of the next one, at least. */
+  constructor(private readonly interval: number) {}
+
+  /** Asks for a call in the place of the one that waits. `call` must not reject. */
+  next(call: () => Promise<unknown>): void {
+    this.waiting = call;
+    if (!this.busy) void this.run();
+  }
+
+  /** Makes none of those that wait. */
+  end(): void {
+    this.ended = true;
+    this.waiting = null;
+  }
+
+  private async run(): Promise<void> {
+    this.busy = true;
+    while (this.waiting && !this.ended) {
+      const call = this.waiting;
+      this.waiting = null;
+      const pause = new Promise<void>((resolve) => setTimeout(resolve, this.interval));
+      await call();
+      if (this.waiting) await pause;
+    }
+    this.busy = false;
+  }
+}

@@ -1,0 +1,76 @@
+// Saved states of the world: listed, made, put back, and as files. Errors are shown as toasts.
+import { MAX_FILE, type SavedWorld } from "../state/saved-worlds";
+import { sha256 } from "../load/sha256";
+import { uploadFile } from "../load/upload";
+import { save } from "../state/download";
+import { toast } from "../state/toasts";
+import { messageOf } from "./error-message";
+import { daemonConnection } from "./page";
+import { services } from "./services";
+
+/** Bytes that are asked for at one time. */
+const PART = 1 << 20;
+
+/** All of them, the newest first. Rejects with the daemon's error. */
+export async function listWorlds(): Promise<SavedWorld[]> {
+  const { savedStates } = await services().simulation.listSavedStates({});
+  return savedStates.map(({ name, stamp, robots, owner }) => ({ name, simTime: stamp?.simTime ?? 0, robots, owner })).toReversed();
+}
+
+/** Keeps the present state under a name; without one the daemon makes one up. Resolves to whether it is kept. */
+export function saveWorld(name: string): Promise<boolean> {
+  return attempt(async () => {
+    const { savedState } = await services().simulation.saveState({ name });
+    toast("info", `The world is kept as ${savedState?.name ?? name}.`);
+  });
+}
+
+/** Puts the world back to a state. */
+export function restoreWorld(name: string): Promise<boolean> {
+  return attempt(async () => {
+    await services().simulation.restoreState({ name });
+    daemonConnection().pollAllNow();
+  });
+}
+
+export function deleteWorld(name: string): Promise<boolean> {
+  return attempt(() => services().simulation.deleteSavedState({ name }));
+}
+
+/** Saves a state as a file on this machine. */
+export function downloadWorld(name: string): Promise<boolean> {
+  return attempt(async () => {
+    const { sha256: hash, totalBytes } = await services().simulation.exportSavedState({ name });
+    const total = Number(totalBytes);
+    if (total > MAX_FILE) throw new Error(`${name} is too large for a browser: simctl state export ${name} saves it.`);
+    const parts: Uint8Array<ArrayBuffer>[] = [];
+    for (let at = 0; at < total; ) {
+      const { data } = await services().entities.getAsset({ sha256: hash, offset: BigInt(at), maxBytes: BigInt(PART) });
+      if (data.length === 0) throw new Error("The daemon ended the file before its end; save it again.");
+      parts.push(new Uint8Array(data));
+      at += data.length;
+    }
+    save(`${name}.simdstate`, new Blob(parts, { type: "application/octet-stream" }));
+  });
+}
+
+/** Keeps the state of a file of this machine; the world is left as it is. */
+export function uploadWorld(file: File): Promise<boolean> {
+  return attempt(async () => {
+    const bytes = new Uint8Array(await file.arrayBuffer());
+    const hash = await sha256(bytes);
+    await uploadFile(services().entities, hash, bytes);
+    const { savedState } = await services().simulation.importSavedState({ sha256: hash });
+    toast("info", `${savedState?.name ?? file.name} is kept; put it back to go there.`);
+  });
+}
+
+async function attempt(act: () => Promise<unknown>): Promise<boolean> {
+  try {
+    await act();
+    return true;
+  } catch (error) {
+    toast("error", messageOf(error));
+    return false;
+  }
+}

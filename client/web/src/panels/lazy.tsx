@@ -1,0 +1,27 @@
+// Parts of the page whose code is loaded when they are first rendered, so that the first view does not wait for it.
+import { signal } from "@preact/signals";
+import type { FunctionComponent, JSX } from "preact";
+import { useEffect } from "preact/hooks";
+import { toast } from "../state/toasts";
+
+/**
+ * A part that renders nothing until its code is there. `what` it is, with an article, is said where the daemon does not give it; `close` is then
+ * called.
+ */
+export function lazy<P extends object>(load: () => Promise<FunctionComponent<P>>, what: string, close: () => void = () => undefined): (properties: P) => JSX.Element | null {
+  const loaded = signal<{ Part: FunctionComponent<P> } | null>(null);
+  return function Lazy(properties: P): JSX.Element | null {
+    useEffect(() => {
+      if (loaded.peek()) return;
+      load().then(
+        (Part) => (loaded.value = { Part }),
+        () => {
+          close();
+          toast("error", `${what} could not be loaded from the daemon; open it again once it answers.`);
+        },
+      );
+    }, []);
+    const Part = loaded.value?.Part;
+    return Part ? <Part {...properties} /> : null;
+  };
+}

@@ -1,0 +1,58 @@
+// Handles in the picture that move robots, ends of arms and joints; their code is loaded when something is first placed.
+import { effect } from "@preact/signals";
+import type { Scene } from "three";
+import type { Gizmo } from "../build/gizmo";
+import { placing, placingMode } from "../state/tools";
+import { toast } from "../state/toasts";
+import type { Camera } from "./camera";
+import type { RobotViews } from "./robot-views";
+
+/** What handles need of the scene. */
+export interface HandleScene {
+  scene: Scene;
+  camera: Camera;
+  canvas: HTMLCanvasElement;
+  robots: RobotViews;
+  /** Asks for a picture. */
+  changed: () => void;
+}
+
+/** The handles of one scene, which may not be there yet. */
+export class Handles {
+  private gizmo: Gizmo | null = null;
+  private disposed = false;
+  private readonly end: () => void;
+
+  constructor(private readonly at: HandleScene) {
+    this.end = effect(() => {
+      const [wanted, mode] = [placing.value, placingMode.value];
+      if (wanted && !this.gizmo) void this.load();
+      this.gizmo?.place(wanted, mode);
+      this.at.changed();
+    });
+  }
+
+  /** Called for each picture, before it is drawn: they go along with what they are on. */
+  update(): void {
+    this.gizmo?.update();
+  }
+
+  dispose(): void {
+    this.disposed = true;
+    this.end();
+    this.gizmo?.dispose();
+  }
+
+  private async load(): Promise<void> {
+    try {
+      const { Gizmo } = await import("../build/gizmo");
+      if (this.disposed || this.gizmo) return;
+      this.gizmo = new Gizmo(this.at);
+      this.gizmo.place(placing.peek(), placingMode.peek());
+      this.at.changed();
+    } catch {
+      placing.value = null;
+      toast("error", "The handles could not be loaded from the daemon; place it again once it answers.");
+    }
+  }
+}

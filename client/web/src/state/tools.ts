@@ -1,0 +1,49 @@
+// Which tool for building the world is open. Its code is loaded with its first opening.
+import { signal } from "@preact/signals";
+import type { DroppedFile } from "../load/load";
+import { clients } from "./world";
+
+/** A sheet over the page. */
+export type Tool =
+  /** What robots become that were dropped or chosen. */
+  | { kind: "load"; files: DroppedFile[] }
+  /** Shapes, ground and height fields. */
+  | { kind: "add" }
+  /** All robots: search, groups, what is hidden. */
+  | { kind: "robots" }
+  /** Saved states of the world. */
+  | { kind: "worlds" }
+  /** One question before what concerns everybody. */
+  | { kind: "ask"; title: string; text: string; button: string; run: () => void };
+
+export const tool = signal<Tool | null>(null);
+
+/** What is moved by handles in the picture: a robot by its root, or one of the two others. */
+export interface Placing {
+  robot: string;
+  /** The link that the joints are to bring there. */
+  link?: string;
+  /** The joint that is turned or slid. */
+  joint?: string;
+}
+
+export const placing = signal<Placing | null>(null);
+/** Whether the handles move or turn. */
+export const placingMode = signal<"translate" | "rotate">("translate");
+
+/** Whether the pointer is on a handle or drags it: then it does nothing else. */
+export const handleHeld = signal(false);
+
+/** Names of the robots that this page does not draw. */
+export const hiddenRobots = signal<ReadonlySet<string>>(new Set());
+
+/** The names of the other clients that are here. */
+export function othersHere(): string[] {
+  return clients.value.filter(({ isCaller }) => !isCaller).map(({ name }) => name);
+}
+
+/** Does what concerns everybody: at once where nobody else is here, else after a question that names them. */
+export function askFirst(title: string, text: string, button: string, run: () => void): void {
+  if (othersHere().length === 0) run();
+  else tool.value = { kind: "ask", title, text, button, run };
+}

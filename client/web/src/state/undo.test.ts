@@ -1,0 +1,63 @@
+// Changes are taken back and made again in order, and what cannot be is said once and forgotten.
+import { beforeEach, expect, test } from "vitest";
+import { toasts } from "./toasts";
+import { changed, future, past, redo, undo } from "./undo";
+
+const done: string[] = [];
+
+function change(what: string, of?: string): Parameters<typeof changed>[0] {
+  const note = (word: string) => async () => void done.push(`${word} ${what}`);
+  return { what, undo: note("undo"), redo: note("redo"), ...(of !== undefined && { of }) };
+}
+
+beforeEach(() => {
+  past.value = [];
+  future.value = [];
+  toasts.value = [];
+  done.length = 0;
+});
+
+test("the newest change is taken back first, and made again first", async () => {
+  changed(change("a"));
+  changed(change("b"));
+  await undo();
+  await undo();
+  await undo();
+  await redo();
+  expect(done).toEqual(["undo b", "undo a", "redo a"]);
+  expect(past.value.map(({ what }) => what)).toEqual(["a"]);
+  expect(future.value.map(({ what }) => what)).toEqual(["b"]);
+});
+
+test("a new change ends what could be made again", async () => {
+  changed(change("a"));
+  await undo();
+  changed(change("b"));
+  await redo();
+  expect(done).toEqual(["undo a"]);
+});
+
+test("changes of one thing within a second are one, which goes back to before the first", async () => {
+  changed(change("first", "elbow"), 0);
+  changed(change("second", "elbow"), 900);
+  changed(change("third", "elbow"), 1800);
+  changed(change("later", "elbow"), 3000);
+  await undo();
+  await undo();
+  await redo();
+  expect(done).toEqual(["undo later", "undo first", "redo third"]);
+});
+
+test("what cannot be taken back is said, and does not stand in the way", async () => {
+  changed(change("a"));
+  changed({ ...change("b"), undo: () => Promise.reject(new Error("robot b is gone.")) });
+  await undo();
+  expect(toasts.value.map(({ kind, sentence }) => [kind, sentence])).toEqual([["error", "B cannot be taken back: robot b is gone."]]);
+  await undo();
+  expect(done).toEqual(["undo a"]);
+});
+
+test("a hundred changes are kept", () => {
+  for (let index = 0; index < 150; index += 1) changed(change(String(index)));
+  expect([past.value.length, past.value[0]?.what]).toEqual([100, "50"]);
+});

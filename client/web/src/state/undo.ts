@@ -1,0 +1,71 @@
+// What this page has changed in the world and can take back, the newest last.
+import { signal } from "@preact/signals";
+import { toast } from "./toasts";
+
+/** Changes that are kept. */
+const MOST = 100;
+/** Milliseconds within which changes of one thing are one change. */
+const TOGETHER = 1000;
+
+/** One change. Each of the two rejects with a sentence for the user where it cannot be done any more. */
+export interface Change {
+  /** "moving crate". */
+  what: string;
+  undo: () => Promise<unknown>;
+  redo: () => Promise<unknown>;
+  /** Of what: changes of one thing within a second are one. */
+  of?: string;
+}
+
+interface Kept extends Change {
+  at: number;
+}
+
+export const past = signal<readonly Kept[]>([]);
+export const future = signal<readonly Kept[]>([]);
+let busy = false;
+
+/** Notes a change that was made at `now`, milliseconds. What was taken back before cannot be done again then. */
+export function changed(change: Change, now = performance.now()): void {
+  const last = past.peek().at(-1);
+  future.value = [];
+  if (last && change.of !== undefined && last.of === change.of && now - last.at < TOGETHER) {
+    past.value = [...past.peek().slice(0, -1), { ...change, undo: last.undo, at: now }];
+    return;
+  }
+  past.value = [...past.peek(), { ...change, at: now }].slice(-MOST);
+}
+
+/** Takes the newest change back. */
+export function undo(): Promise<void> {
+  return turn(past, future, (change) => change.undo(), "taken back");
+}
+
+/** Makes the change again that was taken back last. */
+export function redo(): Promise<void> {
+  return turn(future, past, (change) => change.redo(), "made again");
+}
+
+type List = typeof past;
+
+async function turn(from: List, to: List, act: (change: Change) => Promise<unknown>, word: string): Promise<void> {
+  const change = from.peek().at(-1);
+  // One after the other: the second may need what the first brings.
+  if (!change || busy) return;
+  busy = true;
+  from.value = from.peek().slice(0, -1);
+  try {
+    await act(change);
+    to.value = [...to.peek(), { ...change, at: -Infinity }];
+    toast("info", `${capital(change.what)} was ${word}.`);
+  } catch (error) {
+    const why = error instanceof Error ? error.message : String(error);
+    toast("error", `${capital(change.what)} cannot be ${word}: ${why}`);
+  } finally {
+    busy = false;
+  }
+}
+
+function capital(text: string): string {
+  return text.charAt(0).toUpperCase() + text.slice(1);
+}
