@@ -139,6 +139,7 @@ pub async fn start(config: Config) -> Result<Running, Error> {
     };
     tokio::spawn(handle.clone().keep_tidy());
     tokio::spawn(handle.clone().measure_scans());
+    tokio::spawn(handle.clone().order_pictures());
     if let Some(autosave) = config.autosave.clone() {
         tokio::spawn(autosave::keep(handle.clone(), autosave));
     }
