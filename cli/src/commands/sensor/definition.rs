@@ -8,6 +8,7 @@ use simd_client::proto::{
     RangeLimits, RangeSensor, Sensor, SensorInfo, SensorNoise, Sweep, WrenchAxes, WrenchDirection, sensor,
 };
 
+use super::lens::Lens;
 use super::noise::word;
 use crate::{
     output::{
@@ -36,6 +37,8 @@ pub(crate) enum Kind {
     Encoder,
     /// Where a link is against where it began
     Odometry,
+    /// Pictures along x, which a renderer draws
+    Camera,
 }
 
 impl Kind {
@@ -56,12 +59,13 @@ pub(super) struct Shape {
     pub(super) axes: Option<WrenchAxes>,
     pub(super) direction: Option<WrenchDirection>,
     pub(super) threshold: Option<f64>,
+    pub(super) lens: Lens,
 }
 
 impl Shape {
     /// Of a kind; what the kind has not is refused, and so is what it lacks.
     pub(super) fn of(self, kind: Kind) -> anyhow::Result<sensor::Kind> {
-        let Self { range, horizontal, vertical, axes, direction, threshold } = self;
+        let Self { range, horizontal, vertical, axes, direction, threshold, lens } = self;
         let has_rays = matches!(kind, Kind::Range | Kind::Lidar);
         let is_wrench = kind == Kind::ForceTorque;
         for (option, is_given, is_allowed) in [
@@ -71,6 +75,7 @@ impl Shape {
             ("--axes", axes.is_some(), is_wrench),
             ("--on-child", direction.is_some(), is_wrench),
             ("--threshold", threshold.is_some(), kind == Kind::Contact),
+            (lens.given().unwrap_or_default(), lens.given().is_some(), kind == Kind::Camera),
         ] {
             if is_given && !is_allowed {
                 bail!("{option} is not for a sensor of the kind {}", kind.name());
@@ -102,6 +107,7 @@ impl Shape {
             Kind::LinkState => sensor::Kind::LinkState(LinkStateSensor {}),
             Kind::Encoder => sensor::Kind::Encoder(EncoderSensor {}),
             Kind::Odometry => sensor::Kind::Odometry(OdometrySensor {}),
+            Kind::Camera => sensor::Kind::Camera(lens.camera()),
         })
     }
 }
@@ -277,7 +283,15 @@ mod tests {
     use super::*;
 
     fn nothing() -> Shape {
-        Shape { range: None, horizontal: None, vertical: None, axes: None, direction: None, threshold: None }
+        Shape {
+            range: None,
+            horizontal: None,
+            vertical: None,
+            axes: None,
+            direction: None,
+            threshold: None,
+            lens: Lens::default(),
+        }
     }
 
     #[test]
