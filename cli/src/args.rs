@@ -140,7 +140,7 @@ pub(crate) enum Command {
     /// What pages draw beside the world: add, list, delete
     #[command(subcommand)]
     Marker(marker::Marker),
-    /// The cameras of open pages: get, set
+    /// Cameras of robots and of open pages: list, view, get, set
     #[command(subcommand)]
     Camera(camera::Camera),
     /// Recordings of the world, on the daemon's disk: start, stop, list, info, download, export, delete

@@ -6,6 +6,7 @@
 //! | `simd/NAME/joint_states/ROBOT` | publications of states |
 //! | `simd/NAME/link_poses/ROBOT` | publications of poses |
 //! | `simd/NAME/sensor_readings/ROBOT/SENSOR` | publications of readings |
+//! | `simd/NAME/pictures/ROBOT/SENSOR` | publications of a camera's pictures |
 //! | `simd/NAME/world_statistics` | publications, ten a second |
 //! | `simd/NAME/events` | publications |
 //! | `simd/NAME/parameters` | publications |
@@ -71,6 +72,11 @@ pub fn link_poses(daemon: &str, robot: &str) -> String {
 /// Readings of one sensor of one robot.
 pub fn sensor_readings(daemon: &str, robot: &str, sensor: &str) -> String {
     format!("simd/{daemon}/sensor_readings/{robot}/{sensor}")
+}
+
+/// Pictures of one camera of one robot.
+pub fn pictures(daemon: &str, robot: &str, sensor: &str) -> String {
+    format!("simd/{daemon}/pictures/{robot}/{sensor}")
 }
 
 /// How well the world keeps time.
@@ -186,6 +192,7 @@ mod tests {
     fn publications_are_below_the_daemons_name() {
         assert_eq!(joint_states("lab", "arm"), "simd/lab/joint_states/arm");
         assert_eq!(link_poses("lab", "arm"), "simd/lab/link_poses/arm");
+        assert_eq!(pictures("lab", "arm", "eye"), "simd/lab/pictures/arm/eye");
         assert_eq!(sensor_readings("lab", "arm", "wrist"), "simd/lab/sensor_readings/arm/wrist");
         assert_eq!(world_statistics("lab"), "simd/lab/world_statistics");
         assert_eq!(events("lab"), "simd/lab/events");

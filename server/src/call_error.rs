@@ -175,6 +175,18 @@ pub enum CallError {
         /// What it was used for, and what to do.
         how: String,
     },
+    /// A picture is wanted, and nothing draws.
+    #[error("no renderer draws this world: start `simd-camera --endpoint ...`, on this machine or on another")]
+    NoRenderer,
+    /// No picture came in the time that the caller waits.
+    #[error("no renderer drew the picture in time; wait longer, or start another `simd-camera`")]
+    PictureTimeout,
+    /// Renderers could not draw a picture.
+    #[error("the picture cannot be drawn: {why}")]
+    PictureFailed {
+        /// What a renderer said, or did.
+        why: String,
+    },
     /// The daemon goes down.
     #[error("the daemon is shutting down")]
     ShuttingDown,

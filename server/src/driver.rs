@@ -40,7 +40,7 @@ pub use event_log::{AuditedCall, EventBatch, Happened, LockstepChange, LoggedEve
 pub(crate) use mailbox::Mailbox;
 pub use published::{Done, Pace, PaceChange, Published, Statistics, Stepped};
 pub use realtime::{Processors, RealTime};
-pub(crate) use sensor_log::SensorLog;
+pub(crate) use sensor_log::{CameraSample, SensorLog};
 pub use sensor_log::{LoggedReading, Measured, ReadingBatch, Touch, TouchPartner};
 pub use step_threads::{MOST_STEP_THREADS, StepThreads};
 pub(crate) use tap::{AppliedCommand, Entry, ReportEntry, Sender, Tap, TapEnd, WorldEntry};

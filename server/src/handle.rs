@@ -4,6 +4,7 @@
 //! * `simulation`: commands, steps, states. `events`: what happened.
 //! * `entities`: robots and their descriptions. `parameters`: sliders and buttons.
 //! * `view`: what pages show beside the world, and what people do in them.
+//! * `cameras`: pictures of the world, and who draws them.
 //! * `recordings`: what happens, into files. `sensors`: what sensors measured. `rollouts`: copies of the world that run on.
 //! * `claims`: claims on joints and their leases. `clients`: who is here, and whose targets joints have.
 //! * `lockstep`: clients that step the world together.
@@ -15,6 +16,7 @@ mod accounts;
 mod audit;
 mod bindings;
 mod calls;
+mod cameras;
 mod claims;
 mod clients;
 mod entities;
@@ -44,6 +46,11 @@ use tokio_util::sync::CancellationToken;
 pub(crate) use audit::RobotNote;
 pub use bindings::{BoundQuantity, JointBinding};
 pub(crate) use calls::{MethodCalls, RefusedUnanswered};
+pub(crate) use cameras::MOST_PIXELS;
+pub use cameras::{
+    BadMatrix, CameraName, CameraReport, Drawn, Intrinsics, Lens, Light, Picture, PictureOrder, PictureRobot, PictureTask,
+    PictureView, Plane, Planes, RendererStatus, intrinsics,
+};
 pub use claims::Unproven;
 pub use clients::{Caller, Client, Disconnect, Peer, TargetSource, Transport};
 pub(crate) use clients::{Scope, UnderWay};
@@ -77,10 +84,12 @@ use crate::access::{Access, Grant};
 use crate::account::Account;
 use crate::driver::{self, Event, ReplyTo, Sender};
 use crate::histogram::Counts;
+use crate::http::Meshes;
 use crate::loading::Loader;
 use crate::recording::Recordings;
 use accounts::Accounts;
 use calls::CallCounts;
+use cameras::Cameras;
 use claims::Leases;
 use clients::Clients;
 use once::AnswerCache;
@@ -122,6 +131,8 @@ struct Inner {
     clients: Arc<Clients>,
     parameters: Parameters,
     view: View,
+    cameras: Cameras,
+    meshes: Meshes,
     saved_state_owners: SavedStateOwners,
     lockstep: Lockstep,
     heavy: HeavyWork,
@@ -169,6 +180,8 @@ impl SimHandle {
             clients,
             parameters,
             view: View::default(),
+            cameras: Cameras::new(&info.limits),
+            meshes: Meshes::default(),
             saved_state_owners,
             lockstep,
             heavy,
@@ -329,6 +342,12 @@ impl SimHandle {
         self.inner.loader.tidy(now);
         self.inner.driver.sensors.tidy();
         self.tidy_view(now);
+        self.tidy_cameras(now);
+    }
+
+    /// The meshes of robots as viewers and renderers get them.
+    pub(crate) fn meshes(&self) -> &Meshes {
+        &self.inner.meshes
     }
 
     /// What is known of robots' descriptions.

@@ -64,6 +64,12 @@ pub struct DaemonLimits {
     pub rollout_bytes: u64,
     /// Processor time of one rollout.
     pub rollout_seconds: u64,
+    /// Pictures that clients wait for.
+    pub waiting_pictures: usize,
+    /// Bytes of these, and of the pictures of cameras that are kept.
+    pub picture_bytes: u64,
+    /// After which a picture that a renderer was given goes to another.
+    pub drawing_time: Duration,
     /// Descriptions and files that wait to be read.
     pub waiting_descriptions: usize,
     /// Queries of Zenoh that are being answered.
@@ -114,6 +120,9 @@ impl Default for DaemonLimits {
             waiting_rollouts: 16,
             rollout_bytes: 64 << 20,
             rollout_seconds: 60,
+            waiting_pictures: 64,
+            picture_bytes: 256 << 20,
+            drawing_time: Duration::from_secs(5),
             waiting_descriptions: 64,
             zenoh_queries: 1_024,
             zenoh_streams: 512,

@@ -4,7 +4,8 @@
 //! * `calls`: queries that are answered at one time.
 //! * `connection`: a session of Zenoh to the graph's router, which comes and goes as it likes.
 //! * `endpoints`: publishers, subscriptions and servers as `rmw_zenoh` has them.
-//! * `robots`: which robot has which topics and frames, and the messages of a state. `sensors`: the same of sensors.
+//! * `robots`: which robot has which topics and frames, and the messages of a state. `sensors`: the same of sensors, `cameras`: of
+//!   their pictures.
 //! * `publications`: what is published.
 //! * `commands`: what is subscribed to.
 //! * `services`: `simulation_interfaces`. `actions`: `FollowJointTrajectory`.
@@ -13,6 +14,7 @@
 
 mod actions;
 mod calls;
+mod cameras;
 mod commands;
 mod connection;
 mod endpoints;

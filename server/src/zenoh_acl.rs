@@ -17,10 +17,11 @@ use crate::subcommand;
 const DAEMONS: &str = "@simd/daemons/*/*";
 const CLIENTS: &str = "@simd/clients/*/*";
 /// What daemons publish.
-const PUBLISHED: [&str; 6] = [
+const PUBLISHED: [&str; 7] = [
     "simd/*/joint_states/*",
     "simd/*/link_poses/*",
     "simd/*/sensor_readings/*/*",
+    "simd/*/pictures/*/*",
     "simd/*/world_statistics",
     "simd/*/events",
     "simd/*/parameters",

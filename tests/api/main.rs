@@ -6,6 +6,7 @@
 
 mod audit;
 mod ball_joints;
+mod cameras;
 mod claims;
 mod clients;
 mod collision_filters;

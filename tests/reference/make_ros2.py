@@ -30,8 +30,9 @@ geometry_msgs/msg/Accel geometry_msgs/msg/Point geometry_msgs/msg/Pose geometry_
 geometry_msgs/msg/Quaternion geometry_msgs/msg/Transform geometry_msgs/msg/TransformStamped geometry_msgs/msg/Twist
 geometry_msgs/msg/Vector3 geometry_msgs/msg/Wrench geometry_msgs/msg/WrenchStamped
 rcl_interfaces/msg/Log rosgraph_msgs/msg/Clock service_msgs/msg/ServiceEventInfo
-sensor_msgs/msg/Imu sensor_msgs/msg/JointState sensor_msgs/msg/LaserScan sensor_msgs/msg/PointCloud2
-sensor_msgs/msg/PointField sensor_msgs/msg/Range
+sensor_msgs/msg/CameraInfo sensor_msgs/msg/Image sensor_msgs/msg/Imu sensor_msgs/msg/JointState
+sensor_msgs/msg/LaserScan sensor_msgs/msg/PointCloud2 sensor_msgs/msg/PointField sensor_msgs/msg/Range
+sensor_msgs/msg/RegionOfInterest
 std_msgs/msg/Float64MultiArray std_msgs/msg/Header std_msgs/msg/MultiArrayDimension std_msgs/msg/MultiArrayLayout
 std_msgs/msg/String tf2_msgs/msg/TFMessage
 trajectory_msgs/msg/JointTrajectory trajectory_msgs/msg/JointTrajectoryPoint

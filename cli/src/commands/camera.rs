@@ -1,4 +1,7 @@
-//! `simctl camera`: where the cameras of open pages are, and where they are to be.
+//! `simctl camera`: what the cameras of robots see, and where the cameras of open pages are, and are to be.
+
+mod picture;
+mod png;
 
 use clap::{Args, Subcommand};
 use serde::Serialize;
@@ -22,6 +25,10 @@ pub(crate) enum Camera {
     Get,
     /// Moves the cameras of all pages
     Set(Set),
+    /// Shows the cameras of robots, and the renderers that draw their pictures
+    List,
+    /// Saves a picture of a robot's camera as a PNG file
+    View(picture::Picture),
 }
 
 #[derive(Args, Debug)]
@@ -48,6 +55,8 @@ pub(crate) async fn run(command: Camera, client: &Client, output: Output) -> any
             let version = client.set_camera(position, target, field_of_view.map(f64::to_radians)).await?;
             output.one(&Changed { version })
         }
+        Camera::List => picture::list(client, output).await,
+        Camera::View(arguments) => picture::view(arguments, client, output).await,
     }
 }
 

@@ -1,6 +1,7 @@
 //! `simctl sensor`: what robots feel and see.
 
 mod definition;
+mod lens;
 mod noise;
 mod reading;
 
@@ -16,6 +17,7 @@ use simd_client::{
 };
 
 use self::definition::{Kind, Shape, limits, sweep};
+use self::lens::Lens;
 use self::reading::{ReadingView, list_readings};
 use super::ended;
 use crate::{
@@ -93,6 +95,8 @@ pub(crate) struct Add {
     /// Of a contact sensor: it is touched from this force on
     #[arg(long, value_name = "NEWTON", allow_negative_numbers = true)]
     threshold: Option<f64>,
+    #[command(flatten)]
+    lens: Lens,
 }
 
 #[derive(Clone, Copy, Debug, clap::ValueEnum)]
@@ -210,6 +214,7 @@ fn request(add: Add) -> anyhow::Result<Definition> {
         axes,
         on_child,
         threshold,
+        lens,
     } = add;
     let axes = axes.map(|axes| match axes {
         Axes::Child => WrenchAxes::Child,
@@ -217,7 +222,7 @@ fn request(add: Add) -> anyhow::Result<Definition> {
         Axes::Sensor => WrenchAxes::Sensor,
     });
     let direction = on_child.then_some(WrenchDirection::ParentToChild);
-    let shape = Shape { range, horizontal, vertical, rolling, axes, direction, threshold };
+    let shape = Shape { range, horizontal, vertical, rolling, axes, direction, threshold, lens };
     let (robot, part) = place.split_once('/').unwrap_or((&place, ""));
     let (link, joint) = if kind.is_of_joint() { ("", part) } else { (part, "") };
     Ok(Definition {

@@ -15,8 +15,8 @@ use simd_proto::{
     API_VERSION, API_VERSION_HEADER, CLIENT_HEADER,
     access::{TOKEN_HEADER, bearer},
     v1::{
-        client_service_client::ClientServiceClient, constraint_service_client::ConstraintServiceClient,
-        contact_service_client::ContactServiceClient, entity_service_client::EntityServiceClient,
+        camera_service_client::CameraServiceClient, client_service_client::ClientServiceClient,
+        constraint_service_client::ConstraintServiceClient, contact_service_client::ContactServiceClient, entity_service_client::EntityServiceClient,
         event_service_client::EventServiceClient, joint_service_client::JointServiceClient,
         kinematics_service_client::KinematicsServiceClient, parameter_service_client::ParameterServiceClient,
         recording_service_client::RecordingServiceClient, rollout_service_client::RolloutServiceClient,
@@ -237,6 +237,10 @@ impl Client {
 
     pub(crate) fn simulation(&self) -> SimulationServiceClient<WithHeaders> {
         SimulationServiceClient::new(self.channel.clone()).max_decoding_message_size(MAX_ANSWER_BYTES)
+    }
+
+    pub(crate) fn camera_service(&self) -> CameraServiceClient<WithHeaders> {
+        CameraServiceClient::new(self.channel.clone()).max_decoding_message_size(MAX_ANSWER_BYTES)
     }
 
     pub(crate) fn clients_service(&self) -> ClientServiceClient<WithHeaders> {

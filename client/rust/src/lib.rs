@@ -17,7 +17,7 @@
 //!
 //! * [`Client`]: a connection; its methods are the calls of `simd.v1`, one file per service:
 //!   `simulation`, `entity`, `joint`, `event`, `parameter`, `kinematics`, `constraint`, `contact`,
-//!   `clients`, `recording`, `rollout`, `sensor`, `view`; `saved_state` has those that write and read files.
+//!   `clients`, `recording`, `rollout`, `sensor`, `camera`, `view`; `saved_state` has those that write and read files.
 //! * [`Network`]: the daemons behind a Zenoh locator.
 //! * [`Package`]: a robot on this disk, and the two steps that spawn it.
 //! * [`Control`]: the stream of controllers, one answer for each request.
@@ -26,6 +26,7 @@
 //! * [`Error`]: what the daemon said, or why it said nothing.
 //! * [`proto`]: the messages themselves.
 
+mod camera;
 mod channel;
 mod client;
 mod clients;
@@ -53,6 +54,7 @@ mod view;
 mod zenoh;
 
 pub use self::zenoh::{Network, Presence};
+pub use camera::plane_bytes;
 pub use client::{Client, ConnectOptions, Token};
 pub use contact::ray;
 pub use control::{Control, ControlOptions, ControlReply};

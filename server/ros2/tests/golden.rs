@@ -122,6 +122,8 @@ fn every_message_is_written_as_rosbags_writes_it() {
         geometry_msgs::WrenchStamped,
         rcl_interfaces::Log,
         rosgraph_msgs::Clock,
+        sensor_msgs::CameraInfo,
+        sensor_msgs::Image,
         sensor_msgs::Imu,
         sensor_msgs::JointState,
         sensor_msgs::LaserScan,

@@ -4,6 +4,9 @@ use simd_proto::access::Role;
 
 /// All methods, by service and role.
 const ROLES: &[(&str, Role, &[&str])] = &[
+    ("CameraService", Role::Viewer, &["ListCameras", "GetPicture", "GetMesh"]),
+    // To take pictures takes the renderers' time, and who draws decides what controllers see.
+    ("CameraService", Role::Operator, &["TakePicture", "NextPicture", "PutPicture"]),
     ("ClientService", Role::Viewer, &["ListClients"]),
     ("ConstraintService", Role::Viewer, &["ListConstraints"]),
     ("ConstraintService", Role::Operator, &["CreateConstraint", "ChangeConstraint", "DeleteConstraint"]),

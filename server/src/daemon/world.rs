@@ -84,6 +84,7 @@ pub(crate) fn not_started(handle: &SimHandle, error: Error) -> Error {
 pub(crate) fn keep(config: &Config, handle: &SimHandle) {
     tokio::spawn(handle.clone().keep_tidy());
     tokio::spawn(handle.clone().measure_scans());
+    tokio::spawn(handle.clone().order_pictures());
     if let Some(autosave) = config.autosave.clone() {
         tokio::spawn(autosave::keep(handle.clone(), autosave));
     }

@@ -5,8 +5,9 @@
 //! over before it asked. One task does the same for readers that wait, and wakes them.
 //!
 //! * `reading`: a reading as it is kept. `ring`: the last readings of one sensor.
-//! * `scans`: samples whose measurement takes long. `writer`: the driver's end.
+//! * `scans`: samples whose measurement takes long. `cameras`: those of cameras. `writer`: the driver's end.
 
+mod cameras;
 mod reading;
 mod ring;
 mod scans;
@@ -29,6 +30,8 @@ use tokio::sync::futures::Notified;
 
 use super::board::Board;
 use super::published::Published;
+pub(crate) use cameras::CameraSample;
+use cameras::CameraSamples;
 use reading::OfState;
 pub use reading::{LoggedReading, Measured, Touch, TouchPartner};
 pub use ring::ReadingBatch;
@@ -90,6 +93,7 @@ struct Kept {
     /// The largest number that a reading has had.
     last_sequence: u64,
     scans: Scans,
+    cameras: CameraSamples,
 }
 
 /// A sample that its holder is to measure. Of this sensor no other is measured as long as this is kept.
@@ -110,6 +114,7 @@ impl SensorLog {
             share: MOST_BYTES_OF_ONE,
             last_sequence: 0,
             scans: Scans::default(),
+            cameras: CameraSamples::default(),
         };
         let log = Arc::new(Self {
             board,
@@ -138,8 +143,9 @@ impl SensorLog {
             readings.drain(..).for_each(|reading| kept.push(reading, of));
             drop(self.emptied.push(readings));
         }
-        while let Some(due) = self.due.pop() {
+        while let Some(mut due) = self.due.pop() {
             kept.follow(&self.board);
+            kept.cameras.take_from(&mut due);
             kept.scans.add(due).into_iter().for_each(|id| kept.lose(id, 1));
         }
         kept
@@ -212,6 +218,16 @@ impl SensorLog {
         })
     }
 
+    /// The newest sample of each camera that is wanted, by its id, that came since the last time.
+    pub(crate) fn camera_samples(&self) -> Vec<(u64, CameraSample)> {
+        self.collected().cameras.take()
+    }
+
+    /// From now on the samples of these cameras are kept, by their ids, and no others.
+    pub(crate) fn want_cameras(&self, ids: impl Iterator<Item = u64>) {
+        self.collected().cameras.want(ids);
+    }
+
     /// Drops what is kept of sensors that are gone.
     pub(crate) fn tidy(&self) {
         drop(self.collected());
@@ -242,6 +258,7 @@ impl Kept {
         let ids: BTreeSet<u64> = sensors.iter().map(|sensor| sensor.id).collect();
         self.rings.retain(|id, _| ids.contains(id));
         self.scans.retain(|id| ids.contains(&id));
+        self.cameras.follow(sensors);
         self.share = (MOST_BYTES / ids.len().max(1)).min(MOST_BYTES_OF_ONE);
         for ring in self.rings.values_mut() {
             ring.trim(self.share);
@@ -259,6 +276,9 @@ impl Kept {
     }
 
     fn lose(&mut self, id: u64, count: u64) {
+        if self.cameras.lose(id, count) {
+            return;
+        }
         let Some(ring) = self.rings.get_mut(&id) else { return };
         ring.lose(count);
         self.last_sequence = self.last_sequence.max(ring.last());

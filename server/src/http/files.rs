@@ -57,7 +57,7 @@ async fn gltf(page: &Page, key: Key, sha256: Sha256, asked: &HeaderMap) -> Optio
     if caching::has(asked, &tag) {
         return Some(unchanged(tag));
     }
-    match page.meshes.get(&page.handle, key).await {
+    match page.handle.meshes().get(&page.handle, key).await {
         Ok(glb) => glb.map(|glb| {
             let gzip = glb.gzip.filter(|_| caching::takes_gzip(asked));
             let encoding = gzip.is_some().then_some("gzip");

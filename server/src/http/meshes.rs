@@ -21,7 +21,7 @@ const WORTH_IT: usize = 4 << 10;
 
 /// What can be asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) enum Key {
+pub(crate) enum Key {
     /// A mesh, by its look.
     Mesh(Sha256),
     /// A convex collider, by the hash of its vertices and triangles.
@@ -30,15 +30,15 @@ pub(super) enum Key {
 
 /// A mesh as a browser gets it.
 #[derive(Clone, Debug)]
-pub(super) struct Glb {
-    pub(super) bytes: Bytes,
+pub(crate) struct Glb {
+    pub(crate) bytes: Bytes,
     /// Where that is smaller.
-    pub(super) gzip: Option<Bytes>,
+    pub(crate) gzip: Option<Bytes>,
 }
 
 /// Writes and caches them.
 #[derive(Debug, Default)]
-pub(super) struct Meshes {
+pub(crate) struct Meshes {
     /// Held for a lookup or an insertion.
     cache: Mutex<Cache>,
     /// One is written at a time: each takes a processor and, while it is written, a few times its memory.
@@ -58,7 +58,7 @@ impl Meshes {
     ///
     /// # Errors
     /// If too many descriptions and files wait to be read.
-    pub(super) async fn get(&self, handle: &SimHandle, key: Key) -> Result<Option<Glb>, CallError> {
+    pub(crate) async fn get(&self, handle: &SimHandle, key: Key) -> Result<Option<Glb>, CallError> {
         if let Some(cached) = self.cached(&key) {
             return Ok(Some(cached));
         }

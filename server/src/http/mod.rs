@@ -39,8 +39,8 @@ use tonic_web::GrpcWebLayer;
 
 pub use self::bundle::Bundle;
 pub use self::guard::Hosts;
+pub(crate) use self::meshes::{Key as MeshKey, Meshes};
 
-use self::meshes::Meshes;
 use crate::SimHandle;
 use crate::handle::CallError;
 
@@ -60,14 +60,13 @@ pub struct Settings {
 struct Page {
     handle: SimHandle,
     bundle: Bundle,
-    meshes: Meshes,
     is_tls: bool,
 }
 
 /// Puts the page and what it shows beside the services, which browsers call as gRPC-Web.
 pub(crate) fn beside(services: Router, handle: &SimHandle, settings: Settings) -> Router {
     let Settings { bundle, hosts, is_tls } = settings;
-    let page = Arc::new(Page { handle: handle.clone(), bundle, meshes: Meshes::default(), is_tls });
+    let page = Arc::new(Page { handle: handle.clone(), bundle, is_tls });
     let access = handle.access().clone();
     Router::new()
         .route("/meshes/{name}", get(files::mesh))

@@ -13,6 +13,7 @@ use simd_ros2::messages::tf2_msgs::TFMessage;
 use simd_ros2::wire::Qos;
 use tokio::time::{MissedTickBehavior, interval};
 
+use super::cameras::Cameras;
 use super::actions::Action;
 use super::commands::{Commands, Inbox};
 use super::endpoints::{Graph, Topic};
@@ -52,7 +53,7 @@ pub(super) async fn publish(graph: &Arc<Graph>, handle: &SimHandle, rate: f64) -
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
     let (mut layout, mut shown): (Option<Arc<WorldLayout>>, Vec<Robot>) = (None, Vec::new());
     let mut topics: BTreeMap<Key, RobotTopics> = BTreeMap::new();
-    let mut sensors = Sensors::default();
+    let (mut sensors, mut cameras) = (Sensors::default(), Cameras::default());
     let mut fixed = None;
     let mut sent = 0;
     loop {
@@ -68,6 +69,7 @@ pub(super) async fn publish(graph: &Arc<Graph>, handle: &SimHandle, rate: f64) -
             layout = Some(Arc::clone(&state.state.world));
         }
         sensors.follow(graph, &shown, &state.state).await?;
+        cameras.follow(graph, &shown, &state.state).await?;
         tokio::task::block_in_place(|| {
             let stamp = stamp(state.state.at.sim_time);
             if clock.is_wanted() {
@@ -88,6 +90,7 @@ pub(super) async fn publish(graph: &Arc<Graph>, handle: &SimHandle, rate: f64) -
                 }
             }
             sensors.publish(handle);
+            cameras.publish(handle);
             let present = fixed_frames(&shown, &state);
             if fixed.as_ref() != Some(&present) {
                 tf_static.put(&present);

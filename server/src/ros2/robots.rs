@@ -5,16 +5,20 @@
 
 use std::sync::Arc;
 
-use glamx::DPose3;
+use glamx::{DPose3, DQuat, DVec3};
 use simd_core::simulation::published_state::{EntityLayout, PublishedState, WorldLayout};
 use simd_core::simulation::sensors::SensorDefinition;
 use simd_model::robot::JointKind;
+use simd_model::sensor::SensorKind;
 use simd_ros2::messages::builtin_interfaces::Time;
 use simd_ros2::messages::geometry_msgs::{Point, Pose, Quaternion, Transform, TransformStamped, Vector3};
 use simd_ros2::messages::sensor_msgs::JointState;
 use simd_ros2::messages::std_msgs::Header;
 use simd_ros2::messages::tf2_msgs::TFMessage;
 use simd_ros2::wire::word;
+
+/// From the axes of a camera's pictures to those of its sensor, which has x forwards and z up: x, y, z, w.
+const SENSOR_FROM_OPTICAL: [f64; 4] = [-0.5, 0.5, -0.5, 0.5];
 
 /// The frame that all robots are in.
 pub(super) const WORLD: &str = "world";
@@ -130,8 +134,23 @@ impl Robot {
             let SensorDefinition { name, link, pose, .. } = &*sensor.definition;
             if let Some(frame) = self.frames.get(*link) {
                 push(message, &Time::default(), frame, &self.sensor_frame(name), *pose);
+                if matches!(sensor.definition.kind, SensorKind::Camera(_)) {
+                    let optical = DPose3::from_parts(DVec3::ZERO, DQuat::from_array(SENSOR_FROM_OPTICAL));
+                    push(
+                        message,
+                        &Time::default(),
+                        &self.sensor_frame(name),
+                        &self.optical_frame(name),
+                        optical,
+                    );
+                }
             }
         }
+    }
+
+    /// The frame of a camera's pictures, with z forwards and x to the right (REP 103).
+    pub(super) fn optical_frame(&self, name: &str) -> String {
+        format!("{}_optical", self.sensor_frame(name))
     }
 
     /// The frame of a sensor: called as the sensor, where no link is.

@@ -75,8 +75,8 @@ mod sensors {
     use simd_core::simulation::measure::ImuMeasurement;
     use simd_core::simulation::sensors::{SensorDefinition, WorldSensor};
     use simd_model::sensor::{
-        ChannelNoise, Channels, Noise, RangeLimits, Scan, SensorKind, SensorMount, Sweep, WrenchAxes,
-        WrenchDirection,
+        Camera, ChannelNoise, Channels, Noise, Picture, RangeLimits, Scan, SensorKind, SensorMount, Sweep,
+        WrenchAxes, WrenchDirection,
     };
 
     use super::*;
@@ -127,6 +127,29 @@ mod sensors {
         let mut others = TFMessage::default();
         shown[1].sensor_frames(&state, &mut others);
         assert!(others.transforms.is_empty());
+    }
+
+    #[test]
+    fn the_pictures_of_a_camera_have_a_frame_with_z_forwards() {
+        let (mut state, shown) = world(&["arm"]);
+        let camera = Camera {
+            picture: Picture::Color,
+            width: 4,
+            height: 3,
+            horizontal_field_of_view: 1.0,
+            near: 0.1,
+            far: 10.0,
+        };
+        state.sensors = Arc::new(vec![sensor("eye", SensorKind::Camera(camera), SensorMount::Link(2), 2)]);
+        let mut fixed = TFMessage::default();
+        shown[0].sensor_frames(&state, &mut fixed);
+        let pair = |parent: &str, child: &str| (parent.to_owned(), child.to_owned());
+        assert_eq!(frames(&fixed), [pair("arm/link_2", "arm/eye"), pair("arm/eye", "arm/eye_optical")]);
+        let turn = &fixed.transforms[1].transform.rotation;
+        let turn = DQuat::from_xyzw(turn.x, turn.y, turn.z, turn.w);
+        // Forwards, and to the right.
+        assert!((turn * DVec3::Z - DVec3::X).length() < 1e-12);
+        assert!((turn * DVec3::X + DVec3::Y).length() < 1e-12);
     }
 
     #[test]

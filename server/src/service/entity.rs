@@ -375,7 +375,7 @@ impl EntityService for Service {
 }
 
 /// At most `max` bytes (0: as much as fits) from `offset`; `None` beyond the end.
-fn part(file: &[u8], offset: u64, max: u64) -> Option<&[u8]> {
+pub(super) fn part(file: &[u8], offset: u64, max: u64) -> Option<&[u8]> {
     let rest = file.get(usize::try_from(offset).ok()?..)?;
     let most = if max == 0 { MAX_PART } else { max.min(MAX_PART) };
     let length = usize::try_from(most).unwrap_or(usize::MAX).min(rest.len());

@@ -2,7 +2,7 @@
 //! [`SimHandle`], and answered by `convert`.
 //!
 //! * [`simulation`], [`entity`], [`joint`], [`event`], [`parameter`], [`kinematics`], [`contact`],
-//!   [`constraint`], [`client`], [`recording`], [`rollout`], [`sensor`], [`view`]: one file a service.
+//!   [`constraint`], [`camera`], [`client`], [`recording`], [`rollout`], [`sensor`], [`view`]: one file a service.
 //! * [`authorization`]: who may call what.
 //! * `counted`: how many calls there were. [`callers`]: who calls. [`claims`]: which claim a call acts for.
 //! * [`control`]: the stream that controllers use.
@@ -15,6 +15,7 @@
 
 pub mod authorization;
 pub mod callers;
+pub mod camera;
 pub mod claims;
 pub mod client;
 pub mod constraint;
@@ -48,6 +49,7 @@ use std::sync::Arc;
 use axum::middleware;
 use simd_core::simulation::joint_status::JointStatus;
 use simd_core::simulation::published_state::EntityLayout;
+use simd_proto::v1::camera_service_server::CameraServiceServer;
 use simd_proto::v1::client_service_server::ClientServiceServer;
 use simd_proto::v1::constraint_service_server::ConstraintServiceServer;
 use simd_proto::v1::contact_service_server::ContactServiceServer;
@@ -81,6 +83,7 @@ pub fn routes(handle: &SimHandle, transport: Transport) -> Routes {
     let limit = usize::try_from(handle.info().limits.message_bytes).unwrap_or(usize::MAX);
     let checked = Checked { handle, transport };
     let simulation = simulation::Service::new(handle.clone());
+    let camera = camera::Service::new(handle.clone());
     let client = client::Service::new(handle.clone());
     let constraint = constraint::Service::new(handle.clone());
     let contact = contact::Service::new(handle.clone());
@@ -97,6 +100,7 @@ pub fn routes(handle: &SimHandle, transport: Transport) -> Routes {
         .add_service(
             checked.service(SimulationServiceServer::new(simulation).max_decoding_message_size(limit)),
         )
+        .add_service(checked.service(CameraServiceServer::new(camera).max_decoding_message_size(limit)))
         .add_service(checked.service(ClientServiceServer::new(client).max_decoding_message_size(limit)))
         .add_service(
             checked.service(ConstraintServiceServer::new(constraint).max_decoding_message_size(limit)),

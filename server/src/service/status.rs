@@ -100,7 +100,8 @@ fn code(reason: ErrorReason) -> Code {
         | ErrorReason::WorldNotClaimed
         | ErrorReason::InLockstep
         | ErrorReason::OwnedByAnother
-        | ErrorReason::RecordingNotPossible => Code::FailedPrecondition,
+        | ErrorReason::RecordingNotPossible
+        | ErrorReason::NoRenderer => Code::FailedPrecondition,
         ErrorReason::MailboxFull | ErrorReason::LimitExceeded => Code::ResourceExhausted,
         ErrorReason::PathNotAllowed | ErrorReason::RoleTooLow | ErrorReason::RobotNotAllowed => {
             Code::PermissionDenied
@@ -108,7 +109,9 @@ fn code(reason: ErrorReason) -> Code {
         ErrorReason::Unauthenticated => Code::Unauthenticated,
         ErrorReason::ShuttingDown => Code::Unavailable,
         ErrorReason::Superseded => Code::Cancelled,
-        ErrorReason::LayoutChanged => Code::Aborted,
+        ErrorReason::LayoutChanged | ErrorReason::PictureTimeout | ErrorReason::PictureFailed => {
+            Code::Aborted
+        }
         ErrorReason::NotSupported => Code::Unimplemented,
         ErrorReason::Internal | ErrorReason::Unspecified => Code::Internal,
     }
@@ -165,6 +168,9 @@ impl From<&CallError> for Explained {
             CallError::RequestIdReused { id, how: _ } => {
                 new(ErrorReason::RequestIdReused).with("request_id", id)
             }
+            CallError::NoRenderer => new(ErrorReason::NoRenderer),
+            CallError::PictureTimeout => new(ErrorReason::PictureTimeout),
+            CallError::PictureFailed { why: _ } => new(ErrorReason::PictureFailed),
             CallError::ShuttingDown => new(ErrorReason::ShuttingDown),
             CallError::Internal { message: _ } => new(ErrorReason::Internal),
         }

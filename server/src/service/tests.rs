@@ -10,7 +10,7 @@ use glamx::DPose3;
 use prost::Message;
 use simd_core::Command;
 use simd_core::simulation::command::{ClaimId, ClaimRequest, CreateSensor};
-use simd_model::sensor::SensorKind;
+use simd_model::sensor::{Camera, Picture, SensorKind};
 use simd_proto::methods;
 use simd_proto::raw::RawCodec;
 use simd_proto::v1;
@@ -72,6 +72,8 @@ const WRITES: [&str; 46] = [
     "DeleteMarkers",
     "ReportView",
     "SetCamera",
+    // Of pictures, and not of the world.
+    "PutPicture",
     // Of files.
     "DeleteRecording",
     "StartRecording",
@@ -127,6 +129,15 @@ fn reads() -> BTreeMap<&'static str, Vec<u8>> {
         ),
         ("ExportSavedState", v1::ExportSavedStateRequest { name: "here".into() }.encode_to_vec()),
         ("GetCameras", Vec::new()),
+        (
+            "GetPicture",
+            v1::GetPictureRequest { robot: robot(), sensor: "camera".into(), timeout, ..Default::default() }
+                .encode_to_vec(),
+        ),
+        ("TakePicture", taken().encode_to_vec()),
+        ("ListCameras", Vec::new()),
+        ("NextPicture", v1::NextPictureRequest { renderer: "none".into(), timeout }.encode_to_vec()),
+        ("GetMesh", v1::GetMeshRequest { sha256: "0".repeat(64), ..Default::default() }.encode_to_vec()),
         ("ListMarkers", Vec::new()),
         ("NextInput", v1::NextInputRequest { after_sequence: Some(0), timeout }.encode_to_vec()),
         ("NextView", v1::NextViewRequest { after_version: 0, timeout }.encode_to_vec()),
@@ -186,6 +197,17 @@ fn reads() -> BTreeMap<&'static str, Vec<u8>> {
     ])
 }
 
+/// From the origin along -z, a right angle wide.
+fn taken() -> v1::TakePictureRequest {
+    let (mut view, mut projection) = (vec![0.0; 16], vec![0.0; 16]);
+    for place in [0, 5, 10, 15] {
+        view[place] = 1.0;
+    }
+    (projection[0], projection[5], projection[10], projection[11], projection[14]) =
+        (1.0, 1.0, -1.5, -1.0, -2.5);
+    v1::TakePictureRequest { view, projection, width: 4, height: 4, timeout: 1e-3, ..Default::default() }
+}
+
 fn sensor(robot: &str, name: &str) -> CreateSensor {
     CreateSensor {
         robot: robot.into(),
@@ -200,11 +222,24 @@ fn sensor(robot: &str, name: &str) -> CreateSensor {
     }
 }
 
+fn camera(robot: &str) -> CreateSensor {
+    let kind = SensorKind::Camera(Camera {
+        picture: Picture::Color,
+        width: 4,
+        height: 4,
+        horizontal_field_of_view: 1.0,
+        near: 0.1,
+        far: 10.0,
+    });
+    CreateSensor { kind, ..sensor(robot, "camera") }
+}
+
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn every_method_that_only_reads_answers_while_the_physics_thread_is_held_up() {
     let mut world = test_world::simulation();
     world.apply(&Command::SaveState { name: "here".into() }).unwrap();
     world.apply(&Command::CreateSensor(Box::new(sensor("left", "base")))).unwrap();
+    world.apply(&Command::CreateSensor(Box::new(camera("left")))).unwrap();
     let (world, has_begun, let_go) = Stuck::new(world);
     let driver = driver::start(world, Config::default()).unwrap();
     let limits = DaemonLimits::default();
@@ -247,7 +282,13 @@ async fn every_method_that_only_reads_answers_while_the_physics_thread_is_held_u
             }
             // There is no folder for them.
             Err(status) if name.contains("Recording") => assert_eq!(status.code(), Code::FailedPrecondition),
-            Err(status) if name == "GetAsset" => assert_eq!(status.code(), Code::FailedPrecondition),
+            // No renderer is there, or the one that was there for NextPicture does not draw.
+            Err(status) if name.ends_with("Picture") => {
+                assert!(matches!(status.code(), Code::FailedPrecondition | Code::Aborted), "{status}")
+            }
+            Err(status) if matches!(name, "GetAsset" | "GetMesh") => {
+                assert_eq!(status.code(), Code::FailedPrecondition)
+            }
             Err(status) => panic!("{name}: {status}"),
         }
     }

@@ -1,9 +1,10 @@
-//! What is published: states and poses of each robot, readings of sensors, statistics, events, parameters. Each only
+//! What is published: states and poses of each robot, readings of sensors, pictures, statistics, events, parameters. Each only
 //! while it has a subscriber, by a task of its own, and never by the physics thread.
 //!
 //! A receiver that does not read loses publications: newest wins, and a gap in the
 //! events shows in their numbers.
 
+mod pictures;
 mod sensors;
 
 use std::collections::BTreeMap;
@@ -56,7 +57,9 @@ pub(super) async fn serve(
         }
     }
     let readings = Demand::of(session, keys::sensor_readings(name, "*", "*"), sensors::MESSAGE).await?;
-    tokio::spawn(ended.clone().run_until_cancelled_owned(sensors::publish(world, readings)));
+    tokio::spawn(ended.clone().run_until_cancelled_owned(sensors::publish(world.clone(), readings)));
+    let pictures = Demand::of(session, keys::pictures(name, "*", "*"), pictures::MESSAGE).await?;
+    tokio::spawn(ended.clone().run_until_cancelled_owned(pictures::publish(world, pictures)));
     let statistics = Demand::of(session, keys::world_statistics(name), "WorldStatistics").await?;
     tokio::spawn(ended.clone().run_until_cancelled_owned(publish_statistics(handle.clone(), statistics)));
     let events = Demand::of(session, keys::events(name), "WatchEventsResponse").await?;

@@ -8,6 +8,7 @@ use simd_client::proto::{
     RangeLimits, RangeSensor, Sensor, SensorInfo, SensorNoise, Sweep, WrenchAxes, WrenchDirection, sensor,
 };
 
+use super::lens::Lens;
 use super::noise::word;
 use crate::{
     failure::Usage,
@@ -37,6 +38,8 @@ pub(crate) enum Kind {
     Encoder,
     /// Where a link is against where it began
     Odometry,
+    /// Pictures along x, which a renderer draws
+    Camera,
 }
 
 impl Kind {
@@ -58,12 +61,13 @@ pub(super) struct Shape {
     pub(super) axes: Option<WrenchAxes>,
     pub(super) direction: Option<WrenchDirection>,
     pub(super) threshold: Option<f64>,
+    pub(super) lens: Lens,
 }
 
 impl Shape {
     /// Of a kind; what the kind has not is refused, and so is what it lacks.
     pub(super) fn of(self, kind: Kind) -> anyhow::Result<sensor::Kind> {
-        let Self { range, horizontal, vertical, rolling, axes, direction, threshold } = self;
+        let Self { range, horizontal, vertical, rolling, axes, direction, threshold, lens } = self;
         let has_rays = matches!(kind, Kind::Range | Kind::Lidar);
         let is_wrench = kind == Kind::ForceTorque;
         for (option, is_given, is_allowed) in [
@@ -74,6 +78,7 @@ impl Shape {
             ("--axes", axes.is_some(), is_wrench),
             ("--on-child", direction.is_some(), is_wrench),
             ("--threshold", threshold.is_some(), kind == Kind::Contact),
+            (lens.given().unwrap_or_default(), lens.given().is_some(), kind == Kind::Camera),
         ] {
             if is_given && !is_allowed {
                 bail!(Usage(format!("{option} is not for a sensor of the kind {}", kind.name())));
@@ -105,6 +110,7 @@ impl Shape {
             Kind::LinkState => sensor::Kind::LinkState(LinkStateSensor {}),
             Kind::Encoder => sensor::Kind::Encoder(EncoderSensor {}),
             Kind::Odometry => sensor::Kind::Odometry(OdometrySensor {}),
+            Kind::Camera => sensor::Kind::Camera(lens.camera()),
         })
     }
 }
@@ -292,6 +298,7 @@ mod tests {
             axes: None,
             direction: None,
             threshold: None,
+            lens: Lens::default(),
         }
     }
 

@@ -15,6 +15,7 @@ messages of the schema.
 """
 
 from simd_client.blocking.callbacks import Callbacks
+from simd_client.blocking.cameras import Camera, Cameras, PictureStream, WorldCameras
 from simd_client.blocking.claim import Claim
 from simd_client.blocking.connect import connect
 from simd_client.blocking.constraints import Constraints
@@ -55,6 +56,7 @@ from simd_client.errors import (
     LockstepMemberNotFound,
     MailboxFull,
     NoReading,
+    NoRenderer,
     NotFound,
     NotSupported,
     NoUrdf,
@@ -62,6 +64,8 @@ from simd_client.errors import (
     ParameterExists,
     ParameterNotFound,
     PathNotAllowed,
+    PictureFailed,
+    PictureTimeout,
     Refused,
     RequestIdReused,
     RoleTooLow,
@@ -103,6 +107,16 @@ from simd_client.measurement import (
     SensorReading,
 )
 from simd_client.parameter import Button, JointBinding, Parameter, ParameterList, Slider
+from simd_client.picture import (
+    CameraInfo,
+    CameraPicture,
+    Intrinsics,
+    PictureLight,
+    PictureRobot,
+    RendererInfo,
+    projection_matrix,
+    view_matrix,
+)
 from simd_client.query import ClosestPoints, LinkBounds, Place, PlacedShape, Shape
 from simd_client.recording import RecordingInfo
 from simd_client.rollout import Control, Cost, Feedback, Observation, Start, Variation
@@ -150,7 +164,11 @@ __all__ = [
     "AssetNotUploaded",
     "Button",
     "Callbacks",
+    "Camera",
+    "CameraInfo",
+    "CameraPicture",
     "CameraSensor",
+    "Cameras",
     "Claim",
     "ClaimNotFound",
     "Clamped",
@@ -189,6 +207,7 @@ __all__ = [
     "ImuSensor",
     "Integrator",
     "Internal",
+    "Intrinsics",
     "InvalidDescription",
     "InLockstep",
     "Input",
@@ -229,6 +248,7 @@ __all__ = [
     "MotionMeasurement",
     "MouseEvent",
     "NoReading",
+    "NoRenderer",
     "NoUrdf",
     "NotFound",
     "NotSupported",
@@ -243,6 +263,11 @@ __all__ = [
     "Parameters",
     "PathNotAllowed",
     "Physics",
+    "PictureFailed",
+    "PictureLight",
+    "PictureRobot",
+    "PictureStream",
+    "PictureTimeout",
     "Place",
     "PlacedShape",
     "Pose",
@@ -251,6 +276,7 @@ __all__ = [
     "ReadingStream",
     "Refused",
     "Reloaded",
+    "RendererInfo",
     "RequestIdReused",
     "RoleTooLow",
     "Recording",
@@ -308,6 +334,7 @@ __all__ = [
     "ViewCamera",
     "Watch",
     "Whole",
+    "WorldCameras",
     "WorldSensors",
     "WorldStatistics",
     "Wrench",
@@ -317,4 +344,6 @@ __all__ = [
     "XacroError",
     "__version__",
     "connect",
+    "projection_matrix",
+    "view_matrix",
 ]

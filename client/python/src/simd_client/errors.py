@@ -195,6 +195,18 @@ class SensorExists(Refused):
     """The robot has a sensor of that name. Metadata: `robot`, `sensor`."""
 
 
+class NoRenderer(Refused):
+    """A picture is wanted, and no renderer draws this world: start `simd-camera`."""
+
+
+class PictureTimeout(Refused):
+    """No renderer drew the picture within the time that was asked for."""
+
+
+class PictureFailed(Refused):
+    """Renderers could not draw the picture; the message says why."""
+
+
 class InvalidSavedState(Refused):
     """A file is not a saved state, is damaged, has a newer format, or this daemon reads its robots differently."""
 

@@ -162,7 +162,7 @@ class OdometrySensor(SensorKind[MotionMeasurement]):
 
 @dataclass(frozen=True)
 class CameraSensor(SensorKind[None]):
-    """A camera that a description declares. It has no readings: nothing draws its pictures yet."""
+    """A pinhole camera that looks along x. It has pictures in the place of readings: see `Robot.cameras`."""
 
     width: int
     """Pixels."""

@@ -1,6 +1,7 @@
 // Clients of the daemon's services: binary gRPC-Web, at the origin of the page.
 import { createClient, type Client, type Interceptor, type Transport } from "@connectrpc/connect";
 import { createGrpcWebTransport } from "@connectrpc/connect-web";
+import { CameraService } from "../gen/simd/v1/camera_pb";
 import { ClientService } from "../gen/simd/v1/client_pb";
 import { ConstraintService } from "../gen/simd/v1/constraint_pb";
 import { EntityService } from "../gen/simd/v1/entity_pb";
@@ -16,6 +17,7 @@ import { API_VERSION } from "./version";
 
 /** One client for each service. */
 export interface Services {
+  cameras: Client<typeof CameraService>;
   clients: Client<typeof ClientService>;
   constraints: Client<typeof ConstraintService>;
   entities: Client<typeof EntityService>;
@@ -31,6 +33,7 @@ export interface Services {
 /** Clients over any transport; tests use a router transport. */
 export function servicesOver(transport: Transport): Services {
   return {
+    cameras: createClient(CameraService, transport),
     clients: createClient(ClientService, transport),
     constraints: createClient(ConstraintService, transport),
     entities: createClient(EntityService, transport),

@@ -2,6 +2,7 @@
 import type { JSX } from "preact";
 import { useEffect } from "preact/hooks";
 import { readings, sensors, sensorsShownOf, type Measurement, type Sensor } from "../state/sensors";
+import { CameraPicture } from "./CameraPicture";
 import { shortened } from "./quantity";
 
 /** The sensors of a robot; nothing where it has none. */
@@ -26,20 +27,21 @@ export function Sensors({ robot }: { robot: string }): JSX.Element | null {
   );
 }
 
-function Row({ sensor: { name, kind, on, rate, unavailable } }: { sensor: Sensor }): JSX.Element {
+function Row({ sensor: { robot, name, kind, on, rate, unavailable } }: { sensor: Sensor }): JSX.Element {
   const newest = readings.value.get(name);
   return (
     <li data-testid={`sensor-${name}`}>
       <div class="constraint-line">
         <b title={name}>{name}</b>
         <span class="constraint-force" data-testid="sensor-reading">
-          {newest ? words(newest) : "no reading yet"}
+          {newest ? words(newest) : kind === "camera" ? "" : "no reading yet"}
         </span>
       </div>
       <p class="hint">
         {kind} on {on}, {rate === undefined ? "each step" : `${shortened(rate)} Hz`}
-        {unavailable !== "" && `; ${unavailable}`}
+        {unavailable !== "" && kind !== "camera" && `; ${unavailable}`}
       </p>
+      {kind === "camera" && <CameraPicture robot={robot} sensor={name} />}
     </li>
   );
 }

@@ -53,6 +53,41 @@ messages! {
         intensities: Vec<f32>,
     }
 
+    /// A picture, row by row from the upper left pixel.
+    Image = "sensor_msgs/msg/Image" {
+        header: Header,
+        height: u32,
+        width: u32,
+        encoding: String,
+        is_bigendian: u8,
+        step: u32,
+        data: Vec<u8>,
+    }
+
+    /// A part of a picture. All zero: all of it.
+    RegionOfInterest = "sensor_msgs/msg/RegionOfInterest" {
+        x_offset: u32,
+        y_offset: u32,
+        height: u32,
+        width: u32,
+        do_rectify: bool,
+    }
+
+    /// What maps points to pixels.
+    CameraInfo = "sensor_msgs/msg/CameraInfo" {
+        header: Header,
+        height: u32,
+        width: u32,
+        distortion_model: String,
+        d: Vec<f64>,
+        k: [f64; 9],
+        r: [f64; 9],
+        p: [f64; 12],
+        binning_x: u32,
+        binning_y: u32,
+        roi: RegionOfInterest,
+    }
+
     /// What lies where in the bytes of a point.
     PointField = "sensor_msgs/msg/PointField" consts {
         INT8: u8 = 1;

@@ -186,6 +186,20 @@ fn service() -> Vec<Key> {
             "seconds for which threads may compute one rollout, of all its threads together",
             |draft| &mut draft.config.limits.rollout_seconds,
         ),
+        count("service.waiting_pictures", 1..=4_096, "pictures that clients wait for", |draft| {
+            &mut draft.config.limits.waiting_pictures
+        }),
+        count(
+            "service.picture_bytes",
+            1 << 20..=1 << 32,
+            "bytes of the pictures that clients wait for, and as many of the newest pictures of cameras",
+            |draft| &mut draft.config.limits.picture_bytes,
+        ),
+        seconds(
+            "service.drawing_seconds",
+            "how long a renderer may take for a picture; it goes to another one then",
+            |draft| &mut draft.config.limits.drawing_time,
+        ),
         count("service.waiting_steps", 1..=65_536, "calls that wait for their steps", |draft| {
             &mut draft.config.driver.waiting_steps
         }),

@@ -1,6 +1,7 @@
 //! Requests to the daemon's own types. A value that cannot be is refused by the
 //! path of its field; whether names exist is for the world to say.
 
+pub mod camera;
 pub mod constraint;
 pub mod contact;
 pub mod entity;

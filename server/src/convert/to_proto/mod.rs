@@ -1,5 +1,6 @@
 //! The daemon's own types to answers.
 
+pub mod camera;
 pub mod constraint;
 pub mod contact;
 pub mod entity;

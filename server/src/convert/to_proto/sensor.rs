@@ -12,8 +12,8 @@ use super::geometry::{pose, twist, vector};
 use super::stamp;
 use crate::handle::{LoggedReading, Measured, Published, ReadingBatch, SensorReadings, Touch, TouchPartner};
 
-/// What of a camera is not there.
-const NO_RENDERER: &str = "nothing draws the pictures of cameras yet: it is only declared";
+/// Why a camera has no readings.
+const PICTURES: &str = "a camera has pictures in the place of readings: ask for them with GetPicture, or `simctl camera view`";
 
 /// A sensor of a published state, and the number of its newest reading.
 pub fn info(state: &Published, sensor: &WorldSensor, last_sequence: u64) -> v1::SensorInfo {
@@ -22,7 +22,7 @@ pub fn info(state: &Published, sensor: &WorldSensor, last_sequence: u64) -> v1::
         sensor: Some(definition(state, sensor)),
         last_sequence,
         described: sensor.definition.is_described,
-        unavailable: if is_camera { NO_RENDERER } else { "" }.to_owned(),
+        unavailable: if is_camera { PICTURES } else { "" }.to_owned(),
     }
 }
 
@@ -50,7 +50,8 @@ fn definition(state: &Published, sensor: &WorldSensor) -> v1::Sensor {
     }
 }
 
-fn kind(kind: SensorKind) -> Kind {
+/// What a sensor measures.
+pub(super) fn kind(kind: SensorKind) -> Kind {
     match kind {
         SensorKind::Imu => Kind::Imu(v1::ImuSensor {}),
         SensorKind::ForceTorque { axes, direction } => {

@@ -14,6 +14,7 @@ The blocking client, `simd_client.blocking`, is generated from this package by `
 """
 
 from simd_client.aio.callbacks import Callbacks
+from simd_client.aio.cameras import Camera, Cameras, PictureStream, WorldCameras
 from simd_client.aio.claim import Claim
 from simd_client.aio.connect import Connecting, connect
 from simd_client.aio.constraints import Constraints
@@ -28,6 +29,8 @@ from simd_client.aio.watch import EventWatch, Watch
 
 __all__ = [
     "Callbacks",
+    "Camera",
+    "Cameras",
     "Claim",
     "Connecting",
     "Constraints",
@@ -35,6 +38,7 @@ __all__ = [
     "Joint",
     "Joints",
     "Parameters",
+    "PictureStream",
     "ReadingStream",
     "Recording",
     "Robot",
@@ -43,6 +47,7 @@ __all__ = [
     "Simulation",
     "View",
     "Watch",
+    "WorldCameras",
     "WorldSensors",
     "connect",
 ]

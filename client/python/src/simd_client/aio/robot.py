@@ -8,6 +8,7 @@ import numpy.typing as npt
 
 from simd_client import keys, proto
 from simd_client.aio.callbacks import Callbacks
+from simd_client.aio.cameras import Cameras
 from simd_client.aio.claim import Claim
 from simd_client.aio.connection import Connection
 from simd_client.aio.joint import Joint, Joints
@@ -140,6 +141,11 @@ class Robot(RobotPose):
     def sensors(self) -> Sensors:
         """What it feels and sees."""
         return Sensors(self._connection, self.name)
+
+    @property
+    def cameras(self) -> Cameras:
+        """What it sees."""
+        return Cameras(self._connection, self.name)
 
     # Targets.
 

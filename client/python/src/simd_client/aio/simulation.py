@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from simd_client import keys, proto
 from simd_client.aio.callbacks import Callbacks, SomeEvents
+from simd_client.aio.cameras import WorldCameras
 from simd_client.aio.constraints import Constraints
 from simd_client.aio.lockstep import Lockstep
 from simd_client.aio.parameters import Parameters
@@ -27,6 +28,7 @@ from simd_client.event import Event
 from simd_client.geometry import vector_to_proto
 from simd_client.link_states import link_states_from_proto
 from simd_client.method import decoded
+from simd_client.picture import CameraPicture, projection_matrix, view_matrix
 from simd_client.proto import methods
 from simd_client.selection import Selection, SensorSelection, selections_to_proto, sensors_to_proto
 from simd_client.state import States, clamped_from_proto
@@ -272,6 +274,30 @@ class Simulation(SavedStates):
     def sensors(self) -> WorldSensors:
         """What all robots feel and see; `Robot.sensors` are those of one."""
         return WorldSensors(self)
+
+    @property
+    def cameras(self) -> WorldCameras:
+        """What all robots see, and pictures from any point of view."""
+        return WorldCameras(self)
+
+    async def take_picture(
+        self,
+        eye: npt.ArrayLike,
+        target: npt.ArrayLike,
+        *,
+        width: int = 640,
+        height: int = 480,
+        field_of_view: float = 1.0,
+        near: float = 0.05,
+        far: float = 100.0,
+        depth: bool = False,
+        segmentation: bool = False,
+    ) -> CameraPicture:
+        """A picture of the present state from `eye` towards `target`, metres and world axes, with z up; the field of view is the vertical
+        one, rad. `cameras.take` has more to choose. Raises `NoRenderer`, `PictureTimeout`, `PictureFailed`, `InvalidValue`."""
+        view = view_matrix(eye, target)
+        projection = projection_matrix(field_of_view, width / height, near, far)
+        return await self.cameras.take(view, projection, width, height, depth=depth, segmentation=segmentation)
 
     @property
     def parameters(self) -> Parameters:

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from simd_client import keys, proto
 from simd_client.blocking.callbacks import Callbacks
+from simd_client.blocking.cameras import Cameras
 from simd_client.blocking.claim import Claim
 from simd_client.blocking.connection import Connection
 from simd_client.blocking.joint import Joint, Joints
@@ -135,6 +136,11 @@ class Robot(RobotPose):
     def sensors(self) -> Sensors:
         """What it feels and sees."""
         return Sensors(self._connection, self.name)
+
+    @property
+    def cameras(self) -> Cameras:
+        """What it sees."""
+        return Cameras(self._connection, self.name)
 
     # Targets.
 

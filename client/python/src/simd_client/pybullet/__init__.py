@@ -25,6 +25,7 @@ from . import (
     kinematics,
     loading,
     mjcf,
+    pictures,
     plugins,
     reactions,
     rotations,
@@ -58,6 +59,7 @@ from .joints import *
 from .kinematics import *
 from .loading import *
 from .mjcf import *
+from .pictures import *
 from .plugins import *
 from .reactions import *
 from .rotations import *
@@ -92,6 +94,7 @@ __all__ += joints.__all__
 __all__ += kinematics.__all__
 __all__ += loading.__all__
 __all__ += mjcf.__all__
+__all__ += pictures.__all__
 __all__ += plugins.__all__
 __all__ += reactions.__all__
 __all__ += rotations.__all__

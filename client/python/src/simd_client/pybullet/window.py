@@ -1,18 +1,15 @@
-"""What PyBullet's window shows: the camera, which is that of the daemon's page where one is open, and pictures that are empty."""
+"""What PyBullet's window shows: the camera, which is that of the daemon's page where one is open."""
 
 from __future__ import annotations
 
 import math
 from typing import Any
 
-import numpy as np
-
 from simd_client.proto import GetCamerasRequest, SetCameraRequest, ViewCamera, methods
 
 from .arguments import Vector, vector
-from .cameras import computeViewMatrixFromYawPitchRoll
+from .cameras import ViewMatrix, computeViewMatrixFromYawPitchRoll
 from .connections import connected
-from .errors import error
 from .kept import Camera
 from .rotations import cross, from_euler, rotate
 from .world import World
@@ -22,7 +19,6 @@ _NEAR, _FAR = 0.01, 1000.0
 _FIELD = math.pi / 2
 # How far the rays through the window's edges reach.
 _REACH = 10000.0
-_MOST_PIXELS = 1 << 26
 
 
 def resetDebugVisualizerCamera(
@@ -55,17 +51,12 @@ def getDebugVisualizerCamera(physicsClientId: int = 0) -> tuple[Any, ...]:
     forward = _forward(camera)
     side = _unit(cross(forward, (0.0, 0.0, 1.0)))
     up = _unit(cross(side, forward))
-    aspect, depth, tangent = camera.width / camera.height, _FAR - _NEAR, camera.tangent
-    projection = (
-        *(1.0 / (aspect * tangent), 0.0, 0.0, 0.0),
-        *(0.0, 1.0 / tangent, 0.0, 0.0),
-        *(0.0, 0.0, -(_FAR + _NEAR) / depth, -1.0),
-        *(0.0, 0.0, -2.0 * _FAR * _NEAR / depth, 0.0),
-    )
+    aspect, tangent = camera.width / camera.height, camera.tangent
+    view, projection = _matrices(camera, aspect)
     return (
         camera.width,
         camera.height,
-        computeViewMatrixFromYawPitchRoll(camera.target, camera.distance, camera.yaw, camera.pitch, 0.0, 2),
+        view,
         projection,
         (0.0, 0.0, 1.0),
         forward,
@@ -76,6 +67,23 @@ def getDebugVisualizerCamera(physicsClientId: int = 0) -> tuple[Any, ...]:
         camera.distance,
         camera.target,
     )
+
+
+def shown_matrices(world: World, aspect: float) -> tuple[ViewMatrix, ViewMatrix]:
+    """View and projection matrix of the camera, for a picture of this width by height."""
+    return _matrices(_shown(world), aspect)
+
+
+def _matrices(camera: Camera, aspect: float) -> tuple[ViewMatrix, ViewMatrix]:
+    depth, tangent = _FAR - _NEAR, camera.tangent
+    projection = (
+        *(1.0 / (aspect * tangent), 0.0, 0.0, 0.0),
+        *(0.0, 1.0 / tangent, 0.0, 0.0),
+        *(0.0, 0.0, -(_FAR + _NEAR) / depth, -1.0),
+        *(0.0, 0.0, -2.0 * _FAR * _NEAR / depth, 0.0),
+    )
+    view = computeViewMatrixFromYawPitchRoll(camera.target, camera.distance, camera.yaw, camera.pitch, 0.0, 2)
+    return view, projection
 
 
 def _shown(world: World) -> Camera:
@@ -114,40 +122,6 @@ def _eye(camera: Camera) -> Vector:
     return (x + back[0], y + back[1], z + back[2])
 
 
-def getCameraImage(
-    width: int,
-    height: int,
-    viewMatrix: Any = None,
-    projectionMatrix: Any = None,
-    lightDirection: Any = None,
-    lightColor: Any = None,
-    lightDistance: float = -1.0,
-    shadow: int = -1,
-    lightAmbientCoeff: float = -1.0,
-    lightDiffuseCoeff: float = -1.0,
-    lightSpecularCoeff: float = -1.0,
-    renderer: int = -1,
-    flags: int = -1,
-    projectiveTextureView: Any = None,
-    projectiveTextureProj: Any = None,
-    physicsClientId: int = 0,
-) -> tuple[int, int, Any, Any, Any]:
-    """Width, height, colours, depths and numbers of bodies of a picture in which nothing is."""
-    connected(physicsClientId).say_once("getCameraImage: pictures are empty: the daemon draws none")
-    columns, rows = int(width), int(height)
-    if columns < 1 or rows < 1 or columns * rows > _MOST_PIXELS:
-        raise error("getCameraImage: width and height must be above 0")
-    colours = np.full((rows, columns, 4), 255, dtype=np.uint8)
-    depths = np.ones((rows, columns), dtype=np.float32)
-    return columns, rows, colours, depths, np.full((rows, columns), -1, dtype=np.int32)
-
-
-def renderImage(width: int, height: int, *camera: Any) -> tuple[int, int, Any, Any, Any]:
-    """The old form of getCameraImage."""
-    del camera
-    return getCameraImage(width, height)
-
-
 def _unit(v: Vector) -> Vector:
     length = math.sqrt(v[0] ** 2 + v[1] ** 2 + v[2] ** 2)
     return (1.0, 0.0, 0.0) if length == 0.0 else _times(v, 1.0 / length)
@@ -157,4 +131,4 @@ def _times(v: Vector, factor: float) -> Vector:
     return (v[0] * factor, v[1] * factor, v[2] * factor)
 
 
-__all__ = ["getCameraImage", "getDebugVisualizerCamera", "renderImage", "resetDebugVisualizerCamera"]
+__all__ = ["getDebugVisualizerCamera", "resetDebugVisualizerCamera"]

@@ -75,9 +75,15 @@ fn rate_period(rate: Option<f64>, time_step: f64) -> f64 {
 }
 
 impl DueSample {
-    /// Whether its measurement takes long, so that it is not to be made on the physics thread: of rays.
+    /// Whether its measurement takes long, so that it is not to be made on the physics thread: of rays, and of cameras, whose
+    /// pictures the core does not draw.
     pub fn takes_long(&self) -> bool {
-        matches!(self.definition.kind, SensorKind::Lidar(_) | SensorKind::Range(_))
+        matches!(self.definition.kind, SensorKind::Lidar(_) | SensorKind::Range(_) | SensorKind::Camera(_))
+    }
+
+    /// Whether it is of a camera: it has a time, and no reading.
+    pub fn is_of_camera(&self) -> bool {
+        matches!(self.definition.kind, SensorKind::Camera(_))
     }
 }
 
@@ -105,9 +111,6 @@ impl SensorState {
         settings: &PhysicsSettings,
     ) -> Option<DueSample> {
         let definition = &*self.definition;
-        if matches!(definition.kind, SensorKind::Camera(_)) {
-            return None;
-        }
         let periods = definition.rate.map_or(self.periods.saturating_add(1), |rate| {
             // What is below zero is 0 then.
             ((at.sim_time - self.begun + EARLY * settings.time_step) * rate).floor() as u64

@@ -1,0 +1,186 @@
+"""Cameras: what robots see, and pictures from any point of view. A renderer draws them: `simd-camera`."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator
+from types import TracebackType
+
+import numpy.typing as npt
+
+from simd_client import proto
+from simd_client.aio.connection import Connection
+from simd_client.errors import PictureTimeout
+from simd_client.picture import (
+    CameraInfo,
+    CameraPicture,
+    PictureLight,
+    RendererInfo,
+    camera_from_proto,
+    light_to_proto,
+    matrix_to_proto,
+    picture_from_proto,
+    renderer_from_proto,
+)
+from simd_client.proto import methods
+
+# How long one call waits for the next picture.
+_TURN = 10.0
+
+
+class Camera:
+    """A camera of a robot."""
+
+    def __init__(self, connection: Connection, robot: str, name: str) -> None:
+        self._connection = connection
+        self._robot = robot
+        self._name = name
+
+    @property
+    def robot(self) -> str:
+        """The robot's name."""
+        return self._robot
+
+    @property
+    def name(self) -> str:
+        """The sensor's name. Empty: the only camera that the robot has."""
+        return self._name
+
+    async def picture(self, timeout: float = 10.0) -> CameraPicture:
+        """A picture of the present state, or of a later one: after `step`, of exactly that step. Raises `NoRenderer`,
+        `PictureTimeout`, `PictureFailed`."""
+        request = proto.GetPictureRequest(robot=self._robot, sensor=self._name, timeout=timeout)
+        answer = await self._connection.call(methods.GetPicture, request, wait=timeout)
+        return picture_from_proto(answer.picture)
+
+    def pictures(self, after: int = 0) -> PictureStream:
+        """Pictures at the camera's own rate, from now on or after a sequence. The newest wins: those that were not drawn in time are
+        left out."""
+        return PictureStream(self._connection, self._robot, self._name, after)
+
+    def __repr__(self) -> str:
+        return f"<Camera {self._robot}/{self._name}>"
+
+
+class Cameras:
+    """The cameras of a robot: its sensors of the kind `CameraSensor`."""
+
+    def __init__(self, connection: Connection, robot: str) -> None:
+        self._connection = connection
+        self._robot = robot
+
+    async def list(self) -> tuple[CameraInfo, ...]:
+        """What there is, and which pictures were drawn."""
+        cameras, _ = await listed_cameras(self._connection)
+        return tuple(camera for camera in cameras if camera.robot == self._robot)
+
+    def get(self, name: str = "") -> Camera:
+        """A camera by its name; without one the only one that the robot has. Whether it is there its pictures say."""
+        return Camera(self._connection, self._robot, name)
+
+    async def picture(self, name: str = "", timeout: float = 10.0) -> CameraPicture:
+        """A picture of the present state, as `Camera.picture` gives it."""
+        return await self.get(name).picture(timeout)
+
+
+class WorldCameras:
+    """The cameras of all robots, and pictures from any point of view."""
+
+    def __init__(self, connection: Connection) -> None:
+        self._connection = connection
+
+    async def list(self) -> tuple[CameraInfo, ...]:
+        """What there is, and which pictures were drawn."""
+        cameras, _ = await listed_cameras(self._connection)
+        return cameras
+
+    async def renderers(self) -> tuple[RendererInfo, ...]:
+        """The programs that draw pictures of this world."""
+        _, renderers = await listed_cameras(self._connection)
+        return renderers
+
+    async def take(
+        self,
+        view: npt.ArrayLike,
+        projection: npt.ArrayLike,
+        width: int,
+        height: int,
+        *,
+        color: bool = True,
+        depth: bool = False,
+        segmentation: bool = False,
+        light: PictureLight | None = None,
+        timeout: float = 10.0,
+    ) -> CameraPicture:
+        """A picture of the present state: `view` is camera_from_world and `projection` clip_from_camera, as OpenGL has them and as
+        `view_matrix` and `projection_matrix` make them; sixteen numbers are read column by column. Raises `NoRenderer`,
+        `PictureTimeout`, `PictureFailed`, `InvalidValue`."""
+        request = proto.TakePictureRequest(
+            view=matrix_to_proto(view, "a view"),
+            projection=matrix_to_proto(projection, "a projection"),
+            width=width,
+            height=height,
+            planes=proto.PicturePlanes(color=color, depth=depth, segmentation=segmentation),
+            light=None if light is None else light_to_proto(light),
+            timeout=timeout,
+        )
+        answer = await self._connection.call(methods.TakePicture, request, wait=timeout)
+        return picture_from_proto(answer.picture)
+
+
+class PictureStream(AsyncIterator[CameraPicture]):
+    """Iterates over the pictures of a camera at its own rate. It needs no `close`: the daemon follows the camera for five seconds
+    after the last question. Belongs to one event loop.
+    """
+
+    def __init__(self, connection: Connection, robot: str, camera: str, after: int) -> None:
+        self._connection = connection
+        self._robot = robot
+        self._camera = camera
+        self._after = after
+        self._is_open = True
+
+    def __aiter__(self) -> PictureStream:
+        return self
+
+    async def __anext__(self) -> CameraPicture:
+        """The next picture."""
+        while self._is_open:
+            try:
+                return await self.wait(_TURN)
+            except PictureTimeout:
+                # A world that stands still has no next picture.
+                continue
+        raise StopAsyncIteration
+
+    async def wait(self, timeout: float) -> CameraPicture:
+        """The next picture. Raises `PictureTimeout` if none comes within so many seconds, and `NoRenderer`."""
+        request = proto.GetPictureRequest(
+            robot=self._robot,
+            sensor=self._camera,
+            moment=proto.PictureMoment.PICTURE_MOMENT_NEXT,
+            after_sequence=self._after,
+            timeout=timeout,
+        )
+        answer = await self._connection.call(methods.GetPicture, request, wait=timeout)
+        picture = picture_from_proto(answer.picture)
+        self._after = picture.sequence
+        return picture
+
+    def close(self) -> None:
+        """Ends the iteration."""
+        self._is_open = False
+
+    async def __aenter__(self) -> PictureStream:
+        return self
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+async def listed_cameras(connection: Connection) -> tuple[tuple[CameraInfo, ...], tuple[RendererInfo, ...]]:
+    """The cameras of all robots, and the renderers that are there."""
+    answer = await connection.call(methods.ListCameras, proto.ListCamerasRequest())
+    cameras = tuple(camera_from_proto(each) for each in answer.cameras)
+    return cameras, tuple(renderer_from_proto(each) for each in answer.renderers)

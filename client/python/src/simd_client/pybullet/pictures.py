@@ -1,0 +1,151 @@
+"""PyBullet's pictures: colours, the depth buffer and the segmentation, as its TinyRenderer gives them. A renderer draws them, as
+`simd-camera`; without one they are empty."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from simd_client import picture
+from simd_client.proto import PicturePlanes, TakePictureRequest, methods
+
+from .arguments import vector
+from .connections import connected
+from .constants import ER_NO_SEGMENTATION_MASK, ER_SEGMENTATION_MASK_OBJECT_AND_LINKINDEX
+from .errors import error
+from .window import shown_matrices
+from .world import World
+
+# Of a side of a picture.
+_MOST_PIXELS = 4096
+# Of PyBullet's light where the script says nothing: towards it.
+_LIGHT = (-50.0, 30.0, 100.0)
+# Wall seconds that a picture may take.
+_PATIENCE = 60.0
+
+_Picture = tuple[int, int, Any, Any, Any]
+
+
+def getCameraImage(
+    width: int,
+    height: int,
+    viewMatrix: Any = None,
+    projectionMatrix: Any = None,
+    lightDirection: Any = None,
+    lightColor: Any = None,
+    lightDistance: float = -1.0,
+    shadow: int = -1,
+    lightAmbientCoeff: float = -1.0,
+    lightDiffuseCoeff: float = -1.0,
+    lightSpecularCoeff: float = -1.0,
+    renderer: int = -1,
+    flags: int = -1,
+    projectiveTextureView: Any = None,
+    projectiveTextureProj: Any = None,
+    physicsClientId: int = 0,
+) -> _Picture:
+    """Width, height, colours (rows, columns, 4), the depth buffer from 0 to 1, and for each pixel the number of the body, or -1. Without matrices
+    it is what the camera of the page sees. Which renderer is asked for does not matter, nor do projected textures."""
+    del lightDistance, renderer, projectiveTextureView, projectiveTextureProj
+    world = connected(physicsClientId)
+    columns, rows = int(width), int(height)
+    if not (1 <= columns <= _MOST_PIXELS and 1 <= rows <= _MOST_PIXELS):
+        raise error(f"getCameraImage: width and height must be above 0, and at most {_MOST_PIXELS}")
+    view, projection = shown_matrices(world, columns / rows)
+    light = picture.PictureLight(
+        direction=_LIGHT if lightDirection is None else vector(lightDirection, "lightDirection needs 3 numbers"),
+        color=(1.0, 1.0, 1.0) if lightColor is None else vector(lightColor, "lightColor needs 3 numbers"),
+        ambient=_part(lightAmbientCoeff, 0.6),
+        diffuse=_part(lightDiffuseCoeff, 0.35),
+        specular=_part(lightSpecularCoeff, 0.05),
+        shadow=shadow > 0,
+    )
+    asked = max(int(flags), 0)
+    segmented = not asked & ER_NO_SEGMENTATION_MASK
+    request = TakePictureRequest(
+        view=_matrix(viewMatrix, view, "viewMatrix"),
+        projection=_matrix(projectionMatrix, projection, "projectionMatrix"),
+        width=columns,
+        height=rows,
+        planes=PicturePlanes(color=True, depth=True, segmentation=segmented),
+        light=picture.light_to_proto(light),
+        timeout=_PATIENCE,
+    )
+    try:
+        answer = world.wire.call(methods.TakePicture, request)
+    except error as refusal:
+        if refusal.reason != "NO_RENDERER":
+            raise
+        world.say_once(f"getCameraImage: pictures are empty: {refusal}")
+        return _empty(columns, rows)
+    seen = picture.picture_from_proto(answer.picture)
+    if seen.color is None or seen.depth is None:
+        raise error("getCameraImage: the picture lacks colours or depths")
+    colours = np.full((rows, columns, 4), 255, dtype=np.uint8)
+    colours[:, :, :3] = seen.color
+    bodies = _bodies(world, seen, bool(asked & ER_SEGMENTATION_MASK_OBJECT_AND_LINKINDEX))
+    return columns, rows, colours, depth_buffer(seen.depth, seen.projection), bodies
+
+
+def renderImage(width: int, height: int, *camera: Any) -> _Picture:
+    """The old form of getCameraImage."""
+    del camera
+    return getCameraImage(width, height)
+
+
+def depth_buffer(metres: npt.NDArray[np.float32], projection: npt.NDArray[np.float64]) -> npt.NDArray[np.float32]:
+    """What OpenGL's depth buffer has, from 0 at the near plane to 1 at the far one and where nothing is, for depths along the optical
+    axis."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        along = -metres.astype(np.float64)
+        clip = projection[2, 2] * along + projection[2, 3]
+        weight = projection[3, 2] * along + projection[3, 3]
+        buffer = 0.5 * clip / weight + 0.5
+    return np.where(np.isfinite(metres), np.clip(buffer, 0.0, 1.0), 1.0).astype(np.float32)
+
+
+def _bodies(world: World, seen: picture.CameraPicture, with_links: bool) -> npt.NDArray[np.int32]:
+    """PyBullet's number of the body in each pixel, and with links 2^24 times one more than that of the link."""
+    if seen.segmentation is None:
+        return np.full((seen.height, seen.width), -1, dtype=np.int32)
+    count = max((robot.first_link + robot.links for robot in seen.robots), default=1)
+    # By the daemon's number of a link.
+    table = np.full(count, -1, dtype=np.int32)
+    bodies = {body.robot: body for body in world.bodies.values()}
+    numbers = world.numbers()
+    for robot in seen.robots:
+        body = bodies.get(robot.robot)
+        if body is None:
+            # One that another client brought since: syncBodyInfo adds it.
+            continue
+        for link, place in body.link_places.items():
+            found = numbers.get((robot.robot, link))
+            if found is not None and place < robot.links:
+                unique_id, index = found
+                table[robot.first_link + place] = unique_id + ((index + 1) << 24 if with_links else 0)
+    # What no link has the number of is nothing.
+    known = np.where(seen.segmentation < count, seen.segmentation, 0)
+    return table[known]
+
+
+def _empty(columns: int, rows: int) -> _Picture:
+    colours = np.full((rows, columns, 4), 255, dtype=np.uint8)
+    depths = np.ones((rows, columns), dtype=np.float32)
+    return columns, rows, colours, depths, np.full((rows, columns), -1, dtype=np.int32)
+
+
+def _matrix(given: Any, usual: Any, name: str) -> list[float]:
+    """Sixteen numbers, column by column; PyBullet takes what is no matrix for none."""
+    numbers = usual if given is None or len(given) == 0 else given
+    if len(numbers) != 16:
+        raise error(f"getCameraImage: {name} needs 16 numbers")
+    return [float(number) for number in numbers]
+
+
+def _part(given: float, usual: float) -> float:
+    return min(float(given), 1.0) if given >= 0.0 else usual
+
+
+__all__ = ["getCameraImage", "renderImage"]

@@ -1,0 +1,70 @@
+// Pictures of cameras as the page has them.
+import { create } from "@bufbuild/protobuf";
+import { Code, ConnectError, createRouterTransport } from "@connectrpc/connect";
+import { deflateSync } from "node:zlib";
+import { expect, test } from "vitest";
+import { CameraPictureSchema, CameraService, PlaneCompression } from "../gen/simd/v1/camera_pb";
+import type { SensorPicture } from "../state/pictures";
+import { PictureFollower, shownOf } from "./pictures";
+import { servicesOver } from "./services";
+
+const SIZE = { width: 2, height: 1 };
+const raw = (data: Uint8Array) => ({ compression: PlaneCompression.UNSPECIFIED, data });
+const packed = (data: Uint8Array) => ({ compression: PlaneCompression.ZLIB, data: new Uint8Array(deflateSync(data)) });
+const words = (...values: number[]) => new Uint8Array(new Uint32Array(values).buffer);
+const metres = (...values: number[]) => new Uint8Array(new Float32Array(values).buffer);
+
+test("colours are shown as they are, packed or not", async () => {
+  for (const plane of [raw, packed]) {
+    const color = plane(new Uint8Array([1, 2, 3, 4, 5, 6]));
+    const shown = await shownOf(create(CameraPictureSchema, { ...SIZE, color, stamp: { simTime: 1.5 } }));
+    expect([...shown.pixels]).toEqual([1, 2, 3, 255, 4, 5, 6, 255]);
+    expect(shown.time).toBe(1.5);
+  }
+});
+
+test("what is near is light, and where nothing is seen it is black", async () => {
+  const shown = await shownOf(create(CameraPictureSchema, { ...SIZE, depth: packed(metres(2.5, Infinity)) }));
+  expect([...shown.pixels]).toEqual([191, 191, 191, 255, 0, 0, 0, 255]);
+});
+
+test("links have colours of their own, and nothing is white", async () => {
+  const { pixels } = await shownOf(create(CameraPictureSchema, { width: 3, height: 1, segmentation: raw(words(0, 1, 2)) }));
+  const [none, one, other] = [0, 4, 8].map((at) => [...pixels.slice(at, at + 3)].join(" "));
+  expect(none).toBe("255 255 255");
+  expect(new Set([none, one, other]).size).toBe(3);
+});
+
+test("a plane of another size is refused, before it is unpacked", async () => {
+  for (const color of [raw(new Uint8Array(5)), packed(new Uint8Array(5)), packed(new Uint8Array(10_000_000))]) {
+    await expect(shownOf(create(CameraPictureSchema, { ...SIZE, color }))).rejects.toThrow("size");
+  }
+});
+
+test("a picture is told once, and so is why there is none", async () => {
+  let sequence = 1n;
+  let refused = false;
+  const transport = createRouterTransport(({ service }) => {
+    service(CameraService, {
+      getPicture: ({ robot, sensor }) => {
+        expect([robot, sensor]).toEqual(["arm", "eye"]);
+        if (refused) throw new ConnectError("no renderer draws this world", Code.FailedPrecondition);
+        return { picture: { ...SIZE, sequence, color: raw(new Uint8Array(6)) } };
+      },
+    });
+  });
+  const told: [SensorPicture | undefined, string][] = [];
+  const follower = new PictureFollower(() => servicesOver(transport));
+  // The loop begins with a round of its own, which is the first of these.
+  const end = follower.follow("arm", "eye", (picture, problem) => told.push([picture, problem]));
+  await expect.poll(() => told.length).toBe(1);
+  const usual = await follower.round();
+  expect(told.length).toBe(1);
+  sequence = 2n;
+  await follower.round();
+  expect(told.map(([picture]) => picture?.width)).toEqual([2, 2]);
+  refused = true;
+  expect(await follower.round()).toBeGreaterThan(usual);
+  expect(told.at(-1)).toEqual([undefined, "No renderer draws this world."]);
+  end();
+});

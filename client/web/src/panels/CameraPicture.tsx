@@ -1,0 +1,28 @@
+// What a robot's camera sees, while the panel is open.
+import type { JSX } from "preact";
+import { useEffect, useRef, useState } from "preact/hooks";
+import { followPicture } from "../daemon/pictures";
+
+/** The camera's picture, or why there is none. */
+export function CameraPicture({ robot, sensor }: { robot: string; sensor: string }): JSX.Element {
+  const canvas = useRef<HTMLCanvasElement>(null);
+  const [said, setSaid] = useState("no picture yet");
+  useEffect(
+    () =>
+      followPicture(robot, sensor, (picture, problem) => {
+        setSaid(picture ? `at ${picture.time.toFixed(3)} s` : problem);
+        const place = canvas.current;
+        if (!place || !picture) return;
+        place.width = picture.width;
+        place.height = picture.height;
+        place.getContext("2d")?.putImageData(new ImageData(picture.pixels, picture.width, picture.height), 0, 0);
+      }),
+    [robot, sensor],
+  );
+  return (
+    <figure class="camera-picture" data-testid={`picture-${sensor}`}>
+      <canvas ref={canvas} width={0} height={0} role="img" aria-label={`What camera ${sensor} sees`} />
+      <figcaption class="hint">{said}</figcaption>
+    </figure>
+  );
+}

@@ -1,0 +1,104 @@
+//! Those who draw: work for them, and what they drew.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use tokio::time::{Instant, timeout_at};
+
+use super::{Cameras, Drawn, PictureTask};
+use crate::handle::{CallError, Cancelled, SimHandle};
+
+impl SimHandle {
+    /// The next task for a renderer, waiting at most `timeout` for one.
+    ///
+    /// # Errors
+    /// Where there are too many renderers, or the daemon drains.
+    pub async fn next_picture_task(
+        &self,
+        renderer: &str,
+        timeout: Duration,
+    ) -> Result<Option<PictureTask>, CallError> {
+        let deadline = Instant::now() + timeout;
+        let cameras = &self.inner.cameras;
+        let name = cameras.book().begin_waiting(renderer, Instant::now())?;
+        let present = EndWaiting { cameras, name };
+        loop {
+            let work_came = cameras.work_came.notified();
+            let (task, expiry) = {
+                let mut book = cameras.book();
+                (book.next(&present.name, Instant::now()), book.next_expiry())
+            };
+            if task.is_some() {
+                return Ok(task);
+            }
+            // A task of one that does not answer is free by then.
+            let wake = expiry.map_or(deadline, |expiry| expiry.min(deadline));
+            match timeout_at(wake, self.until_drained(work_came)).await {
+                Ok(ended) => ended?,
+                Err(_elapsed) if Instant::now() >= deadline => return Ok(None),
+                Err(_elapsed) => {}
+            }
+        }
+    }
+
+    /// What a renderer drew for a task, or why it did not. Whether it was waited for.
+    ///
+    /// # Errors
+    /// Where it is not what the task asks for: the task goes to another renderer in time.
+    pub async fn put_picture(
+        &self,
+        id: u64,
+        renderer: &str,
+        drawn: Result<Drawn, String>,
+    ) -> Result<bool, CallError> {
+        let cameras = &self.inner.cameras;
+        let Some(order) = cameras.book().begin_put(id, renderer, Instant::now()) else { return Ok(false) };
+        let arriving = Arriving { cameras, id: Some(id) };
+        let drawn = match drawn {
+            Ok(drawn) => {
+                let check = move |_: &Cancelled| drawn.check(&order.view).map(|()| drawn);
+                Ok(self.heavy(check).await??)
+            }
+            Err(why) => {
+                let why = format!("renderer {renderer} says: {why}");
+                Err(CallError::PictureFailed { why })
+            }
+        };
+        let was_waited_for = arriving.end(drawn);
+        cameras.picture_came.notify_waiters();
+        cameras.work_came.notify_waiters();
+        Ok(was_waited_for)
+    }
+}
+
+/// A renderer waits for work; also one whose call ends before.
+struct EndWaiting<'h> {
+    cameras: &'h Cameras,
+    name: Arc<str>,
+}
+
+impl Drop for EndWaiting<'_> {
+    fn drop(&mut self) {
+        self.cameras.book().end_waiting(&self.name, Instant::now());
+    }
+}
+
+/// A picture comes; also one whose call ends before it was looked at.
+struct Arriving<'h> {
+    cameras: &'h Cameras,
+    id: Option<u64>,
+}
+
+impl Arriving<'_> {
+    fn end(mut self, drawn: Result<Drawn, CallError>) -> bool {
+        self.id.take().is_some_and(|id| self.cameras.book().end_put(id, drawn, Instant::now()))
+    }
+}
+
+impl Drop for Arriving<'_> {
+    fn drop(&mut self) {
+        if let Some(id) = self.id {
+            self.cameras.book().abandon_put(id);
+        }
+    }
+}

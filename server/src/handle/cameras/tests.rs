@@ -1,0 +1,171 @@
+//! The book of pictures, told the time.
+
+use bytes::Bytes;
+use tokio_util::sync::CancellationToken;
+
+use super::super::tests::paused;
+use super::*;
+
+const SECOND: Duration = Duration::from_secs(1);
+/// Of a picture of 8 x 8 pixels in colour.
+const BYTES: u64 = 8 * 8 * 3;
+
+fn bounds() -> Bounds {
+    Bounds { waiting: 4, bytes: 3 * BYTES, drawing: SECOND }
+}
+
+fn order(state: &Arc<Published>, camera: Option<u64>) -> PictureOrder {
+    let mut projection = [0.0; 16];
+    for (place, number) in [(0, 1.0), (5, 1.0), (10, -1.5), (11, -1.0), (14, -2.5)] {
+        projection[place] = number;
+    }
+    let view = std::array::from_fn(|place| if place % 5 == 0 { 1.0 } else { 0.0 });
+    PictureOrder {
+        camera: camera.map(|id| (id, CameraName { robot: "arm".into(), sensor: id.to_string() })),
+        view: PictureView {
+            width: 8,
+            height: 8,
+            lens: Lens::of_matrices(view, projection).unwrap(),
+            planes: Planes { color: true, ..Planes::default() },
+            light: Light::default(),
+            background: WHITE,
+        },
+        state: Arc::clone(state),
+    }
+}
+
+fn drawn() -> Drawn {
+    let data = Bytes::from(vec![0; BYTES as usize]);
+    Drawn { color: Some(Plane { is_zlib: false, data }), ..Drawn::default() }
+}
+
+/// A state, and a book with a renderer that is there.
+async fn begun() -> (Arc<Published>, Book, Arc<str>, Instant) {
+    let handle = paused();
+    let (state, now) = (handle.newest(), Instant::now());
+    let mut book = Book::new(bounds());
+    let renderer = book.begin_waiting("one", now).unwrap();
+    book.end_waiting("one", now);
+    handle.end_driver();
+    let ended: CancellationToken = handle.driver_ended();
+    ended.cancelled().await;
+    (state, book, renderer, now)
+}
+
+fn draw(book: &mut Book, renderer: &Arc<str>, now: Instant) -> bool {
+    let Some(task) = book.next(renderer, now) else { return false };
+    book.begin_put(task.id, renderer, now).unwrap();
+    book.end_put(task.id, Ok(drawn()), now)
+}
+
+#[tokio::test]
+async fn a_renderer_that_asks_no_more_is_forgotten() {
+    let (state, mut book, _, now) = begun().await;
+    assert!(book.ask(order(&state, None), now + SECOND * 4).is_ok());
+    let refused = book.ask(order(&state, None), now + SECOND * 5).unwrap_err();
+    assert!(matches!(refused, CallError::NoRenderer), "{refused}");
+    assert!(book.renderers(now + SECOND * 5).is_empty());
+}
+
+#[tokio::test]
+async fn what_nothing_waits_for_any_more_is_not_drawn() {
+    let (state, mut book, renderer, now) = begun().await;
+    drop(book.ask(order(&state, None), now).unwrap());
+    assert!(book.next(&renderer, now).is_none());
+}
+
+#[tokio::test]
+async fn who_wants_the_same_picture_waits_for_the_same() {
+    let (state, mut book, renderer, now) = begun().await;
+    let one = book.ask(order(&state, Some(7)), now).unwrap();
+    let other = book.ask(order(&state, Some(7)), now).unwrap();
+    assert!(draw(&mut book, &renderer, now) && !draw(&mut book, &renderer, now));
+    let sequence = |waiting: &Waiting| waiting.borrow().clone().unwrap().unwrap().sequence;
+    assert_eq!(sequence(&one), sequence(&other));
+}
+
+#[tokio::test]
+async fn waiting_pictures_have_a_bound_in_number_and_in_bytes() {
+    let (state, mut book, _, now) = begun().await;
+    let waiting: Vec<Waiting> = (0..3).map(|_| book.ask(order(&state, None), now).unwrap()).collect();
+    let refused = book.ask(order(&state, None), now).unwrap_err().to_string();
+    assert!(refused.contains("bytes of pictures"), "{refused}");
+    let mut small = order(&state, None);
+    small.view.planes = Planes::default();
+    let fourth = book.ask(small.clone(), now).unwrap();
+    let refused = book.ask(small, now).unwrap_err().to_string();
+    assert!(refused.contains("pictures that are waited for would be 5"), "{refused}");
+    drop((waiting, fourth));
+}
+
+#[tokio::test]
+async fn of_kept_pictures_the_oldest_makes_room() {
+    let (state, mut book, renderer, now) = begun().await;
+    for camera in 1..=5 {
+        let waiting = book.ask(order(&state, Some(camera)), now).unwrap();
+        assert!(draw(&mut book, &renderer, now));
+        drop(waiting);
+    }
+    let kept = (1..=5).map(|camera| book.of_state(camera, 0).is_some());
+    assert_eq!(kept.collect::<Vec<_>>(), [false, false, true, true, true]);
+    book.tidy(|camera| camera != 4, now);
+    assert!(book.of_state(4, 0).is_none() && book.of_state(5, 0).is_some());
+}
+
+#[tokio::test]
+async fn of_a_cameras_own_rate_the_newest_is_drawn_and_the_others_are_counted() {
+    let (state, mut book, renderer, now) = begun().await;
+    for _ in 0..4 {
+        book.due(order(&state, Some(7)), 0, now);
+    }
+    assert!(draw(&mut book, &renderer, now) && !draw(&mut book, &renderer, now));
+    let camera = book.camera(7, now);
+    assert_eq!((camera.drawn, camera.missed), (1, 3));
+    // One that is given to a renderer is not taken away for a newer one, and after its time it is not drawn again.
+    book.due(order(&state, Some(7)), 2, now);
+    let late = book.next(&renderer, now).unwrap();
+    book.due(order(&state, Some(7)), 0, now);
+    assert!(draw(&mut book, &renderer, now + SECOND));
+    assert!(book.begin_put(late.id, &renderer, now + SECOND).is_none());
+    let camera = book.camera(7, now);
+    assert_eq!((camera.drawn, camera.missed), (2, 6));
+}
+
+#[tokio::test]
+async fn a_picture_that_no_renderer_draws_is_given_up() {
+    let (state, mut book, renderer, mut now) = begun().await;
+    let waiting = book.ask(order(&state, None), now).unwrap();
+    for _ in 0..3 {
+        assert!(book.next(&renderer, now).is_some());
+        assert!(book.next(&renderer, now).is_none(), "one has it already");
+        assert_eq!(book.next_expiry(), Some(now + SECOND));
+        now += SECOND;
+    }
+    assert!(book.next(&renderer, now).is_none());
+    let answer = waiting.borrow().clone().unwrap().unwrap_err().to_string();
+    assert!(answer.contains("3 times"), "{answer}");
+}
+
+#[tokio::test]
+async fn who_goes_while_a_picture_comes_does_not_keep_its_task() {
+    let (state, mut book, renderer, now) = begun().await;
+    let waiting = book.ask(order(&state, None), now).unwrap();
+    let task = book.next(&renderer, now).unwrap();
+    book.begin_put(task.id, &renderer, now).unwrap();
+    assert!(book.begin_put(task.id, &renderer, now).is_none(), "one comes already");
+    book.abandon_put(task.id);
+    assert_eq!(book.next(&renderer, now + SECOND).unwrap().id, task.id);
+    drop(waiting);
+}
+
+#[tokio::test]
+async fn names_of_renderers_are_bounded_and_forgotten() {
+    let (_, mut book, _, now) = begun().await;
+    for number in 1..64 {
+        book.begin_waiting(&number.to_string(), now).unwrap();
+        book.end_waiting(&number.to_string(), now);
+    }
+    let refused = book.begin_waiting("another", now).unwrap_err();
+    assert!(matches!(refused, CallError::LimitExceeded { .. }), "{refused}");
+    book.begin_waiting("another", now + SECOND * 60).unwrap();
+}

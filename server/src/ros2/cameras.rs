@@ -1,0 +1,169 @@
+//! Cameras: topics for the pictures of each, and for what maps points to their pixels. Who subscribes is what makes renderers draw
+//! them.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use simd_core::simulation::published_state::{PublishedState, WorldLayout};
+use simd_core::simulation::sensors::WorldSensor;
+use simd_model::sensor::{Picture as Kind, SensorKind};
+use simd_ros2::messages::sensor_msgs::{CameraInfo, Image};
+use simd_ros2::messages::std_msgs::Header;
+use simd_ros2::wire::{Qos, word};
+
+use super::endpoints::{Graph, Topic};
+use super::robots::{Robot, stamp};
+use crate::SimHandle;
+use crate::handle::{Intrinsics, Picture, Plane};
+
+/// The topics of cameras.
+#[derive(Debug, Default)]
+pub(super) struct Cameras {
+    /// What there was when they were declared.
+    of: Option<(Arc<Vec<WorldSensor>>, Arc<WorldLayout>)>,
+    /// By the sensor and the topics' name.
+    topics: BTreeMap<(u64, String), CameraTopics>,
+}
+
+/// The topics of a camera.
+#[derive(Debug)]
+struct CameraTopics {
+    /// z forwards, x to the right.
+    frame: String,
+    info: Topic<CameraInfo>,
+    color: Option<Topic<Image>>,
+    depth: Option<Topic<Image>>,
+    segmentation: Option<Topic<Image>>,
+    /// The number of the last picture that was published.
+    after: u64,
+}
+
+impl Cameras {
+    /// Has topics for each camera of the robots that are shown, and for no other.
+    ///
+    /// # Errors
+    /// Where a topic cannot be declared.
+    pub(super) async fn follow(
+        &mut self,
+        graph: &Graph,
+        shown: &[Robot],
+        state: &PublishedState,
+    ) -> Result<(), zenoh::Error> {
+        let is_same = |(sensors, world): &(Arc<_>, Arc<_>)| {
+            Arc::ptr_eq(sensors, &state.sensors) && Arc::ptr_eq(world, &state.world)
+        };
+        if self.of.as_ref().is_some_and(is_same) {
+            return Ok(());
+        }
+        let mut wanted: Vec<((u64, String), (&WorldSensor, Kind, &Robot))> = Vec::new();
+        for sensor in &*state.sensors {
+            let SensorKind::Camera(camera) = sensor.definition.kind else { continue };
+            // Robots that are shown are the first ones.
+            let Some(robot) = shown.get(sensor.robot) else { continue };
+            let mut topic = format!("{}sensors/{}", robot.prefix, word(&sensor.definition.name));
+            // Names that differ may be one word to ROS.
+            while wanted.iter().any(|((_, taken), _)| *taken == topic) {
+                topic.push('_');
+            }
+            wanted.push(((sensor.id, topic), (sensor, camera.picture, robot)));
+        }
+        self.topics.retain(|key, _| wanted.iter().any(|(wanted, _)| wanted == key));
+        for (key, (sensor, kind, robot)) in wanted {
+            if !self.topics.contains_key(&key) {
+                let frame = robot.optical_frame(&sensor.definition.name);
+                let topics = CameraTopics::declare(graph, &key.1, kind, frame).await?;
+                self.topics.insert(key, topics);
+            }
+        }
+        self.of = Some((Arc::clone(&state.sensors), Arc::clone(&state.world)));
+        Ok(())
+    }
+
+    /// Publishes the pictures that came since the last time, where there is a subscriber. Waits where Zenoh does.
+    pub(super) fn publish(&mut self, handle: &SimHandle) {
+        for ((id, _), topics) in &mut self.topics {
+            if !topics.is_wanted() {
+                topics.after = 0;
+            } else if let Some(picture) = handle.followed_picture(*id, topics.after) {
+                topics.after = picture.sequence;
+                topics.put(&picture);
+            }
+        }
+    }
+}
+
+impl CameraTopics {
+    async fn declare(graph: &Graph, topic: &str, kind: Kind, frame: String) -> Result<Self, zenoh::Error> {
+        let (qos, name) = (Qos::DEFAULT, |part: &str| graph.name(&format!("{topic}/{part}")));
+        let (mut color, mut depth, mut segmentation) = (None, None, None);
+        if matches!(kind, Kind::Color | Kind::ColorAndDepth) {
+            color = Some(graph.publisher(&name("image_raw"), qos).await?);
+        }
+        if matches!(kind, Kind::Depth | Kind::ColorAndDepth) {
+            depth = Some(graph.publisher(&name("depth/image_raw"), qos).await?);
+        }
+        if kind == Kind::Segmentation {
+            segmentation = Some(graph.publisher(&name("segmentation/image_raw"), qos).await?);
+        }
+        let info = graph.publisher(&name("camera_info"), qos).await?;
+        Ok(Self { frame, info, color, depth, segmentation, after: 0 })
+    }
+
+    fn is_wanted(&self) -> bool {
+        let Self { frame: _, info, color, depth, segmentation, after: _ } = self;
+        info.is_wanted() || [color, depth, segmentation].into_iter().flatten().any(Topic::is_wanted)
+    }
+
+    fn put(&self, picture: &Picture) {
+        let Self { frame, info, color, depth, segmentation, after: _ } = self;
+        let header = Header { stamp: stamp(picture.at.sim_time), frame_id: frame.clone() };
+        let drawn = &picture.drawn;
+        for (topic, plane, encoding, bytes) in [
+            (color, &drawn.color, "rgb8", 3),
+            (depth, &drawn.depth, "32FC1", 4),
+            (segmentation, &drawn.segmentation, "32SC1", 4),
+        ] {
+            if let (Some(topic), Some(plane)) = (topic.as_ref().filter(|topic| topic.is_wanted()), plane)
+                && let Some(message) = image(picture, plane, encoding, bytes, header.clone())
+            {
+                topic.put(&message);
+            }
+        }
+        if info.is_wanted() {
+            info.put(&camera_info(picture, header));
+        }
+    }
+}
+
+fn image(picture: &Picture, plane: &Plane, encoding: &str, bytes: u32, header: Header) -> Option<Image> {
+    let (width, height) = (picture.view.width, picture.view.height);
+    let step = width.checked_mul(bytes)?;
+    let data = plane.unpacked(u64::from(step) * u64::from(height));
+    let data = data.inspect_err(|error| tracing::debug!("a picture is not sent to ROS 2: {error}")).ok()?;
+    Some(Image {
+        header,
+        height,
+        width,
+        encoding: encoding.to_owned(),
+        is_bigendian: 0,
+        step,
+        data: data.to_vec(),
+    })
+}
+
+/// Of a pinhole camera: nothing is distorted, and nothing turned.
+fn camera_info(picture: &Picture, header: Header) -> CameraInfo {
+    let Intrinsics { fx, fy, cx, cy } =
+        picture.view.lens.intrinsics.unwrap_or(Intrinsics { fx: 0.0, fy: 0.0, cx: 0.0, cy: 0.0 });
+    CameraInfo {
+        header,
+        height: picture.view.height,
+        width: picture.view.width,
+        distortion_model: "plumb_bob".to_owned(),
+        d: vec![0.0; 5],
+        k: [fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0],
+        r: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
+        p: [fx, 0.0, cx, 0.0, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0],
+        ..CameraInfo::default()
+    }
+}

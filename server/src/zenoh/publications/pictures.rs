@@ -1,0 +1,67 @@
+//! Pictures of cameras at their own rate: a key for each, and on it each picture as it comes. A subscriber is what makes renderers draw
+//! them.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use prost::Message as _;
+use simd_proto::keys;
+use tokio::time::{MissedTickBehavior, interval};
+use zenoh::pubsub::Publisher;
+
+use super::{Demand, World, has_subscribers, publisher, put_all};
+use crate::convert::to_proto;
+
+/// The name of the message in the schema.
+pub(super) const MESSAGE: &str = "CameraPicture";
+/// How often new pictures are looked for.
+const PERIOD: Duration = Duration::from_millis(10);
+
+/// A camera's key.
+struct Topic {
+    publisher: Publisher<'static>,
+    /// The number of the last picture that left; 0 while it has no subscriber.
+    after: u64,
+}
+
+/// Publishes for as long as it is polled.
+pub(super) async fn publish(world: World, mut demand: Demand) {
+    let mut ticks = interval(PERIOD);
+    ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    let mut topics: BTreeMap<u64, Topic> = BTreeMap::new();
+    loop {
+        demand.wait().await;
+        ticks.tick().await;
+        let cameras = world.handle.cameras_by_id();
+        topics.retain(|id, _| cameras.iter().any(|(of, _)| of == id));
+        let mut pictures = Vec::new();
+        for (id, name) in cameras {
+            if !topics.contains_key(&id) {
+                let key = keys::pictures(&world.name, &name.robot, &name.sensor);
+                match publisher(&world.session, key, MESSAGE).await {
+                    Ok(publisher) => drop(topics.insert(id, Topic { publisher, after: 0 })),
+                    Err(error) => {
+                        tracing::warn!(
+                            robot = name.robot,
+                            sensor = name.sensor,
+                            "cannot be published: {error}"
+                        );
+                    }
+                }
+            }
+            let Some(topic) = topics.get_mut(&id) else { continue };
+            if !has_subscribers(&topic.publisher) {
+                topic.after = 0;
+            } else if let Some(picture) = world.handle.followed_picture(id, topic.after) {
+                topic.after = picture.sequence;
+                pictures.push((id, picture));
+            }
+        }
+        if pictures.is_empty() {
+            continue;
+        }
+        put_all(pictures.iter().filter_map(|(id, picture)| {
+            Some((&topics.get(id)?.publisher, to_proto::camera::picture(picture).encode_to_vec()))
+        }));
+    }
+}
