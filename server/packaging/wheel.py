@@ -1,4 +1,4 @@
-"""The Python wheel `simd-daemon`: both programs, for a machine with pip and without a package manager.
+"""The Python wheel `simd-daemon`: the programs, for a machine with pip and without a package manager.
 
 A wheel is a zip file whose folder `data/scripts` goes where an environment has its programs. maturin would build the
 programs once more to write the same, and takes the binaries of one crate only.
@@ -19,14 +19,14 @@ from release import PROGRAMS, REPOSITORY, Release
 _METADATA = """Metadata-Version: 2.4
 Name: simd-daemon
 Version: {version}
-Summary: The robot physics daemon simd, and simctl to control it
+Summary: The robot physics daemon simd, simctl to control it, and simd-camera to draw its cameras
 License-Expression: Apache-2.0
 License-File: LICENSE
 License-File: THIRD-PARTY-LICENSES.txt
 Requires-Python: >=3.8
 Description-Content-Type: text/markdown
 
-The programs `simd`, a headless robot physics daemon, and `simctl`. The package `simd-client` is its Python client; its module
+The programs `simd`, a headless robot physics daemon, `simctl`, and `simd-camera`, which draws its cameras. The package `simd-client` is its Python client; its module
 `simd_client.pybullet` starts this daemon for a script that finds none.
 """
 
