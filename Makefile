@@ -4,7 +4,7 @@ CARGO ?= cargo
 NEXTEST_VERSION := 0.9.143
 BIN := target/debug
 
-.PHONY: demo dist dist-check dist-test web viewer test test-python python-embedded test-rerun python-blocking docs test-web chromium test-data build lint nextest bench soak truth scenes fuzz reference clean
+.PHONY: demo dist dist-check dist-test camera vulkan web viewer test test-python python-embedded test-rerun python-blocking docs test-web chromium test-data build lint nextest bench soak truth scenes fuzz reference clean
 
 # Builds the daemon and simctl, and starts the daemon with the demo robot.
 demo: build
@@ -20,9 +20,18 @@ demo: build
 	@exec $(BIN)/simd --name demo --config tests/assets/demo.toml
 
 # All binaries of the workspace, since packages chosen by name have other features of their dependencies, which would
-# be compiled again for the tests.
+# be compiled again for the tests. Without the renderer of cameras, whose graphics nothing else needs: tests/Cargo.toml has its features.
 build: viewer
+	$(CARGO) build --locked --workspace --exclude simd-camera --bins
+
+# The renderer of cameras: $(BIN)/simd-camera. It needs a Vulkan driver to run, as `make vulkan` installs one.
+camera:
 	$(CARGO) build --locked --workspace --bins
+
+# Mesa's software Vulkan, which is enough to draw with. Debian's own, as Chromium below.
+vulkan:
+	@ls /usr/share/vulkan/icd.d/*.json >/dev/null 2>&1 || test -n "$$VK_DRIVER_FILES" || \
+	  (apt-get update -qq && apt-get install -y -qq --no-install-recommends mesa-vulkan-drivers)
 
 # The viewer, which becomes part of the daemon's binary: built where its sources changed.
 web: client/web/dist/index.html
@@ -46,7 +55,7 @@ viewer:
 	fi
 
 # Installs what the tests need, and runs every suite.
-test: web lint nextest test-data
+test: web lint nextest test-data vulkan
 	$(CARGO) build --locked --workspace --bins --tests
 	$(CARGO) nextest run --locked --workspace
 	$(MAKE) --no-print-directory test-python
@@ -166,7 +175,7 @@ fuzz:
 	done
 
 # The same for both of its builds, so that dependencies have the same features and are built once.
-DIST_PACKAGES := --package simd-server --package simd-cli --package simd-embedded
+DIST_PACKAGES := --package simd-server --package simd-cli --package simd-camera --package simd-embedded
 
 # Packages in dist/: archives, a Debian package, Python wheels. The build takes long: it is optimised over all crates.
 dist: web

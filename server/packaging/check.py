@@ -88,6 +88,7 @@ def check_archive(scratch: Path) -> None:
     (root,) = scratch.iterdir()
     for place in (
         "share/man/man1/simd.1.gz",
+        "share/man/man1/simd-camera.1.gz",
         "share/man/man1/simctl-joint-set.1.gz",
         "share/bash-completion/completions/simctl",
         "share/doc/simd/THIRD-PARTY-LICENSES.txt",

@@ -68,7 +68,7 @@ def collect() -> str:
     packages = [*_crates(), *_page(), _standard_library()]
     for package in packages:
         _accept(package)
-    lines = ["Packages of others in simd and simctl, their licences, and where they come from.", ""]
+    lines = ["Packages of others in simd, simctl and simd-camera, their licences, and where they come from.", ""]
     lines += [f"{package.name}: {package.licence} ({package.source})" for package in packages]
     users: dict[str, list[str]] = defaultdict(list)
     for package in packages:
@@ -81,7 +81,7 @@ def collect() -> str:
 
 def _crates() -> list[_Package]:
     """What `cargo tree` says is linked; macros run when it is compiled, and are not."""
-    packages = ["--package=simd-server", "--package=simd-cli", "--package=simd-embedded"]
+    packages = ["--package=simd-server", "--package=simd-cli", "--package=simd-camera", "--package=simd-embedded"]
     edges = ["--edges=normal,no-proc-macro", "--prefix=none", "--format={p}"]
     linked = run("cargo", "tree", "--locked", *packages, *edges, cwd=REPOSITORY)
     # `name v1.2.3`, and `(*)` where it was there before.

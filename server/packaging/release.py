@@ -1,4 +1,4 @@
-"""What is packed: the two binaries as they were built, their version, and where things go."""
+"""What is packed: the binaries as they were built, their version, and where things go."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pathlib import Path
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 PACKAGING = REPOSITORY / "server" / "packaging"
-PROGRAMS = ("simd", "simctl")
+PROGRAMS = ("simd", "simctl", "simd-camera")
 
 # What every system with glibc has: manylinux's list, less what nothing here needs.
 _SYSTEM_LIBRARIES = {"libc.so.6", "libm.so.6", "libgcc_s.so.1", "libdl.so.2", "libpthread.so.0", "librt.so.1"}

@@ -27,7 +27,8 @@ def install(release: Release, prefix: Path, licences: str, zsh: str = "zsh/site-
         shutil.copy(release.programs / name, programs / name)
     manual = prefix / "share" / "man" / "man1"
     manual.mkdir(parents=True)
-    (manual / "simd.1").write_text(run(programs / "simd", "--man"))
+    for name in ("simd", "simd-camera"):
+        (manual / f"{name}.1").write_text(run(programs / name, "--man"))
     run(programs / "simctl", "man", manual)
     for page in sorted(manual.glob("*.1")):
         compress(page)

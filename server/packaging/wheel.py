@@ -1,4 +1,4 @@
-"""The Python wheels `simd-daemon`: both programs, for a machine with pip and without a package manager; and `simd-embedded`: the
+"""The Python wheels `simd-daemon`: the programs, for a machine with pip and without a package manager; and `simd-embedded`: the
 extension module.
 
 A wheel is a zip file whose folder `data/scripts` goes where an environment has its programs. maturin would build the
@@ -20,14 +20,14 @@ from release import PROGRAMS, REPOSITORY, Release, shared_library, target_folder
 _METADATA = """Metadata-Version: 2.4
 Name: simd-daemon
 Version: {version}
-Summary: The robot physics daemon simd, and simctl to control it
+Summary: The robot physics daemon simd, simctl to control it, and simd-camera to draw its cameras
 License-Expression: Apache-2.0
 License-File: LICENSE
 License-File: THIRD-PARTY-LICENSES.txt
 Requires-Python: >=3.8
 Description-Content-Type: text/markdown
 
-The programs `simd`, a headless robot physics daemon, and `simctl`. The package `simd-client` is its Python client; its module
+The programs `simd`, a headless robot physics daemon, `simctl`, and `simd-camera`, which draws its cameras. The package `simd-client` is its Python client; its module
 `simd_client.pybullet` starts this daemon for a script that finds none.
 """
 

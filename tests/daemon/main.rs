@@ -3,6 +3,7 @@
 #![cfg(test)]
 
 mod autosave;
+mod cameras;
 mod client;
 mod docs;
 mod doctor;

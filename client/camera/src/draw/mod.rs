@@ -1,0 +1,345 @@
+//! Draws scenes. A picture has up to two passes over the same triangles: one for colours, and one for distances and numbers, whose
+//! pixels belong to one surface each. Where colours are neither smoothed nor blended, one pass draws all.
+//!
+//! * `surface`: meshes on the GPU.
+//! * `rows`: where things are, as the GPU reads it; in `f64` up to the camera's frame, so that a picture far from the origin is as
+//!   exact as one at it.
+//! * `pipelines`, `targets`: how triangles become pixels, and what they are drawn into.
+
+mod pipelines;
+mod rows;
+mod surface;
+mod targets;
+#[cfg(test)]
+mod tests;
+
+use std::time::Duration;
+
+use glamx::{DMat4, DVec3, DVec4};
+
+use crate::gpu::Gpu;
+use crate::scene::{Image, Mesh, Picture, Planes, Scene};
+
+use pipelines::{CAMERA_BYTES, ITEM_BYTES, Pipelines};
+use rows::{Drawn, Rows};
+pub(crate) use surface::Surface;
+use targets::{KeptTargets, Readback, Targets};
+
+/// Pixels of a side at the most.
+pub(crate) const MOST_PIXELS: u32 = 4096;
+/// Wall time that a picture may take. A driver that takes longer hangs.
+const LONGEST: Duration = Duration::from_secs(60);
+
+/// Why a picture was not drawn, as a fragment of a sentence.
+#[derive(Clone, Debug, thiserror::Error, PartialEq, Eq)]
+pub(crate) enum DrawError {
+    /// It has no pixels, or too many.
+    #[error("a picture of {width} x {height} pixels is not drawn: sides have 1 to {most} pixels")]
+    Size { width: u32, height: u32, most: u32 },
+    /// A mesh is too large.
+    #[error("a mesh of {triangles} triangles is not drawn: the GPU takes {most} bytes at one time")]
+    TooManyTriangles { triangles: usize, most: u64 },
+    /// There are too many things.
+    #[error("{items} things are not drawn: the GPU takes {most} bytes at one time")]
+    TooManyItems { items: usize, most: u64 },
+    /// The driver failed.
+    #[error("{0}")]
+    Driver(String),
+}
+
+/// Draws on one GPU, one picture after the other.
+#[derive(Debug)]
+pub(crate) struct Renderer {
+    gpu: Gpu,
+    pipelines: Pipelines,
+    targets: KeptTargets,
+    /// What all triangles of a picture share.
+    camera: wgpu::Buffer,
+    camera_group: wgpu::BindGroup,
+    /// Grows with the largest scene.
+    items: wgpu::Buffer,
+    /// Of surfaces without an image.
+    white: wgpu::BindGroup,
+    rows: Rows,
+}
+
+impl Renderer {
+    pub(crate) fn new(gpu: Gpu) -> Result<Self, DrawError> {
+        let samples = if gpu.smooths { crate::gpu::SAMPLES } else { 1 };
+        let pipelines = Pipelines::new(&gpu, samples);
+        let camera = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("camera"),
+            size: CAMERA_BYTES,
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let camera_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("camera"),
+            layout: &pipelines.camera,
+            entries: &[wgpu::BindGroupEntry { binding: 0, resource: camera.as_entire_binding() }],
+        });
+        let items = items_buffer(&gpu, 64 * ITEM_BYTES);
+        let white =
+            surface::texture(&gpu, &pipelines, &Image { width: 1, height: 1, rgba: vec![u8::MAX; 4] });
+        if let Some(fault) = gpu.fault() {
+            return Err(DrawError::Driver(fault));
+        }
+        let (targets, rows) = (KeptTargets::default(), Rows::default());
+        Ok(Self { gpu, pipelines, targets, camera, camera_group, items, white, rows })
+    }
+
+    /// Brings a mesh to the GPU.
+    ///
+    /// # Errors
+    /// Where the GPU has no room for it.
+    pub(crate) fn upload(&self, mesh: &Mesh) -> Result<Surface, DrawError> {
+        let surface = Surface::new(&self.gpu, &self.pipelines, mesh)?;
+        self.gpu.fault().map_or(Ok(surface), |fault| Err(DrawError::Driver(fault)))
+    }
+
+    /// Draws a picture, and waits for it.
+    ///
+    /// # Errors
+    /// Where the picture is too large, or the driver fails.
+    pub(crate) fn draw(&mut self, scene: &Scene) -> Result<Picture, DrawError> {
+        let (width, height) = (scene.width, scene.height);
+        let most = MOST_PIXELS.min(self.gpu.limits.max_texture_dimension_2d);
+        if width == 0 || height == 0 || width > most || height > most {
+            return Err(DrawError::Size { width, height, most });
+        }
+        self.rows.fill(scene);
+        self.bring(scene)?;
+        let is_exact = scene.planes.depth || scene.planes.segmentation;
+        let targets = self.targets.of_size(&self.gpu, width, height, scene.planes.color, is_exact);
+        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let passes = Passes {
+            pipelines: &self.pipelines,
+            camera: &self.camera_group,
+            items: &self.items,
+            white: &self.white,
+            rows: &self.rows,
+            scene,
+        };
+        if !(scene.planes.color && is_exact && passes.whole(&mut encoder, targets)) {
+            if scene.planes.color {
+                passes.color(&mut encoder, targets);
+            }
+            if is_exact {
+                passes.exact(&mut encoder, targets);
+            }
+        }
+        let backs = backs(targets, scene.planes);
+        for back in backs.iter().flatten() {
+            back.copy(&mut encoder);
+        }
+        self.gpu.queue.submit([encoder.finish()]);
+        for back in backs.iter().flatten() {
+            back.ask();
+        }
+        let waited =
+            self.gpu.device.poll(wgpu::PollType::Wait { submission_index: None, timeout: Some(LONGEST) });
+        let picture = taken(backs, width, height);
+        let failed = match (self.gpu.fault(), waited, picture) {
+            (None, Ok(_), Some(picture)) => return Ok(picture),
+            (Some(fault), ..) => fault,
+            (None, Err(error), _) => format!("the GPU did not end the picture: {error}"),
+            (None, Ok(_), None) => "the GPU did not give the picture back".to_owned(),
+        };
+        // Perhaps memory was short: what is kept for other sizes is given back.
+        self.targets.clear();
+        Err(DrawError::Driver(failed))
+    }
+
+    /// Writes what the scene says into the GPU's memory.
+    fn bring(&mut self, scene: &Scene) -> Result<(), DrawError> {
+        let bytes = self.rows.bytes();
+        let wanted = bytes.len() as u64;
+        if wanted > self.gpu.limits.max_buffer_size {
+            let items = scene.items.len();
+            return Err(DrawError::TooManyItems { items, most: self.gpu.limits.max_buffer_size });
+        }
+        if wanted > self.items.size() {
+            let size = wanted.next_power_of_two().min(self.gpu.limits.max_buffer_size);
+            self.items = items_buffer(&self.gpu, size);
+        }
+        if !bytes.is_empty() {
+            self.gpu.queue.write_buffer(&self.items, 0, bytes);
+        }
+        self.gpu.queue.write_buffer(&self.camera, 0, &camera_bytes(scene));
+        Ok(())
+    }
+}
+
+fn items_buffer(gpu: &Gpu, size: u64) -> wgpu::Buffer {
+    gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("items"),
+        size,
+        usage: wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    })
+}
+
+/// Where the planes that are asked for come back: colour, distance, number.
+fn backs(targets: &Targets, planes: Planes) -> [Option<&Readback>; 3] {
+    let exact = targets.exact.as_ref();
+    [
+        targets.color.as_ref().filter(|_| planes.color).map(|color| &color.back),
+        exact.filter(|_| planes.depth).map(|exact| &exact.distance),
+        exact.filter(|_| planes.segmentation).map(|exact| &exact.number),
+    ]
+}
+
+/// The planes; `None` where one of them did not come.
+fn taken(backs: [Option<&Readback>; 3], width: u32, height: u32) -> Option<Picture> {
+    let pixels = width as usize * height as usize;
+    let [color, distance, number] = backs;
+    let mut is_whole = true;
+    let mut read = |back: Option<&Readback>, bytes: usize, take: fn(&mut Vec<u8>, &[u8])| {
+        back.map(|back| {
+            let mut plane = Vec::with_capacity(bytes * pixels);
+            is_whole &= back.read(|row| take(&mut plane, row));
+            plane
+        })
+    };
+    let color = read(color, 3, |plane, row| {
+        let begin = plane.len();
+        plane.resize(begin + row.len() / 4 * 3, 0);
+        for (to, from) in plane[begin..].chunks_exact_mut(3).zip(row.chunks_exact(4)) {
+            to.copy_from_slice(&from[..3]);
+        }
+    });
+    // A float and an integer of a GPU are little-endian wherever there is Vulkan.
+    let depth = read(distance, 4, |plane, row| plane.extend_from_slice(row));
+    let segmentation = read(number, 4, |plane, row| plane.extend_from_slice(row));
+    is_whole.then_some(Picture { color, depth, segmentation })
+}
+
+/// As the shader's `Camera`.
+fn camera_bytes(scene: &Scene) -> Vec<u8> {
+    let clip = reversed(scene.projection);
+    let is_perspective = scene.projection.w_axis.w.abs() < 0.5;
+    let light = &scene.light;
+    let direction = scene.view.transform_vector3(light.direction).normalize_or(DVec3::Z).as_vec3();
+    let mut bytes = Vec::with_capacity(usize::try_from(CAMERA_BYTES).unwrap_or(0));
+    let mut put = |values: &[f32]| bytes.extend(values.iter().flat_map(|value| value.to_ne_bytes()));
+    put(&clip.as_mat4().to_cols_array());
+    put(&[direction.x, direction.y, direction.z, 0.0]);
+    let [red, green, blue] = light.color;
+    put(&[red, green, blue, 1.0]);
+    put(&[light.ambient, light.diffuse, light.specular, if is_perspective { 1.0 } else { 0.0 }]);
+    bytes
+}
+
+/// From OpenGL's depth, -1 at the near plane and 1 at the far one, to 1 and 0: floats are dense where depths of a projection
+/// in perspective are.
+fn reversed(projection: DMat4) -> DMat4 {
+    let rows = projection.transpose();
+    let depth: DVec4 = (rows.w_axis - rows.z_axis) / 2.0;
+    DMat4::from_cols(rows.x_axis, rows.y_axis, depth, rows.w_axis).transpose()
+}
+
+/// What the passes of one picture draw.
+struct Passes<'a> {
+    pipelines: &'a Pipelines,
+    camera: &'a wgpu::BindGroup,
+    items: &'a wgpu::Buffer,
+    white: &'a wgpu::BindGroup,
+    rows: &'a Rows,
+    scene: &'a Scene,
+}
+
+impl Passes<'_> {
+    fn color(&self, encoder: &mut wgpu::CommandEncoder, targets: &Targets) {
+        let Some(color) = &targets.color else { return };
+        let [r, g, b] = self.scene.background.map(f64::from);
+        let clear = wgpu::LoadOp::Clear(wgpu::Color { r, g, b, a: 1.0 });
+        let (view, resolve_target, store) = match &color.smooth {
+            // Of the samples nothing but their mean is needed.
+            Some(smooth) => (smooth, Some(&color.view), wgpu::StoreOp::Discard),
+            None => (&color.view, None, wgpu::StoreOp::Store),
+        };
+        let ops = wgpu::Operations { load: clear, store };
+        let attachment = wgpu::RenderPassColorAttachment { view, depth_slice: None, resolve_target, ops };
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("color"),
+            color_attachments: &[Some(attachment)],
+            depth_stencil_attachment: Some(far(&color.depth)),
+            ..wgpu::RenderPassDescriptor::default()
+        });
+        let smooth = self.pipelines.smooth.as_ref().filter(|_| color.smooth.is_some());
+        let pipelines = smooth.unwrap_or(&self.pipelines.plain);
+        pass.set_pipeline(&pipelines.opaque);
+        self.draw(&mut pass, self.rows.opaque(), true);
+        pass.set_pipeline(&pipelines.translucent);
+        self.draw(&mut pass, self.rows.translucent(), true);
+    }
+
+    /// All in one pass, where colours are neither smoothed nor blended; false where they are.
+    fn whole(&self, encoder: &mut wgpu::CommandEncoder, targets: &Targets) -> bool {
+        let (Some(color), Some(exact)) = (&targets.color, &targets.exact) else { return false };
+        if color.smooth.is_some() || !self.rows.translucent().is_empty() {
+            return false;
+        }
+        let [r, g, b] = self.scene.background.map(f64::from);
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("whole"),
+            color_attachments: &[
+                Some(cleared(&color.view, wgpu::Color { r, g, b, a: 1.0 })),
+                Some(cleared(&exact.distance_view, NOTHING)),
+                Some(cleared(&exact.number_view, wgpu::Color::TRANSPARENT)),
+            ],
+            depth_stencil_attachment: Some(far(&color.depth)),
+            ..wgpu::RenderPassDescriptor::default()
+        });
+        pass.set_pipeline(&self.pipelines.whole);
+        self.draw(&mut pass, self.rows.opaque(), true);
+        true
+    }
+
+    fn exact(&self, encoder: &mut wgpu::CommandEncoder, targets: &Targets) {
+        let Some(exact) = &targets.exact else { return };
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("exact"),
+            color_attachments: &[
+                Some(cleared(&exact.distance_view, NOTHING)),
+                Some(cleared(&exact.number_view, wgpu::Color::TRANSPARENT)),
+            ],
+            depth_stencil_attachment: Some(far(&exact.depth)),
+            ..wgpu::RenderPassDescriptor::default()
+        });
+        pass.set_pipeline(&self.pipelines.exact);
+        self.draw(&mut pass, self.rows.opaque(), false);
+        // What is translucent is there too.
+        self.draw(&mut pass, self.rows.translucent(), false);
+    }
+
+    fn draw(&self, pass: &mut wgpu::RenderPass<'_>, all: &[Drawn], with_images: bool) {
+        pass.set_bind_group(0, self.camera, &[]);
+        pass.set_vertex_buffer(1, self.items.slice(..));
+        for drawn in all {
+            let Some(item) = self.scene.items.get(drawn.item) else { continue };
+            let Some(part) = item.surface.parts.get(drawn.part) else { continue };
+            if with_images {
+                pass.set_bind_group(1, part.image.as_ref().unwrap_or(self.white), &[]);
+            }
+            pass.set_vertex_buffer(0, item.surface.vertices.slice(..));
+            pass.set_index_buffer(item.surface.indices.slice(..), wgpu::IndexFormat::Uint32);
+            pass.draw_indexed(part.first..part.first + part.count, 0, drawn.rows.clone());
+        }
+    }
+}
+
+/// The distance where nothing is seen. WebGPU's colours of clearing are f64, also for numbers.
+const NOTHING: wgpu::Color = wgpu::Color { r: f64::INFINITY, g: 0.0, b: 0.0, a: 0.0 };
+
+/// A plane that is drawn into, and kept.
+fn cleared(view: &wgpu::TextureView, color: wgpu::Color) -> wgpu::RenderPassColorAttachment<'_> {
+    let ops = wgpu::Operations { load: wgpu::LoadOp::Clear(color), store: wgpu::StoreOp::Store };
+    wgpu::RenderPassColorAttachment { view, depth_slice: None, resolve_target: None, ops }
+}
+
+/// A depth buffer in which all is far away; it is not needed after the pass.
+fn far(view: &wgpu::TextureView) -> wgpu::RenderPassDepthStencilAttachment<'_> {
+    let ops = wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Discard };
+    wgpu::RenderPassDepthStencilAttachment { view, depth_ops: Some(ops), stencil_ops: None }
+}

@@ -1,0 +1,198 @@
+//! How triangles become pixels: one pipeline for colours, one for colours of what is translucent, one for what is measured, and
+//! one for all of it.
+
+use crate::gpu::Gpu;
+
+pub(super) const COLOR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+pub(super) const BUFFERED_DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+pub(super) const DISTANCE: wgpu::TextureFormat = wgpu::TextureFormat::R32Float;
+pub(super) const NUMBER: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
+
+/// Bytes of a corner: position, normal, place in the image.
+pub(super) const CORNER_BYTES: u64 = 32;
+/// Bytes of an item: rows of a place, rows of a turn, colour, number.
+pub(super) const ITEM_BYTES: u64 = 104;
+/// Bytes of what all triangles of a picture share.
+pub(super) const CAMERA_BYTES: u64 = 112;
+
+/// For one number of samples.
+#[derive(Debug)]
+pub(super) struct ColorPipelines {
+    pub(super) opaque: wgpu::RenderPipeline,
+    pub(super) translucent: wgpu::RenderPipeline,
+}
+
+/// All of them.
+#[derive(Debug)]
+pub(super) struct Pipelines {
+    pub(super) plain: ColorPipelines,
+    /// Where the GPU smooths edges.
+    pub(super) smooth: Option<ColorPipelines>,
+    pub(super) exact: wgpu::RenderPipeline,
+    /// Colours and what is measured, in one pass.
+    pub(super) whole: wgpu::RenderPipeline,
+    /// Of what all triangles of a picture share.
+    pub(super) camera: wgpu::BindGroupLayout,
+    /// Of an image.
+    pub(super) image: wgpu::BindGroupLayout,
+    pub(super) sampler: wgpu::Sampler,
+}
+
+/// What a pipeline differs in.
+struct Kind {
+    label: &'static str,
+    corner: &'static str,
+    pixel: &'static str,
+    samples: u32,
+    /// Whether it hides what is behind.
+    hides: bool,
+}
+
+impl Pipelines {
+    pub(super) fn new(gpu: &Gpu, samples: u32) -> Self {
+        let device = &gpu.device;
+        let source = wgpu::ShaderSource::Wgsl(include_str!("shader.wgsl").into());
+        let module =
+            device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some("surfaces"), source });
+        let camera = camera_layout(device);
+        let image = image_layout(device);
+        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("surfaces"),
+            bind_group_layouts: &[Some(&camera), Some(&image)],
+            immediate_size: 0,
+        });
+        // Distances and numbers take nothing from an image.
+        let bare = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("exact"),
+            bind_group_layouts: &[Some(&camera)],
+            immediate_size: 0,
+        });
+        let color = |samples: u32| {
+            let opaque =
+                Kind { label: "opaque", corner: "lit_corner", pixel: "lit_pixel", samples, hides: true };
+            let translucent = Kind { label: "translucent", hides: false, ..opaque };
+            let blended = wgpu::ColorTargetState {
+                format: COLOR,
+                blend: Some(wgpu::BlendState::ALPHA_BLENDING),
+                write_mask: wgpu::ColorWrites::ALL,
+            };
+            ColorPipelines {
+                opaque: pipeline(device, &layout, &module, &opaque, &[Some(COLOR.into())]),
+                translucent: pipeline(device, &layout, &module, &translucent, &[Some(blended)]),
+            }
+        };
+        let exact =
+            Kind { label: "exact", corner: "exact_corner", pixel: "exact_pixel", samples: 1, hides: true };
+        let exact = pipeline(device, &bare, &module, &exact, &[Some(DISTANCE.into()), Some(NUMBER.into())]);
+        let whole =
+            Kind { label: "whole", corner: "lit_corner", pixel: "whole_pixel", samples: 1, hides: true };
+        let targets = [Some(COLOR.into()), Some(DISTANCE.into()), Some(NUMBER.into())];
+        let whole = pipeline(device, &layout, &module, &whole, &targets);
+        let plain = color(1);
+        let smooth = (samples > 1).then(|| color(samples));
+        Self { plain, smooth, exact, whole, camera, image, sampler: sampler(device) }
+    }
+}
+
+fn camera_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some("camera"),
+        entries: &[wgpu::BindGroupLayoutEntry {
+            binding: 0,
+            visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
+            ty: wgpu::BindingType::Buffer {
+                ty: wgpu::BufferBindingType::Uniform,
+                has_dynamic_offset: false,
+                min_binding_size: wgpu::BufferSize::new(CAMERA_BYTES),
+            },
+            count: None,
+        }],
+    })
+}
+
+fn image_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+    let entry = |binding: u32, ty: wgpu::BindingType| wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: wgpu::ShaderStages::FRAGMENT,
+        ty,
+        count: None,
+    };
+    let texture = wgpu::BindingType::Texture {
+        sample_type: wgpu::TextureSampleType::Float { filterable: true },
+        view_dimension: wgpu::TextureViewDimension::D2,
+        multisampled: false,
+    };
+    let sampler = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some("image"),
+        entries: &[entry(0, texture), entry(1, sampler)],
+    })
+}
+
+fn sampler(device: &wgpu::Device) -> wgpu::Sampler {
+    device.create_sampler(&wgpu::SamplerDescriptor {
+        label: Some("image"),
+        address_mode_u: wgpu::AddressMode::Repeat,
+        address_mode_v: wgpu::AddressMode::Repeat,
+        mag_filter: wgpu::FilterMode::Linear,
+        min_filter: wgpu::FilterMode::Linear,
+        mipmap_filter: wgpu::MipmapFilterMode::Linear,
+        ..wgpu::SamplerDescriptor::default()
+    })
+}
+
+/// Both sides of a triangle are drawn: shells of one layer are common, and files wind them either way.
+fn pipeline(
+    device: &wgpu::Device,
+    layout: &wgpu::PipelineLayout,
+    module: &wgpu::ShaderModule,
+    kind: &Kind,
+    targets: &[Option<wgpu::ColorTargetState>],
+) -> wgpu::RenderPipeline {
+    let corner = wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3, 2 => Float32x2];
+    let item = wgpu::vertex_attr_array![
+        3 => Float32x4, 4 => Float32x4, 5 => Float32x4,
+        6 => Float32x3, 7 => Float32x3, 8 => Float32x3,
+        9 => Float32x4, 10 => Uint32
+    ];
+    let buffers = [
+        Some(wgpu::VertexBufferLayout {
+            array_stride: CORNER_BYTES,
+            step_mode: wgpu::VertexStepMode::Vertex,
+            attributes: &corner,
+        }),
+        Some(wgpu::VertexBufferLayout {
+            array_stride: ITEM_BYTES,
+            step_mode: wgpu::VertexStepMode::Instance,
+            attributes: &item,
+        }),
+    ];
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some(kind.label),
+        layout: Some(layout),
+        vertex: wgpu::VertexState {
+            module,
+            entry_point: Some(kind.corner),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            buffers: &buffers,
+        },
+        primitive: wgpu::PrimitiveState::default(),
+        depth_stencil: Some(wgpu::DepthStencilState {
+            format: BUFFERED_DEPTH,
+            depth_write_enabled: Some(kind.hides),
+            // Reversed, which keeps what is far apart as well as what is near.
+            depth_compare: Some(wgpu::CompareFunction::Greater),
+            stencil: wgpu::StencilState::default(),
+            bias: wgpu::DepthBiasState::default(),
+        }),
+        multisample: wgpu::MultisampleState { count: kind.samples, ..wgpu::MultisampleState::default() },
+        fragment: Some(wgpu::FragmentState {
+            module,
+            entry_point: Some(kind.pixel),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            targets,
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}

@@ -1,0 +1,215 @@
+//! Where things are, as the GPU reads it: a row for each item and material, and which of them are drawn by one call.
+
+use std::cmp::Reverse;
+use std::ops::Range;
+use std::sync::Arc;
+
+use glamx::{DAffine3, DMat3, DMat4, DVec3};
+
+use crate::scene::{Item, Scene};
+
+use super::pipelines::ITEM_BYTES;
+
+/// One call: neighbours in the rows with the same triangles.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Drawn {
+    /// Any of the items.
+    pub(super) item: usize,
+    pub(super) part: usize,
+    pub(super) rows: Range<u32>,
+}
+
+/// Of one picture; its memory is kept for the next one.
+#[derive(Debug, Default)]
+pub(super) struct Rows {
+    bytes: Vec<u8>,
+    /// Those that hide what is behind first.
+    drawn: Vec<Drawn>,
+    opaque: usize,
+    order: Vec<Entry>,
+}
+
+/// A part of an item that may be seen.
+#[derive(Clone, Copy, Debug)]
+struct Entry {
+    item: usize,
+    part: usize,
+    is_translucent: bool,
+    /// Of translucent ones: how far away, as bits that sort as the number does.
+    depth: u64,
+    /// Of the surface: those of one are drawn together.
+    surface: usize,
+}
+
+impl Rows {
+    /// Takes those items of a scene that may be seen. Translucent ones come after the others, the farthest first.
+    pub(super) fn fill(&mut self, scene: &Scene) {
+        self.bytes.clear();
+        self.drawn.clear();
+        self.order.clear();
+        let camera_from_world = DAffine3::from_mat4(scene.view);
+        let bounds = Bounds::new(scene.projection);
+        for (place, item) in scene.items.iter().enumerate() {
+            self.sort_in(place, item, &camera_from_world, &bounds);
+        }
+        self.order.sort_unstable_by_key(|entry| {
+            (entry.is_translucent, Reverse(entry.depth), entry.surface, entry.part, entry.item)
+        });
+        self.opaque = 0;
+        let order = std::mem::take(&mut self.order);
+        let mut last = None;
+        for entry in &order {
+            let Some(item) = scene.items.get(entry.item) else { continue };
+            let row = self.write(item, entry.part, camera_from_world * item.world_from_mesh);
+            let triangles = (entry.surface, entry.part, entry.is_translucent);
+            match self.drawn.last_mut() {
+                Some(drawn) if last == Some(triangles) => drawn.rows.end = row + 1,
+                _ => self.drawn.push(Drawn { item: entry.item, part: entry.part, rows: row..row + 1 }),
+            }
+            last = Some(triangles);
+            if !entry.is_translucent {
+                self.opaque = self.drawn.len();
+            }
+        }
+        self.order = order;
+    }
+
+    /// Those that hide what is behind.
+    pub(super) fn opaque(&self) -> &[Drawn] {
+        self.drawn.get(..self.opaque).unwrap_or_default()
+    }
+
+    /// Those that do not, the farthest first.
+    pub(super) fn translucent(&self) -> &[Drawn] {
+        self.drawn.get(self.opaque..).unwrap_or_default()
+    }
+
+    /// For the GPU.
+    pub(super) fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+
+    fn sort_in(&mut self, place: usize, item: &Item, camera_from_world: &DAffine3, bounds: &Bounds) {
+        let camera_from_mesh = *camera_from_world * item.world_from_mesh;
+        let center = camera_from_mesh.transform_point3(DVec3::from_array(item.surface.center));
+        let matrix = camera_from_mesh.matrix3;
+        // No direction is stretched by more than the Frobenius norm.
+        let stretch = (matrix.x_axis.length_squared()
+            + matrix.y_axis.length_squared()
+            + matrix.z_axis.length_squared())
+        .sqrt();
+        if !bounds.may_show(center, stretch * item.surface.radius) {
+            return;
+        }
+        for (part, _) in item.surface.parts.iter().enumerate() {
+            let alpha = color_of(item, part).map_or(0.0, |color| color[3]);
+            if alpha <= 0.0 {
+                continue;
+            }
+            let is_translucent = shows_through(item, part);
+            // Positive floats sort as their bits.
+            let depth = if is_translucent { (-center.z).max(0.0).to_bits() } else { 0 };
+            let surface = Arc::as_ptr(&item.surface) as usize;
+            self.order.push(Entry { item: place, part, is_translucent, depth, surface });
+        }
+    }
+
+    /// Appends a row, and gives its number.
+    fn write(&mut self, item: &Item, part: usize, camera_from_mesh: DAffine3) -> u32 {
+        let row = u32::try_from(self.bytes.len() as u64 / ITEM_BYTES).unwrap_or(u32::MAX);
+        let place = camera_from_mesh.matrix3.transpose();
+        let shift = camera_from_mesh.translation;
+        for (axis, shift) in [(place.x_axis, shift.x), (place.y_axis, shift.y), (place.z_axis, shift.z)] {
+            self.put(&[axis.x, axis.y, axis.z, shift].map(|value| value as f32));
+        }
+        let turn = turn_of_normals(camera_from_mesh.matrix3).transpose();
+        for axis in [turn.x_axis, turn.y_axis, turn.z_axis] {
+            self.put(&axis.to_array().map(|value| value as f32));
+        }
+        self.put(&color_of(item, part).unwrap_or_default());
+        self.bytes.extend_from_slice(&item.id.to_ne_bytes());
+        row
+    }
+
+    fn put(&mut self, values: &[f32]) {
+        self.bytes.extend(values.iter().flat_map(|value| value.to_ne_bytes()));
+    }
+}
+
+/// The part's own colour, else the item's.
+fn color_of(item: &Item, part: usize) -> Option<[f32; 4]> {
+    item.surface.parts.get(part).map(|part| part.color.unwrap_or(item.color))
+}
+
+/// Whether what is behind is seen through it.
+fn shows_through(item: &Item, part: usize) -> bool {
+    let has_holes = item.surface.parts.get(part).is_some_and(|part| part.is_translucent);
+    has_holes || color_of(item, part).is_some_and(|[.., alpha]| alpha < 1.0)
+}
+
+/// Normals are turned by the transpose of the inverse, so that they stay upright on what is stretched; of what is flattened,
+/// by the matrix itself.
+fn turn_of_normals(matrix: DMat3) -> DMat3 {
+    let turn = matrix.inverse().transpose();
+    if turn.is_finite() { turn } else { matrix }
+}
+
+/// The planes that bound what a camera sees, in its frame: what is seen has `n . x + d` of at least 0 for each.
+#[derive(Debug)]
+struct Bounds([(DVec3, f64); 6]);
+
+impl Bounds {
+    /// From the rows of the projection (Gribb and Hartmann, *Fast extraction of viewing frustum planes*, 2001).
+    fn new(projection: DMat4) -> Self {
+        let rows = projection.transpose();
+        let (x, y, z, w) = (rows.x_axis, rows.y_axis, rows.z_axis, rows.w_axis);
+        Self([w + x, w - x, w + y, w - y, w + z, w - z].map(|plane| {
+            let normal = plane.truncate();
+            let length = normal.length();
+            (normal / length, plane.w / length)
+        }))
+    }
+
+    /// Whether a part of a ball may be seen. A plane that is none (as the far one of an endless projection) bounds nothing.
+    fn may_show(&self, center: DVec3, radius: f64) -> bool {
+        self.0.iter().all(|(normal, shift)| {
+            let distance = normal.dot(center) + shift;
+            distance.is_nan() || distance >= -radius
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_behind_or_beside_the_camera_is_left_out() {
+        let bounds = Bounds::new(glamx::dcamera::rh::proj::opengl::perspective(
+            std::f64::consts::FRAC_PI_2,
+            1.0,
+            0.1,
+            10.0,
+        ));
+        for (center, radius, is_seen) in [
+            (DVec3::new(0.0, 0.0, -5.0), 0.1, true),
+            (DVec3::new(0.0, 0.0, 5.0), 1.0, false),
+            (DVec3::new(0.0, 0.0, 0.5), 1.0, true),
+            (DVec3::new(7.0, 0.0, -5.0), 1.0, false),
+            (DVec3::new(6.0, 0.0, -5.0), 1.0, true),
+            (DVec3::new(0.0, 0.0, -12.0), 1.0, false),
+        ] {
+            assert_eq!(bounds.may_show(center, radius), is_seen, "{center} {radius}");
+        }
+    }
+
+    #[test]
+    fn normals_of_what_is_stretched_stay_upright() {
+        let matrix = DMat3::from_diagonal(DVec3::new(2.0, 1.0, 1.0));
+        // Of the plane x + y = 1, which becomes x / 2 + y = 1.
+        let normal = (turn_of_normals(matrix) * DVec3::new(1.0, 1.0, 0.0)).normalize();
+        assert!(normal.distance(DVec3::new(0.5, 1.0, 0.0).normalize()) < 1e-12);
+        let flat = DMat3::from_diagonal(DVec3::new(1.0, 1.0, 0.0));
+        assert_eq!(turn_of_normals(flat), flat);
+    }
+}

@@ -1,0 +1,60 @@
+//! The thread that draws. A picture and a mesh are given to it, and it answers when they are done; all waiting for the GPU is here.
+
+use tokio::sync::{mpsc, oneshot};
+
+use crate::draw::{DrawError, Renderer, Surface};
+use crate::scene::{Mesh, Picture, Scene};
+
+/// What waits at the most; who gives it more waits itself.
+const WAITING: usize = 16;
+
+enum Job {
+    Upload { mesh: Box<Mesh>, answer: oneshot::Sender<Result<Surface, DrawError>> },
+    Draw { scene: Box<Scene>, answer: oneshot::Sender<Result<Picture, DrawError>> },
+}
+
+/// The way to it. Cheap to clone; the thread ends with the last one.
+#[derive(Clone)]
+pub(crate) struct Drawing(mpsc::Sender<Job>);
+
+impl Drawing {
+    /// Starts the thread.
+    ///
+    /// # Errors
+    /// Where the system has no thread left.
+    pub(crate) fn start(mut renderer: Renderer) -> std::io::Result<Self> {
+        let (jobs, mut waiting) = mpsc::channel(WAITING);
+        std::thread::Builder::new().name("drawing".to_owned()).spawn(move || {
+            while let Some(job) = waiting.blocking_recv() {
+                // Who asked may have gone: then it is drawn for none.
+                match job {
+                    Job::Upload { mesh, answer } => drop(answer.send(renderer.upload(&mesh))),
+                    Job::Draw { scene, answer } => drop(answer.send(renderer.draw(&scene))),
+                }
+            }
+        })?;
+        Ok(Self(jobs))
+    }
+
+    /// Brings a mesh to the GPU.
+    pub(crate) async fn upload(&self, mesh: Mesh) -> Result<Surface, DrawError> {
+        let (answer, answered) = oneshot::channel();
+        self.ask(Job::Upload { mesh: Box::new(mesh), answer }, answered).await
+    }
+
+    /// Draws a picture.
+    pub(crate) async fn draw(&self, scene: Scene) -> Result<Picture, DrawError> {
+        let (answer, answered) = oneshot::channel();
+        self.ask(Job::Draw { scene: Box::new(scene), answer }, answered).await
+    }
+
+    async fn ask<T>(
+        &self,
+        job: Job,
+        answered: oneshot::Receiver<Result<T, DrawError>>,
+    ) -> Result<T, DrawError> {
+        let ended = || DrawError::Driver("the thread that draws has ended".to_owned());
+        self.0.send(job).await.map_err(|_| ended())?;
+        answered.await.map_err(|_| ended())?
+    }
+}

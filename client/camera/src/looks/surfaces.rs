@@ -1,0 +1,192 @@
+//! Meshes on the GPU, each once: made here for primitives, fetched from the daemon for files.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use simd_client::{Client, Code, Error, Refusal};
+
+use crate::draw::Surface;
+use crate::drawing::Drawing;
+use crate::primitives::{self, segments};
+use crate::scene::Mesh;
+use crate::{glb, images};
+
+use super::LookError;
+
+const MIB: u64 = 1 << 20;
+
+/// What a mesh is of.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Key {
+    Cube,
+    /// With so many segments.
+    Ball(u32),
+    Cylinder(u32),
+    /// Bits of its radius and length: stretching one does not give another.
+    Capsule(u64, u64),
+    Plane,
+    /// What it looks like: SHA-256 of its file and of those that it names.
+    Mesh(String),
+    /// A primitive with a picture, of which this is the SHA-256.
+    Pictured(Box<Key>, String),
+}
+
+impl Key {
+    /// Metres.
+    pub(super) fn capsule(radius: f64, length: f64) -> Self {
+        Self::Capsule(radius.to_bits(), length.to_bits())
+    }
+}
+
+struct Kept {
+    /// `None`: it cannot be drawn, which was said once.
+    surface: Option<Arc<Surface>>,
+    /// When it was last asked for.
+    asked: u64,
+}
+
+/// A cache that is bounded by the bytes on the GPU.
+pub(super) struct Surfaces {
+    drawing: Drawing,
+    most_bytes: u64,
+    kept: HashMap<Key, Kept>,
+    asked: u64,
+}
+
+impl Surfaces {
+    pub(super) fn new(drawing: Drawing, most_bytes: u64) -> Self {
+        Self { drawing, most_bytes, kept: HashMap::new(), asked: 0 }
+    }
+
+    /// A mesh; `None` where it cannot be drawn.
+    pub(super) async fn get(
+        &mut self,
+        client: &Client,
+        key: &Key,
+    ) -> Result<Option<Arc<Surface>>, LookError> {
+        self.asked += 1;
+        if let Some(kept) = self.kept.get_mut(key) {
+            kept.asked = self.asked;
+            return Ok(kept.surface.clone());
+        }
+        let mesh = match key {
+            Key::Mesh(look) => fetched(client, look).await?,
+            Key::Pictured(of, sha256) => match made(of) {
+                Some(mesh) => Some(pictured(client, mesh, sha256).await?),
+                None => None,
+            },
+            of => made(of),
+        };
+        let surface = match mesh {
+            Some(mesh) => Some(Arc::new(self.drawing.upload(mesh).await?)),
+            None => None,
+        };
+        let kept = Kept { surface: surface.clone(), asked: self.asked };
+        self.kept.insert(key.clone(), kept);
+        if self.is_over() {
+            self.shrink()?;
+        }
+        Ok(surface)
+    }
+
+    /// Whether they take more than half of what they may.
+    pub(super) fn is_half_full(&self) -> bool {
+        self.bytes() > self.most_bytes / 2
+    }
+
+    fn is_over(&self) -> bool {
+        self.bytes() > self.most_bytes
+    }
+
+    /// Gives back those that no robot shows, the longest unused first, until the rest is within the bound.
+    ///
+    /// # Errors
+    /// Where what robots show is beyond it.
+    fn shrink(&mut self) -> Result<(), LookError> {
+        let mut unused: Vec<(u64, Key)> = self
+            .kept
+            .iter()
+            .filter(|(_, kept)| kept.surface.as_ref().is_none_or(|surface| Arc::strong_count(surface) == 1))
+            .map(|(key, kept)| (kept.asked, key.clone()))
+            .collect();
+        unused.sort_unstable_by_key(|(asked, _)| *asked);
+        for (_, key) in unused {
+            if !self.is_over() {
+                break;
+            }
+            self.kept.remove(&key);
+        }
+        if self.is_over() {
+            return Err(LookError::Memory { wanted: self.bytes() / MIB, most: self.most_bytes / MIB });
+        }
+        Ok(())
+    }
+
+    fn bytes(&self) -> u64 {
+        self.kept.values().filter_map(|kept| kept.surface.as_ref()).map(|surface| surface.bytes()).sum()
+    }
+}
+
+/// A primitive.
+fn made(key: &Key) -> Option<Mesh> {
+    match key {
+        Key::Cube => Some(primitives::cube()),
+        Key::Ball(around) => Some(primitives::ball(*around)),
+        Key::Cylinder(around) => Some(primitives::cylinder(*around)),
+        Key::Capsule(radius, length) => {
+            let (radius, length) = (f64::from_bits(*radius), f64::from_bits(*length));
+            Some(primitives::capsule(segments(radius), radius, length))
+        }
+        Key::Plane => Some(primitives::plane()),
+        Key::Mesh(_) | Key::Pictured(..) => None,
+    }
+}
+
+/// A primitive with a picture of the daemon; without one where that cannot be read.
+async fn pictured(client: &Client, mut mesh: Mesh, sha256: &str) -> Result<Mesh, LookError> {
+    let file = match client.asset(sha256).await {
+        Ok(file) => file,
+        Err(Error::Refused(refusal)) if is_gone(&refusal) => {
+            tracing::warn!("a texture is not drawn: {refusal}");
+            return Ok(mesh);
+        }
+        Err(error) => return Err(error.into()),
+    };
+    let read = tokio::task::spawn_blocking(move || images::read(&file)).await;
+    match read.unwrap_or_else(|_| Err("it cannot be read".to_owned())) {
+        Ok(image) => {
+            mesh.images = vec![image];
+            for part in &mut mesh.parts {
+                part.image = Some(0);
+            }
+        }
+        Err(reason) => tracing::warn!("texture {sha256} is not drawn: {reason}"),
+    }
+    Ok(mesh)
+}
+
+/// Whether the daemon does not have what was asked for.
+fn is_gone(refusal: &Refusal) -> bool {
+    matches!(refusal.code, Code::NotFound | Code::FailedPrecondition)
+}
+
+/// A mesh of the daemon; `None` where it has none that can be read. The connection's failures are errors.
+async fn fetched(client: &Client, look: &str) -> Result<Option<Mesh>, LookError> {
+    let file = match client.mesh(look).await {
+        Ok(file) => file,
+        Err(Error::Refused(refusal)) if is_gone(&refusal) => {
+            tracing::warn!("a mesh is not drawn: {refusal}");
+            return Ok(None);
+        }
+        Err(error) => return Err(error.into()),
+    };
+    // Large ones take a while.
+    let read = tokio::task::spawn_blocking(move || glb::read(&file)).await;
+    match read.unwrap_or_else(|_| Err("it cannot be read".to_owned())) {
+        Ok(mesh) => Ok(Some(mesh)),
+        Err(reason) => {
+            tracing::warn!("mesh {look} is not drawn: {reason}");
+            Ok(None)
+        }
+    }
+}

@@ -1,0 +1,86 @@
+//! simd-camera: draws the pictures of a world's cameras. A client of the daemon like any other, so that it may run on another
+//! machine, and that several share the work. This file is the way from options to an exit code.
+//!
+//! * `options`: what can be said on the command line.
+//! * `work`: the loop, which asks for pictures to draw. `task`: from what is asked for to a scene, and back.
+//! * `looks`: what robots look like, from the daemon. `glb`, `images`: the files that it sends. `primitives`: triangles of the rest.
+//! * `scene`: what a picture is made of. `drawing`: the thread that draws it. `draw`: how, and `gpu`: with what. These know no daemon.
+
+mod draw;
+mod drawing;
+mod glb;
+mod gpu;
+mod images;
+mod looks;
+mod options;
+mod primitives;
+mod scene;
+mod task;
+mod work;
+
+use std::io::Write as _;
+use std::process::ExitCode;
+
+use anyhow::Context as _;
+use clap::Parser as _;
+use tracing_subscriber::EnvFilter;
+
+use draw::Renderer;
+use drawing::Drawing;
+use gpu::Gpu;
+use options::Options;
+use work::Work;
+
+/// Bytes.
+const MIB: u64 = 1 << 20;
+
+fn main() -> ExitCode {
+    let options = Options::parse();
+    if options.man {
+        // Nothing is left to tell it to where stdout is gone.
+        let _ = options::write_manual(&mut std::io::stdout());
+        return ExitCode::SUCCESS;
+    }
+    log();
+    match run(&options) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            let sentence = simd_client::printable_lines(&format!("{error:#}"));
+            // Nothing is left to tell it to where stderr is gone.
+            let _ = writeln!(std::io::stderr(), "simd-camera: {sentence}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// To stderr. `RUST_LOG` says how much.
+fn log() {
+    let filter =
+        EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("warn,simd_camera=info"));
+    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).init();
+}
+
+fn run(options: &Options) -> anyhow::Result<()> {
+    // Before the daemon is asked: who has no GPU learns of it in the first second.
+    let mut gpu = Gpu::open(options.adapter.as_deref())?;
+    gpu.smooths = gpu.smooths && options.smooth.unwrap_or(!gpu.is_software);
+    tracing::info!("drawing with {}", gpu.name);
+    let renderer = Renderer::new(gpu).context("the Vulkan device cannot be used")?;
+    let drawing = Drawing::start(renderer).context("the thread that draws cannot be started")?;
+    let work = Work {
+        endpoint: options.endpoint(),
+        connect: options.connect()?,
+        name: options.name(),
+        hands: usize::from(options.at_once),
+        mesh_bytes: u64::from(options.memory) * MIB,
+        once: options.once,
+    };
+    // Zenoh needs this flavor; what takes long is on threads of its own.
+    let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build();
+    runtime.context("no runtime")?.block_on(async {
+        tokio::select! {
+            ended = work::run(work, drawing) => ended,
+            interrupted = tokio::signal::ctrl_c() => Ok(interrupted?),
+        }
+    })
+}

@@ -1,0 +1,150 @@
+//! What can be said on the command line. Where the daemon is and with which token and certificates it is asked is said as for
+//! `simctl`.
+
+use std::fs::File;
+use std::io::Read as _;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context as _, bail};
+use clap::{CommandFactory as _, Parser};
+use simd_client::{ConnectOptions, DEFAULT_PORT, Token};
+
+/// A longer file is none of a token.
+const MAX_TOKEN_FILE: u64 = 4096;
+/// Characters of a renderer's name, as the daemon takes it.
+const NAME: usize = 128;
+
+/// Draws the pictures of a world's cameras
+///
+/// A client of simd: it asks the daemon which pictures are wanted, draws them with a GPU by way of Vulkan, and sends them. Without a
+/// GPU it draws with Mesa's software renderer (Debian: mesa-vulkan-drivers). Several of it share the pictures of one world, also
+/// from other machines.
+#[derive(Debug, Parser)]
+#[command(name = "simd-camera", version)]
+pub(crate) struct Options {
+    /// The daemon: host, host:port, http://host:port, or for Zenoh tcp/host:port[#NAME]; else $SIMD_ENDPOINT, else 127.0.0.1:7400
+    #[arg(short, long, value_name = "ADDRESS")]
+    endpoint: Option<String>,
+    /// The name of this renderer, which others see; that of the machine with a number where it is left out
+    #[arg(long)]
+    name: Option<String>,
+    /// For https and tls/: the authority that signed the daemon's certificate (PEM), else $SIMD_TLS_CA
+    #[arg(long, value_name = "PATH")]
+    tls_ca: Option<PathBuf>,
+    /// For a daemon that asks its clients for certificates: that of this client (PEM), else $SIMD_TLS_CLIENT_CERT
+    #[arg(long, value_name = "PATH")]
+    tls_client_cert: Option<PathBuf>,
+    /// The private key of that certificate (PEM), else $SIMD_TLS_CLIENT_KEY
+    #[arg(long, value_name = "PATH")]
+    tls_client_key: Option<PathBuf>,
+    /// For a daemon that asks for a token: a file with it in its first line, else $SIMD_TOKEN
+    #[arg(long, value_name = "PATH")]
+    token_file: Option<PathBuf>,
+    /// The Vulkan device: a part of its name. Where it is left out, a GPU comes before a processor
+    #[arg(long, value_name = "NAME")]
+    pub(crate) adapter: Option<String>,
+    /// Pictures that are worked on at one time
+    #[arg(long, value_name = "COUNT", default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=16))]
+    pub(crate) at_once: u8,
+    /// MiB that meshes may take on the GPU
+    #[arg(long, value_name = "MIB", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(16..))]
+    pub(crate) memory: u32,
+    /// Smooth the edges of colours. Where it is left out, a GPU does and a processor does not
+    #[arg(long, value_name = "true|false")]
+    pub(crate) smooth: Option<bool>,
+    /// End after one picture
+    #[arg(long)]
+    pub(crate) once: bool,
+    /// Writes the manual page, as roff, to stdout
+    #[arg(long, exclusive = true, hide = true)]
+    pub(crate) man: bool,
+}
+
+/// The manual page, as roff.
+///
+/// # Errors
+/// Where it cannot be written.
+pub(crate) fn write_manual(to: &mut impl std::io::Write) -> std::io::Result<()> {
+    clap_mangen::Man::new(Options::command()).render(to)
+}
+
+impl Options {
+    /// The daemon's address.
+    pub(crate) fn endpoint(&self) -> String {
+        let environment = || std::env::var("SIMD_ENDPOINT").ok().filter(|endpoint| !endpoint.is_empty());
+        self.endpoint.clone().or_else(environment).unwrap_or_else(|| format!("127.0.0.1:{DEFAULT_PORT}"))
+    }
+
+    /// With which token and certificates: what is said here beats the environment.
+    ///
+    /// # Errors
+    /// Where the file of the token has none.
+    pub(crate) fn connect(&self) -> anyhow::Result<ConnectOptions> {
+        let default = ConnectOptions::default();
+        let token = self.token_file.as_deref().map(token).transpose()?;
+        Ok(ConnectOptions {
+            token: token.or(default.token),
+            tls_authorities: self.tls_ca.clone().or(default.tls_authorities),
+            tls_certificate: self.tls_client_cert.clone().or(default.tls_certificate),
+            tls_key: self.tls_client_key.clone().or(default.tls_key),
+            ..default
+        })
+    }
+
+    /// The name of this renderer.
+    pub(crate) fn name(&self) -> String {
+        let machine = std::fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
+        let made_up = || format!("{}-{}", machine.trim(), std::process::id());
+        visible(&self.name.clone().unwrap_or_else(made_up))
+    }
+}
+
+/// As much of a name as the daemon takes.
+fn visible(name: &str) -> String {
+    let visible: String = name.chars().filter(char::is_ascii_graphic).take(NAME).collect();
+    if visible.is_empty() { format!("simd-camera-{}", std::process::id()) } else { visible }
+}
+
+/// The first line of a file.
+fn token(path: &Path) -> anyhow::Result<Token> {
+    let mut text = String::new();
+    let unreadable = || format!("cannot read the token in {}", path.display());
+    let file = File::open(path).with_context(unreadable)?;
+    file.take(MAX_TOKEN_FILE + 1).read_to_string(&mut text).with_context(unreadable)?;
+    let token = text.lines().next().unwrap_or_default().trim();
+    if token.is_empty() || text.len() as u64 > MAX_TOKEN_FILE {
+        bail!("{} has no token: it must be the first line", path.display());
+    }
+    Ok(Token::from(token.to_owned()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_well_formed() {
+        Options::command().debug_assert();
+    }
+
+    #[test]
+    fn a_name_is_visible_and_bounded_whatever_was_typed() {
+        let name = |text: &str| Options::parse_from(["simd-camera", "--name", text]).name();
+        assert_eq!(name("lab 3\n"), "lab3");
+        assert_eq!(name(&"n".repeat(500)).len(), NAME);
+        assert!(name("\u{fc}").starts_with("simd-camera-"));
+        assert!(Options::parse_from(["simd-camera"]).name().ends_with(&std::process::id().to_string()));
+    }
+
+    #[test]
+    fn a_file_has_the_token_in_its_first_line() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("token");
+        std::fs::write(&path, "simd_1\nand more\n").unwrap();
+        assert!(token(&path).is_ok());
+        for text in [String::new(), "\n".to_owned(), "a".repeat(5000)] {
+            std::fs::write(&path, text).unwrap();
+            assert!(token(&path).unwrap_err().to_string().contains("has no token"));
+        }
+    }
+}

@@ -1,0 +1,173 @@
+#!/usr/bin/env python3
+"""What `simd-camera` draws beside PyBullet's TinyRenderer: robots of pybullet_data, from the same matrices.
+
+    target/python-venv/bin/python tests/reference/camera.py [--programs target/debug]
+
+For each robot: how far depths are apart away from edges, how many pixels are of another link, and pictures a second, both drawn by the
+processor. Writes camera.md, and for each robot a picture with simd's on the left and PyBullet's on the right, into target/camera.
+
+Both are asked through the same functions, `getCameraImage` of PyBullet and of `simd_client.pybullet`. TinyRenderer takes the lower left
+corner of a pixel, and a GPU its middle: simd's projection is moved by half a pixel, so that both look along the same rays.
+"""
+
+from __future__ import annotations
+
+import argparse
+import struct
+import subprocess
+import time
+import zlib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pybullet
+import pybullet_data
+import simd_client.pybullet as simd
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+WIDTH, HEIGHT = 640, 480
+NEAR, FAR = 0.2, 6.0
+"""Metres."""
+ROBOTS = {
+    "kuka": ("kuka_iiwa/model.urdf", [0.0, 0.0, 0.6], 1.4),
+    "panda": ("franka_panda/panda.urdf", [0.0, 0.0, 0.5], 1.3),
+    "r2d2": ("r2d2.urdf", [0.0, 0.0, 0.0], 1.5),
+    "laikago": ("laikago/laikago_toes_zup.urdf", [0.0, 0.0, -0.1], 1.0),
+}
+"""The file, what is looked at, and from how far away, metres."""
+STEP = 0.02
+"""Metres: neighbours whose depths are farther apart have an edge between them."""
+FRAMES = 40
+"""That are timed."""
+
+
+def main() -> None:
+    """Compares all of them, and prints the table."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--programs", type=Path, default=REPOSITORY / "target" / "debug")
+    parser.add_argument("--out", type=Path, default=REPOSITORY / "target" / "camera")
+    arguments = parser.parse_args()
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    lines = [
+        "| robot | pixels of it | away from edges | worst depth mm | 99.9 % mm | depth off by 1 mm | other link | simd fps | TinyRenderer fps |",
+        "|---|---|---|---|---|---|---|---|---|",
+    ]
+    with Daemon(arguments.programs) as daemon:
+        pybullet.connect(pybullet.DIRECT)
+        simd.connect(simd.DIRECT, options=f"--endpoint={daemon.locator}")
+        for name, (file, target, distance) in ROBOTS.items():
+            lines.append(compare(name, file, target, distance, arguments.out))
+            print(lines[-1], flush=True)
+        simd.disconnect()
+    text = "\n".join(lines) + "\n"
+    (arguments.out / "camera.md").write_text(text)
+    print(text)
+
+
+class Daemon:
+    """A daemon and a renderer of its own, which end with the script."""
+
+    def __init__(self, programs: Path) -> None:
+        flags = ["--listen", "127.0.0.1:0", "--zenoh", "tcp/127.0.0.1:0", "--paused", "--until-stdin-closes"]
+        self._daemon = subprocess.Popen([programs / "simd", *flags], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        assert self._daemon.stdout is not None
+        _, _, places = self._daemon.stdout.readline().partition(" is listening on ")
+        self.address, self.locator = places.strip().split(" and ")
+        self._renderer = subprocess.Popen([programs / "simd-camera", "--endpoint", self.address])
+
+    def __enter__(self) -> Daemon:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for process in (self._renderer, self._daemon):
+            process.terminate()
+            process.wait()
+
+
+def compare(name: str, file: str, target: list[float], distance: float, out: Path) -> str:
+    """The line of a robot. It is alone in both worlds, in the pose that it is loaded with."""
+    path = str(Path(pybullet_data.getDataPath()) / file)
+    theirs = pybullet.loadURDF(path, useFixedBase=True)
+    ours = simd.loadURDF(path, useFixedBase=True)
+    view = pybullet.computeViewMatrixFromYawPitchRoll(target, distance, 50.0, -25.0, 0.0, 2)
+    projection = pybullet.computeProjectionMatrixFOV(60.0, WIDTH / HEIGHT, NEAR, FAR)
+    moved = list(projection)
+    moved[8] -= 1.0 / WIDTH
+    moved[9] -= 1.0 / HEIGHT
+    flags = pybullet.ER_SEGMENTATION_MASK_OBJECT_AND_LINKINDEX
+    first = Picture(pybullet.getCameraImage(WIDTH, HEIGHT, view, projection, flags=flags, renderer=pybullet.ER_TINY_RENDERER, shadow=0))
+    second = Picture(asked(view, moved, flags))
+    assert theirs == ours, "the two number their bodies alike"
+
+    away = ~(first.edges() | second.edges())
+    both = away & (first.bodies >= 0) & (second.bodies >= 0)
+    apart = np.abs(first.depth - second.depth)[both] * 1e3
+    other = int(np.count_nonzero(away & (first.bodies != second.bodies)))
+    write_png(out / f"{name}.png", np.concatenate([second.colors, first.colors], axis=1))
+    fast = rate(lambda: simd.getCameraImage(WIDTH, HEIGHT, view, projection))
+    slow = rate(lambda: pybullet.getCameraImage(WIDTH, HEIGHT, view, projection, renderer=pybullet.ER_TINY_RENDERER, shadow=0))
+    pybullet.resetSimulation()
+    simd.resetSimulation()
+    seen = int(np.count_nonzero(first.bodies >= 0))
+    part = float(np.quantile(apart, 0.999)) if apart.size else 0.0
+    worst = float(apart.max()) if apart.size else 0.0
+    far = int(np.count_nonzero(apart > 1.0))
+    return f"| {name} | {seen} | {int(np.count_nonzero(both))} | {worst:.3f} | {part:.3f} | {far} | {other} | {fast:.1f} | {slow:.1f} |"
+
+
+def asked(view: Any, projection: Any, flags: int) -> Any:
+    """A picture of ours, once the renderer is there."""
+    for _ in range(200):
+        answer = simd.getCameraImage(WIDTH, HEIGHT, view, projection, flags=flags, shadow=0)
+        if np.any(np.asarray(answer[4]) >= 0):
+            return answer
+        time.sleep(0.05)
+    raise SystemExit("simd-camera draws nothing: see what it says above")
+
+
+class Picture:
+    """What getCameraImage answered."""
+
+    def __init__(self, answer: Any) -> None:
+        _, _, colors, depth, bodies = answer
+        self.colors = np.asarray(colors, dtype=np.uint8).reshape(HEIGHT, WIDTH, 4)[:, :, :3]
+        buffer = np.asarray(depth, dtype=np.float64).reshape(HEIGHT, WIDTH)
+        self.depth = FAR * NEAR / (FAR - (FAR - NEAR) * buffer)
+        self.bodies = np.asarray(bodies, dtype=np.int64).reshape(HEIGHT, WIDTH)
+
+    def edges(self) -> Any:
+        """Pixels that have a neighbour of another link, or farther away or nearer by more than a surface is."""
+        edges = np.zeros(self.bodies.shape, dtype=bool)
+        for down in (-1, 0, 1):
+            for right in (-1, 0, 1):
+                bodies = np.roll(self.bodies, (down, right), (0, 1))
+                depth = np.roll(self.depth, (down, right), (0, 1))
+                edges |= (bodies != self.bodies) | (np.abs(depth - self.depth) > STEP)
+        return edges
+
+
+def rate(draw: Any) -> float:
+    """Pictures a second."""
+    draw()
+    began = time.perf_counter()
+    for _ in range(FRAMES):
+        draw()
+    return FRAMES / (time.perf_counter() - began)
+
+
+def write_png(path: Path, pixels: Any) -> None:
+    """Red, green and blue."""
+    height, width, _ = pixels.shape
+    rows = b"".join(b"\0" + row.tobytes() for row in pixels)
+
+    def chunk(kind: bytes, data: bytes) -> bytes:
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    head = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
+    data = [b"\x89PNG\r\n\x1a\n", chunk(b"IHDR", head), chunk(b"IDAT", zlib.compress(rows)), chunk(b"IEND", b"")]
+    path.write_bytes(b"".join(data))
+
+
+if __name__ == "__main__":
+    main()
