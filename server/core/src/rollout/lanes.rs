@@ -128,13 +128,16 @@ impl Rollout {
                     continue;
                 }
                 if was_in {
-                    lanes.give_back(lane, worker.world.body_mut(robot));
+                    lanes.give_targets(lane, worker.world.body_mut(robot));
                 }
                 if let Err(error) = self.drive(worker, running.copy, step) {
                     running.stop = Some(error.into());
                     lanes.leave(lane);
                 } else if was_in {
-                    lanes.take(lane, worker.world.body(robot));
+                    lanes.take_targets(lane, worker.world.body(robot));
+                    if !lanes.has(lane) {
+                        lanes.give_back(lane, worker.world.body_mut(robot));
+                    }
                 }
             }
             lanes.step();

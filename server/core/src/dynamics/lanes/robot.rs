@@ -182,6 +182,36 @@ impl<S: Simd> LaneRobot<S> {
         }
     }
 
+    /// Writes what targets are made of into the robot of a copy in a lane: where its joints and their setpoints are, and how they move.
+    pub fn give_targets(&self, lane: usize, robot: &mut Articulation) {
+        let into = robot.state_mut();
+        into.history = self.history_of(lane);
+        for (i, state) in self.states.iter().enumerate() {
+            let actuator = &mut into.axes[i].actuator;
+            (into.positions[i], into.velocities[i]) = (state.position.get(lane), state.velocity.get(lane));
+            actuator.setpoint = state.setpoint.get(lane);
+            actuator.setpoint_velocity = state.setpoint_velocity.get(lane);
+        }
+    }
+
+    /// Takes the targets of the robot of a copy that is in a lane. Where lanes do not do these, it leaves the lane.
+    pub fn take_targets(&mut self, lane: usize, robot: &Articulation) {
+        let from = robot.state();
+        self.history.set(lane, number(from.history));
+        for (i, axis) in from.axes.iter().enumerate() {
+            if self.modes[i].is_some_and(has_place) != has_place(axis.actuator.mode) {
+                self.leave(lane);
+            }
+            self.laws[i].set(lane, axis, self.stepping.h);
+            self.states[i].setpoint.set(lane, axis.actuator.setpoint);
+            self.states[i].setpoint_velocity.set(lane, axis.actuator.setpoint_velocity);
+        }
+    }
+
+    fn history_of(&self, lane: usize) -> History {
+        HISTORIES[(self.history.get(lane) as usize).min(HISTORIES.len() - 1)]
+    }
+
     /// Has no copy in a lane any more.
     pub fn leave(&mut self, lane: usize) {
         self.is_taken.set(lane, 0.0);
@@ -207,7 +237,7 @@ impl<S: Simd> LaneRobot<S> {
     /// Writes the state of the copy in a lane into its robot.
     pub fn give_back(&self, lane: usize, robot: &mut Articulation) {
         let into = robot.state_mut();
-        into.history = HISTORIES[(self.history.get(lane) as usize).min(HISTORIES.len() - 1)];
+        into.history = self.history_of(lane);
         for (i, state) in self.states.iter().enumerate() {
             let (axis, drive) = (&mut into.axes[i], &mut into.drives[i]);
             let saturated = state.drive.saturated.get(lane);

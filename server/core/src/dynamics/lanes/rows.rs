@@ -153,13 +153,9 @@ impl<S: Simd> LaneRobot<S> {
         let mut kinked = zero.lt(zero);
         for (state, at) in self.states.iter_mut().zip(&self.bodies) {
             let most = at.most_friction;
-            let way = |impulse: Lanes<S>| {
-                let sign = impulse.lt(zero).select(zero.same(-1.0), zero.same(1.0));
-                impulse.abs().lt(most).select(zero, sign)
-            };
             let [friction, lower, upper] = at.rows;
             let has = zero.lt(friction.is_there) & going;
-            kinked = kinked | (has & !way(friction.impulse).is(way(state.friction)));
+            kinked = kinked | (has & !way(friction.impulse, most).is(way(state.friction, most)));
             state.friction = going.select(has.select(friction.impulse, zero), state.friction);
             for (row, before) in [(lower, &mut state.lower), (upper, &mut state.upper)] {
                 let has = zero.lt(row.is_there) & going;
@@ -170,4 +166,12 @@ impl<S: Simd> LaneRobot<S> {
         }
         kinked
     }
+}
+
+/// Which way dry friction of at most so much slips: 0 where it holds.
+#[inline(always)]
+fn way<S: Simd>(impulse: Lanes<S>, most: Lanes<S>) -> Lanes<S> {
+    let zero = impulse.same(0.0);
+    let sign = impulse.lt(zero).select(zero.same(-1.0), zero.same(1.0));
+    impulse.abs().lt(most).select(zero, sign)
 }

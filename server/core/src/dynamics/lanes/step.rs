@@ -105,14 +105,16 @@ impl<S: Simd> LaneRobot<S> {
         let (one, half) = (zero.same(1.0), zero.same(0.5));
         let h = zero.same(self.stepping.h);
         let is_leapfrog = self.stepping.integrator == Integrator::Leapfrog;
-        let of = |history: History| zero.same(number(history));
-        let (was_kinked, smooth, twice) =
-            (of(History::Kinked), of(History::Smooth), of(History::SmoothTwice));
+        let was_given = zero.same(number(History::Given));
+        let was_interrupted = zero.same(number(History::Interrupted));
+        let was_kinked = zero.same(number(History::Kinked));
+        let smooth = zero.same(number(History::Smooth));
+        let twice = zero.same(number(History::SmoothTwice));
         if is_leapfrog {
             let before = self.history;
-            let begins = before.is(was_kinked) | before.is(of(History::Given));
+            let begins = before.is(was_kinked) | before.is(was_given);
             let after = begins.select(smooth, twice);
-            let after = before.is(of(History::Interrupted)).select(was_kinked, after);
+            let after = before.is(was_interrupted).select(was_kinked, after);
             self.history = kinked.select(was_kinked, after);
         }
         let (is_smooth, is_twice) = (self.history.is(smooth), self.history.is(twice));

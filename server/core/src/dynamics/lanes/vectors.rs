@@ -62,8 +62,12 @@ pub(super) struct Articulated<S: Simd> {
 impl<S: Simd> Vector<S> {
     #[inline(always)]
     pub(super) fn splat(simd: S, value: DVec3) -> Self {
-        let [x, y, z] = value.to_array().map(|value| Lanes::splat(simd, value));
-        Self { x, y, z }
+        // No closure: what is not inlined is compiled for any processor.
+        Self {
+            x: Lanes::splat(simd, value.x),
+            y: Lanes::splat(simd, value.y),
+            z: Lanes::splat(simd, value.z),
+        }
     }
 
     #[inline(always)]
