@@ -22,6 +22,7 @@ mod hard_stacks;
 mod initial_overlaps;
 mod inverse_kinematics;
 mod kinematics;
+mod lanes;
 mod mechanisms;
 mod mujoco;
 mod passive_worlds;

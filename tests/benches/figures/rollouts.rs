@@ -36,10 +36,19 @@ pub(crate) fn print() {
     for (name, with_costs, threads) in [
         ("steps alone, one thread", false, 1),
         ("with costs of each step, one thread", true, 1),
+        ("steps alone, all threads", false, threads),
         ("with costs of each step, all threads", true, threads),
     ] {
-        let rounds = (0..ROUNDS).map(|round| in_the_core(&world, round, with_costs, threads));
-        println!("  {name:38} {}", Spread::of(rounds.collect()));
+        // One after the other and in lanes in turns, so that both see the same machine.
+        let mut rounds = [Vec::new(), Vec::new()];
+        for round in 0..ROUNDS {
+            for (rounds, has_lanes) in rounds.iter_mut().zip([false, true]) {
+                rounds.push(in_the_core(&world, round, (with_costs, has_lanes), threads));
+            }
+        }
+        for (way, rounds) in ["one by one", "in lanes"].into_iter().zip(rounds) {
+            println!("  {name:38} {way:10} {}", Spread::of(rounds));
+        }
     }
     let runtime = lateness::runtime();
     runtime.block_on(async {
@@ -86,7 +95,12 @@ fn values(round: usize) -> Vec<f64> {
     (0..COPIES * KNOTS.0 * JOINTS).map(|_| random.f64() - 0.5).collect()
 }
 
-fn in_the_core(world: &Simulation, round: usize, with_costs: bool, threads: usize) -> f64 {
+fn in_the_core(
+    world: &Simulation,
+    round: usize,
+    (with_costs, has_lanes): (bool, bool),
+    threads: usize,
+) -> f64 {
     let arm = Named { robot: "arm-0".into(), names: Vec::new() };
     let of = Cost::JointPositions { joints: arm, targets: Vec::new(), wrapped: false };
     let request = RolloutRequest {
@@ -109,6 +123,7 @@ fn in_the_core(world: &Simulation, round: usize, with_costs: bool, threads: usiz
     };
     let begun = Instant::now();
     let rollout = Rollout::new(world.snapshot(), request, u64::MAX).expect("it can be");
+    let rollout = if has_lanes { rollout } else { rollout.without_lanes() };
     let next = AtomicUsize::new(0);
     std::thread::scope(|scope| {
         for _ in 0..threads {

@@ -124,6 +124,11 @@ impl Placed {
         self.world_middle().distance(other.world_middle()) - self.radius - other.radius
     }
 
+    /// How far from its body's origin any point of it is at the most.
+    pub(super) fn farthest(&self) -> f64 {
+        self.body_from_shape.transform_point(self.middle).length() + self.radius
+    }
+
     /// The middle of the shape, in its axes.
     pub(super) fn middle(&self) -> DVec3 {
         self.middle

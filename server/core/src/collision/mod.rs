@@ -2,6 +2,7 @@
 //!
 //! * [`Shapes`]: the shapes of a robot, made once, away from the physics thread.
 //! * [`RobotColliders`]: those of one robot in the world, and where they are.
+//! * `clearance`: how far a robot can move before it touches anything.
 //! * [`Collider`]: one of them as plain data, for those who draw it.
 //! * [`Filter`], [`Groups`]: what of two robots, and of one, touches what.
 //! * [`Broad`]: which robots are near each other.
@@ -15,6 +16,7 @@
 
 mod bounds;
 mod broad;
+mod clearance;
 mod colliders;
 pub mod distance;
 mod facet_contact;

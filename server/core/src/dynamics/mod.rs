@@ -13,6 +13,7 @@
 //! * [`articulation`]: the state of one robot, and its step.
 //! * [`configuration`]: where a robot is, apart from any world; [`jacobian`],
 //!   [`inverse_dynamics`], [`inverse_kinematics`]: what follows from it.
+//! * [`lanes`]: copies of one robot, stepped side by side.
 //! * [`island`]: robots that touch, solved together; [`block_cholesky`]: their sparse matrix.
 
 pub mod actuator;
@@ -33,6 +34,7 @@ pub mod inverse_kinematics;
 pub mod island;
 pub mod jacobian;
 pub mod kinematics;
+pub mod lanes;
 pub mod ldlt;
 pub mod link_motion;
 pub mod mass_matrix;

@@ -1,5 +1,7 @@
 //! Copies, a batch at a time.
 
+use std::ops::Range;
+
 use super::Rollout;
 use super::controls::ControlMemory;
 use super::quantities::View;
@@ -9,11 +11,13 @@ use crate::simulation::{Error, EventKind, Simulation};
 /// The memory of one who runs copies: one of them at a time.
 #[derive(Debug)]
 pub struct Worker {
-    world: Simulation,
-    view: View,
+    pub(super) world: Simulation,
+    pub(super) view: View,
     memory: ControlMemory,
     /// Factors of the gains that the rollout gives, by robot and joint; empty is one.
     gain_factors: Vec<Vec<f64>>,
+    /// Of copies that step at once, one each.
+    pub(super) beside: Vec<Worker>,
 }
 
 /// What became of a batch. Each array has its copies one after the other.
@@ -41,14 +45,14 @@ pub struct Ended {
 }
 
 /// The places of a copy in the arrays of a batch.
-struct Places<'r> {
-    states: &'r mut [f64],
-    costs: &'r mut [f64],
-    step_costs: &'r mut [f64],
+pub(super) struct Places<'r> {
+    pub(super) states: &'r mut [f64],
+    pub(super) costs: &'r mut [f64],
+    pub(super) step_costs: &'r mut [f64],
 }
 
 /// Why a copy does no more steps.
-enum Stop {
+pub(super) enum Stop {
     /// The caller wants no more.
     Interrupted,
     /// It cannot go on; for people.
@@ -63,12 +67,18 @@ impl From<Error> for Stop {
 
 impl Worker {
     pub(super) fn with(world: Simulation) -> Self {
-        Self { world, view: View::default(), memory: ControlMemory::default(), gain_factors: Vec::new() }
+        Self {
+            world,
+            view: View::default(),
+            memory: ControlMemory::default(),
+            gain_factors: Vec::new(),
+            beside: Vec::new(),
+        }
     }
 }
 
 /// The part of an array that is a copy's.
-fn part(array: &mut [f64], place: usize, length: usize) -> &mut [f64] {
+pub(super) fn part(array: &mut [f64], place: usize, length: usize) -> &mut [f64] {
     &mut array[place * length..(place + 1) * length]
 }
 
@@ -81,7 +91,8 @@ impl Rollout {
     /// Advances the copies of a batch by all of their steps; nothing where `interrupt`, which is asked before each step, says that
     /// no one wants them any more.
     ///
-    /// The one place where copies step: one after the other here. What steps several at once will be in its place.
+    /// The one place where copies step: several at once where they can be in lanes, else one after the other. Either way each has
+    /// the same bits.
     pub fn advance(
         &self,
         worker: &mut Worker,
@@ -99,6 +110,24 @@ impl Rollout {
             steps_done: vec![0; count],
             ended: Vec::new(),
         };
+        if self.has_lanes {
+            self.advance_with_vectors(worker, copies, &mut result, interrupt)?;
+        } else {
+            self.advance_alone(worker, copies, &mut result, interrupt)?;
+        }
+        Some(result)
+    }
+
+    /// Advances copies one after the other.
+    pub(super) fn advance_alone(
+        &self,
+        worker: &mut Worker,
+        copies: Range<usize>,
+        result: &mut BatchResult,
+        interrupt: &dyn Fn() -> bool,
+    ) -> Option<()> {
+        let states = self.shape.rows * self.shape.columns();
+        let steps = result.step_costs.len() / result.steps_done.len().max(1);
         for (place, copy) in copies.enumerate() {
             let places = Places {
                 states: part(&mut result.states, place, states),
@@ -114,7 +143,7 @@ impl Rollout {
                 }
             }
         }
-        Some(result)
+        Some(())
     }
 
     /// Does all steps of a copy.
@@ -160,7 +189,7 @@ impl Rollout {
     }
 
     /// Puts the worker's world to where a copy starts.
-    fn begin(&self, worker: &mut Worker, copy: usize) -> Result<(), Error> {
+    pub(super) fn begin(&self, worker: &mut Worker, copy: usize) -> Result<(), Error> {
         let robots = self.state.world.entities.len();
         let mut masses = vec![Vec::new(); robots];
         self.variations.iter().for_each(|variation| variation.masses(copy, &mut masses, &self.state));
@@ -177,7 +206,7 @@ impl Rollout {
     }
 
     /// Gives a copy what is due before a step.
-    fn drive(&self, worker: &mut Worker, copy: usize, step: u64) -> Result<(), Error> {
+    pub(super) fn drive(&self, worker: &mut Worker, copy: usize, step: u64) -> Result<(), Error> {
         let Worker { world, memory, gain_factors, .. } = worker;
         for control in &self.controls {
             let factors = &gain_factors[control.robot()];
@@ -188,7 +217,7 @@ impl Rollout {
     }
 
     /// Writes the quantities of the next row.
-    fn read(&self, worker: &mut Worker, rows: &mut usize, places: &mut Places<'_>) {
+    pub(super) fn read(&self, worker: &mut Worker, rows: &mut usize, places: &mut Places<'_>) {
         let mut row = part(places.states, *rows, self.shape.columns());
         *rows += 1;
         for quantity in &self.quantities {
@@ -199,7 +228,7 @@ impl Rollout {
     }
 
     /// Adds the cost of a step.
-    fn weigh(
+    pub(super) fn weigh(
         &self,
         worker: &mut Worker,
         step: u64,
@@ -223,7 +252,7 @@ impl Rollout {
 
 impl Worker {
     /// Does a step. A robot whose state is not finite after it ends the copy.
-    fn step(&mut self) -> Result<(), Stop> {
+    pub(super) fn step(&mut self) -> Result<(), Stop> {
         self.world.step();
         let disabled = |kind: EventKind| match kind {
             EventKind::EntityDisabled { robot, reason } => Some(format!("robot {robot:?}: {reason}")),
@@ -234,7 +263,7 @@ impl Worker {
     }
 
     /// Looks at the world as it is now.
-    fn look(&mut self) {
+    pub(super) fn look(&mut self) {
         self.world.observe(&mut self.view.state);
         self.view.changed();
     }

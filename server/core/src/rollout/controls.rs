@@ -107,6 +107,11 @@ impl ControlPlan {
         self.robot
     }
 
+    /// Whether it says something new at a step.
+    pub(super) fn drives_at(&self, step: u64) -> bool {
+        self.feedback.is_some() || self.values.as_ref().is_some_and(|values| values.change_at(step))
+    }
+
     /// Gives the joints what they are to do in a step of a copy, where that is something new. `factor` is that of the gains of a
     /// joint, by its index in the robot's model.
     ///
@@ -119,8 +124,7 @@ impl ControlPlan {
         factor: impl Fn(usize) -> f64,
         memory: &mut ControlMemory,
     ) -> Result<(), Error> {
-        let changes = self.values.as_ref().is_some_and(|values| values.change_at(step));
-        if !changes && self.feedback.is_none() {
+        if !self.drives_at(step) {
             return Ok(());
         }
         match &self.values {

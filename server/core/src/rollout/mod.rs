@@ -7,7 +7,7 @@
 //! * `knots`: rows of numbers over time. `draw`: what looks random.
 //! * `controls`, `starts`, `variations`: what differs from copy to copy.
 //! * `quantities`, `costs`: what is read of copies.
-//! * [`Rollout`]: the plan, made once. `batch`: the copies, a batch at a time.
+//! * [`Rollout`]: the plan, made once. `batch`: the copies, a batch at a time; `lanes`: several of them at once.
 //!
 //! A copy is the world itself: its steps are those of [`Simulation::step`], and what it is given goes the way of commands. So it
 //! ends where the world would, to the bit. What a copy becomes depends on the state, the request and its own number alone: not on
@@ -18,6 +18,7 @@ mod controls;
 mod costs;
 mod draw;
 mod knots;
+mod lanes;
 mod names;
 mod quantities;
 pub mod request;
@@ -65,6 +66,8 @@ pub struct Rollout {
     costs: Vec<CostPlan>,
     record_every: u64,
     record_start: bool,
+    /// Copies step several at once, as long as they can.
+    has_lanes: bool,
 }
 
 /// How many numbers a rollout gives.
@@ -175,7 +178,7 @@ impl Rollout {
         let controls = (controls.into_iter().enumerate())
             .map(|(index, control)| ControlPlan::new(layout, index, control, copies))
             .collect::<Result<_, _>>()?;
-        let rollout = Self {
+        let mut rollout = Self {
             start,
             state,
             shape,
@@ -186,9 +189,23 @@ impl Rollout {
             costs,
             record_every,
             record_start,
+            has_lanes: false,
         };
+        rollout.has_lanes = rollout.can_be_in_lanes(&world);
         rollout.try_first_step(Worker::with(world))?;
         Ok(rollout)
+    }
+
+    /// The same with copies that step one after the other: for comparing.
+    #[must_use]
+    pub fn without_lanes(mut self) -> Self {
+        self.has_lanes = false;
+        self
+    }
+
+    /// Whether its copies step several at once, as long as they can and where the processor has vectors for it.
+    pub fn steps_in_lanes(&self) -> bool {
+        self.has_lanes
     }
 
     /// How many numbers it gives.

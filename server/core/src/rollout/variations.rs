@@ -207,6 +207,11 @@ impl VariationPlan {
         world.apply(&command).map(drop)
     }
 
+    /// Whether it pushes on a link.
+    pub(super) fn is_push(&self) -> bool {
+        matches!(self.of, VariedPlan::Push { .. })
+    }
+
     /// Pushes a copy, in the step with which the push begins.
     pub(super) fn push(&self, world: &mut Simulation, copy: usize, step: u64) -> Result<(), Error> {
         let VariedPlan::Push { name, link, at, seconds } = &self.of else { return Ok(()) };

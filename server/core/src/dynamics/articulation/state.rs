@@ -22,6 +22,11 @@ impl Articulation {
         &self.state
     }
 
+    /// To write it from where several copies step side by side.
+    pub(in crate::dynamics) fn state_mut(&mut self) -> &mut BodyState {
+        &mut self.state
+    }
+
     /// Puts it into another state of its tree.
     pub fn set_state(&mut self, state: BodyState) {
         self.state = state;

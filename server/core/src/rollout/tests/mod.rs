@@ -3,6 +3,7 @@
 mod costs;
 mod equality;
 mod extremes;
+mod lanes;
 mod refusals;
 mod variations;
 

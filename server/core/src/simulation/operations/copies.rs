@@ -3,11 +3,19 @@
 
 use std::sync::Arc;
 
+use super::step::slack;
 use super::targets::actuator_for;
-use crate::dynamics::Tree;
+use crate::collision::Filter;
+use crate::dynamics::lanes::LaneRobot;
+use crate::dynamics::{Articulation, Tree};
 use crate::simulation::command::Target;
+use crate::simulation::entity::Entity;
 use crate::simulation::saved::Saved;
+use crate::simulation::world_state::Pair;
 use crate::simulation::{PhysicsSettings, Simulation, WorldLimits};
+
+/// A robot goes no farther before it is looked at again, metres.
+const FARTHEST: f64 = 1.0;
 
 /// Of the first robot of a copy.
 const FIRST_VERSION: u64 = 1;
@@ -44,6 +52,80 @@ impl Simulation {
         let (actuator, _beyond) = actuator_for(robot, body, target);
         let dof = robot.tree().bodies[body].velocity;
         robot.set_actuator(dof, actuator);
+    }
+
+    /// The robot whose state is all that a step changes, and that the dynamics alone change it, in a way that
+    /// [`LaneRobot`] does too: it meets nothing, and nothing else moves.
+    pub(crate) fn lane_robot(&self) -> Option<usize> {
+        let has_nothing_else = |entity: &Entity| {
+            let state = &entity.state;
+            state.sensors.is_empty()
+                && state.trajectories.is_empty()
+                && state.applied_wrenches.is_empty()
+                && state.expired_wrenches.is_empty()
+        };
+        if !self.constraints.list.is_empty()
+            || !self.contacts.list.is_empty()
+            || !self.entities.iter().all(has_nothing_else)
+        {
+            return None;
+        }
+        let mut moving = (0..self.entities.len()).filter(|robot| self.entities[*robot].moves());
+        let robot = moving.next().filter(|_| moving.next().is_none())?;
+        let entity = &self.entities[robot];
+        let stays = |&(robots, colliders): &Pair| {
+            let moves = |side: usize| {
+                let of = &self.entities[robots[side]].colliders;
+                of.side(colliders[side]).is_some_and(|side| side.body.is_some())
+            };
+            !moves(0) && !moves(1)
+        };
+        let meets_nothing = self.contacts.ignored_overlaps().all(|pair| stays(&pair));
+        let is_simple = entity.is_awake() && LaneRobot::<pulp::Scalar>::takes(entity.body.tree());
+        (meets_nothing && is_simple).then_some(robot)
+    }
+
+    /// How far points of the robot of [`lane_robot`](Self::lane_robot) can move after a step before a contact of it could be found,
+    /// metres; how far one does at the most where each joint moves by one unit; and from how near contacts are looked for beside that.
+    pub(crate) fn lane_room(&self, robot: usize) -> (f64, Vec<f64>, f64) {
+        let PhysicsSettings { gravity, time_step, substeps, .. } = self.settings;
+        let h = time_step / f64::from(substeps);
+        let slack = slack(gravity, h);
+        let Entity { body, colliders, .. } = &self.entities[robot];
+        let mut gap = 0.5 * colliders.own_gap();
+        for (other, entity) in self.entities.iter().enumerate() {
+            if other == robot || !entity.is_active() || colliders.is_empty() {
+                continue;
+            }
+            let pair = [robot.min(other), robot.max(other)];
+            let [first, second] = pair.map(|index| &self.entities[index].colliders);
+            gap = gap.min(first.gap_to(second, Filter::between(pair, &self.contacts.collision_pairs)));
+        }
+        if gap == f64::INFINITY {
+            return (gap, vec![0.0; body.tree().bodies.len()], slack);
+        }
+        let levers = colliders.levers(body.tree(), body.positions(), FARTHEST);
+        // Shapes are where the last part of a step found them.
+        let moved =
+            levers.iter().zip(body.half_velocities()).map(|(lever, velocity)| lever * velocity.abs() * h);
+        (gap.min(FARTHEST) - moved.sum::<f64>(), levers, slack)
+    }
+
+    /// A step has been done of the one robot that there is, elsewhere.
+    pub(crate) fn pass_step(&mut self) {
+        self.now.step += 1;
+        let (step, time) = self.time_base;
+        self.now.sim_time = time + (self.now.step - step) as f64 * self.settings.time_step;
+    }
+
+    /// The dynamics of a robot.
+    pub(crate) fn body(&self, robot: usize) -> &Articulation {
+        &self.entities[robot].body
+    }
+
+    /// To put a robot where a step elsewhere has brought it.
+    pub(crate) fn body_mut(&mut self, robot: usize) -> &mut Articulation {
+        &mut self.entities[robot].body
     }
 
     /// Position and velocity of the axis of a body that turns or slides.

@@ -123,6 +123,11 @@ struct Part {
     ends: bool,
 }
 
+/// From how near what moves contacts are looked for beside what its motion asks for, metres.
+pub(super) fn slack(gravity: DVec3, h: f64) -> f64 {
+    NEAR + 2.0 * gravity.length() * h * h
+}
+
 /// False where it was interrupted.
 fn advance(
     robots: &mut [Entity],
@@ -132,7 +137,7 @@ fn advance(
     pool: Option<&dyn Pool>,
     interrupt: &Interrupt<'_>,
 ) -> bool {
-    let slack = NEAR + 2.0 * part.gravity.length() * part.h * part.h;
+    let slack = slack(part.gravity, part.h);
     // The part before says it for what comes before groups are known.
     let threads = pool.filter(|_| groups.are_worth_threads());
     // One that is alone with its shapes meets nothing, and need not know where they are.

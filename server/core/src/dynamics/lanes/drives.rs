@@ -1,0 +1,147 @@
+//! What joints are driven by: setpoints, laws and effort limits, as [`actuator`](crate::dynamics::actuator) has them for one copy.
+
+use pulp::Simd;
+
+use super::joint::{Drive, Law, State, has_place};
+use super::number::{Lanes, Mask};
+use super::passes::implicitness;
+use super::robot::LaneRobot;
+use crate::dynamics::integrator::Integrator;
+
+/// The law alone, without its limit, over a step in which the velocity changes from `half` to `new`.
+#[inline(always)]
+fn law<S: Simd>(
+    drive: &Drive<S>,
+    q: Lanes<S>,
+    [half, new]: [Lanes<S>; 2],
+    h: Lanes<S>,
+    damper: Lanes<S>,
+) -> Lanes<S> {
+    let spring_after = q.same(1.5) * damper - q.same(0.5);
+    let spring_before = q.same(0.5) - q.same(0.5) * damper;
+    let moved = h * spring_after * new - h * spring_before * half;
+    let velocity = damper * new + (q.same(1.0) - damper) * half;
+    drive.stiffness * (drive.position - q - moved)
+        + drive.damping * (drive.velocity - velocity)
+        + drive.feed_forward
+}
+
+/// 1 with the sign of a number.
+#[inline(always)]
+fn sign<S: Simd>(of: Lanes<S>) -> Lanes<S> {
+    of.lt(of.same(0.0)).select(of.same(-1.0), of.same(1.0))
+}
+
+impl<S: Simd> LaneRobot<S> {
+    /// Moves setpoints on, and takes each actuator's law for the step.
+    #[inline(always)]
+    pub(super) fn set_drives(&mut self) {
+        let h = self.is_taken.same(self.stepping.h);
+        let integrator = self.stepping.integrator;
+        for ((state, law), mode) in self.states.iter_mut().zip(&self.laws).zip(&self.modes) {
+            let is_place = mode.is_some_and(has_place);
+            let saturated = state.drive.saturated;
+            let was = saturated.is_number();
+            if is_place {
+                if was.any() {
+                    anti_windup(state, law, h, integrator);
+                }
+                advance_setpoint(state, law, h);
+            }
+            let Law { stiffness, damping, velocity, feed_forward, limit, .. } = *law;
+            let zero = h.same(0.0);
+            let position = if is_place { state.setpoint } else { zero };
+            let held = sign(saturated) * limit;
+            let held = (was & held.is_finite()).select(held, zero.same(f64::NAN));
+            state.drive =
+                Drive { stiffness, damping, position, velocity, feed_forward, limit, saturated: held };
+        }
+    }
+
+    /// Finds the actuators whose solved effort is beyond their limit, and where `release`, those that were saturated and need not
+    /// be, of some lanes. Where any changed.
+    #[inline(always)]
+    pub(super) fn saturate(&mut self, going: Mask<S>, release: bool) -> Mask<S> {
+        let h = self.is_taken.same(self.stepping.h);
+        let zero = h.same(0.0);
+        let mut changed = zero.lt(zero);
+        for (state, at) in self.states.iter_mut().zip(&self.bodies) {
+            let drive = &mut state.drive;
+            let is_limited = drive.limit.lt(zero.same(f64::INFINITY)) & going;
+            if !is_limited.any() {
+                continue;
+            }
+            let velocities = [state.half_velocity, at.new_velocity];
+            let law = law(drive, state.position, velocities, h, at.damper);
+            let was = drive.saturated.is_number();
+            let begins = !was & drive.limit.lt(law.abs()) & is_limited;
+            let asked = law * sign(drive.saturated);
+            let mut ends = was & !drive.limit.le(asked) & is_limited;
+            if !release {
+                ends = zero.lt(zero);
+            }
+            drive.saturated = begins.select(sign(law) * drive.limit, drive.saturated);
+            drive.saturated = ends.select(zero.same(f64::NAN), drive.saturated);
+            changed = changed | begins | ends;
+        }
+        changed
+    }
+
+    /// What the actuators apply at the new velocities.
+    #[inline(always)]
+    pub(super) fn note_efforts(&mut self) {
+        let h = self.is_taken.same(self.stepping.h);
+        for (state, at) in self.states.iter_mut().zip(&self.bodies) {
+            let velocities = [state.half_velocity, at.new_velocity];
+            let law = law(&state.drive, state.position, velocities, h, at.damper);
+            let limit = state.drive.limit;
+            let saturated = state.drive.saturated;
+            state.effort = saturated.is_number().select(saturated, law.clamp(-limit, limit));
+        }
+    }
+}
+
+/// See [`Axis::advance_setpoint`](crate::dynamics::Axis::advance_setpoint).
+#[inline(always)]
+fn advance_setpoint<S: Simd>(state: &mut State<S>, law: &Law<S>, h: Lanes<S>) {
+    let (setpoint, rate) = (state.setpoint, state.setpoint_velocity);
+    let left = law.target - setpoint;
+    let gain = law.hardest * h;
+    let braking =
+        (gain * gain / h.same(4.0) + h.same(2.0) * law.hardest * left.abs()).sqrt() - gain / h.same(2.0);
+    let braking = gain.is_finite().select(braking, h.same(f64::INFINITY));
+    let most = law.fastest.min(braking);
+    let wanted = (left / h).max(-most).min(most);
+    let rate = rate + (wanted - rate).max(-gain).min(gain);
+    let moved = rate * h;
+    let is_there = (left - moved).abs().le(h.same(1e-12) * left.abs().max(h.same(1.0)));
+    state.setpoint = is_there.select(law.target, setpoint + moved);
+    state.setpoint_velocity = is_there.select(h.same(0.0), rate);
+}
+
+/// See [`Axis::anti_windup`](crate::dynamics::Axis::anti_windup): of lanes whose actuators saturated in the last step.
+#[inline(always)]
+fn anti_windup<S: Simd>(state: &mut State<S>, law: &Law<S>, h: Lanes<S>, integrator: Integrator) {
+    let Drive { stiffness, damping, velocity, feed_forward, limit, saturated, .. } = state.drive;
+    let (q, qd) = (state.position, state.half_velocity);
+    let inertia = law.composite_inertia;
+    let (zero, one) = (h.same(0.0), h.same(1.0));
+    let (softening, ahead) = match integrator {
+        Integrator::Euler => (one + (h * damping + h * h * stiffness) / inertia, zero),
+        Integrator::Leapfrog => {
+            let of_law = h * damping + h * h * stiffness;
+            let of_settings = h * law.own_damping + h * h * law.spring_stiffness;
+            let (damper, _) = implicitness((of_law + of_settings) / inertia);
+            let spring_after = h.same(1.5) * damper - h.same(0.5);
+            let spring_ahead = h.same(2.0) * damper - one;
+            let resistance = h * damper * damping + h * h * spring_after * stiffness;
+            (one + resistance / inertia, h * (spring_ahead - one) * qd)
+        }
+    };
+    let middle = q + ahead + (damping * (qd - velocity) - feed_forward) / stiffness;
+    let reach = limit * softening / stiffness;
+    let bounded = state.setpoint.max(middle - reach).min(middle + reach);
+    let moves = saturated.is_number() & zero.lt(stiffness) & !bounded.is(state.setpoint);
+    state.setpoint = moves.select(bounded, state.setpoint);
+    state.setpoint_velocity = moves.select(qd, state.setpoint_velocity);
+}

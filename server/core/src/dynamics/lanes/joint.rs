@@ -1,0 +1,278 @@
+//! What lanes know of a joint of one axis, and of the body that it moves.
+
+use pulp::Simd;
+
+use super::number::Lanes;
+use super::vectors::{Articulated, Matrix, Rigid, Spatial, Symmetric, Vector};
+use crate::dynamics::actuator::{Axis, Mode, PROFILE_EFFORT};
+use crate::dynamics::inertia;
+
+/// What a step reads of a joint and does not change: settings and target.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Law<S: Simd> {
+    /// See [`AxisSettings`](crate::dynamics::actuator::AxisSettings).
+    pub(super) own_damping: Lanes<S>,
+    pub(super) friction: Lanes<S>,
+    pub(super) armature: Lanes<S>,
+    pub(super) spring_stiffness: Lanes<S>,
+    pub(super) spring_rest: Lanes<S>,
+    pub(super) composite_inertia: Lanes<S>,
+    /// Minus infinity where there is none.
+    pub(super) lower: Lanes<S>,
+    /// Infinity where there is none.
+    pub(super) upper: Lanes<S>,
+    /// See [`Drive`](crate::dynamics::actuator::Drive).
+    pub(super) stiffness: Lanes<S>,
+    pub(super) damping: Lanes<S>,
+    pub(super) velocity: Lanes<S>,
+    pub(super) feed_forward: Lanes<S>,
+    pub(super) limit: Lanes<S>,
+    /// Of a position target.
+    pub(super) target: Lanes<S>,
+    /// What its setpoint speeds up with.
+    pub(super) hardest: Lanes<S>,
+    /// How fast its setpoint is at the most.
+    pub(super) fastest: Lanes<S>,
+}
+
+/// What a step changes: of [`BodyState`](crate::dynamics::BodyState) that which is the joint's.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct State<S: Simd> {
+    pub(super) position: Lanes<S>,
+    pub(super) velocity: Lanes<S>,
+    pub(super) half_velocity: Lanes<S>,
+    pub(super) change: Lanes<S>,
+    pub(super) change_before: Lanes<S>,
+    pub(super) setpoint: Lanes<S>,
+    pub(super) setpoint_velocity: Lanes<S>,
+    pub(super) effort: Lanes<S>,
+    /// The law of the last step.
+    pub(super) drive: Drive<S>,
+    /// Impulses of the rows of the last step.
+    pub(super) friction: Lanes<S>,
+    pub(super) lower: Lanes<S>,
+    pub(super) upper: Lanes<S>,
+}
+
+/// See [`Drive`](crate::dynamics::actuator::Drive).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Drive<S: Simd> {
+    pub(super) stiffness: Lanes<S>,
+    pub(super) damping: Lanes<S>,
+    pub(super) position: Lanes<S>,
+    pub(super) velocity: Lanes<S>,
+    pub(super) feed_forward: Lanes<S>,
+    pub(super) limit: Lanes<S>,
+    /// NaN where it is not.
+    pub(super) saturated: Lanes<S>,
+}
+
+/// A row on the velocity of one joint.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Row<S: Simd> {
+    /// 1 where there is one.
+    pub(super) is_there: Lanes<S>,
+    pub(super) bias: Lanes<S>,
+    pub(super) impulse: Lanes<S>,
+}
+
+/// Scratch of a step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Body<S: Simd> {
+    /// In its own axes; its copy's.
+    pub(super) inertia: Rigid<S>,
+    pub(super) rotation: Matrix<S>,
+    pub(super) reach: Vector<S>,
+    pub(super) velocity: Spatial<S>,
+    pub(super) velocity_product: Spatial<S>,
+    pub(super) articulated: Articulated<S>,
+    pub(super) bias: Spatial<S>,
+    pub(super) column: Spatial<S>,
+    /// See [`Implicitness`](crate::dynamics::integrator::Implicitness).
+    pub(super) damper: Lanes<S>,
+    pub(super) decay: Lanes<S>,
+    pub(super) inverse_d: Lanes<S>,
+    pub(super) drive: Lanes<S>,
+    pub(super) acceleration: Spatial<S>,
+    pub(super) delta: Spatial<S>,
+    pub(super) impulse: Lanes<S>,
+    pub(super) new_velocity: Lanes<S>,
+    /// Of dry friction, a lower and an upper limit.
+    pub(super) rows: [Row<S>; 3],
+    /// The most that dry friction holds with in a step.
+    pub(super) most_friction: Lanes<S>,
+}
+
+/// Whether a mode goes to a place.
+pub(super) fn has_place(mode: Mode) -> bool {
+    matches!(mode, Mode::Position | Mode::Hold)
+}
+
+impl<S: Simd> Law<S> {
+    /// All numbers zero.
+    pub(super) fn zero(zero: Lanes<S>) -> Self {
+        Self {
+            own_damping: zero,
+            friction: zero,
+            armature: zero,
+            spring_stiffness: zero,
+            spring_rest: zero,
+            composite_inertia: zero,
+            lower: zero,
+            upper: zero,
+            stiffness: zero,
+            damping: zero,
+            velocity: zero,
+            feed_forward: zero,
+            limit: zero,
+            target: zero,
+            hardest: zero,
+            fastest: zero,
+        }
+    }
+
+    /// Writes that of a copy, for steps of `h`.
+    pub(super) fn set(&mut self, lane: usize, axis: &Axis, h: f64) {
+        let (settings, actuator, drive) = (&axis.settings, &axis.actuator, axis.drive(h));
+        let (lower, upper) = settings.limits.range();
+        let given = |limit: Option<f64>| limit.unwrap_or(f64::INFINITY);
+        for (slot, value) in [
+            (&mut self.own_damping, settings.damping),
+            (&mut self.friction, settings.friction),
+            (&mut self.armature, settings.armature),
+            (&mut self.spring_stiffness, settings.spring_stiffness),
+            (&mut self.spring_rest, settings.spring_rest),
+            (&mut self.composite_inertia, settings.composite_inertia),
+            (&mut self.lower, lower),
+            (&mut self.upper, upper),
+            (&mut self.stiffness, drive.stiffness),
+            (&mut self.damping, drive.damping),
+            (&mut self.velocity, drive.velocity),
+            (&mut self.feed_forward, drive.feed_forward),
+            (&mut self.limit, drive.limit),
+            (&mut self.target, actuator.target),
+            (&mut self.hardest, PROFILE_EFFORT * drive.limit / settings.composite_inertia),
+            (&mut self.fastest, given(settings.limits.velocity).min(given(actuator.max_velocity))),
+        ] {
+            slot.set(lane, value);
+        }
+    }
+}
+
+impl<S: Simd> State<S> {
+    /// All numbers zero.
+    pub(super) fn zero(zero: Lanes<S>) -> Self {
+        let drive = Drive {
+            stiffness: zero,
+            damping: zero,
+            position: zero,
+            velocity: zero,
+            feed_forward: zero,
+            limit: zero,
+            saturated: zero.same(f64::NAN),
+        };
+        Self {
+            position: zero,
+            velocity: zero,
+            half_velocity: zero,
+            change: zero,
+            change_before: zero,
+            setpoint: zero,
+            setpoint_velocity: zero,
+            effort: zero,
+            drive,
+            friction: zero,
+            lower: zero,
+            upper: zero,
+        }
+    }
+
+    /// All of it, in an order.
+    pub(super) fn numbers(&mut self) -> [&mut Lanes<S>; 18] {
+        let Self {
+            position,
+            velocity,
+            half_velocity,
+            change,
+            change_before,
+            setpoint,
+            setpoint_velocity,
+            effort,
+            drive,
+            friction,
+            lower,
+            upper,
+        } = self;
+        let Drive { stiffness, damping, position: place, velocity: rate, feed_forward, limit, saturated } =
+            drive;
+        [
+            position,
+            velocity,
+            half_velocity,
+            change,
+            change_before,
+            setpoint,
+            setpoint_velocity,
+            effort,
+            stiffness,
+            damping,
+            place,
+            rate,
+            feed_forward,
+            limit,
+            saturated,
+            friction,
+            lower,
+            upper,
+        ]
+    }
+}
+
+impl<S: Simd> Body<S> {
+    /// All numbers zero.
+    pub(super) fn zero(zero: Lanes<S>) -> Self {
+        let vector = Vector { x: zero, y: zero, z: zero };
+        let spatial = Spatial { angular: vector, linear: vector };
+        let matrix = Matrix { x: vector, y: vector, z: vector };
+        let symmetric = Symmetric::scalar(zero);
+        let row = Row { is_there: zero, bias: zero, impulse: zero };
+        Self {
+            inertia: Rigid { mass: zero, first_moment: vector, moment: symmetric },
+            rotation: matrix,
+            reach: vector,
+            velocity: spatial,
+            velocity_product: spatial,
+            articulated: Articulated { moment: symmetric, coupling: matrix, mass: symmetric },
+            bias: spatial,
+            column: spatial,
+            damper: zero,
+            decay: zero,
+            inverse_d: zero,
+            drive: zero,
+            acceleration: spatial,
+            delta: spatial,
+            impulse: zero,
+            new_velocity: zero,
+            rows: [row; 3],
+            most_friction: zero,
+        }
+    }
+
+    /// Writes the inertia of a copy.
+    pub(super) fn set_inertia(&mut self, lane: usize, inertia: &inertia::Rigid) {
+        let Rigid { mass, first_moment, moment } = &mut self.inertia;
+        mass.set(lane, inertia.mass);
+        first_moment.set(lane, inertia.first_moment);
+        let given = &inertia.moment;
+        for (slot, value) in [
+            (&mut moment.xx, given.xx),
+            (&mut moment.xy, given.xy),
+            (&mut moment.xz, given.xz),
+            (&mut moment.yy, given.yy),
+            (&mut moment.yz, given.yz),
+            (&mut moment.zz, given.zz),
+        ] {
+            slot.set(lane, value);
+        }
+    }
+}

@@ -1,0 +1,29 @@
+//! The step of several copies of one robot at once, a copy a lane of the processor's vectors.
+//!
+//! Each lane has the bits that [`Articulation::step`](super::Articulation::step) gives its copy: the operations are the same, in
+//! the same order, none of them is fused, and what is decided in one lane is a mask in all of them. So it does not matter how many
+//! lanes there are, nor which copies are beside one, and a copy can leave the lanes and come back at any step.
+//!
+//! From the bottom to the top; a file imports only from those above it in this list:
+//!
+//! * `number`, `vectors`: arithmetic over lanes.
+//! * `joint`: what lanes know of a joint.
+//! * `robot`: [`LaneRobot`], the copies; how a copy comes in and goes out.
+//! * `passes`: kinematics, articulated inertias, accelerations. `drives`: what joints are driven by. `rows`: limits and dry
+//!   friction.
+//! * `step`: the step.
+//!
+//! What lanes do not do, the one-robot step does: contact and constraints between links, free roots, ball joints, joints that
+//! follow others, gravity compensation, wrenches; a first step from given velocities; bodies that spin fast; and what is not
+//! finite afterwards.
+
+mod drives;
+mod joint;
+mod number;
+mod passes;
+mod robot;
+mod rows;
+mod step;
+mod vectors;
+
+pub use robot::LaneRobot;

@@ -1,0 +1,217 @@
+//! The passes through the tree: what [`kinematics`](crate::dynamics::kinematics) and
+//! [`articulated`](crate::dynamics::articulated) do for one copy.
+
+use pulp::Simd;
+
+use super::joint::Body;
+use super::number::{Lanes, Mask};
+use super::robot::LaneRobot;
+use super::vectors::{Articulated, Matrix, Spatial, Vector};
+use crate::dynamics::integrator::Integrator;
+use crate::dynamics::tree::JointType;
+
+/// As in [`articulated`](crate::dynamics::articulated).
+const SINGULAR: f64 = 1e-13;
+
+/// From here on an implicitness is backward Euler's.
+const STIFF: f64 = 1e16;
+
+/// A step in which a body turns by more is none of lanes; as in [`velocity_terms`](crate::dynamics::velocity_terms), rad.
+const FAST: f64 = 0.1;
+
+/// S' f.
+#[inline(always)]
+pub(super) fn along<S: Simd>(joint_type: JointType, force: Spatial<S>, z: Vector<S>) -> Lanes<S> {
+    match joint_type {
+        JointType::Prismatic => force.linear.dot(z),
+        _ => force.angular.dot(z),
+    }
+}
+
+/// The part of a motion that S qd adds to.
+#[inline(always)]
+pub(super) fn part_mut<S: Simd>(joint_type: JointType, motion: &mut Spatial<S>) -> &mut Vector<S> {
+    match joint_type {
+        JointType::Prismatic => &mut motion.linear,
+        _ => &mut motion.angular,
+    }
+}
+
+impl<S: Simd> LaneRobot<S> {
+    /// Places and velocities of all bodies. Where one turns too fast for lanes.
+    #[inline(always)]
+    pub(super) fn update_kinematics(&mut self) -> Mask<S> {
+        let zero = self.is_taken.same(0.0);
+        let most = FAST / self.stepping.h;
+        let most = zero.same(most * most);
+        let mut is_fast = zero.lt(zero);
+        let still = Vector { x: zero, y: zero, z: zero };
+        for i in 0..self.bodies.len() {
+            let (joint_type, parent) = (self.tree.bodies[i].joint_type, self.tree.bodies[i].parent);
+            let (above_rotation, above) = match parent {
+                Some(parent) => (self.bodies[parent].rotation, self.bodies[parent].velocity),
+                None => (self.base(), Spatial { angular: still, linear: still }),
+            };
+            let (rotation, origin) = self.at_zero(i);
+            let frame = above_rotation.after(rotation);
+            let reach = above_rotation.times(origin);
+            let (q, qd) = (self.states[i].position, self.states[i].velocity);
+            let at = &mut self.bodies[i];
+            if joint_type == JointType::Prismatic {
+                at.rotation = frame;
+                at.reach = reach + frame.z * q;
+                let own = frame.z * qd;
+                at.velocity = above.motion_at(at.reach);
+                at.velocity.linear = at.velocity.linear + own;
+                at.velocity_product = Spatial { angular: still, linear: at.velocity.angular.cross(own) };
+            } else {
+                let (sin, cos) = q.sin_cos();
+                at.rotation =
+                    Matrix { x: frame.x * cos + frame.y * sin, y: frame.y * cos - frame.x * sin, z: frame.z };
+                at.reach = reach;
+                let own = frame.z * qd;
+                at.velocity = above.motion_at(at.reach);
+                at.velocity.angular = at.velocity.angular + own;
+                at.velocity_product = Spatial {
+                    angular: at.velocity.angular.cross(own),
+                    linear: at.velocity.linear.cross(own),
+                };
+            }
+            let angular = at.velocity.angular;
+            is_fast = is_fast | most.lt(angular.dot(angular));
+        }
+        is_fast
+    }
+
+    /// Second pass, leaves to root.
+    #[inline(always)]
+    pub(super) fn gather_inertia(&mut self) {
+        let n = self.bodies.len();
+        for at in &mut self.bodies {
+            let inertia = at.inertia.turned(at.rotation);
+            at.articulated = Articulated::of(inertia);
+            at.bias = at.velocity.cross_force(inertia.times(at.velocity));
+        }
+        for i in (0..n).rev() {
+            let (joint_type, parent) = (self.tree.bodies[i].joint_type, self.tree.bodies[i].parent);
+            self.factorise(i, joint_type);
+            let Some(parent) = parent else { continue };
+            let Body { articulated, bias, velocity_product, column, inverse_d, drive, reach, .. } =
+                &self.bodies[i];
+            let left = articulated.without(*column, *inverse_d);
+            let bias = *bias + left.times(*velocity_product) + *column * (*inverse_d * *drive);
+            let (left, bias) = (left.shifted(*reach), bias.force_from(*reach));
+            let above = &mut self.bodies[parent];
+            above.articulated += left;
+            above.bias += bias;
+        }
+    }
+
+    /// U, D and u of a body.
+    #[inline(always)]
+    fn factorise(&mut self, i: usize, joint_type: JointType) {
+        let (law, state) = (&self.laws[i], &self.states[i]);
+        let (drive, q, half) = (&state.drive, state.position, state.half_velocity);
+        let zero = q.same(0.0);
+        let (h, hh) = (zero.same(self.stepping.h), zero.same(self.stepping.h * self.stepping.h));
+        let at = &mut self.bodies[i];
+        let z = at.rotation.z;
+        let (column, largest) = if joint_type == JointType::Prismatic {
+            (at.articulated.times_slide(z), at.articulated.mass.largest())
+        } else {
+            (at.articulated.times_turn(z), at.articulated.moment.largest())
+        };
+        let own = along(joint_type, column, z);
+        let is_saturated = drive.saturated.is_number();
+        let one = zero.same(1.0);
+        (at.damper, at.decay) = match self.stepping.integrator {
+            Integrator::Euler => (one, zero),
+            Integrator::Leapfrog => {
+                let of_drive = h * drive.damping + hh * drive.stiffness;
+                let of_drive = is_saturated.select(zero, of_drive);
+                let stiffness = (h * law.own_damping + hh * law.spring_stiffness) + of_drive;
+                let (damper, decay) = implicitness(stiffness / (own + law.armature));
+                let is_stiff = zero.lt(stiffness);
+                (is_stiff.select(damper, zero.same(0.5)), is_stiff.select(decay, one))
+            }
+        };
+        let spring_after = zero.same(1.5) * at.damper - zero.same(0.5);
+        let spring_ahead = zero.same(2.0) * at.damper - one;
+        let of_settings =
+            law.armature + h * at.damper * law.own_damping + hh * spring_after * law.spring_stiffness;
+        let of_drive = h * at.damper * drive.damping + hh * spring_after * drive.stiffness;
+        let d = own + of_settings + is_saturated.select(zero, of_drive);
+        let steady = drive.stiffness * (drive.position - q - h * spring_ahead * half)
+            + drive.damping * (drive.velocity - half)
+            + drive.feed_forward;
+        let of_joint =
+            law.spring_stiffness * (law.spring_rest - q - h * spring_ahead * half) - law.own_damping * half;
+        let effort = is_saturated.select(drive.saturated, steady) + of_joint;
+        at.column = column;
+        at.inverse_d = (largest * zero.same(SINGULAR)).lt(d).select(one / d, zero);
+        at.drive = effort - along(joint_type, at.bias, z);
+    }
+
+    /// Third pass, root to leaves: the new velocities of some lanes.
+    #[inline(always)]
+    pub(super) fn accelerate(&mut self, going: Mask<S>) {
+        let zero = self.is_taken.same(0.0);
+        let h = zero.same(self.stepping.h);
+        let still = Vector { x: zero, y: zero, z: zero };
+        let base = Spatial { angular: still, linear: self.base_acceleration };
+        for i in 0..self.bodies.len() {
+            let (joint_type, parent) = (self.tree.bodies[i].joint_type, self.tree.bodies[i].parent);
+            let above = parent.map_or(base, |parent| self.bodies[parent].acceleration);
+            let half = self.states[i].half_velocity;
+            let at = &mut self.bodies[i];
+            let carried = above.motion_at(at.reach) + at.velocity_product;
+            let qdd = at.inverse_d * (at.drive - at.column.dot(carried));
+            at.acceleration = carried;
+            let part = part_mut(joint_type, &mut at.acceleration);
+            *part = *part + at.rotation.z * qdd;
+            at.new_velocity = going.select(half + h * qdd, at.new_velocity);
+        }
+    }
+
+    /// Writes what a unit impulse at a joint does to all velocities, by one trip up and down the tree.
+    #[inline(always)]
+    pub(super) fn respond(&mut self, joint: usize) {
+        let zero = self.is_taken.same(0.0);
+        let still = Vector { x: zero, y: zero, z: zero };
+        let none = Spatial { angular: still, linear: still };
+        let n = self.bodies.len();
+        self.bodies.iter_mut().for_each(|at| at.impulse = zero);
+        let (mut next, mut p, mut given) = (Some(joint), none, zero.same(1.0));
+        while let Some(i) = next {
+            let (joint_type, parent) = (self.tree.bodies[i].joint_type, self.tree.bodies[i].parent);
+            let at = &mut self.bodies[i];
+            at.impulse = given - along(joint_type, p, at.rotation.z);
+            p = (p + at.column * (at.inverse_d * at.impulse)).force_from(at.reach);
+            (next, given) = (parent, zero);
+        }
+        for i in 0..n {
+            let (joint_type, parent) = (self.tree.bodies[i].joint_type, self.tree.bodies[i].parent);
+            let above = parent.map_or(none, |parent| self.bodies[parent].delta);
+            let at = &mut self.bodies[i];
+            let carried = above.motion_at(at.reach);
+            let change = at.inverse_d * (at.impulse - at.column.dot(carried));
+            at.delta = carried;
+            let part = part_mut(joint_type, &mut at.delta);
+            *part = *part + at.rotation.z * change;
+            self.responses[joint * n + i] = change;
+        }
+    }
+}
+
+/// Damper and decay; see [`Implicitness::of`](crate::dynamics::integrator::Implicitness::of).
+#[inline(always)]
+pub(super) fn implicitness<S: Simd>(x: Lanes<S>) -> (Lanes<S>, Lanes<S>) {
+    let one = x.same(1.0);
+    let before = x.same(0.5) + x * (x.same(1.0 / 6.0) + x / x.same(24.0));
+    let rest = one + x * before;
+    let all = one + x * rest;
+    let inverse = one / (rest * all);
+    let is_moderate = x.lt(x.same(STIFF));
+    let damper = one - before * all * inverse;
+    (is_moderate.select(damper, one), is_moderate.select(rest * inverse, one.same(0.0)))
+}

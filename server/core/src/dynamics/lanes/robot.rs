@@ -1,0 +1,298 @@
+//! Copies of one robot, and how a copy comes into the lanes and goes out.
+
+use std::sync::Arc;
+
+use glamx::{DMat3, DVec3};
+use pulp::Simd;
+
+use super::joint::{Body, Law, State, has_place};
+use super::number::Lanes;
+use super::vectors::{Matrix, Vector};
+use crate::dynamics::actuator::Mode;
+use crate::dynamics::articulated::base_acceleration;
+use crate::dynamics::gravity_compensation::is_compensated;
+use crate::dynamics::integrator::{History, Integrator};
+use crate::dynamics::spatial::{Placement, Spatial};
+use crate::dynamics::tree::{JointType, Tree};
+use crate::dynamics::{Articulation, BodyState};
+
+/// What steps are like.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Stepping {
+    pub(super) gravity: DVec3,
+    /// Seconds of a part of a step.
+    pub(super) h: f64,
+    pub(super) parts: u32,
+    pub(super) integrator: Integrator,
+}
+
+/// Copies of one robot, one a lane. They may have other masses, settings and targets, and bases elsewhere; they have the same
+/// geometry and the same modes of actuators.
+#[derive(Debug)]
+pub struct LaneRobot<S: Simd> {
+    pub(super) simd: S,
+    pub(super) tree: Arc<Tree>,
+    pub(super) stepping: Stepping,
+    /// Minus gravity in the axes of each base.
+    pub(super) base_acceleration: Vector<S>,
+    /// Of each joint, whether its actuator goes to a place, as far as a copy has said so.
+    pub(super) modes: Vec<Option<Mode>>,
+    pub(super) laws: Vec<Law<S>>,
+    pub(super) states: Vec<State<S>>,
+    /// What leapfrog can go on from, by number.
+    pub(super) history: Lanes<S>,
+    /// The state before the last step.
+    before: (Vec<State<S>>, Lanes<S>),
+    pub(super) bodies: Vec<Body<S>>,
+    /// By joint that is pushed, then by joint: M^-1 J' of a unit impulse.
+    pub(super) responses: Vec<Lanes<S>>,
+    /// Of each joint, how far a point moves at the most where it moves by one unit.
+    pub(super) levers: Vec<Lanes<S>>,
+    /// How far points can still move before they can touch anything, metres.
+    pub(super) room: Lanes<S>,
+    /// Contacts are looked for this far from what moves, metres, and twice what a part of a step moves it.
+    pub(super) slack: f64,
+    /// 1 in lanes that have a copy.
+    pub(super) is_taken: Lanes<S>,
+    /// 1 in lanes in which the last step is the one that the copy would have done.
+    pub(super) is_done: Lanes<S>,
+}
+
+/// In the order of [`History`].
+const HISTORIES: [History; 5] =
+    [History::Given, History::Interrupted, History::Kinked, History::Smooth, History::SmoothTwice];
+
+/// The number of a history.
+pub(super) fn number(history: History) -> f64 {
+    HISTORIES.iter().position(|known| *known == history).unwrap_or(0) as f64
+}
+
+impl<S: Simd> LaneRobot<S> {
+    /// Whether robots of such a tree can be in lanes.
+    pub fn takes(tree: &Tree) -> bool {
+        let is_simple = |(index, body): (usize, &crate::dynamics::tree::Body)| {
+            matches!(body.joint_type, JointType::Revolute | JointType::Prismatic)
+                && (body.position, body.velocity) == (index, index)
+        };
+        tree.fixed_base
+            && tree.mimics.is_empty()
+            && !tree.bodies.is_empty()
+            && tree.bodies.iter().enumerate().all(is_simple)
+    }
+
+    /// Lanes without copies, for steps of so many equal parts of `h` seconds.
+    pub fn new(
+        simd: S,
+        tree: &Arc<Tree>,
+        gravity: DVec3,
+        (h, parts): (f64, u32),
+        integrator: Integrator,
+    ) -> Self {
+        let zero = Lanes::splat(simd, 0.0);
+        let n = tree.bodies.len();
+        Self {
+            simd,
+            tree: Arc::clone(tree),
+            stepping: Stepping { gravity, h, parts, integrator },
+            base_acceleration: Vector::splat(simd, DVec3::ZERO),
+            modes: vec![None; n],
+            laws: vec![Law::zero(zero); n],
+            states: vec![State::zero(zero); n],
+            history: zero,
+            before: (vec![State::zero(zero); n], zero),
+            bodies: vec![Body::zero(zero); n],
+            responses: vec![zero; n * n],
+            levers: vec![zero; n],
+            room: zero.same(f64::INFINITY),
+            slack: 0.0,
+            is_taken: zero,
+            is_done: zero,
+        }
+    }
+
+    /// How many copies there is room for.
+    pub fn width(&self) -> usize {
+        S::F64_LANES
+    }
+
+    /// Takes a copy into a lane. False where its next step is none that lanes do; then the lane is empty.
+    pub fn take(&mut self, lane: usize, robot: &Articulation) -> bool {
+        self.is_taken.set(lane, 0.0);
+        let (state, tree) = (robot.state(), robot.tree());
+        let is_pushed =
+            state.has_external_changed || state.external.iter().any(|push| *push != Spatial::ZERO);
+        let must_begin = self.stepping.integrator == Integrator::Leapfrog && state.history == History::Given;
+        let fits = tree.bodies.len() == self.states.len() && Self::takes(tree);
+        if !fits || is_pushed || must_begin || state.axes.iter().any(is_compensated) {
+            return false;
+        }
+        for (known, axis) in self.modes.iter_mut().zip(&state.axes) {
+            let mode = axis.actuator.mode;
+            // One that is alone in the lanes, or the first, says how its joints are driven.
+            if has_place(*known.get_or_insert(mode)) != has_place(mode) {
+                return false;
+            }
+        }
+        let base = Placement::new(state.base.rotation, state.base.translation);
+        self.base_acceleration.set(lane, base_acceleration(&base, self.stepping.gravity));
+        for (body, own) in self.bodies.iter_mut().zip(&tree.bodies) {
+            body.set_inertia(lane, &own.inertia);
+        }
+        self.take_state(lane, state);
+        self.is_taken.set(lane, 1.0);
+        true
+    }
+
+    /// Says how far any point of a copy can move before it can touch something, metres, and how far it does where each joint moves by
+    /// one unit. A step is none of lanes where contacts would be looked for farther away than that: `slack` metres from what moves, and twice what a part of
+    /// the step moves it.
+    pub fn set_room(&mut self, lane: usize, room: f64, levers: &[f64], slack: f64) {
+        self.slack = slack;
+        self.room.set(lane, room);
+        self.levers.iter_mut().zip(levers).for_each(|(slot, lever)| slot.set(lane, *lever));
+    }
+
+    /// Takes targets and state of a copy that is in a lane.
+    fn take_state(&mut self, lane: usize, from: &BodyState) {
+        self.history.set(lane, number(from.history));
+        for (i, (state, law)) in self.states.iter_mut().zip(&mut self.laws).enumerate() {
+            let (axis, drive) = (&from.axes[i], &from.drives[i]);
+            law.set(lane, axis, self.stepping.h);
+            let numbers = [
+                from.positions[i],
+                from.velocities[i],
+                from.half_velocities[i],
+                from.changes[i],
+                from.changes_before[i],
+                axis.actuator.setpoint,
+                axis.actuator.setpoint_velocity,
+                from.efforts[i],
+                drive.stiffness,
+                drive.damping,
+                drive.position,
+                drive.velocity,
+                drive.feed_forward,
+                drive.limit,
+                drive.saturated.unwrap_or(f64::NAN),
+                from.impulses.friction[i],
+                from.impulses.lower[i],
+                from.impulses.upper[i],
+            ];
+            state.numbers().into_iter().zip(numbers).for_each(|(slot, value)| slot.set(lane, value));
+        }
+    }
+
+    /// Writes what targets are made of into the robot of a copy in a lane: where its joints and their setpoints are, and how they move.
+    pub fn give_targets(&self, lane: usize, robot: &mut Articulation) {
+        let into = robot.state_mut();
+        into.history = self.history_of(lane);
+        for (i, state) in self.states.iter().enumerate() {
+            let actuator = &mut into.axes[i].actuator;
+            (into.positions[i], into.velocities[i]) = (state.position.get(lane), state.velocity.get(lane));
+            actuator.setpoint = state.setpoint.get(lane);
+            actuator.setpoint_velocity = state.setpoint_velocity.get(lane);
+        }
+    }
+
+    /// Takes the targets of the robot of a copy that is in a lane. Where lanes do not do these, it leaves the lane.
+    pub fn take_targets(&mut self, lane: usize, robot: &Articulation) {
+        let from = robot.state();
+        self.history.set(lane, number(from.history));
+        for (i, axis) in from.axes.iter().enumerate() {
+            if self.modes[i].is_some_and(has_place) != has_place(axis.actuator.mode) {
+                self.leave(lane);
+            }
+            self.laws[i].set(lane, axis, self.stepping.h);
+            self.states[i].setpoint.set(lane, axis.actuator.setpoint);
+            self.states[i].setpoint_velocity.set(lane, axis.actuator.setpoint_velocity);
+        }
+    }
+
+    fn history_of(&self, lane: usize) -> History {
+        HISTORIES[(self.history.get(lane) as usize).min(HISTORIES.len() - 1)]
+    }
+
+    /// Has no copy in a lane any more.
+    pub fn leave(&mut self, lane: usize) {
+        self.is_taken.set(lane, 0.0);
+    }
+
+    /// Whether a lane has a copy.
+    pub fn has(&self, lane: usize) -> bool {
+        self.is_taken.get(lane) == 1.0
+    }
+
+    /// Whether the last step of a lane is the one that its copy would have done. Where it is not, the copy is as it was before:
+    /// it has to be given back, to do the step by itself.
+    pub fn has_stepped(&self, lane: usize) -> bool {
+        self.is_done.get(lane) == 1.0
+    }
+
+    /// Position, velocity and what the actuator applied, of a joint of a copy.
+    pub fn joint(&self, lane: usize, joint: usize) -> [f64; 3] {
+        let State { position, velocity, effort, .. } = &self.states[joint];
+        [position, velocity, effort].map(|number| number.get(lane))
+    }
+
+    /// Writes the state of the copy in a lane into its robot.
+    pub fn give_back(&self, lane: usize, robot: &mut Articulation) {
+        let into = robot.state_mut();
+        into.history = self.history_of(lane);
+        for (i, state) in self.states.iter().enumerate() {
+            let (axis, drive) = (&mut into.axes[i], &mut into.drives[i]);
+            let saturated = state.drive.saturated.get(lane);
+            drive.saturated = (!saturated.is_nan()).then_some(saturated);
+            for (slot, number) in [
+                (&mut into.positions[i], &state.position),
+                (&mut into.velocities[i], &state.velocity),
+                (&mut into.half_velocities[i], &state.half_velocity),
+                (&mut into.changes[i], &state.change),
+                (&mut into.changes_before[i], &state.change_before),
+                (&mut axis.actuator.setpoint, &state.setpoint),
+                (&mut axis.actuator.setpoint_velocity, &state.setpoint_velocity),
+                (&mut into.efforts[i], &state.effort),
+                (&mut drive.stiffness, &state.drive.stiffness),
+                (&mut drive.damping, &state.drive.damping),
+                (&mut drive.position, &state.drive.position),
+                (&mut drive.velocity, &state.drive.velocity),
+                (&mut drive.feed_forward, &state.drive.feed_forward),
+                (&mut drive.limit, &state.drive.limit),
+                (&mut into.impulses.friction[i], &state.friction),
+                (&mut into.impulses.lower[i], &state.lower),
+                (&mut into.impulses.upper[i], &state.upper),
+            ] {
+                *slot = number.get(lane);
+            }
+        }
+    }
+
+    /// Keeps the state, for lanes whose step is not done.
+    pub(super) fn begin(&mut self) {
+        self.before.0.copy_from_slice(&self.states);
+        self.before.1 = self.history;
+    }
+
+    /// Puts lanes whose step is not done back to where they were.
+    pub(super) fn put_back(&mut self) {
+        for lane in (0..S::F64_LANES).filter(|lane| self.is_done.get(*lane) == 0.0) {
+            self.history.set(lane, self.before.1.get(lane));
+            for (state, before) in self.states.iter_mut().zip(&mut self.before.0) {
+                let pairs = state.numbers().into_iter().zip(before.numbers());
+                pairs.for_each(|(now, before)| now.set(lane, before.get(lane)));
+            }
+        }
+    }
+
+    /// The frame of a body at position zero, in its parent.
+    #[inline(always)]
+    pub(super) fn at_zero(&self, body: usize) -> (Matrix<S>, Vector<S>) {
+        let Placement { rotation, origin } = &self.tree.bodies[body].at_zero;
+        (Matrix::splat(self.simd, rotation), Vector::splat(self.simd, *origin))
+    }
+
+    /// The frame of the base, and no velocity.
+    #[inline(always)]
+    pub(super) fn base(&self) -> Matrix<S> {
+        Matrix::splat(self.simd, &DMat3::IDENTITY)
+    }
+}

@@ -1,0 +1,177 @@
+//! Limits and dry friction of joints, as [`constraint`](crate::dynamics::constraint) has them for one copy: projected
+//! Gauss-Seidel, in which a lane does as many sweeps as its copy would.
+
+use pulp::Simd;
+
+use super::joint::Row;
+use super::number::{Lanes, Mask};
+use super::robot::LaneRobot;
+use crate::dynamics::constraint::{ERROR_REDUCTION, MAX_SWEEPS, SETTLED};
+
+/// A joint this near to its limit has a row whatever its velocity, rad or m; as in the one-robot step.
+const NEAR: f64 = 1e-3;
+
+/// Places among the rows of a joint.
+const FRICTION: usize = 0;
+const LOWER: usize = 1;
+const UPPER: usize = 2;
+
+/// In the order of solving: dry friction of all joints, then both limits of each.
+const ORDER: [&[usize]; 2] = [&[FRICTION], &[LOWER, UPPER]];
+
+impl<S: Simd> LaneRobot<S> {
+    /// Finds the rows of the step. Whether there are any.
+    #[inline(always)]
+    pub(super) fn collect_rows(&mut self, taken: Mask<S>) -> bool {
+        let zero = self.is_taken.same(0.0);
+        let h = zero.same(self.stepping.h);
+        let infinity = zero.same(f64::INFINITY);
+        let mut any = zero.lt(zero);
+        for ((state, law), at) in self.states.iter().zip(&self.laws).zip(&mut self.bodies) {
+            let most = law.friction * h;
+            at.most_friction = most;
+            let has_friction = zero.lt(most) & taken;
+            at.rows[FRICTION] = Row {
+                is_there: has_friction.numbers(),
+                bias: zero,
+                impulse: state.friction.clamp(-most, most),
+            };
+            let reach = zero.same(2.0) * h * at.new_velocity.abs() + zero.same(NEAR);
+            for (side, distance, warm) in [
+                (LOWER, state.position - law.lower, state.lower),
+                (UPPER, law.upper - state.position, state.upper),
+            ] {
+                let is_near = distance.lt(reach) & taken;
+                let inside = distance / h;
+                let beyond = zero.same(ERROR_REDUCTION) * distance / h;
+                at.rows[side] = Row {
+                    is_there: is_near.numbers(),
+                    bias: distance.lt(zero).select(beyond, inside),
+                    impulse: warm.clamp(zero, infinity),
+                };
+                any = any | is_near;
+            }
+            any = any | has_friction;
+        }
+        any.any()
+    }
+
+    /// Changes the new velocities of some lanes until every row holds, or the sweeps are used up.
+    #[inline(always)]
+    pub(super) fn solve_rows(&mut self, going: Mask<S>) {
+        let zero = self.is_taken.same(0.0);
+        let n = self.bodies.len();
+        for joint in 0..n {
+            let [friction, lower, upper] = self.bodies[joint].rows;
+            let is_there = friction.is_there + lower.is_there + upper.is_there;
+            if (zero.lt(is_there) & going).any() {
+                self.respond(joint);
+            }
+        }
+        for kinds in ORDER {
+            for joint in 0..n {
+                for &kind in kinds {
+                    self.start_row(joint, kind, going);
+                }
+            }
+        }
+        let mut sweeping = going;
+        for _ in 0..MAX_SWEEPS {
+            let mut largest = zero;
+            for kinds in ORDER {
+                for joint in 0..n {
+                    for &kind in kinds {
+                        largest = self.sweep_row(joint, kind, sweeping, largest);
+                    }
+                }
+            }
+            sweeping = sweeping & zero.same(SETTLED).lt(largest);
+            if !sweeping.any() {
+                break;
+            }
+        }
+    }
+
+    /// Gives a row the impulse that it starts from.
+    #[inline(always)]
+    fn start_row(&mut self, joint: usize, kind: usize, going: Mask<S>) {
+        let zero = self.is_taken.same(0.0);
+        let row = self.bodies[joint].rows[kind];
+        let is_there = zero.lt(row.is_there) & going;
+        if !is_there.any() {
+            return;
+        }
+        let effect = self.responses[joint * self.bodies.len() + joint];
+        let acts = zero.lt(effect);
+        let impulse = (is_there & !acts).select(zero, row.impulse);
+        self.bodies[joint].rows[kind].impulse = impulse;
+        self.push(joint, kind, impulse, is_there & acts);
+    }
+
+    /// Gives a row the impulse that makes its velocity right. The largest change of a row's own velocity so far.
+    #[inline(always)]
+    fn sweep_row(&mut self, joint: usize, kind: usize, sweeping: Mask<S>, largest: Lanes<S>) -> Lanes<S> {
+        let zero = self.is_taken.same(0.0);
+        let row = self.bodies[joint].rows[kind];
+        let is_there = zero.lt(row.is_there) & sweeping;
+        if !is_there.any() {
+            return largest;
+        }
+        let effect = self.responses[joint * self.bodies.len() + joint];
+        let own = self.bodies[joint].new_velocity;
+        let velocity = (if kind == UPPER { -own } else { own }) + row.bias;
+        let wanted = row.impulse - velocity / effect;
+        let impulse = if kind == FRICTION {
+            let most = self.bodies[joint].most_friction;
+            wanted.clamp(-most, most)
+        } else {
+            wanted.clamp(zero, zero.same(f64::INFINITY))
+        };
+        let change = impulse - row.impulse;
+        let moves = is_there & zero.lt(effect) & !change.is(zero);
+        self.bodies[joint].rows[kind].impulse = moves.select(impulse, row.impulse);
+        self.push(joint, kind, change, moves);
+        moves.select(largest.max((change * effect).abs()), largest)
+    }
+
+    /// Gives the new velocities of some lanes an impulse of a row.
+    #[inline(always)]
+    fn push(&mut self, joint: usize, kind: usize, impulse: Lanes<S>, lanes: Mask<S>) {
+        let n = self.bodies.len();
+        let impulse = if kind == UPPER { -impulse } else { impulse };
+        let responses = &self.responses[joint * n..(joint + 1) * n];
+        for (at, response) in self.bodies.iter_mut().zip(responses) {
+            at.new_velocity = lanes.select(at.new_velocity + impulse * *response, at.new_velocity);
+        }
+    }
+
+    /// Keeps the impulses of some lanes for the next step. Where a limit or dry friction has begun or ended to hold, or has turned
+    /// round.
+    #[inline(always)]
+    pub(super) fn keep_rows(&mut self, going: Mask<S>) -> Mask<S> {
+        let zero = self.is_taken.same(0.0);
+        let mut kinked = zero.lt(zero);
+        for (state, at) in self.states.iter_mut().zip(&self.bodies) {
+            let most = at.most_friction;
+            let [friction, lower, upper] = at.rows;
+            let has = zero.lt(friction.is_there) & going;
+            kinked = kinked | (has & !way(friction.impulse, most).is(way(state.friction, most)));
+            state.friction = going.select(has.select(friction.impulse, zero), state.friction);
+            for (row, before) in [(lower, &mut state.lower), (upper, &mut state.upper)] {
+                let has = zero.lt(row.is_there) & going;
+                let (holds, held) = (row.impulse.is(zero).numbers(), before.is(zero).numbers());
+                kinked = kinked | (has & !holds.is(held));
+                *before = going.select(has.select(row.impulse, zero), *before);
+            }
+        }
+        kinked
+    }
+}
+
+/// Which way dry friction of at most so much slips: 0 where it holds.
+#[inline(always)]
+fn way<S: Simd>(impulse: Lanes<S>, most: Lanes<S>) -> Lanes<S> {
+    let zero = impulse.same(0.0);
+    let sign = impulse.lt(zero).select(zero.same(-1.0), zero.same(1.0));
+    impulse.abs().lt(most).select(zero, sign)
+}

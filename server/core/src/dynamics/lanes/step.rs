@@ -1,0 +1,141 @@
+//! The step of all lanes.
+
+use pulp::{Simd, WithSimd};
+
+use super::number::Mask;
+use super::robot::{LaneRobot, number};
+use crate::dynamics::articulation::MAX_ROUNDS;
+use crate::dynamics::integrator::{History, Integrator};
+
+/// Contacts are looked for this many times as far ahead as a part of a step moves a shape, as where collision looks.
+const LOOK_AHEAD: f64 = 2.0;
+
+/// A step, to be compiled for the processor that it runs on.
+struct Step<'a, S: Simd>(&'a mut LaneRobot<S>);
+
+impl<S: Simd> WithSimd for Step<'_, S> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<T: Simd>(self, _: T) {
+        self.0.do_step();
+    }
+}
+
+impl<S: Simd> LaneRobot<S> {
+    /// Advances all copies by a step, touching nothing. [`has_stepped`](Self::has_stepped) says which have done it; the others are
+    /// left as they were.
+    pub fn step(&mut self) {
+        let simd = self.simd;
+        simd.vectorize(Step(self));
+    }
+
+    #[inline(always)]
+    fn do_step(&mut self) {
+        self.begin();
+        let zero = self.is_taken.same(0.0);
+        let taken = zero.lt(self.is_taken);
+        let mut is_done = taken;
+        for _ in 0..self.stepping.parts {
+            is_done = is_done & self.do_part(taken);
+        }
+        for state in &self.states {
+            let is_finite = state.position.is_finite()
+                & state.velocity.is_finite()
+                & state.half_velocity.is_finite()
+                & state.setpoint.is_finite();
+            is_done = is_done & is_finite;
+        }
+        self.is_done = is_done.numbers();
+        if (taken & !is_done).any() {
+            self.put_back();
+        }
+    }
+
+    /// One of the equal parts of a step. In which lanes it is what the copy would have done.
+    #[inline(always)]
+    fn do_part(&mut self, taken: Mask<S>) -> Mask<S> {
+        let zero = self.is_taken.same(0.0);
+        let is_leapfrog = self.stepping.integrator == Integrator::Leapfrog;
+        let is_fast = self.update_kinematics();
+        let meets_nothing = self.meets_nothing();
+        if !is_leapfrog {
+            self.history = zero.same(number(History::Given));
+            self.states.iter_mut().for_each(|state| state.half_velocity = state.velocity);
+        }
+        self.set_drives();
+        let (mut going, mut kinked, mut has_rows) = (taken, zero.lt(zero), false);
+        for round in 0..MAX_ROUNDS {
+            self.gather_inertia();
+            self.accelerate(going);
+            if round == 0 {
+                has_rows = self.collect_rows(taken);
+            }
+            if has_rows {
+                self.solve_rows(going);
+            }
+            kinked = kinked | self.keep_rows(going);
+            going = self.saturate(going, round == 0);
+            kinked = kinked | going;
+            if !going.any() {
+                break;
+            }
+        }
+        self.note_efforts();
+        self.finish(kinked);
+        if is_leapfrog { meets_nothing & !is_fast } else { meets_nothing }
+    }
+
+    /// Where no contact would be found: all that could touch is farther away than contacts are looked for.
+    #[inline(always)]
+    fn meets_nothing(&self) -> Mask<S> {
+        let zero = self.is_taken.same(0.0);
+        let mut speed = zero;
+        for (state, lever) in self.states.iter().zip(&self.levers) {
+            speed += *lever * state.velocity.abs();
+        }
+        let ahead = zero.same(LOOK_AHEAD * self.stepping.h) * speed;
+        (zero.same(self.slack) + ahead).lt(self.room)
+    }
+
+    /// Moves on with the new velocities.
+    #[inline(always)]
+    fn finish(&mut self, kinked: Mask<S>) {
+        let zero = self.is_taken.same(0.0);
+        let (one, half) = (zero.same(1.0), zero.same(0.5));
+        let h = zero.same(self.stepping.h);
+        let is_leapfrog = self.stepping.integrator == Integrator::Leapfrog;
+        let was_given = zero.same(number(History::Given));
+        let was_interrupted = zero.same(number(History::Interrupted));
+        let was_kinked = zero.same(number(History::Kinked));
+        let smooth = zero.same(number(History::Smooth));
+        let twice = zero.same(number(History::SmoothTwice));
+        if is_leapfrog {
+            let before = self.history;
+            let begins = before.is(was_kinked) | before.is(was_given);
+            let after = begins.select(smooth, twice);
+            let after = before.is(was_interrupted).select(was_kinked, after);
+            self.history = kinked.select(was_kinked, after);
+        }
+        let (is_smooth, is_twice) = (self.history.is(smooth), self.history.is(twice));
+        let joints = self.states.iter_mut().zip(&self.laws).zip(&self.bodies).zip(&self.levers);
+        for (((state, law), at), lever) in joints {
+            let new = at.new_velocity;
+            state.change_before = state.change;
+            state.change = new - state.half_velocity;
+            state.position += h * new;
+            self.room -= *lever * (h * new).abs();
+            state.half_velocity = new;
+            if !is_leapfrog {
+                state.velocity = new;
+                continue;
+            }
+            let drift = is_twice.select(state.change - at.decay * state.change_before, zero);
+            let ahead = (one - at.damper) * at.decay * (state.change + half * at.decay * drift);
+            let end = new + (is_smooth | is_twice).select(ahead, zero);
+            let turns = (end * new).lt(zero) & zero.lt(law.friction);
+            let end = turns.select(zero, end);
+            state.velocity = kinked.select(new, end);
+        }
+    }
+}

@@ -1,0 +1,248 @@
+//! Copies of a batch in lanes: where a world has one robot that moves and meets nothing, several of its copies step at once.
+//!
+//! What a copy is given and what is read of it goes the way of one that is alone: it has a world of its own, which gets its state
+//! back where something is to be done that lanes do not do. See [`lanes`](crate::dynamics::lanes) for why that changes no bit.
+
+use std::ops::Range;
+
+use pulp::{Arch, Simd, WithSimd};
+
+use super::Rollout;
+use super::batch::{BatchResult, Ended, Places, Stop, Worker, part};
+use crate::dynamics::lanes::LaneRobot;
+use crate::simulation::{PhysicsSettings, Simulation};
+
+/// Copies of a batch, to be advanced with the vectors that the processor has.
+struct Batch<'a> {
+    rollout: &'a Rollout,
+    worker: &'a mut Worker,
+    copies: Range<usize>,
+    result: &'a mut BatchResult,
+    interrupt: &'a dyn Fn() -> bool,
+}
+
+impl WithSimd for Batch<'_> {
+    type Output = Option<()>;
+
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        let Self { rollout, worker, copies, result, interrupt } = self;
+        if S::F64_LANES > 1 {
+            rollout.advance_in_lanes(simd, worker, copies, result, interrupt)
+        } else {
+            rollout.advance_alone(worker, copies, result, interrupt)
+        }
+    }
+}
+
+/// A copy in a group that steps at once.
+struct Running {
+    copy: usize,
+    /// Among those of the batch.
+    place: usize,
+    /// Rows that are read.
+    rows: usize,
+    /// Its view has all of its world, but for what a step of lanes changes.
+    is_seen: bool,
+    /// Why it does no more.
+    stop: Option<Stop>,
+}
+
+impl Rollout {
+    /// Whether copies can be in lanes: of a world that may have them, where nothing pushes.
+    pub(super) fn can_be_in_lanes(&self, world: &Simulation) -> bool {
+        world.lane_robot().is_some() && !self.variations.iter().any(|variation| variation.is_push())
+    }
+
+    /// Advances copies with what the processor has; nothing where they are interrupted.
+    pub(super) fn advance_with_vectors(
+        &self,
+        worker: &mut Worker,
+        copies: Range<usize>,
+        result: &mut BatchResult,
+        interrupt: &dyn Fn() -> bool,
+    ) -> Option<()> {
+        Arch::new().dispatch(Batch { rollout: self, worker, copies, result, interrupt })
+    }
+
+    /// The same, as many at a time as there are lanes.
+    pub(super) fn advance_in_lanes<S: Simd>(
+        &self,
+        simd: S,
+        worker: &mut Worker,
+        copies: Range<usize>,
+        result: &mut BatchResult,
+        interrupt: &dyn Fn() -> bool,
+    ) -> Option<()> {
+        let mut workers = std::mem::take(&mut worker.beside);
+        workers.resize_with(S::F64_LANES.max(workers.len()), || self.worker());
+        let begun = copies.start;
+        let mut first = begun;
+        while first < copies.end {
+            let group = first..(first + S::F64_LANES).min(copies.end);
+            first = group.end;
+            let group =
+                group.map(|copy| Running { copy, place: copy - begun, rows: 0, is_seen: false, stop: None });
+            self.advance_group(simd, &mut workers, group.collect(), result, interrupt)?;
+        }
+        worker.beside = workers;
+        Some(())
+    }
+
+    fn advance_group<S: Simd>(
+        &self,
+        simd: S,
+        workers: &mut [Worker],
+        mut group: Vec<Running>,
+        result: &mut BatchResult,
+        interrupt: &dyn Fn() -> bool,
+    ) -> Option<()> {
+        for (running, worker) in group.iter_mut().zip(&mut *workers) {
+            match self.begin(worker, running.copy) {
+                Ok(()) if self.is_row(0) => {
+                    worker.look();
+                    running.is_seen = true;
+                    self.read(worker, &mut running.rows, &mut self.places(result, running.place));
+                }
+                Ok(()) => {}
+                Err(error) => running.stop = Some(error.into()),
+            }
+        }
+        let world = &workers.first()?.world;
+        let robot = world.lane_robot().unwrap_or(0);
+        let PhysicsSettings { gravity, time_step, substeps, integrator } = *world.settings();
+        let parts = (time_step / f64::from(substeps), substeps);
+        let mut lanes = LaneRobot::new(simd, world.body(robot).tree(), gravity, parts, integrator);
+        for step in 0..self.shape.steps {
+            if interrupt() {
+                return None;
+            }
+            if group.iter().all(|running| running.stop.is_some()) {
+                break;
+            }
+            let is_due = self.is_driven_at(step);
+            for (lane, running) in group.iter_mut().enumerate().filter(|(_, running)| running.stop.is_none())
+            {
+                let worker = &mut workers[lane];
+                let was_in = lanes.has(lane);
+                if !is_due && was_in {
+                    continue;
+                }
+                if was_in {
+                    lanes.give_targets(lane, worker.world.body_mut(robot));
+                }
+                if let Err(error) = self.drive(worker, running.copy, step) {
+                    running.stop = Some(error.into());
+                    lanes.leave(lane);
+                } else if was_in {
+                    lanes.take_targets(lane, worker.world.body(robot));
+                    if !lanes.has(lane) {
+                        lanes.give_back(lane, worker.world.body_mut(robot));
+                    }
+                }
+            }
+            lanes.step();
+            for (lane, running) in group.iter_mut().enumerate().filter(|(_, running)| running.stop.is_none())
+            {
+                let worker = &mut workers[lane];
+                let done = self.complete_step(&mut lanes, (lane, robot), worker, step, running);
+                let mut places = self.places(result, running.place);
+                let weighed = done.and_then(|()| {
+                    if self.is_row(step + 1) {
+                        self.read(worker, &mut running.rows, &mut places);
+                    }
+                    Ok(self.weigh(worker, step, &mut places, interrupt)?)
+                });
+                match weighed {
+                    Ok(()) => result.steps_done[running.place] = step + 1,
+                    Err(stop) => {
+                        running.stop = Some(stop);
+                        lanes.leave(lane);
+                    }
+                }
+            }
+        }
+        for Running { copy, place, stop, .. } in group {
+            match stop {
+                None => {}
+                Some(Stop::Interrupted) => return None,
+                Some(Stop::Ended(reason)) => {
+                    part(&mut result.costs, place, self.shape.terms).fill(f64::INFINITY);
+                    result.ended.push(Ended { copy, reason });
+                }
+            }
+        }
+        Some(())
+    }
+
+    /// Where a copy's step is none of lanes, has its world do it. Then the worker's view is what is to be read.
+    fn complete_step<S: Simd>(
+        &self,
+        lanes: &mut LaneRobot<S>,
+        (lane, robot): (usize, usize),
+        worker: &mut Worker,
+        step: u64,
+        running: &mut Running,
+    ) -> Result<(), Stop> {
+        let looks = self.is_row(step + 1) || !self.costs.is_empty();
+        if lanes.has(lane) && lanes.has_stepped(lane) {
+            worker.world.pass_step();
+            if looks && running.is_seen {
+                worker.look_at_lane(lanes, (lane, robot));
+            } else if looks {
+                lanes.give_back(lane, worker.world.body_mut(robot));
+                worker.look();
+                running.is_seen = true;
+            }
+            return Ok(());
+        }
+        if lanes.has(lane) {
+            lanes.give_back(lane, worker.world.body_mut(robot));
+        }
+        worker.step()?;
+        if looks {
+            worker.look();
+        }
+        // Of contacts a step of lanes changes nothing: those that are seen must be those of this step.
+        running.is_seen = looks;
+        lanes.leave(lane);
+        if worker.world.lane_robot() == Some(robot) {
+            let (room, levers, slack) = worker.world.lane_room(robot);
+            // Else the next step is none of lanes.
+            if room > slack {
+                lanes.set_room(lane, room, &levers, slack);
+                lanes.take(lane, worker.world.body(robot));
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether a control says something new at a step.
+    fn is_driven_at(&self, step: u64) -> bool {
+        self.controls.iter().any(|control| control.drives_at(step))
+    }
+
+    /// The places of a copy in the arrays of its batch.
+    fn places<'r>(&self, result: &'r mut BatchResult, place: usize) -> Places<'r> {
+        let steps = result.step_costs.len() / result.steps_done.len().max(1);
+        Places {
+            states: part(&mut result.states, place, self.shape.rows * self.shape.columns()),
+            costs: part(&mut result.costs, place, self.shape.terms),
+            step_costs: part(&mut result.step_costs, place, steps),
+        }
+    }
+}
+
+impl Worker {
+    /// Looks at what a step of lanes has changed of a copy.
+    fn look_at_lane<S: Simd>(&mut self, lanes: &LaneRobot<S>, (lane, robot): (usize, usize)) {
+        let state = &mut self.view.state;
+        let layout = &state.world.entities[robot];
+        let (positions, velocities) = (layout.positions.clone(), layout.velocities.clone());
+        let places = positions.zip(velocities).enumerate();
+        for (joint, (position, velocity)) in places {
+            [state.positions[position], state.velocities[velocity], state.efforts[velocity]] =
+                lanes.joint(lane, joint);
+        }
+        self.view.changed();
+    }
+}

@@ -1,0 +1,258 @@
+//! Copies in lanes against copies that step alone: equal to the bit, for any number of lanes.
+
+use pulp::Simd;
+use simd_model::setup::{JointSetup, Spring};
+
+use super::super::draw::uniform;
+use super::*;
+use crate::simulation::Integrator;
+
+/// A tree of turning and sliding joints that branches, with limits, dry friction, damping, rotors and springs.
+fn branching(joints: usize) -> RobotModel {
+    let draw = |what: u64, joint: usize, low: f64, high: f64| uniform([5, what, joint as u64, 0], low, high);
+    let vector = |what: u64, joint: usize, size: f64| {
+        DVec3::new(
+            draw(what, joint, -size, size),
+            draw(what + 1, joint, -size, size),
+            draw(what + 2, joint, -size, size),
+        )
+    };
+    let kind = |index: usize| if index % 4 == 3 { JointKind::Prismatic } else { JointKind::Revolute };
+    let joint = |index: usize| Joint {
+        name: format!("j{index}"),
+        kind: kind(index),
+        parent: if index % 5 == 4 { index - 2 } else { index },
+        child: index + 1,
+        parent_from_joint: DPose3::from_parts(
+            vector(10, index, 0.3),
+            glamx::DQuat::from_scaled_axis(vector(20, index, 2.0)),
+        ),
+        axis: vector(30, index, 1.0).normalize(),
+        limits: JointLimits {
+            lower: Some(-0.4),
+            upper: (index != 1).then_some(0.5),
+            effort: (index != 2).then_some(draw(40, index, 3.0, 30.0)),
+            velocity: (index % 2 == 0).then_some(2.0),
+        },
+        damping: draw(41, index, 0.0, 0.5),
+        friction: if index % 3 == 0 { draw(42, index, 0.1, 1.0) } else { 0.0 },
+        mimic: None,
+    };
+    let setup = |index: usize| JointSetup {
+        joint: index,
+        armature: if index % 2 == 0 { 0.01 } else { 0.0 },
+        spring: (index % 3 == 1).then_some(Spring { stiffness: 20.0, rest: 0.1 }),
+        ..JointSetup::default()
+    };
+    let mut model = RobotModel {
+        name: "tree".into(),
+        links: (0..=joints)
+            .map(|index| link(&format!("l{index}"), draw(50, index, 0.3, 2.0), vector(60, index, 0.2), None))
+            .collect(),
+        joints: (0..joints).map(joint).collect(),
+        ..RobotModel::default()
+    };
+    model.setup.joints = (0..joints).map(setup).collect();
+    model
+}
+
+fn world_of(model: RobotModel, integrator: Integrator, substeps: u32) -> Simulation {
+    let settings = PhysicsSettings { integrator, substeps, ..PhysicsSettings::default() };
+    let mut world = Simulation::new(settings, WorldLimits::default());
+    world.apply(&spawn("tree", model, true, DVec3::ZERO)).unwrap();
+    (0..10).for_each(|_| world.step());
+    world
+}
+
+fn drawn(what: u64, count: usize, size: f64) -> Vec<f64> {
+    (0..count as u64).map(|index| uniform([9, what, index, 0], -size, size)).collect()
+}
+
+/// Each copy is driven to and beyond limits, with masses and gains of its own.
+fn asked(joints: usize, copies: usize, mode: ControlMode, interpolation: Interpolation) -> RolloutRequest {
+    let size = if mode == ControlMode::Effort { 30.0 } else { 1.2 };
+    let tree = || named("tree");
+    RolloutRequest {
+        copies,
+        steps: 200,
+        controls: vec![Control {
+            robot: "tree".into(),
+            interpolation,
+            ..control(mode, drawn(1, copies * 4 * joints, size), 4, 50)
+        }],
+        starts: vec![Start {
+            robot: "tree".into(),
+            positions: drawn(2, copies * joints, 0.4),
+            velocities: drawn(3, copies * joints, 1.0),
+            ..Start::default()
+        }],
+        variations: vec![Variation {
+            of: Varied::LinkMasses(tree()),
+            values: Values::Uniform { low: 0.5, high: 2.0 },
+        }],
+        quantities: vec![
+            Quantity::JointPositions(tree()),
+            Quantity::JointVelocities(tree()),
+            Quantity::JointEfforts(tree()),
+            Quantity::LinkPoses(tree()),
+        ],
+        costs: vec![CostTerm {
+            weight: 1.0,
+            final_weight: 2.0,
+            of: Cost::JointVelocities { joints: tree(), targets: Vec::new() },
+        }],
+        step_costs: true,
+        record_every: 1,
+        record_start: true,
+        ..RolloutRequest::default()
+    }
+}
+
+fn empty(rollout: &Rollout, copies: usize) -> BatchResult {
+    let Shape { steps, rows, terms, step_costs, .. } = *rollout.shape();
+    let steps = if step_costs { steps as usize } else { 0 };
+    BatchResult {
+        states: vec![f64::NAN; copies * rows * rollout.shape().columns()],
+        costs: vec![0.0; copies * terms],
+        step_costs: vec![f64::INFINITY; copies * steps],
+        steps_done: vec![0; copies],
+        ended: Vec::new(),
+    }
+}
+
+/// Copies as the one-robot step has them.
+fn alone(rollout: &Rollout, copies: Range<usize>) -> BatchResult {
+    let mut result = empty(rollout, copies.len());
+    rollout.advance_alone(&mut rollout.worker(), copies, &mut result, &|| false).unwrap();
+    result
+}
+
+fn in_lanes<S: Simd>(simd: S, rollout: &Rollout, copies: Range<usize>) -> BatchResult {
+    let mut result = empty(rollout, copies.len());
+    rollout.advance_in_lanes(simd, &mut rollout.worker(), copies, &mut result, &|| false).unwrap();
+    result
+}
+
+/// The same by every number of lanes that this processor has.
+fn in_all_widths(rollout: &Rollout, copies: Range<usize>) -> Vec<(usize, BatchResult)> {
+    let mut all = vec![(1, in_lanes(pulp::Scalar, rollout, copies.clone()))];
+    #[cfg(target_arch = "x86_64")]
+    {
+        if let Some(simd) = pulp::x86::V3::try_new() {
+            all.push((4, in_lanes(simd, rollout, copies.clone())));
+        }
+        if let Some(simd) = pulp::x86::V4::try_new() {
+            all.push((8, in_lanes(simd, rollout, copies)));
+        }
+    }
+    all
+}
+
+fn assert_equal(found: &BatchResult, expected: &BatchResult, what: &str) {
+    let pairs = found.states.iter().zip(&expected.states);
+    let first = pairs.enumerate().find(|(_, (a, b))| a != b && !(a.is_nan() && b.is_nan()));
+    assert_eq!(first, None, "{what}");
+    assert_eq!(bits(&found.costs), bits(&expected.costs), "{what}");
+    assert_eq!(bits(&found.step_costs), bits(&expected.step_costs), "{what}");
+    assert_eq!(found.steps_done, expected.steps_done, "{what}");
+    assert_eq!(found.ended, expected.ended, "{what}");
+    assert_eq!(bits(&found.states), bits(&expected.states), "{what}");
+}
+
+#[test]
+fn lanes_of_any_number_have_the_bits_of_copies_that_step_alone() {
+    for joints in [1, 7, 11] {
+        for (integrator, substeps) in [(Integrator::Leapfrog, 1), (Integrator::Euler, 2)] {
+            let world = world_of(branching(joints), integrator, substeps);
+            for (mode, interpolation) in [
+                (ControlMode::Position, Interpolation::Hold),
+                (ControlMode::Velocity, Interpolation::Linear),
+                (ControlMode::Effort, Interpolation::Hold),
+            ] {
+                let request = asked(joints, 5, mode, interpolation);
+                let rollout = Rollout::new(world.snapshot(), request, ROOM).unwrap();
+                assert!(rollout.has_lanes);
+                let expected = alone(&rollout, 0..5);
+                for (width, found) in in_all_widths(&rollout, 0..5) {
+                    assert_equal(&found, &expected, &format!("{joints} {integrator:?} {mode:?} {width}"));
+                }
+            }
+        }
+    }
+}
+
+/// The arm above a floor that it reaches, and comes away from again.
+#[test]
+fn copies_that_come_to_touch_something_and_leave_it_have_the_bits_of_the_world() {
+    let mut world = Simulation::new(PhysicsSettings::default(), WorldLimits::default());
+    world.apply(&spawn("arm", arm([1.0, 0.5]), true, DVec3::ZERO)).unwrap();
+    let floor = one_link("floor", Geometry::Box { size: DVec3::new(4.0, 4.0, 0.2) });
+    world.apply(&spawn("floor", floor, true, DVec3::Z * -0.1)).unwrap();
+    (0..5).for_each(|_| world.step());
+    assert!(world.lane_room(0).0 > 0.3, "it is far from the floor: {:?}", world.lane_room(0));
+    let down = [1.4, 0.4, -0.5, 0.3];
+    let values = (0..6).flat_map(|copy| down.map(|target| target * (1.0 - 0.3 * copy as f64))).collect();
+    let request = RolloutRequest {
+        controls: vec![control(ControlMode::Position, values, 2, 300)],
+        quantities: vec![
+            Quantity::JointPositions(named("arm")),
+            Quantity::JointVelocities(named("arm")),
+            Quantity::JointEfforts(named("arm")),
+            Quantity::ContactForce(named("arm")),
+            Quantity::ContactCount("arm".into()),
+        ],
+        record_every: 3,
+        ..all_of_it(6, 900)
+    };
+    let rollout = Rollout::new(world.snapshot(), request, ROOM).unwrap();
+    assert!(rollout.has_lanes);
+    let expected = alone(&rollout, 0..6);
+    let touches = |copy: usize| {
+        let rows = expected.states.chunks_exact(8).skip(copy * 300).take(300);
+        rows.filter(|row| row[6] > 0.0).count()
+    };
+    assert!(touches(0) > 10 && touches(0) < 290 && touches(5) == 0, "{} {}", touches(0), touches(5));
+    for (width, found) in in_all_widths(&rollout, 0..6) {
+        assert_equal(&found, &expected, &format!("{width} lanes"));
+    }
+}
+
+/// The second of three copies is driven away from where it is, the harder the farther it is.
+#[test]
+fn a_copy_in_lanes_that_is_not_finite_ends_alone() {
+    let world = world_of(branching(3), Integrator::Leapfrog, 1);
+    let mut request = asked(3, 3, ControlMode::Velocity, Interpolation::Hold);
+    let gains = [0.0, -1e12, 0.0].into_iter().flat_map(|gain| [gain; 18]).collect();
+    request.controls = vec![Control {
+        robot: "tree".into(),
+        feedback: Some(Feedback { gains, ..Feedback::default() }),
+        ..control(ControlMode::Velocity, vec![0.0; 3], 1, 1)
+    }];
+    let mut model = branching(3);
+    model.joints.iter_mut().for_each(|joint| joint.limits = JointLimits::default());
+    let free = world_of(model, Integrator::Leapfrog, 1);
+    for world in [world, free] {
+        let rollout = Rollout::new(world.snapshot(), request.clone(), ROOM).unwrap();
+        let expected = alone(&rollout, 0..3);
+        for (width, found) in in_all_widths(&rollout, 0..3) {
+            assert_equal(&found, &expected, &format!("{width} lanes"));
+        }
+    }
+}
+
+#[test]
+fn the_copies_beside_one_in_lanes_do_not_matter() {
+    let world = world_of(branching(5), Integrator::Leapfrog, 1);
+    let request = asked(5, 8, ControlMode::Position, Interpolation::Cubic);
+    let rollout = Rollout::new(world.snapshot(), request, ROOM).unwrap();
+    let length = rollout.shape().rows * rollout.shape().columns();
+    for (width, all) in in_all_widths(&rollout, 0..8) {
+        for (first, last) in [(0, 1), (5, 6), (2, 7)] {
+            for (_, some) in
+                in_all_widths(&rollout, first..last).into_iter().filter(|(other, _)| *other == width)
+            {
+                assert_eq!(bits(&some.states), bits(&all.states[first * length..last * length]), "{width}");
+            }
+        }
+    }
+}
