@@ -45,9 +45,9 @@ fn main() -> ExitCode {
     match run(&options) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            let sentence = simd_client::printable_lines(&format!("{error:#}"));
+            let sentence = format!("{error:#}");
             // Nothing is left to tell it to where stderr is gone.
-            let _ = writeln!(std::io::stderr(), "simd-camera: {sentence}");
+            let _ = writeln!(std::io::stderr(), "simd-camera: {}", simd_client::printable_lines(&sentence));
             ExitCode::FAILURE
         }
     }

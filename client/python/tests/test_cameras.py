@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import zlib
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 
 import numpy as np
@@ -33,7 +33,7 @@ def answer(task: proto.PictureTask) -> proto.PutPictureRequest:
 
 
 @contextmanager
-def rendering(daemon: Daemon) -> Iterator[None]:
+def rendering(daemon: Daemon) -> Generator[None]:
     """A renderer that draws as long as this lasts."""
     ended = threading.Event()
     with simd_client.connect(daemon.endpoint) as client:

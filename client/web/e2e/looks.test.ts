@@ -85,6 +85,7 @@ test("a folder that is dropped on the page brings its pictures along", async () 
     await cp(resolve(ASSETS, "textured/urdf/obj.urdf"), join(folder, "urdf/box.urdf"));
     const tab = await Tab.open(await use.context(), daemon.url);
     await tab.page.getByTestId("folder-input").first().setInputFiles(folder);
+    await tab.page.getByTestId("load-now").click();
     await expect.poll(async () => (await daemon.entities.listEntities({})).entities.map(({ name }) => name)).toEqual(["box"]);
     await daemon.entities.setEntityState({ robot: "box", pose: { position: { x: 0, y: 0, z: HEIGHT }, orientation: { x: 0, y: 0, z: 0, w: 1 } } });
     await look(tab);

@@ -96,7 +96,8 @@ fn drawn(picture: &CameraPicture, wanted: Option<Plane>) -> anyhow::Result<Vec<u
     match (plane, color, depth, segmentation) {
         (Plane::Color, Some(color), _, _) => write(Pixels::Color, plane_bytes(picture, color, 3)?),
         (Plane::Depth, _, Some(depth), _) => {
-            let metres = words(&plane_bytes(picture, depth, 4)?).map(f32::from_le_bytes);
+            let bytes = plane_bytes(picture, depth, 4)?;
+            let metres = words(&bytes).map(f32::from_le_bytes);
             // What is beyond 65 m is 65.535 m; what is not finite is nothing.
             let millimetres =
                 metres.map(|metres| if metres.is_finite() { (metres * MILLI) as u16 } else { 0 });

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from types import ModuleType
 
@@ -35,7 +35,7 @@ def answer(task: PictureTask) -> PutPictureRequest:
 
 
 @contextmanager
-def rendering() -> Iterator[list[PictureTask]]:
+def rendering() -> Generator[list[PictureTask]]:
     """A renderer of the script's world that draws as long as this lasts; gives the tasks that it got."""
     ended, tasks = threading.Event(), list[PictureTask]()
     with simd_client.connect(connected(0).wire.endpoint) as client:
@@ -92,7 +92,8 @@ def test_a_picture_is_as_pybullet_has_it(script: ModuleType) -> None:
 
 
 def test_a_depth_buffer_ends_at_the_planes(script: ModuleType) -> None:
-    projection = np.reshape(script.computeProjectionMatrix(-1, 1, -1, 1, 0.5, 8.0), (4, 4), order="F")
+    numbers: list[float] = script.computeProjectionMatrix(-1, 1, -1, 1, 0.5, 8.0)
+    projection = np.array(numbers, np.float64).reshape(4, 4, order="F")
     buffer = depth_buffer(np.array([[0.5, 8.0, 100.0, 0.1, np.inf]], np.float32), projection)
     np.testing.assert_allclose(buffer, [[0.0, 1.0, 1.0, 0.0, 1.0]], atol=1e-6)
 

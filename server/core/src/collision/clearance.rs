@@ -1,13 +1,24 @@
 //! How far a robot can move before it can touch anything: a bound from boxes and spheres, for who steps it without looking.
 
+use super::bounds::Bounds;
 use super::colliders::{Placed, RobotColliders};
 use super::filter::Filter;
 use crate::dynamics::Tree;
 use crate::dynamics::tree::JointType;
 
 /// At least so far apart are two colliders, metres, without how far around them contacts are looked for.
-fn gap(a: &Placed, b: &Placed) -> f64 {
-    a.bounds.gap(&b.bounds).max(a.sphere_gap(b) - a.margin - b.margin)
+fn gap([of_a, of_b]: [&RobotColliders; 2], a: &Placed, b: &Placed) -> f64 {
+    let apart = a.bounds.gap(&b.bounds).max(a.sphere_gap(b) - a.margin - b.margin);
+    apart.max(above((of_a, a), b)).max(above((of_b, b), a))
+}
+
+/// The same for a plane and what lies above it, whose bounds meet everything; minus infinity of what is no plane.
+fn above((of_plane, plane): (&RobotColliders, &Placed), other: &Placed) -> f64 {
+    let Some(half_space) = of_plane.shape(plane).as_halfspace() else { return f64::NEG_INFINITY };
+    let Bounds { least, most } = other.bounds;
+    let normal = plane.world_from_shape.rotation * half_space.normal;
+    let (middle, half) = (0.5 * (least + most), 0.5 * (most - least));
+    normal.dot(middle - plane.world_from_shape.translation) - normal.abs().dot(half) - plane.margin
 }
 
 impl RobotColliders {
@@ -17,16 +28,16 @@ impl RobotColliders {
         let pairs = self.placed.iter().flat_map(|a| other.placed.iter().map(move |b| (a, b)));
         let can_meet =
             |(a, b): &(&Placed, &Placed)| (a.body.is_some() || b.body.is_some()) && filter.allows(a, b);
-        pairs.filter(can_meet).map(|(a, b)| gap(a, b)).fold(f64::INFINITY, f64::min)
+        pairs.filter(can_meet).map(|(a, b)| gap([self, other], a, b)).fold(f64::INFINITY, f64::min)
     }
 
     /// The same between its own, of which each moves.
     pub fn own_gap(&self) -> f64 {
-        let gap = |pair: &[usize; 2]| match pair.map(|index| self.placed.get(index)) {
-            [Some(a), Some(b)] => gap(a, b),
+        let between = |pair: &[usize; 2]| match pair.map(|index| self.placed.get(index)) {
+            [Some(a), Some(b)] => gap([self, self], a, b),
             _ => f64::NEG_INFINITY,
         };
-        self.own_pairs.iter().map(gap).fold(f64::INFINITY, f64::min)
+        self.own_pairs.iter().map(between).fold(f64::INFINITY, f64::min)
     }
 
     /// How far any point of what hangs on each body moves at the most where its joint moves by one unit, from `positions` of all

@@ -11,12 +11,12 @@ pub const MAX_PULL_DURATION: f64 = 60.0;
 /// The same where nothing is said: a client that drags a link and goes away lets go.
 pub const DEFAULT_PULL_DURATION: f64 = 0.5;
 /// The largest stiffness, N/m, and the largest of maximal forces, N.
-pub const MAX_PULL: f64 = 1e12;
+pub(super) const MAX_PULL: f64 = 1e12;
 /// Stiffness where nothing is said, for each kilogram of the link and of what it carries, 1/s^2: a metre accelerates with
 /// about six times gravity.
-pub const DEFAULT_PULL_STIFFNESS: f64 = 60.0;
+pub(super) const DEFAULT_PULL_STIFFNESS: f64 = 60.0;
 /// The largest force where nothing is said, for each of these kilograms, m/s^2.
-pub const DEFAULT_PULL_ACCELERATION: f64 = 60.0;
+pub(super) const DEFAULT_PULL_ACCELERATION: f64 = 60.0;
 
 /// What a step of h seconds can follow of a spring that acts on a mass m from its beginning on: h^2 k / m at the most.
 const STIFFEST: f64 = 0.25;
@@ -74,7 +74,7 @@ impl ActivePull {
 /// Stiffness and damping of a pull with this stiffness towards a point that is `way` metres away, for a point that moves as
 /// `mobility` says (m/s for N s). The damper is critical for the mass that the pull moves: where it would go,
 /// 1 / (u' mobility u) kg. Both are no larger than steps of `h` seconds can follow. `None` where the point cannot move.
-pub fn spring(stiffness: f64, way: DVec3, mobility: &DMat3, h: f64) -> Option<(f64, f64)> {
+pub(super) fn spring(stiffness: f64, way: DVec3, mobility: &DMat3, h: f64) -> Option<(f64, f64)> {
     let sum = mobility.x_axis.x + mobility.y_axis.y + mobility.z_axis.z;
     if !(sum.is_finite() && sum > 0.0) {
         return None;

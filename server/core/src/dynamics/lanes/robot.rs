@@ -10,6 +10,7 @@ use super::number::Lanes;
 use super::vectors::{Matrix, Vector};
 use crate::dynamics::actuator::Mode;
 use crate::dynamics::articulated::base_acceleration;
+use crate::dynamics::constraint::Impulses;
 use crate::dynamics::gravity_compensation::is_compensated;
 use crate::dynamics::integrator::{History, Integrator};
 use crate::dynamics::spatial::{Placement, Spatial};
@@ -154,19 +155,36 @@ impl<S: Simd> LaneRobot<S> {
 
     /// Takes targets and state of a copy that is in a lane.
     fn take_state(&mut self, lane: usize, from: &BodyState) {
-        self.history.set(lane, number(from.history));
+        // All of it, so that what comes to be state is thought of here.
+        let BodyState {
+            base: _,
+            positions,
+            velocities,
+            half_velocities,
+            changes,
+            changes_before,
+            history,
+            axes,
+            drives,
+            efforts,
+            external: _,
+            external_before: _,
+            has_external_changed: _,
+            impulses: Impulses { friction, mimic: _, lower, upper },
+        } = from;
+        self.history.set(lane, number(*history));
         for (i, (state, law)) in self.states.iter_mut().zip(&mut self.laws).enumerate() {
-            let (axis, drive) = (&from.axes[i], &from.drives[i]);
+            let (axis, drive) = (&axes[i], &drives[i]);
             law.set(lane, axis, self.stepping.h);
             let numbers = [
-                from.positions[i],
-                from.velocities[i],
-                from.half_velocities[i],
-                from.changes[i],
-                from.changes_before[i],
+                positions[i],
+                velocities[i],
+                half_velocities[i],
+                changes[i],
+                changes_before[i],
                 axis.actuator.setpoint,
                 axis.actuator.setpoint_velocity,
-                from.efforts[i],
+                efforts[i],
                 drive.stiffness,
                 drive.damping,
                 drive.position,
@@ -174,9 +192,9 @@ impl<S: Simd> LaneRobot<S> {
                 drive.feed_forward,
                 drive.limit,
                 drive.saturated.unwrap_or(f64::NAN),
-                from.impulses.friction[i],
-                from.impulses.lower[i],
-                from.impulses.upper[i],
+                friction[i],
+                lower[i],
+                upper[i],
             ];
             state.numbers().into_iter().zip(numbers).for_each(|(slot, value)| slot.set(lane, value));
         }

@@ -184,10 +184,17 @@ fn lanes_of_any_number_have_the_bits_of_copies_that_step_alone() {
 /// The arm above a floor that it reaches, and comes away from again.
 #[test]
 fn copies_that_come_to_touch_something_and_leave_it_have_the_bits_of_the_world() {
+    let floor = one_link("floor", Geometry::Box { size: DVec3::new(4.0, 4.0, 0.2) });
+    let plane = one_link("plane", Geometry::Plane { normal: DVec3::Z });
+    for (ground, height) in [(floor, -0.1), (plane, 0.0)] {
+        touch_and_leave(ground, height);
+    }
+}
+
+fn touch_and_leave(ground: RobotModel, height: f64) {
     let mut world = Simulation::new(PhysicsSettings::default(), WorldLimits::default());
     world.apply(&spawn("arm", arm([1.0, 0.5]), true, DVec3::ZERO)).unwrap();
-    let floor = one_link("floor", Geometry::Box { size: DVec3::new(4.0, 4.0, 0.2) });
-    world.apply(&spawn("floor", floor, true, DVec3::Z * -0.1)).unwrap();
+    world.apply(&spawn("ground", ground, true, DVec3::Z * height)).unwrap();
     (0..5).for_each(|_| world.step());
     assert!(world.lane_room(0).0 > 0.3, "it is far from the floor: {:?}", world.lane_room(0));
     let down = [1.4, 0.4, -0.5, 0.3];

@@ -11,7 +11,7 @@ use crate::dynamics::{Articulation, Tree};
 use crate::simulation::command::Target;
 use crate::simulation::entity::Entity;
 use crate::simulation::saved::Saved;
-use crate::simulation::world_state::Pair;
+use crate::simulation::world_state::{EntityState, Pair};
 use crate::simulation::{PhysicsSettings, Simulation, WorldLimits};
 
 /// A robot goes no farther before it is looked at again, metres.
@@ -57,12 +57,34 @@ impl Simulation {
     /// The robot whose state is all that a step changes, and that the dynamics alone change it, in a way that
     /// [`LaneRobot`] does too: it meets nothing, and nothing else moves.
     pub(crate) fn lane_robot(&self) -> Option<usize> {
+        // All of it, so that what comes to be state is judged here too.
         let has_nothing_else = |entity: &Entity| {
-            let state = &entity.state;
-            state.sensors.is_empty()
-                && state.trajectories.is_empty()
-                && state.applied_wrenches.is_empty()
-                && state.expired_wrenches.is_empty()
+            let EntityState {
+                name: _,
+                loaded_at_start: _,
+                fixed_base: _,
+                contact_settings: _,
+                surfaces: _,
+                groups: _,
+                collision_pairs: _,
+                asleep: _,
+                rest_poses: _,
+                teleported: _,
+                still_for: _,
+                disabled: _,
+                spawned: _,
+                last_good: _,
+                applied_wrenches,
+                expired_wrenches,
+                pulls,
+                trajectories,
+                sensors,
+            } = &entity.state;
+            applied_wrenches.is_empty()
+                && expired_wrenches.is_empty()
+                && pulls.is_empty()
+                && trajectories.is_empty()
+                && sensors.is_empty()
         };
         if !self.constraints.list.is_empty()
             || !self.contacts.list.is_empty()

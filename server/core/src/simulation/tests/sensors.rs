@@ -345,7 +345,7 @@ fn a_state_with_more_sensors_than_a_world_may_have_is_refused() {
 fn the_rays_of_a_world_are_bounded() {
     let range = RangeLimits { least: 0.0, most: 9.0 };
     let horizontal = Sweep { samples: 131_072, least: 0.0, most: 1.0 };
-    let largest = SensorKind::Lidar(Scan { horizontal, vertical: Sweep::one(0.0), range });
+    let largest = SensorKind::Lidar(Scan { horizontal, vertical: Sweep::one(0.0), range, rolling: false });
     let mut world = world_with(1e-3, spawn("arm", arm()));
     world.apply(&Command::Spawn(Box::new(spawn("other", arm())))).unwrap();
     for _ in 0..MAX_SENSORS_PER_ROBOT {
