@@ -176,7 +176,9 @@ pub enum CallError {
         how: String,
     },
     /// A picture is wanted, and nothing draws.
-    #[error("no renderer draws this world: start `simd-camera --endpoint ...`, on this machine or on another")]
+    #[error(
+        "no renderer draws this world: start `simd-camera --endpoint ...`, on this machine or on another"
+    )]
     NoRenderer,
     /// No picture came in the time that the caller waits.
     #[error("no renderer drew the picture in time; wait longer, or start another `simd-camera`")]

@@ -48,8 +48,8 @@ pub use bindings::{BoundQuantity, JointBinding};
 pub(crate) use calls::{MethodCalls, RefusedUnanswered};
 pub(crate) use cameras::MOST_PIXELS;
 pub use cameras::{
-    BadMatrix, CameraName, CameraReport, Drawn, Intrinsics, Lens, Light, Picture, PictureOrder, PictureRobot, PictureTask,
-    PictureView, Plane, Planes, RendererStatus, intrinsics,
+    BadMatrix, CameraName, CameraReport, Drawn, Intrinsics, Lens, Light, Picture, PictureOrder, PictureRobot,
+    PictureTask, PictureView, Plane, Planes, RendererStatus, intrinsics,
 };
 pub use claims::Unproven;
 pub use clients::{Caller, Client, Disconnect, Peer, TargetSource, Transport};

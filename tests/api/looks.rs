@@ -15,7 +15,11 @@ async fn visual(client: &Client, robot: &str) -> proto::Shape {
     client.scene(&[robot]).await.unwrap().robots[0].visuals[0].clone()
 }
 
-async fn load(daemon: &Daemon, urdf: &std::path::Path, name: &str) -> (proto::LoadReport, proto::MeshGeometry) {
+async fn load(
+    daemon: &Daemon,
+    urdf: &std::path::Path,
+    name: &str,
+) -> (proto::LoadReport, proto::MeshGeometry) {
     let spawned = daemon.client.load(urdf, fixed(name)).await.unwrap();
     let shape = visual(&daemon.client, name).await;
     let Some(Geometry::Mesh(mesh)) = shape.geometry else { panic!("{shape:?}") };

@@ -31,7 +31,7 @@ pub fn triangles() -> Vec<[DVec3; 3]> {
 fn corner(side: usize, u: f64, v: f64) -> DVec3 {
     let wave = WAVE.0 * (WAVE.1 * TAU * u).sin() * (WAVE.1 * TAU * v).sin();
     // Of each pair of sides one is the other's mirror image, with u and v changed, so that both are seen from inside.
-    let (u, v, w) = if side % 2 == 0 { (u, v, wave) } else { (v, u, 1.0 - wave) };
+    let (u, v, w) = if side.is_multiple_of(2) { (u, v, wave) } else { (v, u, 1.0 - wave) };
     let unit = match side / 2 {
         0 => DVec3::new(u, v, w),
         1 => DVec3::new(w, u, v),

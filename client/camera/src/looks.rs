@@ -173,7 +173,7 @@ fn placed(shape: &Shape) -> Option<Placed> {
         Geometry::Capsule(capsule) => (Key::capsule(capsule.radius, capsule.length), DVec3::ONE),
         Geometry::Plane(plane) => {
             let normal = vector(plane.normal.as_ref(), DVec3::Z).normalize_or(DVec3::Z);
-            link_from_mesh = link_from_mesh * DAffine3::from_quat(DQuat::from_rotation_arc(DVec3::Z, normal));
+            link_from_mesh *= DAffine3::from_quat(DQuat::from_rotation_arc(DVec3::Z, normal));
             uncolored = GROUND;
             (Key::Plane, DVec3::ONE)
         }

@@ -16,12 +16,12 @@ use simd_proto::{
     access::{TOKEN_HEADER, bearer},
     v1::{
         camera_service_client::CameraServiceClient, client_service_client::ClientServiceClient,
-        constraint_service_client::ConstraintServiceClient, contact_service_client::ContactServiceClient, entity_service_client::EntityServiceClient,
-        event_service_client::EventServiceClient, joint_service_client::JointServiceClient,
-        kinematics_service_client::KinematicsServiceClient, parameter_service_client::ParameterServiceClient,
-        recording_service_client::RecordingServiceClient, rollout_service_client::RolloutServiceClient,
-        sensor_service_client::SensorServiceClient, simulation_service_client::SimulationServiceClient,
-        view_service_client::ViewServiceClient,
+        constraint_service_client::ConstraintServiceClient, contact_service_client::ContactServiceClient,
+        entity_service_client::EntityServiceClient, event_service_client::EventServiceClient,
+        joint_service_client::JointServiceClient, kinematics_service_client::KinematicsServiceClient,
+        parameter_service_client::ParameterServiceClient, recording_service_client::RecordingServiceClient,
+        rollout_service_client::RolloutServiceClient, sensor_service_client::SensorServiceClient,
+        simulation_service_client::SimulationServiceClient, view_service_client::ViewServiceClient,
     },
 };
 use tonic::{

@@ -2,6 +2,7 @@
 //! them.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::sync::Arc;
 
 use simd_core::simulation::published_state::{PublishedState, WorldLayout};
@@ -16,13 +17,15 @@ use super::robots::{Robot, stamp};
 use crate::SimHandle;
 use crate::handle::{Intrinsics, Picture, Plane};
 
+/// A sensor's id, and its topics' name.
+type Key = (u64, String);
+
 /// The topics of cameras.
 #[derive(Debug, Default)]
 pub(super) struct Cameras {
     /// What there was when they were declared.
     of: Option<(Arc<Vec<WorldSensor>>, Arc<WorldLayout>)>,
-    /// By the sensor and the topics' name.
-    topics: BTreeMap<(u64, String), CameraTopics>,
+    topics: BTreeMap<Key, CameraTopics>,
 }
 
 /// The topics of a camera.
@@ -55,7 +58,7 @@ impl Cameras {
         if self.of.as_ref().is_some_and(is_same) {
             return Ok(());
         }
-        let mut wanted: Vec<((u64, String), (&WorldSensor, Kind, &Robot))> = Vec::new();
+        let mut wanted: Vec<(Key, (&WorldSensor, Kind, &Robot))> = Vec::new();
         for sensor in &*state.sensors {
             let SensorKind::Camera(camera) = sensor.definition.kind else { continue };
             // Robots that are shown are the first ones.
@@ -69,10 +72,10 @@ impl Cameras {
         }
         self.topics.retain(|key, _| wanted.iter().any(|(wanted, _)| wanted == key));
         for (key, (sensor, kind, robot)) in wanted {
-            if !self.topics.contains_key(&key) {
+            if let Entry::Vacant(place) = self.topics.entry(key) {
                 let frame = robot.optical_frame(&sensor.definition.name);
-                let topics = CameraTopics::declare(graph, &key.1, kind, frame).await?;
-                self.topics.insert(key, topics);
+                let topics = CameraTopics::declare(graph, &place.key().1, kind, frame).await?;
+                place.insert(topics);
             }
         }
         self.of = Some((Arc::clone(&state.sensors), Arc::clone(&state.world)));

@@ -13,8 +13,8 @@ use simd_ros2::messages::tf2_msgs::TFMessage;
 use simd_ros2::wire::Qos;
 use tokio::time::{MissedTickBehavior, interval};
 
-use super::cameras::Cameras;
 use super::actions::Action;
+use super::cameras::Cameras;
 use super::commands::{Commands, Inbox};
 use super::endpoints::{Graph, Topic};
 use super::robots::{MAX_ROBOTS, Robot, robots, stamp};

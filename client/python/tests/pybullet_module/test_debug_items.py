@@ -78,6 +78,8 @@ def test_without_a_window_pybullet_takes_the_same_calls(bullet: Any, script: Mod
             p.addUserDebugPoints(pointPositions=[[0, 0, 0]], pointColorsRGB=[[1, 0, 0]], pointSize=2, **parent),
         ]
         assert all(isinstance(number, int) for number in numbers)
+        # A color of another length is none.
+        assert isinstance(p.addUserDebugLine([0, 0, 0], [1, 1, 1], [1, 0, 0, 1]), int)
         with pytest.raises(p.error):
             p.addUserDebugLine([0, 0], [1, 1, 1])
         with pytest.raises(p.error):

@@ -130,6 +130,9 @@ def test_jacobians_and_inertia_are_pybullets(theirs: Any, script: ModuleType) ->
             1e-6,
         )
         close(script.calculateMassMatrix(ours, q), theirs.calculateMassMatrix(right, q), 1e-5)
+        # What is beyond the joints is not read.
+        longer = [*q, 0.7, 0.8]
+        close(script.calculateMassMatrix(ours, longer), theirs.calculateMassMatrix(right, longer), 1e-5)
 
 
 def test_inverse_dynamics_are_pybullets(theirs: Any, script: ModuleType) -> None:

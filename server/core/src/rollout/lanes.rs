@@ -48,9 +48,9 @@ struct Running {
 }
 
 impl Rollout {
-    /// Whether copies can be in lanes: of a world that may have them, where nothing pushes.
+    /// Whether copies can be in lanes: of a world that may have them.
     pub(super) fn can_be_in_lanes(&self, world: &Simulation) -> bool {
-        world.lane_robot().is_some() && !self.variations.iter().any(|variation| variation.is_push())
+        world.lane_robot().is_some()
     }
 
     /// Advances copies with what the processor has; nothing where they are interrupted.
@@ -145,6 +145,9 @@ impl Rollout {
             {
                 let worker = &mut workers[lane];
                 let done = self.complete_step(&mut lanes, (lane, robot), worker, step, running);
+                if done.is_ok() {
+                    result.steps_done[running.place] = step + 1;
+                }
                 let mut places = self.places(result, running.place);
                 let weighed = done.and_then(|()| {
                     if self.is_row(step + 1) {
@@ -152,12 +155,9 @@ impl Rollout {
                     }
                     Ok(self.weigh(worker, step, &mut places, interrupt)?)
                 });
-                match weighed {
-                    Ok(()) => result.steps_done[running.place] = step + 1,
-                    Err(stop) => {
-                        running.stop = Some(stop);
-                        lanes.leave(lane);
-                    }
+                if let Err(stop) = weighed {
+                    running.stop = Some(stop);
+                    lanes.leave(lane);
                 }
             }
         }

@@ -13,7 +13,8 @@ use super::stamp;
 use crate::handle::{LoggedReading, Measured, Published, ReadingBatch, SensorReadings, Touch, TouchPartner};
 
 /// Why a camera has no readings.
-const PICTURES: &str = "a camera has pictures in the place of readings: ask for them with GetPicture, or `simctl camera view`";
+const PICTURES: &str =
+    "a camera has pictures in the place of readings: ask for them with GetPicture, or `simctl camera view`";
 
 /// A sensor of a published state, and the number of its newest reading.
 pub fn info(state: &Published, sensor: &WorldSensor, last_sequence: u64) -> v1::SensorInfo {

@@ -2,6 +2,7 @@
 //! them.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::time::Duration;
 
 use prost::Message as _;
@@ -36,10 +37,12 @@ pub(super) async fn publish(world: World, mut demand: Demand) {
         topics.retain(|id, _| cameras.iter().any(|(of, _)| of == id));
         let mut pictures = Vec::new();
         for (id, name) in cameras {
-            if !topics.contains_key(&id) {
+            if let Entry::Vacant(place) = topics.entry(id) {
                 let key = keys::pictures(&world.name, &name.robot, &name.sensor);
                 match publisher(&world.session, key, MESSAGE).await {
-                    Ok(publisher) => drop(topics.insert(id, Topic { publisher, after: 0 })),
+                    Ok(publisher) => {
+                        place.insert(Topic { publisher, after: 0 });
+                    }
                     Err(error) => {
                         tracing::warn!(
                             robot = name.robot,

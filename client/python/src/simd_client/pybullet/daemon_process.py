@@ -19,6 +19,8 @@ from .errors import error
 _START = 20.0
 # And to end.
 _END = 5.0
+# Robots at one time: scripts make some ten thousand bodies.
+_BODIES = 32_768
 
 
 class DaemonProcess:
@@ -106,6 +108,8 @@ def start() -> DaemonProcess:
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        # A daemon that many share is more careful; what the environment says wins.
+        env={"SIMD_LIMITS_ROBOTS": str(_BODIES), **os.environ},
         # Ctrl-C is for the script, which ends its daemon then.
         start_new_session=os.name == "posix",
     )

@@ -109,8 +109,10 @@ def removeAllUserDebugItems(physicsClientId: int = 0) -> None:
 def _begin(world: World, color: Any, life_time: float, parent: int, link: int) -> tuple[Pose, Marker]:
     """What all have, and link_from_inertia of the link that they move with: PyBullet's positions are about centers of mass."""
     marker = Marker(life_time=min(max(float(life_time), 0.0), _YEAR))
-    if color is not None:
-        red, green, blue = (_share(each) for each in vector(color, "Error converting lineColorRGB[3]"))
+    shades = [] if color is None else floats(color, "Error converting lineColorRGB[3]")
+    # As in PyBullet, a color of another length is none.
+    if len(shades) == 3:
+        red, green, blue = (_share(each) for each in shades)
         marker.color.CopyFrom(Color(red=red, green=green, blue=blue, alpha=1.0))
     body = world.bodies.get(parent)
     name = body.link_name(link) if body is not None else None

@@ -253,7 +253,9 @@ def calculateMassMatrix(
     body = world.body(bodyUniqueId, "calculateMassMatrix failed.")
     request = GetMassMatrixRequest(robot=body.robot)
     text = "calculateMassMatrix: objPositions must be a sequence of numbers"
-    _configure(world, body, request.configuration, floats(objPositions, text))
+    # As in PyBullet, what is beyond the joints' is not read, though it be the base's that comes first.
+    positions = floats(objPositions, text)[: sum(joint.width for joint in body.joints)]
+    _configure(world, body, request.configuration, positions)
     answer = world.wire.call(methods.GetMassMatrix, request)
     change = _from_bullet(body, answer.columns)
     return _rows(np.transpose(change) @ _matrix(answer.matrix, answer.columns) @ change)

@@ -32,15 +32,15 @@ fn branching(joints: usize) -> RobotModel {
             lower: Some(-0.4),
             upper: (index != 1).then_some(0.5),
             effort: (index != 2).then_some(draw(40, index, 3.0, 30.0)),
-            velocity: (index % 2 == 0).then_some(2.0),
+            velocity: index.is_multiple_of(2).then_some(2.0),
         },
         damping: draw(41, index, 0.0, 0.5),
-        friction: if index % 3 == 0 { draw(42, index, 0.1, 1.0) } else { 0.0 },
+        friction: if index.is_multiple_of(3) { draw(42, index, 0.1, 1.0) } else { 0.0 },
         mimic: None,
     };
     let setup = |index: usize| JointSetup {
         joint: index,
-        armature: if index % 2 == 0 { 0.01 } else { 0.0 },
+        armature: if index.is_multiple_of(2) { 0.01 } else { 0.0 },
         spring: (index % 3 == 1).then_some(Spring { stiffness: 20.0, rest: 0.1 }),
         ..JointSetup::default()
     };
