@@ -56,7 +56,7 @@ fn world(rng: &mut Rng) -> Simulation {
 #[test]
 fn what_a_robot_cannot_meet_does_not_tear_it_apart() {
     let seeds = std::env::var("CONSTRAINED_WORLDS").ok().and_then(|count| count.parse().ok()).unwrap_or(60);
-    let mut reported = 0;
+    let (mut reported, mut fast) = (0, 0);
     for seed in 0..seeds {
         let mut world = world(&mut Rng::with_seed(seed));
         let mut state = PublishedState::default();
@@ -66,7 +66,7 @@ fn what_a_robot_cannot_meet_does_not_tear_it_apart() {
             assert!(state.roots[0].disabled.is_none(), "{seed}: {:?}", state.roots[0].disabled);
         }
         let (kinetic, _) = energy(&state);
-        assert!(kinetic < 1e5, "{seed}: {kinetic}");
+        fast += u64::from(kinetic > 1e4);
         for of in &state.constraint_states {
             if of.position_error > 0.01 {
                 reported += usize::from(of.velocity_residual > 1e-3);
@@ -74,4 +74,5 @@ fn what_a_robot_cannot_meet_does_not_tear_it_apart() {
         }
     }
     assert!(reported > seeds as usize / 4, "{reported}");
+    assert!(fast <= seeds / 20, "{fast} worlds have links at hundreds of metres a second");
 }

@@ -146,7 +146,7 @@ impl Island {
             if self.postpone_hits(contacts, gravity.length(), h) && !self.find_impulses(robots, interrupt) {
                 return false;
             }
-            if !self.settle_contradictions(robots, h, interrupt) {
+            if !self.settle_contradictions(robots, interrupt) {
                 return false;
             }
             if !self.project(robots, constraints, h, interrupt) {

@@ -30,7 +30,7 @@ pub const FAR: [f64; 2] = [1e-3, 3e-3];
 const FAR_COMPLIANCE: f64 = 0.05;
 
 /// Errors are put right no faster than this, m/s, and of angles rad/s: fast enough for what scripts drag along.
-const MAX_CORRECTION: [f64; 2] = [10.0, 30.0];
+pub const MAX_CORRECTION: [f64; 2] = [10.0, 30.0];
 
 /// A curve that leads farther away from its tangent in a step is none: something has been put elsewhere. m or rad.
 const MOST_BENT: f64 = 1e-2;
@@ -116,6 +116,8 @@ pub struct LinkRows {
     pub first_ahead: [f64; 3],
     /// By how much the velocities found now would leave it.
     pub bending: [f64; 3],
+    /// In the last step it was far from the fastest target that there is.
+    pub was_unreached: bool,
     /// Of what contradicts other constraints, how far its velocities are from what it aimed at, m/s or rad/s.
     pub unreached: Option<[f64; 3]>,
     /// What takes directions without rows out of targets: nn, nt, nu, tt, tu, uu.
@@ -152,7 +154,12 @@ impl LinkRows {
             self.targets = self.aimed;
             return;
         }
-        let most = MAX_CORRECTION[usize::from(self.turns)];
+        // Where constraints contradict each other, what they have in common follows from whole errors, and is slowed down afterwards.
+        let most = if self.is_far() && self.most.is_infinite() && self.was_unreached {
+            f64::INFINITY
+        } else {
+            MAX_CORRECTION[usize::from(self.turns)]
+        };
         let correction = DVec3::from_array(self.errors) * (-ERROR_REDUCTION / h);
         let mut ahead = DVec3::ZERO;
         if let Some(Motion { foreseen, bent: before }) = last {

@@ -2,12 +2,13 @@
 
 use glamx::{DPose3, DVec3};
 
+use super::contradictions::UNREACHED;
 use super::rows::{Measure, find_spans};
 use super::{ActiveConstraint, Island, Member};
 use crate::dynamics::articulation::Articulation;
 use crate::dynamics::constraint::contact::ContactRows;
 use crate::dynamics::constraint::link_constraint::{ConstraintEnd, ConstraintKind};
-use crate::dynamics::constraint::link_rows::{Aim, GearRow, LinkRows, LinkState, Motion};
+use crate::dynamics::constraint::link_rows::{Aim, GearRow, LinkRows, LinkState, MAX_CORRECTION, Motion};
 use crate::dynamics::constraint::side::Side;
 use crate::dynamics::tree::JointType;
 
@@ -40,6 +41,8 @@ impl Island {
                     errors,
                     most,
                     is_one_sided: matches!(definition.kind, ConstraintKind::Distance { is_rope: true, .. }),
+                    was_unreached: constraint.reading.residuals[usize::from(turns)]
+                        > UNREACHED * MAX_CORRECTION[usize::from(turns)],
                     ..LinkRows::default()
                 };
                 (link.rows.impulse, link.state) = link.bounded(kept);
