@@ -91,11 +91,17 @@ fn every_robot_has_the_same_bits_in_lanes_and_alone() {
         "Two Link.v2/urdf/Two Link.v2.urdf",
         "Bench_Arm-1.2 rev B/urdf/Bench_Arm-1.2 rev B.urdf",
     ] {
-        for (integrator, self_collision) in
-            [(Integrator::Leapfrog, false), (Integrator::Leapfrog, true), (Integrator::Euler, false)]
-        {
+        for (integrator, self_collision, modes) in [
+            (
+                Integrator::Leapfrog,
+                false,
+                &[ControlMode::Position, ControlMode::Velocity, ControlMode::Effort][..],
+            ),
+            (Integrator::Leapfrog, true, &[ControlMode::Position][..]),
+            (Integrator::Euler, false, &[ControlMode::Effort][..]),
+        ] {
             let world = world_of(urdf, integrator, self_collision);
-            for mode in [ControlMode::Position, ControlMode::Velocity, ControlMode::Effort] {
+            for &mode in modes {
                 let rollout = || Rollout::new(world.snapshot(), request(&world, mode), u64::MAX).unwrap();
                 if rollout().steps_in_lanes() {
                     in_lanes.push(urdf);
@@ -109,51 +115,4 @@ fn every_robot_has_the_same_bits_in_lanes_and_alone() {
     }
     in_lanes.dedup();
     assert!(in_lanes.len() >= 3 && in_lanes.contains(&"seven_arm/urdf/seven_arm.urdf"), "{in_lanes:?}");
-}
-
-// TEMP
-#[test]
-#[ignore = "prints figures"]
-fn figures_of_lanes() {
-    for urdf in ["seven_arm/urdf/seven_arm.urdf", "branching/urdf/branching.urdf"] {
-        let world = world_of(urdf, Integrator::Leapfrog, false);
-        for (mode, costs, cubic) in [
-            (ControlMode::Position, false, false),
-            (ControlMode::Position, true, false),
-            (ControlMode::Effort, false, false),
-            (ControlMode::Position, false, true),
-        ] {
-            let make = || {
-                let mut asked = request(&world, mode);
-                asked.steps = 1000;
-                asked.quantities.clear();
-                asked.controls[0].values.iter_mut().for_each(|value| *value /= 6.0);
-                if cubic {
-                    asked.controls[0].interpolation = Interpolation::Cubic;
-                }
-                if costs {
-                    asked.costs = vec![simd_core::rollout::request::CostTerm {
-                        weight: 1.0,
-                        final_weight: 0.0,
-                        of: simd_core::rollout::request::Cost::JointPositions {
-                            joints: Named { robot: "robot".into(), names: Vec::new() },
-                            targets: Vec::new(),
-                            wrapped: false,
-                        },
-                    }];
-                }
-                Rollout::new(world.snapshot(), asked, u64::MAX).unwrap()
-            };
-            let mut best = [f64::INFINITY; 2];
-            for _ in 0..9 {
-                for (best, rollout) in best.iter_mut().zip([make().without_lanes(), make()]) {
-                    let mut worker = rollout.worker();
-                    let begun = std::time::Instant::now();
-                    std::hint::black_box(rollout.advance(&mut worker, 0, &|| false));
-                    *best = best.min(begun.elapsed().as_secs_f64() / 8e3 * 1e6);
-                }
-            }
-            println!("{urdf} {mode:?} costs {costs} cubic {cubic}: us an arm-step {best:.3?}");
-        }
-    }
 }

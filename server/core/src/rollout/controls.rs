@@ -17,8 +17,9 @@ pub(super) struct ControlPlan {
     mode: ControlMode,
     /// `None` is zero.
     values: Option<Knots>,
-    /// Stiffness and damping of each joint; `None` is the joint's own.
-    gains: Vec<[Option<f64>; 2]>,
+    /// Stiffness and damping of each joint; NaN is the joint's own. No `Option`: whatever number lies in an absent one is computed
+    /// with ahead of the branch, which takes long where it is subnormal.
+    gains: Vec<[f64; 2]>,
     feedback: Option<FeedbackPlan>,
 }
 
@@ -85,7 +86,8 @@ impl ControlPlan {
                 return Err(refuse(field, value, "it must be finite and at least 0"));
             }
         }
-        let gains = (0..axes.len()).map(|i| [stiffness.get(i).copied(), damping.get(i).copied()]).collect();
+        let gain = |given: &[f64], joint: usize| given.get(joint).copied().unwrap_or(f64::NAN);
+        let gains = (0..axes.len()).map(|i| [gain(&stiffness, i), gain(&damping, i)]).collect();
         let plan = |feedback: Feedback| {
             let Feedback { joints, gains, references } = feedback;
             let observed = super::names::axes(entity, &joints)?;
@@ -147,7 +149,7 @@ impl ControlPlan {
         }
         let targets = memory.values.iter().zip(&self.axes).zip(&self.gains).map(|((value, axis), gains)| {
             let factor = factor(axis.joint);
-            self.target(*value, gains.map(|gain| gain.map(|gain| gain * factor)))
+            self.target(*value, gains.map(|gain| gain * factor))
         });
         if step == 0 {
             // Ends what trajectories the joints are on.
@@ -164,7 +166,8 @@ impl ControlPlan {
         Ok(())
     }
 
-    fn target(&self, value: f64, [stiffness, damping]: [Option<f64>; 2]) -> Target {
+    fn target(&self, value: f64, gains: [f64; 2]) -> Target {
+        let [stiffness, damping] = gains.map(|gain| (!gain.is_nan()).then_some(gain));
         match self.mode {
             ControlMode::Position => Target::Position {
                 position: value,

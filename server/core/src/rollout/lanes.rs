@@ -12,6 +12,10 @@ use super::batch::{BatchResult, Ended, Places, Stop, Worker, part};
 use crate::dynamics::lanes::LaneRobot;
 use crate::simulation::{PhysicsSettings, Simulation};
 
+/// A copy whose steps are none of lanes is offered to them again after so many steps at the latest: to go in and out costs about as
+/// much as half a step.
+const LONGEST_PAUSE: u64 = 32;
+
 /// Copies of a batch, to be advanced with the vectors that the processor has.
 struct Batch<'a> {
     rollout: &'a Rollout,
@@ -43,6 +47,10 @@ struct Running {
     rows: usize,
     /// Its view has all of its world, but for what a step of lanes changes.
     is_seen: bool,
+    /// Steps that it does by itself after one that lanes did not do: the more, the oftener that was.
+    pause: u64,
+    /// How many of them are left.
+    alone: u64,
     /// Why it does no more.
     stop: Option<Stop>,
 }
@@ -80,8 +88,15 @@ impl Rollout {
         while first < copies.end {
             let group = first..(first + S::F64_LANES).min(copies.end);
             first = group.end;
-            let group =
-                group.map(|copy| Running { copy, place: copy - begun, rows: 0, is_seen: false, stop: None });
+            let group = group.map(|copy| Running {
+                copy,
+                place: copy - begun,
+                rows: 0,
+                is_seen: false,
+                pause: 0,
+                alone: 0,
+                stop: None,
+            });
             self.advance_group(simd, &mut workers, group.collect(), result, interrupt)?;
         }
         worker.beside = workers;
@@ -119,10 +134,16 @@ impl Rollout {
             if group.iter().all(|running| running.stop.is_some()) {
                 break;
             }
-            let is_due = self.is_driven_at(step);
+            let is_due = self.controls.iter().any(|control| control.drives_at(step));
+            let is_pushed = self.variations.iter().any(|variation| variation.pushes_at(step));
             for (lane, running) in group.iter_mut().enumerate().filter(|(_, running)| running.stop.is_none())
             {
                 let worker = &mut workers[lane];
+                if is_pushed && lanes.has(lane) {
+                    // What is pushed steps by itself for as long as it is.
+                    lanes.give_back(lane, worker.world.body_mut(robot));
+                    lanes.leave(lane);
+                }
                 let was_in = lanes.has(lane);
                 if !is_due && was_in {
                     continue;
@@ -186,6 +207,7 @@ impl Rollout {
         let looks = self.is_row(step + 1) || !self.costs.is_empty();
         if lanes.has(lane) && lanes.has_stepped(lane) {
             worker.world.pass_step();
+            running.pause = 0;
             if looks && running.is_seen {
                 worker.look_at_lane(lanes, (lane, robot));
             } else if looks {
@@ -197,6 +219,8 @@ impl Rollout {
         }
         if lanes.has(lane) {
             lanes.give_back(lane, worker.world.body_mut(robot));
+            running.pause = (2 * running.pause).clamp(1, LONGEST_PAUSE);
+            running.alone = running.pause;
         }
         worker.step()?;
         if looks {
@@ -205,7 +229,8 @@ impl Rollout {
         // Of contacts a step of lanes changes nothing: those that are seen must be those of this step.
         running.is_seen = looks;
         lanes.leave(lane);
-        if worker.world.lane_robot() == Some(robot) {
+        running.alone = running.alone.saturating_sub(1);
+        if running.alone == 0 && worker.world.lane_robot() == Some(robot) {
             let (room, levers, slack) = worker.world.lane_room(robot);
             // Else the next step is none of lanes.
             if room > slack {
@@ -214,11 +239,6 @@ impl Rollout {
             }
         }
         Ok(())
-    }
-
-    /// Whether a control says something new at a step.
-    fn is_driven_at(&self, step: u64) -> bool {
-        self.controls.iter().any(|control| control.drives_at(step))
     }
 
     /// The places of a copy in the arrays of its batch.

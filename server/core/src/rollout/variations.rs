@@ -207,9 +207,9 @@ impl VariationPlan {
         world.apply(&command).map(drop)
     }
 
-    /// Whether it pushes on a link.
-    pub(super) fn is_push(&self) -> bool {
-        matches!(self.of, VariedPlan::Push { .. })
+    /// Whether it pushes copies, from this step on.
+    pub(super) fn pushes_at(&self, step: u64) -> bool {
+        matches!(self.of, VariedPlan::Push { at, .. } if at == step)
     }
 
     /// Pushes a copy, in the step with which the push begins.

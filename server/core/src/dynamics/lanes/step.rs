@@ -26,8 +26,10 @@ impl<S: Simd> LaneRobot<S> {
     /// Advances all copies by a step, touching nothing. [`has_stepped`](Self::has_stepped) says which have done it; the others are
     /// left as they were.
     pub fn step(&mut self) {
-        let simd = self.simd;
-        simd.vectorize(Step(self));
+        if self.is_taken.all().iter().any(|taken| *taken > 0.0) {
+            let simd = self.simd;
+            simd.vectorize(Step(self));
+        }
     }
 
     #[inline(always)]
