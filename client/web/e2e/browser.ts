@@ -40,6 +40,8 @@ const TYPES: Record<string, string> = { html: "text/html", js: "text/javascript"
 export async function servePage(context: BrowserContext, folder: string): Promise<void> {
   await context.route(/^https?:\/\/[^/]+\/(?:|[\w.-]+\.(?:html|js|css|svg)|assets\/[\w.-]+)$/, async (route) => {
     const path = new URL(route.request().url()).pathname.slice(1) || "index.html";
+    // Files of robots are the daemon's.
+    if (!existsSync(resolve(folder, path))) return route.fallback();
     const headers: Record<string, string> = { ...(await context.request.get(new URL("/", route.request().url()).href)).headers(), "content-type": TYPES[path.split(".").at(-1) ?? ""] ?? "" };
     for (const name of ["content-encoding", "content-length", "etag"]) delete headers[name];
     await route.fulfill({ headers, body: await readFile(resolve(folder, path)) });

@@ -12,6 +12,7 @@ import { createClient, type Interceptor } from "@connectrpc/connect";
 import { createGrpcWebTransport } from "@connectrpc/connect-web";
 
 import { API_VERSION } from "../src/daemon/version";
+import { CameraService } from "../src/gen/simd/v1/camera_pb";
 import { ConstraintService } from "../src/gen/simd/v1/constraint_pb";
 import { ContactService } from "../src/gen/simd/v1/contact_pb";
 import { EntityService } from "../src/gen/simd/v1/entity_pb";
@@ -41,6 +42,7 @@ export class Daemon {
   readonly entities;
   readonly parameters;
   readonly contacts;
+  readonly cameras;
   readonly constraints;
   readonly recordings;
   readonly sensors;
@@ -58,6 +60,7 @@ export class Daemon {
     this.entities = createClient(EntityService, transport);
     this.parameters = createClient(ParameterService, transport);
     this.contacts = createClient(ContactService, transport);
+    this.cameras = createClient(CameraService, transport);
     this.constraints = createClient(ConstraintService, transport);
     this.recordings = createClient(RecordingService, transport);
     this.sensors = createClient(SensorService, transport);

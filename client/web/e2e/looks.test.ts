@@ -29,7 +29,7 @@ async function colours(tab: Tab, points: number[][]): Promise<Colour[]> {
     async ({ png, places }) => {
       const bytes = Uint8Array.from(atob(png), (letter) => letter.charCodeAt(0));
       const image = await createImageBitmap(new Blob([bytes], { type: "image/png" }));
-      const drawing = new OffscreenCanvas(image.width, image.height).getContext("2d");
+      const drawing = new OffscreenCanvas(image.width, image.height).getContext("2d", { willReadFrequently: true });
       if (drawing === null) throw new Error("no canvas");
       drawing.drawImage(image, 0, 0);
       return places.map(({ x, y }) => [...drawing.getImageData(Math.round(x), Math.round(y), 1, 1).data]);

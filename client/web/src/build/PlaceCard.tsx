@@ -19,17 +19,18 @@ export function PlaceCard(): JSX.Element | null {
   useEffect(() => {
     if (wanted && !robot) placing.value = null;
   }, [wanted, robot]);
-  useEffect(() => {
-    const close = (event: KeyboardEvent): void => {
-      if (event.key === "Escape" && !event.defaultPrevented && !document.querySelector("dialog[open], [popover]:popover-open")) placing.value = null;
-    };
-    addEventListener("keydown", close);
-    return () => removeEventListener("keydown", close);
-  }, []);
   if (!wanted || !robot) return null;
   const isJoint = wanted.joint !== undefined;
   return (
-    <section class="card place-card" aria-label={`Place ${robot.name}`} data-testid="place-card">
+    <section
+      class="card place-card"
+      aria-label={`Place ${robot.name}`}
+      data-testid="place-card"
+      onKeyDown={(event) => {
+        // A field has the keys of the page to itself.
+        if (event.key === "Escape") placing.value = null;
+      }}
+    >
       <header>
         <h2>{robot.name}</h2>
         <button type="button" class="button quiet sign" aria-label="Close" title="Close (Escape)" data-testid="place-close" onClick={() => (placing.value = null)}>

@@ -59,6 +59,12 @@ function Lines({ lines }: { lines: readonly Line[] }): JSX.Element {
   const height = HEIGHT * parseFloat(getComputedStyle(document.documentElement).fontSize);
   const look = (): void => setView([box.current?.scrollTop ?? 0, box.current?.clientHeight ?? 600]);
   useEffect(look, [lines.length]);
+  // The sheet grows when its styles arrive, and with the window.
+  useEffect(() => {
+    const observer = new ResizeObserver(look);
+    if (box.current !== null) observer.observe(box.current);
+    return () => observer.disconnect();
+  }, []);
   const [first, end] = inView(top, seen, height, lines.length);
   return (
     <div ref={box} class="world-lines" tabIndex={0} role="group" aria-label="Robots" data-testid="robots-lines" onScroll={look}>

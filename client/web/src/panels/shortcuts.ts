@@ -6,7 +6,7 @@ import { centresOfMass, collisions, constraintsShown, contacts, fit, followed, f
 import { orthographic, panelOpen, panelPart, plotsOpen, selectedRobot, visuals, type Viewpoint } from "../state/view";
 import { pictureOpen } from "../state/picture";
 import { playback } from "../state/playback";
-import { askFirst } from "../state/tools";
+import { askFirst, placing } from "../state/tools";
 import { redo, undo } from "../state/undo";
 import { robots, role, simulation } from "../state/world";
 import { toggleRecording } from "./Recorder";
@@ -82,6 +82,12 @@ export function askReset(): void {
   askFirst("Reset the world", "Time goes back to zero, and each robot to where it was brought in, for everybody.", "Reset", () => void reset());
 }
 
+function escape(): void {
+  const shown = playback.peek();
+  if (shown) shown.module.close();
+  else placing.value = null;
+}
+
 function toggleStructure(): void {
   panelPart.value = panelOpen.peek() && panelPart.peek() === "structure" ? "joints" : "structure";
   panelOpen.value = true;
@@ -115,7 +121,7 @@ export const SHORTCUTS: readonly Shortcut[] = [
   { keys: ["t"], shown: "T", what: "Follow the robot of the panel", run: toggleFollowing },
   { keys: ["s"], shown: "S", what: "Save a picture", run: toggle(pictureOpen) },
   { keys: ["home", "end"], shown: "Home, End", what: "To the ends of a recording", run: (key) => playback.peek()?.player.seek(key === "home" ? 0 : Infinity) },
-  { keys: ["escape"], shown: "Escape", what: "Close a recording", run: () => playback.peek()?.module.close() },
+  { keys: ["escape"], shown: "Escape", what: "Close a recording; let go of what is placed", run: escape },
   { keys: ["r"], shown: "R", what: "Record, stop", run: () => role.peek() !== "viewer" && toggleRecording() },
   { keys: ["f"], shown: "F", what: "Fit everything into the view", run: () => fit() },
   { keys: ["v"], shown: "V", what: "Visuals", run: toggle(visuals) },
@@ -140,8 +146,9 @@ export const SHORTCUTS: readonly Shortcut[] = [
 
 /** Whether the focused element handles the key: a text field, a list, an open dialog. */
 function isHandledBy(target: EventTarget | null, key: string): boolean {
+  // Whatever has the focus: a button of a dialog loses it when it is pressed.
+  if (document.querySelector("dialog[open]")) return key !== "?";
   if (!(target instanceof HTMLElement)) return false;
-  if (target.closest("dialog[open]")) return key !== "?";
   if (target.isContentEditable || target.matches("textarea, select")) return true;
   if (target.matches("[role=tab], [role=separator], ul, ol") && key.startsWith("Arrow")) return true;
   // A slider of a joint has the arrows to itself; the time line of a recording has those of the page.

@@ -17,7 +17,7 @@ import { asCsv } from "./export";
 import { recording, SPAN } from "./recorder";
 import type { Samples } from "./samples";
 import { seriesRecording, SERIES_SPAN } from "./series-recorder";
-import { drawSeries, SeriesPicker, SeriesPlots } from "./SeriesPlots";
+import { drawSeries, hasSeries, SeriesPicker, SeriesPlots } from "./SeriesPlots";
 import { following, type Extent } from "./visible";
 
 const QUANTITIES: readonly Quantity[] = ["position", "velocity", "effort"];
@@ -107,11 +107,13 @@ export function PlotsDrawer(): JSX.Element {
         </div>
         <Tools />
       </header>
-      <div class="charts" data-front={front}>
-        {QUANTITIES.map((quantity) => (
-          <Plot key={quantity} quantity={quantity} />
-        ))}
-      </div>
+      {(shown.value.length > 0 || !hasSeries.value) && (
+        <div class="charts" data-front={front}>
+          {QUANTITIES.map((quantity) => (
+            <Plot key={quantity} quantity={quantity} />
+          ))}
+        </div>
+      )}
       <SeriesPlots onZoom={(range) => (zoom.value = range)} redraw={scheduleDraw} />
     </section>
   );

@@ -43,7 +43,7 @@ export function SeriesPicker(): JSX.Element | null {
   const groups = groupedBy(left, ({ group }) => group);
   return (
     <select
-      class="picker"
+      class="picker wide-picker"
       data-testid="series-picker"
       aria-label="Plot anything else"
       title="Plot places of links, contact forces, sensors, parameters, statistics"

@@ -8,7 +8,7 @@ import type { Light } from "./light";
 const MAX_PIXEL_RATIO = 2;
 const LOW_PIXEL_RATIO = 1;
 /** Of the light of the room, beside the sun and the sky. */
-const ROOM_INTENSITY = 0.5;
+const ROOM_INTENSITY = 0.26;
 
 /** Applies a quality to the scene. */
 export class Appearance {

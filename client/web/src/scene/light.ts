@@ -6,7 +6,7 @@ import type { Palette } from "./palette";
 const SUN = new Vector3(1.2, 0.5, 2.4).normalize();
 const SHADOW_PIXELS = 2048;
 /** The share of the sky's light that is left beside that of a room. */
-const BESIDE_ROOM = 0.45;
+const BESIDE_ROOM = 0.5;
 /** The shadow is fitted anew when what is seen has become so much larger or smaller, or has moved by this share of it:
  * at each step its edges would flicker. */
 const ZOOMED = 1.3;

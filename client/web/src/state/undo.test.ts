@@ -29,6 +29,17 @@ test("the newest change is taken back first, and made again first", async () => 
   expect(future.value.map(({ what }) => what)).toEqual(["b"]);
 });
 
+test("what is asked for while another is on its way comes after it", async () => {
+  let finish = (): void => undefined;
+  changed({ what: "slow", undo: () => new Promise<void>((resolve) => (finish = resolve)), redo: async () => void done.push("redo slow") });
+  const [first, second] = [undo(), redo()];
+  await Promise.resolve();
+  expect(done).toEqual([]);
+  finish();
+  await Promise.all([first, second]);
+  expect(done).toEqual(["redo slow"]);
+});
+
 test("a new change ends what could be made again", async () => {
   changed(change("a"));
   await undo();

@@ -23,7 +23,8 @@ interface Kept extends Change {
 
 export const past = signal<readonly Kept[]>([]);
 export const future = signal<readonly Kept[]>([]);
-let busy = false;
+/** What is being taken back or made again: one after the other, since the second may need what the first brings. */
+let acting: Promise<void> = Promise.resolve();
 
 /** Notes a change that was made at `now`, milliseconds. What was taken back before cannot be done again then. */
 export function changed(change: Change, now = performance.now()): void {
@@ -48,11 +49,14 @@ export function redo(): Promise<void> {
 
 type List = typeof past;
 
-async function turn(from: List, to: List, act: (change: Change) => Promise<unknown>, word: string): Promise<void> {
+function turn(from: List, to: List, act: (change: Change) => Promise<unknown>, word: string): Promise<void> {
+  acting = acting.then(() => turnOne(from, to, act, word));
+  return acting;
+}
+
+async function turnOne(from: List, to: List, act: (change: Change) => Promise<unknown>, word: string): Promise<void> {
   const change = from.peek().at(-1);
-  // One after the other: the second may need what the first brings.
-  if (!change || busy) return;
-  busy = true;
+  if (!change) return;
   from.value = from.peek().slice(0, -1);
   try {
     await act(change);
@@ -61,8 +65,6 @@ async function turn(from: List, to: List, act: (change: Change) => Promise<unkno
   } catch (error) {
     const why = error instanceof Error ? error.message : String(error);
     toast("error", `${capital(change.what)} cannot be ${word}: ${why}`);
-  } finally {
-    busy = false;
   }
 }
 
