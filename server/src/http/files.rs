@@ -11,8 +11,8 @@ use bytes::Bytes;
 use simd_model::robot::Sha256;
 
 use super::login;
-use super::meshes::Key;
 use super::{Page, caching, refused};
+use crate::handle::MeshKey;
 
 /// For untrusted files: a browser shows it, if at all, as a document that can do nothing.
 pub(super) const SANDBOX: &str = "default-src 'none'; sandbox; frame-ancestors 'none'";
@@ -25,7 +25,7 @@ pub(super) async fn mesh(
 ) -> Response<Body> {
     match hash_of(&name) {
         Some(sha256) => {
-            let found = gltf(&page, Key::Mesh(sha256), sha256, &asked).await;
+            let found = gltf(&page, MeshKey::Mesh(sha256), sha256, &asked).await;
             found.unwrap_or_else(|| not_found("no robot uses a mesh of this hash"))
         }
         None => not_found("the address of a mesh is /meshes/SHA256.glb"),
@@ -40,7 +40,7 @@ pub(super) async fn collider(
 ) -> Response<Body> {
     match hash_of(&name) {
         Some(sha256) => {
-            let found = gltf(&page, Key::Collider(sha256), sha256, &asked).await;
+            let found = gltf(&page, MeshKey::Collider(sha256), sha256, &asked).await;
             found.unwrap_or_else(|| not_found("no robot has a convex collider of this hash"))
         }
         None => not_found("the address of a collider is /colliders/SHA256.glb"),
@@ -52,7 +52,7 @@ fn hash_of(name: &str) -> Option<Sha256> {
 }
 
 /// `None` where there is no such mesh.
-async fn gltf(page: &Page, key: Key, sha256: Sha256, asked: &HeaderMap) -> Option<Response<Body>> {
+async fn gltf(page: &Page, key: MeshKey, sha256: Sha256, asked: &HeaderMap) -> Option<Response<Body>> {
     let tag = caching::tag(&format!("{sha256}glb"));
     if caching::has(asked, &tag) {
         return Some(unchanged(tag));

@@ -4,7 +4,7 @@
 //! * `guard`: who may ask, and what browsers must keep to.
 //! * `login`: whose token the page has.
 //! * `bundle`: the page itself. `fallback` has the one that stands in for it.
-//! * `files`: meshes, colliders and files by their hash; `meshes`, `glb`: the former two as glTF.
+//! * `files`: meshes, colliders and files by their hash; the former two as glTF.
 //! * `robots`: robots as JSON and as URDF.
 //! * `metrics`: what operators look at.
 //! * `caching`: what browsers keep.
@@ -16,10 +16,8 @@
 mod bundle;
 mod caching;
 mod files;
-mod glb;
 mod guard;
 mod login;
-mod meshes;
 mod metrics;
 mod robots;
 #[cfg(test)]
@@ -39,7 +37,6 @@ use tonic_web::GrpcWebLayer;
 
 pub use self::bundle::Bundle;
 pub use self::guard::Hosts;
-pub(crate) use self::meshes::{Key as MeshKey, Meshes};
 
 use crate::SimHandle;
 use crate::handle::CallError;

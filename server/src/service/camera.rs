@@ -8,8 +8,7 @@ use crate::SimHandle;
 use crate::convert::field::Path;
 use crate::convert::from_proto::camera::{self as from_proto, Moment};
 use crate::convert::to_proto::{camera as to_proto, stamp};
-use crate::handle::CallError;
-use crate::http::MeshKey;
+use crate::handle::{CallError, MeshKey};
 
 /// Serves `simd.v1.CameraService`.
 #[derive(Clone, Debug)]

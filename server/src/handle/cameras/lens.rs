@@ -208,7 +208,8 @@ mod tests {
         let of = Lens::of_matrices(lens.view, parallel).unwrap();
         assert!((of.near - 0.5).abs() < 1e-9 && (of.far - 10.5).abs() < 1e-9, "{of:?}");
         let mut scaled = lens.view;
-        scaled[0] *= 2.0;
+        // The camera looks along x: its right is -y of the world.
+        scaled[4] *= 2.0;
         let mut broken = lens.projection;
         broken[14] = f64::NAN;
         for (view, projection, blamed) in [

@@ -1,5 +1,7 @@
 //! Meshes and convex colliders as glTF: each is written once, off the physics thread, and cached while there is room.
 
+mod glb;
+
 use std::collections::{HashMap, VecDeque};
 use std::io::Write as _;
 use std::sync::{Mutex, PoisonError};
@@ -10,9 +12,7 @@ use flate2::write::GzEncoder;
 use simd_core::collision::ConvexMesh;
 use simd_model::robot::{MeshAsset, Sha256};
 
-use super::glb;
-use crate::SimHandle;
-use crate::handle::CallError;
+use super::{CallError, SimHandle};
 
 /// Bytes of glTF in the cache.
 const CAPACITY: usize = 256 << 20;
