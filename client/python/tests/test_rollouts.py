@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from daemon import Daemon
 
 import simd_client
 from simd_client import (
@@ -176,8 +177,8 @@ def test_progress_is_told_and_large_arrays_come_whole(sim: Simulation, arm: Robo
     np.testing.assert_allclose(np.linalg.norm(poses[..., 3:], axis=-1), 1.0, atol=1e-12)
 
 
-async def test_asyncio_has_rollouts_too(sim: Simulation, arm: Robot) -> None:
-    async with await aio.connect(sim.endpoint.locator) as other:
+async def test_asyncio_has_rollouts_too(daemon: Daemon, sim: Simulation, arm: Robot) -> None:
+    async with await aio.connect(daemon.endpoint) as other:
         found = await other.rollout(5, [Control("arm", [[0.1, 0.1]])], costs=[Cost.joint_positions("arm")])
         assert found.costs.shape == (1,)
 

@@ -47,7 +47,18 @@ def nothing_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("SIMD_ENDPOINT", raising=False)
 
 
-@pytest.fixture(params=WAYS)
+# In these others come to the script's world: pages, renderers, clients.
+WITH_OTHERS = {"test_debug_items", "test_pictures"}
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    """A test of a script runs on a daemon, and on a world in this process."""
+    if "script" in metafunc.fixturenames:
+        ways = WAYS[:1] if metafunc.definition.path.stem in WITH_OTHERS else WAYS
+        metafunc.parametrize("script", ways, indirect=True)
+
+
+@pytest.fixture
 def script(request: pytest.FixtureRequest) -> Iterator[ModuleType]:
     """The module, connected as number 0 to a daemon of its own, and to a world in this process."""
     assert pybullet.connect(pybullet.DIRECT, options=request.param) == 0

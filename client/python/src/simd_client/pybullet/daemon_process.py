@@ -20,7 +20,7 @@ _START = 20.0
 # And to end.
 _END = 5.0
 # Robots at one time: scripts make some ten thousand bodies.
-_BODIES = 32_768
+BODIES = 32_768
 
 
 class DaemonProcess:
@@ -109,7 +109,7 @@ def start() -> DaemonProcess:
         stderr=subprocess.PIPE,
         text=True,
         # A daemon that many share is more careful; what the environment says wins.
-        env={"SIMD_LIMITS_ROBOTS": str(_BODIES), **os.environ},
+        env={"SIMD_SERVICE_ROBOTS": str(BODIES), **os.environ},
         # Ctrl-C is for the script, which ends its daemon then.
         start_new_session=os.name == "posix",
     )

@@ -39,6 +39,7 @@ from simd_client.surface import Surface, surfaces_to_proto
 
 from . import page
 from .arguments import ORIGIN, UPRIGHT, Quaternion, Vector
+from .daemon_process import BODIES
 from .errors import error
 
 # Wall seconds that `connect` waits for a daemon.
@@ -121,7 +122,7 @@ class Wire:
             error: if the wheel `simd-embedded` is not installed.
         """
         try:
-            return Wire(open_embedded(read_endpoint(EMBEDDED), {"paused": True}))
+            return Wire(open_embedded(read_endpoint(EMBEDDED), {"paused": True, "service.robots": BODIES}))
         except SimdError as problem:
             raise error(str(problem)) from None
 
