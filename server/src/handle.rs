@@ -2,7 +2,7 @@
 //! can be asked of it is in one file a noun.
 //!
 //! * `simulation`: commands, steps, states. `events`: what happened.
-//! * `entities`: robots and their descriptions. `parameters`: sliders and buttons.
+//! * `entities`: robots and their descriptions. `meshes`: their meshes as glTF. `parameters`: sliders and buttons.
 //! * `view`: what pages show beside the world, and what people do in them.
 //! * `cameras`: pictures of the world, and who draws them.
 //! * `recordings`: what happens, into files. `sensors`: what sensors measured. `rollouts`: copies of the world that run on.
@@ -23,6 +23,7 @@ mod entities;
 mod events;
 mod heavy;
 mod lockstep;
+mod meshes;
 mod once;
 mod owners;
 mod parameters;
@@ -39,7 +40,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use simd_core::simulation::command::ClaimId;
-use tokio::sync::oneshot;
+use tokio::sync::oneshot::{self, error::TryRecvError};
 use tokio::time::Instant;
 use tokio_util::sync::CancellationToken;
 
@@ -59,6 +60,7 @@ pub(crate) use heavy::Cancelled;
 use heavy::HeavyWork;
 use lockstep::Lockstep;
 pub use lockstep::LockstepMember;
+pub(crate) use meshes::Key as MeshKey;
 pub(crate) use once::{IdentifiedRequest, Outcome};
 pub use owners::Owner;
 pub use parameters::{NameTaken, Parameter, ParameterChange, ParameterKind, ParameterList};
@@ -84,7 +86,6 @@ use crate::access::{Access, Grant};
 use crate::account::Account;
 use crate::driver::{self, Event, ReplyTo, Sender};
 use crate::histogram::Counts;
-use crate::http::Meshes;
 use crate::loading::Loader;
 use crate::recording::Recordings;
 use accounts::Accounts;
@@ -92,6 +93,7 @@ use calls::CallCounts;
 use cameras::Cameras;
 use claims::Leases;
 use clients::Clients;
+use meshes::Meshes;
 use once::AnswerCache;
 use owners::SavedStateOwners;
 use parameters::Parameters;
@@ -358,28 +360,33 @@ impl SimHandle {
     async fn ask<T>(&self, event: impl FnOnce(ReplyTo<T>) -> Event) -> Result<T, CallError> {
         let (reply, mut answer) = oneshot::channel();
         let mailbox = &self.inner.driver.mailbox;
+        let mut seen = Err(TryRecvError::Empty);
         match &self.inner.driver.callers {
             None => mailbox.post(event(reply))?,
             Some(callers) => {
                 mailbox.put(event(reply))?;
-                let mut answered = None;
-                callers.drive(&mut || {
-                    answered = answered.take().or_else(|| answer.try_recv().ok());
-                    answered.is_some()
-                });
-                if let Some(answered) = answered.or_else(|| answer.try_recv().ok()) {
-                    return answered;
-                }
+                let mut is_answered = || {
+                    // Whatever else it says, it says once.
+                    if matches!(seen, Err(TryRecvError::Empty)) {
+                        seen = answer.try_recv();
+                    }
+                    !matches!(seen, Err(TryRecvError::Empty))
+                };
+                callers.drive(&mut is_answered);
+                is_answered();
             }
         }
-        match answer.await {
-            Ok(answer) => answer,
-            Err(_dropped) => {
-                // Only an ending driver drops a question; then it says why.
-                mailbox.ended().cancelled().await;
-                Err(mailbox.end())
-            }
-        }
+        let answered = match seen {
+            Ok(answered) => Some(answered),
+            Err(TryRecvError::Empty) => answer.await.ok(),
+            Err(TryRecvError::Closed) => None,
+        };
+        let Some(answered) = answered else {
+            // Only an ending driver drops a question; then it says why.
+            mailbox.ended().cancelled().await;
+            return Err(mailbox.end());
+        };
+        answered
     }
 
     async fn until_drained<T>(&self, work: impl Future<Output = T>) -> Result<T, CallError> {

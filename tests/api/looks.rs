@@ -6,6 +6,12 @@ use simd_tests::daemon::{Daemon, Via, fixed};
 use simd_tests::http::get;
 use simd_tests::robots::assets;
 
+use crate::{arm, over_every_transport};
+
+over_every_transport! {
+    a_mesh_comes_as_gltf,
+}
+
 fn picture() -> Vec<u8> {
     std::fs::read(assets().join("textured/pictures/squares.png")).unwrap()
 }
@@ -105,4 +111,19 @@ async fn what_is_on_the_daemon_is_not_sent_again_though_its_mesh_names_it() {
     let expected = ["../meshes/../pictures/squares.png", "../meshes/box.mtl", "../meshes/box.obj"];
     assert_eq!(named, expected);
     assert!(once.missing.is_empty(), "{once:?}");
+}
+
+async fn a_mesh_comes_as_gltf(via: Via) {
+    let daemon = arm(via).await;
+    let client = &daemon.client;
+    let scene = client.scene(&["arm"]).await.unwrap();
+    let mesh = scene.robots[0].visuals.iter().find_map(|shape| match &shape.geometry {
+        Some(Geometry::Mesh(mesh)) if !mesh.sha256.is_empty() => Some(mesh.sha256.clone()),
+        _ => None,
+    });
+    let bytes = client.mesh(&mesh.unwrap()).await.unwrap();
+    assert_eq!(&bytes[..4], b"glTF");
+    assert_eq!(u32::from_le_bytes(bytes[8..12].try_into().unwrap()) as usize, bytes.len());
+    let unknown = client.mesh(&"0".repeat(64)).await.unwrap_err();
+    assert_eq!(unknown.reason(), Some(proto::ErrorReason::AssetNotUploaded), "{unknown}");
 }

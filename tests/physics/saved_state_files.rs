@@ -7,13 +7,12 @@ use std::sync::Arc;
 
 use fastrand::Rng;
 use glamx::{DPose3, DQuat, DVec3};
-use simd_core::Integrator;
 use simd_core::collision::{MeshShapes, Shapes};
 use simd_core::dynamics::actuator::Drive;
 use simd_core::simulation::Saved;
 use simd_core::simulation::command::*;
 use simd_core::simulation::world_state::{RestPose, RobotState, WorldState};
-use simd_core::{Command, Simulation};
+use simd_core::{Command, Integrator, Simulation};
 use simd_model::RobotModel;
 use simd_model::robot::{JointLimits, Material, Sha256};
 use simd_server::loading::saved_state_file::{Content, Recipe, open, seal};

@@ -18,7 +18,7 @@ mod scene;
 mod task;
 mod work;
 
-use std::io::Write as _;
+use std::io::{IsTerminal as _, Write as _};
 use std::process::ExitCode;
 
 use anyhow::Context as _;
@@ -57,7 +57,9 @@ fn main() -> ExitCode {
 fn log() {
     let filter =
         EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("warn,simd_camera=info"));
-    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).init();
+    let log = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr);
+    // Colours are for people.
+    log.with_ansi(std::io::stderr().is_terminal()).init();
 }
 
 fn run(options: &Options) -> anyhow::Result<()> {

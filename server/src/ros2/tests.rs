@@ -144,7 +144,7 @@ mod sensors {
         let mut fixed = TFMessage::default();
         shown[0].sensor_frames(&state, &mut fixed);
         let pair = |parent: &str, child: &str| (parent.to_owned(), child.to_owned());
-        assert_eq!(frames(&fixed), [pair("arm/link_2", "arm/eye"), pair("arm/eye", "arm/eye_optical")]);
+        assert_eq!(frames(&fixed), [pair("link_2", "eye"), pair("eye", "eye_optical")]);
         let turn = &fixed.transforms[1].transform.rotation;
         let turn = DQuat::from_xyzw(turn.x, turn.y, turn.z, turn.w);
         // Forwards, and to the right.

@@ -7,7 +7,7 @@ use super::pipelines::{BUFFERED_DEPTH, COLOR, DISTANCE, NUMBER};
 /// Pixels of the largest picture whose edges are smoothed: four samples of more would fill a small GPU.
 const MOST_SMOOTHED: u64 = 2048 * 2048;
 /// Bytes that are kept for sizes that were drawn before.
-const MOST_KEPT: u64 = 512 << 20;
+const MOST_KEPT: u64 = 128 << 20;
 
 /// For pictures of one size.
 #[derive(Debug)]

@@ -121,7 +121,7 @@ fn a_mesh_that_cannot_be_read_is_reported_once_for_each_use() {
     let shapes = ["<mesh filename='a.ply'/>", "<mesh filename='b.stl'/>", "<mesh filename='b.stl'/>"];
     let (_, report) = link(&shapes.map(collision).concat(), &files);
     let expected = [
-        "mesh \"a.ply\" is not read: .ply files are not read; convert it to STL, OBJ or COLLADA; it touches nothing",
+        "mesh \"a.ply\" is not read: .ply files are not read; convert it to STL, OBJ, COLLADA or glTF; it touches nothing",
         "mesh \"b.stl\" is not read: not an STL: it has only 7 bytes; it touches nothing",
     ];
     assert_eq!(warnings(&report), expected);
