@@ -51,6 +51,46 @@ async def main():
     await sim.info()
 asyncio.run(main())
 """
+DROPPED = """
+import gc, os
+import simd_client
+def sockets():
+    names = [f"/proc/self/fd/{fd}" for fd in os.listdir("/proc/self/fd")]
+    return sum(os.readlink(name).startswith("socket") for name in names if os.path.lexists(name))
+before = sockets()
+for _ in range(3):
+    simd_client.connect("ENDPOINT").info()
+    gc.collect()
+print(sockets() - before)
+"""
+# A callback is running while the interpreter ends, which takes a second.
+RUNNING = """
+import asyncio, sys, time
+from simd_client import aio
+from simd_client.aio import runtime
+class Slow:
+    def __del__(self, sleep=time.sleep):
+        sleep(1)
+sys.kept = Slow()
+soon = runtime._soon
+def slowly(loop, do):
+    soon(loop, do)
+    time.sleep(0.3)
+runtime._soon = slowly
+async def main():
+    sim = await aio.connect("ENDPOINT")
+    await sim.info()
+asyncio.run(main())
+"""
+FORKED_AND_ENDED = """
+import os, sys, simd_client
+sim = simd_client.connect("ENDPOINT")
+child = os.fork()
+if child == 0:
+    del sim
+    sys.exit(3)
+print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), sim.info().name)
+"""
 READY = """
 import sys, time
 sys.stdout.write("\\nready\\n")
@@ -133,3 +173,23 @@ def test_a_forked_process_cannot_use_the_connection(
     assert ran[0].stdout is not None
     assert "start processes with the method `spawn`" in ran[0].stdout.readline()
     assert ran[0].wait(timeout=20) == 0
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="it counts open files by /proc")
+def test_a_connection_that_was_dropped_is_closed(daemon: Daemon, ran: list[subprocess.Popen[str]]) -> None:
+    start(ran, daemon, DROPPED, "", 1)
+    assert ran[0].communicate(timeout=20)[0] == "0\n"
+
+
+def test_a_program_waits_for_the_callback_that_is_running_when_it_ends(
+    daemon: Daemon, ran: list[subprocess.Popen[str]]
+) -> None:
+    start(ran, daemon, RUNNING, "")
+    assert [process.wait(timeout=20) for process in ran] == [0] * AT_ONCE
+
+
+def test_a_forked_process_ends_without_its_parents_connection(
+    daemon: Daemon, ran: list[subprocess.Popen[str]]
+) -> None:
+    start(ran, daemon, FORKED_AND_ENDED, "", 1)
+    assert ran[0].communicate(timeout=20)[0] == "3 pytest\n"

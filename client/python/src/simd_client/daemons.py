@@ -3,26 +3,26 @@
 from __future__ import annotations
 
 import threading
-from typing import cast
 
 import zenoh
 
 from simd_client import keys
+from simd_client.zenoh_callbacks import callback
 
 KEPT = 4096
 """Tokens that are remembered; more are not read."""
 
 
 class Daemons:
-    """What tokens said so far. May be used from several threads."""
+    """What tokens said so far. May be used from several threads. It has no session: Zenoh's callbacks have it, and a
+    session that they lead back to would stay open when its program drops it."""
 
-    def __init__(self, session: zenoh.Session) -> None:
-        self._session = session
+    def __init__(self) -> None:
         self._lock = threading.Lock()
         self._here: set[tuple[str, str]] = set()
         self._chosen: dict[str, str] = {}
 
-    def look(self, timeout: float) -> None:
+    def look(self, session: zenoh.Session, timeout: float) -> None:
         """Takes in the tokens that are there now."""
         ended = threading.Event()
 
@@ -30,18 +30,13 @@ class Daemons:
             if reply.ok is not None:
                 self._hear(reply.ok)
 
-        handler = cast(
-            "zenoh.handlers.Callback[zenoh.Reply]", zenoh.handlers.Callback(arrived, ended.set, indirect=False)
-        )
-        self._session.liveliness().get(keys.ALL_DAEMONS, handler, timeout=timeout)
+        session.liveliness().get(keys.ALL_DAEMONS, callback(arrived, ended.set), timeout=timeout)
         # Zenoh's own time limit does not always end it.
         ended.wait(timeout)
 
-    def follow(self, name: str) -> None:
-        """Takes in the tokens of one name that come and go from now on."""
-        handler = cast("zenoh.handlers.Callback[zenoh.Sample]", zenoh.handlers.Callback(self._hear, indirect=False))
-        # It ends with the session, which holds it.
-        self._tokens = self._session.liveliness().declare_subscriber(keys.daemons_named(name), handler, history=True)
+    def follow(self, session: zenoh.Session, name: str) -> None:
+        """Takes in the tokens of one name that come and go from now on, until the session ends."""
+        session.liveliness().declare_subscriber(keys.daemons_named(name), callback(self._hear), history=True)
 
     def _hear(self, sample: zenoh.Sample) -> None:
         found = keys.daemon_of(str(sample.key_expr))

@@ -19,6 +19,7 @@ from simd_client.errors import ERROR_DOMAIN, SimdError, Unavailable, refusal
 from simd_client.method import Method
 from simd_client.proto.status_pb2 import BadRequest, ErrorInfo, Status
 from simd_client.retry import RequestIds
+from simd_client.zenoh_callbacks import wait_for_callbacks
 
 AnyMethod = Method[Any, Any]
 
@@ -151,6 +152,8 @@ def _close_all() -> None:
         link.close()
     for thread in threads:
         thread.wait(EXIT_SECONDS)
+    # Also of sessions that were closed, or dropped, before.
+    wait_for_callbacks(EXIT_SECONDS)
 
 
 def _forked() -> None:

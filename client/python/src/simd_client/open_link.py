@@ -39,14 +39,14 @@ def open_link(
             or f"no daemon answers at {endpoint.locator}; start one with `simd`, or name the endpoint of another"
         ) from error
     try:
-        daemons = Daemons(session)
+        daemons = Daemons()
         # Before `follow`: Zenoh does not answer a question with tokens that it is sending to a subscriber.
-        daemons.look(connect_timeout)
+        daemons.look(session, connect_timeout)
         name = _choose(endpoint, daemons.names())
         sessions = daemons.sessions(name)
         if len(sessions) > 1:
             raise EndpointError(several(name, sessions))
-        daemons.follow(name)
+        daemons.follow(session, name)
     except BaseException:
         session.close()  # pyright: ignore[reportUnknownMemberType]
         raise

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
 import threading
+import weakref
 from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
@@ -17,6 +19,7 @@ from simd_client.link import STATUS, Answer, AnyMethod, Link, Subscription, prog
 from simd_client.proof import Counter, sealed
 from simd_client.proto import SetJointTargetsRequest, methods
 from simd_client.version import API_VERSION
+from simd_client.zenoh_callbacks import callback, close_anywhere
 
 Result = TypeVar("Result")
 
@@ -58,6 +61,9 @@ class ZenohLink(Link):
         self._token: zenoh.LivelinessToken | None = None
         self._routes: dict[str, tuple[zenoh.KeyExpr, dict[str, Any]]] = {}
         self._lock = threading.Lock()
+        # The end of a program closes it itself.
+        self._finalizer = weakref.finalize(self, close_anywhere, session)
+        self._finalizer.atexit = False
 
     @property
     def is_closed(self) -> bool:
@@ -69,6 +75,13 @@ class ZenohLink(Link):
         super().close()
         if not self._is_forked:
             self.session.close()  # pyright: ignore[reportUnknownMemberType]
+
+    def mark_forked(self) -> None:
+        """Called in a process that was forked: threads are only in the one that made the connection."""
+        super().mark_forked()
+        # Zenoh closes a session that is dropped, and would wait for threads that are not here: it is never dropped.
+        self._finalizer.detach()
+        ctypes.pythonapi.Py_IncRef(ctypes.py_object(self.session))
 
     def query(self, method: AnyMethod, payload: bytes, timeout: float) -> bytes:
         """Sends a request and blocks until its reply. Returns the reply's bytes."""
@@ -106,9 +119,7 @@ class ZenohLink(Link):
             if _is_from(daemon, reply):
                 arrived(reply)
 
-        handler = cast(
-            "zenoh.handlers.Callback[zenoh.Reply]", zenoh.handlers.Callback(filtered, ended, indirect=False)
-        )
+        handler = callback(filtered, ended)
         # The daemon does not learn that the asker of a stream is gone.
         lasts = f"for={timeout:g}" if is_stream else ""
         try:
@@ -124,17 +135,17 @@ class ZenohLink(Link):
             raise self.unavailable() from None
 
     def subscribe(self, key: str, take: Callable[[str, bytes], None]) -> Subscription:
-        """Calls `take` with each publication of the daemon, on Zenoh's own thread: a thread of Python's for it would
-        keep the program from ending. A publication that does not name the daemon's session as its source is ignored."""
+        """Calls `take` with each publication of the daemon, on Zenoh's own thread. A publication that does not name the
+        daemon's session as its source is ignored."""
+        # Not the link itself: what Zenoh holds would keep it open.
+        daemons, name = self._daemons, self.name
 
         def filtered(sample: zenoh.Sample) -> None:
             source = sample.source_info
-            if source is not None and str(source.source_id.zid) == self._daemons.choose(self.name):
+            if source is not None and str(source.source_id.zid) == daemons.choose(name):
                 take(str(sample.key_expr), sample.payload.to_bytes())
 
-        handler = cast(
-            "zenoh.handlers.Callback[zenoh.Sample]", zenoh.handlers.Callback(filtered, indirect=False)
-        )
+        handler = callback(filtered)
         try:
             self._check_process()
             # Its `undeclare` has no types.
