@@ -78,6 +78,8 @@ def swing(path: Path, simulation: Any) -> str:
         for joint in robot.layout.moving:
             if joint.dof == 1:
                 robot.joints[joint.name].set_properties(friction=0.0, limits=simd_client.JointLimits())
+            elif joint.dof == 3:
+                robot.joints[joint.name].set_properties(friction=0.0)
     for constraint in simulation.constraints.list():
         simulation.constraints.delete(constraint.name)
     masses = mass_difference(model, robots)

@@ -33,20 +33,27 @@ pub(super) struct Body {
 
 /// What is around the content of a body.
 #[derive(Clone, Copy)]
-pub(super) struct Inside {
+pub(super) struct Inside<'s> {
     /// The class of elements that give none.
-    class: Option<usize>,
+    pub(super) class: Option<usize>,
     /// `body_from_frame`, where a `<frame>` is around it.
-    frame: DPose3,
-    depth: usize,
+    pub(super) frame: DPose3,
+    /// What names end with, where a `<replicate>` is around it.
+    pub(super) suffix: &'s str,
+    pub(super) depth: usize,
 }
 
 /// Bodies inside one another.
 const MOST_NESTED: usize = 100;
 
-impl Inside {
+impl Inside<'_> {
     pub(super) fn world() -> Self {
-        Self { class: None, frame: DPose3::IDENTITY, depth: 0 }
+        Self { class: None, frame: DPose3::IDENTITY, suffix: "", depth: 0 }
+    }
+
+    /// The name of an element, if it has one.
+    fn named(&self, element: Element) -> Option<String> {
+        element.word("name").map(|name| format!("{name}{}", self.suffix))
     }
 }
 
@@ -68,12 +75,18 @@ impl Body {
 
 impl<'a> Reader<'a> {
     /// What is in a body, a frame or the world.
-    pub(super) fn content(&mut self, section: Element<'a>, body: usize, inside: Inside) -> Result<(), Stop> {
+    pub(super) fn content(
+        &mut self,
+        section: Element<'a>,
+        body: usize,
+        inside: Inside<'_>,
+    ) -> Result<(), Stop> {
         if inside.depth > MOST_NESTED {
             let message = format!("bodies stand inside one another, deeper than {MOST_NESTED} levels");
             return Err(Stop::at(section, message));
         }
         for element in files::expanded(section, self.sources, self.places)? {
+            self.count_replicated(element, inside)?;
             match element.tag() {
                 "body" => self.body(element, body, inside)?,
                 "frame" => {
@@ -81,7 +94,8 @@ impl<'a> Reader<'a> {
                     let pose = frame.pose(&self.compiler, &mut self.notes)?;
                     let class =
                         element.word("childclass").and_then(|name| self.classes.find(name)).or(inside.class);
-                    let inner = Inside { class, frame: inside.frame * pose, depth: inside.depth + 1 };
+                    let inner =
+                        Inside { class, frame: inside.frame * pose, depth: inside.depth + 1, ..inside };
                     self.content(element, body, inner)?;
                 }
                 "geom" => self.geom(element, body, inside)?,
@@ -94,7 +108,8 @@ impl<'a> Reader<'a> {
                 }
                 "site" => self.site(element, body, inside)?,
                 "camera" | "light" => {}
-                "composite" | "flexcomp" | "replicate" | "attach" | "plugin" => {
+                "replicate" => self.replicate(element, body, inside)?,
+                "composite" | "flexcomp" | "attach" | "plugin" => {
                     let message = "not read by simd: the robot is without it";
                     self.notes.warn(element, Ignored, message);
                 }
@@ -104,14 +119,14 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    fn body(&mut self, element: Element<'a>, parent: usize, inside: Inside) -> Result<(), Stop> {
+    fn body(&mut self, element: Element<'a>, parent: usize, inside: Inside<'_>) -> Result<(), Stop> {
         let index = self.bodies.len();
         if index > crate::MOST_LINKS {
             let message = format!("it has more than {} bodies", crate::MOST_LINKS);
             return Err(Stop::at(element, message));
         }
         let pose = self.classes.of(element, None, ["body", "body"]).pose(&self.compiler, &mut self.notes)?;
-        let name = element.word("name").map_or_else(|| format!("body_{index}"), str::to_owned);
+        let name = inside.named(element).unwrap_or_else(|| format!("body_{index}"));
         // Names of all bodies differ, or the file is refused by MuJoCo too.
         if element.word("name").is_some() && !self.names.take(&name) {
             return Err(Stop::at(element, "another body has this name"));
@@ -133,11 +148,11 @@ impl<'a> Reader<'a> {
             ..Body::world(element)
         });
         let class = element.word("childclass").and_then(|name| self.classes.find(name)).or(inside.class);
-        let inner = Inside { class, frame: DPose3::IDENTITY, depth: inside.depth + 1 };
+        let inner = Inside { class, frame: DPose3::IDENTITY, depth: inside.depth + 1, ..inside };
         self.content(element, index, inner)
     }
 
-    fn geom(&mut self, element: Element<'a>, body: usize, inside: Inside) -> Result<(), Stop> {
+    fn geom(&mut self, element: Element<'a>, body: usize, inside: Inside<'_>) -> Result<(), Stop> {
         self.geoms += 1;
         let most = self.limits.shapes;
         if self.geoms > most {
@@ -157,7 +172,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    fn joint(&mut self, element: Element<'a>, body: usize, inside: Inside) -> Result<(), Stop> {
+    fn joint(&mut self, element: Element<'a>, body: usize, inside: Inside<'_>) -> Result<(), Stop> {
         if body == 0 {
             return Err(Stop::at(element, "the world has no joints"));
         }
@@ -186,24 +201,18 @@ impl<'a> Reader<'a> {
         if count >= 6 {
             return Err(Stop::at(element, "a body has at most 6 joints"));
         }
-        let name = element.word("name").map_or_else(
-            || {
-                if count == 0 {
-                    format!("{}_joint", slot.name)
-                } else {
-                    format!("{}_joint_{}", slot.name, count + 1)
-                }
-            },
-            str::to_owned,
-        );
+        let name = inside.named(element).unwrap_or_else(|| match count {
+            0 => format!("{}_joint", slot.name),
+            _ => format!("{}_joint_{}", slot.name, count + 1),
+        });
         let read = joint::read(&joint, name, &inside.frame, &self.compiler, &mut self.notes)?;
         slot.joints.push(read);
         Ok(())
     }
 
     /// Where one is that something may be held at.
-    fn site(&mut self, element: Element<'a>, body: usize, inside: Inside) -> Result<(), Stop> {
-        let Some(name) = element.word("name") else { return Ok(()) };
+    fn site(&mut self, element: Element<'a>, body: usize, inside: Inside<'_>) -> Result<(), Stop> {
+        let Some(name) = inside.named(element) else { return Ok(()) };
         let site = self.classes.of(element, inside.class, ["site", "site"]);
         let mut pose = site.pose(&self.compiler, &mut self.notes)?;
         if let Some([a, b, c, d, e, f]) = site.numbers("fromto", &mut self.notes)? {
@@ -211,11 +220,11 @@ impl<'a> Reader<'a> {
             let along = (from - to).try_normalize().unwrap_or(DVec3::Z);
             pose = DPose3::from_parts((from + to) * 0.5, glamx::DQuat::from_rotation_arc(DVec3::Z, along));
         }
-        self.sites.insert(name.to_owned(), (body, inside.frame * pose));
+        self.sites.insert(name, (body, inside.frame * pose));
         Ok(())
     }
 
-    fn inertial(&mut self, element: Element<'a>, inside: Inside) -> Result<Inertial, Stop> {
+    fn inertial(&mut self, element: Element<'a>, inside: Inside<'_>) -> Result<Inertial, Stop> {
         let inertial = self.classes.of(element, None, ["inertial", "inertial"]);
         let pose = inside.frame * inertial.pose(&self.compiler, &mut self.notes)?;
         let mass = inertial.number("mass")?.ok_or_else(|| Stop::at(element, "it has no mass"))?;

@@ -1,7 +1,7 @@
 //! MJCF, MuJoCo's own format, to drafts of robots, as far as its bodies go.
 //!
 //! `files`: what is included. `compiler`: how the file is to be read. `defaults`: classes. `value`: numbers and
-//! orientations. `assets`: meshes, height fields, materials. `body`, `joint`, `geom`, `mesh_inertia`: what moves. `actuator`, `equality`
+//! orientations. `assets`: meshes, height fields, materials. `body`, `joint`, `geom`, `mesh_inertia`: what moves. `replicate`: copies. `actuator`, `equality`
 //! and `keyframe`: what belongs to joints. `spring_damper`: springs that follow from inertias. `sensor`: what measures. `split`: as robots.
 //!
 //! A body that hangs on the world by no joint stands still. All that stands still is one robot; each other child of the
@@ -18,6 +18,7 @@ mod geom;
 mod joint;
 mod keyframe;
 mod mesh_inertia;
+mod replicate;
 mod sensor;
 mod split;
 mod spring_damper;
@@ -56,6 +57,8 @@ struct Reader<'a> {
     /// Of bodies.
     names: Names,
     geoms: usize,
+    /// Elements of copies.
+    replicated: usize,
     /// By name: the body that each is on, and `body_from_site`.
     sites: BTreeMap<String, (usize, DPose3)>,
 }
@@ -85,6 +88,7 @@ pub(crate) fn translate(
         bodies: Vec::new(),
         names: Names::default(),
         geoms: 0,
+        replicated: 0,
         sites: BTreeMap::new(),
     };
     let drafts = match reader.all() {

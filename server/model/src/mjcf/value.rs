@@ -89,18 +89,7 @@ impl Classed<'_, '_> {
             return Ok(DQuat::from_axis_angle(axis, compiler.angle(angle)));
         }
         if let Some(angles) = self.numbers::<3>("euler", notes)? {
-            let mut rotation = DQuat::IDENTITY;
-            for (axis, angle) in compiler.euler.into_iter().zip(angles) {
-                let about = match axis.to_ascii_lowercase() {
-                    b'x' => DVec3::X,
-                    b'y' => DVec3::Y,
-                    _ => DVec3::Z,
-                };
-                let turn = DQuat::from_axis_angle(about, compiler.angle(angle));
-                // Small letters are axes that turn with the frame.
-                rotation = if axis.is_ascii_lowercase() { rotation * turn } else { turn * rotation };
-            }
-            return Ok(rotation.normalize());
+            return Ok(euler(angles, compiler));
         }
         if let Some([a, b, c, d, e, f]) = self.numbers("xyaxes", notes)? {
             let x = direction(self.element, DVec3::new(a, b, c))?;
@@ -114,6 +103,22 @@ impl Classed<'_, '_> {
         }
         Ok(DQuat::IDENTITY)
     }
+}
+
+/// A rotation by Euler angles, as the file writes them.
+pub(super) fn euler(angles: [f64; 3], compiler: &Compiler) -> DQuat {
+    let mut rotation = DQuat::IDENTITY;
+    for (axis, angle) in compiler.euler.into_iter().zip(angles) {
+        let about = match axis.to_ascii_lowercase() {
+            b'x' => DVec3::X,
+            b'y' => DVec3::Y,
+            _ => DVec3::Z,
+        };
+        let turn = DQuat::from_axis_angle(about, compiler.angle(angle));
+        // Small letters are axes that turn with the frame.
+        rotation = if axis.is_ascii_lowercase() { rotation * turn } else { turn * rotation };
+    }
+    rotation.normalize()
 }
 
 /// A vector of length 1.

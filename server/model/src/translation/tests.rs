@@ -1,7 +1,9 @@
 //! SDF and MJCF as robots: what each element becomes, on small files.
 
 mod mjcf;
+mod replicate;
 mod sdf;
+mod textures;
 
 use std::collections::HashMap;
 
