@@ -175,3 +175,46 @@ for kind in ["obj", "dae", "glb", "gltf"]:
     write(f"urdf/{kind}.urdf", urdf(f'<mesh filename="../meshes/box.{kind}"/>'))
 MATERIAL = '<material name="squares"><texture filename="../pictures/squares.png"/></material>'
 write("urdf/shape.urdf", urdf('<box size="0.2 0.2 0.2"/>', MATERIAL))
+# A box that says where a picture lies and names none: a material of the description has it.
+PLAIN = "\n".join(line for line in obj().splitlines() if not line.startswith(("mtllib", "usemtl"))) + "\n"
+write("meshes/plain.obj", PLAIN)
+
+
+def mjcf(geom):
+    return f"""<mujoco model="box">
+  <compiler meshdir="../meshes" texturedir="../pictures"/>
+  <asset>
+    <texture name="squares" type="2d" file="squares.png"/>
+    <material name="squares" texture="squares"/>
+    <mesh name="plain" file="plain.obj"/>
+  </asset>
+  <worldbody>
+    <body name="box">
+      <geom {geom} material="squares"/>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+
+
+def sdf(geometry):
+    return f"""<sdf version="1.9">
+  <model name="box">
+    <link name="box">
+      <visual name="seen">
+        <geometry>{geometry}</geometry>
+        <material>
+          <diffuse>1 1 1 1</diffuse>
+          <pbr><metal><albedo_map>../pictures/squares.png</albedo_map></metal></pbr>
+        </material>
+      </visual>
+    </link>
+  </model>
+</sdf>
+"""
+
+
+write("models/mesh.xml", mjcf('type="mesh" mesh="plain"'))
+write("models/shape.xml", mjcf('type="box" size="0.1 0.1 0.1"'))
+write("models/mesh.sdf", sdf("<mesh><uri>../meshes/plain.obj</uri></mesh>"))
+write("models/shape.sdf", sdf("<box><size>0.2 0.2 0.2</size></box>"))

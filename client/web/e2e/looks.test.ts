@@ -96,6 +96,77 @@ test("a folder that is dropped on the page brings its pictures along", async () 
   }
 });
 
+test("materials of MJCF and SDF have their pictures too, on shapes and on meshes", async () => {
+  const daemon = await use.daemon(Daemon.start(["--paused", "--asset-root", ASSETS]));
+  const kinds = ["mesh.xml", "mesh.sdf", "shape.xml", "shape.sdf"];
+  const across = (n: number) => 0.25 * (n - 1.5);
+  for (const [n, kind] of kinds.entries()) {
+    const pose = { position: { x: 0, y: across(n), z: HEIGHT } };
+    const source = { source: { case: "path", value: resolve(ASSETS, `textured/models/${kind}`) } } as const;
+    await daemon.entities.spawnEntity({ name: kind.replace(".", "_"), base: Base.FIXED, pose, source });
+  }
+  const tab = await Tab.open(await use.context(), daemon.url);
+  await look(tab);
+  await tab.picture("textures-models");
+  for (const [n, kind] of kinds.entries()) {
+    const seen = await colours(tab, quarters(across(n)));
+    if (kind.startsWith("shape")) expect([...seen].sort(), kind).toEqual(["blue", "green", "red", "yellow"]);
+    else expect(seen, kind).toEqual(["red", "green", "blue", "yellow"]);
+  }
+  expect(tab.consoleMessages).toEqual([]);
+});
+
+/** How bright points of the world are on the page, 0 to 255. */
+async function brightness(tab: Tab, points: number[][]): Promise<number[]> {
+  const places = await Promise.all(points.map((point) => tab.project(point)));
+  const png = (await tab.page.screenshot()).toString("base64");
+  return tab.page.evaluate(
+    async ({ png, places }) => {
+      const bytes = Uint8Array.from(atob(png), (letter) => letter.charCodeAt(0));
+      const image = await createImageBitmap(new Blob([bytes], { type: "image/png" }));
+      const drawing = new OffscreenCanvas(image.width, image.height).getContext("2d", { willReadFrequently: true });
+      if (drawing === null) throw new Error("no canvas");
+      drawing.drawImage(image, 0, 0);
+      // The mean of a few pixels: the picture has noise of its own.
+      return places.map(({ x, y }) => {
+        const { data } = drawing.getImageData(Math.round(x) - 1, Math.round(y) - 1, 3, 3);
+        return data.filter((_, index) => index % 4 !== 3).reduce((sum, part) => sum + part, 0) / 27;
+      });
+    },
+    { png, places },
+  );
+}
+
+test("at high quality gaps are darker than what lies open, and without the code for it they are as bright", async () => {
+  const daemon = await use.daemon(Daemon.start(["--paused"]));
+  // Two boxes that stand a hand apart, on a third.
+  for (const [name, size, y, z] of [["floor", { x: 2, y: 2, z: 0.1 }, 0, -0.05], ["left", { x: 0.4, y: 0.4, z: 0.4 }, -0.25, 0.2], ["right", { x: 0.4, y: 0.4, z: 0.4 }, 0.25, 0.2]] as const) {
+    const primitive = { geometry: { case: "box", value: { size } }, mass: 1, color: { red: 0.8, green: 0.8, blue: 0.8, alpha: 1 } } as const;
+    await daemon.entities.spawnEntity({ name, base: Base.FIXED, pose: { position: { x: 0, y, z } }, source: { source: { case: "primitive", value: primitive } } });
+  }
+  // The wall of a box, at its foot and higher up.
+  const seen = async (tab: Tab) => {
+    await tab.page.evaluate(() => window.simd.camera.look([1.6, 0.3, 0.9], [0, 0, 0.1]));
+    await tab.page.waitForFunction(() => window.simd.settled());
+    const [gap = 0, open = 0] = await brightness(tab, [[0.2, -0.25, 0.02], [0.2, -0.25, 0.25]]);
+    return { gap, open };
+  };
+  const opened = async (without: boolean): Promise<Tab> => {
+    const context = await use.context();
+    await context.addInitScript(() => localStorage.setItem("simd.view.quality", JSON.stringify("high")));
+    if (without) await context.route(/ambient-occlusion-.*\.js$/, (route) => route.abort());
+    return Tab.open(context, daemon.url);
+  };
+  const [dark, plain] = [await opened(false), await opened(true)];
+  const [with_, none] = [await seen(dark), await seen(plain)];
+  await dark.picture("occlusion-on");
+  await plain.picture("occlusion-off");
+  expect([await dark.page.evaluate(() => window.simd.occlusion()), await plain.page.evaluate(() => window.simd.occlusion())]).toEqual([true, false]);
+  expect(with_.gap, JSON.stringify({ with_, none })).toBeLessThan(0.9 * none.gap);
+  expect(Math.abs(with_.open - none.open), JSON.stringify({ with_, none })).toBeLessThan(0.03 * none.open);
+  expect(dark.consoleMessages).toEqual([]);
+});
+
 test("the quality is that of the machine until it is chosen, and is kept", async () => {
   const daemon = await use.daemon(Daemon.demo());
   const context = await use.context();
@@ -107,7 +178,7 @@ test("the quality is that of the machine until it is chosen, and is kept", async
   await tab.page.getByTestId("quality-high").click();
   await expect.poll(quality).toBe("high");
   await tab.page.waitForFunction(() => window.simd.settled());
-  expect(tab.requests.filter(({ pathname }) => /environment-.*\.js$/.test(pathname)).length).toBe(1);
+  for (const chunk of [/environment-.*\.js$/, /ambient-occlusion-.*\.js$/]) expect(tab.requests.filter(({ pathname }) => chunk.test(pathname)).length).toBe(1);
   expect(await tab.violations()).toEqual([]);
   await tab.picture("quality-high");
   await tab.page.reload();

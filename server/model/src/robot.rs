@@ -60,8 +60,8 @@ pub struct Visual {
     pub geometry: Geometry,
     /// Red, green, blue, alpha, each 0 to 1; absent where the file gives none.
     pub color: Option<[f64; 4]>,
-    /// The picture of the description's material, and how the description names it. It is drawn on shapes alone: a mesh
-    /// has the pictures of its own file.
+    /// The picture of the description's material, and how the description names it. Of a mesh it is among the paints of its
+    /// asset, on the triangles that have places in pictures and no picture of their own file.
     pub texture: Option<(String, Arc<Image>)>,
 }
 
@@ -185,7 +185,7 @@ pub(crate) fn look_of(sha256: Sha256, files: &[FileBeside]) -> Sha256 {
 /// A file that a mesh's file names, and that was found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FileBeside {
-    /// Its path from the folder of the mesh.
+    /// Its path from the folder of the mesh. Empty is the picture that the description puts on the mesh, which it names itself.
     pub name: String,
     /// SHA-256 of the file.
     pub sha256: Sha256,

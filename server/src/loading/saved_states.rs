@@ -230,7 +230,8 @@ fn mesh_files(model: &RobotModel) -> BTreeMap<String, Sha256> {
         for geometry in seen.chain(link.collisions.iter().map(|collision| &collision.geometry)) {
             if let Geometry::Mesh { uri, asset: Some(asset), .. } = geometry {
                 files.insert(uri.clone(), asset.sha256);
-                let beside = asset.files.iter();
+                // The picture of the description's material is there by the visual.
+                let beside = asset.files.iter().filter(|file| !file.name.is_empty());
                 files.extend(beside.map(|file| (simd_model::beside_mesh(uri, &file.name), file.sha256)));
             }
         }

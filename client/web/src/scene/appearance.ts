@@ -1,8 +1,10 @@
-// How fine the picture is: shadows, reflections and pixels, by the choice of the user or by how fast pictures come.
+// How fine the picture is: shadows, reflections, ambient occlusion and pixels, by the choice of the user or by how fast pictures come.
 import type { Scene, Texture, WebGLRenderer } from "three";
 import type { Quality } from "../state/view";
+import type { AmbientOcclusion } from "./ambient-occlusion";
 import { FrameTimes } from "./frame-times";
 import type { Light } from "./light";
+import type { ViewCamera } from "./view-camera";
 
 /** Upper bounds of device pixels per CSS pixel. */
 const MAX_PIXEL_RATIO = 2;
@@ -18,6 +20,10 @@ export class Appearance {
   private choice: Quality = "auto";
   private room: Texture | undefined;
   private isLoading = false;
+  /** "auto" has found that there is time for ambient occlusion, or that there is none with it. */
+  private occludes: "unknown" | "yes" | "no" = "unknown";
+  private occlusion: AmbientOcclusion | undefined;
+  private isLoadingOcclusion = false;
   private disposed = false;
 
   /** `changed` is called when the picture is to be drawn again. */
@@ -25,6 +31,7 @@ export class Appearance {
     private readonly renderer: WebGLRenderer,
     private readonly scene: Scene,
     private readonly light: Light,
+    private readonly camera: ViewCamera,
     private readonly changed: () => void,
   ) {
     this.isSlow = isSoftware(renderer);
@@ -39,7 +46,19 @@ export class Appearance {
 
   /** Whether nothing is being loaded. */
   isComplete(): boolean {
-    return !this.isLoading;
+    return !this.isLoading && !this.isLoadingOcclusion;
+  }
+
+  /** Whether gaps and edges are darkened. */
+  get hasOcclusion(): boolean {
+    // Of flat pictures the pass knows no depths that are behind the camera.
+    return this.wantsOcclusion() && this.occlusion !== undefined && !this.camera.isFlat;
+  }
+
+  /** Draws the picture; what is looked at is so many metres away. */
+  draw(distance: number): void {
+    this.renderer.render(this.scene, this.camera);
+    if (this.hasOcclusion) this.occlusion?.darken(this.renderer, distance);
   }
 
   /** Sets the device pixels per CSS pixel. */
@@ -52,6 +71,7 @@ export class Appearance {
   choose(choice: Quality): void {
     if (choice !== this.choice) {
       this.isSlow = isSoftware(this.renderer);
+      this.occludes = "unknown";
       this.times.forget();
     }
     this.choice = choice;
@@ -62,19 +82,30 @@ export class Appearance {
   measure(at: number, drew: boolean, goesOn: boolean): void {
     if (this.quality === "low") return;
     this.times.take(at, drew, goesOn);
-    if (this.choice !== "auto" || !this.times.isSlow()) return;
-    this.isSlow = true;
+    if (this.choice !== "auto") return;
+    // What was drawn last is what is left out first.
+    if (this.occludes === "unknown" && this.times.isFast()) this.occludes = "yes";
+    else if (this.occludes === "yes" && this.hasOcclusion && this.times.isLate()) this.occludes = "no";
+    else if (this.times.isSlow()) this.isSlow = true;
+    else return;
+    this.times.forget();
     this.apply();
   }
 
   dispose(): void {
     this.disposed = true;
     this.room?.dispose();
+    this.occlusion?.dispose();
+  }
+
+  private wantsOcclusion(): boolean {
+    return this.quality === "high" && (this.choice === "high" || this.occludes === "yes");
   }
 
   private apply(): void {
     const isHigh = this.quality === "high";
     if (isHigh && !this.room) void this.load();
+    if (this.wantsOcclusion() && !this.occlusion) void this.loadOcclusion();
     this.scene.environment = isHigh ? (this.room ?? null) : null;
     this.light.refine(isHigh, this.scene.environment !== null);
     this.setPixels();
@@ -95,6 +126,23 @@ export class Appearance {
       this.isLoading = false;
     }
     this.apply();
+  }
+
+  private async loadOcclusion(): Promise<void> {
+    if (this.isLoadingOcclusion) return;
+    this.isLoadingOcclusion = true;
+    try {
+      const { AmbientOcclusion } = await import("./ambient-occlusion");
+      if (this.disposed) return;
+      this.occlusion = new AmbientOcclusion(this.scene, this.camera);
+    } catch {
+      // Not reachable any more: without it.
+      return;
+    } finally {
+      this.isLoadingOcclusion = false;
+    }
+    this.times.forget();
+    this.changed();
   }
 }
 

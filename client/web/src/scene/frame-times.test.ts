@@ -1,4 +1,4 @@
-// Slow pictures are told from pauses.
+// Slow pictures count, and pauses do not.
 import { expect, test } from "vitest";
 import { FrameTimes } from "./frame-times";
 
@@ -25,6 +25,14 @@ test("frames that draw nothing, pauses and a hidden tab say nothing", () => {
   // One picture each second, none of which asks for the next.
   for (let at = 0; at < 60_000; at += 1000) times.take(at, true, false);
   expect(times.isSlow()).toBe(false);
+});
+
+test("there is time to draw more where most pictures come fast, and it was too much where they do not any more", () => {
+  expect([after(() => 16).isFast(), after(() => 16).isLate()]).toEqual([true, false]);
+  expect([after((n) => (n % 4 === 0 ? 300 : 16)).isFast(), after(() => 22).isFast(), after(() => 22).isLate()]).toEqual([true, false, false]);
+  expect([after(() => 33).isFast(), after(() => 33).isLate(), after(() => 33).isSlow()]).toEqual([false, true, false]);
+  const few = new FrameTimes();
+  expect([few.isFast(), few.isLate()]).toEqual([false, false]);
 });
 
 test("what was slow is forgotten", () => {

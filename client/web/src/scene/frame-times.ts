@@ -2,6 +2,10 @@
 
 /** Milliseconds from one picture to the next that are too many. */
 const SLOW = 40;
+/** Milliseconds that leave time to draw more. */
+const FAST = 20;
+/** Milliseconds that say that more was too much. */
+const LATE = 25;
 /** So many intervals are looked at. */
 const COUNT = 24;
 /** What is longer is no picture that took long: the tab was hidden, or the machine asleep. */
@@ -23,8 +27,22 @@ export class FrameTimes {
 
   /** Whether half of the newest pictures took too long. */
   isSlow(): boolean {
-    if (this.intervals.length < COUNT) return false;
-    return ([...this.intervals].sort((a, b) => a - b)[COUNT / 2] ?? 0) > SLOW;
+    return (this.median() ?? 0) > SLOW;
+  }
+
+  /** Whether half of the newest pictures came so fast that each may take longer. */
+  isFast(): boolean {
+    return (this.median() ?? Infinity) < FAST;
+  }
+
+  /** Whether half of the newest pictures did not come as fast as that. */
+  isLate(): boolean {
+    return (this.median() ?? 0) > LATE;
+  }
+
+  /** Milliseconds from one of the newest pictures to the next; undefined while there are too few. */
+  private median(): number | undefined {
+    return this.intervals.length < COUNT ? undefined : [...this.intervals].sort((a, b) => a - b)[COUNT / 2];
   }
 
   /** Begins anew. */

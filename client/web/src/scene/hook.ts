@@ -40,6 +40,8 @@ export interface Hook {
   marker(id: bigint): number[][] | undefined;
   /** How fine the picture is. */
   quality(): "low" | "high";
+  /** Whether gaps and edges are darkened. */
+  occlusion(): boolean;
   stats: {
     /** Since the page was loaded. */
     pictures(): number;
@@ -95,6 +97,7 @@ export function hook(stage: Stage, canvas: HTMLCanvasElement): () => void {
     },
     marker: (id) => stage.markers.points(id),
     quality: () => stage.appearance.quality,
+    occlusion: () => stage.appearance.hasOcclusion,
     stats: { pictures: () => stage.pictures, requests: requestCount, frames: () => frames },
   };
   return frame.subscribe(() => {

@@ -1,12 +1,12 @@
 // Draws the scene once at another size, as a file.
-import { Vector2, type Scene, type WebGLRenderer } from "three";
+import { Vector2, type WebGLRenderer } from "three";
 import type { ViewCamera } from "./view-camera";
 
 /**
- * A PNG of this many pixels; the caller draws again, since the canvas is left empty. Throws if the graphics processor has no
+ * A PNG of this many pixels, as `draw` draws it; the caller draws again, since the canvas is left empty. Throws if the graphics processor has no
  * memory for a picture of that size.
  */
-export function pictureOf(renderer: WebGLRenderer, scene: Scene, camera: ViewCamera, width: number, height: number): Promise<Blob> {
+export function pictureOf(renderer: WebGLRenderer, draw: () => void, camera: ViewCamera, width: number, height: number): Promise<Blob> {
   const { domElement: canvas } = renderer;
   const [ratio, size, aspect] = [renderer.getPixelRatio(), renderer.getSize(new Vector2()), camera.aspect];
   try {
@@ -14,7 +14,7 @@ export function pictureOf(renderer: WebGLRenderer, scene: Scene, camera: ViewCam
     renderer.setSize(width, height, false);
     camera.aspect = width / height;
     camera.updateProjectionMatrix();
-    renderer.render(scene, camera);
+    draw();
     const context = renderer.getContext();
     if (context.drawingBufferWidth !== width || context.drawingBufferHeight !== height) {
       throw new Error(`This browser draws at most ${context.drawingBufferWidth} by ${context.drawingBufferHeight} pixels of this picture; choose a smaller one.`);

@@ -86,13 +86,13 @@ export class Stage {
     this.renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: "low-power" });
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = PCFShadowMap;
-    this.appearance = new Appearance(this.renderer, this.scene, this.light, () => this.invalidate());
     this.robots = new RobotViews(() => this.contentChanged());
     this.ghosts = new GhostViews(this.robots.meshes, this.robots.materials, () => this.contentChanged());
     this.scene.fog = this.fog;
     this.scene.add(this.robots.group, this.ghosts.group, this.constraints.group, this.structure.group, this.marks.group, this.markers.group);
     this.labels = new Labels(canvas);
     this.camera = new Camera(canvas, () => this.invalidate());
+    this.appearance = new Appearance(this.renderer, this.scene, this.light, this.camera.camera, () => this.invalidate());
     this.interaction = new PointerInteraction(canvas, this.camera, this.robots, () => this.wake());
     this.scene.add(this.interaction.rod.group);
     this.input = new InputReport(canvas);
@@ -260,7 +260,7 @@ export class Stage {
   }
 
   private async rendered(width: number, height: number): Promise<Blob> {
-    return pictureOf(this.renderer, this.scene, this.camera.camera, width, height);
+    return pictureOf(this.renderer, () => this.appearance.draw(this.camera.distance()), this.camera.camera, width, height);
   }
 
   /** A robot or a mesh was added or removed. */
@@ -349,7 +349,7 @@ export class Stage {
     // The fog hides the edge of the ground.
     this.fog.near = Math.max(12, 3 * distance);
     this.fog.far = Math.max(120, 8 * distance);
-    this.renderer.render(this.scene, this.camera.camera);
+    this.appearance.draw(distance);
     this.labels.show([...namesOf(this.robots.all()), ...this.marks.labels()], this.camera.camera);
     this.pictures += 1;
     this.updateDrawn(now);

@@ -1,7 +1,7 @@
 //! The files that a mesh's file names: materials of an OBJ, textures, buffers of a glTF.
 //!
-//! They are found from the folder of the mesh, as the description's own files are. Whoever sends a robot learns of them
-//! by the mesh, so that the names are found without reading all of it.
+//! They are found from the folder of the mesh, as the description's own files are. A client that uploads a robot finds
+//! their names in the mesh, without reading all of it.
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -36,6 +36,8 @@ pub(super) struct Named {
 pub(crate) struct Beside {
     images: BTreeMap<String, Arc<Image>>,
     bytes: BTreeMap<String, Arc<[u8]>>,
+    /// The picture that the description puts on the mesh.
+    cover: Option<Arc<Image>>,
     /// All that was found.
     pub(crate) files: Vec<FileBeside>,
     /// What was not, or cannot be used: sentences.
@@ -87,6 +89,15 @@ impl Beside {
         beside
     }
 
+    /// With the picture of the description's material, for the triangles that have none of their own.
+    pub(crate) fn covered_by(mut self, cover: Option<&Arc<Image>>) -> Self {
+        if let Some(cover) = cover {
+            self.cover = Some(Arc::clone(cover));
+            self.files.push(FileBeside { name: String::new(), sha256: cover.sha256 });
+        }
+        self
+    }
+
     fn keep(
         &mut self,
         Named { name, role }: &Named,
@@ -117,7 +128,12 @@ impl Beside {
 
     /// Whether there is a picture, without which places in pictures are of no use.
     pub(super) fn has_images(&self) -> bool {
-        !self.images.is_empty()
+        !self.images.is_empty() || self.cover.is_some()
+    }
+
+    /// The picture that the description puts on the mesh.
+    pub(super) fn cover(&self) -> Option<&Arc<Image>> {
+        self.cover.as_ref()
     }
 
     /// A picture, as a mesh names it from its folder.
@@ -184,7 +200,8 @@ fn named(format: &str, bytes: &[u8]) -> Vec<Named> {
     }
 }
 
-/// The files of `<image>`: found as text, since the whole document would take long to read.
+/// The files of `<image>`: found as text, since the whole document would take long to read. What was looked at is not looked
+/// at again: a short file of nothing but beginnings would take hours.
 fn collada(bytes: &[u8]) -> Vec<Named> {
     let mut found = Vec::new();
     let mut rest = bytes;
@@ -194,6 +211,7 @@ fn collada(bytes: &[u8]) -> Vec<Named> {
             continue;
         }
         let end = place(image, b"</image").unwrap_or(image.len());
+        rest = image.get(end..).unwrap_or_default();
         let Some(file) = image.get(..end).and_then(|image| after(image, b"<init_from")) else { continue };
         // COLLADA 1.5 has the name in a <ref>.
         let file = after(file, b"<ref").unwrap_or(file);
@@ -205,7 +223,6 @@ fn collada(bytes: &[u8]) -> Vec<Named> {
                 break;
             }
         }
-        rest = image.get(end..).unwrap_or_default();
     }
     found
 }

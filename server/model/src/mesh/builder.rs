@@ -41,6 +41,8 @@ pub(super) struct Builder {
     places: Vec<[[f32; 2]; 3]>,
     /// Each from a triangle on.
     looks: Vec<(usize, Look)>,
+    /// The picture for what has places in pictures and no picture.
+    cover: Option<Arc<Image>>,
 }
 
 impl Builder {
@@ -51,6 +53,11 @@ impl Builder {
             triangles: Vec::with_capacity(triangles),
             ..Self::default()
         }
+    }
+
+    /// With a picture for what has places in pictures and no picture of its own.
+    pub(super) fn covered_by(self, cover: Option<&Arc<Image>>) -> Self {
+        Self { cover: cover.cloned(), ..self }
     }
 
     /// Adds a corner and gives its index.
@@ -109,10 +116,20 @@ impl Builder {
 
     /// What was painted, which [`Builder::finish`] does not give.
     pub(super) fn take_paints(&mut self) -> Vec<Paint> {
-        let (looks, places) = (std::mem::take(&mut self.looks), self.take_places());
+        let (mut looks, places) = (std::mem::take(&mut self.looks), self.take_places());
+        if self.cover.is_some() && looks.first().is_none_or(|(first, _)| *first > 0) {
+            looks.insert(0, (0, Look::default()));
+        }
         let ends = looks.iter().skip(1).map(|(begin, _)| *begin).chain([self.triangles.len()]);
         let ends: Vec<usize> = ends.collect();
-        let paint = |((first, look), end): ((usize, Look), usize)| {
+        let paint = |((first, mut look), end): ((usize, Look), usize)| {
+            if let Some(cover) = self.cover.as_ref().filter(|_| look.image.is_none()) {
+                let own = places.get(first..end.min(places.len())).unwrap_or_default();
+                if own.iter().any(|own| *own != [[0.0; 2]; 3]) {
+                    // The picture as it is: the colour stood for it.
+                    look = Look { color: None, alpha: look.alpha, image: Some(Arc::clone(cover)) };
+                }
+            }
             let texture = look.image.map(|image| {
                 let mut own = places.get(first..end.min(places.len())).unwrap_or_default().to_vec();
                 own.resize(end - first, [[0.0; 2]; 3]);

@@ -34,7 +34,7 @@ impl Element {
 
 /// Reads the text. Faces of more than three corners become fans.
 pub(super) fn parse(bytes: &[u8], beside: &Beside) -> Result<(Triangles, Vec<Paint>), String> {
-    let mut mesh = Builder::default();
+    let mut mesh = Builder::default().covered_by(beside.cover());
     let looks = mtl::read(bytes, beside);
     // Of use only where there is a picture.
     let mut places: Option<Vec<[f32; 2]>> = beside.has_images().then(Vec::new);

@@ -1,4 +1,4 @@
-//! `<asset>`: meshes, height fields and materials, by name.
+//! `<asset>`: meshes, height fields, textures and materials, by name.
 
 use std::collections::BTreeMap;
 
@@ -17,7 +17,22 @@ pub(super) struct Library {
     pub(super) meshes: BTreeMap<String, Mesh>,
     /// URI, and size: along x, y, and up.
     pub(super) heights: BTreeMap<String, (String, DVec3)>,
-    pub(super) colors: BTreeMap<String, [f64; 4]>,
+    materials: BTreeMap<String, Material>,
+    textures: BTreeMap<String, Texture>,
+}
+
+/// What geoms look like.
+struct Material {
+    color: Option<[f64; 4]>,
+    /// The name of its texture.
+    texture: Option<String>,
+}
+
+/// A picture from a file.
+struct Texture {
+    uri: String,
+    /// Of the type `2d`: it lies where the corners of a mesh say. The others are wrapped around.
+    is_flat: bool,
 }
 
 /// A mesh file, and how it is put into a geom.
@@ -55,13 +70,17 @@ impl Library {
                 "hfield" => self.height_field(element, compiler, notes)?,
                 "material" => {
                     let material = classes.of(element, None, ["material", "material"]);
-                    if let (Some(name), Some(color)) =
-                        (element.word("name"), material.numbers("rgba", notes)?)
-                    {
-                        self.colors.insert(name.to_owned(), color);
+                    let color = material.numbers("rgba", notes)?;
+                    // Layers are of MuJoCo from 3.2 on: one for each part of the look.
+                    let of_color = |layer: &Element| matches!(layer.word("role"), Some("rgb" | "rgba"));
+                    let layer = element.children("layer").find(of_color);
+                    let layer = layer.and_then(|layer| layer.word("texture"));
+                    let texture = material.word("texture").or(layer).map(str::to_owned);
+                    if let Some(name) = element.word("name") {
+                        self.materials.insert(name.to_owned(), Material { color, texture });
                     }
                 }
-                "texture" => {}
+                "texture" => self.texture(element, compiler, classes, notes),
                 "model" => {
                     notes.warn(element, Ignored, "not read by simd: models that are attached are left out")
                 }
@@ -70,6 +89,39 @@ impl Library {
             }
         }
         Ok(())
+    }
+
+    /// The colour of a material.
+    pub(super) fn color(&self, material: &str) -> Option<[f64; 4]> {
+        self.materials.get(material)?.color
+    }
+
+    /// The URI of the picture of a material, as far as a geom of this type is drawn with it.
+    pub(super) fn picture(&self, material: &str, geom: &str) -> Option<String> {
+        let texture = self.textures.get(self.materials.get(material)?.texture.as_ref()?)?;
+        // One picture for all six sides of a cube is what a box has on each.
+        (texture.is_flat || geom == "box").then(|| texture.uri.clone())
+    }
+
+    fn texture<'a>(
+        &mut self,
+        element: Element<'a>,
+        compiler: &Compiler,
+        classes: &Classes<'a>,
+        notes: &mut Notes,
+    ) {
+        let texture = classes.of(element, None, ["texture", "texture"]);
+        let kind = texture.word("type").unwrap_or("cube");
+        if kind == "skybox" {
+            return;
+        }
+        let Some(file) = texture.word("file").filter(|_| texture.word("gridsize").is_none()) else {
+            let message = "simd reads textures from whole pictures alone: its material has its colour";
+            notes.info(element, Ignored, message);
+            return;
+        };
+        let name = element.word("name").unwrap_or_else(|| stem(file)).to_owned();
+        self.textures.insert(name, Texture { uri: compiler.texture_uri(file), is_flat: kind == "2d" });
     }
 
     fn mesh<'a>(
@@ -97,12 +149,7 @@ impl Library {
         if uneven && reference.rotation.to_scaled_axis().length() > 1e-9 {
             notes.warn(element, Repaired, "it is scaled before it is turned by its refquat");
         }
-        // A mesh without a name has that of its file.
-        let stem = || {
-            let name = file.rsplit(['/', '\\']).next().unwrap_or(file);
-            name.rsplit_once('.').map_or(name, |(stem, _)| stem)
-        };
-        let name = element.word("name").unwrap_or_else(stem).to_owned();
+        let name = element.word("name").unwrap_or_else(|| stem(file)).to_owned();
         let inertia = match mesh.word("inertia").unwrap_or("legacy") {
             "legacy" => MeshInertia::Volume { signed: false },
             "exact" => MeshInertia::Volume { signed: true },
@@ -132,4 +179,10 @@ impl Library {
         self.heights.insert(name.to_owned(), (compiler.mesh_uri(file), DVec3::new(2.0 * x, 2.0 * y, up)));
         Ok(())
     }
+}
+
+/// The name of what has none: that of its file.
+fn stem(file: &str) -> &str {
+    let name = file.rsplit(['/', '\\']).next().unwrap_or(file);
+    name.rsplit_once('.').map_or(name, |(stem, _)| stem)
 }

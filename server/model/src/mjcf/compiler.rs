@@ -22,6 +22,7 @@ pub(super) struct Compiler {
     /// Axes of Euler angles, in order.
     pub(super) euler: [u8; 3],
     pub(super) mesh_folder: String,
+    pub(super) texture_folder: String,
     pub(super) strip_path: bool,
     pub(super) discard_visual: bool,
 }
@@ -39,6 +40,7 @@ impl Default for Compiler {
             balance_inertia: false,
             euler: *b"xyz",
             mesh_folder: String::new(),
+            texture_folder: String::new(),
             strip_path: false,
             discard_visual: false,
         }
@@ -85,9 +87,10 @@ impl Compiler {
                 _ => return Err(Stop::at(element, format!("eulerseq={sequence:?} is not three of x, y, z"))),
             }
         }
-        let folder = element.word("meshdir").or_else(|| element.word("assetdir"));
-        if let Some(folder) = folder {
-            folder.trim_end_matches('/').clone_into(&mut self.mesh_folder);
+        for (name, folder) in [("meshdir", &mut self.mesh_folder), ("texturedir", &mut self.texture_folder)] {
+            if let Some(said) = element.word(name).or_else(|| element.word("assetdir")) {
+                said.trim_end_matches('/').clone_into(folder);
+            }
         }
         if element.word("alignfree") == Some("true") {
             notes.info(element, Ignored, "alignfree is not read: frames of free bodies stay theirs");
@@ -100,13 +103,22 @@ impl Compiler {
         if self.degrees { angle.to_radians() } else { angle }
     }
 
-    /// The URI of a file that the assets name.
+    /// The URI of a mesh or a height field that the assets name.
     pub(super) fn mesh_uri(&self, file: &str) -> String {
+        self.uri(&self.mesh_folder, file)
+    }
+
+    /// The URI of a picture that they name.
+    pub(super) fn texture_uri(&self, file: &str) -> String {
+        self.uri(&self.texture_folder, file)
+    }
+
+    fn uri(&self, folder: &str, file: &str) -> String {
         let file = file.trim();
         let file = if self.strip_path { file.rsplit(['/', '\\']).next().unwrap_or(file) } else { file };
-        if self.mesh_folder.is_empty() || file.starts_with('/') || file.contains("://") {
+        if folder.is_empty() || file.starts_with('/') || file.contains("://") {
             return file.to_owned();
         }
-        format!("{}/{file}", self.mesh_folder)
+        format!("{folder}/{file}")
     }
 }

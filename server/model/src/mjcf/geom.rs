@@ -134,7 +134,8 @@ pub(super) fn read(
     let (contype, conaffinity) = (bits("contype", notes)?, bits("conaffinity", notes)?);
     let group = geom.number("group")?.unwrap_or(0.0);
     let own = geom.numbers("rgba", notes)?;
-    let color = own.or_else(|| context.library.colors.get(geom.word("material")?).copied());
+    let color = own.or_else(|| context.library.color(geom.word("material")?));
+    let texture = geom.word("material").and_then(|material| context.library.picture(material, kind));
     let color = color.map(|color: [f64; 4]| color.map(|part| part.clamp(0.0, 1.0)));
     let is_collision = contype != 0 || conaffinity != 0;
     if !is_collision && context.compiler.discard_visual {
@@ -144,7 +145,7 @@ pub(super) fn read(
         of_water.map_or(Ok(Inertial::ZERO), |of_water| weighed(geom, of_water, &pose, kind, notes))?;
     let at: At = (element.file, element.line());
     Ok(Some(Geom {
-        shape: DraftShape { at, link_from_shape: pose, geometry, color },
+        shape: DraftShape { at, link_from_shape: pose, geometry, color, texture },
         is_visual: !is_collision || group <= SHOWN,
         is_collision,
         contype,

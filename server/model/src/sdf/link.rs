@@ -202,8 +202,10 @@ fn shape(element: Element, notes: &mut Notes) -> Result<Option<DraftShape>, Stop
             return Ok(None);
         }
     };
-    let color = element.child("material").and_then(color);
-    Ok(Some(DraftShape { at: (element.file, element.line()), link_from_shape, geometry, color }))
+    let material = element.child("material");
+    let color = material.and_then(color);
+    let texture = material.and_then(texture);
+    Ok(Some(DraftShape { at: (element.file, element.line()), link_from_shape, geometry, color, texture }))
 }
 
 /// A capsule as long as an ellipsoid of these radii along its longest axis, as thick as the mean of the two others;
@@ -226,8 +228,18 @@ pub(crate) fn ellipsoid(radii: DVec3) -> (DPose3, DraftGeometry) {
     (turn, DraftGeometry::Capsule { radius, length })
 }
 
+/// The URI of the picture of a physically based material: that of its colours, for either workflow.
+fn texture(material: Element) -> Option<String> {
+    let map = ["metal", "specular"]
+        .into_iter()
+        .find_map(|workflow| material.at(&["pbr", workflow, "albedo_map"]))?;
+    (!map.text().is_empty()).then(|| joined(map.folder(), map.text()))
+}
+
 fn color(material: Element) -> Option<[f64; 4]> {
-    let said = material.child("diffuse").or_else(|| material.child("ambient"))?;
+    // What a picture is lit by has no say in its colours.
+    let ambient = || material.child("ambient").filter(|_| texture(material).is_none());
+    let said = material.child("diffuse").or_else(ambient)?;
     let read = numbers::read(said.text(), Shape::Color).ok()?;
     let color: [f64; 4] = read.values.try_into().ok()?;
     Some(color.map(|part| part.clamp(0.0, 1.0)))

@@ -93,6 +93,8 @@ pub(crate) struct DraftShape {
     pub(crate) link_from_shape: DPose3,
     pub(crate) geometry: DraftGeometry,
     pub(crate) color: Option<[f64; 4]>,
+    /// URI of a picture.
+    pub(crate) texture: Option<String>,
 }
 
 #[derive(Clone, Debug, PartialEq)]

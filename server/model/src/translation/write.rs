@@ -139,8 +139,11 @@ fn write_shape(text: &mut Text, tag: &str, shape: &DraftShape) {
         }
     };
     text.line(at, 3, &format!("<geometry>{geometry}</geometry>"));
-    if let Some(color) = shape.color.filter(|_| tag == "visual") {
-        text.line(at, 3, &format!("<material name=\"\"><color rgba=\"{}\"/></material>", numbers(color)));
+    let color = shape.color.map(|color| format!("<color rgba=\"{}\"/>", numbers(color)));
+    let texture = shape.texture.as_ref().map(|uri| format!("<texture filename=\"{}\"/>", escaped(uri)));
+    let look: String = color.into_iter().chain(texture).collect();
+    if tag == "visual" && !look.is_empty() {
+        text.line(at, 3, &format!("<material name=\"\">{look}</material>"));
     }
     text.line(at, 2, &format!("</{tag}>"));
 }

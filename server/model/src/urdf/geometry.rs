@@ -48,7 +48,7 @@ pub(super) fn geometry<'a>(
     shape: Node<'a, '_>,
     geometry: &urdf_rs::Geometry,
     meshes: &mut Meshes,
-    usage: Use,
+    usage: &Use,
     findings: &mut Findings,
 ) -> Option<Geometry> {
     let node = mended.child(shape, "geometry").unwrap_or(shape);

@@ -1,5 +1,7 @@
 //! Links: shapes, surfaces and colours. Their mass is [`inertial`](super::inertial)'s.
 
+use std::sync::Arc;
+
 use roxmltree::Node;
 
 use super::Assets;
@@ -64,7 +66,8 @@ impl<'a, 'i> Reader<'_, 'a, 'i> {
                 let image = meshes.image(uri, material.unwrap_or(node), findings)?;
                 Some((uri.to_owned(), image))
             });
-            let geometry = geometry(mended, node, &visual.geometry, meshes, Use::Visual, findings);
+            let usage = Use::Visual(picture.as_ref().map(|(_uri, image)| Arc::clone(image)));
+            let geometry = geometry(mended, node, &visual.geometry, meshes, &usage, findings);
             let visual = |geometry| Visual { link_from_shape, geometry, color, texture: picture };
             visuals.extend(geometry.map(visual));
         }
@@ -73,7 +76,7 @@ impl<'a, 'i> Reader<'_, 'a, 'i> {
         for (collision, node) in link.collision.iter().zip(mended.children(node, "collision")) {
             deadline.check()?;
             let link_from_shape = pose(&collision.origin, mended.child(node, "origin"), findings);
-            let geometry = geometry(mended, node, &collision.geometry, meshes, Use::Collision, findings);
+            let geometry = geometry(mended, node, &collision.geometry, meshes, &Use::Collision, findings);
             collisions.extend(geometry.map(|geometry| Collision { link_from_shape, geometry, material }));
         }
         deadline.check()?;

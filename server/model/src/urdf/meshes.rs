@@ -14,10 +14,9 @@ use crate::report::counted;
 use crate::robot::{Image, MeshAsset, Sha256, look_of};
 
 /// What a mesh is for.
-#[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Use {
-    /// To draw: a load never fails for it.
-    Visual,
+    /// To draw, with the picture of the visual's material: a load never fails for it.
+    Visual(Option<Arc<Image>>),
     /// To touch.
     Collision,
 }
@@ -39,10 +38,12 @@ struct Noted {
 pub(super) struct Meshes<'s> {
     assets: &'s dyn Assets,
     limits: &'s LoadLimits,
-    by_uri: HashMap<String, Noted>,
+    /// With the picture that is put on it.
+    by_uri: HashMap<(String, Option<Sha256>), Noted>,
     /// By what is in the file and by its format.
     by_content: HashMap<(Sha256, String), Noted>,
-    reported: HashSet<(String, Use)>,
+    /// Those to draw and those to touch.
+    reported: HashSet<(String, bool)>,
     triangles: usize,
     /// Pictures of the description's materials, by how it names them.
     images: HashMap<String, Option<Arc<Image>>>,
@@ -67,18 +68,23 @@ impl<'s> Meshes<'s> {
         &mut self,
         uri: &str,
         node: Node,
-        usage: Use,
+        usage: &Use,
         findings: &mut Findings,
     ) -> Option<Arc<MeshAsset>> {
-        let Noted { found, lie, looks } = match self.by_uri.get(uri) {
+        let (is_visual, cover) = match usage {
+            Use::Visual(cover) => (true, cover.as_ref()),
+            Use::Collision => (false, None),
+        };
+        let key = (uri.to_owned(), cover.map(|cover| cover.sha256));
+        let Noted { found, lie, looks } = match self.by_uri.get(&key) {
             Some(found) => found.clone(),
             None => {
-                let found = self.find(uri);
-                self.by_uri.insert(uri.to_owned(), found.clone());
+                let found = self.find(uri, cover);
+                self.by_uri.insert(key, found.clone());
                 found
             }
         };
-        let is_first = self.reported.insert((uri.to_owned(), usage));
+        let is_first = self.reported.insert((uri.to_owned(), is_visual));
         match found {
             Ok(asset) => {
                 if is_first {
@@ -93,7 +99,7 @@ impl<'s> Meshes<'s> {
                         findings.warn_of_file(node, uri, Repaired, true, message);
                     }
                     // What only touches is not looked at.
-                    for look in looks.into_iter().filter(|_| usage == Use::Visual) {
+                    for look in looks.into_iter().filter(|_| is_visual) {
                         let message = format!("mesh {}: {look}", quoted(uri));
                         findings.warn_of_file(node, uri, Ignored, false, message);
                     }
@@ -102,7 +108,7 @@ impl<'s> Meshes<'s> {
             }
             Err(why) => {
                 let (lost, serious) = match usage {
-                    Use::Visual => ("it is not shown", false),
+                    Use::Visual(_) => ("it is not shown", false),
                     Use::Collision => ("it touches nothing", true),
                 };
                 if is_first {
@@ -145,7 +151,7 @@ impl<'s> Meshes<'s> {
         image
     }
 
-    fn find(&mut self, uri: &str) -> Noted {
+    fn find(&mut self, uri: &str, cover: Option<&Arc<Image>>) -> Noted {
         let asset = match self.assets.find(uri) {
             Ok(asset) => asset,
             Err(places) => {
@@ -159,7 +165,7 @@ impl<'s> Meshes<'s> {
                 Err(format!("mesh {} is not read: it has {size} bytes; the most is {cap}", quoted(uri)));
             return Noted { found, lie: None, looks: Vec::new() };
         }
-        let beside = Beside::gather(uri, &asset.bytes, self.assets);
+        let beside = Beside::gather(uri, &asset.bytes, self.assets).covered_by(cover);
         let content = (look_of(asset.sha256, &beside.files), mesh::format(uri));
         if let Some(found) = self.by_content.get(&content) {
             return found.clone();
@@ -168,7 +174,14 @@ impl<'s> Meshes<'s> {
         let lost = beside.notes.iter().find(|note| note.starts_with("the buffer"));
         let found = self.parse(uri, &asset, &beside);
         let found = found.map_err(|why| lost.map_or_else(|| why.clone(), |lost| format!("{why}: {lost}")));
-        let found = Noted { found, lie: mesh::note(uri, &asset.bytes), looks: beside.notes };
+        let mut looks = beside.notes;
+        if let (Ok(mesh), Some(_)) = (&found, cover)
+            && mesh.paints.iter().all(|paint| paint.texture.is_none())
+        {
+            looks
+                .push("its material's texture is not drawn: its file gives no places in pictures".to_owned());
+        }
+        let found = Noted { found, lie: mesh::note(uri, &asset.bytes), looks };
         self.by_content.insert(content, found.clone());
         found
     }

@@ -25,7 +25,7 @@ struct Visit<'a> {
 /// The mesh of the scene that the file names, else of the first, else all geometries.
 pub(super) fn read<'a>(file: &File<'a>, beside: &Beside) -> Result<Builder, String> {
     let metres_from_file = DMat4::from_scale(DVec3::splat(unit(file.root)?));
-    let mut mesh = Builder::default();
+    let mut mesh = Builder::default().covered_by(beside.cover());
     let mut geometries = Geometries::new(file, beside.has_images());
     let mut materials = Materials::new(file, beside);
     let named = child(file.root, "scene").and_then(|scene| child(scene, "instance_visual_scene"));

@@ -34,7 +34,8 @@ pub(super) fn parse(bytes: &[u8], beside: &Beside) -> Result<(Triangles, Vec<Pai
         document: &document,
         buffers: &buffers,
         materials: Materials::new(&document, &buffers, beside),
-        mesh: Builder::default(),
+        mesh: Builder::default().covered_by(beside.cover()),
+        is_covered: beside.cover().is_some(),
         visits: 0,
     };
     reader.scene()?;
@@ -57,6 +58,8 @@ struct Reader<'d> {
     buffers: &'d Buffers<'d>,
     materials: Materials<'d>,
     mesh: Builder,
+    /// The description puts a picture on what has none.
+    is_covered: bool,
     /// Parts of meshes that were visited.
     visits: usize,
 }
@@ -123,9 +126,10 @@ impl Reader<'_> {
         let look = self.materials.look(primitive.material);
         // Of use only where there is a picture.
         let set = self.materials.texture_set(primitive.material).unwrap_or(0);
-        let places = match (&look.image, primitive.attributes.places(set)) {
-            (Some(_), Some(accessor)) => self.buffers.places(accessor).unwrap_or_default(),
-            _ => Vec::new(),
+        let has_picture = look.image.is_some() || self.is_covered;
+        let places = match primitive.attributes.places(set).filter(|_| has_picture) {
+            Some(accessor) => self.buffers.places(accessor).unwrap_or_default(),
+            None => Vec::new(),
         };
         let first = self.mesh.corners();
         for at in positions {

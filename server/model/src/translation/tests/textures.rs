@@ -1,0 +1,158 @@
+//! Pictures that materials of SDF and MJCF name: from the file to what is drawn.
+
+use super::*;
+use crate::robot::{Geometry, MeshAsset, Visual};
+
+const BOX: &str = "<body name='b'><freejoint/><geom type='box' size='1 1 1' material='squares'/></body>";
+const MESH: &str = "<body name='b'><freejoint/><geom type='mesh' mesh='box' material='squares'/></body>";
+
+/// Of the boxes that `tests/assets/make_textured.py` writes.
+fn asset(name: &str) -> Vec<u8> {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/assets/textured");
+    std::fs::read(folder.join(name)).unwrap()
+}
+
+fn files() -> Files {
+    Files::default()
+        .with("pictures/squares.png", asset("pictures/squares.png"))
+        .with("meshes/box.obj", asset("meshes/box.obj"))
+        .with("meshes/box.mtl", asset("meshes/box.mtl"))
+        .with("meshes/box.dae", asset("meshes/box.dae"))
+}
+
+fn mjcf(assets: &str, body: &str) -> String {
+    format!(
+        "<mujoco model='m'><compiler meshdir='meshes' texturedir='pictures'/>\n<asset>{assets}</asset>\n\
+         <worldbody>{body}</worldbody></mujoco>"
+    )
+}
+
+fn sdf(shape: &str, material: &str) -> String {
+    format!(
+        "<sdf version='1.9'><model name='m'><link name='b'><inertial auto='true'/>\
+         <collision name='c'><geometry><box><size>1 1 1</size></box></geometry></collision>\
+         <visual name='v'><geometry>{shape}</geometry><material>{material}</material></visual></link></model></sdf>"
+    )
+}
+
+fn visual(text: &str, files: &Files) -> (Visual, LoadReport) {
+    let (model, report) = robot_with(text, files);
+    let visual = model.links.iter().find_map(|link| link.visuals.first());
+    (visual.unwrap_or_else(|| panic!("nothing is drawn: {report:?}")).clone(), report)
+}
+
+fn mesh(visual: &Visual) -> &MeshAsset {
+    match &visual.geometry {
+        Geometry::Mesh { asset: Some(asset), .. } => asset,
+        other => panic!("{other:?}"),
+    }
+}
+
+fn picture_of(visual: &Visual) -> Option<&str> {
+    visual.texture.as_ref().map(|(uri, _)| uri.as_str())
+}
+
+#[test]
+fn a_material_of_mjcf_puts_its_picture_on_shapes() {
+    let squares = "<texture name='t' type='2d' file='squares.png'/><material name='squares' texture='t'/>";
+    let (shown, report) = visual(&mjcf(squares, BOX), &files());
+    assert_eq!((picture_of(&shown), shown.color), (Some("pictures/squares.png"), None));
+    assert_eq!(warnings(&report), []);
+    // Without a name it has that of its file, and a layer is what the material wears.
+    let layered = "<material name='squares' rgba='1 0.5 0 1'><layer texture='squares' role='rgb'/></material>\
+                   <texture type='cube' file='squares.png'/>";
+    let (shown, _) = visual(&mjcf(layered, BOX), &files());
+    assert_eq!((picture_of(&shown), shown.color), (Some("pictures/squares.png"), Some([1.0, 0.5, 0.0, 1.0])));
+    let (shown, _) = visual(&mjcf(layered, &BOX.replace("'box'", "'sphere'")), &files());
+    assert_eq!(picture_of(&shown), None, "what is wrapped around lies nowhere on a ball");
+}
+
+#[test]
+fn what_is_no_picture_of_a_file_leaves_the_colour_and_a_finding() {
+    let built_in = "<texture name='t' type='2d' builtin='checker' width='8' height='8'/>\
+                    <material name='squares' texture='t' rgba='1 0 0 1'/>";
+    let (shown, report) = visual(&mjcf(built_in, BOX), &files());
+    assert_eq!((picture_of(&shown), shown.color), (None, Some([1.0, 0.0, 0.0, 1.0])));
+    assert!(report.findings.iter().any(|finding| finding.message.contains("whole pictures")), "{report:?}");
+    let lost =
+        "<texture name='t' type='2d' file='lost.png'/><material name='squares' texture='t' rgba='1 0 0 1'/>";
+    let (shown, report) = visual(&mjcf(lost, BOX), &files());
+    assert_eq!(picture_of(&shown), None);
+    assert!(
+        report.findings.iter().any(|finding| finding.message.contains("pictures/lost.png")),
+        "{report:?}"
+    );
+}
+
+/// Of the box's OBJ only the file itself is there, as with most models of MuJoCo.
+#[test]
+fn a_mesh_has_the_picture_where_its_corners_say_and_another_look_for_it() {
+    let assets = "<texture name='t' type='2d' file='squares.png'/><material name='squares' texture='t'/>\
+                  <mesh name='box' file='box.obj'/>";
+    let bare = Files::default()
+        .with("pictures/squares.png", asset("pictures/squares.png"))
+        .with("meshes/box.obj", asset("meshes/box.obj"));
+    let (shown, _) = visual(&mjcf(assets, MESH), &bare);
+    let covered = mesh(&shown);
+    let [paint] = &covered.paints[..] else { panic!("{:?}", covered.paints) };
+    let texture = paint.texture.as_ref().unwrap();
+    assert_eq!((paint.first, texture.places.len()), (0, covered.triangles.len()));
+    assert_eq!(texture.image.sha256, Sha256::of(&asset("pictures/squares.png")));
+    let mut corners: Vec<[f32; 2]> = texture.places.iter().flatten().copied().collect();
+    corners.sort_by(|a, b| a.partial_cmp(b).unwrap());
+    corners.dedup();
+    assert_eq!(corners, [[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]]);
+    let (plain, _) = visual(&mjcf("<mesh name='box' file='box.obj'/>", MESH), &bare);
+    assert_eq!(mesh(&plain).sha256, covered.sha256);
+    assert_ne!(mesh(&plain).look(), covered.look());
+    assert_eq!(mesh(&plain).paints.len(), 0);
+}
+
+#[test]
+fn a_mesh_without_places_in_pictures_says_that_the_picture_is_not_drawn() {
+    let stl = "solid a\n facet normal 0 0 1\n  outer loop\n   vertex 0 0 0\n   vertex 1 0 0\n   vertex 0 1 0\n  endloop\n endfacet\nendsolid a\n";
+    let assets = "<texture name='t' type='2d' file='squares.png'/><material name='squares' texture='t'/>\
+                  <mesh name='box' file='a.stl'/>";
+    // A triangle has no volume, and what moves has a mass.
+    let still = MESH.replace("<freejoint/>", "");
+    let (shown, report) = visual(&mjcf(assets, &still), &files().with("meshes/a.stl", stl));
+    assert_eq!(mesh(&shown).paints.len(), 0);
+    let said = report.findings.iter().filter(|finding| finding.message.contains("no places in pictures"));
+    assert_eq!(said.count(), 1, "{report:?}");
+}
+
+#[test]
+fn an_albedo_map_of_sdf_is_drawn_on_shapes_and_meshes() {
+    let pbr = |workflow: &str| {
+        format!(
+            "<ambient>0.3 0.3 0.3</ambient>\
+             <pbr><{workflow}><albedo_map>pictures/squares.png</albedo_map></{workflow}></pbr>"
+        )
+    };
+    let cube = "<box><size>1 1 1</size></box>";
+    for workflow in ["metal", "specular"] {
+        let (shown, report) = visual(&sdf(cube, &pbr(workflow)), &files());
+        assert_eq!(
+            (picture_of(&shown), shown.color),
+            (Some("pictures/squares.png"), None),
+            "ambient light is no colour"
+        );
+        assert_eq!(warnings(&report), []);
+    }
+    let (shown, _) = visual(&sdf("<mesh><uri>meshes/box.obj</uri></mesh>", &pbr("metal")), &files());
+    assert!(mesh(&shown).paints.iter().all(|paint| paint.texture.is_some()), "{shown:?}");
+    let diffuse = format!("<diffuse>1 0 0 1</diffuse>{}", pbr("metal"));
+    let (shown, _) = visual(&sdf(cube, &diffuse), &files());
+    assert_eq!(shown.color, Some([1.0, 0.0, 0.0, 1.0]));
+}
+
+/// Who sends a description learns of its pictures as of its meshes.
+#[test]
+fn pictures_are_among_the_files_that_a_description_asks_for() {
+    let text = sdf(
+        "<box><size>1 1 1</size></box>",
+        "<pbr><metal><albedo_map>model://a/squares.png</albedo_map></metal></pbr>",
+    );
+    let described = describe_with(text.as_bytes(), &Files::default(), &LoadLimits::default()).unwrap();
+    assert_eq!(described.asset_uris, ["model://a/squares.png"]);
+}
