@@ -4,10 +4,13 @@
 //! * `names`: how they are called, and which files they consist of.
 //! * `writer`: the thread. `file`: one file. `commands`: commands as bytes and back.
 //! * `ros`: what other tools show. `readings`: what sensors measured; [`sensor_message`]: as messages of ROS 2.
+//! * [`images`]: what cameras saw; [`camera_message`]: as messages of ROS 2.
 //! * `reading`: what a file has, of which nothing is believed. [`replay`]: the same run again, compared.
 
+pub(crate) mod camera_message;
 mod commands;
 mod file;
+pub(crate) mod images;
 mod names;
 mod reading;
 mod readings;
@@ -37,6 +40,8 @@ use crate::loading::Loader;
 const WAITING_BYTES: usize = 64 << 20;
 /// Bytes of all recordings where the configuration says nothing else.
 pub const DEFAULT_MAX_BYTES: u64 = 10 << 30;
+/// Bytes of pictures in a second where the configuration says nothing else: 640 x 480 pixels in colour, 30 times a second.
+const DEFAULT_PICTURE_BYTES: u64 = 32 << 20;
 
 /// Where recordings are kept.
 #[derive(Clone, Debug)]
@@ -45,11 +50,13 @@ pub struct Settings {
     pub directory: Option<PathBuf>,
     /// Of all of them together.
     pub max_bytes: u64,
+    /// Of the pictures of all cameras in a second, before the file packs them; 0: none are recorded.
+    pub picture_bytes: u64,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { directory: None, max_bytes: DEFAULT_MAX_BYTES }
+        Self { directory: None, max_bytes: DEFAULT_MAX_BYTES, picture_bytes: DEFAULT_PICTURE_BYTES }
     }
 }
 
@@ -139,6 +146,7 @@ pub(crate) struct RecordingSources {
     pub(crate) events: Arc<EventLog>,
     pub(crate) board: Arc<Board>,
     pub(crate) sensors: Arc<SensorLog>,
+    pub(crate) images: Box<dyn images::ImageSource>,
 }
 
 impl Recordings {
@@ -235,6 +243,7 @@ impl Recordings {
             keep_last: request.keep_last,
             max_bytes,
             max_duration: request.max_duration,
+            picture_bytes: self.settings.picture_bytes,
         };
         let writer = writer::Writer::new(plan, sources, self.encoders, running.tap.clone());
         let writer = writer.map_err(|error| unusable(&directory, &error))?;

@@ -20,7 +20,7 @@ const LONG: Duration = Duration::from_secs(60);
 const NOW: Duration = Duration::ZERO;
 
 /// A camera of 4 x 3 pixels on the arm's root link.
-fn camera(name: &str, rate: Option<f64>) -> proto::Sensor {
+pub(crate) fn camera(name: &str, rate: Option<f64>) -> proto::Sensor {
     let picture = proto::Picture::ColorAndDepth.into();
     let (width, height, horizontal_field_of_view, near, far) = (4, 3, 1.2, 0.1, 50.0);
     let kind = proto::CameraSensor { picture, width, height, horizontal_field_of_view, near, far };
@@ -64,7 +64,7 @@ fn drawn(task: &PictureTask, renderer: &str) -> PutPictureRequest {
 }
 
 /// Waits for a task, and answers it.
-async fn draw(client: &Client, renderer: &str) -> PictureTask {
+pub(crate) async fn draw(client: &Client, renderer: &str) -> PictureTask {
     let task = client.next_picture(renderer, LONG).await.unwrap().unwrap();
     assert!(client.put_picture(drawn(&task, renderer)).await.unwrap());
     task
@@ -152,6 +152,8 @@ async fn a_picture_is_taken_from_any_point_of_view(via: Via) {
 async fn a_world_that_nothing_draws_says_so_at_once(via: Via) {
     let daemon = arm(via).await;
     let client = &daemon.client;
+    let none = client.picture("arm", "").await.unwrap_err();
+    assert!(none.to_string().contains("has no camera"), "{none}");
     for number in 0..10 {
         client.create_sensor(camera(&format!("eye_{number}"), None)).await.unwrap();
     }
@@ -291,8 +293,8 @@ async fn pictures_that_are_waited_for_are_bounded(via: Via) {
     .await;
     let client = &daemon.client;
     client.next_picture("one", NOW).await.unwrap();
-    let impatient = proto::TakePictureRequest { timeout: 0.05, ..from_above(4, 3) };
-    let late = client.take_picture(impatient).await.unwrap_err();
+    let short = proto::TakePictureRequest { timeout: 0.05, ..from_above(4, 3) };
+    let late = client.take_picture(short).await.unwrap_err();
     assert_eq!(late.reason(), Some(ErrorReason::PictureTimeout), "{late}");
     // What was given up has no place any more.
     let second = async {

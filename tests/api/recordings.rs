@@ -1,5 +1,7 @@
 //! Recordings: made, listed, read, replayed and deleted, alike over every transport.
 
+use std::time::Duration;
+
 use simd_client::proto::event::Kind;
 use simd_client::proto::{self, sensor};
 use simd_client::proto::{ErrorReason, RecordingEndCause, RecordingState, StartRecordingRequest};
@@ -7,13 +9,16 @@ use simd_client::{Client, Target};
 use simd_server::handle::RunState;
 use simd_server::recording::{Replayed, replay};
 use simd_tests::daemon::{Daemon, Via};
+use simd_tests::process::soon;
 use tempfile::TempDir;
 
+use crate::cameras::{camera, draw};
 use crate::{load_arm, over_every_transport, set};
 
 over_every_transport! {
     what_was_recorded_is_downloaded_and_comes_to_the_same_again,
     readings_of_sensors_are_recorded_each_once,
+    pictures_of_cameras_are_recorded_while_a_renderer_draws_them,
     without_a_folder_it_is_said_what_to_configure,
     names_that_are_no_names_and_numbers_that_cannot_be_are_refused,
     commands_of_several_clients_are_recorded_with_their_names,
@@ -70,7 +75,7 @@ async fn what_was_recorded_is_downloaded_and_comes_to_the_same_again(via: Via) {
     assert!(daemon.client.recordings().await.unwrap().is_empty());
     let gone = daemon.client.recording("run").await.unwrap_err();
     assert_eq!(gone.reason(), Some(ErrorReason::RecordingNotFound));
-    let events = daemon.client.next_events(0, std::time::Duration::ZERO).await.unwrap().events;
+    let events = daemon.client.next_events(0, Duration::ZERO).await.unwrap().events;
     let of_recordings: Vec<_> = events
         .into_iter()
         .filter_map(|event| match event.kind? {
@@ -120,6 +125,74 @@ async fn readings_of_sensors_are_recorded_each_once(via: Via) {
     let here = tempfile::tempdir().unwrap();
     client.download_recording("run", here.path()).await.unwrap();
     replayed(&std::fs::read(here.path().join("run.mcap")).unwrap()).await;
+}
+
+/// Nothing but the recording makes the renderer draw.
+async fn pictures_of_cameras_are_recorded_while_a_renderer_draws_them(via: Via) {
+    let (daemon, folder) = daemon(via).await;
+    let client = &daemon.client;
+    load_arm(client, "arm").await;
+    client.create_sensor(camera("eye", Some(100.0))).await.unwrap();
+    client.start_recording(named("dark")).await.unwrap();
+    client.step(20).await.unwrap();
+    client.stop_recording("dark").await.unwrap();
+    let dark = std::fs::read(folder.path().join("dark.mcap")).unwrap();
+    assert_eq!(messages(&dark, "/arm/sensors/eye/image_raw"), Vec::<Vec<u8>>::new());
+    assert_eq!(said_of_camera(&dark), "no picture of it was drawn");
+
+    assert!(client.next_picture("one", Duration::ZERO).await.unwrap().is_none());
+    client.start_recording(named("run")).await.unwrap();
+    let followed = async { while !client.list_cameras().await.unwrap().cameras[0].followed {} };
+    soon("a recording that wants pictures", followed).await;
+    for step in [30, 40, 50] {
+        client.step(10).await.unwrap();
+        let task = soon("a picture that is to be drawn", draw(client, "one")).await;
+        assert_eq!(task.stamp.unwrap().step, step);
+    }
+    client.stop_recording("run").await.unwrap();
+    let run = std::fs::read(folder.path().join("run.mcap")).unwrap();
+    let colors = messages(&run, "/arm/sensors/eye/image_raw");
+    // The newest wins where two came between two looks. What was drawn is the number of the step in each pixel.
+    assert!((1..=3).contains(&colors.len()), "{}", colors.len());
+    assert!(colors.last().unwrap().ends_with(&[50; 3 * 4 * 3]));
+    let depths = messages(&run, "/arm/sensors/eye/depth/image_raw");
+    assert!(depths.last().unwrap().ends_with(&50_f32.to_le_bytes().repeat(4 * 3)));
+    let infos = messages(&run, "/arm/sensors/eye/camera_info");
+    assert_eq!((depths.len(), infos.len()), (colors.len(), colors.len()));
+    assert_eq!(messages(&run, "/arm/sensors/eye/segmentation/image_raw").len(), 0);
+    assert!(
+        said_of_camera(&run).starts_with(&format!("{} pictures", colors.len())),
+        "{}",
+        said_of_camera(&run)
+    );
+    assert_eq!(replayed(&run).await.steps, 30);
+}
+
+/// The messages of a topic.
+fn messages(file: &[u8], topic: &str) -> Vec<Vec<u8>> {
+    let mut reader = simd_mcap::Reader::new(file, simd_mcap::Limits::default()).unwrap();
+    let mut found = Vec::new();
+    while let Some(item) = reader.next().unwrap() {
+        if let simd_mcap::Item::Message { channel, data, .. } = item
+            && channel.topic == topic
+        {
+            found.push(data.to_vec());
+        }
+    }
+    found
+}
+
+/// What a file says there is of the arm's camera.
+fn said_of_camera(file: &[u8]) -> String {
+    let mut reader = simd_mcap::Reader::new(file, simd_mcap::Limits::default()).unwrap();
+    while let Some(item) = reader.next().unwrap() {
+        if let simd_mcap::Item::Metadata { name, mut metadata } = item
+            && name == "simd.cameras"
+        {
+            return metadata.remove("arm/eye").unwrap();
+        }
+    }
+    panic!("it says nothing of cameras");
 }
 
 async fn without_a_folder_it_is_said_what_to_configure(via: Via) {

@@ -78,6 +78,8 @@ pub(crate) struct Light {
     pub(crate) ambient: f32,
     pub(crate) diffuse: f32,
     pub(crate) specular: f32,
+    /// What is in the shadow of another has the ambient light alone.
+    pub(crate) shadow: bool,
 }
 
 /// What a picture is to have.

@@ -84,6 +84,7 @@ fn light(light: Option<&PictureLight>) -> Light {
         ambient: share(light.and_then(|light| light.ambient), 0.6),
         diffuse: share(light.and_then(|light| light.diffuse), 0.35),
         specular: share(light.and_then(|light| light.specular), 0.05),
+        shadow: light.is_some_and(|light| light.shadow),
     }
 }
 
@@ -163,7 +164,9 @@ mod tests {
         assert_eq!(scene.planes, Planes { color: true, ..Planes::default() });
         assert_eq!((scene.light.color, scene.background), ([1.0; 3], [1.0; 3]));
         assert_eq!((scene.light.ambient, scene.light.diffuse, scene.light.specular), (0.6, 0.35, 0.05));
-        assert!(scene.light.direction.z > 0.0);
+        assert!(scene.light.direction.z > 0.0 && !scene.light.shadow);
+        let light = Some(PictureLight { shadow: true, ..PictureLight::default() });
+        assert!(super::scene(&PictureTask { light, ..task() }, &[]).unwrap().light.shadow);
     }
 
     #[test]

@@ -318,5 +318,10 @@ fn recording() -> Vec<Key> {
             "bytes of all of them together",
             Access::Count(1 << 20..=MANY, |draft| &mut draft.config.recording.max_bytes),
         ),
+        Key::new(
+            "recording.picture_bytes",
+            "bytes of the pictures of all cameras that are recorded in a second, before the file packs them; 0: none",
+            Access::Count(0..=1 << 32, |draft| &mut draft.config.recording.picture_bytes),
+        ),
     ]
 }

@@ -2,12 +2,13 @@
 //! work. Nothing here is of the world, and the physics thread is not asked: what is drawn is a published state.
 //!
 //! * `book`: tasks and renderers. `kept`: the newest pictures. `picture`: what is to be drawn, and what was.
-//! * `lens`: from where and how wide. `renderers`: those who draw.
+//! * `lens`: from where and how wide. `renderers`: those who draw. `recorded`: pictures for recordings.
 
 mod book;
 mod kept;
 mod lens;
 mod picture;
+mod recorded;
 mod renderers;
 #[cfg(test)]
 mod tests;
@@ -306,6 +307,11 @@ fn find<'s>(state: &'s Published, robot: &str, sensor: &str) -> Result<&'s World
             element: "sensor".to_owned(),
             value: "empty".to_owned(),
             expected: format!("robot {robot:?} has {} cameras: name one", cameras().count()),
+        }),
+        (None, _) if sensor.is_empty() => Err(CallError::InvalidValue {
+            element: "sensor".to_owned(),
+            value: "empty".to_owned(),
+            expected: format!("robot {robot:?} has no camera: add one to it"),
         }),
         (None, _) => {
             let known = cameras().map(|of| of.definition.name.clone()).collect();

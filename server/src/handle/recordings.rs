@@ -30,6 +30,7 @@ impl SimHandle {
             events: Arc::clone(&self.inner.driver.events),
             board: Arc::clone(&self.inner.driver.board),
             sensors: Arc::clone(&self.inner.driver.sensors),
+            images: Box::new(self.camera_images()),
         };
         let _turn = self.inner.recording_turn.lock().await;
         let recordings = self.inner.recordings.clone();

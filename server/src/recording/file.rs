@@ -7,13 +7,15 @@ use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use prost::Message;
-use prost_types::FileDescriptorSet;
+use prost_types::{FileDescriptorSet, Timestamp};
+use simd_core::Moment;
 use simd_mcap::Writer;
 use simd_model::robot::Sha256;
 use simd_proto::v1;
 
 use super::commands::KeepFile;
 use crate::call_error::CallError;
+use crate::driver::Published;
 
 /// The name of the metadata that says that a file is a recording.
 pub(super) const METADATA: &str = "simd.recording";
@@ -88,6 +90,11 @@ impl RecordingFile {
 
     pub(super) fn flush(&mut self) -> io::Result<()> {
         self.writer.flush()
+    }
+
+    /// Says something about what is in it, unless there is nothing to say.
+    pub(super) fn add_summary(&mut self, name: &str, summary: &BTreeMap<String, String>) -> io::Result<()> {
+        if summary.is_empty() { Ok(()) } else { self.writer.add_metadata(name, summary) }
     }
 
     pub(super) fn finish(self) -> io::Result<()> {
@@ -179,6 +186,25 @@ impl KeepFile for RecordingFile {
 pub(super) fn nanos(time: SystemTime) -> u64 {
     let since = time.duration_since(UNIX_EPOCH).unwrap_or_default();
     u64::try_from(since.as_nanos()).unwrap_or(u64::MAX)
+}
+
+/// A moment, with what is known of when and how it was published.
+pub(super) fn stamp(at: Moment, published: Option<&Published>) -> v1::Stamp {
+    let timestamp = |state: &Published| {
+        let nanos = nanos(state.wall_time);
+        let (seconds, nanos) = (nanos / 1_000_000_000, nanos % 1_000_000_000);
+        Timestamp {
+            seconds: i64::try_from(seconds).unwrap_or(i64::MAX),
+            nanos: i32::try_from(nanos).unwrap_or(0),
+        }
+    };
+    v1::Stamp {
+        epoch: at.epoch,
+        step: at.step,
+        sim_time: at.sim_time,
+        wall_time: published.map(timestamp),
+        sequence: published.map_or(0, |state| state.sequence),
+    }
 }
 
 /// The file of the schema that has a message, and those that it imports.

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use simd_core::simulation::sensors::WorldSensor;
+use glamx::DPose3;
 use simd_ros2::messages::builtin_interfaces::Time;
 use simd_ros2::messages::geometry_msgs::TransformStamped;
 use simd_ros2::messages::std_msgs::Header;
@@ -79,7 +79,8 @@ impl Readings {
             };
             let own_frame = format!("{}/sensors/{}", entity.name, sensor.definition.name);
             if self.described.insert(sensor.id) {
-                describe(sensor, frame(sensor.definition.link), own_frame.clone(), file)?;
+                let link = frame(sensor.definition.link);
+                describe(sensor.definition.pose, link, own_frame.clone(), file)?;
             }
             let shape = SensorShape::new(sensor, entity, own_frame, frame);
             let robot = topic_part(&entity.name);
@@ -93,17 +94,17 @@ impl Readings {
     }
 }
 
-/// Where a sensor is on its link.
-fn describe(
-    sensor: &WorldSensor,
-    link: String,
+/// Where a frame is in another one: a sensor on its link, and the axes of pictures on a camera.
+pub(super) fn describe(
+    parent_from_frame: DPose3,
+    parent: String,
     frame: String,
     file: &mut RecordingFile,
 ) -> std::io::Result<()> {
     let placed = TransformStamped {
-        header: Header { stamp: Time::default(), frame_id: link },
+        header: Header { stamp: Time::default(), frame_id: parent },
         child_frame_id: frame,
-        transform: transform(sensor.definition.pose),
+        transform: transform(parent_from_frame),
     };
     write(file, "/tf_static", &TFMessage { transforms: vec![placed] })
 }

@@ -8,14 +8,13 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime};
 
-use prost_types::Timestamp;
-use simd_core::Moment;
 use simd_core::simulation::Saved;
 use simd_model::robot::Sha256;
 use simd_proto::v1;
 
 use super::commands;
-use super::file::{RecordingFile, Unwritten, nanos, topic};
+use super::file::{RecordingFile, Unwritten, nanos, stamp, topic};
+use super::images::{self, Images};
 use super::readings::Readings;
 use super::ros::{States, topic_part};
 use super::{Encoders, RecordingSources, names};
@@ -47,6 +46,8 @@ pub(super) struct Plan {
     /// Of all its files.
     pub(super) max_bytes: u64,
     pub(super) max_duration: Option<Duration>,
+    /// In a second.
+    pub(super) picture_bytes: u64,
 }
 
 /// See the module.
@@ -69,6 +70,8 @@ pub(super) struct Writer {
     shown: States,
     /// Of sensors; `None` where no states are recorded either.
     readings: Option<Readings>,
+    /// Of cameras; the same, and `None` where they have no bytes.
+    images: Option<Images>,
     /// Saved states and what they are written as, as long as the world has them.
     states: Vec<(Saved, Sha256)>,
     began: Instant,
@@ -108,8 +111,9 @@ impl Writer {
         let file = create(&plan, &sources, 1)?;
         let now = Instant::now();
         let shown = States::new(plan.state_period);
-        let begin = |_| Readings::begin(&sources.sensors, &sources.board.newest());
-        let readings = plan.state_period.map(begin);
+        let newest = sources.board.newest();
+        let readings = plan.state_period.map(|_| Readings::begin(&sources.sensors, &newest));
+        let images = plan.state_period.and_then(|_| Images::begin(plan.picture_bytes, &newest));
         Ok(Self {
             plan,
             sources,
@@ -123,6 +127,7 @@ impl Writer {
             last_step: None,
             shown,
             readings,
+            images,
             states: Vec::new(),
             began: now,
             file_began: now,
@@ -172,7 +177,8 @@ impl Writer {
 
     fn finish(mut self, mut ended: Ended) {
         let is_written = ended.cause != RecordingEnd::WriteFailed;
-        let completed = self.steps_done().map_err(Ended::from).and_then(|()| Ok(self.file.finish()?));
+        let completed = self.steps_done().map_err(Ended::from).and_then(|()| self.images_done());
+        let completed = completed.and_then(|()| Ok(self.file.finish()?));
         if let (true, Err(failed)) = (is_written, completed) {
             ended = failed;
         }
@@ -285,11 +291,25 @@ impl Writer {
         if self.fingerprints.len() >= STEPS { Ok(self.steps_done()?) } else { Ok(()) }
     }
 
-    /// Writes what sensors measured since the last time.
+    /// Writes what sensors measured and cameras saw since the last time.
     fn readings(&mut self) -> Result<(), Ended> {
         let Some(readings) = &mut self.readings else { return Ok(()) };
         let newest = self.sources.board.newest();
-        Ok(readings.write(&self.sources.sensors, &newest, &self.encoders, &mut self.file)?)
+        readings.write(&self.sources.sensors, &newest, &self.encoders, &mut self.file)?;
+        match &mut self.images {
+            Some(images) => {
+                Ok(images.keep_up(&*self.sources.images, &newest, Instant::now(), &mut self.file)?)
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Writes the last pictures, and says in the file what there is of cameras.
+    fn images_done(&mut self) -> Result<(), Ended> {
+        let Some(images) = &mut self.images else { return Ok(()) };
+        let newest = self.sources.board.newest();
+        images.write(&*self.sources.images, &newest, Instant::now(), &mut self.file)?;
+        Ok(self.file.add_summary(images::METADATA, &images.summary())?)
     }
 
     /// Writes the fingerprints of the last steps.
@@ -349,6 +369,7 @@ impl Writer {
     }
 
     fn next_file(&mut self) -> Result<(), Ended> {
+        self.images_done()?;
         let next = create(&self.plan, &self.sources, self.number + 1)?;
         let before = std::mem::replace(&mut self.file, next);
         let (path, now) = (before.path.clone(), Instant::now());
@@ -361,6 +382,9 @@ impl Writer {
         if let Some(readings) = &mut self.readings {
             readings.begin_file();
         }
+        if let Some(images) = &mut self.images {
+            images.begin_file();
+        }
         self.file_began = now;
         Ok(())
     }
@@ -372,23 +396,4 @@ fn create(plan: &Plan, sources: &RecordingSources, number: u64) -> io::Result<Re
         None => names::single(&plan.name),
     };
     RecordingFile::create(&plan.directory.join(file), &sources.daemon, &plan.name, number)
-}
-
-/// A moment, with what is known of when and how it was published.
-fn stamp(at: Moment, published: Option<&Published>) -> v1::Stamp {
-    let timestamp = |state: &Published| {
-        let nanos = nanos(state.wall_time);
-        let (seconds, nanos) = (nanos / 1_000_000_000, nanos % 1_000_000_000);
-        Timestamp {
-            seconds: i64::try_from(seconds).unwrap_or(i64::MAX),
-            nanos: i32::try_from(nanos).unwrap_or(0),
-        }
-    };
-    v1::Stamp {
-        epoch: at.epoch,
-        step: at.step,
-        sim_time: at.sim_time,
-        wall_time: published.map(timestamp),
-        sequence: published.map_or(0, |state| state.sequence),
-    }
 }

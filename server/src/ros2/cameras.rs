@@ -15,7 +15,8 @@ use simd_ros2::wire::{Qos, word};
 use super::endpoints::{Graph, Topic};
 use super::robots::{Robot, stamp};
 use crate::SimHandle;
-use crate::handle::{Intrinsics, Picture, Plane};
+use crate::handle::{Picture, Plane};
+use crate::recording::camera_message::{ImageKind, camera_info};
 
 /// A sensor's id, and its topics' name.
 type Key = (u64, String);
@@ -100,15 +101,15 @@ impl CameraTopics {
         let (qos, name) = (Qos::DEFAULT, |part: &str| graph.name(&format!("{topic}/{part}")));
         let (mut color, mut depth, mut segmentation) = (None, None, None);
         if matches!(kind, Kind::Color | Kind::ColorAndDepth) {
-            color = Some(graph.publisher(&name("image_raw"), qos).await?);
+            color = Some(graph.publisher(&name(ImageKind::COLOR.topic), qos).await?);
         }
         if matches!(kind, Kind::Depth | Kind::ColorAndDepth) {
-            depth = Some(graph.publisher(&name("depth/image_raw"), qos).await?);
+            depth = Some(graph.publisher(&name(ImageKind::DEPTH.topic), qos).await?);
         }
         if kind == Kind::Segmentation {
-            segmentation = Some(graph.publisher(&name("segmentation/image_raw"), qos).await?);
+            segmentation = Some(graph.publisher(&name(ImageKind::SEGMENTATION.topic), qos).await?);
         }
-        let info = graph.publisher(&name("camera_info"), qos).await?;
+        let info = graph.publisher(&name(ImageKind::INFO_TOPIC), qos).await?;
         Ok(Self { frame, info, color, depth, segmentation, after: 0 })
     }
 
@@ -121,52 +122,27 @@ impl CameraTopics {
         let Self { frame, info, color, depth, segmentation, after: _ } = self;
         let header = Header { stamp: stamp(picture.at.sim_time), frame_id: frame.clone() };
         let drawn = &picture.drawn;
-        for (topic, plane, encoding, bytes) in [
-            (color, &drawn.color, "rgb8", 3),
-            (depth, &drawn.depth, "32FC1", 4),
-            (segmentation, &drawn.segmentation, "32SC1", 4),
+        for (topic, plane, kind) in [
+            (color, &drawn.color, ImageKind::COLOR),
+            (depth, &drawn.depth, ImageKind::DEPTH),
+            (segmentation, &drawn.segmentation, ImageKind::SEGMENTATION),
         ] {
             if let (Some(topic), Some(plane)) = (topic.as_ref().filter(|topic| topic.is_wanted()), plane)
-                && let Some(message) = image(picture, plane, encoding, bytes, header.clone())
+                && let Some(message) = image(picture, plane, kind, header.clone())
             {
                 topic.put(&message);
             }
         }
         if info.is_wanted() {
-            info.put(&camera_info(picture, header));
+            let (width, height) = (picture.view.width, picture.view.height);
+            info.put(&camera_info(header, width, height, picture.view.lens.pinhole()));
         }
     }
 }
 
-fn image(picture: &Picture, plane: &Plane, encoding: &str, bytes: u32, header: Header) -> Option<Image> {
+fn image(picture: &Picture, plane: &Plane, kind: ImageKind, header: Header) -> Option<Image> {
     let (width, height) = (picture.view.width, picture.view.height);
-    let step = width.checked_mul(bytes)?;
-    let data = plane.unpacked(u64::from(step) * u64::from(height));
+    let data = plane.unpacked(kind.size(width, height));
     let data = data.inspect_err(|error| tracing::debug!("a picture is not sent to ROS 2: {error}")).ok()?;
-    Some(Image {
-        header,
-        height,
-        width,
-        encoding: encoding.to_owned(),
-        is_bigendian: 0,
-        step,
-        data: data.to_vec(),
-    })
-}
-
-/// Of a pinhole camera: nothing is distorted, and nothing turned.
-fn camera_info(picture: &Picture, header: Header) -> CameraInfo {
-    let Intrinsics { fx, fy, cx, cy } =
-        picture.view.lens.intrinsics.unwrap_or(Intrinsics { fx: 0.0, fy: 0.0, cx: 0.0, cy: 0.0 });
-    CameraInfo {
-        header,
-        height: picture.view.height,
-        width: picture.view.width,
-        distortion_model: "plumb_bob".to_owned(),
-        d: vec![0.0; 5],
-        k: [fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0],
-        r: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
-        p: [fx, 0.0, cx, 0.0, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0],
-        ..CameraInfo::default()
-    }
+    Some(kind.image(header, width, height, &data))
 }

@@ -17,8 +17,7 @@ use simd_ros2::messages::std_msgs::Header;
 use simd_ros2::messages::tf2_msgs::TFMessage;
 use simd_ros2::wire::word;
 
-/// From the axes of a camera's pictures to those of its sensor, which has x forwards and z up: x, y, z, w.
-const SENSOR_FROM_OPTICAL: [f64; 4] = [-0.5, 0.5, -0.5, 0.5];
+use crate::recording::camera_message::SENSOR_FROM_OPTICAL;
 
 /// The frame that all robots are in.
 pub(super) const WORLD: &str = "world";

@@ -5,9 +5,11 @@
 //! * `rows`: where things are, as the GPU reads it; in `f64` up to the camera's frame, so that a picture far from the origin is as
 //!   exact as one at it.
 //! * `pipelines`, `targets`: how triangles become pixels, and what they are drawn into.
+//! * `shadow`: what keeps the light from what, in a pass before those.
 
 mod pipelines;
 mod rows;
+mod shadow;
 mod surface;
 mod targets;
 #[cfg(test)]
@@ -22,6 +24,7 @@ use crate::scene::{Image, Mesh, Picture, Planes, Scene};
 
 use pipelines::{CAMERA_BYTES, ITEM_BYTES, Pipelines};
 use rows::{Drawn, Rows};
+use shadow::{LightView, Shadows};
 pub(crate) use surface::Surface;
 use targets::{KeptTargets, Readback, Targets};
 
@@ -61,6 +64,7 @@ pub(crate) struct Renderer {
     /// Of surfaces without an image.
     white: wgpu::BindGroup,
     rows: Rows,
+    shadows: Shadows,
 }
 
 impl Renderer {
@@ -81,11 +85,12 @@ impl Renderer {
         let items = items_buffer(&gpu, 64 * ITEM_BYTES);
         let white =
             surface::texture(&gpu, &pipelines, &Image { width: 1, height: 1, rgba: vec![u8::MAX; 4] });
+        let shadows = Shadows::new(&gpu, &pipelines);
         if let Some(fault) = gpu.fault() {
             return Err(DrawError::Driver(fault));
         }
         let (targets, rows) = (KeptTargets::default(), Rows::default());
-        Ok(Self { gpu, pipelines, targets, camera, camera_group, items, white, rows })
+        Ok(Self { gpu, pipelines, targets, camera, camera_group, items, white, rows, shadows })
     }
 
     /// Brings a mesh to the GPU.
@@ -108,7 +113,9 @@ impl Renderer {
             return Err(DrawError::Size { width, height, most });
         }
         self.rows.fill(scene);
-        self.bring(scene)?;
+        let light = self.shadows.prepare(&self.gpu, &self.pipelines, scene)?;
+        bring_rows(&self.gpu, &mut self.items, &self.rows, scene)?;
+        self.gpu.queue.write_buffer(&self.camera, 0, &camera_bytes(scene, light.as_ref()));
         let is_exact = scene.planes.depth || scene.planes.segmentation;
         let targets = self.targets.of_size(&self.gpu, width, height, scene.planes.color, is_exact);
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
@@ -117,9 +124,13 @@ impl Renderer {
             camera: &self.camera_group,
             items: &self.items,
             white: &self.white,
+            shade: self.shadows.group(light.is_some()),
             rows: &self.rows,
             scene,
         };
+        if light.is_some() {
+            self.shadows.cast(&mut encoder, &self.pipelines, &self.camera_group, scene);
+        }
         if !(scene.planes.color && is_exact && passes.whole(&mut encoder, targets)) {
             if scene.planes.color {
                 passes.color(&mut encoder, targets);
@@ -147,27 +158,26 @@ impl Renderer {
         };
         // Perhaps memory was short: what is kept for other sizes is given back.
         self.targets.clear();
+        self.shadows.clear();
         Err(DrawError::Driver(failed))
     }
+}
 
-    /// Writes what the scene says into the GPU's memory.
-    fn bring(&mut self, scene: &Scene) -> Result<(), DrawError> {
-        let bytes = self.rows.bytes();
-        let wanted = bytes.len() as u64;
-        if wanted > self.gpu.limits.max_buffer_size {
-            let items = scene.items.len();
-            return Err(DrawError::TooManyItems { items, most: self.gpu.limits.max_buffer_size });
-        }
-        if wanted > self.items.size() {
-            let size = wanted.next_power_of_two().min(self.gpu.limits.max_buffer_size);
-            self.items = items_buffer(&self.gpu, size);
-        }
-        if !bytes.is_empty() {
-            self.gpu.queue.write_buffer(&self.items, 0, bytes);
-        }
-        self.gpu.queue.write_buffer(&self.camera, 0, &camera_bytes(scene));
-        Ok(())
+/// Writes rows of a scene's items into the GPU's memory, which grows with them.
+fn bring_rows(gpu: &Gpu, items: &mut wgpu::Buffer, rows: &Rows, scene: &Scene) -> Result<(), DrawError> {
+    let bytes = rows.bytes();
+    let wanted = bytes.len() as u64;
+    let most = gpu.limits.max_buffer_size;
+    if wanted > most {
+        return Err(DrawError::TooManyItems { items: scene.items.len(), most });
     }
+    if wanted > items.size() {
+        *items = items_buffer(gpu, wanted.next_power_of_two().min(most));
+    }
+    if !bytes.is_empty() {
+        gpu.queue.write_buffer(items, 0, bytes);
+    }
+    Ok(())
 }
 
 fn items_buffer(gpu: &Gpu, size: u64) -> wgpu::Buffer {
@@ -215,7 +225,7 @@ fn taken(backs: [Option<&Readback>; 3], width: u32, height: u32) -> Option<Pictu
 }
 
 /// As the shader's `Camera`.
-fn camera_bytes(scene: &Scene) -> Vec<u8> {
+fn camera_bytes(scene: &Scene, shadows: Option<&LightView>) -> Vec<u8> {
     let clip = reversed(scene.projection);
     let is_perspective = scene.projection.w_axis.w.abs() < 0.5;
     let light = &scene.light;
@@ -223,10 +233,11 @@ fn camera_bytes(scene: &Scene) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(usize::try_from(CAMERA_BYTES).unwrap_or(0));
     let mut put = |values: &[f32]| bytes.extend(values.iter().flat_map(|value| value.to_ne_bytes()));
     put(&clip.as_mat4().to_cols_array());
-    put(&[direction.x, direction.y, direction.z, 0.0]);
+    put(&[direction.x, direction.y, direction.z, shadows.map_or(0.0, |light| light.shift as f32)]);
     let [red, green, blue] = light.color;
     put(&[red, green, blue, 1.0]);
     put(&[light.ambient, light.diffuse, light.specular, if is_perspective { 1.0 } else { 0.0 }]);
+    put(&shadows.map_or(DMat4::IDENTITY, |light| light.map_from_camera).as_mat4().to_cols_array());
     bytes
 }
 
@@ -244,6 +255,7 @@ struct Passes<'a> {
     camera: &'a wgpu::BindGroup,
     items: &'a wgpu::Buffer,
     white: &'a wgpu::BindGroup,
+    shade: &'a wgpu::BindGroup,
     rows: &'a Rows,
     scene: &'a Scene,
 }
@@ -315,17 +327,31 @@ impl Passes<'_> {
 
     fn draw(&self, pass: &mut wgpu::RenderPass<'_>, all: &[Drawn], with_images: bool) {
         pass.set_bind_group(0, self.camera, &[]);
-        pass.set_vertex_buffer(1, self.items.slice(..));
-        for drawn in all {
-            let Some(item) = self.scene.items.get(drawn.item) else { continue };
-            let Some(part) = item.surface.parts.get(drawn.part) else { continue };
-            if with_images {
-                pass.set_bind_group(1, part.image.as_ref().unwrap_or(self.white), &[]);
-            }
-            pass.set_vertex_buffer(0, item.surface.vertices.slice(..));
-            pass.set_index_buffer(item.surface.indices.slice(..), wgpu::IndexFormat::Uint32);
-            pass.draw_indexed(part.first..part.first + part.count, 0, drawn.rows.clone());
+        if with_images {
+            pass.set_bind_group(2, self.shade, &[]);
         }
+        draw_rows(pass, self.items, self.scene, all, with_images.then_some(self.white));
+    }
+}
+
+/// Draws rows of items; with the images of parts, or this one, where it is given.
+fn draw_rows(
+    pass: &mut wgpu::RenderPass<'_>,
+    items: &wgpu::Buffer,
+    scene: &Scene,
+    all: &[Drawn],
+    without_image: Option<&wgpu::BindGroup>,
+) {
+    pass.set_vertex_buffer(1, items.slice(..));
+    for drawn in all {
+        let Some(item) = scene.items.get(drawn.item) else { continue };
+        let Some(part) = item.surface.parts.get(drawn.part) else { continue };
+        if let Some(white) = without_image {
+            pass.set_bind_group(1, part.image.as_ref().unwrap_or(white), &[]);
+        }
+        pass.set_vertex_buffer(0, item.surface.vertices.slice(..));
+        pass.set_index_buffer(item.surface.indices.slice(..), wgpu::IndexFormat::Uint32);
+        pass.draw_indexed(part.first..part.first + part.count, 0, drawn.rows.clone());
     }
 }
 

@@ -1,5 +1,5 @@
-//! How triangles become pixels: one pipeline for colours, one for colours of what is translucent, one for what is measured, and
-//! one for all of it.
+//! How triangles become pixels: one pipeline for colours, one for colours of what is translucent, one for what is measured, one for
+//! all of it, and one for the map of shadows.
 
 use crate::gpu::Gpu;
 
@@ -13,7 +13,7 @@ pub(super) const CORNER_BYTES: u64 = 32;
 /// Bytes of an item: rows of a place, rows of a turn, colour, number.
 pub(super) const ITEM_BYTES: u64 = 104;
 /// Bytes of what all triangles of a picture share.
-pub(super) const CAMERA_BYTES: u64 = 112;
+pub(super) const CAMERA_BYTES: u64 = 176;
 
 /// For one number of samples.
 #[derive(Debug)]
@@ -31,18 +31,24 @@ pub(super) struct Pipelines {
     pub(super) exact: wgpu::RenderPipeline,
     /// Colours and what is measured, in one pass.
     pub(super) whole: wgpu::RenderPipeline,
+    /// The map of what is nearest to the light.
+    pub(super) shadow: wgpu::RenderPipeline,
     /// Of what all triangles of a picture share.
     pub(super) camera: wgpu::BindGroupLayout,
     /// Of an image.
     pub(super) image: wgpu::BindGroupLayout,
     pub(super) sampler: wgpu::Sampler,
+    /// Of the map of shadows.
+    pub(super) shade: wgpu::BindGroupLayout,
+    pub(super) shade_sampler: wgpu::Sampler,
 }
 
 /// What a pipeline differs in.
 struct Kind {
     label: &'static str,
     corner: &'static str,
-    pixel: &'static str,
+    /// None where nothing but the depth buffer is drawn into.
+    pixel: Option<&'static str>,
     samples: u32,
     /// Whether it hides what is behind.
     hides: bool,
@@ -56,9 +62,10 @@ impl Pipelines {
             device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some("surfaces"), source });
         let camera = camera_layout(device);
         let image = image_layout(device);
+        let shade = shade_layout(device);
         let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some("surfaces"),
-            bind_group_layouts: &[Some(&camera), Some(&image)],
+            bind_group_layouts: &[Some(&camera), Some(&image), Some(&shade)],
             immediate_size: 0,
         });
         // Distances and numbers take nothing from an image.
@@ -68,8 +75,13 @@ impl Pipelines {
             immediate_size: 0,
         });
         let color = |samples: u32| {
-            let opaque =
-                Kind { label: "opaque", corner: "lit_corner", pixel: "lit_pixel", samples, hides: true };
+            let opaque = Kind {
+                label: "opaque",
+                corner: "lit_corner",
+                pixel: Some("lit_pixel"),
+                samples,
+                hides: true,
+            };
             let translucent = Kind { label: "translucent", hides: false, ..opaque };
             let blended = wgpu::ColorTargetState {
                 format: COLOR,
@@ -81,16 +93,29 @@ impl Pipelines {
                 translucent: pipeline(device, &layout, &module, &translucent, &[Some(blended)]),
             }
         };
-        let exact =
-            Kind { label: "exact", corner: "exact_corner", pixel: "exact_pixel", samples: 1, hides: true };
+        let exact = Kind {
+            label: "exact",
+            corner: "exact_corner",
+            pixel: Some("exact_pixel"),
+            samples: 1,
+            hides: true,
+        };
         let exact = pipeline(device, &bare, &module, &exact, &[Some(DISTANCE.into()), Some(NUMBER.into())]);
-        let whole =
-            Kind { label: "whole", corner: "lit_corner", pixel: "whole_pixel", samples: 1, hides: true };
+        let whole = Kind {
+            label: "whole",
+            corner: "lit_corner",
+            pixel: Some("whole_pixel"),
+            samples: 1,
+            hides: true,
+        };
         let targets = [Some(COLOR.into()), Some(DISTANCE.into()), Some(NUMBER.into())];
         let whole = pipeline(device, &layout, &module, &whole, &targets);
+        let shadow = Kind { label: "shadow", corner: "shadow_corner", pixel: None, samples: 1, hides: true };
+        let shadow = pipeline(device, &bare, &module, &shadow, &[]);
         let plain = color(1);
         let smooth = (samples > 1).then(|| color(samples));
-        Self { plain, smooth, exact, whole, camera, image, sampler: sampler(device) }
+        let (sampler, shade_sampler) = (sampler(device), shade_sampler(device));
+        Self { plain, smooth, exact, whole, shadow, camera, image, sampler, shade, shade_sampler }
     }
 }
 
@@ -126,6 +151,37 @@ fn image_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: Some("image"),
         entries: &[entry(0, texture), entry(1, sampler)],
+    })
+}
+
+fn shade_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+    let entry = |binding: u32, ty: wgpu::BindingType| wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: wgpu::ShaderStages::FRAGMENT,
+        ty,
+        count: None,
+    };
+    let map = wgpu::BindingType::Texture {
+        sample_type: wgpu::TextureSampleType::Depth,
+        view_dimension: wgpu::TextureViewDimension::D2,
+        multisampled: false,
+    };
+    let sampler = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Comparison);
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some("shadow"),
+        entries: &[entry(0, map), entry(1, sampler)],
+    })
+}
+
+/// Compares before it smooths.
+fn shade_sampler(device: &wgpu::Device) -> wgpu::Sampler {
+    device.create_sampler(&wgpu::SamplerDescriptor {
+        label: Some("shadow"),
+        mag_filter: wgpu::FilterMode::Linear,
+        min_filter: wgpu::FilterMode::Linear,
+        // Lit is what is at least as near to the light as what the map has.
+        compare: Some(wgpu::CompareFunction::GreaterEqual),
+        ..wgpu::SamplerDescriptor::default()
     })
 }
 
@@ -186,9 +242,9 @@ fn pipeline(
             bias: wgpu::DepthBiasState::default(),
         }),
         multisample: wgpu::MultisampleState { count: kind.samples, ..wgpu::MultisampleState::default() },
-        fragment: Some(wgpu::FragmentState {
+        fragment: kind.pixel.map(|pixel| wgpu::FragmentState {
             module,
-            entry_point: Some(kind.pixel),
+            entry_point: Some(pixel),
             compilation_options: wgpu::PipelineCompilationOptions::default(),
             targets,
         }),

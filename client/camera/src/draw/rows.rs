@@ -44,13 +44,26 @@ struct Entry {
 impl Rows {
     /// Takes those items of a scene that may be seen. Translucent ones come after the others, the farthest first.
     pub(super) fn fill(&mut self, scene: &Scene) {
+        let bounds = Bounds::new(scene.projection);
+        self.fill_with(scene, |center, radius, _| bounds.may_show(center, radius));
+    }
+
+    /// Takes those that cast shadows, wherever they are.
+    pub(super) fn fill_casters(&mut self, scene: &Scene, casts: fn(&Item) -> bool) {
+        self.fill_with(scene, |_, _, item| casts(item));
+    }
+
+    /// Takes items by the balls about them, in the camera's frame.
+    fn fill_with(&mut self, scene: &Scene, takes: impl Fn(DVec3, f64, &Item) -> bool) {
         self.bytes.clear();
         self.drawn.clear();
         self.order.clear();
         let camera_from_world = DAffine3::from_mat4(scene.view);
-        let bounds = Bounds::new(scene.projection);
         for (place, item) in scene.items.iter().enumerate() {
-            self.sort_in(place, item, &camera_from_world, &bounds);
+            let (center, radius) = ball_of(item, &camera_from_world);
+            if takes(center, radius, item) {
+                self.sort_in(place, item, center);
+            }
         }
         self.order.sort_unstable_by_key(|entry| {
             (entry.is_translucent, Reverse(entry.depth), entry.surface, entry.part, entry.item)
@@ -89,18 +102,7 @@ impl Rows {
         &self.bytes
     }
 
-    fn sort_in(&mut self, place: usize, item: &Item, camera_from_world: &DAffine3, bounds: &Bounds) {
-        let camera_from_mesh = *camera_from_world * item.world_from_mesh;
-        let center = camera_from_mesh.transform_point3(DVec3::from_array(item.surface.center));
-        let matrix = camera_from_mesh.matrix3;
-        // No direction is stretched by more than the Frobenius norm.
-        let stretch = (matrix.x_axis.length_squared()
-            + matrix.y_axis.length_squared()
-            + matrix.z_axis.length_squared())
-        .sqrt();
-        if !bounds.may_show(center, stretch * item.surface.radius) {
-            return;
-        }
+    fn sort_in(&mut self, place: usize, item: &Item, center: DVec3) {
         for (part, _) in item.surface.parts.iter().enumerate() {
             let alpha = color_of(item, part).map_or(0.0, |color| color[3]);
             if alpha <= 0.0 {
@@ -134,6 +136,23 @@ impl Rows {
     fn put(&mut self, values: &[f32]) {
         self.bytes.extend(values.iter().flat_map(|value| value.to_ne_bytes()));
     }
+}
+
+/// A ball about an item, in some frame.
+pub(super) fn ball_of(item: &Item, frame_from_world: &DAffine3) -> (DVec3, f64) {
+    let frame_from_mesh = *frame_from_world * item.world_from_mesh;
+    let matrix = frame_from_mesh.matrix3;
+    // No direction is stretched by more than the Frobenius norm.
+    let stretch =
+        (matrix.x_axis.length_squared() + matrix.y_axis.length_squared() + matrix.z_axis.length_squared())
+            .sqrt();
+    let center = frame_from_mesh.transform_point3(DVec3::from_array(item.surface.center));
+    (center, stretch * item.surface.radius)
+}
+
+/// Whether any part of it hides what is behind.
+pub(super) fn hides(item: &Item) -> bool {
+    (0..item.surface.parts.len()).any(|part| !shows_through(item, part))
 }
 
 /// The part's own colour, else the item's.

@@ -4,16 +4,20 @@
 struct Camera {
     // Of reversed depth: 1 at the near plane, 0 at the far one.
     clip_from_camera: mat4x4<f32>,
-    // Towards the light, camera axes.
+    // Towards the light, camera axes. The last is how far above a surface its shadow is looked for, metres; 0 where there are none.
     light_direction: vec4<f32>,
     light_color: vec4<f32>,
     // Ambient, diffuse, specular. The last is 1 for a projection in perspective, and 0 for a parallel one.
     shares: vec4<f32>,
+    // To the map of shadows: x and y of -1 to 1, and a depth of 1 next to the light.
+    map_from_camera: mat4x4<f32>,
 }
 
 @group(0) @binding(0) var<uniform> camera: Camera;
 @group(1) @binding(0) var image: texture_2d<f32>;
 @group(1) @binding(1) var image_sampler: sampler;
+@group(2) @binding(0) var shadow_map: texture_depth_2d;
+@group(2) @binding(1) var shadow_sampler: sampler_comparison;
 
 struct Corner {
     @location(0) position: vec3<f32>,
@@ -77,6 +81,34 @@ fn exact_corner(corner: Corner, item: Item) -> Exact {
     return out;
 }
 
+@vertex
+fn shadow_corner(corner: Corner, item: Item) -> @builtin(position) vec4<f32> {
+    return camera.map_from_camera * vec4<f32>(placed(corner, item), 1.0);
+}
+
+// The part of the light that comes to a place on a surface whose normal, of unit length, is on the lit side: the mean of four looks into
+// the map, each of which the sampler smooths.
+fn light_that_comes(place: vec3<f32>, normal: vec3<f32>) -> f32 {
+    let shift = camera.light_direction.w;
+    if shift == 0.0 {
+        return 1.0;
+    }
+    let at = camera.map_from_camera * vec4<f32>(place + shift * normal, 1.0);
+    let middle = vec2<f32>(0.5 + 0.5 * at.x, 0.5 - 0.5 * at.y);
+    // Beside the map nothing casts a shadow.
+    if any(middle < vec2<f32>(0.0)) || any(middle > vec2<f32>(1.0)) {
+        return 1.0;
+    }
+    // What is beyond all that casts shadows may lie in them.
+    let depth = clamp(at.z, 0.0, 1.0);
+    let side = 0.5 / f32(textureDimensions(shadow_map).x);
+    var comes = textureSampleCompareLevel(shadow_map, shadow_sampler, middle + vec2<f32>(side, side), depth);
+    comes += textureSampleCompareLevel(shadow_map, shadow_sampler, middle + vec2<f32>(side, -side), depth);
+    comes += textureSampleCompareLevel(shadow_map, shadow_sampler, middle + vec2<f32>(-side, side), depth);
+    comes += textureSampleCompareLevel(shadow_map, shadow_sampler, middle + vec2<f32>(-side, -side), depth);
+    return 0.25 * comes;
+}
+
 const SHININESS: f32 = 32.0;
 
 fn lit(in: Lit) -> vec4<f32> {
@@ -92,8 +124,12 @@ fn lit(in: Lit) -> vec4<f32> {
     let diffuse = max(dot(normal, light), 0.0);
     let half = normalize(light + eye);
     let specular = select(0.0, pow(max(dot(normal, half), 0.0), SHININESS), diffuse > 0.0);
+    var comes = 1.0;
+    if diffuse > 0.0 {
+        comes = light_that_comes(in.place, face * inverseSqrt(max(dot(face, face), 1e-36)));
+    }
     let shares = camera.shares;
-    let brightness = shares.x + shares.y * diffuse + shares.z * specular;
+    let brightness = shares.x + comes * (shares.y * diffuse + shares.z * specular);
     return vec4<f32>(min(base.rgb * camera.light_color.rgb * brightness, vec3<f32>(1.0)), base.a);
 }
 

@@ -29,7 +29,14 @@ fn scene(items: Vec<Item>) -> Scene {
         view: DMat4::IDENTITY,
         projection: opengl::perspective(std::f64::consts::FRAC_PI_2, 1.0, 0.1, 100.0),
         planes: ALL,
-        light: Light { direction: DVec3::Z, color: [1.0; 3], ambient: 0.5, diffuse: 0.25, specular: 0.0 },
+        light: Light {
+            direction: DVec3::Z,
+            color: [1.0; 3],
+            ambient: 0.5,
+            diffuse: 0.25,
+            specular: 0.0,
+            shadow: false,
+        },
         background: [0.0, 0.0, 1.0],
         items,
     }
@@ -190,6 +197,57 @@ fn a_parallel_projection_has_depth_too() {
     assert!((depth(&picture, 20, 20) - 2.5).abs() < 1e-5);
     assert_eq!([id(&picture, 17, 32), id(&picture, 14, 32)], [1, 0]);
     assert_near(color(&picture, 32, 32), [0.75, 0.375, 0.1875]);
+}
+
+/// A wall 10 m ahead and a box of 1 m half way there, with light from aside: the box's shadow lies on the wall from x = -6 m to -4 m.
+#[test]
+fn what_is_in_the_shadow_of_another_has_the_ambient_light_alone() {
+    for smooths in [true, false] {
+        let mut gpu = Gpu::open(None).unwrap();
+        gpu.smooths &= smooths;
+        let mut renderer = Renderer::new(gpu).unwrap();
+        let surface = Arc::new(renderer.upload(&primitives::cube()).unwrap());
+        let mut wall = item(&surface, DVec3::new(0.0, 0.0, -10.5), 1);
+        wall.world_from_mesh.matrix3 = DMat3::from_diagonal(DVec3::new(40.0, 40.0, 1.0));
+        let mut scene = scene(vec![wall, item(&surface, DVec3::new(0.0, 0.0, -5.0), 2)]);
+        scene.light.direction = DVec3::new(1.0, 0.0, 1.0);
+        let bright = renderer.draw(&scene).unwrap();
+        scene.light.shadow = true;
+        let shaded = renderer.draw(&scene).unwrap();
+        let lit = [1.0, 0.5, 0.25].map(|part| part * (0.5 + 0.25 * std::f64::consts::FRAC_1_SQRT_2));
+        // A pixel of the wall is 5 / 16 m.
+        assert_near(color(&shaded, 16, 32), [0.5, 0.25, 0.125]);
+        assert_near(color(&bright, 16, 32), lit);
+        // On the box, on the wall beside it, and on the wall beyond the shadow: nothing shades itself.
+        for (x, y) in [(32, 32), (48, 32), (8, 32), (24, 32), (16, 28), (16, 36)] {
+            assert_near(color(&shaded, x, y), lit);
+        }
+        for x in 0..SIDE {
+            assert_near(color(&shaded, x, 8), lit);
+        }
+        assert!(shaded.depth == bright.depth && shaded.segmentation == bright.segmentation);
+    }
+}
+
+/// A plane is too large for the map of shadows, and lies below all that is in it.
+#[test]
+fn the_ground_takes_shadows_and_what_is_beside_the_picture_casts_them() {
+    let mut renderer = renderer();
+    let ground = Arc::new(renderer.upload(&primitives::plane()).unwrap());
+    let ball = Arc::new(renderer.upload(&primitives::ball(64)).unwrap());
+    // From above, 20 m wide, with a ball of 1 m out of sight on the left whose shadow falls 3 m to the right of it.
+    let mut scene = scene(vec![item(&ground, DVec3::ZERO, 1), item(&ball, DVec3::new(-12.0, 0.0, 3.0), 2)]);
+    scene.view = DMat4::from_translation(DVec3::new(0.0, 0.0, -20.0));
+    scene.projection = opengl::orthographic(-10.0, 10.0, -10.0, 10.0, 0.1, 100.0);
+    scene.light.direction = DVec3::new(-1.0, 0.0, 1.0);
+    scene.light.shadow = true;
+    let picture = renderer.draw(&scene).unwrap();
+    let lit = [1.0, 0.5, 0.25].map(|part| part * (0.5 + 0.25 * std::f64::consts::FRAC_1_SQRT_2));
+    // At x = -9 m.
+    assert_near(color(&picture, 3, 32), [0.5, 0.25, 0.125]);
+    assert_near(color(&picture, 3, 24), lit);
+    assert_near(color(&picture, 32, 32), lit);
+    assert_eq!(id(&picture, 3, 32), 1);
 }
 
 #[test]

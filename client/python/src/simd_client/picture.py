@@ -55,7 +55,7 @@ class PictureLight:
     specular: float = 0.05
     """Mirrored, 0 to 1."""
     shadow: bool = False
-    """What is in another's shadow gets no diffuse light. A renderer may not draw shadows."""
+    """What is in another's shadow has the ambient light alone. Other renderers than `simd-camera` may not draw shadows."""
 
 
 @dataclass(frozen=True)

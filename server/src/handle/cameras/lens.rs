@@ -55,6 +55,11 @@ pub fn intrinsics(camera: &Camera) -> Intrinsics {
 }
 
 impl Lens {
+    /// Focal lengths and where the axis is, pixels: `fx`, `fy`, `cx`, `cy`; zero where it is no pinhole camera's.
+    pub(crate) fn pinhole(&self) -> [f64; 4] {
+        self.intrinsics.map_or([0.0; 4], |Intrinsics { fx, fy, cx, cy }| [fx, fy, cx, cy])
+    }
+
     /// Of a sensor at `world_from_sensor`, which looks along x with z up.
     pub(super) fn of_camera(camera: &Camera, world_from_sensor: DPose3) -> Self {
         let (turn, from) = (world_from_sensor.rotation, world_from_sensor.translation);
