@@ -1,4 +1,4 @@
-//! How far a robot can move before it can touch anything: a bound from boxes and spheres, for who steps it without looking.
+//! How far a robot can move before it can touch anything: a bound from boxes and spheres, for a step without collision detection.
 
 use super::bounds::Bounds;
 use super::colliders::{Placed, RobotColliders};
@@ -6,10 +6,10 @@ use super::filter::Filter;
 use crate::dynamics::Tree;
 use crate::dynamics::tree::JointType;
 
-/// At least so far apart are two colliders, metres, without how far around them contacts are looked for.
+/// A lower bound of the distance between two colliders, metres, less their contact margins.
 fn gap([of_a, of_b]: [&RobotColliders; 2], a: &Placed, b: &Placed) -> f64 {
-    let apart = a.bounds.gap(&b.bounds).max(a.sphere_gap(b) - a.margin - b.margin);
-    apart.max(above((of_a, a), b)).max(above((of_b, b), a))
+    let distance = a.bounds.gap(&b.bounds).max(a.sphere_gap(b) - a.margin - b.margin);
+    distance.max(above((of_a, a), b)).max(above((of_b, b), a))
 }
 
 /// The same for a plane and what lies above it, whose bounds meet everything; minus infinity of what is no plane.
@@ -41,7 +41,8 @@ impl RobotColliders {
     }
 
     /// How far any point of what hangs on each body moves at the most where its joint moves by one unit, from `positions` of all
-    /// joints, as long as those that slide move by less than `slide`: metres a radian, or 1. For trees of joints of one axis.
+    /// joints, as long as those that slide move by less than `slide`: metres a radian, or 1. Of a free root, where it turns by a
+    /// radian: what it is moved by comes to that. For trees of joints of one axis.
     pub fn levers(&self, tree: &Tree, positions: &[f64], slide: f64) -> Vec<f64> {
         let mut far = vec![f64::NEG_INFINITY; tree.bodies.len()];
         for placed in &self.placed {

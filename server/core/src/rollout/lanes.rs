@@ -231,10 +231,10 @@ impl Rollout {
         lanes.leave(lane);
         running.alone = running.alone.saturating_sub(1);
         if running.alone == 0 && worker.world.lane_robot() == Some(robot) {
-            let (room, levers, slack) = worker.world.lane_room(robot);
+            let room = worker.world.lane_room(robot);
             // Else the next step is none of lanes.
-            if room > slack {
-                lanes.set_room(lane, room, &levers, slack);
+            if room.around.min(room.own) > room.slack {
+                lanes.set_room(lane, &room);
                 lanes.take(lane, worker.world.body(robot));
             }
         }
@@ -256,6 +256,10 @@ impl Worker {
     /// Looks at what a step of lanes has changed of a copy.
     fn look_at_lane<S: Simd>(&mut self, lanes: &LaneRobot<S>, (lane, robot): (usize, usize)) {
         let state = &mut self.view.state;
+        if let Some((pose, linear, angular)) = lanes.root(lane) {
+            let root = &mut state.roots[robot];
+            (root.pose, root.linear, root.angular) = (pose, linear, angular);
+        }
         let layout = &state.world.entities[robot];
         let (positions, velocities) = (layout.positions.clone(), layout.velocities.clone());
         let places = positions.zip(velocities).enumerate();

@@ -38,7 +38,9 @@ impl<S: Simd> LaneRobot<S> {
     pub(super) fn set_drives(&mut self) {
         let h = self.is_taken.same(self.stepping.h);
         let integrator = self.stepping.integrator;
-        for ((state, law), mode) in self.states.iter_mut().zip(&self.laws).zip(&self.modes) {
+        let first = self.first;
+        let joints = self.states[first..].iter_mut().zip(&self.laws[first..]).zip(&self.modes[first..]);
+        for ((state, law), mode) in joints {
             let is_place = mode.is_some_and(has_place);
             let saturated = state.drive.saturated;
             let was = saturated.is_number();
@@ -65,7 +67,7 @@ impl<S: Simd> LaneRobot<S> {
         let h = self.is_taken.same(self.stepping.h);
         let zero = h.same(0.0);
         let mut changed = zero.lt(zero);
-        for (state, at) in self.states.iter_mut().zip(&self.bodies) {
+        for (state, at) in self.states[self.first..].iter_mut().zip(&self.bodies[self.first..]) {
             let drive = &mut state.drive;
             let is_limited = drive.limit.lt(zero.same(f64::INFINITY)) & going;
             if !is_limited.any() {
@@ -91,7 +93,7 @@ impl<S: Simd> LaneRobot<S> {
     #[inline(always)]
     pub(super) fn note_efforts(&mut self) {
         let h = self.is_taken.same(self.stepping.h);
-        for (state, at) in self.states.iter_mut().zip(&self.bodies) {
+        for (state, at) in self.states[self.first..].iter_mut().zip(&self.bodies[self.first..]) {
             let velocities = [state.half_velocity, at.new_velocity];
             let law = law(&state.drive, state.position, velocities, h, at.damper);
             let limit = state.drive.limit;

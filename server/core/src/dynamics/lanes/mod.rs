@@ -7,23 +7,26 @@
 //! From the bottom to the top; a file imports only from those above it in this list:
 //!
 //! * `number`, `vectors`: arithmetic over lanes.
-//! * `joint`: what lanes know of a joint.
+//! * `joint`: what lanes know of a joint. `free`: the same of a root that is free.
 //! * `robot`: [`LaneRobot`], the copies; how a copy comes in and goes out.
+//! * `root`: how a root that is free moves.
 //! * `passes`: kinematics, articulated inertias, accelerations. `drives`: what joints are driven by. `rows`: limits and dry
 //!   friction.
 //! * `step`: the step.
 //!
-//! What lanes do not do, the one-robot step does: contact and constraints between links, free roots, ball joints, joints that
-//! follow others, gravity compensation, wrenches; a first step from given velocities; bodies that spin fast; and what is not
-//! finite afterwards.
+//! What lanes do not do, the one-robot step does: contact and constraints between links, robots of a single free body, ball
+//! joints, joints that follow others, gravity compensation, wrenches; a first step from given velocities; bodies that spin fast;
+//! and what is not finite afterwards.
 
 mod drives;
+mod free;
 mod joint;
 mod number;
 mod passes;
 mod robot;
+mod root;
 mod rows;
 mod step;
 mod vectors;
 
-pub use robot::LaneRobot;
+pub use robot::{LaneRobot, Room};

@@ -3,6 +3,7 @@
 
 use pulp::Simd;
 
+use super::free::Factors;
 use super::joint::Body;
 use super::number::{Lanes, Mask};
 use super::robot::LaneRobot;
@@ -46,7 +47,12 @@ impl<S: Simd> LaneRobot<S> {
         let most = zero.same(most * most);
         let mut is_fast = zero.lt(zero);
         let still = Vector { x: zero, y: zero, z: zero };
-        for i in 0..self.bodies.len() {
+        if self.first > 0 {
+            self.place_root();
+            let angular = self.bodies[0].velocity.angular;
+            is_fast = most.lt(angular.dot(angular));
+        }
+        for i in self.first..self.bodies.len() {
             let (joint_type, parent) = (self.tree.bodies[i].joint_type, self.tree.bodies[i].parent);
             let (above_rotation, above) = match parent {
                 Some(parent) => (self.bodies[parent].rotation, self.bodies[parent].velocity),
@@ -92,7 +98,7 @@ impl<S: Simd> LaneRobot<S> {
             at.articulated = Articulated::of(inertia);
             at.bias = at.velocity.cross_force(inertia.times(at.velocity));
         }
-        for i in (0..n).rev() {
+        for i in (self.first..n).rev() {
             let (joint_type, parent) = (self.tree.bodies[i].joint_type, self.tree.bodies[i].parent);
             self.factorise(i, joint_type);
             let Some(parent) = parent else { continue };
@@ -104,6 +110,9 @@ impl<S: Simd> LaneRobot<S> {
             let above = &mut self.bodies[parent];
             above.articulated += left;
             above.bias += bias;
+        }
+        if self.first > 0 {
+            self.factors = Factors::of(&self.bodies[0].articulated);
         }
     }
 
@@ -159,7 +168,10 @@ impl<S: Simd> LaneRobot<S> {
         let h = zero.same(self.stepping.h);
         let still = Vector { x: zero, y: zero, z: zero };
         let base = Spatial { angular: still, linear: self.base_acceleration };
-        for i in 0..self.bodies.len() {
+        if self.first > 0 {
+            self.accelerate_root(base, going);
+        }
+        for i in self.first..self.bodies.len() {
             let (joint_type, parent) = (self.tree.bodies[i].joint_type, self.tree.bodies[i].parent);
             let above = parent.map_or(base, |parent| self.bodies[parent].acceleration);
             let half = self.states[i].half_velocity;
@@ -179,17 +191,20 @@ impl<S: Simd> LaneRobot<S> {
         let zero = self.is_taken.same(0.0);
         let still = Vector { x: zero, y: zero, z: zero };
         let none = Spatial { angular: still, linear: still };
-        let n = self.bodies.len();
+        let (first, n) = (self.first, self.bodies.len());
         self.bodies.iter_mut().for_each(|at| at.impulse = zero);
         let (mut next, mut p, mut given) = (Some(joint), none, zero.same(1.0));
-        while let Some(i) = next {
+        while let Some(i) = next.filter(|i| *i >= first) {
             let (joint_type, parent) = (self.tree.bodies[i].joint_type, self.tree.bodies[i].parent);
             let at = &mut self.bodies[i];
             at.impulse = given - along(joint_type, p, at.rotation.z);
             p = (p + at.column * (at.inverse_d * at.impulse)).force_from(at.reach);
             (next, given) = (parent, zero);
         }
-        for i in 0..n {
+        if first > 0 {
+            self.root_responses[joint] = self.push_root(-p);
+        }
+        for i in first..n {
             let (joint_type, parent) = (self.tree.bodies[i].joint_type, self.tree.bodies[i].parent);
             let above = parent.map_or(none, |parent| self.bodies[parent].delta);
             let at = &mut self.bodies[i];

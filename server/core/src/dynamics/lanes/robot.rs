@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glamx::{DMat3, DVec3};
 use pulp::Simd;
 
+use super::free::{Factors, Root};
 use super::joint::{Body, Law, State, has_place};
 use super::number::Lanes;
 use super::vectors::{Matrix, Vector};
@@ -27,6 +28,26 @@ pub(super) struct Stepping {
     pub(super) integrator: Integrator,
 }
 
+/// How far points of a robot can move before they can touch anything, metres; infinite where there is nothing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Room {
+    /// Before any can touch something else. What a free root moves counts, and what joints move.
+    pub around: f64,
+    /// Before any can touch another point of the robot. What joints move counts.
+    pub own: f64,
+    /// Of each body how far a point moves at the most where its joint moves by one unit; of a free root, where it turns by a radian.
+    pub levers: Vec<f64>,
+    /// Contacts are looked for so far from what moves, and twice what a part of a step moves it.
+    pub slack: f64,
+}
+
+/// The same of copies.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LaneRoom<S: Simd> {
+    pub(super) around: Lanes<S>,
+    pub(super) own: Lanes<S>,
+}
+
 /// Copies of one robot, one a lane. They may have other masses, settings and targets, and bases elsewhere; they have the same
 /// geometry and the same modes of actuators.
 #[derive(Debug)]
@@ -36,21 +57,31 @@ pub struct LaneRobot<S: Simd> {
     pub(super) stepping: Stepping,
     /// Minus gravity in the axes of each base.
     pub(super) base_acceleration: Vector<S>,
+    /// The first body that has a joint of one axis: what is by body is without meaning before it. 1 where the root is free.
+    pub(super) first: usize,
     /// Of each joint, whether its actuator goes to a place, as far as a copy has said so.
     pub(super) modes: Vec<Option<Mode>>,
     pub(super) laws: Vec<Law<S>>,
     pub(super) states: Vec<State<S>>,
+    /// Where the root is, if it is free.
+    pub(super) root: Root<S>,
     /// What leapfrog can go on from, by number.
     pub(super) history: Lanes<S>,
     /// The state before the last step.
-    before: (Vec<State<S>>, Lanes<S>),
+    before: (Vec<State<S>>, Root<S>, Lanes<S>),
     pub(super) bodies: Vec<Body<S>>,
     /// By joint that is pushed, then by joint: M^-1 J' of a unit impulse.
     pub(super) responses: Vec<Lanes<S>>,
-    /// Of each joint, how far a point moves at the most where it moves by one unit.
+    /// By joint that is pushed: the same of the root's velocities.
+    pub(super) root_responses: Vec<[Lanes<S>; 6]>,
+    /// The root's new velocities.
+    pub(super) root_new: [Lanes<S>; 6],
+    /// What the root and all that hangs on it resist with.
+    pub(super) factors: Factors<S>,
+    /// See [`Room`].
     pub(super) levers: Vec<Lanes<S>>,
-    /// How far points can still move before they can touch anything, metres.
-    pub(super) room: Lanes<S>,
+    /// How far points can still move before they can touch anything.
+    pub(super) room: LaneRoom<S>,
     /// Contacts are looked for this far from what moves, metres, and twice what a part of a step moves it.
     pub(super) slack: f64,
     /// 1 in lanes that have a copy.
@@ -68,17 +99,25 @@ pub(super) fn number(history: History) -> f64 {
     HISTORIES.iter().position(|known| *known == history).unwrap_or(0) as f64
 }
 
+/// The first body that has a joint of one axis, of a tree that lanes take: a free root comes before it.
+fn first_joint(tree: &Tree) -> usize {
+    usize::from(!tree.fixed_base)
+}
+
 impl<S: Simd> LaneRobot<S> {
     /// Whether robots of such a tree can be in lanes.
     pub fn takes(tree: &Tree) -> bool {
+        let first = first_joint(tree);
+        let (q, qd) = (tree.root_positions(), tree.root_velocities());
         let is_simple = |(index, body): (usize, &crate::dynamics::tree::Body)| {
             matches!(body.joint_type, JointType::Revolute | JointType::Prismatic)
-                && (body.position, body.velocity) == (index, index)
+                && (body.position, body.velocity) == (q + index, qd + index)
         };
-        tree.fixed_base
-            && tree.mimics.is_empty()
-            && !tree.bodies.is_empty()
-            && tree.bodies.iter().enumerate().all(is_simple)
+        // A single free body drifts in a way of its own.
+        tree.mimics.is_empty()
+            && tree.bodies.len() > first
+            && tree.bodies[..first].iter().all(|root| matches!(root.joint_type, JointType::Free { .. }))
+            && tree.bodies[first..].iter().enumerate().all(is_simple)
     }
 
     /// Lanes without copies, for steps of so many equal parts of `h` seconds.
@@ -96,15 +135,20 @@ impl<S: Simd> LaneRobot<S> {
             tree: Arc::clone(tree),
             stepping: Stepping { gravity, h, parts, integrator },
             base_acceleration: Vector::splat(simd, DVec3::ZERO),
+            first: first_joint(tree),
             modes: vec![None; n],
             laws: vec![Law::zero(zero); n],
             states: vec![State::zero(zero); n],
+            root: Root::zero(zero),
             history: zero,
-            before: (vec![State::zero(zero); n], zero),
+            before: (vec![State::zero(zero); n], Root::zero(zero), zero),
             bodies: vec![Body::zero(zero); n],
             responses: vec![zero; n * n],
+            root_responses: vec![[zero; 6]; n],
+            root_new: [zero; 6],
+            factors: Factors::zero(zero),
             levers: vec![zero; n],
-            room: zero.same(f64::INFINITY),
+            room: LaneRoom { around: zero.same(f64::INFINITY), own: zero.same(f64::INFINITY) },
             slack: 0.0,
             is_taken: zero,
             is_done: zero,
@@ -123,11 +167,15 @@ impl<S: Simd> LaneRobot<S> {
         let is_pushed =
             state.has_external_changed || state.external.iter().any(|push| *push != Spatial::ZERO);
         let must_begin = self.stepping.integrator == Integrator::Leapfrog && state.history == History::Given;
-        let fits = tree.bodies.len() == self.states.len() && Self::takes(tree);
-        if !fits || is_pushed || must_begin || state.axes.iter().any(is_compensated) {
+        let fits = tree.bodies.len() == self.states.len() && first_joint(tree) == self.first;
+        if !fits || !Self::takes(tree) || is_pushed || must_begin || state.axes.iter().any(is_compensated) {
             return false;
         }
-        for (known, axis) in self.modes.iter_mut().zip(&state.axes) {
+        let (of_root, of_joints) = state.axes.split_at(tree.root_velocities());
+        if of_root.iter().any(|axis| axis.settings.friction > 0.0) {
+            return false;
+        }
+        for (known, axis) in self.modes[self.first..].iter_mut().zip(of_joints) {
             let mode = axis.actuator.mode;
             // One that is alone in the lanes, or the first, says how its joints are driven.
             if has_place(*known.get_or_insert(mode)) != has_place(mode) {
@@ -144,13 +192,18 @@ impl<S: Simd> LaneRobot<S> {
         true
     }
 
-    /// Says how far any point of a copy can move before it can touch something, metres, and how far it does where each joint moves by
-    /// one unit. A step is none of lanes where contacts would be looked for farther away than that: `slack` metres from what moves, and twice what a part of
-    /// the step moves it.
-    pub fn set_room(&mut self, lane: usize, room: f64, levers: &[f64], slack: f64) {
-        self.slack = slack;
-        self.room.set(lane, room);
-        self.levers.iter_mut().zip(levers).for_each(|(slot, lever)| slot.set(lane, *lever));
+    /// Says how far any point of a copy can move before it can touch something. A step is none of lanes where contacts would be
+    /// looked for farther away than that.
+    pub fn set_room(&mut self, lane: usize, room: &Room) {
+        self.slack = room.slack;
+        self.room.around.set(lane, room.around);
+        self.room.own.set(lane, room.own);
+        self.levers.iter_mut().zip(&room.levers).for_each(|(slot, lever)| slot.set(lane, *lever));
+    }
+
+    /// Where positions and velocities of joints begin.
+    fn places(&self) -> (usize, usize) {
+        (self.tree.root_positions(), self.tree.root_velocities())
     }
 
     /// Takes targets and state of a copy that is in a lane.
@@ -173,11 +226,17 @@ impl<S: Simd> LaneRobot<S> {
             impulses: Impulses { friction, mimic: _, lower, upper },
         } = from;
         self.history.set(lane, number(*history));
-        for (i, (state, law)) in self.states.iter_mut().zip(&mut self.laws).enumerate() {
+        if self.first > 0 {
+            self.root.set(lane, from);
+        }
+        let (q, qd) = self.places();
+        let joints = self.states[self.first..].iter_mut().zip(&mut self.laws[self.first..]);
+        for (joint, (state, law)) in joints.enumerate() {
+            let i = qd + joint;
             let (axis, drive) = (&axes[i], &drives[i]);
             law.set(lane, axis, self.stepping.h);
             let numbers = [
-                positions[i],
+                positions[q + joint],
                 velocities[i],
                 half_velocities[i],
                 changes[i],
@@ -204,9 +263,14 @@ impl<S: Simd> LaneRobot<S> {
     pub fn give_targets(&self, lane: usize, robot: &mut Articulation) {
         let into = robot.state_mut();
         into.history = self.history_of(lane);
-        for (i, state) in self.states.iter().enumerate() {
-            let actuator = &mut into.axes[i].actuator;
-            (into.positions[i], into.velocities[i]) = (state.position.get(lane), state.velocity.get(lane));
+        if self.first > 0 {
+            self.root.give_motion(lane, into);
+        }
+        let (q, qd) = self.places();
+        for (joint, state) in self.states[self.first..].iter().enumerate() {
+            let actuator = &mut into.axes[qd + joint].actuator;
+            into.positions[q + joint] = state.position.get(lane);
+            into.velocities[qd + joint] = state.velocity.get(lane);
             actuator.setpoint = state.setpoint.get(lane);
             actuator.setpoint_velocity = state.setpoint_velocity.get(lane);
         }
@@ -216,7 +280,9 @@ impl<S: Simd> LaneRobot<S> {
     pub fn take_targets(&mut self, lane: usize, robot: &Articulation) {
         let from = robot.state();
         self.history.set(lane, number(from.history));
-        for (i, axis) in from.axes.iter().enumerate() {
+        let (_, qd) = self.places();
+        for (joint, axis) in from.axes[qd..].iter().enumerate() {
+            let i = self.first + joint;
             if self.modes[i].is_some_and(has_place) != has_place(axis.actuator.mode) {
                 self.leave(lane);
             }
@@ -248,7 +314,7 @@ impl<S: Simd> LaneRobot<S> {
 
     /// Position, velocity and what the actuator applied, of a joint of a copy.
     pub fn joint(&self, lane: usize, joint: usize) -> [f64; 3] {
-        let State { position, velocity, effort, .. } = &self.states[joint];
+        let State { position, velocity, effort, .. } = &self.states[self.first + joint];
         [position, velocity, effort].map(|number| number.get(lane))
     }
 
@@ -256,12 +322,17 @@ impl<S: Simd> LaneRobot<S> {
     pub fn give_back(&self, lane: usize, robot: &mut Articulation) {
         let into = robot.state_mut();
         into.history = self.history_of(lane);
-        for (i, state) in self.states.iter().enumerate() {
+        if self.first > 0 {
+            self.root.give_back(lane, into);
+        }
+        let (q, qd) = self.places();
+        for (joint, state) in self.states[self.first..].iter().enumerate() {
+            let i = qd + joint;
             let (axis, drive) = (&mut into.axes[i], &mut into.drives[i]);
             let saturated = state.drive.saturated.get(lane);
             drive.saturated = (!saturated.is_nan()).then_some(saturated);
             for (slot, number) in [
-                (&mut into.positions[i], &state.position),
+                (&mut into.positions[q + joint], &state.position),
                 (&mut into.velocities[i], &state.velocity),
                 (&mut into.half_velocities[i], &state.half_velocity),
                 (&mut into.changes[i], &state.change),
@@ -287,13 +358,14 @@ impl<S: Simd> LaneRobot<S> {
     /// Keeps the state, for lanes whose step is not done.
     pub(super) fn begin(&mut self) {
         self.before.0.copy_from_slice(&self.states);
-        self.before.1 = self.history;
+        (self.before.1, self.before.2) = (self.root, self.history);
     }
 
     /// Puts lanes whose step is not done back to where they were.
     pub(super) fn put_back(&mut self) {
         for lane in (0..S::F64_LANES).filter(|lane| self.is_done.get(*lane) == 0.0) {
-            self.history.set(lane, self.before.1.get(lane));
+            self.history.set(lane, self.before.2.get(lane));
+            self.root.put_back(lane, &self.before.1);
             for (state, before) in self.states.iter_mut().zip(&mut self.before.0) {
                 let pairs = state.numbers().into_iter().zip(before.numbers());
                 pairs.for_each(|(now, before)| now.set(lane, before.get(lane)));

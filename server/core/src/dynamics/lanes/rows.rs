@@ -27,7 +27,9 @@ impl<S: Simd> LaneRobot<S> {
         let h = zero.same(self.stepping.h);
         let infinity = zero.same(f64::INFINITY);
         let mut any = zero.lt(zero);
-        for ((state, law), at) in self.states.iter().zip(&self.laws).zip(&mut self.bodies) {
+        let first = self.first;
+        let joints = self.states[first..].iter().zip(&self.laws[first..]).zip(&mut self.bodies[first..]);
+        for ((state, law), at) in joints {
             let most = law.friction * h;
             at.most_friction = most;
             let has_friction = zero.lt(most) & taken;
@@ -61,7 +63,7 @@ impl<S: Simd> LaneRobot<S> {
     pub(super) fn solve_rows(&mut self, going: Mask<S>) {
         let zero = self.is_taken.same(0.0);
         let n = self.bodies.len();
-        for joint in 0..n {
+        for joint in self.first..n {
             let [friction, lower, upper] = self.bodies[joint].rows;
             let is_there = friction.is_there + lower.is_there + upper.is_there;
             if (zero.lt(is_there) & going).any() {
@@ -69,7 +71,7 @@ impl<S: Simd> LaneRobot<S> {
             }
         }
         for kinds in ORDER {
-            for joint in 0..n {
+            for joint in self.first..n {
                 for &kind in kinds {
                     self.start_row(joint, kind, going);
                 }
@@ -79,7 +81,7 @@ impl<S: Simd> LaneRobot<S> {
         for _ in 0..MAX_SWEEPS {
             let mut largest = zero;
             for kinds in ORDER {
-                for joint in 0..n {
+                for joint in self.first..n {
                     for &kind in kinds {
                         largest = self.sweep_row(joint, kind, sweeping, largest);
                     }
@@ -140,6 +142,11 @@ impl<S: Simd> LaneRobot<S> {
         let n = self.bodies.len();
         let impulse = if kind == UPPER { -impulse } else { impulse };
         let responses = &self.responses[joint * n..(joint + 1) * n];
+        if self.first > 0 {
+            for (new, response) in self.root_new.iter_mut().zip(&self.root_responses[joint]) {
+                *new = lanes.select(*new + impulse * *response, *new);
+            }
+        }
         for (at, response) in self.bodies.iter_mut().zip(responses) {
             at.new_velocity = lanes.select(at.new_velocity + impulse * *response, at.new_velocity);
         }
@@ -151,7 +158,7 @@ impl<S: Simd> LaneRobot<S> {
     pub(super) fn keep_rows(&mut self, going: Mask<S>) -> Mask<S> {
         let zero = self.is_taken.same(0.0);
         let mut kinked = zero.lt(zero);
-        for (state, at) in self.states.iter_mut().zip(&self.bodies) {
+        for (state, at) in self.states[self.first..].iter_mut().zip(&self.bodies[self.first..]) {
             let most = at.most_friction;
             let [friction, lower, upper] = at.rows;
             let has = zero.lt(friction.is_there) & going;

@@ -41,7 +41,10 @@ impl<S: Simd> LaneRobot<S> {
         for _ in 0..self.stepping.parts {
             is_done = is_done & self.do_part(taken);
         }
-        for state in &self.states {
+        if self.first > 0 {
+            is_done = is_done & self.root.is_finite();
+        }
+        for state in &self.states[self.first..] {
             let is_finite = state.position.is_finite()
                 & state.velocity.is_finite()
                 & state.half_velocity.is_finite()
@@ -64,6 +67,7 @@ impl<S: Simd> LaneRobot<S> {
         if !is_leapfrog {
             self.history = zero.same(number(History::Given));
             self.states.iter_mut().for_each(|state| state.half_velocity = state.velocity);
+            self.root.half_velocities = self.root.velocities;
         }
         self.set_drives();
         let (mut going, mut kinked, mut has_rows) = (taken, zero.lt(zero), false);
@@ -93,11 +97,14 @@ impl<S: Simd> LaneRobot<S> {
     fn meets_nothing(&self) -> Mask<S> {
         let zero = self.is_taken.same(0.0);
         let mut speed = zero;
-        for (state, lever) in self.states.iter().zip(&self.levers) {
+        for (state, lever) in self.states[self.first..].iter().zip(&self.levers[self.first..]) {
             speed += *lever * state.velocity.abs();
         }
-        let ahead = zero.same(LOOK_AHEAD * self.stepping.h) * speed;
-        (zero.same(self.slack) + ahead).lt(self.room)
+        if self.first > 0 {
+            speed += self.root.speed(self.levers[0]);
+        }
+        let ahead = zero.same(self.slack) + zero.same(LOOK_AHEAD * self.stepping.h) * speed;
+        ahead.lt(self.room.around) & ahead.lt(self.room.own)
     }
 
     /// Moves on with the new velocities.
@@ -120,13 +127,20 @@ impl<S: Simd> LaneRobot<S> {
             self.history = kinked.select(was_kinked, after);
         }
         let (is_smooth, is_twice) = (self.history.is(smooth), self.history.is(twice));
-        let joints = self.states.iter_mut().zip(&self.laws).zip(&self.bodies).zip(&self.levers);
+        if self.first > 0 {
+            self.finish_root(kinked, is_smooth, is_twice);
+        }
+        let first = self.first;
+        let joints = self.states[first..].iter_mut().zip(&self.laws[first..]);
+        let joints = joints.zip(&self.bodies[first..]).zip(&self.levers[first..]);
         for (((state, law), at), lever) in joints {
             let new = at.new_velocity;
             state.change_before = state.change;
             state.change = new - state.half_velocity;
             state.position += h * new;
-            self.room -= *lever * (h * new).abs();
+            let moved = *lever * (h * new).abs();
+            self.room.around -= moved;
+            self.room.own -= moved;
             state.half_velocity = new;
             if !is_leapfrog {
                 state.velocity = new;

@@ -57,9 +57,13 @@ fn branching(joints: usize) -> RobotModel {
 }
 
 fn world_of(model: RobotModel, integrator: Integrator, substeps: u32) -> Simulation {
+    world_with_root(model, true, integrator, substeps)
+}
+
+fn world_with_root(model: RobotModel, fixed: bool, integrator: Integrator, substeps: u32) -> Simulation {
     let settings = PhysicsSettings { integrator, substeps, ..PhysicsSettings::default() };
     let mut world = Simulation::new(settings, WorldLimits::default());
-    world.apply(&spawn("tree", model, true, DVec3::ZERO)).unwrap();
+    world.apply(&spawn("tree", model, fixed, DVec3::ZERO)).unwrap();
     (0..10).for_each(|_| world.step());
     world
 }
@@ -181,6 +185,68 @@ fn lanes_of_any_number_have_the_bits_of_copies_that_step_alone() {
     }
 }
 
+/// Copies of a robot whose root is free, with roots that begin elsewhere and tumble.
+fn tumbling(joints: usize, mode: ControlMode) -> RolloutRequest {
+    let copies = 5;
+    let turn = |copy: usize| glamx::DQuat::from_scaled_axis(DVec3::new(0.3, -0.5, 0.2) * copy as f64);
+    let roots = (0..copies).flat_map(|copy| {
+        let mut root = vec![copy as f64, 0.0, 0.0];
+        root.extend(turn(copy).to_array());
+        root
+    });
+    let mut request = asked(joints, copies, mode, Interpolation::Hold);
+    request.starts[0].roots = roots.collect();
+    request.starts[0].root_twists = drawn(4, 6 * copies, 3.0);
+    request.quantities.extend([Quantity::RootPose("tree".into()), Quantity::RootTwist("tree".into())]);
+    request
+}
+
+#[test]
+fn robots_whose_root_is_free_have_the_bits_of_copies_that_step_alone() {
+    for joints in [1, 5, 11] {
+        for (integrator, substeps) in [(Integrator::Leapfrog, 1), (Integrator::Euler, 2)] {
+            let world = world_with_root(branching(joints), false, integrator, substeps);
+            for mode in [ControlMode::Position, ControlMode::Velocity, ControlMode::Effort] {
+                let rollout = Rollout::new(world.snapshot(), tumbling(joints, mode), ROOM).unwrap();
+                assert!(rollout.has_lanes);
+                let expected = alone(&rollout, 0..5);
+                for (width, found) in in_all_widths(&rollout, 0..5) {
+                    assert_equal(&found, &expected, &format!("{joints} {integrator:?} {mode:?} {width}"));
+                }
+            }
+        }
+    }
+}
+
+/// A copy that lies on the plane steps by itself.
+#[test]
+fn copies_that_fall_and_land_have_the_bits_of_the_world() {
+    let mut world = Simulation::new(PhysicsSettings::default(), WorldLimits::default());
+    world.apply(&spawn("arm", arm([1.0, 0.5]), false, DVec3::Z * 0.6)).unwrap();
+    let ground = one_link("ground", Geometry::Plane { normal: DVec3::Z });
+    world.apply(&spawn("ground", ground, true, DVec3::ZERO)).unwrap();
+    (0..3).for_each(|_| world.step());
+    let values = (0..6).flat_map(|copy| [0.2 * copy as f64, -0.5]).collect();
+    let request = RolloutRequest {
+        controls: vec![control(ControlMode::Position, values, 1, 1)],
+        quantities: vec![
+            Quantity::RootPose("arm".into()),
+            Quantity::RootTwist("arm".into()),
+            Quantity::ContactCount("arm".into()),
+        ],
+        ..all_of_it(6, 600)
+    };
+    let rollout = Rollout::new(world.snapshot(), request, ROOM).unwrap();
+    assert!(rollout.has_lanes);
+    let expected = alone(&rollout, 0..6);
+    let width = rollout.shape().columns();
+    let touches = expected.states.chunks_exact(width).filter(|row| row[width - 1] > 0.0).count();
+    assert!(touches > 10, "{touches}");
+    for (width, found) in in_all_widths(&rollout, 0..6) {
+        assert_equal(&found, &expected, &format!("{width} lanes"));
+    }
+}
+
 /// The arm above a floor that it reaches, and comes away from again.
 #[test]
 fn copies_that_come_to_touch_something_and_leave_it_have_the_bits_of_the_world() {
@@ -196,7 +262,7 @@ fn touch_and_leave(ground: RobotModel, height: f64) {
     world.apply(&spawn("arm", arm([1.0, 0.5]), true, DVec3::ZERO)).unwrap();
     world.apply(&spawn("ground", ground, true, DVec3::Z * height)).unwrap();
     (0..5).for_each(|_| world.step());
-    assert!(world.lane_room(0).0 > 0.3, "it is far from the floor: {:?}", world.lane_room(0));
+    assert!(world.lane_room(0).around > 0.3, "it is far from the floor: {:?}", world.lane_room(0));
     let down = [1.4, 0.4, -0.5, 0.3];
     let values = (0..6).flat_map(|copy| down.map(|target| target * (1.0 - 0.3 * copy as f64))).collect();
     let request = RolloutRequest {

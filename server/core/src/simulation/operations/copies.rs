@@ -6,7 +6,8 @@ use std::sync::Arc;
 use super::step::slack;
 use super::targets::actuator_for;
 use crate::collision::Filter;
-use crate::dynamics::lanes::LaneRobot;
+use crate::dynamics::lanes::{LaneRobot, Room};
+use crate::dynamics::tree::JointType;
 use crate::dynamics::{Articulation, Tree};
 use crate::simulation::command::Target;
 use crate::simulation::entity::Entity;
@@ -107,30 +108,40 @@ impl Simulation {
         (meets_nothing && is_simple).then_some(robot)
     }
 
-    /// How far points of the robot of [`lane_robot`](Self::lane_robot) can move after a step before a contact of it could be found,
-    /// metres; how far one does at the most where each joint moves by one unit; and from how near contacts are looked for beside that.
-    pub(crate) fn lane_room(&self, robot: usize) -> (f64, Vec<f64>, f64) {
+    /// How far points of the robot of [`lane_robot`](Self::lane_robot) can move after a step before a contact of it could be found.
+    pub(crate) fn lane_room(&self, robot: usize) -> Room {
         let PhysicsSettings { gravity, time_step, substeps, .. } = self.settings;
         let h = time_step / f64::from(substeps);
         let slack = slack(gravity, h);
         let Entity { body, colliders, .. } = &self.entities[robot];
-        let mut gap = 0.5 * colliders.own_gap();
+        let (own, mut around) = (0.5 * colliders.own_gap(), f64::INFINITY);
         for (other, entity) in self.entities.iter().enumerate() {
             if other == robot || !entity.is_active() || colliders.is_empty() {
                 continue;
             }
             let pair = [robot.min(other), robot.max(other)];
             let [first, second] = pair.map(|index| &self.entities[index].colliders);
-            gap = gap.min(first.gap_to(second, Filter::between(pair, &self.contacts.collision_pairs)));
+            around = around.min(first.gap_to(second, Filter::between(pair, &self.contacts.collision_pairs)));
         }
-        if gap == f64::INFINITY {
-            return (gap, vec![0.0; body.tree().bodies.len()], slack);
+        let bodies = &body.tree().bodies;
+        if own.min(around) == f64::INFINITY {
+            return Room { around, own, levers: vec![0.0; bodies.len()], slack };
         }
         let levers = colliders.levers(body.tree(), body.positions(), FARTHEST);
         // Shapes are where the last part of a step found them.
-        let moved =
-            levers.iter().zip(body.half_velocities()).map(|(lever, velocity)| lever * velocity.abs() * h);
-        (gap.min(FARTHEST) - moved.sum::<f64>(), levers, slack)
+        let length = |of: &[f64]| of.iter().map(|value| value * value).sum::<f64>().sqrt();
+        let (mut by_root, mut by_joints) = (0.0, 0.0);
+        for (body_of_joint, lever) in bodies.iter().zip(&levers) {
+            let velocities = &body.half_velocities()[body_of_joint.velocity..];
+            match body_of_joint.joint_type {
+                JointType::Free { .. } => {
+                    by_root += h * (length(&velocities[..3]) + lever * length(&velocities[3..6]));
+                }
+                _ => by_joints += h * lever * velocities[0].abs(),
+            }
+        }
+        let capped = |gap: f64| if gap == f64::INFINITY { gap } else { gap.min(FARTHEST) };
+        Room { around: capped(around) - by_root - by_joints, own: capped(own) - by_joints, levers, slack }
     }
 
     /// A step has been done of the one robot that there is, elsewhere.

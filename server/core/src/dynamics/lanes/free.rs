@@ -1,0 +1,282 @@
+//! What lanes know of a root that is free, and its arithmetic: turns by quaternions, as glam has them, and the factors of its inertia, as
+//! [`ldlt`](crate::dynamics::ldlt) has them; operation by operation, since a lane has their bits.
+
+use std::ops::{Neg, Sub};
+
+use pulp::Simd;
+
+use super::number::{Lanes, Mask};
+use super::vectors::{Articulated, Matrix, Spatial, Vector};
+use crate::dynamics::BodyState;
+
+/// A direction with less than this part of the largest inertia counts as without; as in the one-robot step.
+const FLAT: f64 = 1e-14;
+
+/// What a step changes of a free root: of [`BodyState`] that which is the root's. Zero where the root is fixed.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Root<S: Simd> {
+    /// Its origin x y z, and its rotation as a quaternion x y z w, both in the world.
+    pub(super) positions: [Lanes<S>; 7],
+    /// Linear of its origin, then angular in its own axes.
+    pub(super) velocities: [Lanes<S>; 6],
+    pub(super) half_velocities: [Lanes<S>; 6],
+    pub(super) changes: [Lanes<S>; 6],
+    pub(super) changes_before: [Lanes<S>; 6],
+}
+
+/// The first three of six numbers, and the last.
+#[inline(always)]
+pub(super) fn parts<S: Simd>(six: &[Lanes<S>; 6]) -> (Vector<S>, Vector<S>) {
+    let [x, y, z, u, v, w] = *six;
+    (Vector { x, y, z }, Vector { x: u, y: v, z: w })
+}
+
+impl<S: Simd> Root<S> {
+    /// All numbers zero.
+    pub(super) fn zero(zero: Lanes<S>) -> Self {
+        Self {
+            positions: [zero; 7],
+            velocities: [zero; 6],
+            half_velocities: [zero; 6],
+            changes: [zero; 6],
+            changes_before: [zero; 6],
+        }
+    }
+
+    /// Writes that of a copy.
+    pub(super) fn set(&mut self, lane: usize, from: &BodyState) {
+        set(&mut self.positions, lane, &from.positions);
+        set(&mut self.velocities, lane, &from.velocities);
+        set(&mut self.half_velocities, lane, &from.half_velocities);
+        set(&mut self.changes, lane, &from.changes);
+        set(&mut self.changes_before, lane, &from.changes_before);
+    }
+
+    /// Writes that of a lane into the state of its copy.
+    pub(super) fn give_back(&self, lane: usize, into: &mut BodyState) {
+        self.give_motion(lane, into);
+        get(&self.half_velocities, lane, &mut into.half_velocities);
+        get(&self.changes, lane, &mut into.changes);
+        get(&self.changes_before, lane, &mut into.changes_before);
+    }
+
+    /// The same of where it is and how it moves.
+    pub(super) fn give_motion(&self, lane: usize, into: &mut BodyState) {
+        get(&self.positions, lane, &mut into.positions);
+        get(&self.velocities, lane, &mut into.velocities);
+    }
+
+    /// Takes one lane from another state.
+    pub(super) fn put_back(&mut self, lane: usize, from: &Self) {
+        let Self { positions, velocities, half_velocities, changes, changes_before } = self;
+        for (slot, value) in positions.iter_mut().zip(&from.positions) {
+            slot.set(lane, value.get(lane));
+        }
+        for (slots, values) in [
+            (velocities, &from.velocities),
+            (half_velocities, &from.half_velocities),
+            (changes, &from.changes),
+            (changes_before, &from.changes_before),
+        ] {
+            slots.iter_mut().zip(values).for_each(|(slot, value)| slot.set(lane, value.get(lane)));
+        }
+    }
+
+    /// In which lanes all of it is finite.
+    #[inline(always)]
+    pub(super) fn is_finite(&self) -> Mask<S> {
+        let mut is_finite = self.positions[0].is_finite();
+        for number in &self.positions {
+            is_finite = is_finite & number.is_finite();
+        }
+        for (velocity, half) in self.velocities.iter().zip(&self.half_velocities) {
+            is_finite = is_finite & velocity.is_finite() & half.is_finite();
+        }
+        is_finite
+    }
+
+    /// How it is turned.
+    #[inline(always)]
+    pub(super) fn rotation(&self) -> Quaternion<S> {
+        let [_, _, _, x, y, z, w] = self.positions;
+        Quaternion { vector: Vector { x, y, z }, w }
+    }
+
+    /// How fast it moves what is within so far of its origin, at the most, in a list of velocities.
+    #[inline(always)]
+    pub(super) fn speed_of(velocities: &[Lanes<S>; 6], lever: Lanes<S>) -> Lanes<S> {
+        let (linear, angular) = parts(velocities);
+        linear.dot(linear).sqrt() + lever * angular.dot(angular).sqrt()
+    }
+
+    /// The same of the velocities that it has.
+    #[inline(always)]
+    pub(super) fn speed(&self, lever: Lanes<S>) -> Lanes<S> {
+        Self::speed_of(&self.velocities, lever)
+    }
+}
+
+/// Writes the first numbers of a list into a lane.
+pub(super) fn set<S: Simd>(slots: &mut [Lanes<S>], lane: usize, from: &[f64]) {
+    slots.iter_mut().zip(from).for_each(|(slot, value)| slot.set(lane, *value));
+}
+
+/// Writes a lane into the first numbers of a list.
+pub(super) fn get<S: Simd>(from: &[Lanes<S>], lane: usize, slots: &mut [f64]) {
+    slots.iter_mut().zip(from).for_each(|(slot, value)| *slot = value.get(lane));
+}
+
+/// A rotation, see [`DQuat`](glamx::DQuat).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Quaternion<S: Simd> {
+    pub(super) vector: Vector<S>,
+    pub(super) w: Lanes<S>,
+}
+
+impl<S: Simd> Quaternion<S> {
+    /// As a matrix.
+    #[inline(always)]
+    pub(super) fn matrix(self) -> Matrix<S> {
+        let Self { vector: Vector { x, y, z }, w } = self;
+        let one = w.same(1.0);
+        let (x2, y2, z2) = (x + x, y + y, z + z);
+        let (xx, xy, xz) = (x * x2, x * y2, x * z2);
+        let (yy, yz, zz) = (y * y2, y * z2, z * z2);
+        let (wx, wy, wz) = (w * x2, w * y2, w * z2);
+        Matrix {
+            x: Vector { x: one - (yy + zz), y: xy + wz, z: xz - wy },
+            y: Vector { x: xy - wz, y: one - (xx + zz), z: yz + wx },
+            z: Vector { x: xz + wy, y: yz - wx, z: one - (xx + yy) },
+        }
+    }
+
+    /// A vector, turned.
+    #[inline(always)]
+    pub(super) fn times(self, v: Vector<S>) -> Vector<S> {
+        let Self { vector: b, w } = self;
+        let two = w.same(2.0);
+        v * (w * w - b.dot(b)) + b * (v.dot(b) * two) + b.cross(v) * (w * two)
+    }
+}
+
+/// L D L' of an inertia; see [`Ldlt6`](crate::dynamics::ldlt::Ldlt6).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Factors<S: Simd> {
+    lower: [[Lanes<S>; 6]; 6],
+    inverse_diagonal: [Lanes<S>; 6],
+}
+
+impl<S: Simd> Factors<S> {
+    /// All numbers zero.
+    #[inline(always)]
+    pub(super) fn zero(zero: Lanes<S>) -> Self {
+        Self { lower: [[zero; 6]; 6], inverse_diagonal: [zero; 6] }
+    }
+
+    /// Factorises.
+    #[inline(always)]
+    #[allow(clippy::needless_range_loop, reason = "reads as the algorithm does")]
+    pub(super) fn of(inertia: &Articulated<S>) -> Self {
+        let matrix = lower_half(inertia);
+        let zero = matrix[0][0].same(0.0);
+        let one = zero.same(1.0);
+        let mut largest = zero;
+        for i in 0..6 {
+            largest = largest.max(matrix[i][i].abs());
+        }
+        let least = largest * zero.same(FLAT);
+        let mut factors = Self::zero(zero);
+        let mut diagonal = [zero; 6];
+        for j in 0..6 {
+            let mut d = matrix[j][j];
+            for k in 0..j {
+                d -= factors.lower[j][k] * factors.lower[j][k] * diagonal[k];
+            }
+            let is_flat = d.le(least);
+            diagonal[j] = is_flat.select(zero, d);
+            factors.inverse_diagonal[j] = is_flat.select(zero, one / d);
+            for i in j + 1..6 {
+                let mut sum = matrix[i][j];
+                for k in 0..j {
+                    sum -= factors.lower[i][k] * factors.lower[j][k] * diagonal[k];
+                }
+                factors.lower[i][j] = is_flat.select(zero, sum / d);
+            }
+        }
+        factors
+    }
+
+    /// I^-1 force.
+    #[inline(always)]
+    pub(super) fn solve(&self, force: Spatial<S>) -> Spatial<S> {
+        let Spatial { angular: a, linear: l } = force;
+        let mut x = [a.x, a.y, a.z, l.x, l.y, l.z];
+        for i in 0..6 {
+            for k in 0..i {
+                let known = x[k];
+                x[i] -= self.lower[i][k] * known;
+            }
+        }
+        for (x, inverse) in x.iter_mut().zip(self.inverse_diagonal) {
+            *x = *x * inverse;
+        }
+        for i in (0..6).rev() {
+            for k in i + 1..6 {
+                let known = x[k];
+                x[i] -= self.lower[k][i] * known;
+            }
+        }
+        let [ax, ay, az, lx, ly, lz] = x;
+        Spatial { angular: Vector { x: ax, y: ay, z: az }, linear: Vector { x: lx, y: ly, z: lz } }
+    }
+}
+
+/// The rows of an inertia, of which those above the diagonal are left out.
+#[inline(always)]
+fn lower_half<S: Simd>(inertia: &Articulated<S>) -> [[Lanes<S>; 6]; 6] {
+    let Articulated { moment: m, coupling: c, mass } = inertia;
+    let none = m.xx.same(0.0);
+    [
+        [m.xx, none, none, none, none, none],
+        [m.xy, m.yy, none, none, none, none],
+        [m.xz, m.yz, m.zz, none, none, none],
+        [c.x.x, c.x.y, c.x.z, mass.xx, none, none],
+        [c.y.x, c.y.y, c.y.z, mass.xy, mass.yy, none],
+        [c.z.x, c.z.y, c.z.z, mass.xz, mass.yz, mass.zz],
+    ]
+}
+
+impl<S: Simd> Spatial<S> {
+    /// `self x motion`.
+    #[inline(always)]
+    pub(super) fn cross_motion(self, motion: Self) -> Self {
+        Self {
+            angular: self.angular.cross(motion.angular),
+            linear: self.angular.cross(motion.linear) + self.linear.cross(motion.angular),
+        }
+    }
+}
+
+impl<S: Simd> Sub for Spatial<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Self { angular: self.angular - other.angular, linear: self.linear - other.linear }
+    }
+}
+
+impl<S: Simd> Neg for Vector<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self { x: -self.x, y: -self.y, z: -self.z }
+    }
+}
+
+impl<S: Simd> Neg for Spatial<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self { angular: -self.angular, linear: -self.linear }
+    }
+}

@@ -1,0 +1,113 @@
+//! A root that is free: where it is, and what forces and impulses make of its velocities.
+//!
+//! It is the first body of its tree, and as such among the bodies of [`LaneRobot`]; its joint has six velocities, which are here.
+
+use glamx::{DPose3, DQuat, DVec3};
+use pulp::Simd;
+
+use super::free::{Root, get, parts, set};
+use super::number::{Lanes, Mask};
+use super::robot::LaneRobot;
+use super::vectors::{Spatial, Vector};
+use crate::dynamics::integrate::advance_joint;
+use crate::dynamics::integrator::Integrator;
+use crate::dynamics::tree::JointType;
+
+impl<S: Simd> LaneRobot<S> {
+    /// Where a free root of a copy is, `world_from_root`, and its linear and angular velocity, world axes. `None` of a fixed one.
+    pub fn root(&self, lane: usize) -> Option<(DPose3, DVec3, DVec3)> {
+        if self.first == 0 {
+            return None;
+        }
+        let (mut q, mut qd) = ([0.0; 7], [0.0; 6]);
+        get(&self.root.positions, lane, &mut q);
+        get(&self.root.velocities, lane, &mut qd);
+        let pose = DPose3::from_parts(DVec3::new(q[0], q[1], q[2]), DQuat::from_xyzw(q[3], q[4], q[5], q[6]));
+        let angular = pose.rotation * DVec3::new(qd[3], qd[4], qd[5]);
+        Some((pose, DVec3::new(qd[0], qd[1], qd[2]), angular))
+    }
+
+    /// Where the root is and how it moves.
+    #[inline(always)]
+    pub(super) fn place_root(&mut self) {
+        let (rotation, origin) = self.at_zero(0);
+        let frame = self.base().after(rotation);
+        let reach = self.base().times(origin);
+        let [x, y, z, ..] = self.root.positions;
+        let (linear, angular) = parts(&self.root.velocities);
+        let still = Vector { x: x.same(0.0), y: x.same(0.0), z: x.same(0.0) };
+        let at = &mut self.bodies[0];
+        at.rotation = frame.after(self.root.rotation().matrix());
+        at.reach = reach + frame.times(Vector { x, y, z });
+        let own = Spatial { angular: at.rotation.times(angular), linear: frame.times(linear) };
+        at.velocity = Spatial { angular: still, linear: still }.motion_at(at.reach) + own;
+        at.velocity_product = at.velocity.cross_motion(own);
+    }
+
+    /// The root's acceleration, and the new velocities of some lanes. `base` is how the base is accelerated.
+    #[inline(always)]
+    pub(super) fn accelerate_root(&mut self, base: Spatial<S>, going: Mask<S>) {
+        let h = self.is_taken.same(self.stepping.h);
+        let at = &mut self.bodies[0];
+        let carried = base.motion_at(at.reach) + at.velocity_product;
+        at.acceleration = self.factors.solve(-at.bias);
+        let own = at.acceleration - carried;
+        let (linear_change, angular_change) = self.root_velocities(own);
+        let (linear, angular) = parts(&self.root.velocities);
+        // As in the one-robot step: the linear velocity is kept in axes that do not turn with the body.
+        let linear_change = linear_change + self.root.rotation().times(angular).cross(linear);
+        let (linear, angular) = parts(&self.root.half_velocities);
+        let (linear, angular) = (linear + linear_change * h, angular + angular_change * h);
+        let new = [linear.x, linear.y, linear.z, angular.x, angular.y, angular.z];
+        for (slot, new) in self.root_new.iter_mut().zip(new) {
+            *slot = going.select(new, *slot);
+        }
+    }
+
+    /// What a force on the root, about its origin, changes its velocities by. The root's body then moves by that.
+    #[inline(always)]
+    pub(super) fn push_root(&mut self, force: Spatial<S>) -> [Lanes<S>; 6] {
+        let delta = self.factors.solve(force);
+        self.bodies[0].delta = delta;
+        let (linear, angular) = self.root_velocities(delta);
+        [linear.x, linear.y, linear.z, angular.x, angular.y, angular.z]
+    }
+
+    /// A motion of the root in the base's axes as velocities: linear in the base's axes, angular in its own.
+    #[inline(always)]
+    fn root_velocities(&self, motion: Spatial<S>) -> (Vector<S>, Vector<S>) {
+        let own_from_base = self.bodies[0].rotation.transpose();
+        let linear = self.root.rotation().times(own_from_base.times(motion.linear));
+        (linear, own_from_base.times(motion.angular))
+    }
+
+    /// Moves the root on with its new velocities, in lanes whose last step and this one are smooth, or also the one before.
+    #[inline(always)]
+    pub(super) fn finish_root(&mut self, kinked: Mask<S>, is_smooth: Mask<S>, is_twice: Mask<S>) {
+        let zero = self.is_taken.same(0.0);
+        let (h, half) = (zero.same(self.stepping.h), zero.same(0.5));
+        let is_leapfrog = self.stepping.integrator == Integrator::Leapfrog;
+        self.room.around -= h * Root::speed_of(&self.root_new, self.levers[0]);
+        let root = &mut self.root;
+        for k in 0..6 {
+            let new = self.root_new[k];
+            root.changes_before[k] = root.changes[k];
+            root.changes[k] = new - root.half_velocities[k];
+            root.half_velocities[k] = new;
+            // No spring and no damper: what is reported is that of `Implicitness::MEAN`.
+            let drift = is_twice.select(root.changes[k] - root.changes_before[k], zero);
+            let ahead = half * (root.changes[k] + half * drift);
+            let end = new + (is_smooth | is_twice).select(ahead, zero);
+            root.velocities[k] = if is_leapfrog { kinked.select(new, end) } else { new };
+        }
+        // Turns take sines and a root, by the function that the one-robot step uses: another one would have other bits.
+        let joint_type = JointType::Free { slot: 0 };
+        for lane in (0..S::F64_LANES).filter(|lane| self.is_taken.get(*lane) == 1.0) {
+            let (mut q, mut qd) = ([0.0; 7], [0.0; 6]);
+            get(&root.positions, lane, &mut q);
+            get(&self.root_new, lane, &mut qd);
+            advance_joint(joint_type, &mut q, &qd, self.stepping.h);
+            set(&mut root.positions, lane, &q);
+        }
+    }
+}
