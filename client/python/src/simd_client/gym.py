@@ -17,16 +17,13 @@ from gymnasium.vector.utils import batch_space
 from simd_client.blocking.robot import Robot
 from simd_client.blocking.simulation import Simulation
 from simd_client.geometry import FloatArray
-from simd_client.layout import JointType
+from simd_client.layout import ONE_AXIS
 from simd_client.rollout import Control, Cost, Mode, Observation, Start
 from simd_client.rollout_answer import Rollout
 from simd_client.world import SavedState
 
 BoolArray = npt.NDArray[np.bool_]
 """An array of yes and no."""
-
-ONE_AXIS = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
-"""Joints that have one axis."""
 
 
 class RolloutEnv(VectorEnv[FloatArray, FloatArray, npt.NDArray[Any]]):
@@ -59,6 +56,7 @@ class RolloutEnv(VectorEnv[FloatArray, FloatArray, npt.NDArray[Any]]):
         spread: float = 0.0,
         failure: float = -1000.0,
         saved_state: str | SavedState = "",
+        daemons: Sequence[Simulation] = (),
     ) -> None:
         """`joints` are those that actions drive, by default all; `limit` bounds actions, for all joints or for each. An episode is
         truncated after `episode` actions.
@@ -66,6 +64,7 @@ class RolloutEnv(VectorEnv[FloatArray, FloatArray, npt.NDArray[Any]]):
         The reward of an action is that of `reward(observations, actions)`, or by default what it cost, negative: the sum of
         `costs` over its steps. `is_over(observations)` says which environments are terminated. A reset puts joints to where they are
         in the world, or in a saved state, and adds normal deviates of the standard deviation `spread` to their positions and velocities.
+        `daemons` take parts of the copies, as of `Simulation.rollout`: they need `saved_state`.
         """
         self._sim = sim
         self._robot = robot
@@ -78,6 +77,7 @@ class RolloutEnv(VectorEnv[FloatArray, FloatArray, npt.NDArray[Any]]):
         self._spread = spread
         self._failure = failure
         self._saved_state = saved_state
+        self._daemons = tuple(daemons)
         layout = sim.layout(robot.name)
         single = [each for each in layout.joints if each.type in ONE_AXIS and each.mimic is None]
         self._names = [each.name for each in single]
@@ -179,6 +179,7 @@ class RolloutEnv(VectorEnv[FloatArray, FloatArray, npt.NDArray[Any]]):
             record_start=True,
             costs=self._costs,
             saved_state=self._saved_state,
+            daemons=self._daemons,
         )
 
     def _rows(self, found: Rollout, row: int) -> FloatArray:

@@ -32,6 +32,10 @@ class JointType(IntEnum):
         return self.name.lower()
 
 
+ONE_AXIS = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
+"""Joints that have one axis."""
+
+
 class JointMode(IntEnum):
     """What a joint's actuator does."""
 

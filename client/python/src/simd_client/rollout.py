@@ -330,6 +330,18 @@ class Cost:
         return Cost(proto.RolloutCost(weight=weight, final_weight=final_weight, nearness=term))
 
 
+def copies_of(copies: int | None, parts: Sequence[Control | Start | Variation]) -> int:
+    """How many copies a rollout has: the number that is given, or that of the arrays. Raises `ValueError` if they differ, or it
+    is no count."""
+    counts = {each.copies for each in parts} - {None}
+    if copies is not None:
+        counts.add(copies)
+    if len(counts) > 1:
+        numbers = ", ".join(str(count) for count in sorted(count for count in counts if count is not None))
+        raise ValueError(f"arrays are for different numbers of copies: {numbers}")
+    return count_within("copies", next(iter(counts), 1) or 0, _MOST)
+
+
 def rollout_to_proto(
     steps: int,
     copies: int | None,
@@ -346,15 +358,9 @@ def rollout_to_proto(
     seed: int,
 ) -> proto.RolloutRequest:
     """As a message. Raises `ValueError` if arrays are for different numbers of copies, or a number is no count."""
-    counts = {each.copies for each in (*controls, *starts, *variations)} - {None}
-    if copies is not None:
-        counts.add(copies)
-    if len(counts) > 1:
-        numbers = ", ".join(str(count) for count in sorted(count for count in counts if count is not None))
-        raise ValueError(f"arrays are for different numbers of copies: {numbers}")
     return proto.RolloutRequest(
         saved_state=saved_state,
-        copies=count_within("copies", next(iter(counts), 1) or 0, _MOST),
+        copies=copies_of(copies, (*controls, *starts, *variations)),
         steps=count_within("steps", steps, _MOST),
         controls=[control.to_proto() for control in controls],
         starts=[start.to_proto() for start in starts],

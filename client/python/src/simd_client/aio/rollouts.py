@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
+from time import monotonic
 
+from simd_client import proto
 from simd_client.aio.queries import Queries
-from simd_client.aio.runtime import replies
-from simd_client.errors import AnswerError
+from simd_client.aio.runtime import replies, together
+from simd_client.errors import AnswerError, SimdError, Unavailable
+from simd_client.layout import ONE_AXIS
 from simd_client.method import decoded
 from simd_client.proto import methods
-from simd_client.rollout import (
-    Control,
-    Cost,
-    Observation,
-    Start,
-    Variation,
-    rollout_to_proto,
-)
+from simd_client.rollout import Control, Cost, Observation, Start, Variation, copies_of
 from simd_client.rollout_answer import Gathered, Rollout
+from simd_client.rollout_share import Asked, Sharing
+from simd_client.state import name_of
 from simd_client.world import SavedState
 
 ROLLOUT_SECONDS = 60.0
@@ -42,6 +41,7 @@ class Rollouts(Queries):
         step_costs: bool = False,
         seed: int = 0,
         saved_state: str | SavedState = "",
+        daemons: Sequence[Rollouts] = (),
         timeout: float | None = None,
         progress: Callable[[int, int], object] | None = None,
     ) -> Rollout:
@@ -55,23 +55,100 @@ class Rollouts(Queries):
 
         `progress` is called with the copies that are done, and with how many there are. Raises `LimitExceeded` for a rollout
         that is too large or takes too long. The default `timeout` is the connection's and 60 s.
+
+        `daemons` are connections to others, which take parts of the copies: all start from the `saved_state` of this name that
+        each of them holds (see `share_state`). The answer is that of one daemon, to the bit, where they are of one release on
+        machines of one kind. The part of a daemon that is lost is asked of the others. Raises `Unavailable` if all are lost.
         """
-        request = rollout_to_proto(
-            steps,
-            copies,
-            controls,
-            starts,
-            variations,
-            observe,
-            costs,
+        asked = Asked(
+            steps=steps,
+            copies=copies,
+            controls=controls,
+            starts=starts,
+            variations=variations,
+            observe=observe,
+            costs=costs,
             saved_state=saved_state if isinstance(saved_state, str) else saved_state.name,
             record_steps=record_steps,
             record_start=record_start,
             step_costs=step_costs,
             seed=seed,
         )
-        method = methods.Rollout
         seconds = self._timeout + ROLLOUT_SECONDS if timeout is None else timeout
+        count = copies_of(copies, (*controls, *starts, *variations))
+        if not daemons or count == 0:
+            return await self._roll_out(asked, seconds, progress)
+        if not asked.saved_state:
+            raise ValueError(
+                "daemons that share a rollout start from a saved state that all of them hold: give `saved_state`, and copy it "
+                "to them by `share_state`"
+            )
+        widths = [await self._width(variation) for variation in variations]
+        sharing = Sharing(asked, count, widths, progress)
+        await self._share(sharing, [self, *daemons], seconds)
+        return sharing.rollout()
+
+    async def _share(self, sharing: Sharing, daemons: Sequence[Rollouts], seconds: float) -> None:
+        """Has daemons do all parts; those that are lost in one round do not take part in the next one."""
+        until = monotonic() + seconds
+        here = list(daemons)
+        try:
+            sharing.cut(len(here))
+            while not sharing.is_whole:
+                lost: list[Rollouts] = []
+                # The first part of each is settled beforehand, so that each has one if there are as many.
+                works = [partial(each._do_parts, sharing, sharing.take(), until, lost) for each in here]
+                await together(works)
+                here = [each for each in here if each not in lost]
+                sharing.cut(len(here))
+        finally:
+            sharing.stop()
+
+    async def _do_parts(
+        self, sharing: Sharing, part: range | None, until: float, lost: list[Rollouts]
+    ) -> None:
+        """Does a part, and others until there are none."""
+        while part is not None:
+            asked = sharing.asked(part)
+            try:
+                found = await self._roll_out(
+                    asked, max(until - monotonic(), 0.001), lambda done, _, part=part: sharing.tell(part, done)
+                )
+            except Unavailable as error:
+                lost.append(self)
+                sharing.give_back(part, error)
+                return
+            except SimdError as error:
+                sharing.fail(part, self.name, error)
+                return
+            sharing.tell(part, len(part))
+            sharing.add(part, self.name, found)
+            part = sharing.take()
+
+    async def _width(self, variation: Variation) -> int:
+        """How many numbers a copy has of a variation that is drawn, by the daemon's rules."""
+        if variation.values is not None:
+            return 0
+        if variation.of == "push":
+            return 3
+        robot = name_of(variation.robot)
+        if variation.of in ("link_masses", "surface_friction"):
+            request = proto.GetLinkPropertiesRequest(robot=robot)
+            links = (await self.call(methods.GetLinkProperties, request)).links
+            # What touches nothing has no surface.
+            some = [each.link for each in links if variation.of == "link_masses" or each.HasField("friction")]
+            return sum(name in some for name in variation.names) if variation.names else len(some)
+        if variation.names:
+            return len(variation.names)
+        joints = (await self.layout(robot)).joints
+        return sum(joint.type in ONE_AXIS and joint.mimic is None for joint in joints)
+
+    async def _roll_out(
+        self, asked: Asked, seconds: float, progress: Callable[[int, int], object] | None
+    ) -> Rollout:
+        """Has this daemon do a rollout."""
+        request = asked.request()
+        method = methods.Rollout
         gathered: Gathered | None = None
         async for payload in replies(self._link, method, request.SerializeToString(), seconds):
             answer = decoded(method.reply, payload)
@@ -83,5 +160,5 @@ class Rollouts(Queries):
             elif event == "part" and gathered is not None:
                 gathered.add(answer.part)
             if gathered is not None and gathered.is_whole:
-                return gathered.rollout(observe)
+                return gathered.rollout(asked.observe)
         raise AnswerError("the daemon's answer cannot be understood: the stream ended before the rollout was whole")

@@ -70,6 +70,13 @@ async def replies(link: Link, method: AnyMethod, payload: bytes, seconds: float)
         yield link.opened(reply, seconds)
 
 
+async def together(works: Sequence[Callable[[], Awaitable[None]]]) -> None:
+    """Does several works at the same time. Once all have ended it raises the first exception that one raised."""
+    for ended in await asyncio.gather(*(work() for work in works), return_exceptions=True):
+        if ended is not None:
+            raise ended
+
+
 async def in_thread(do: Callable[[], Result]) -> Result:
     """Does slow work on this machine's disk without blocking the event loop."""
     return await asyncio.to_thread(do)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from simd_client import proto
 from simd_client.aio.recording import Recording
@@ -50,6 +52,17 @@ class SavedStates(Rollouts):
         request = proto.ImportSavedStateRequest(sha256=sha256, name=name, take_over=take_over)
         answer = await self.call(methods.ImportSavedState, request, wait=FILE_SECONDS)
         return saved_state_from_proto(answer.saved_state)
+
+    async def share_state(
+        self, saved_state: str | SavedState, daemons: Sequence[SavedStates], *, take_over: bool = False
+    ) -> None:
+        """Copies a saved state into the memory of other daemons, under its name, with the descriptions and meshes of its
+        robots: for a `rollout` that they share. Their worlds stay as they are. Raises as `export_saved_state` and
+        `import_saved_state` do."""
+        with TemporaryDirectory(prefix="simd-") as folder:
+            path = await self.export_saved_state(saved_state, Path(folder) / "shared.simdstate")
+            for daemon in daemons:
+                await daemon.import_saved_state(path, _name(saved_state), take_over=take_over)
 
     async def saved_states(self) -> list[SavedState]:
         """The saved states, oldest first."""

@@ -12,7 +12,7 @@ from typing import TypeVar
 from simd_client.errors import SimdError
 from simd_client.link import MOST_REPLIES, Answer, AnyMethod, Link
 
-__all__ = ["Background", "LatestSample", "in_thread", "queries", "query", "replies", "sleep"]
+__all__ = ["Background", "LatestSample", "in_thread", "queries", "query", "replies", "sleep", "together"]
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -69,6 +69,31 @@ def replies(link: Link, method: AnyMethod, payload: bytes, seconds: float) -> It
         if reply is None:
             raise link.unavailable()
         yield link.opened(reply, seconds)
+
+
+def together(works: Sequence[Callable[[], None]]) -> None:
+    """Does several works at the same time: the first on this thread, each other one on a thread of its own, which does not keep
+    the program from ending. Once all have ended it raises the first exception that one raised."""
+    raised: dict[int, BaseException] = {}
+
+    def do(index: int) -> None:
+        try:
+            works[index]()
+        except Exception as error:
+            raised[index] = error
+
+    threads = [
+        threading.Thread(target=do, args=(index,), name="simd_client rollout", daemon=True)
+        for index in range(1, len(works))
+    ]
+    for thread in threads:
+        thread.start()
+    if works:
+        do(0)
+    for thread in threads:
+        thread.join()
+    for index in sorted(raised):
+        raise raised[index]
 
 
 def in_thread(do: Callable[[], Result]) -> Result:
