@@ -12,7 +12,7 @@ import pytest
 import simd_client
 from simd_client import Simulation, proto
 from simd_client.proto import methods
-from simd_client.pybullet import connections, input_queue
+from simd_client.pybullet import connections, input_queue, window
 from simd_client.pybullet.daemon_process import DaemonProcess
 
 from .conftest import SEVEN_ARM
@@ -29,10 +29,17 @@ def page(script: ModuleType) -> Iterator[Simulation]:
 def no_interval(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each call asks the daemon."""
     monkeypatch.setattr(input_queue, "_INTERVAL", 0.0)
+    monkeypatch.setattr(window, "_INTERVAL", 0.0)
 
 
 def report(page: Simulation, *events: proto.InputEvent, camera: proto.ViewCamera | None = None, followed: int = 0) -> None:
     page.call(methods.ReportView, proto.ReportViewRequest(input=events, camera=camera, followed_version=followed))
+
+
+def drawn(page: Simulation, script_number: int = 0) -> tuple[Any, ...]:
+    """The markers, once the script's drawings are all there."""
+    connections.connected(script_number).drawings.flush()
+    return page.view.markers()
 
 
 def key(name: str, code: str, is_down: bool) -> proto.InputEvent:
@@ -45,7 +52,7 @@ def test_drawings_are_markers_with_numbers_of_their_own(script: ModuleType, page
     points = script.addUserDebugPoints([[0, 0, 1], [0, 0, 2]], [[1, 0, 0], [0, 1, 0]], 5)
     text = script.addUserDebugText("here\n", [0, 0, 3], textSize=2, textOrientation=[0, 0, 0, 1])
     assert len({line, slider, text, points}) == 4
-    first, second, third = page.view.markers()
+    first, second, third = drawn(page)
     assert (first.kind, first.points.tolist(), first.color, first.size) == ("lines", [[[0, 0, 0], [1, 1, 1]]], (1, 0, 0), 3)
     assert first.life_time is not None and first.life_time <= 50
     assert (second.points.tolist(), second.colors.tolist(), second.size) == ([[0, 0, 1], [0, 0, 2]], [[1, 0, 0], [0, 1, 0]], 5)
@@ -53,7 +60,7 @@ def test_drawings_are_markers_with_numbers_of_their_own(script: ModuleType, page
 
     assert script.addUserDebugLine([0, 0, 0], [2, 0, 0], replaceItemUniqueId=line) == line
     # What replaces one keeps the daemon's id.
-    assert [(each.id, each.kind) for each in page.view.markers()] == [(1, "lines"), (2, "points"), (3, "text")]
+    assert [(each.id, each.kind) for each in drawn(page)] == [(1, "lines"), (2, "points"), (3, "text")]
     assert page.view.markers()[0].points.tolist() == [[[0, 0, 0], [2, 0, 0]]]
     script.removeUserDebugItem(points)
     script.removeUserDebugItem(points)
@@ -88,14 +95,19 @@ def test_without_a_window_pybullet_takes_the_same_calls(bullet: Any, script: Mod
             p.addUserDebugPoints([[0, 0, 0]], [])
         assert p.removeUserDebugItem(77) is None and p.removeAllUserDebugItems() is None
         assert p.getKeyboardEvents() == {} and p.getMouseEvents() == ()
-        assert p.configureDebugVisualizer(p.COV_ENABLE_GUI, 0) is None
+        flags = [getattr(p, name) for name in dir(p) if name.startswith("COV_")]
+        assert len(flags) == 16 and all(p.configureDebugVisualizer(flag, 1) is None for flag in flags)
+        assert p.configureDebugVisualizer(
+            lightPosition=[1, 2, 3], shadowMapResolution=2048, shadowMapWorldSize=5, shadowMapIntensity=0.5, rgbBackground=[1, 1, 1],
+            remoteSyncTransformInterval=0.1,
+        ) is None
 
 
 def test_drawings_on_a_link_are_about_its_center_of_mass(script: ModuleType, page: Simulation) -> None:
     arm = script.loadURDF(str(SEVEN_ARM), useFixedBase=1)
     script.addUserDebugText("tip", [0.1, 0, 0], parentObjectUniqueId=arm, parentLinkIndex=2)
     script.addUserDebugLine([0, 0, 0], [1, 0, 0], parentObjectUniqueId=99)
-    on_link, on_none = page.view.markers()
+    on_link, on_none = drawn(page)
     state = script.getLinkState(arm, 2)
     assert (on_link.robot, on_link.link) == ("seven_arm", script.getJointInfo(arm, 2)[12].decode())
     # The same place by PyBullet's own words: of the center of mass, and of the link's frame.
@@ -115,17 +127,58 @@ def test_a_script_that_draws_without_end_loses_its_oldest_lines_and_goes_on(
     )
     numbers = [script.addUserDebugLine([0, 0, 0], [1, 0, 0]) for _ in range(1_200)]
     assert len(set(numbers)) == 1_200
+    lines = [each for each in drawn(page) if each.kind == "lines"]
     assert capsys.readouterr().err.count("its oldest ones go") == 1
-    drawn = [each for each in page.view.markers() if each.kind == "lines"]
     # Of 3,072 that one client may have: over Zenoh one is known by its name.
-    assert 500 < len(drawn) <= 1_072 and len(page.view.delete(*others)) == 2_000
+    assert 500 < len(lines) <= 1_072 and len(page.view.delete(*others)) == 2_000
+
+
+def test_a_thousand_lines_are_few_calls(
+    script: ModuleType, page: Simulation, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    wire = connections.connected(0).wire
+    called: list[str] = []
+    send = wire.call_aside
+
+    def counted(method: Any, request: Any, wait: float = 0.0) -> Any:
+        called.append(method.key)
+        return send(method, request, wait)
+
+    monkeypatch.setattr(wire, "call_aside", counted)
+    lines = [script.addUserDebugLine([0, 0, 0], [number, 0, 0]) for number in range(1_000)]
+    for line in lines:
+        script.addUserDebugLine([0, 0, 0], [0, 1, 0], replaceItemUniqueId=line)
+    markers = drawn(page)
+    # The second line stands in the place of the first, whether that was sent or still waited.
+    assert len(markers) == 1_000 and all(each.points.tolist() == [[[0, 0, 0], [0, 1, 0]]] for each in markers)
+    assert 1 <= len(called) <= 200
+
+
+def test_what_a_script_drew_is_seen_though_it_calls_nothing_more(script: ModuleType, page: Simulation) -> None:
+    script.addUserDebugLine([0, 0, 0], [1, 0, 0])
+    # The answer comes with the change.
+    seen: proto.NextViewResponse = page.call(methods.NextView, proto.NextViewRequest(timeout=10.0), wait=10.0)
+    while not seen.markers:
+        seen = page.call(methods.NextView, proto.NextViewRequest(after_version=seen.version, timeout=10.0), wait=10.0)
+    assert list(seen.markers[0].lines.points) == [0, 0, 0, 1, 0, 0]
+
+
+def test_a_drawing_that_the_daemon_refuses_keeps_no_other_away(
+    script: ModuleType, page: Simulation, capsys: pytest.CaptureFixture[str]
+) -> None:
+    script.addUserDebugText("a", [0, 0, 1])
+    # More than a number of single precision.
+    script.addUserDebugLine([0, 0, 0], [1e300, 0, 0])
+    script.addUserDebugText("b", [0, 0, 2])
+    assert [each.text for each in drawn(page)] == ["a", "b"]
+    assert "a drawing is left out: " in capsys.readouterr().err
 
 
 def test_drawings_go_with_the_script(daemon: DaemonProcess, script: ModuleType) -> None:
     number = script.connect(script.DIRECT, options=f"--endpoint={daemon.endpoint}")
     script.addUserDebugLine([0, 0, 0], [1, 0, 0], physicsClientId=number)
     with simd_client.connect(daemon.endpoint) as other:
-        assert len(other.view.markers()) == 1
+        assert len(drawn(other, number)) == 1
         script.disconnect(number)
         assert other.view.markers() == ()
 

@@ -178,3 +178,15 @@ def flat(value: Any) -> Iterator[float]:
             yield from flat(item)
     else:
         yield float(value)
+
+
+@pytest.mark.parametrize("order", [0, real.URDF_MAINTAIN_LINK_ORDER], ids=["by joints", "by links"])
+def test_joints_are_numbered_as_pybullet_numbers_them(order: int, theirs: Any, script: ModuleType) -> None:
+    """In the file the links of a humanoid come in another order than a walk along its joints. It ends with a zero byte."""
+    path = str(DATA / "humanoid/humanoid.urdf")
+    right = theirs.loadURDF(path, globalScaling=0.25, flags=order)
+    ours = script.loadURDF(path, globalScaling=0.25, flags=order)
+    assert script.getNumJoints(ours) == theirs.getNumJoints(right)
+    for joint in range(theirs.getNumJoints(right)):
+        got, wanted = script.getJointInfo(ours, joint), theirs.getJointInfo(right, joint)
+        assert [got[place] for place in (0, 1, 2, 3, 4, 12, 16)] == [wanted[place] for place in (0, 1, 2, 3, 4, 12, 16)]

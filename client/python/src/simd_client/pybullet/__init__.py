@@ -24,6 +24,7 @@ from . import (
     joints,
     kinematics,
     loading,
+    matrices,
     mjcf,
     pictures,
     plugins,
@@ -58,6 +59,7 @@ from .joint_motors import *
 from .joints import *
 from .kinematics import *
 from .loading import *
+from .matrices import *
 from .mjcf import *
 from .pictures import *
 from .plugins import *
@@ -93,6 +95,7 @@ __all__ += joint_motors.__all__
 __all__ += joints.__all__
 __all__ += kinematics.__all__
 __all__ += loading.__all__
+__all__ += matrices.__all__
 __all__ += mjcf.__all__
 __all__ += pictures.__all__
 __all__ += plugins.__all__

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -35,6 +35,9 @@ JointInfoTuple = tuple[
     int,
 ]
 
+Reader = Callable[[list[float], list[float], list[float]], tuple[tuple[float, float, tuple[float, ...], float], ...]]
+"""From positions, velocities and efforts of a robot to what getJointStates tells of some joints."""
+
 _TYPES = {
     JointType.JOINT_TYPE_REVOLUTE: constants.JOINT_REVOLUTE,
     JointType.JOINT_TYPE_CONTINUOUS: constants.JOINT_REVOLUTE,
@@ -59,8 +62,12 @@ class BodyJoint:
     # The index of its first value in a state's positions and velocities.
     position_index: int
     velocity_index: int
-    # The number of its values there: 1 if it turns or slides.
+    # The number of its velocities there: 1 if it turns or slides.
     width: int
+    # The number of its positions there: 4 of a spherical joint.
+    count: int
+    # The daemon's number of it: parents come before what hangs on them.
+    place: int
     # It turns or slides, and nothing else drives it.
     driven: bool
     # What its actuator sees, kg m^2 or kg.
@@ -105,6 +112,8 @@ class Body:
     links: list[Any]
     # link_from_inertia, by link.
     frames: dict[str, Pose]
+    # Its joints are numbered as these links come; empty: as the daemon numbers them.
+    link_order: Sequence[str] = ()
     # The description, of robots of this script.
     urdf: bytes | None = None
     # Hashes of the files that it refers to, by URI.
@@ -130,10 +139,16 @@ class Body:
     )
     # Settings of `changeDynamics` that the daemon does not have.
     noted: dict[int, dict[str, Any]] = field(default_factory=dict[int, dict[str, Any]])
+    # Of getJointStates: how the states of several joints are taken out of those of all, by their indices.
+    readers: dict[tuple[int, ...], Reader] = field(default_factory=dict[tuple[int, ...], "Reader"])
 
     def frame(self, link: str) -> Pose:
         """link_from_inertia."""
         return self.frames.get(link, (ORIGIN, UPRIGHT))
+
+    def from_base(self) -> list[int]:
+        """Numbers of the joints, with parents before what hangs on them."""
+        return sorted(range(len(self.joints)), key=lambda index: self.joints[index].place)
 
     def link_name(self, index: int) -> str | None:
         """Of PyBullet's link number: -1 is the base."""
@@ -149,18 +164,23 @@ def body(
     frames: Mapping[str, Pose],
     own: bool,
     urdf: bytes | None = None,
+    link_order: Sequence[str] = (),
 ) -> Body:
-    """Made from the daemon's answer; `frames` are those of the description."""
+    """Made from the daemon's answer; `frames` are those of the description. Joints are numbered as the links behind them come
+    in `link_order`, else as the daemon numbers them."""
     known: dict[str, Pose] = {}
     for link in entity.links:
         center = (link.center_of_mass.x, link.center_of_mass.y, link.center_of_mass.z)
         known[link.name] = frames.get(link.name, (center, UPRIGHT) if not frames else (ORIGIN, UPRIGHT))
     base = entity.links[0].name if entity.links else ""
-    numbers = {joint.child_link: joint.index for joint in layout.joints}
+    places = {link: place for place, link in enumerate(link_order)}
+    # A sort keeps the daemon's order of what has no place.
+    ordered = sorted(layout.joints, key=lambda joint: places.get(joint.child_link, len(places)))
+    numbers = {joint.child_link: number for number, joint in enumerate(ordered)}
     joints: list[BodyJoint] = []
     q, u = 7, 6
-    for joint in layout.joints:
-        joints.append(_joint(joint, known, numbers.get(joint.parent_link, -1), q, u))
+    for number, joint in enumerate(ordered):
+        joints.append(_joint(joint, known, number, numbers.get(joint.parent_link, -1), q, u))
         q, u = q + joint.position_count, u + joint.velocity_count
     return Body(
         unique_id=unique_id,
@@ -175,11 +195,12 @@ def body(
         link_places={link.name: place for place, link in enumerate(entity.links)},
         links=list(entity.links),
         frames=known,
+        link_order=tuple(link_order),
         urdf=urdf,
     )
 
 
-def _joint(joint: JointInfo, frames: Mapping[str, Pose], parent: int, q: int, u: int) -> BodyJoint:
+def _joint(joint: JointInfo, frames: Mapping[str, Pose], number: int, parent: int, q: int, u: int) -> BodyJoint:
     kind = _TYPES.get(joint.type, constants.JOINT_FIXED)
     width = joint.velocity_count
     single = width == 1
@@ -198,7 +219,7 @@ def _joint(joint: JointInfo, frames: Mapping[str, Pose], parent: int, q: int, u:
     inertia = gains.damping**2 / (4.0 * gains.stiffness) if gains.stiffness > 0.0 else _UNKNOWN_INERTIA
     mimic = joint.HasField("mimic")
     info: JointInfoTuple = (
-        joint.index,
+        number,
         joint.name.encode(),
         kind,
         q if moves else -1,
@@ -224,6 +245,8 @@ def _joint(joint: JointInfo, frames: Mapping[str, Pose], parent: int, q: int, u:
         position_index=joint.position_index,
         velocity_index=joint.velocity_index,
         width=width,
+        count=joint.position_count,
+        place=joint.index,
         driven=single and not mimic,
         inertia=inertia or _UNKNOWN_INERTIA,
         limits=limits,

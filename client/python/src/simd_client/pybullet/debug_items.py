@@ -125,8 +125,7 @@ def _begin(world: World, color: Any, life_time: float, parent: int, link: int) -
 
 def _draw(world: World, marker: Marker, replaced: int) -> int:
     number = replaced if replaced >= 0 else world.sliders.number()
-    if world.drawings.draw(number, marker):
-        world.say_once("the daemon takes no more drawings of this script: its oldest ones go")
+    world.drawings.draw(number, marker)
     return number
 
 

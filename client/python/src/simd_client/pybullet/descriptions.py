@@ -9,6 +9,10 @@ from .arguments import ORIGIN, UPRIGHT, Pose, Vector
 from .rotations import from_euler
 
 
+# What may stand around a document.
+_BLANK = b" \t\r\n\0"
+
+
 @dataclass
 class Description:
     """Empty for a text that cannot be parsed."""
@@ -20,6 +24,8 @@ class Description:
     massless_root: bool = False
     # Links with friction; the others have PyBullet's default.
     rough: frozenset[str] = frozenset()
+    # Names of the links, in the file's order.
+    links: tuple[str, ...] = ()
 
 
 def read(urdf: bytes, scale: float) -> Description:
@@ -41,7 +47,7 @@ def read(urdf: bytes, scale: float) -> Description:
         for gazebo in robot.iterfind("gazebo")
         if gazebo.find("mu1") is not None or gazebo.find("mu") is not None
     }
-    return Description(frames, any(_is_zero(mass) for mass in masses), frozenset(rough))
+    return Description(frames, any(_is_zero(mass) for mass in masses), frozenset(rough), tuple(frames))
 
 
 def parse(urdf: bytes) -> ElementTree.Element | None:
@@ -50,8 +56,8 @@ def parse(urdf: bytes) -> ElementTree.Element | None:
     if b"<!DOCTYPE" in urdf or b"<!ENTITY" in urdf:
         return None
     try:
-        # Some files begin with blank lines, which are an error in front of an XML declaration.
-        return ElementTree.fromstring(urdf.lstrip())
+        # Some files begin with blank lines, which are an error in front of an XML declaration, or end with a zero byte.
+        return ElementTree.fromstring(urdf.strip(_BLANK))
     except ElementTree.ParseError:
         return None
 

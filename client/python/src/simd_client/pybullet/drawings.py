@@ -1,8 +1,13 @@
-"""The drawings of one script: markers of the daemon, by PyBullet's item number."""
+"""The drawings of one script: markers of the daemon, by PyBullet's item number.
+
+A script that draws a line for each of a thousand rays would wait for the daemon at each. So drawings are gathered for some
+milliseconds, and a thread sends them. One that takes the place of a drawing that still waits goes instead of it.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import threading
+from collections.abc import Callable, Iterable
 from itertools import islice
 from typing import TYPE_CHECKING
 
@@ -15,47 +20,120 @@ if TYPE_CHECKING:
 
 # How many of the oldest go where the daemon takes no more.
 _ROOM = 512
+# Wall seconds that a drawing waits for more, which is less than a page needs for a picture.
+_GATHERED = 0.01
+# How many wait at the most, and their bytes: at the next one the script itself sends them.
+_MOST = 512
+_MOST_BYTES = 1 << 20
 
 
 class Drawings:
     """Those that are there, as far as the script knows: some go by themselves when their time is over."""
 
-    def __init__(self, wire: Wire) -> None:
+    def __init__(self, wire: Wire, say: Callable[[str], None]) -> None:
         self._wire = wire
+        # Tells the script's user a sentence, once.
+        self._say = say
+        # Guards all below, also while they are sent.
+        self._lock = threading.Lock()
         # The daemon's ids, the oldest first.
         self._ids: dict[int, int] = {}
+        # Not sent yet, the oldest first.
+        self._waiting: dict[int, Marker] = {}
+        self._bytes = 0
+        # A thread is there that will send what waits.
+        self._is_due = False
 
-    def draw(self, number: int, marker: Marker) -> bool:
-        """Draws an item, in the place of the one of that number if there is one. Where the daemon takes no more, the script's
-        oldest go. Returns whether some had to."""
-        marker.id = self._ids.get(number, 0)
-        try:
-            self._send(number, marker)
-            return False
-        except error as refusal:
-            if refusal.reason != "LIMIT_EXCEEDED" or not self._ids:
-                raise
-        self._delete(list(islice(self._ids, _ROOM)))
-        marker.id = 0
-        self._send(number, marker)
-        return True
+    def draw(self, number: int, marker: Marker) -> None:
+        """Draws an item soon, in the place of the one of that number if there is one. Where the daemon takes no more, the
+        script's oldest go."""
+        with self._lock:
+            old = self._waiting.pop(number, None)
+            if old is not None:
+                self._bytes -= old.ByteSize()
+            self._waiting[number] = marker
+            self._bytes += marker.ByteSize()
+            if len(self._waiting) > _MOST or self._bytes > _MOST_BYTES:
+                self._send()
+            elif not self._is_due:
+                self._is_due = True
+                # It does not keep a script from its end, where the connection's end sends what waits.
+                timer = threading.Timer(_GATHERED, self._send_due)
+                timer.daemon = True
+                timer.start()
+
+    def flush(self) -> None:
+        """Sends what waits."""
+        with self._lock:
+            self._send()
 
     def remove(self, number: int) -> None:
         """Removes one, if it is there."""
-        if number in self._ids:
-            self._delete([number])
+        with self._lock:
+            self._forget(number)
+            if number in self._ids:
+                self._delete([number])
 
     def remove_all(self) -> None:
         """Removes those of this script."""
-        if self._ids:
-            self._delete(list(self._ids))
+        with self._lock:
+            for number in list(self._waiting):
+                self._forget(number)
+            if self._ids:
+                self._delete(list(self._ids))
 
-    def _send(self, number: int, marker: Marker) -> None:
+    def _forget(self, number: int) -> None:
+        marker = self._waiting.pop(number, None)
+        if marker is not None:
+            self._bytes -= marker.ByteSize()
+
+    def _send_due(self) -> None:
+        with self._lock:
+            self._is_due = False
+            self._send()
+
+    def _send(self) -> None:
+        items = list(self._waiting.items())
+        self._waiting, self._bytes = {}, 0
+        if items:
+            self._put(items)
+
+    def _put(self, items: list[tuple[int, Marker]]) -> None:
+        """Draws all, or those that the daemon takes. A thread has no script to raise to, so refusals are said."""
+        while True:
+            try:
+                self._add(items)
+                return
+            except error as refusal:
+                if refusal.reason == "LIMIT_EXCEEDED" and self._ids:
+                    self._say("the daemon takes no more drawings of this script: its oldest ones go")
+                    self._make_room()
+                elif refusal.reason and len(items) > 1:
+                    # One of them is wrong, and the daemon draws all or none.
+                    for item in items:
+                        self._put([item])
+                    return
+                else:
+                    self._say(f"a drawing is left out: {refusal}")
+                    return
+
+    def _add(self, items: list[tuple[int, Marker]]) -> None:
+        for number, marker in items:
+            marker.id = self._ids.get(number, 0)
         # They go with the script, however it ends.
-        request = AddMarkersRequest(markers=[marker], until_disconnect=True)
-        self._ids.pop(number, None)
-        self._ids[number] = self._wire.call(methods.AddMarkers, request).ids[0]
+        request = AddMarkersRequest(markers=[marker for _, marker in items], until_disconnect=True)
+        given = self._wire.call_aside(methods.AddMarkers, request).ids
+        for (number, _), marker_id in zip(items, given, strict=True):
+            self._ids.pop(number, None)
+            self._ids[number] = marker_id
+
+    def _make_room(self) -> None:
+        oldest = list(islice(self._ids, _ROOM))
+        try:
+            self._delete(oldest)
+        except error as refusal:
+            self._say(f"old drawings stay: {refusal}")
 
     def _delete(self, numbers: Iterable[int]) -> None:
         ids = [self._ids.pop(number) for number in numbers]
-        self._wire.call(methods.DeleteMarkers, DeleteMarkersRequest(ids=ids))
+        self._wire.call_aside(methods.DeleteMarkers, DeleteMarkersRequest(ids=ids))

@@ -62,9 +62,9 @@ def calculateInverseKinematics(
     start = _start(currentPositions, restPoses, text)
     if start:
         # An empty guess is one of no joints.
-        request.guess.positions.extend(start)
-    answer = world.wire.call(methods.ComputeInverseKinematics, request)
-    return tuple(answer.positions)
+        request.guess.positions.extend(_as_the_daemon_counts(body, start))
+    found = world.wire.call(methods.ComputeInverseKinematics, request).positions
+    return tuple(q for joint in body.joints for q in found[joint.position_index : joint.position_index + joint.count])
 
 
 @formerly("bodyIndex", "bodyUniqueId")
@@ -110,6 +110,18 @@ def calculateInverseKinematics2(
     return tuple(found.tolist())
 
 
+def _as_the_daemon_counts(body: Body, given: list[float]) -> list[float]:
+    """Joint positions that follow the order of the script's joints."""
+    if len(given) != sum(joint.count for joint in body.joints):
+        # The daemon says how many there should be.
+        return given
+    placed, at = [0.0] * len(given), 0
+    for joint in body.joints:
+        placed[joint.position_index : joint.position_index + joint.count] = given[at : at + joint.count]
+        at += joint.count
+    return placed
+
+
 def _start(current: Any, rest: Any, text: str) -> list[float]:
     """Where the search starts; empty for where the robot is."""
     start = current if current is not None and len(current) else rest
@@ -136,11 +148,12 @@ class _Chains:
         """Places, a row each, and three rows of the Jacobian for each."""
         body = self._body
         values = dict(zip(self._moving, q.tolist(), strict=True))
-        frames: list[Pose] = []
-        for place, joint in enumerate(body.joints):
+        frames: dict[int, Pose] = {}
+        for place in body.from_base():
+            joint = body.joints[place]
             parent = joint.info[16]
             frame = compose(self._root if parent < 0 else frames[parent], joint.parent_from_joint)
-            frames.append(compose(frame, _moved(joint.kind, joint.axis, values.get(place, 0.0))))
+            frames[place] = compose(frame, _moved(joint.kind, joint.axis, values.get(place, 0.0)))
         places, rows = np.zeros((len(self._links), 3)), np.zeros((3 * len(self._links), len(q)))
         for row, link in enumerate(self._links):
             places[row] = frames[link][0]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from itertools import repeat
 from typing import Any
 
 from . import constants
@@ -37,18 +39,16 @@ def setJointMotorControl2(
     """Sets a joint's motor, from the next step on."""
     world = connected(physicsClientId)
     body = world.body(bodyUniqueId, "Joint index out-of-range.")
-    _tell(
-        world,
-        body,
-        jointIndex,
-        controlMode,
-        targetPosition,
-        targetVelocity,
-        force,
-        positionGain,
-        velocityGain,
-        maxVelocity,
+    _check(body, [jointIndex], controlMode)
+    told = (
+        float(targetPosition),
+        float(targetVelocity),
+        float(force),
+        float(positionGain),
+        float(velocityGain),
+        float(maxVelocity),
     )
+    _tell(world, body, [jointIndex], controlMode, [told])
     world.sent_if_playing()
 
 
@@ -86,19 +86,16 @@ def setJointMotorControlArray(
     world = connected(physicsClientId)
     body = world.body(bodyUniqueId, "Joint index out-of-range.")
     joints = indices(jointIndices, "expected a sequence of joint indices")
-    values = [
-        _matching(given, len(joints), what, default)
-        for given, what, default in (
-            (targetPositions, "target positions", 0.0),
-            (targetVelocities, "target velocities", 0.0),
-            (forces, "forces", 0.0 if controlMode == constants.TORQUE_CONTROL else NO_LIMIT),
-            (positionGains, "position gains", 0.1),
-            (velocityGains, "velocity gains", 1.0),
-        )
-    ]
+    count = len(joints)
+    positions = _matching(targetPositions, count, "target positions", 0.0)
+    velocities = _matching(targetVelocities, count, "target velocities", 0.0)
+    no_force = 0.0 if controlMode == constants.TORQUE_CONTROL else NO_LIMIT
+    most = _matching(forces, count, "forces", no_force)
+    kp = _matching(positionGains, count, "position gains", 0.1)
+    kd = _matching(velocityGains, count, "velocity gains", 1.0)
     _check(body, joints, controlMode)
-    for joint, position, velocity, force, kp, kd in zip(joints, *values, strict=True):
-        _tell(world, body, joint, controlMode, position, velocity, force, kp, kd, -1.0)
+    settings = zip(positions, velocities, most, kp, kd, repeat(-1.0, count), strict=True)
+    _tell(world, body, joints, controlMode, settings)
     world.sent_if_playing()
 
 
@@ -116,6 +113,9 @@ def setJointMotorControlMultiDof(
     physicsClientId: int = 0,
 ) -> None:
     """`setJointMotorControl2` with sequences of one value; of a spherical joint a quaternion and sequences of three."""
+    if controlMode == constants.STABLE_PD_CONTROL:
+        # As in PyBullet, it is for the function that sets several joints.
+        raise error("Illegal control mode.")
     setJointMotorControlMultiDofArray(
         bodyUniqueId,
         [jointIndex],
@@ -147,6 +147,9 @@ def setJointMotorControlMultiDofArray(
     world = connected(physicsClientId)
     body = world.body(bodyUniqueId, "Joint index out-of-range.")
     wanted = indices(jointIndices, "expected a sequence of joint indices")
+    if controlMode == constants.STABLE_PD_CONTROL:
+        # Which is what PD_CONTROL is here: its spring and damper are implicit.
+        controlMode = constants.PD_CONTROL
     _check(body, wanted, controlMode)
     if any(body.joints[index].width > 1 and body.joints[index].ball is None for index in wanted):
         raise unsupported("setJointMotorControlMultiDof", "planar and floating joints have no motors here")
@@ -159,11 +162,7 @@ def setJointMotorControlMultiDofArray(
             given = [None if values is None else values[place] for values in all_given]
             _tell_ball(world, body, index, controlMode, *given)
             continue
-        _tell(
-            world,
-            body,
-            index,
-            controlMode,
+        told = (
             _first(targetPositions, place, 0.0),
             _first(targetVelocities, place, 0.0),
             _first(forces, place, no_force),
@@ -171,6 +170,7 @@ def setJointMotorControlMultiDofArray(
             _first(velocityGains, place, 1.0),
             _first(maxVelocities, place, -1.0),
         )
+        _tell(world, body, [index], controlMode, [told])
     world.sent_if_playing()
 
 
@@ -182,12 +182,8 @@ def _matching(given: Any, count: int, what: str, default: float) -> list[float]:
 
 
 def _check(body: Body, joints: list[int], mode: int) -> None:
-    if any(not 0 <= joint < len(body.joints) for joint in joints):
+    if joints and not (min(joints) >= 0 and max(joints) < len(body.joints)):
         raise error("Joint index out-of-range.")
-    if mode == constants.STABLE_PD_CONTROL:
-        raise unsupported(
-            "setJointMotorControl2", "STABLE_PD_CONTROL is not there; PD_CONTROL is stable here"
-        )
     if mode not in _MODES:
         raise error("Illegal control mode.")
 
@@ -195,31 +191,33 @@ def _check(body: Body, joints: list[int], mode: int) -> None:
 def _tell(
     world: World,
     body: Body,
-    index: int,
+    joints: list[int],
     mode: int,
-    position: float,
-    velocity: float,
-    force: float,
-    position_gain: float,
-    velocity_gain: float,
-    max_velocity: float,
+    settings: Iterable[tuple[float, float, float, float, float, float]],
 ) -> None:
-    """Changes a motor; does nothing if the joint has none."""
-    _check(body, [index], mode)
-    joint = body.joints[index]
-    if not joint.driven:
-        if joint.width:
-            world.say_once(f"{body.robot}/{joint.name} has no motor: another joint or nothing moves it")
-        return
-    motor = joint.motor
-    if mode == constants.TORQUE_CONTROL:
-        motor.torque = float(force)
-    else:
+    """Changes motors of joints that are there: position, velocity, force, gains of both, and the highest velocity of each. Does
+    nothing with a joint that has no motor."""
+    driven: list[int] = []
+    for index, told in zip(joints, settings, strict=True):
+        position, velocity, force, position_gain, velocity_gain, max_velocity = told
+        joint = body.joints[index]
+        if not joint.driven:
+            if joint.width:
+                world.say_once(f"{body.robot}/{joint.name} has no motor: another joint or nothing moves it")
+            continue
+        driven.append(index)
+        motor = joint.motor
+        if mode == constants.TORQUE_CONTROL:
+            motor.torque = force
+            continue
         motor.mode = mode
-        motor.position, motor.velocity = float(position), float(velocity)
-        motor.position_gain, motor.velocity_gain = float(position_gain), float(velocity_gain)
-        motor.force, motor.max_velocity = abs(float(force)), max(float(max_velocity), 0.0)
-    world.drive(body, index)
+        motor.position = position
+        motor.velocity = velocity
+        motor.position_gain = position_gain
+        motor.velocity_gain = velocity_gain
+        motor.force = abs(force)
+        motor.max_velocity = max_velocity if max_velocity > 0.0 else 0.0
+    world.drive(body, driven)
 
 
 def _tell_ball(
@@ -240,7 +238,7 @@ def _tell_ball(
         return
     if mode == constants.TORQUE_CONTROL:
         motor.torque = _three(force, (0.0, 0.0, 0.0))
-        world.drive(body, index)
+        world.drive(body, [index])
         return
     motor.mode = mode
     motor.orientation = UPRIGHT if orientation is None else unit(floats(orientation, "a quaternion", 4))
@@ -249,7 +247,7 @@ def _tell_ball(
     motor.position_gain = _first([position_gain], 0, 0.1) if position_gain is not None else 0.1
     motor.velocity_gain = _first([velocity_gain], 0, 1.0) if velocity_gain is not None else 1.0
     motor.max_velocity = max(_first([max_velocity], 0, -1.0), 0.0) if max_velocity is not None else 0.0
-    world.drive(body, index)
+    world.drive(body, [index])
 
 
 def _three(given: Any, default: Vector) -> Vector:

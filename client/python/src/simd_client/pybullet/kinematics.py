@@ -1,19 +1,11 @@
-"""Poses and velocities of links, Jacobians, inverse dynamics."""
+"""Poses and velocities of links, and what pushes them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
 
 from simd_client.proto import (
     ApplyLinkWrenchRequest,
-    ComputeInverseDynamicsRequest,
-    Configuration,
-    GetJacobianRequest,
-    GetMassMatrixRequest,
     RobotLinkPoses,
     RobotLinkStates,
     SetEntityStateRequest,
@@ -23,14 +15,12 @@ from simd_client.proto import (
 from simd_client.proto import Pose as PoseMessage
 
 from . import constants
-from .arguments import Pose, Vector, floats, formerly, indices, quaternion, vector
+from .arguments import Pose, Vector, indices, quaternion, vector
 from .bodies import Body
 from .connections import connected
-from .errors import error, unsupported
+from .errors import error
 from .rotations import compose, cross, inverse, rotate
 from .world import World
-
-Array = NDArray[np.float64]
 
 
 def getLinkState(
@@ -126,7 +116,7 @@ def resetBasePositionAndOrientation(
         quaternion(ornObj, "orientation needs a 4 coordinates [x,y,z,w]."),
     )
     request = SetEntityStateRequest(robot=body.robot)
-    _put_pose(request.pose, compose(center, inverse(body.frame(body.base_link))))
+    put_pose(request.pose, compose(center, inverse(body.frame(body.base_link))))
     if not body.fixed:
         request.twist.SetInParent()
     world.wire.call(methods.SetEntityState, request)
@@ -215,121 +205,8 @@ def _push(
     world.wire.call(methods.ApplyLinkWrench, request)
 
 
-def calculateJacobian(
-    bodyUniqueId: int,
-    linkIndex: int,
-    localPosition: Any,
-    objPositions: Any,
-    objVelocities: Any = (),
-    objAccelerations: Any = (),
-    physicsClientId: int = 0,
-) -> tuple[Any, Any]:
-    """The Jacobian of a point of a link, given in the link's frame: three rows for its velocity,
-    three for the link's angular velocity. A free base has six columns in front, angular and then
-    linear velocity of its centre of mass, in the base's own axes."""
-    del objVelocities, objAccelerations
-    world = connected(physicsClientId)
-    body = world.body(bodyUniqueId, "calculateJacobian failed.")
-    link = body.link_name(linkIndex)
-    if link is None:
-        raise error("Error in calculateJacobian: invalid linkIndex")
-    text = "calculateJacobian: localPosition and objPositions must be sequences of numbers"
-    request = GetJacobianRequest(robot=body.robot, link=link)
-    request.point.x, request.point.y, request.point.z = vector(localPosition, text)
-    _configure(world, body, request.configuration, floats(objPositions, text))
-    answer = world.wire.call(methods.GetJacobian, request)
-    change = _from_bullet(body, answer.columns)
-    linear, angular = (_matrix(rows, answer.columns) @ change for rows in (answer.linear, answer.angular))
-    return _rows(linear), _rows(angular)
-
-
-def calculateMassMatrix(
-    bodyUniqueId: int, objPositions: Any, flags: int = 0, physicsClientId: int = 0
-) -> Any:
-    """The joint-space inertia matrix, row by row; of a free base with six velocities in front, as
-    calculateJacobian has them."""
-    del flags
-    world = connected(physicsClientId)
-    body = world.body(bodyUniqueId, "calculateMassMatrix failed.")
-    request = GetMassMatrixRequest(robot=body.robot)
-    text = "calculateMassMatrix: objPositions must be a sequence of numbers"
-    # As in PyBullet, what is beyond the joints' is not read, though it be the base's that comes first.
-    positions = floats(objPositions, text)[: sum(joint.width for joint in body.joints)]
-    _configure(world, body, request.configuration, positions)
-    answer = world.wire.call(methods.GetMassMatrix, request)
-    change = _from_bullet(body, answer.columns)
-    return _rows(np.transpose(change) @ _matrix(answer.matrix, answer.columns) @ change)
-
-
-@formerly("bodyIndex", "bodyUniqueId")
-def calculateInverseDynamics(
-    bodyUniqueId: int,
-    objPositions: Any,
-    objVelocities: Any,
-    objAccelerations: Any,
-    flags: int = 0,
-    physicsClientId: int = 0,
-) -> tuple[float, ...]:
-    """The efforts that give the joints these accelerations, under gravity and without contacts."""
-    del flags
-    world = connected(physicsClientId)
-    body = world.body(bodyUniqueId, "calculateInverseDynamics failed.")
-    text = "Error in calculateInverseDynamics, please check arguments."
-    positions, velocities = floats(objPositions, text), floats(objVelocities, text)
-    accelerations = floats(objAccelerations, text)
-    if not body.fixed:
-        raise unsupported("calculateInverseDynamics", "only for robots with a fixed base")
-    if not len(positions) == len(velocities) == len(accelerations):
-        raise error(text)
-    request = ComputeInverseDynamicsRequest(robot=body.robot, accelerations=accelerations)
-    _configure(world, body, request.configuration, positions, velocities)
-    return tuple(world.wire.call(methods.ComputeInverseDynamics, request).efforts)
-
-
-def _configure(
-    world: World,
-    body: Body,
-    configuration: Configuration,
-    positions: list[float],
-    velocities: list[float] | None = None,
-) -> None:
-    """PyBullet takes a value for each joint velocity, and a free base at the origin."""
-    wanted = sum(1 if joint.width == 1 else joint.width for joint in body.joints)
-    if len(positions) != wanted or any(joint.width == 6 for joint in body.joints):
-        raise error(f"{len(positions)} joint positions for {wanted} degrees of freedom of {body.robot}")
-    configuration.positions.extend(positions)
-    if velocities is not None:
-        configuration.velocities.extend(velocities)
-    if not body.fixed:
-        _put_pose(configuration.root, inverse(body.frame(body.base_link)))
-
-
-def _from_bullet(body: Body, columns: int) -> Array:
-    """simd's velocities from Bullet's. Of a free base simd has the linear velocity of the root's origin,
-    then the angular one; Bullet the angular one, then the linear velocity of the centre of mass."""
-    change: Array = np.eye(columns)
-    if not body.fixed:
-        x, y, z = inverse(body.frame(body.base_link))[0]
-        change[:6, :6] = 0.0
-        change[0:3, 3:6] = np.eye(3)
-        # The origin moves with the angular velocity about the centre: w x p.
-        change[0:3, 0:3] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]
-        change[3:6, 0:3] = np.eye(3)
-    return change
-
-
-def _matrix(values: Iterable[float], columns: int) -> Array:
-    """From rows one after the other."""
-    flat = list(values)
-    rows = [flat[start : start + columns] for start in range(0, len(flat), columns)]
-    return np.array(rows, np.float64)
-
-
-def _rows(matrix: Array) -> tuple[tuple[float, ...], ...]:
-    return tuple(tuple(row) for row in matrix.tolist())
-
-
-def _put_pose(message: PoseMessage, pose: Pose) -> None:
+def put_pose(message: PoseMessage, pose: Pose) -> None:
+    """Sets a message."""
     (x, y, z), turn = pose
     message.position.x, message.position.y, message.position.z = x, y, z
     x, y, z, w = turn
@@ -340,9 +217,6 @@ def _put_pose(message: PoseMessage, pose: Pose) -> None:
 __all__ = [
     "applyExternalForce",
     "applyExternalTorque",
-    "calculateInverseDynamics",
-    "calculateJacobian",
-    "calculateMassMatrix",
     "getBasePositionAndOrientation",
     "getBaseVelocity",
     "getLinkState",

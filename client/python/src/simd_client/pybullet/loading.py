@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, cast
 
@@ -85,7 +85,8 @@ def loadURDF(
         entity, files, paths = world.wire.load(path, spawn)
     except error as refusal:
         raise error(f"Cannot load URDF file. {refusal}", refusal.reason) from None
-    number = settled(world, entity, description, urdf, files, globalScaling)
+    order = description.links if flags & constants.URDF_MAINTAIN_LINK_ORDER else ()
+    number = settled(world, entity, description, urdf, files, globalScaling, link_order=order)
     body = world.bodies[number]
     body.self_collision, body.paths, body.file = spawn.self_collision, paths, str(fileName)
     filters.set_parents(world, body, flags)
@@ -100,19 +101,18 @@ def settled(
     files: dict[str, str],
     scale: float,
     surfaces: dict[str, Surface] | None = None,
+    link_order: Sequence[str] = (),
 ) -> int:
     """Adds a robot that was spawned, with these surfaces or to be given those of PyBullet. Its joints have PyBullet's default
-    motors. Returns its number."""
-    body = world.add(entity, description.frames, own=True, urdf=urdf)
+    motors, and are numbered as these links come, if some are named. Returns its number."""
+    body = world.add(entity, description.frames, own=True, urdf=urdf, link_order=link_order)
     body.files, body.scale = files, scale
     if surfaces is None:
         smooth = [link.name for link in entity.links if link.name not in description.rough]
         world.set_surfaces(body, default_surfaces(smooth, body.base_link if body.fixed else None))
     else:
         body.surfaces.update(surfaces)
-    for index, joint in enumerate(body.joints):
-        if joint.has_motor:
-            world.drive(body, index)
+    world.drive(body, (index for index, joint in enumerate(body.joints) if joint.has_motor))
     world.sent_if_playing()
     return body.unique_id
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from typing import Any
 
 from simd_client.proto import GetCamerasRequest, SetCameraRequest, ViewCamera, methods
@@ -17,6 +18,8 @@ from .world import World
 # Of PyBullet's window: the distances of its frustum, metres, and its vertical field of view, radians.
 _NEAR, _FAR = 0.01, 1000.0
 _FIELD = math.pi / 2
+# Wall seconds between two questions: a loop without pauses asks no more often than a page draws.
+_INTERVAL = 0.004
 # How far the rays through the window's edges reach.
 _REACH = 10000.0
 
@@ -41,6 +44,7 @@ def resetDebugVisualizerCamera(
         request.target.x, request.target.y, request.target.z = target
         world.camera_version = world.wire.call(methods.SetCamera, request).version
     world.camera = kept
+    world.page_camera = None
 
 
 def getDebugVisualizerCamera(physicsClientId: int = 0) -> tuple[Any, ...]:
@@ -88,10 +92,17 @@ def _matrices(camera: Camera, aspect: float) -> tuple[ViewMatrix, ViewMatrix]:
 
 def _shown(world: World) -> Camera:
     """The camera of the page that has followed the script and moved last, else the one that is kept."""
+    asked, now = world.page_camera, time.monotonic()
+    if asked is None or now - asked[0] >= _INTERVAL:
+        asked = world.page_camera = (now, _ask(world))
+    return asked[1] or world.camera
+
+
+def _ask(world: World) -> Camera | None:
     for page in world.wire.call(methods.GetCameras, GetCamerasRequest()).cameras:
         if page.followed_version >= world.camera_version:
             return _of_page(page.camera)
-    return world.camera
+    return None
 
 
 def _of_page(camera: ViewCamera) -> Camera:

@@ -33,7 +33,7 @@ from .primitives import Shapes
 from .put_back import put_back
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from simd_client.proto import EntityInfo, RobotScene
     from simd_client.surface import Surface
@@ -61,9 +61,11 @@ class World(Loop):
         # Settings of an unused world before the script changed them, and whether it played.
         self._found: tuple[Physics, bool] | None = None
         self.sliders = sliders
-        self.drawings = Drawings(wire)
+        self.drawings = Drawings(wire, self.say_once)
         self.input = InputQueue(wire)
         self.search_paths: list[str] = []
+        # See `numbers`; None while it has to be made again.
+        self._numbers: dict[tuple[str, str], tuple[int, int]] | None = None
         # Pairs of body and link that the script switched off or on, the smaller first.
         self.pairs: dict[tuple[tuple[int, int], tuple[int, int]], bool] = {}
         self.constraints: dict[int, Constraint] = {}
@@ -71,6 +73,8 @@ class World(Loop):
         self.camera = Camera()
         # Of the daemon, for the camera that the script set last.
         self.camera_version = 0
+        # That of a page, if there was one, and the wall time at which the daemon was asked.
+        self.page_camera: tuple[float, Camera | None] | None = None
         # How many of loadTexture's there are.
         self.textures = 0
         self.notes = Notes()
@@ -99,22 +103,31 @@ class World(Loop):
             raise error(refusal)
         return found
 
-    def numbers(self) -> dict[tuple[str, str], tuple[int, int]]:
+    def numbers(self) -> Mapping[tuple[str, str], tuple[int, int]]:
         """PyBullet's numbers by the names of robot and link."""
-        return {
-            (body.robot, name): (body.unique_id, number)
-            for body in self.bodies.values()
-            for number, name in enumerate((body.base_link, *(joint.link for joint in body.joints)), start=-1)
-        }
+        if self._numbers is None:
+            self._numbers = {
+                (body.robot, name): (body.unique_id, number)
+                for body in self.bodies.values()
+                for number, name in enumerate((body.base_link, *(joint.link for joint in body.joints)), start=-1)
+            }
+        return self._numbers
 
     def add(
-        self, entity: EntityInfo, frames: Mapping[str, Pose], own: bool, urdf: bytes | None = None
+        self,
+        entity: EntityInfo,
+        frames: Mapping[str, Pose],
+        own: bool,
+        urdf: bytes | None = None,
+        link_order: Sequence[str] = (),
     ) -> Body:
-        """Adds a robot of the daemon's world, under the smallest free number."""
+        """Adds a robot of the daemon's world, under the smallest free number. Its joints are numbered as these links come, else
+        as the daemon numbers them."""
         layout = self._layout(entity)
         free = next(number for number in range(len(self.bodies) + 1) if number not in self.bodies)
-        made = bodies.body(free, entity, layout, frames, own, urdf)
+        made = bodies.body(free, entity, layout, frames, own, urdf, link_order)
         self.bodies[free] = made
+        self._numbers = None
         self.forget_states()
         return made
 
@@ -140,6 +153,8 @@ class World(Loop):
 
     def remove(self, body: Body) -> None:
         """Removes a robot from the daemon's world."""
+        # What is drawn on it is taken as long as it is there.
+        self.drawings.flush()
         self.wire.call(methods.DeleteEntity, DeleteEntityRequest(robot=body.robot))
         self._drop(body.unique_id)
 
@@ -148,7 +163,7 @@ class World(Loop):
     ) -> Body:
         """The same robot with another description; motors are kept by joint name."""
         layout = self._layout(entity)
-        made = bodies.body(body.unique_id, entity, layout, frames, body.own, urdf)
+        made = bodies.body(body.unique_id, entity, layout, frames, body.own, urdf, body.link_order)
         made.files, made.noted, made.scale = body.files, body.noted, body.scale
         made.paths, made.file, made.made_of = body.paths, body.file, body.made_of
         made.colors = body.colors
@@ -161,6 +176,7 @@ class World(Loop):
                 joint.motor, joint.sensor = body.joints[place].motor, body.joints[place].sensor
                 joint.ball = joint.ball and (body.joints[place].ball or joint.ball)
         self.bodies[body.unique_id] = made
+        self._numbers = None
         for key in [(n, i) for n, i in self._waiting if n == made.unique_id]:
             # A joint that follows another now has no motor.
             if key[1] >= len(made.joints) or not made.joints[key[1]].has_motor:
@@ -179,6 +195,7 @@ class World(Loop):
 
     def _drop(self, number: int) -> None:
         robot = self.bodies.pop(number).robot
+        self._numbers = None
         self.notes.forget(number)
         self.pairs = {key: on for key, on in self.pairs.items() if number not in (key[0][0], key[1][0])}
         self.scenes.pop(robot, None)
@@ -219,9 +236,7 @@ class World(Loop):
         """Motors' gains are per step: they change with the time step."""
         for body in self.bodies.values():
             if body.own:
-                for index, joint in enumerate(body.joints):
-                    if joint.has_motor:
-                        self.drive(body, index)
+                self.drive(body, (index for index, joint in enumerate(body.joints) if joint.has_motor))
         self.sent_if_playing()
 
     def restored(self) -> None:

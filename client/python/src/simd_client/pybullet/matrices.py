@@ -1,0 +1,140 @@
+"""Jacobians, inertia matrices and inverse dynamics."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+
+from simd_client.proto import (
+    ComputeInverseDynamicsRequest,
+    GetJacobianRequest,
+    GetMassMatrixRequest,
+    methods,
+)
+
+from . import coordinates
+from .arguments import floats, formerly, vector
+from .bodies import Body
+from .connections import connected
+from .coordinates import Array
+from .errors import error, unsupported
+from .world import World
+
+# Of `flags`: positions have a base and quaternions, as `coordinates` says.
+_LONG = 1
+
+
+def calculateJacobian(
+    bodyUniqueId: int,
+    linkIndex: int,
+    localPosition: Any,
+    objPositions: Any,
+    objVelocities: Any = (),
+    objAccelerations: Any = (),
+    physicsClientId: int = 0,
+) -> tuple[Any, Any]:
+    """The Jacobian of a point of a link, given in the link's frame: three rows for its velocity,
+    three for the link's angular velocity. A free base has six columns in front, angular and then
+    linear velocity of its centre of mass, in the base's own axes."""
+    del objVelocities, objAccelerations
+    world = connected(physicsClientId)
+    body = world.body(bodyUniqueId, "calculateJacobian failed.")
+    link = body.link_name(linkIndex)
+    if link is None:
+        raise error("Error in calculateJacobian: invalid linkIndex")
+    text = "calculateJacobian: localPosition and objPositions must be sequences of numbers"
+    request = GetJacobianRequest(robot=body.robot, link=link)
+    request.point.x, request.point.y, request.point.z = vector(localPosition, text)
+    request.configuration.CopyFrom(coordinates.short(body, floats(objPositions, text)))
+    answer = world.wire.call(methods.GetJacobian, request)
+    change = coordinates.from_short(body)
+    linear, angular = (_matrix(rows, answer.columns) @ change for rows in (answer.linear, answer.angular))
+    return _rows(linear), _rows(angular)
+
+
+def calculateMassMatrix(
+    bodyUniqueId: int, objPositions: Any, flags: int = 0, physicsClientId: int = 0
+) -> Any:
+    """The joint-space inertia matrix, row by row; of a free base with six velocities in front, as
+    calculateJacobian has them. With flags 1 positions are a base's seven and then the joints', with quaternions, and rows are
+    those of a controller of DeepMimic's: linear and angular velocity of the base in world axes, and a 1 where there is none."""
+    world = connected(physicsClientId)
+    body = world.body(bodyUniqueId, "calculateMassMatrix failed.")
+    request = GetMassMatrixRequest(robot=body.robot)
+    text = "calculateMassMatrix: objPositions must be a sequence of numbers"
+    positions = floats(objPositions, text)
+    if flags & _LONG:
+        _check_long(body, "calculateMassMatrix", positions)
+        request.configuration.CopyFrom(coordinates.long(body, positions))
+        change = coordinates.from_long(body, positions)
+    else:
+        # As in PyBullet, what is beyond the joints' is not read, though it be the base's that comes first.
+        positions = positions[: sum(joint.width for joint in body.joints)]
+        request.configuration.CopyFrom(coordinates.short(body, positions))
+        change = coordinates.from_short(body)
+    answer = world.wire.call(methods.GetMassMatrix, request)
+    inertia = np.transpose(change) @ _matrix(answer.matrix, answer.columns) @ change
+    if flags & _LONG:
+        empty = coordinates.empty_places(body)
+        inertia[empty, empty] = 1.0
+    return _rows(inertia)
+
+
+@formerly("bodyIndex", "bodyUniqueId")
+def calculateInverseDynamics(
+    bodyUniqueId: int,
+    objPositions: Any,
+    objVelocities: Any,
+    objAccelerations: Any,
+    flags: int = 0,
+    physicsClientId: int = 0,
+) -> tuple[float, ...]:
+    """The efforts that give the joints these accelerations, under gravity and without contacts. With flags 1, for free bases
+    and as calculateMassMatrix has them then, those without any acceleration: as in PyBullet, what is given is not read."""
+    world = connected(physicsClientId)
+    body = world.body(bodyUniqueId, "calculateInverseDynamics failed.")
+    text = "Error in calculateInverseDynamics, please check arguments."
+    positions, velocities = floats(objPositions, text), floats(objVelocities, text)
+    accelerations = floats(objAccelerations, text)
+    if not len(positions) == len(velocities) == len(accelerations):
+        raise error(text)
+    request = ComputeInverseDynamicsRequest(robot=body.robot)
+    if flags & _LONG:
+        _check_long(body, "calculateInverseDynamics", positions)
+        request.configuration.CopyFrom(coordinates.long(body, positions, velocities))
+        return _efforts(world, request, coordinates.from_long(body, positions))
+    if not body.fixed:
+        raise unsupported("calculateInverseDynamics", "only for robots with a fixed base, and for others with flags 1")
+    request.configuration.CopyFrom(coordinates.short(body, positions, velocities))
+    change = coordinates.from_short(body)
+    request.accelerations.extend((change @ np.array(accelerations)).tolist())
+    return _efforts(world, request, change)
+
+
+def _check_long(body: Body, function: str, positions: Sequence[float]) -> None:
+    if body.fixed:
+        raise unsupported(function, "flags 1 is for robots with a free base")
+    wanted = coordinates.long_width(body)
+    if len(positions) != wanted:
+        raise error(f"{function}: {len(positions)} positions, where {body.robot} has {wanted} with flags 1")
+
+
+def _efforts(world: World, request: ComputeInverseDynamicsRequest, change: Array) -> tuple[float, ...]:
+    efforts = np.array(world.wire.call(methods.ComputeInverseDynamics, request).efforts)
+    return tuple((np.transpose(change) @ efforts).tolist())
+
+
+def _matrix(values: Iterable[float], columns: int) -> Array:
+    """From rows one after the other."""
+    flat = list(values)
+    rows = [flat[start : start + columns] for start in range(0, len(flat), columns)]
+    return np.array(rows, np.float64)
+
+
+def _rows(matrix: Array) -> tuple[tuple[float, ...], ...]:
+    return tuple(tuple(row) for row in matrix.tolist())
+
+
+__all__ = ["calculateInverseDynamics", "calculateJacobian", "calculateMassMatrix"]
