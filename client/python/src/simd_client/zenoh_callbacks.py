@@ -5,6 +5,7 @@ frames that is an abort of the process: no callback may be running then."""
 
 from __future__ import annotations
 
+import _thread
 import os
 import threading
 import time
@@ -17,6 +18,10 @@ Item = TypeVar("Item")
 
 # For the last instructions of a callback that was waited for, which are after its count.
 _RETURN_SECONDS = 0.002
+# How long who drops a session waits until it is closed.
+_CLOSE_SECONDS = 0.5
+# In the place of a thread that closes a session, which has no number yet.
+_CLOSER = 0
 
 
 class _Running:
@@ -30,14 +35,20 @@ class _Running:
         self._changed = threading.Condition(threading.RLock())
         self._threads: list[int] = []
 
-    def __enter__(self) -> None:
+    def begin(self, thread: int) -> None:
         with self._changed:
-            self._threads.append(threading.get_ident())
+            self._threads.append(thread)
+
+    def end(self, thread: int) -> None:
+        with self._changed:
+            self._threads.remove(thread)
+            self._changed.notify_all()
+
+    def __enter__(self) -> None:
+        self.begin(threading.get_ident())
 
     def __exit__(self, *_: object) -> None:
-        with self._changed:
-            self._threads.remove(threading.get_ident())
-            self._changed.notify_all()
+        self.end(threading.get_ident())
 
     def is_this_thread(self) -> bool:
         return threading.get_ident() in self._threads
@@ -75,15 +86,31 @@ def callback(
 
 
 def close_anywhere(session: zenoh.Session) -> None:
-    """Closes a session that was dropped, on whatever thread that is noticed. Closing waits for the thread that calls
-    back, so that this one must not do it itself."""
-    close: Callable[[], None] = session.close  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
+    """Closes a session that was dropped, on whatever thread that is noticed, and whatever that thread holds: a collection
+    of garbage may notice it, between any two instructions. Closing waits for callbacks that are running. One of them may be
+    this one, or may wait for what this thread holds: so another thread closes, for which this one waits only for a while."""
     if session.is_closed():
         return
-    if _running.is_this_thread():
-        threading.Thread(target=close, name="simd-close", daemon=True).start()
-    else:
-        close()
+    close: Callable[[], None] = session.close  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
+    closed = threading.Event()
+
+    def closing() -> None:
+        try:
+            close()
+        finally:
+            closed.set()
+            _running.end(_CLOSER)
+
+    # Counted from here on, so that the program does not end within it.
+    _running.begin(_CLOSER)
+    try:
+        # Not a `Thread`, whose start waits for locks of its module.
+        _thread.start_new_thread(closing, ())
+    except RuntimeError:
+        # None begins any more: the program ends.
+        closing()
+    if not _running.is_this_thread():
+        closed.wait(_CLOSE_SECONDS)
 
 
 def wait_for_callbacks(timeout: float) -> None:

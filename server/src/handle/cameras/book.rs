@@ -1,4 +1,4 @@
-//! Who wants which pictures, and who draws them. It is told the time and waits for nothing.
+//! Who wants which pictures, and who draws them. Each call brings the time, and none waits.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -17,8 +17,11 @@ const PRESENT: Duration = Duration::from_secs(5);
 const FORGOTTEN: Duration = Duration::from_secs(60);
 /// Names of renderers that are known at one time.
 const MOST_RENDERERS: usize = 64;
-/// Renderers that are given a task one after the other, until whoever waits for it is told that it cannot be drawn.
+/// Renderers that are given a task one after the other, until its callers are refused.
 const MOST_TRIES: u32 = 3;
+/// Pictures of a camera's own rate that are drawn at one time: of one whose renderers take tasks and answer none, each would keep its
+/// state until its time is over.
+const MOST_DRAWN: usize = 16;
 
 /// What the book keeps to.
 #[derive(Clone, Copy, Debug)]
@@ -162,7 +165,9 @@ impl Book {
                 _ => drop(self.tasks.remove(&task)),
             }
         }
-        if self.check_renderers(now).is_ok() {
+        let is_its = |task: &&Task| task.order.camera.as_ref().is_some_and(|(of, _)| *of == id);
+        let drawn = self.tasks.values().filter(|task| task.is_due && task.drawing.is_some());
+        if drawn.filter(is_its).count() < MOST_DRAWN && self.check_renderers(now).is_ok() {
             self.add(order, true, now);
         } else {
             missed += 1;
@@ -219,9 +224,10 @@ impl Book {
         Some(PictureTask { id: *id, order: Arc::clone(&task.order), time_left: self.bounds.drawing })
     }
 
-    /// When the next task is taken from its renderer.
+    /// When the next task is taken from its renderer. One whose picture is being looked at is not, however late it is.
     pub(super) fn next_expiry(&self) -> Option<Instant> {
-        let began = self.tasks.values().filter_map(|task| task.drawing.as_ref().map(|(_, began)| *began));
+        let drawn = self.tasks.values().filter(|task| !task.is_arriving);
+        let began = drawn.filter_map(|task| task.drawing.as_ref().map(|(_, began)| *began));
         began.min().map(|began| began + self.bounds.drawing)
     }
 
@@ -244,7 +250,7 @@ impl Book {
         }
     }
 
-    /// The picture was looked at: it is good, or whoever waits is told why there is none. Whether it was waited for.
+    /// Ends a task with the picture that was checked, or with why there is none. Returns whether it was waited for.
     pub(super) fn end_put(&mut self, id: u64, drawn: Result<Drawn, CallError>, now: Instant) -> bool {
         let Some(mut task) = self.tasks.remove(&id) else { return false };
         let Some((name, _)) = task.drawing.take() else { return false };

@@ -99,6 +99,8 @@ impl Drop for Arriving<'_> {
     fn drop(&mut self) {
         if let Some(id) = self.id {
             self.cameras.book().abandon_put(id);
+            // Its time may be over: those who wait for work did not wait for that.
+            self.cameras.work_came.notify_waiters();
         }
     }
 }

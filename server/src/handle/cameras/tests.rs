@@ -1,4 +1,4 @@
-//! The book of pictures, told the time.
+//! The book of pictures, with times of the tests' own.
 
 use bytes::Bytes;
 use tokio_util::sync::CancellationToken;
@@ -156,6 +156,35 @@ async fn who_goes_while_a_picture_comes_does_not_keep_its_task() {
     book.abandon_put(task.id);
     assert_eq!(book.next(&renderer, now + SECOND).unwrap().id, task.id);
     drop(waiting);
+}
+
+#[tokio::test]
+async fn who_waits_for_work_is_not_woken_over_and_over_by_a_picture_that_is_looked_at_for_long() {
+    let (state, mut book, renderer, now) = begun().await;
+    let waiting = book.ask(order(&state, None), now).unwrap();
+    let task = book.next(&renderer, now).unwrap();
+    assert_eq!(book.next_expiry(), Some(now + SECOND));
+    book.begin_put(task.id, &renderer, now).unwrap();
+    assert_eq!(book.next_expiry(), None, "its time would be over at once, again and again");
+    book.abandon_put(task.id);
+    assert_eq!(book.next_expiry(), Some(now + SECOND));
+    drop(waiting);
+}
+
+#[tokio::test]
+async fn a_renderer_that_takes_tasks_and_answers_none_holds_few_states_of_a_camera() {
+    let (state, mut book, renderer, now) = begun().await;
+    let taken = (0..1000).filter(|_| {
+        book.due(order(&state, Some(7)), 0, now);
+        book.next(&renderer, now).is_some()
+    });
+    assert_eq!(taken.count(), 16);
+    assert_eq!(book.camera(7, now).missed, 1000 - 16);
+    // Another camera has its own share, and this one has it again in time.
+    for (camera, at) in [(8, now), (7, now + SECOND)] {
+        book.due(order(&state, Some(camera)), 0, at);
+        assert!(book.next(&renderer, at).is_some(), "{camera}");
+    }
 }
 
 #[tokio::test]

@@ -134,6 +134,17 @@ fn files_that_name_each_other_or_thousands_of_others_come_to_an_end() {
 }
 
 #[test]
+fn a_document_of_nothing_but_beginnings_of_pictures_is_looked_through_once() {
+    // A look at all that follows for each of them would take hours.
+    for (part, end) in [("<image>", ""), ("<image>", "</image>"), ("<image><init_from", "")] {
+        let text = part.repeat(4 << 20) + end;
+        assert!(collada(text.as_bytes()).is_empty(), "{part}");
+    }
+    let broken = "<image><image></image><image><init_from>a.png</init_from></image>";
+    assert_eq!(collada(broken.as_bytes()), [Named { name: "a.png".into(), role: Role::Image }]);
+}
+
+#[test]
 fn names_lead_to_files_beside_the_mesh_and_nowhere_else() {
     for (name, expected) in [
         ("a.png", Some("a.png")),

@@ -19,12 +19,14 @@ pub(super) struct Materials<'f, 'a> {
     beside: &'f Beside,
     /// By `<effect>`.
     known: HashMap<NodeId, Look>,
+    /// By `<material>`, its effect: one of many children would be looked through as often as it is used.
+    effects: HashMap<NodeId, Option<Node<'a, 'a>>>,
 }
 
 impl<'f, 'a> Materials<'f, 'a> {
     /// None yet.
     pub(super) fn new(file: &'f File<'a>, beside: &'f Beside) -> Self {
-        Self { file, beside, known: HashMap::new() }
+        Self { file, beside, known: HashMap::new(), effects: HashMap::new() }
     }
 
     /// The look of each material by what a geometry calls it, as an instance of the geometry
@@ -35,7 +37,10 @@ impl<'f, 'a> Materials<'f, 'a> {
         let bound: HashMap<&str, Node> =
             bound.filter_map(|material| Some((material.attribute("symbol")?, material))).collect();
         move |symbol| {
-            let effect = bound.get(symbol).and_then(|bound| effect(self.file, *bound));
+            let material =
+                bound.get(symbol).and_then(|bound| self.file.follow(*bound, "target", "material").ok());
+            let Some(material) = material else { return Look::default() };
+            let effect = *self.effects.entry(material.id()).or_insert_with(|| effect(self.file, material));
             let Some(effect) = effect else { return Look::default() };
             let look = self.known.entry(effect.id());
             look.or_insert_with(|| look_of(self.file, self.beside, effect).unwrap_or_default()).clone()
@@ -43,9 +48,8 @@ impl<'f, 'a> Materials<'f, 'a> {
     }
 }
 
-/// The effect of a material that an instance binds.
-fn effect<'a>(file: &File<'a>, bound: Node<'a, 'a>) -> Option<Node<'a, 'a>> {
-    let material = file.follow(bound, "target", "material").ok()?;
+/// The effect of a material.
+fn effect<'a>(file: &File<'a>, material: Node<'a, 'a>) -> Option<Node<'a, 'a>> {
     file.follow(child(material, "instance_effect")?, "url", "effect").ok()
 }
 
@@ -73,7 +77,7 @@ fn look_of<'a>(file: &File<'a>, beside: &Beside, effect: Node<'a, 'a>) -> Option
 /// How much of it hides what is behind. Its opposite is written by many exporters, and is taken where nothing would be
 /// seen else.
 fn alpha(shader: Node) -> Option<f64> {
-    /// What is less hides nothing that anybody sees.
+    /// A surface of a lower opacity is not visible.
     const LEAST: f64 = 0.02;
     let transparent = child(shader, "transparent")?;
     let [red, green, blue, alpha]: [f64; 4] = numbers(child(transparent, "color")?).ok()?;

@@ -335,3 +335,22 @@ fn triangles_have_the_colours_of_their_materials() {
         assert!(paints.iter().all(|paint| paint.color.is_none()), "{from}");
     }
 }
+
+/// Each of many parts has a material that is of many things: all of them for each of the parts would take minutes.
+#[test]
+fn a_material_of_many_parts_is_looked_through_once() {
+    let faces = r##"<triangles material="s" count="1"><input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2</p></triangles>"##;
+    let geometry = square(&faces.repeat(40_000));
+    let filling = "<a/>".repeat(150_000);
+    let libraries = format!(
+        r##"{geometry}</library_geometries><library_effects><effect id="e"><profile_COMMON><technique><lambert><diffuse>
+        <color>1 0 0 1</color></diffuse></lambert></technique></profile_COMMON></effect></library_effects><library_materials>
+        <material id="m">{filling}<instance_effect url="#e"/></material></library_materials><library_geometries>"##
+    );
+    let nodes = r##"<node><instance_geometry url="#g"><bind_material><technique_common>
+        <instance_material symbol="s" target="#m"/></technique_common></bind_material></instance_geometry></node>"##;
+    let text = file("", &libraries, nodes);
+    let read = crate::mesh::read("a.dae", text.as_bytes(), &Beside::default()).unwrap();
+    assert_eq!((read.triangles.1.len(), read.paints.len()), (40_000, 1));
+    assert_eq!(read.paints[0].color, Some([1.0, 0.0, 0.0]));
+}
