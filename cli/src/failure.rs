@@ -39,7 +39,7 @@ pub(crate) fn report(error: &anyhow::Error) -> ExitCode {
     // As clap begins what it refuses by itself.
     let name = if error.is::<Usage>() { "error:" } else { "simctl:" };
     let (begin, end) = if has_colour(stderr.is_terminal()) { ("\x1b[31m", "\x1b[0m") } else { ("", "") };
-    // Nothing is left to tell it to where stderr is gone.
+    // There is no way to report it where stderr is gone.
     let _ = writeln!(stderr, "{begin}{name}{end} {}", printable_lines(&format!("{error:#}")));
     if let Some(remedy) = remedy(error) {
         let _ = writeln!(stderr, "        {}", printable_lines(&remedy));
@@ -60,7 +60,7 @@ pub(crate) fn hint(sentence: &str) {
 fn say(kind: &str, sentence: &str) {
     let mut stderr = io::stderr().lock();
     let (begin, end) = if has_colour(stderr.is_terminal()) { ("\x1b[33m", "\x1b[0m") } else { ("", "") };
-    // Nothing is left to tell it to where stderr is gone.
+    // There is no way to report it where stderr is gone.
     let _ = writeln!(stderr, "{begin}simctl: {kind}:{end} {}", printable_lines(sentence));
 }
 

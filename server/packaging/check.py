@@ -130,7 +130,7 @@ def check_package(scratch: Path) -> None:
     """Installed, run as its unit runs it, installed again over a changed configuration, removed, purged."""
     package = one("simd_*.deb")
     if shutil.which("lintian"):
-        # What is left out is what a package outside of Debian has not: a bug to close, and an address where nobody gave one.
+        # What is left out is what a package outside of Debian has not: a bug to close, and an address where none is given.
         left_out = "initial-upload-closes-no-bugs,bogus-mail-host,bogus-mail-host-in-debian-changelog"
         run("lintian", "--allow-root", "--fail-on=error,warning", f"--suppress-tags={left_out}", package)
     root = scratch / "root"

@@ -3,12 +3,12 @@
 //! A call is a method's name and the bytes of its request, as over Zenoh, and goes the same way: through the same
 //! services, with the same checks and refusals. It is done on the thread that calls ([`Embedded::call`]): reads hand
 //! nothing over, and commands and steps of a paused world are done by the caller too, who drives it (`driver/callers.rs`).
-//! What takes its time is begun ([`Embedded::begin`], [`Embedded::subscribe`]) and heard of by notices.
+//! What takes its time is begun ([`Embedded::begin`], [`Embedded::subscribe`]), and notices say what becomes of it.
 //!
 //! * `direct`: calls that loops make, by a shorter way. `notices`: what becomes of calls that were begun. `publications`: what subscriptions get.
 //!
 //! Bounded: [`UNDER_WAY`] calls and subscriptions that were begun, and `notices::WAITING` notices; beyond that their tasks
-//! wait for who hears them.
+//! wait until notices are read.
 
 mod direct;
 mod notices;
@@ -37,8 +37,8 @@ use tonic::service::Routes;
 use tonic::{Request, Status, Streaming};
 
 use self::direct::Direct;
-use self::notices::{Hearing, Teller};
 pub use self::notices::{Notice, Ticket, What};
+use self::notices::{Notices, Notifier};
 pub use self::publications::Topic;
 use crate::SimHandle;
 use crate::access::Access;
@@ -75,8 +75,8 @@ pub struct Embedded {
     state_rate: f64,
     autosave: Option<Autosave>,
     under_way: Arc<Mutex<UnderWay>>,
-    teller: Teller,
-    hearing: Mutex<Hearing>,
+    notifier: Notifier,
+    notices: Mutex<Notices>,
 }
 
 /// What was begun, by ticket.
@@ -115,7 +115,7 @@ impl Embedded {
                 said.insert(header, value);
             }
         }
-        let (teller, hearing) = notices::channel();
+        let (notifier, notices) = notices::channel();
         let connection = CancellationToken::new();
         Ok(Self {
             services: routes(&handle, Transport::Handle),
@@ -127,8 +127,8 @@ impl Embedded {
             state_rate: config.zenoh.state_rate,
             autosave: config.autosave,
             under_way: Arc::default(),
-            teller,
-            hearing: Mutex::new(hearing),
+            notifier,
+            notices: Mutex::new(notices),
         })
     }
 
@@ -182,45 +182,45 @@ impl Embedded {
         in_full(status)
     }
 
-    /// Begins a call whose answers are heard of by notices of this ticket, within `time_limit`: one answer, or all of a
+    /// Begins a call whose answers come as notices of this ticket, within `time_limit`: one answer, or all of a
     /// stream, or a refusal; then its end.
     ///
     /// # Errors
     /// Where there is no such method, or too many calls are under way.
     pub fn begin(&self, method: &str, request: Bytes, time_limit: Duration) -> Result<Ticket, Status> {
         let prepared = self.prepare(self.find(method)?, request);
-        let teller = self.teller.clone();
+        let notifier = self.notifier.clone();
         self.spawn(move |ticket| async move {
             let outcome = match prepared.method.gives_many && !prepared.method.takes_many {
-                true => tell_all(prepared, time_limit, ticket, &teller).await,
+                true => notify_of_all(prepared, time_limit, ticket, &notifier).await,
                 false => match within(time_limit, answer(prepared)).await {
                     Ok(answer) => {
-                        teller.tell(ticket, What::Answer(answer)).await;
+                        notifier.notify(ticket, What::Answer(answer)).await;
                         Ok(())
                     }
                     Err(refused) => Err(refused),
                 },
             };
             if let Err(status) = outcome {
-                teller.tell(ticket, What::Refused(in_full(&with_reason(status)))).await;
+                notifier.notify(ticket, What::Refused(in_full(&with_reason(status)))).await;
             }
-            teller.tell(ticket, What::Ended).await;
+            notifier.notify(ticket, What::Ended).await;
         })
     }
 
-    /// Hears what is published of a topic from now on, by notices of this ticket, until [`end`](Self::end). Newest wins
-    /// where notices are not heard; a gap in the events shows in their numbers.
+    /// Subscribes to a topic: publications come as notices of this ticket, until [`end`](Self::end). Newest wins
+    /// where notices are not read; a gap in the events shows in their numbers.
     ///
     /// # Errors
     /// Where too many are under way.
     pub fn subscribe(&self, topic: Topic) -> Result<Ticket, Status> {
-        let (handle, teller, rate) = (self.handle.clone(), self.teller.clone(), self.state_rate);
+        let (handle, notifier, rate) = (self.handle.clone(), self.notifier.clone(), self.state_rate);
         self.spawn(move |ticket| async move {
-            publications::publish(&handle, topic, rate, ticket, &teller).await;
+            publications::publish(&handle, topic, rate, ticket, &notifier).await;
         })
     }
 
-    /// Ends a subscription, or a call that was begun. What it has told already may still be heard.
+    /// Ends a subscription, or a call that was begun. Notices that it sent before may still come.
     pub fn end(&self, ticket: Ticket) {
         if let Some(task) = self.lock().tasks.remove(&ticket) {
             task.abort();
@@ -228,15 +228,15 @@ impl Embedded {
     }
 
     /// What has become of calls and subscriptions: all that waits, at the latest after `time_limit`, and then nothing.
-    /// `None` once [`close`](Self::close) was called. One thread hears at a time.
-    pub fn hear(&self, time_limit: Duration) -> Option<Vec<Notice>> {
-        let mut hearing = self.hearing.lock().unwrap_or_else(PoisonError::into_inner);
+    /// `None` once [`close`](Self::close) was called. One thread reads them at a time.
+    pub fn next_notices(&self, time_limit: Duration) -> Option<Vec<Notice>> {
+        let mut notices = self.notices.lock().unwrap_or_else(PoisonError::into_inner);
         let runtime = self.runtime.as_ref()?;
         runtime.block_on(async {
             tokio::select! {
                 biased;
                 () = self.connection.cancelled() => None,
-                heard = tokio::time::timeout(time_limit, hearing.next()) => Some(heard.unwrap_or_default()),
+                read = tokio::time::timeout(time_limit, notices.next()) => Some(read.unwrap_or_default()),
             }
         })
     }
@@ -355,18 +355,18 @@ async fn answer(prepared: Prepared) -> Result<Bytes, Status> {
 }
 
 /// All answers of a stream, each a notice.
-async fn tell_all(
+async fn notify_of_all(
     prepared: Prepared,
     time_limit: Duration,
     ticket: Ticket,
-    teller: &Teller,
+    notifier: &Notifier,
 ) -> Result<(), Status> {
     let all = async {
         let mut answers = answers(prepared).await?;
         while let Some(answer) = answers.message().await? {
-            teller.tell(ticket, What::Answer(answer)).await;
+            notifier.notify(ticket, What::Answer(answer)).await;
         }
-        // How it ended is told as over Zenoh.
+        // How it ended is said as over Zenoh.
         Err(Status::ok("the stream ended"))
     };
     within(time_limit, all).await

@@ -103,7 +103,7 @@ async fn what_concerns_everybody_needs_the_world_while_somebody_holds_a_claim(vi
     for outcome in change_world(&daemon.client).await {
         assert_eq!(outcome.unwrap_err().reason(), Some(ErrorReason::WorldNotClaimed));
     }
-    // It concerns nobody else.
+    // It concerns no other client.
     for outcome in change_world(&holder_of_arm).await {
         outcome.unwrap();
     }
@@ -146,7 +146,7 @@ async fn a_higher_priority_takes_over_and_an_event_says_so(via: Via) {
     assert_eq!(released.cause(), ReleaseCause::TakenOver);
     assert_eq!((released.holder.as_str(), released.taken_over_by.as_str()), ("planner", "safety"));
     assert_eq!(released.robots, ["arm"]);
-    // Nobody's priority keeps an administrator out.
+    // No priority keeps an administrator out.
     holder(&daemon, ClaimJointsRequest { take_over: true, ..claim_of("arm") }).await;
     assert_eq!(high.step(1).await.unwrap_err().reason(), Some(ErrorReason::ClaimNotFound));
 }

@@ -68,7 +68,7 @@ fn expire(folder: &Path) {
     std::fs::write(folder.join("server.pem"), certificate.pem()).unwrap();
 }
 
-/// Nobody signed it but its own key, and a daemon that speaks no TLS at all: neither is a daemon for who asks for TLS.
+/// It is signed by its own key alone, and a daemon that speaks no TLS at all: neither is a daemon for who asks for TLS.
 #[tokio::test(flavor = "multi_thread")]
 async fn a_certificate_that_signs_itself_and_plain_text_in_its_place_are_refused() {
     let guarded = guarded(|config, folder| config.tls = Some(certificates(folder))).await;

@@ -129,7 +129,7 @@ async fn what_is_heard_of_a_claim_drives_nothing() {
     publisher.put(&key, payload).attachment(format!("{PROOF_HEADER}: {proof}")).await.unwrap();
     soon("the published target", async { while target(holder).await != 0.1 {} }).await;
 
-    // Nobody heard the secret.
+    // The secret was not sent.
     let random = secret.split_once('.').unwrap().1;
     let heard = untrusted.heard.lock().unwrap().clone();
     for heard in &heard {

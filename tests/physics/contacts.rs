@@ -61,7 +61,7 @@ fn a_block_slides_down_a_slope_as_coulombs_law_says() {
     }
 }
 
-/// tan a < mu: it stays. A tenth of a millimetre in ten seconds is below what anybody could see;
+/// tan a < mu: it stays. A tenth of a millimetre in ten seconds is not visible;
 /// MuJoCo's block of the same friction creeps by 15 mm (`tests/reference/make_contacts.py`).
 #[test]
 fn a_block_on_a_slope_that_is_rough_enough_stays() {

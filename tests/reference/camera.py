@@ -3,14 +3,14 @@
 
     target/python-venv/bin/python tests/reference/camera.py [--programs target/debug]
 
-For each robot: how far depths are apart away from edges, how many pixels are of another link, pictures a second, and processor time a
+For each robot: how depths differ away from edges, how many pixels are of another link, pictures a second, and processor time a
 picture, both drawn by the processor: of simd-camera alone, and of daemon, renderer and script together. Writes camera.md, and for each
 robot a picture with simd's on the left and PyBullet's on the right, into target/camera.
 
 Both are asked through the same functions, `getCameraImage` of PyBullet and of `simd_client.pybullet`. TinyRenderer takes the lower left
-corner of a pixel, and a GPU its middle: simd's projection is moved by half a pixel, so that both look along the same rays. PyBullet is
-told to take the colours of meshes, as simd does. r2d2 is of primitives, which TinyRenderer draws with few corners: depths of its round
-parts are off by what these leave out.
+corner of a pixel, and a GPU its middle: simd's projection is moved by half a pixel, so that both look along the same rays. PyBullet
+takes the colours of meshes by a flag, as simd always does. r2d2 is of primitives, which TinyRenderer draws with few corners:
+depths of its round parts are off by what these leave out.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ ROBOTS = {
 }
 """The file, what is looked at, and from how far away, metres."""
 STEP = 0.02
-"""Metres: neighbours whose depths are farther apart have an edge between them."""
+"""Metres: neighbours whose depths differ by more have an edge between them."""
 FRAMES = 40
 """That are timed."""
 
@@ -126,7 +126,7 @@ def compare(daemon: Daemon, name: str, file: str, target: list[float], distance:
 
     away = ~(first.edges() | second.edges())
     both = away & (first.bodies >= 0) & (second.bodies >= 0)
-    apart = np.abs(first.depth - second.depth)[both] * 1e3
+    errors = np.abs(first.depth - second.depth)[both] * 1e3
     other = int(np.count_nonzero(away & (first.bodies != second.bodies)))
     write_png(out / f"{name}.png", np.concatenate([second.colors, first.colors], axis=1))
     ours_cost = daemon.cost(lambda: simd.getCameraImage(WIDTH, HEIGHT, view, projection))
@@ -135,9 +135,9 @@ def compare(daemon: Daemon, name: str, file: str, target: list[float], distance:
     pybullet.resetSimulation()
     simd.resetSimulation()
     seen = int(np.count_nonzero(first.bodies >= 0))
-    part = float(np.quantile(apart, 0.999)) if apart.size else 0.0
-    worst = float(apart.max()) if apart.size else 0.0
-    far = int(np.count_nonzero(apart > 1.0))
+    part = float(np.quantile(errors, 0.999)) if errors.size else 0.0
+    worst = float(errors.max()) if errors.size else 0.0
+    far = int(np.count_nonzero(errors > 1.0))
     depths = f"{worst:.3f} | {part:.3f} | {far}"
     rates = f"{ours_cost.rate:.1f} | {theirs_cost.rate:.1f} | {ours_cost.renderer:.1f} | {ours_cost.all:.1f} | {theirs_cost.script:.1f}"
     return f"| {name} | {seen} | {int(np.count_nonzero(both))} | {depths} | {other} | {rates} |"

@@ -151,10 +151,10 @@ def part(measurement: Any, quantity: str) -> np.ndarray:
 
 def difference(quantity: str, ours: np.ndarray, theirs: np.ndarray) -> float:
     """The largest of its parts, relative to the size of the whole where that is above 1."""
-    apart = np.abs(ours - theirs).max()
+    error = np.abs(ours - theirs).max()
     if quantity == "orientation":
-        apart = min(apart, np.abs(ours + theirs).max())
-    return float(apart / max(1.0, np.linalg.norm(theirs)))
+        error = min(error, np.abs(ours + theirs).max())
+    return float(error / max(1.0, np.linalg.norm(theirs)))
 
 
 def in_simd(scene: Scene) -> dict[tuple[int, str], Any]:

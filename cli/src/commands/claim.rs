@@ -19,7 +19,7 @@ use crate::{
 
 const ABOUT: &str = "\
 What is claimed is changed by those alone who come with the claim: its joints' targets, resets and
-settings, the robot's pose, surfaces, wrenches, its reload and its end. While somebody holds a claim,
+settings, the robot's pose, surfaces, wrenches, its reload and its end. While another client holds a claim,
 others pause, play, reset and restore the world, and change its physics, with a claim on the world
 alone. simctl comes with the claim of --claim or $SIMD_CLAIM.";
 

@@ -15,11 +15,11 @@ use crate::primitives::segments;
 
 use surfaces::{Key, Surfaces};
 
-/// Of shapes to which nobody gave one, as the page has it (`UNCOLOURED`).
+/// The colour of shapes without one, as on the page (`UNCOLOURED`).
 const UNCOLORED: [f32; 4] = [0.639, 0.678, 0.729, 1.0];
-/// Of shapes to which nobody gave one, and which have a picture.
+/// The colour of shapes without one that have a picture.
 const WHITE: [f32; 4] = [1.0; 4];
-/// Of planes to which nobody gave one.
+/// The colour of planes without one.
 const GROUND: [f32; 4] = [0.875, 0.890, 0.910, 1.0];
 /// Pictures after which a robot that was in none of them is forgotten.
 const FORGOTTEN: u64 = 256;

@@ -37,7 +37,7 @@ const MIB: u64 = 1 << 20;
 fn main() -> ExitCode {
     let options = Options::parse();
     if options.man {
-        // Nothing is left to tell it to where stdout is gone.
+        // There is no way to report it where stdout is gone.
         let _ = options::write_manual(&mut std::io::stdout());
         return ExitCode::SUCCESS;
     }
@@ -46,7 +46,7 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             let sentence = format!("{error:#}");
-            // Nothing is left to tell it to where stderr is gone.
+            // There is no way to report it where stderr is gone.
             let _ = writeln!(std::io::stderr(), "simd-camera: {}", simd_client::printable_lines(&sentence));
             ExitCode::FAILURE
         }

@@ -21,7 +21,7 @@ const WAIT: Duration = Duration::from_secs(2);
 /// Between tries while there is no daemon.
 const FIRST_PAUSE: Duration = Duration::from_millis(250);
 const LONGEST_PAUSE: Duration = Duration::from_secs(5);
-/// Pictures in a row that the driver may fail at before the program ends, for whoever started it to start it anew.
+/// Pictures in a row that the driver may fail at before the program ends. A service manager then starts it anew.
 const MOST_FAILURES: u32 = 3;
 
 /// What the loop needs to know.

@@ -1,8 +1,8 @@
 //! The Python module `simd_embedded`: a world within a Python program. Calls are a method's name and the bytes of its
 //! request; `simd_client` has the messages, and everything that people use.
 //!
-//! No function holds Python's lock while it waits or steps. Threads of Rust never call Python: what was begun is heard of
-//! by a thread of Python's, which asks for it, so that nothing of ours is in the way when the interpreter ends.
+//! No function holds Python's lock while it waits or steps. Threads of Rust never call Python: a thread of Python's
+//! asks what became of the calls that were begun, so that nothing of ours is in the way when the interpreter ends.
 
 use std::ffi::OsString;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -92,7 +92,7 @@ impl World {
         }
     }
 
-    /// Begins a call; returns its ticket. `hear` tells what becomes of it. Raises `Refused` where too many are under way.
+    /// Begins a call; returns its ticket. `next_notices` says what becomes of it. Raises `Refused` where too many are under way.
     fn begin(&self, py: Python<'_>, method: &str, request: &[u8], time_limit: f64) -> PyResult<u64> {
         let (embedded, time_limit) = (self.open()?, seconds(time_limit)?);
         let request = Bytes::copy_from_slice(request);
@@ -116,19 +116,20 @@ impl World {
         }
     }
 
-    /// Waits for news at most `time_limit` seconds: a list of (ticket, kind, key, payload), where kind is `answer`,
-    /// `refused`, `ended` or `published`. `None` once the world is closed. One thread hears at a time.
-    fn hear<'py>(&self, py: Python<'py>, time_limit: f64) -> PyResult<Option<Bound<'py, PyList>>> {
+    /// Waits for notices at most `time_limit` seconds: a list of (ticket, kind, key, payload), where kind is `answer`,
+    /// `refused`, `ended` or `published`. `None` once the world is closed. One thread asks at a time.
+    fn next_notices<'py>(&self, py: Python<'py>, time_limit: f64) -> PyResult<Option<Bound<'py, PyList>>> {
         let Ok(embedded) = self.open() else { return Ok(None) };
         let time_limit = seconds(time_limit)?;
-        let Some(notices) = py.detach(move || embedded.hear(time_limit)) else { return Ok(None) };
-        let told = notices.into_iter().map(|Notice { ticket, what }| match what {
+        let waited = py.detach(move || embedded.next_notices(time_limit));
+        let Some(notices) = waited else { return Ok(None) };
+        let tuples = notices.into_iter().map(|Notice { ticket, what }| match what {
             What::Answer(bytes) => (ticket, "answer", String::new(), PyBytes::new(py, &bytes)),
             What::Refused(status) => (ticket, "refused", String::new(), PyBytes::new(py, &status)),
             What::Ended => (ticket, "ended", String::new(), PyBytes::new(py, &[])),
             What::Published { key, payload } => (ticket, "published", key, PyBytes::new(py, &payload)),
         });
-        PyList::new(py, told.collect::<Vec<_>>()).map(Some)
+        PyList::new(py, tuples.collect::<Vec<_>>()).map(Some)
     }
 
     /// Ends the world. Calls that wait are refused.

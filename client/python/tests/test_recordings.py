@@ -1,4 +1,4 @@
-"""Recordings are files that tools read which nobody here wrote, with the values that the daemon had."""
+"""Recordings are files that tools of others read, with the values that the daemon had."""
 
 from __future__ import annotations
 

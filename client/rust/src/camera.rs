@@ -56,7 +56,7 @@ impl Client {
     /// # Errors
     /// Those of [`picture`](Self::picture), and `INVALID_VALUE`.
     pub async fn get_picture(&self, request: GetPictureRequest) -> Result<CameraPicture, Error> {
-        let longer = patience(request.timeout);
+        let longer = time_limit(request.timeout);
         let answer = self.unary_for(longer, self.camera_service().get_picture(request)).await?;
         present(answer.picture, "picture")
     }
@@ -66,7 +66,7 @@ impl Client {
     /// # Errors
     /// `NO_RENDERER`, `PICTURE_TIMEOUT`, `PICTURE_FAILED`, `INVALID_VALUE`, `LIMIT_EXCEEDED`.
     pub async fn take_picture(&self, request: TakePictureRequest) -> Result<CameraPicture, Error> {
-        let longer = patience(request.timeout);
+        let longer = time_limit(request.timeout);
         let answer = self.unary_for(longer, self.camera_service().take_picture(request)).await?;
         present(answer.picture, "picture")
     }
@@ -114,7 +114,7 @@ impl Client {
     }
 }
 
-fn patience(timeout: f64) -> Duration {
+fn time_limit(timeout: f64) -> Duration {
     match timeout == 0.0 {
         true => PICTURE,
         false => Duration::try_from_secs_f64(timeout).unwrap_or(PICTURE),

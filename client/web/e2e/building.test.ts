@@ -34,7 +34,7 @@ async function open(tab: Tab, item: string): Promise<void> {
   await tab.page.getByTestId(item).click();
 }
 
-test("a shape is added by a form, taken back and brought in again by keys", async () => {
+test("a shape is added by a form, and undone and redone by keys", async () => {
   const daemon = await paused();
   const tab = await Tab.open(await use.context(), daemon.url);
   await open(tab, "build-add");

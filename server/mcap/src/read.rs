@@ -198,7 +198,7 @@ impl<R: Read> Reader<R> {
             match opcode {
                 op::DATA_END => self.is_complete = true,
                 op::FOOTER => return Err(self.damaged("a footer comes before the end of the data")),
-                // Those from 0x80 on are anybody's own.
+                // Those from 0x80 on are for private use.
                 0 | 0x10..0x80 => return Err(self.damaged("there is no such kind of record")),
                 op::CHUNK => self.open_chunk()?,
                 op::METADATA => {

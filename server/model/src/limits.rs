@@ -90,7 +90,7 @@ pub(crate) const MATERIALS: usize = 10_000;
 pub(crate) const IMAGE_BYTES: usize = 16 << 20;
 /// Pixels of a picture along a side: no browser's graphics take more everywhere.
 pub(crate) const IMAGE_SIDE: u32 = 8192;
-/// Pixels of a picture: whoever draws it unpacks them to four bytes each.
+/// Pixels of a picture. A viewer unpacks each to four bytes.
 pub(crate) const IMAGE_PIXELS: u64 = 4096 * 4096;
 /// Bytes of all files beside one mesh, and of the pictures in it.
 pub(crate) const BESIDE_BYTES: usize = 64 << 20;

@@ -71,7 +71,7 @@ impl<'a> Writer<'a> {
     }
 }
 
-/// Has bytes of anybody, and gives values.
+/// Has untrusted bytes, and gives values.
 #[derive(Debug)]
 pub struct Reader<'a> {
     body: &'a [u8],

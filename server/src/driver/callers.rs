@@ -1,7 +1,7 @@
 //! A driver that callers may run: one whose call finds it idle does what it asks for on its own thread, so that a call
 //! within the process hands nothing over to another thread and back.
 //!
-//! The driver lies in a lock. Whoever holds it does what is in the mailbox, in its order: the driver's own thread, which
+//! The driver lies in a lock. The thread that holds it does what is in the mailbox, in its order: the driver's own thread, which
 //! then waits outside of the lock, or a caller. A caller that finds the lock taken wakes the thread, which looks again
 //! once it has the lock; so no call is left behind. While the world plays, the thread keeps the lock.
 

@@ -70,7 +70,7 @@ impl LongSteps {
 
     /// Interrupts at once, the first time.
     #[cfg(test)]
-    pub(super) fn be_impatient(&mut self) {
+    pub(super) fn interrupt_at_once(&mut self) {
         self.least = Duration::ZERO;
     }
 }

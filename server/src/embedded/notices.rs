@@ -3,7 +3,7 @@
 use bytes::Bytes;
 use tokio::sync::mpsc;
 
-/// Notices that wait to be heard; whoever tells one more waits.
+/// Notices that wait to be read. The sender of one more waits.
 pub(super) const WAITING: usize = 256;
 
 /// Numbers what was begun, from 1.
@@ -18,7 +18,7 @@ pub struct Notice {
     pub what: What,
 }
 
-/// What there is to tell.
+/// What a notice says.
 #[derive(Clone, Debug, PartialEq)]
 pub enum What {
     /// An answer's message.
@@ -36,29 +36,29 @@ pub enum What {
     },
 }
 
-/// The end of those who tell.
+/// The sending end.
 #[derive(Clone, Debug)]
-pub(super) struct Teller(mpsc::Sender<Notice>);
+pub(super) struct Notifier(mpsc::Sender<Notice>);
 
-/// The end of the one who hears.
+/// The receiving end.
 #[derive(Debug)]
-pub(super) struct Hearing(mpsc::Receiver<Notice>);
+pub(super) struct Notices(mpsc::Receiver<Notice>);
 
 /// Both ends.
-pub(super) fn channel() -> (Teller, Hearing) {
+pub(super) fn channel() -> (Notifier, Notices) {
     let (sender, receiver) = mpsc::channel(WAITING);
-    (Teller(sender), Hearing(receiver))
+    (Notifier(sender), Notices(receiver))
 }
 
-impl Teller {
-    /// Waits where too many are not heard yet. One that will not be heard any more is lost.
-    pub(super) async fn tell(&self, ticket: Ticket, what: What) {
+impl Notifier {
+    /// Sends a notice. Waits while [`WAITING`] are not read. A notice is lost where there is no receiver any more.
+    pub(super) async fn notify(&self, ticket: Ticket, what: What) {
         drop(self.0.send(Notice { ticket, what }).await);
     }
 }
 
-impl Hearing {
-    /// All that waits, once there is one; none where no one can tell any more.
+impl Notices {
+    /// Waits for a notice, and gives all that there are; none where there is no sender any more.
     pub(super) async fn next(&mut self) -> Vec<Notice> {
         let mut notices = Vec::new();
         self.0.recv_many(&mut notices, WAITING).await;

@@ -8,7 +8,7 @@ use prost::Message as _;
 use simd_proto::{keys, v1};
 use tokio::time::{MissedTickBehavior, interval};
 
-use super::notices::{Teller, Ticket, What};
+use super::notices::{Notifier, Ticket, What};
 use crate::SimHandle;
 use crate::convert::to_proto;
 use crate::handle::{CallError, MOST_FOLLOWED, Published, SensorCursor};
@@ -60,8 +60,14 @@ impl Topic {
 }
 
 /// Publishes until the world drains.
-pub(super) async fn publish(handle: &SimHandle, topic: Topic, rate: f64, ticket: Ticket, teller: &Teller) {
-    let to = To { handle, name: &handle.info().name, ticket, teller };
+pub(super) async fn publish(
+    handle: &SimHandle,
+    topic: Topic,
+    rate: f64,
+    ticket: Ticket,
+    notifier: &Notifier,
+) {
+    let to = To { handle, name: &handle.info().name, ticket, notifier };
     // That the world drains is no fault, and ends it.
     let _ended = match topic {
         Topic::JointStates(robot) => to.each_robot(&robot, rate, keys::joint_states, joint_states).await,
@@ -78,15 +84,15 @@ struct To<'a> {
     handle: &'a SimHandle,
     name: &'a str,
     ticket: Ticket,
-    teller: &'a Teller,
+    notifier: &'a Notifier,
 }
 
 /// Publishing ends by an error alone.
 type Ended = Result<std::convert::Infallible, CallError>;
 
 impl To<'_> {
-    async fn tell(&self, key: String, payload: Vec<u8>) {
-        self.teller.tell(self.ticket, What::Published { key, payload }).await;
+    async fn notify(&self, key: String, payload: Vec<u8>) {
+        self.notifier.notify(self.ticket, What::Published { key, payload }).await;
     }
 
     async fn each_robot(
@@ -109,7 +115,7 @@ impl To<'_> {
             let robots = state.state.world.entities.iter().map(|robot| &robot.name);
             for robot in robots.filter(|robot| wanted == ALL || wanted == robot.as_str()) {
                 if let Some(payload) = encode(&state, robot) {
-                    self.tell(key(self.name, robot), payload).await;
+                    self.notify(key(self.name, robot), payload).await;
                 }
             }
         }
@@ -122,7 +128,7 @@ impl To<'_> {
             ticks.tick().await;
             let state = self.handle.newest();
             let message = to_proto::simulation::statistics(&state, &self.handle.statistics_at(&state));
-            self.tell(keys::world_statistics(self.name), message.encode_to_vec()).await;
+            self.notify(keys::world_statistics(self.name), message.encode_to_vec()).await;
         }
     }
 
@@ -135,7 +141,7 @@ impl To<'_> {
             for event in batch.events {
                 let event = Some(to_proto::event::event(event));
                 let message = v1::WatchEventsResponse { event, missed: std::mem::take(&mut missed) };
-                self.tell(keys::events(self.name), message.encode_to_vec()).await;
+                self.notify(keys::events(self.name), message.encode_to_vec()).await;
             }
         }
     }
@@ -146,7 +152,7 @@ impl To<'_> {
             let list = self.handle.next_parameters(sent, Some(UNCHANGED)).await?;
             sent = list.version;
             let message = to_proto::parameter::list(list.version, &list.parameters, &self.handle.newest());
-            self.tell(keys::parameters(self.name), message.encode_to_vec()).await;
+            self.notify(keys::parameters(self.name), message.encode_to_vec()).await;
         }
     }
 
@@ -165,7 +171,7 @@ impl To<'_> {
                     let of = (readings.robot.clone(), readings.sensor.clone());
                     let key = keys::sensor_readings(self.name, &of.0, &of.1);
                     after.insert(of, readings.batch.after);
-                    self.tell(key, to_proto::sensor::readings(readings).encode_to_vec()).await;
+                    self.notify(key, to_proto::sensor::readings(readings).encode_to_vec()).await;
                 }
             }
         }

@@ -34,9 +34,9 @@ fn step(world: &Embedded, steps: u64) -> Result<u64, Status> {
 fn news(world: &Embedded, ticket: Ticket) -> Vec<What> {
     let mut all = Vec::new();
     while !matches!(all.last(), Some(What::Ended)) {
-        let heard = world.hear(SECOND).unwrap();
-        assert!(!heard.is_empty(), "there is no end: {all:?}");
-        all.extend(heard.into_iter().filter(|notice| notice.ticket == ticket).map(|notice| notice.what));
+        let notices = world.next_notices(SECOND).unwrap();
+        assert!(!notices.is_empty(), "there is no end: {all:?}");
+        all.extend(notices.into_iter().filter(|notice| notice.ticket == ticket).map(|notice| notice.what));
     }
     all
 }
@@ -88,7 +88,7 @@ fn a_call_ends_with_its_time_limit_or_where_its_caller_goes_on_no_longer() {
 }
 
 #[test]
-fn a_call_that_was_begun_is_heard_of_and_ends() {
+fn a_call_that_was_begun_gives_its_answer_and_ends() {
     let world = world(|_| ());
     let request = v1::GetSimulationStateRequest {}.encode_to_vec();
     let ticket = world.begin("SimulationService/GetSimulationState", request.into(), SECOND).unwrap();
@@ -97,7 +97,7 @@ fn a_call_that_was_begun_is_heard_of_and_ends() {
 }
 
 #[test]
-fn a_stream_is_heard_of_until_its_time_is_over() {
+fn a_stream_gives_notices_until_its_time_is_over() {
     let world = world(|_| ());
     let request = v1::WatchEventsRequest::default().encode_to_vec();
     let ticket = world.begin("EventService/WatchEvents", request.into(), Duration::from_millis(300)).unwrap();
@@ -109,17 +109,17 @@ fn a_stream_is_heard_of_until_its_time_is_over() {
 fn events_that_are_subscribed_to_come_with_their_key() {
     let world = world(|_| ());
     let ticket = world.subscribe(Topic::parse("simd/simd/events").unwrap()).unwrap();
-    // The task begins to listen by itself: a change that it misses is followed by others.
-    let mut heard = Vec::new();
+    // The task subscribes by itself: a change that it misses is followed by others.
+    let mut notices = Vec::new();
     for state in [RunState::Playing, RunState::Paused].into_iter().cycle().take(1000) {
         world.runtime().unwrap().block_on(world.handle().set_state(state)).unwrap();
-        heard = world.hear(Duration::from_millis(10)).unwrap();
-        if !heard.is_empty() {
+        notices = world.next_notices(Duration::from_millis(10)).unwrap();
+        if !notices.is_empty() {
             break;
         }
     }
-    let Some(Notice { ticket: of, what: What::Published { key, payload } }) = heard.first() else {
-        panic!("nothing was published: {heard:?}");
+    let Some(Notice { ticket: of, what: What::Published { key, payload } }) = notices.first() else {
+        panic!("nothing was published: {notices:?}");
     };
     assert_eq!((*of, key.as_str()), (ticket, "simd/simd/events"));
     assert!(v1::WatchEventsResponse::decode(payload.as_slice()).unwrap().event.is_some());
@@ -150,9 +150,9 @@ fn keys_of_what_is_not_published_have_no_topic() {
 }
 
 #[test]
-fn a_world_that_was_closed_refuses_and_is_silent() {
+fn a_world_that_was_closed_refuses_and_gives_no_notices() {
     let world = world(|_| ());
     world.close();
     assert_eq!(step(&world, 1).unwrap_err().code(), tonic::Code::Unavailable);
-    assert!(world.hear(SECOND).is_none());
+    assert!(world.next_notices(SECOND).is_none());
 }

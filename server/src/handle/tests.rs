@@ -205,7 +205,7 @@ async fn two_uploads_of_the_same_file_at_once_both_succeed() {
     assert_eq!(handle.asset(&sha256).unwrap(), data);
 }
 
-/// Nobody waits for ever where the bytes are not those of the hash, or their sender is gone.
+/// No caller waits for ever where the bytes are not those of the hash, or their sender is gone.
 #[tokio::test]
 async fn a_second_upload_outlives_a_first_that_fails() {
     let handle = paused();

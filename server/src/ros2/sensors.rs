@@ -90,7 +90,7 @@ impl Sensors {
         Ok(())
     }
 
-    /// Publishes the readings that came since the last time, where somebody subscribes. Waits where Zenoh does.
+    /// Publishes the readings that came since the last time, where there is a subscriber. Waits where Zenoh does.
     pub(super) fn publish(&mut self, handle: &SimHandle) {
         let mut topics: Vec<(u64, &mut SensorTopic)> = Vec::new();
         for ((id, _), topic) in &mut self.topics {

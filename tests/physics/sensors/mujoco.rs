@@ -129,13 +129,13 @@ fn largest_error(case: &Case) -> (f64, String) {
 
 fn difference(measured: &[f64], expected: &[f64], is_quaternion: bool) -> f64 {
     let size = expected.iter().map(|value| value * value).sum::<f64>().sqrt().max(1.0);
-    let apart = |sign: f64| {
-        let apart = measured.iter().zip(expected).map(|(a, b)| (a - sign * b).abs());
-        apart.fold(0.0, |most: f64, next| if next.is_nan() { next } else { most.max(next) })
+    let largest = |sign: f64| {
+        let errors = measured.iter().zip(expected).map(|(a, b)| (a - sign * b).abs());
+        errors.fold(0.0, |most: f64, next| if next.is_nan() { next } else { most.max(next) })
     };
     // A quaternion and its negative are one turn.
-    let apart = if is_quaternion { apart(1.0).min(apart(-1.0)) } else { apart(1.0) };
-    apart / size
+    let error = if is_quaternion { largest(1.0).min(largest(-1.0)) } else { largest(1.0) };
+    error / size
 }
 
 /// A quantity of a reading.

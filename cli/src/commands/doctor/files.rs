@@ -115,7 +115,7 @@ pub(super) fn tokens(path: &Path, now: SystemTime) -> Vec<Finding> {
         )),
         Ok(entries) if entries.is_empty() => all.push(Finding::warning(
             CHECK,
-            format!("{} has no token: nobody can call the daemon", path.display()),
+            format!("{} has no token: no client can call the daemon", path.display()),
             "`simctl token add NAME --role ROLE` makes one",
         )),
         Ok(entries) => {

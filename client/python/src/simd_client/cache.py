@@ -105,7 +105,7 @@ class Cache:
                 return held.secret
         if named or not self._claims:
             return ""
-        # Without a claim on the world, one's own is enough if nobody else holds any.
+        # Without a claim on the world, one's own is enough if no other client holds any.
         return next((held.secret for held in self._claims if held.world), self._claims[0].secret)
 
 

@@ -23,7 +23,7 @@ _DEADLINE_EXCEEDED = "DEADLINE_EXCEEDED"
 _TARGETS = "JointService/SetJointTargets"
 # Wall seconds that targets without an answer wait for the world.
 _TARGETS_SECONDS = 1.0
-# Wall seconds after which the thread that hears looks whether its link is still there.
+# Wall seconds after which the thread that reads notices looks whether its link is still there.
 _LOOK = 1.0
 
 
@@ -56,8 +56,8 @@ class World(Protocol):
         """Ends a subscription."""
         ...
 
-    def hear(self, time_limit: float) -> list[tuple[int, str, str, bytes]] | None:
-        """Waits for news: ticket, kind, key, payload. `None` once it is closed."""
+    def next_notices(self, time_limit: float) -> list[tuple[int, str, str, bytes]] | None:
+        """Waits for notices: ticket, kind, key, payload. `None` once it is closed."""
         ...
 
     def close(self) -> None:
@@ -119,7 +119,7 @@ def _value(value: object) -> str:
 
 @dataclass(frozen=True)
 class _Begun:
-    """What is called with the news of a ticket."""
+    """What is called with the notices of a ticket."""
 
     arrived: Callable[[Answer], None]
     ended: Callable[[], None]
@@ -127,16 +127,16 @@ class _Begun:
 
 
 class EmbeddedLink(Link):
-    """A world in this process. Calls are made on the caller's thread; what was begun is heard of by one of the link's."""
+    """A world in this process. Calls are made on the caller's thread; a thread of the link reads notices of what was begun."""
 
     def __init__(self, world: World, refusal: type[Exception], endpoint: Endpoint) -> None:
         super().__init__(endpoint, world.name)
         self._world = world
         self._refusal = refusal
-        # Held while something is begun, so that its news is not heard before it is known.
+        # Held while something is begun, so that no notice of it is read before it is known.
         self._lock = threading.Lock()
         self._begun: dict[int, _Begun] = {}
-        self._hearing: _Hearing | None = None
+        self._reader: _NoticeReader | None = None
 
     @property
     def is_closed(self) -> bool:
@@ -194,10 +194,10 @@ class EmbeddedLink(Link):
             except ValueError:
                 raise self.unavailable() from None
             self._begun[ticket] = begun
-            if self._hearing is None:
-                self._hearing = _Hearing(self, self._world)
-                self.threads.add(self._hearing)
-                self._hearing.start()
+            if self._reader is None:
+                self._reader = _NoticeReader(self, self._world)
+                self.threads.add(self._reader)
+                self._reader.start()
         return ticket
 
     def end(self, ticket: int) -> None:
@@ -207,8 +207,8 @@ class EmbeddedLink(Link):
         if not self._is_forked:
             self._world.end(ticket)
 
-    def heard(self, ticket: int, kind: str, key: str, payload: bytes) -> None:
-        """Takes news, on the thread that hears."""
+    def take(self, ticket: int, kind: str, key: str, payload: bytes) -> None:
+        """Takes a notice, on the thread that reads them."""
         with self._lock:
             begun = self._begun.pop(ticket, None) if kind == "ended" else self._begun.get(ticket)
         if begun is None:
@@ -223,8 +223,8 @@ class EmbeddedLink(Link):
         else:
             begun.ended()
 
-    def deafened(self) -> None:
-        """Nothing more is heard: all that was begun has ended."""
+    def end_all(self) -> None:
+        """No notice comes any more: all that was begun has ended."""
         with self._lock:
             begun, self._begun = list(self._begun.values()), {}
         for each in begun:
@@ -262,8 +262,8 @@ class _Subscribed:
         self.undeclare()
 
 
-class _Hearing:
-    """The thread that hears. It does not keep the program from ending, and ends where its link is no longer held."""
+class _NoticeReader:
+    """The thread that reads notices. It does not keep the program from ending, and ends where its link is no longer held."""
 
     def __init__(self, link: EmbeddedLink, world: World) -> None:
         self._link = weakref.ref(link)
@@ -287,18 +287,18 @@ class _Hearing:
 
     def _run(self) -> None:
         while not self._is_ending:
-            news = self._world.hear(_LOOK)
+            notices = self._world.next_notices(_LOOK)
             link = self._link()
             if link is None:
                 return
-            if news is None:
+            if notices is None:
                 break
-            for ticket, kind, key, payload in news:
-                link.heard(ticket, kind, key, payload)
+            for ticket, kind, key, payload in notices:
+                link.take(ticket, kind, key, payload)
             del link
         link = self._link()
         if link is not None:
-            link.deafened()
+            link.end_all()
 
 
 def _exception(error: Exception) -> SimdError:

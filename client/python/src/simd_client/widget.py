@@ -1,6 +1,6 @@
 """A live panel of a robot in a notebook, with anywidget, which the extra `simd-client[notebook]` installs.
 
-The page of the daemon itself cannot be shown within another one: the daemon forbids it, so that no other site can have somebody
+The page of the daemon itself cannot be shown within another one: the daemon forbids it, so that no other site can have a user
 move a robot without noticing.
 """
 

@@ -1,4 +1,4 @@
-// One question before what concerns everybody, which says who else is here.
+// One question before what concerns other clients too. It names them.
 import type { JSX } from "preact";
 import { Sheet } from "../panels/Sheet";
 import { othersHere, tool } from "../state/tools";

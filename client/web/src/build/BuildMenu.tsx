@@ -31,8 +31,8 @@ export function BuildMenu({ close }: { close: () => void }): JSX.Element {
           <Item icon="remove" testId="build-remove" text={`Remove ${name}`} disabled={isViewer} run={then(() => remove(name))} />
         </>
       )}
-      <Item icon="back" testId="build-undo" text={`Take back ${past.value.at(-1)?.what ?? ""}`} disabled={past.value.length === 0} run={() => void undo()} />
-      <Item icon="step" testId="build-redo" text={`Make again ${future.value.at(-1)?.what ?? ""}`} disabled={future.value.length === 0} run={() => void redo()} />
+      <Item icon="back" testId="build-undo" text={`Undo ${past.value.at(-1)?.what ?? ""}`} disabled={past.value.length === 0} run={() => void undo()} />
+      <Item icon="step" testId="build-redo" text={`Redo ${future.value.at(-1)?.what ?? ""}`} disabled={future.value.length === 0} run={() => void redo()} />
       <Item icon="visuals" testId="build-robots" text="All robots …" run={then(() => (tool.value = { kind: "robots" }))} />
       <Item icon="film" testId="build-worlds" text="Saved worlds …" run={then(() => (tool.value = { kind: "worlds" }))} />
       <Item icon={filming.value ? "stop" : "camera"} testId="build-film" text={filming.value ? "End the video, and save it" : "Take a video (WebM)"} run={then(toggleFilm)} />

@@ -26,7 +26,7 @@ const sliders = new Coalescer<string, number>(async (values) => void (await atte
 const speed = new Coalescer<"speed", number>(async (values) => void (await attempt(() => sendSpeed(values.get("speed") ?? 1))));
 const pulls = new Coalescer<string, Pull>(async (values) => void (await attempt(() => sendPulls(values))));
 
-/** Sets the target of an axis. The newest of each axis is sent, with one call in flight. It can be taken back. */
+/** Sets the target of an axis. The newest of each axis is sent, with one call in flight. It can be undone. */
 export function setTarget(axis: Axis, mode: Mode, value: number): Promise<void> {
   const joints = frame.peek()?.joints.get(axis.robot);
   const before = joints && axisValues(axis, joints);

@@ -1,4 +1,4 @@
-// What this page brings into the world, takes out, moves and doubles: each a change that can be taken back.
+// What this page brings into the world, takes out, moves and doubles: each a change that can be undone.
 import type { MessageInitShape } from "@bufbuild/protobuf";
 import { Base, type SpawnEntityRequest, type SpawnEntityRequestSchema } from "../gen/simd/v1/entity_pb";
 import { nextSpawnPosition } from "../load/spawn-position";
@@ -14,7 +14,7 @@ import { services } from "./services";
 /** A request for a robot. */
 export type Spawn = Exclude<MessageInitShape<typeof SpawnEntityRequestSchema>, SpawnEntityRequest>;
 
-/** What this page asked for, by the name of the robot: it says more than the daemon tells of a robot. */
+/** What this page asked for, by the name of the robot: it says more than the daemon's answers about a robot. */
 const asked = new Map<string, Spawn>();
 
 /** Keeps what was asked for a robot, so that it can be brought back and doubled. */
@@ -64,7 +64,7 @@ export function duplicate(name: string): Promise<string | undefined> {
   });
 }
 
-/** Puts a robot elsewhere and at rest, without a change to take back: for each step of a drag. */
+/** Puts a robot elsewhere and at rest, without a change to undo: for each step of a drag. */
 export async function moveTo(robot: string, pose: Pose): Promise<void> {
   await services().entities.setEntityState({ robot, pose: wirePose(pose), twist: { linear: {}, angular: {} } });
   daemonConnection().pollNow();

@@ -5,7 +5,7 @@ import { SimulationState } from "../gen/simd/v1/simulation_pb";
 /** An event in words. */
 export interface Words {
   text: string;
-  /** Somebody should look at it. */
+  /** A person should look at it. */
   isWarning: boolean;
 }
 

@@ -41,7 +41,7 @@ test("a plane of another size is refused, before it is unpacked", async () => {
   }
 });
 
-test("a picture is told once, and so is why there is none", async () => {
+test("a picture is passed on once, and so is why there is none", async () => {
   let sequence = 1n;
   let refused = false;
   const transport = createRouterTransport(({ service }) => {
@@ -53,18 +53,18 @@ test("a picture is told once, and so is why there is none", async () => {
       },
     });
   });
-  const told: [SensorPicture | undefined, string][] = [];
+  const calls: [SensorPicture | undefined, string][] = [];
   const follower = new PictureFollower(() => servicesOver(transport));
   // The loop begins with a round of its own, which is the first of these.
-  const end = follower.follow("arm", "eye", (picture, problem) => told.push([picture, problem]));
-  await expect.poll(() => told.length).toBe(1);
+  const end = follower.follow("arm", "eye", (picture, problem) => calls.push([picture, problem]));
+  await expect.poll(() => calls.length).toBe(1);
   const usual = await follower.round();
-  expect(told.length).toBe(1);
+  expect(calls.length).toBe(1);
   sequence = 2n;
   await follower.round();
-  expect(told.map(([picture]) => picture?.width)).toEqual([2, 2]);
+  expect(calls.map(([picture]) => picture?.width)).toEqual([2, 2]);
   refused = true;
   expect(await follower.round()).toBeGreaterThan(usual);
-  expect(told.at(-1)).toEqual([undefined, "No renderer draws this world."]);
+  expect(calls.at(-1)).toEqual([undefined, "No renderer draws this world."]);
   end();
 });

@@ -7,21 +7,21 @@ import { services, type Services } from "./services";
 
 /** Milliseconds between two rounds. */
 const INTERVAL = 200;
-/** After a refusal: a renderer may be started. */
-const PATIENCE = 2000;
+/** Milliseconds until the next round after a refusal: a renderer may be started meanwhile. */
+const AFTER_REFUSAL = 2000;
 /** Wall seconds that a picture is waited for. */
 const WAIT = 2;
 /** Metres that are drawn black; what is nearer is lighter. */
 const DARK = 10;
 
-/** What is told of a camera: a picture, or why there is none. */
-export type Follower = (picture: SensorPicture | undefined, problem: string) => void;
+/** Is called with a picture of a camera, or with why there is none. */
+export type OnPicture = (picture: SensorPicture | undefined, problem: string) => void;
 
 interface Followed {
   robot: string;
   sensor: string;
-  tell: Follower;
-  /** Of the last one that was told. */
+  onPicture: OnPicture;
+  /** Of the last picture that was passed on. */
   sequence: bigint;
 }
 
@@ -32,9 +32,9 @@ export class PictureFollower {
 
   constructor(private readonly services: () => Services) {}
 
-  /** Tells of a camera from now on. Returns what ends that. */
-  follow(robot: string, sensor: string, tell: Follower): () => void {
-    const one = { robot, sensor, tell, sequence: 0n };
+  /** Calls `onPicture` with each new picture of a camera from now on. Returns what ends that. */
+  follow(robot: string, sensor: string, onPicture: OnPicture): () => void {
+    const one = { robot, sensor, onPicture, sequence: 0n };
     this.followed.add(one);
     this.loop.start();
     this.loop.wake();
@@ -55,10 +55,10 @@ export class PictureFollower {
         if (!picture || picture.sequence === one.sequence) continue;
         one.sequence = picture.sequence;
         const shown = await shownOf(picture);
-        if (this.followed.has(one)) one.tell(shown, "");
+        if (this.followed.has(one)) one.onPicture(shown, "");
       } catch (error) {
-        if (this.followed.has(one)) one.tell(undefined, messageOf(error));
-        delay = PATIENCE;
+        if (this.followed.has(one)) one.onPicture(undefined, messageOf(error));
+        delay = AFTER_REFUSAL;
       }
     }
     return delay;
@@ -68,8 +68,8 @@ export class PictureFollower {
 const ours = new PictureFollower(services);
 
 /** Shows what a camera sees until the returned function is called. */
-export function followPicture(robot: string, sensor: string, tell: Follower): () => void {
-  return ours.follow(robot, sensor, tell);
+export function followPicture(robot: string, sensor: string, onPicture: OnPicture): () => void {
+  return ours.follow(robot, sensor, onPicture);
 }
 
 /** The first plane that a picture has, as colours: depths are lighter the nearer, and links have colours of their own. */

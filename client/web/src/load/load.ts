@@ -48,7 +48,7 @@ type Entities = Services["entities"];
 type Spawn = Exclude<MessageInitShape<typeof SpawnEntityRequestSchema>, SpawnEntityRequest>;
 type Source = MessageInitShape<typeof DescriptionSourceSchema>;
 
-/** Loads each URDF among the files. `loaded` is told of each with what was asked for. Rejects with the error of the daemon, or with one of its own. */
+/** Loads each URDF among the files. `loaded` is called with the name of each and its request. Rejects with the error of the daemon, or with one of its own. */
 export async function loadDropped(entities: Entities, dropped: DroppedFile[], options = DEFAULT_OPTIONS, loaded: (name: string, request: Spawn) => void = () => undefined): Promise<void> {
   const files = new Map(dropped.map(({ path, file }) => [`${MOUNT}/${path.replace(/^\/+/, "")}`, file]));
   const urdfs = findUrdfs([...files.keys()]);

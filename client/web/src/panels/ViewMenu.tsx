@@ -58,7 +58,10 @@ export function ViewMenu(): JSX.Element {
             Orthographic
           </button>
           <Follow />
-          <div class="view-sides" role="group" aria-label="Quality">
+          <p class="view-heading" id="view-quality">
+            Quality
+          </p>
+          <div class="view-sides" role="group" aria-labelledby="view-quality">
             {QUALITIES.map(({ value, label, what }) => (
               <button key={value} type="button" class="button" data-testid={`quality-${value}`} aria-pressed={quality.value === value} title={what} onClick={() => (quality.value = value)}>
                 {label}

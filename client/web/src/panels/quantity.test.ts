@@ -1,6 +1,6 @@
 // What people may type into a number box, and what they read there.
 import { expect, test } from "vitest";
-import { digits, parse, shortened, unitOf } from "./quantity";
+import { digits, parse, shortened, threeDigits, unitOf } from "./quantity";
 
 const rad = unitOf("angle", "position", false);
 const deg = unitOf("angle", "position", true);
@@ -115,4 +115,8 @@ test("formatted values parse to themselves", () => {
 
 test("three digits count where there are no fixed places", () => {
   expect([4.2134, 0.12345, 1234.5, NaN].map(shortened)).toEqual(["4.21", "0.123", "1230", "–"]);
+});
+
+test("forces have three significant digits, also where the last is zero", () => {
+  expect([4.912, 4.9, 0.05, 9.996, 49.04, 12345, 0].map(threeDigits)).toEqual(["4.91", "4.90", "0.0500", "10.0", "49.0", "12300", "0.00"]);
 });

@@ -54,7 +54,14 @@ export function digits(value: number, unit: Unit): string {
   return Number(text) === 0 ? (0).toFixed(places) : text;
 }
 
-/** Three significant digits: 12.3, 0.123, 1230. */
+/** Three significant digits, zeros too, and no exponent: 4.90, 12.3, 1230. */
+export function threeDigits(value: number): string {
+  const rounded = Number(value.toPrecision(3));
+  const places = rounded === 0 ? 2 : 2 - Math.floor(Math.log10(Math.abs(rounded)));
+  return rounded.toFixed(Math.min(20, Math.max(0, places)));
+}
+
+/** At most three significant digits: 12.3, 0.123, 1230. */
 export function shortened(value: number): string {
   return Number.isFinite(value) ? String(Number(value.toPrecision(3))) : "–";
 }

@@ -113,7 +113,7 @@ export const SHORTCUTS: readonly Shortcut[] = [
   { keys: [" "], shown: "Space", what: "Play, pause; of a recording, if one is shown", run: playOrPauseShown },
   { keys: ["."], shown: ".", what: "One step", repeats: true, run: () => void step(1) },
   { keys: ["backspace"], shown: "Backspace", what: "Reset time and robots", run: askReset },
-  { keys: [], shown: "Ctrl + Z", what: "Take back what this page changed; with Shift make it again", run: () => undefined },
+  { keys: [], shown: "Ctrl + Z", what: "Undo what this page changed; with Shift redo it", run: () => undefined },
   { keys: ["arrowleft", "arrowright", "arrowup", "arrowdown"], shown: "Arrows", what: "Orbit, with Shift pan; of a recording one state, with Shift a second", repeats: true, run: arrow },
   { keys: ["+", "=", "-"], shown: "+, -", what: "Zoom", repeats: true, run: (key) => moveCamera({ kind: "zoom", factor: key === "-" ? 1 / CLOSER : CLOSER }) },
   { keys: ["x", "y", "z"], shown: "X, Y, Z", what: "From the front, the left, above; with Shift from the other side", run: lookAlong },

@@ -1,5 +1,6 @@
 // Contacts: a dot at each point, and an arrow whose length is proportional to the force.
 import { ConeGeometry, CylinderGeometry, Group, InstancedMesh, MeshBasicMaterial, Quaternion, SphereGeometry, Vector3 } from "three";
+import { threeDigits } from "../panels/quantity";
 import type { ContactPoint } from "../state/world";
 import type { Label } from "./labels";
 import { along, marker } from "./markers";
@@ -70,7 +71,7 @@ export class ContactMarks {
     if (!this.group.visible) return [];
     const strongest = this.drawn.contacts.toSorted((a, b) => b.normalForce - a.normalForce).slice(0, MAX_LABELS);
     const least = MIN_LABEL * this.drawn.weight;
-    return strongest.filter(({ normalForce }) => normalForce > least).map(({ point, normalForce }) => ({ text: `${Number(normalForce.toPrecision(3))} N`, at: new Vector3(...point) }));
+    return strongest.filter(({ normalForce }) => normalForce > least).map(({ point, normalForce }) => ({ text: `${threeDigits(normalForce)} N`, at: new Vector3(...point) }));
   }
 
   dispose(): void {

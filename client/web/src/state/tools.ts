@@ -13,7 +13,7 @@ export type Tool =
   | { kind: "robots" }
   /** Saved states of the world. */
   | { kind: "worlds" }
-  /** One question before what concerns everybody. */
+  /** One question before what concerns other clients too. */
   | { kind: "ask"; title: string; text: string; button: string; run: () => void };
 
 export const tool = signal<Tool | null>(null);
@@ -42,7 +42,7 @@ export function othersHere(): string[] {
   return clients.value.filter(({ isCaller }) => !isCaller).map(({ name }) => name);
 }
 
-/** Does what concerns everybody: at once where nobody else is here, else after a question that names them. */
+/** Does what concerns other clients too: at once where there are none, else after a question that names them. */
 export function askFirst(title: string, text: string, button: string, run: () => void): void {
   if (othersHere().length === 0) run();
   else tool.value = { kind: "ask", title, text, button, run };

@@ -1,4 +1,4 @@
-// Changes are taken back and made again in order, and what cannot be is said once and forgotten.
+// Changes are undone and redone in order, and what cannot be is said once and forgotten.
 import { beforeEach, expect, test } from "vitest";
 import { toasts } from "./toasts";
 import { changed, future, past, redo, undo } from "./undo";
@@ -17,7 +17,7 @@ beforeEach(() => {
   done.length = 0;
 });
 
-test("the newest change is taken back first, and made again first", async () => {
+test("the newest change is undone first, and redone first", async () => {
   changed(change("a"));
   changed(change("b"));
   await undo();
@@ -40,7 +40,7 @@ test("what is asked for while another is on its way comes after it", async () =>
   expect(done).toEqual(["redo slow"]);
 });
 
-test("a new change ends what could be made again", async () => {
+test("a new change ends what could be redone", async () => {
   changed(change("a"));
   await undo();
   changed(change("b"));
@@ -59,11 +59,11 @@ test("changes of one thing within a second are one, which goes back to before th
   expect(done).toEqual(["undo later", "undo first", "redo third"]);
 });
 
-test("what cannot be taken back is said, and does not stand in the way", async () => {
+test("what cannot be undone is said, and does not stand in the way", async () => {
   changed(change("a"));
   changed({ ...change("b"), undo: () => Promise.reject(new Error("robot b is gone.")) });
   await undo();
-  expect(toasts.value.map(({ kind, sentence }) => [kind, sentence])).toEqual([["error", "B cannot be taken back: robot b is gone."]]);
+  expect(toasts.value.map(({ kind, sentence }) => [kind, sentence])).toEqual([["error", "B cannot be undone: robot b is gone."]]);
   await undo();
   expect(done).toEqual(["undo a"]);
 });

@@ -1,4 +1,4 @@
-// What this page has changed in the world and can take back, the newest last.
+// What this page has changed in the world and can undo, the newest last.
 import { signal } from "@preact/signals";
 import { toast } from "./toasts";
 
@@ -23,10 +23,10 @@ interface Kept extends Change {
 
 export const past = signal<readonly Kept[]>([]);
 export const future = signal<readonly Kept[]>([]);
-/** What is being taken back or made again: one after the other, since the second may need what the first brings. */
+/** What is being undone or redone: one after the other, since the second may need what the first brings. */
 let acting: Promise<void> = Promise.resolve();
 
-/** Notes a change that was made at `now`, milliseconds. What was taken back before cannot be done again then. */
+/** Notes a change that was made at `now`, milliseconds. What was undone before cannot be redone then. */
 export function changed(change: Change, now = performance.now()): void {
   const last = past.peek().at(-1);
   future.value = [];
@@ -37,14 +37,14 @@ export function changed(change: Change, now = performance.now()): void {
   past.value = [...past.peek(), { ...change, at: now }].slice(-MOST);
 }
 
-/** Takes the newest change back. */
+/** Undoes the newest change. */
 export function undo(): Promise<void> {
-  return turn(past, future, (change) => change.undo(), "taken back");
+  return turn(past, future, (change) => change.undo(), "undone");
 }
 
-/** Makes the change again that was taken back last. */
+/** Redoes the change that was undone last. */
 export function redo(): Promise<void> {
-  return turn(future, past, (change) => change.redo(), "made again");
+  return turn(future, past, (change) => change.redo(), "redone");
 }
 
 type List = typeof past;

@@ -124,7 +124,7 @@ fn target<'a>(element: Element<'a>, notes: &mut Notes) -> Option<Target<'a>> {
         "contact" if element.word("body1").is_some() => {
             let others = ["geom2", "body2", "subtree2", "site"];
             if others.iter().any(|name| element.word(name).is_some()) {
-                notes.info(element, Used, "all that touches the body counts: its partners are told by name");
+                notes.info(element, Used, "all that touches the body counts: readings name what touches it");
             }
             ("contact", "xbody", "body1")
         }

@@ -65,7 +65,7 @@ pub fn wanted(request: v1::GetPictureRequest) -> Result<Wanted, BadField> {
         robot: Path::ROOT.field("robot").name(robot)?,
         sensor: Path::ROOT.field("sensor").short(sensor)?,
         moment,
-        timeout: patience(timeout)?,
+        timeout: seconds(timeout)?,
     })
 }
 
@@ -93,10 +93,10 @@ pub fn view(request: v1::TakePictureRequest) -> Result<(PictureView, Duration), 
         light: self::light(light)?,
         background: background.transpose()?.unwrap_or([1.0; 3]),
     };
-    Ok((view, patience(timeout)?))
+    Ok((view, seconds(timeout)?))
 }
 
-fn patience(timeout: f64) -> Result<Duration, BadField> {
+fn seconds(timeout: f64) -> Result<Duration, BadField> {
     Path::ROOT.field("timeout").seconds(timeout, 0.001..=60.0, PICTURE)
 }
 

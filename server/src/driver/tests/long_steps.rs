@@ -9,7 +9,7 @@ fn with_long_steps(midst: impl FnMut(&Mailbox, &dyn Fn() -> bool) -> bool + Send
     let mut bench = Bench::new(RunState::Playing, Pace::AsFastAsPossible { factor: 1.0 });
     let (mailbox, mut midst) = (bench.link.mailbox.clone(), midst);
     bench.driver.world.midst = Some(Midst(Box::new(move |interrupt| midst(&mailbox, interrupt))));
-    bench.driver.long_steps.be_impatient();
+    bench.driver.long_steps.interrupt_at_once();
     bench
 }
 

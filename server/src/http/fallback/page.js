@@ -1,4 +1,4 @@
-// Asks for the robots four times a second while somebody looks, and writes them into tables.
+// Asks for the robots four times a second while the page is visible, and writes them into tables.
 const PERIOD = 250;
 const LONGEST_PAUSE = 5000;
 const COLUMNS = ["joint", "mode", "position", "velocity", "effort", "target"];

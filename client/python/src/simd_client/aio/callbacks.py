@@ -36,7 +36,7 @@ class Callbacks(Generic[Item]):
 
     The function is called on a task of the event loop, and may be a coroutine function.
     A slow function skips states and sees every event. If it raises, or if there is nothing more to read (the robot was
-    deleted), the calls end: `error` has the exception, and it is reported as any exception that nobody catches.
+    deleted), the calls end: `error` has the exception, and it is reported as any exception that is not caught.
     """
 
     def __init__(self, link: Link, items: Items[Item], function: Callable[[Item], object]) -> None:

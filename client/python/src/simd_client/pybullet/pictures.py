@@ -23,7 +23,7 @@ _MOST_PIXELS = 4096
 # Of PyBullet's light where the script says nothing: towards it.
 _LIGHT = (-50.0, 30.0, 100.0)
 # Wall seconds that a picture may take.
-_PATIENCE = 60.0
+_TIMEOUT = 60.0
 
 _Picture = tuple[int, int, Any, Any, Any]
 
@@ -71,7 +71,7 @@ def getCameraImage(
         height=rows,
         planes=PicturePlanes(color=True, depth=True, segmentation=segmented),
         light=picture.light_to_proto(light),
-        timeout=_PATIENCE,
+        timeout=_TIMEOUT,
     )
     try:
         answer = world.wire.call(methods.TakePicture, request)

@@ -135,7 +135,7 @@ fn what_concerns_everybody_asks_for_the_world_while_somebody_else_holds_a_claim(
     for command in changes_of_the_world() {
         let refused = world.apply(&command).unwrap_err();
         assert!(matches!(&refused, Error::WorldShared { holder } if holder == "planner"), "{refused}");
-        // Nobody else is concerned.
+        // No other client is concerned.
         world.apply_for(&command, Some(PLANNER)).unwrap();
     }
     claim(&mut world, ClaimRequest { world: true, ..request(OTHER, "operator", Vec::new()) }).unwrap();
@@ -145,7 +145,7 @@ fn what_concerns_everybody_asks_for_the_world_while_somebody_else_holds_a_claim(
         assert!(matches!(&refused, Error::WorldClaimed { holder } if holder == "operator"), "{refused}");
         world.apply_for(&command, Some(OTHER)).unwrap();
     }
-    // Nor does anybody step; the robots' own claims hold on.
+    // Nor does any client step; the robots' own claims hold on.
     world.allow_step(Some(PLANNER)).unwrap_err();
     world.apply_for(&target(position(0.1)), Some(OTHER)).unwrap_err();
     world.apply_for(&target(position(0.1)), Some(PLANNER)).unwrap();
@@ -176,7 +176,7 @@ fn a_higher_priority_takes_over_and_the_claim_that_was_in_the_way_ends_whole() {
         ends.collect::<Vec<_>>(),
         [("planner".to_owned(), released, ReleaseCause::TakenOver { by: "safety".into() })]
     );
-    // Nobody's priority keeps an administrator out.
+    // No priority keeps an administrator out.
     let admin = ClaimRequest { take_over: true, ..request(PLANNER, "admin", all_of("other")) };
     assert_eq!(claim(&mut world, admin).unwrap(), [OTHER]);
     set(&mut world, position(0.1)).unwrap();

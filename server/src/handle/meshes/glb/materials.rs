@@ -40,7 +40,7 @@ pub(super) struct Materials {
 }
 
 impl Materials {
-    /// Adds one and gives its index. It is dull. Where the file says nothing it has no name, so that a viewer can tell that
+    /// Adds one and gives its index. It is dull. Where the file says nothing it has no name, so that a viewer knows that
     /// the robot's description may choose.
     pub(super) fn add(&mut self, paint: Option<&Paint>) -> usize {
         let image = paint.and_then(|paint| paint.texture.as_ref()).map(|texture| &texture.image);
