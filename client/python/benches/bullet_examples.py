@@ -290,7 +290,7 @@ REASONS = {
     "connectPhysicsServer": "needs Bullet's own graphics server",
     "exit code -11": "crashes",
     "cannot connect to X": "needs a display",
-    "no end after": "waits for ever",
+    "no end after": "has no end after 90 s",
 }
 
 

@@ -82,3 +82,68 @@ test("states a second, and the daemon's real-time factor", async () => {
   }
   await daemon.stop();
 });
+
+/** Milliseconds of script: in animation frames that drew, and of all that the page does; and megabytes of what scripts hold. */
+async function measured(tab: Tab, span: number): Promise<string> {
+  const session = await tab.page.context().newCDPSession(tab.page);
+  await session.send("Performance.enable");
+  const read = async () => {
+    const { metrics } = await session.send("Performance.getMetrics");
+    const script = metrics.find(({ name }) => name === "ScriptDuration")?.value ?? 0;
+    const [frames, pictures, drawing] = await tab.page.evaluate(() => [window.simd.stats.frames(), window.simd.stats.pictures(), (window as unknown as { drawing: number }).drawing] as const);
+    return { frames, pictures, drawing, script, at: performance.now() };
+  };
+  const before = await read();
+  await pause(span);
+  const after = await read();
+  await session.send("HeapProfiler.collectGarbage");
+  const heap = (await session.send("Runtime.getHeapUsage")).usedSize / 1e6;
+  await session.detach();
+  const seconds = (after.at - before.at) / 1e3;
+  const [pictures, frames] = [after.pictures - before.pictures, after.frames - before.frames];
+  const each = pictures === 0 ? "none" : `${((after.drawing - before.drawing) / pictures).toFixed(1)} ms`;
+  const share = (100 * (after.script - before.script)) / seconds;
+  return `states/s ${(frames / seconds).toFixed(1)} pictures/s ${(pictures / seconds).toFixed(2)} script a picture ${each}, all script ${share.toFixed(1)} % of a core, heap ${heap.toFixed(1)} MB`;
+}
+
+/** Counts the milliseconds that animation frames take, in `window.drawing`. */
+function countFrames(): void {
+  const page = window as unknown as { drawing: number };
+  page.drawing = 0;
+  const ask = window.requestAnimationFrame.bind(window);
+  window.requestAnimationFrame = (draw) =>
+    ask((at) => {
+      const begun = performance.now();
+      draw(at);
+      page.drawing += performance.now() - begun;
+    });
+}
+
+test("a hundred robots of 3,000 links in one tab", async () => {
+  const daemon = await Daemon.start(["--asset-root", resolve(REPOSITORY, "tests/assets"), "--gravity", "0,0,0"]);
+  const source = { source: { case: "path", value: resolve(REPOSITORY, "tests/assets/humanoid/urdf/humanoid.urdf") } } as const;
+  let links = 0;
+  for (let index = 0; index < 100; index += 1) {
+    const name = `robot_${index}`;
+    await daemon.entities.spawnEntity({ name, source, base: Base.FIXED, pose: { position: { x: (index % 10) * 2, y: Math.floor(index / 10) * 2, z: 1.5 } } });
+    links += (await daemon.entities.getEntityInfo({ robot: name })).entity?.links.length ?? 0;
+  }
+  const context = await browser.newContext({ viewport: { width: 1280, height: 720 } });
+  await context.addInitScript(countFrames);
+  const begun = performance.now();
+  const tab = await Tab.open(context, daemon.url);
+  console.log(`100 robots, ${links} links: on the screen after ${(performance.now() - begun).toFixed(0)} ms`);
+  // Each robot moves one joint to and fro, so that every picture is another one.
+  const { layout } = await daemon.joints.getJointLayout({ robot: "robot_0" });
+  const joint = layout?.joints.find(({ limits, mimic }) => limits !== undefined && !mimic)?.name ?? "";
+  const robots = Array.from({ length: 100 }, (_, index) => ({ robot: `robot_${index}`, joints: [{ joint, target: { case: "velocity", value: { velocity: 0.05 } } as const }] }));
+  await daemon.joints.setJointTargets({ robots });
+  await pause(2000);
+  // Minutes after which the memory is looked at again: 10 for a figure of a release.
+  const minutes = Number(process.env.FIGURES_MINUTES ?? "1");
+  console.log(`moving: ${await measured(tab, 4 * SPAN)}`);
+  await pause(minutes * 60_000);
+  console.log(`moving, ${minutes} minutes later: ${await measured(tab, 4 * SPAN)}`);
+  await context.close();
+  await daemon.stop();
+});

@@ -1,8 +1,9 @@
 //! Rollouts: copies of the world, computed on threads that give way to the physics thread, for those who asked as long as they
 //! are there.
 //!
-//! A rollout is computed in slices of some milliseconds, of as many threads as there are processors: two rollouts that are
-//! computed at one time share them, and what else these threads are for has its turn between slices.
+//! A rollout is computed in slices of some milliseconds, of as many threads as there are processors, and of one less while the
+//! world follows the wall clock: two rollouts that are computed at one time share them, and what else these threads are for has
+//! its turn between slices.
 
 use std::cell::Cell;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
@@ -15,8 +16,8 @@ use simd_core::rollout::{BatchResult, Rollout, RolloutRequest, Shape, Worker};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio_util::sync::CancellationToken;
 
-use super::{CallError, SimHandle};
-use crate::driver::{Event, Published};
+use super::{CallError, RunState, SimHandle};
+use crate::driver::{Event, Pace, Published};
 use crate::fair_permits::{FairPermits, Permit};
 use crate::info::DaemonLimits;
 
@@ -35,9 +36,7 @@ const KIBIBYTE: u64 = 1024;
 #[derive(Debug)]
 pub(super) struct RolloutWork {
     permits: FairPermits,
-    /// One for each thread that computes at a time.
-    turns: Arc<Semaphore>,
-    threads: usize,
+    turns: Turns,
     /// A permit for each KiB of answers.
     room: Arc<Semaphore>,
 }
@@ -51,10 +50,39 @@ impl RolloutWork {
         let room = usize::try_from(room).unwrap_or(usize::MAX).min(Semaphore::MAX_PERMITS);
         Self {
             permits: FairPermits::new(ROLLOUTS, waiting, of_one, what),
-            turns: Arc::new(Semaphore::new(threads)),
-            threads,
+            turns: Turns::new(threads),
             room: Arc::new(Semaphore::new(room)),
         }
+    }
+}
+
+/// Turns to compute: as many at a time as there are processors, and one less while the world follows the wall clock.
+///
+/// A thread of low priority gives way to the physics thread, but it may take until the next tick of the system's clock. Where a
+/// processor is free of rollouts, the physics thread need not wait for that.
+#[derive(Debug)]
+struct Turns {
+    always: Arc<Semaphore>,
+    /// None where there is only one processor.
+    spare: Arc<Semaphore>,
+    threads: usize,
+}
+
+impl Turns {
+    fn new(processors: usize) -> Self {
+        let threads = processors.max(1);
+        let always = (threads - 1).max(1);
+        let semaphore = |permits| Arc::new(Semaphore::new(permits));
+        Self { always: semaphore(always), spare: semaphore(threads - always), threads }
+    }
+
+    /// A turn, once there is one; `leaves_one` of those that there are is not given.
+    async fn next(&self, leaves_one: bool) -> Result<OwnedSemaphorePermit, CallError> {
+        let spare = || Arc::clone(&self.spare).try_acquire_owned().ok();
+        if let Some(turn) = (!leaves_one).then(spare).flatten() {
+            return Ok(turn);
+        }
+        Arc::clone(&self.always).acquire_owned().await.map_err(|_closed| CallError::ShuttingDown)
     }
 }
 
@@ -188,7 +216,7 @@ impl Running {
     /// # Errors
     /// Where it takes longer than a rollout may, and where the daemon drains.
     async fn compute(&self) -> Result<Vec<BatchResult>, CallError> {
-        let threads = self.handle.inner.rollouts.threads.min(self.job.rollout.batches());
+        let threads = self.handle.inner.rollouts.turns.threads.min(self.job.rollout.batches());
         try_join_all((0..threads).map(|_| self.slices())).await?;
         lock(&self.job.permit).take();
         if self.job.draining.is_cancelled() {
@@ -209,8 +237,7 @@ impl Running {
     /// One slice after the other, until there is nothing left to begin.
     async fn slices(&self) -> Result<(), CallError> {
         loop {
-            let turn = Arc::clone(&self.handle.inner.rollouts.turns).acquire_owned().await;
-            let turn = turn.map_err(|_closed| CallError::ShuttingDown)?;
+            let turn = self.handle.inner.rollouts.turns.next(self.handle.follows_wall_clock()).await?;
             let job = Arc::clone(&self.job);
             let slice = self.handle.loader().threads().run(move || {
                 let _turn = turn;
@@ -225,6 +252,12 @@ impl Running {
 }
 
 impl SimHandle {
+    /// Whether the world plays, and its steps are due at some time of the wall clock.
+    fn follows_wall_clock(&self) -> bool {
+        let statistics = self.newest().statistics;
+        statistics.state == RunState::Playing && matches!(statistics.pace, Pace::RealTime { .. })
+    }
+
     /// Does a rollout, once it is its caller's turn. Dropping the future ends it.
     ///
     /// # Errors
@@ -280,5 +313,44 @@ impl SimHandle {
         let batches = running.compute().await?;
         let spent = Duration::from_nanos(running.job.spent.load(Ordering::Relaxed));
         Ok(RolloutAnswer { shape, start, batches, seconds: spent.as_secs_f64(), _room: room })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use futures_util::FutureExt;
+
+    use super::*;
+
+    /// Turns that are given at once.
+    fn given(turns: &Turns, leaves_one: bool) -> Vec<OwnedSemaphorePermit> {
+        let mut all = Vec::new();
+        while let Some(turn) = turns.next(leaves_one).now_or_never() {
+            all.push(turn.unwrap());
+        }
+        all
+    }
+
+    #[test]
+    fn a_world_that_follows_the_wall_clock_keeps_a_processor() {
+        for (processors, kept) in [(1, 1), (2, 1), (8, 7)] {
+            let turns = Turns::new(processors);
+            assert_eq!(given(&turns, false).len(), processors, "all of them else");
+            let taken = given(&turns, true);
+            assert_eq!(taken.len(), kept);
+            assert_eq!(
+                given(&turns, false).len(),
+                processors - kept,
+                "what is left is there for another moment"
+            );
+        }
+    }
+
+    #[test]
+    fn a_turn_comes_back_where_it_was_taken() {
+        let turns = Turns::new(2);
+        drop(given(&turns, false));
+        assert_eq!(given(&turns, true).len(), 1);
+        assert_eq!(given(&turns, false).len(), 2);
     }
 }

@@ -1,7 +1,8 @@
 //! Figures for this machine, printed as tables: run with `make bench`. Nothing
 //! here is asserted; compare within a run. `-- reads` prints one table alone, lateness under a flood of reads; `-- town` that of
 //! a quadruped among what cannot move; `-- recording` what a recording costs; `-- turns` round trips; `-- hops` a turn within a
-//! process; `-- rollouts` what copies of a world cost; `-- lidar` what a lidar costs the steps.
+//! process; `-- rollouts` what copies of a world cost; `-- lidar` what a lidar costs the steps; `-- subscribers` what a hundred
+//! subscribers of every state cost.
 #![allow(
     clippy::expect_used,
     clippy::print_stdout,
@@ -16,6 +17,7 @@ mod recording;
 mod rollouts;
 mod round_trip;
 mod step;
+mod subscribers;
 mod town;
 
 fn main() {
@@ -25,12 +27,14 @@ fn main() {
         Some(round_trip::ECHO) => return round_trip::echo(),
         Some(round_trip::ASYNC_ECHO) => return round_trip::async_echo(),
         Some(round_trip::UNIX_ECHO) => return round_trip::unix_echo(),
+        Some(subscribers::SUBSCRIBE) => return subscribers::subscribe(),
         Some("town") => return town::print(),
         Some("reads") => return lateness::print_reads(),
         Some("recording") => return recording::print(),
         Some("turns") => return round_trip::print(),
         Some("rollouts") => return rollouts::print(),
         Some("lidar") => return lidar::print(),
+        Some("subscribers") => return subscribers::print(),
         Some("hops") => return hops::print(),
         _ => {}
     }
@@ -44,4 +48,5 @@ fn main() {
     recording::print();
     rollouts::print();
     lidar::print();
+    subscribers::print();
 }

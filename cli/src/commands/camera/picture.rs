@@ -52,6 +52,17 @@ pub(crate) enum Plane {
     Segmentation,
 }
 
+impl Plane {
+    /// For people, and on the command line.
+    fn word(self) -> &'static str {
+        match self {
+            Self::Color => "color",
+            Self::Depth => "depth",
+            Self::Segmentation => "segmentation",
+        }
+    }
+}
+
 pub(super) async fn list(client: &Client, output: Output) -> anyhow::Result<()> {
     let answer = client.list_cameras().await?;
     let cameras: Vec<CameraView> = answer.cameras.into_iter().map(CameraView::new).collect();
@@ -108,7 +119,10 @@ fn drawn(picture: &CameraPicture, wanted: Option<Plane>) -> anyhow::Result<Vec<u
             let links = words(&bytes).map(u32::from_le_bytes);
             write(Pixels::Grey, grey(links.map(|link| u16::try_from(link).unwrap_or(u16::MAX)).collect()))
         }
-        _ => bail!("the camera has no such plane: its sensor says what it makes pictures of"),
+        _ => {
+            let there: Vec<&str> = all.into_iter().filter(|plane| has(*plane)).map(Plane::word).collect();
+            bail!("the camera has no {}: its pictures have {}", plane.word(), there.join(" and "))
+        }
     }
 }
 
@@ -182,7 +196,8 @@ fn page(cameras: &[CameraView], renderers: &[RendererInfo]) -> Page {
         Column::right("RATE [Hz]"),
         Column::right("NEWEST STEP"),
         Column::left("DRAWN BY"),
-        Column::right("DRAWN"),
+        // Others than those of its rate count nowhere.
+        Column::right("DRAWN AT RATE"),
         Column::right("MISSED"),
     ];
     let row = |of: &CameraView| {

@@ -86,3 +86,20 @@ def test_a_torque_lasts_a_step(script: ModuleType) -> None:
     assert script.getJointStateMultiDof(body, 0)[3] == pytest.approx((0.1, -0.2, 0.3), abs=1e-12)
     script.stepSimulation()
     assert script.getJointStateMultiDof(body, 0)[3] == (0.0, 0.0, 0.0)
+
+
+def test_stable_pd_control_is_taken_where_pybullet_takes_it(script: ModuleType, bullet: Any, turned: str) -> None:
+    for each in (script, bullet):
+        body = each.loadURDF(turned, useFixedBase=True)
+        mode = each.STABLE_PD_CONTROL
+        assert each.setJointMotorControlMultiDofArray(
+            body, [0], mode, targetPositions=[PLACE], positionGains=[1000], velocityGains=[100], forces=[[200, 200, 200]]
+        ) is None
+        with pytest.raises(each.error, match="Illegal control mode"):
+            each.setJointMotorControlMultiDof(body, 0, mode, PLACE)
+        with pytest.raises(each.error, match="Illegal control mode"):
+            each.setJointMotorControl2(body, 0, mode, 0.3)
+    for _ in range(480):
+        script.stepSimulation()
+    position = script.getJointStateMultiDof(0, 0)[0]
+    assert abs(sum(a * b for a, b in zip(position, PLACE, strict=True))) > 1.0 - 1e-5

@@ -188,10 +188,10 @@ def test_a_concave_mesh_is_its_parts(script: ModuleType) -> None:
 
 
 def test_a_batch_of_bodies_is_made_by_one_call(bullet: Any, script: ModuleType) -> None:
-    places = [[x, 0.0, 1.0] for x in range(5)]
+    places = [[x, 0.0, 1.0] for x in range(40)]
     for p in (bullet, script):
         made = p.createMultiBody(1, p.createCollisionShape(p.GEOM_SPHERE, radius=0.1), batchPositions=places)
-        assert len(made) == 5
+        assert len(made) == 40
         assert [list(p.getBasePositionAndOrientation(body)[0]) for body in made] == places
 
 

@@ -58,10 +58,11 @@ def same(ours: Any, theirs: Any) -> bool:
     return ours == (theirs if isinstance(theirs, bytes) else pytest.approx(theirs, abs=1e-5))
 
 
-def test_models_are_as_pybullet_loads_them(bullet: Any, script: ModuleType, arm: str) -> None:
+@pytest.mark.parametrize("scale", [1.0, 2.5])
+def test_models_are_as_pybullet_loads_them(bullet: Any, script: ModuleType, arm: str, scale: float) -> None:
     found: list[list[Any]] = []
     for p in (bullet, script):
-        assert p.loadSDF(arm) == (0, 1)
+        assert p.loadSDF(arm, globalScaling=scale) == (0, 1)
         rows: list[Any] = [p.getBodyInfo(body) for body in (0, 1)]
         rows += [p.getBasePositionAndOrientation(body) for body in (0, 1)]
         rows += [p.getDynamicsInfo(body, -1)[0] for body in (0, 1)]
@@ -103,6 +104,8 @@ def test_what_is_no_sdf_is_told(script: ModuleType, tmp_path: Path, capsys: pyte
     file.write_text("<sdf><model name='a'><link name='l'/><link name='m'/></model></sdf>")
     with pytest.raises(NotImplementedError, match="has 2 links without a parent"):
         script.loadSDF(str(file))
+    with pytest.raises(script.error, match="globalScaling must be above 0"):
+        script.loadSDF(str(file), globalScaling=0)
     with pytest.raises(script.error, match="Cannot load SDF file. Not found"):
         script.loadSDF("lost.sdf")
     mesh = "<collision name='c'><geometry><mesh><uri>lost.obj</uri></mesh></geometry></collision>"

@@ -22,6 +22,8 @@ pub(super) const DEFAULT_PULL_ACCELERATION: f64 = 60.0;
 const STIFFEST: f64 = 0.25;
 /// The same of a damper: h c / m.
 const MOST_DAMPED: f64 = 0.5;
+/// Pulls on the links of one robot: whenever one comes, all of them share what a step can follow.
+pub(super) const MOST_PULLS: usize = 8;
 /// The mobility along the pull is at least this part of the sum over all axes.
 const LEAST_MOBILITY: f64 = 1e-3;
 
@@ -57,6 +59,18 @@ impl ActivePull {
         if force.length_squared().is_finite() { force.clamp_length_max(self.max_force) } else { DVec3::ZERO }
     }
 
+    /// Makes it no stiffer than steps of `h` seconds can follow, with as many pulls on this robot as there are, where its point
+    /// moves as `mobility` says.
+    pub(super) fn soften(&mut self, mobility: &DMat3, h: f64, pulls: usize) {
+        let sum = trace(mobility);
+        if sum.is_finite() && sum > 0.0 {
+            // Those on one body add up.
+            let share = 1.0 / pulls.max(1) as f64;
+            self.stiffness = self.stiffness.min(share * STIFFEST / (h * h * sum));
+            self.damping = self.damping.min(share * MOST_DAMPED / (h * sum));
+        }
+    }
+
     /// What is wrong with one of a file, for a robot of so many links.
     pub(super) fn check(&self, links: usize) -> Result<(), String> {
         let Self { link, point, target, stiffness, damping, max_force, left, force } = self;
@@ -75,7 +89,7 @@ impl ActivePull {
 /// `mobility` says (m/s for N s). The damper is critical for the mass that the pull moves: where it would go,
 /// 1 / (u' mobility u) kg. Both are no larger than steps of `h` seconds can follow. `None` where the point cannot move.
 pub(super) fn spring(stiffness: f64, way: DVec3, mobility: &DMat3, h: f64) -> Option<(f64, f64)> {
-    let sum = mobility.x_axis.x + mobility.y_axis.y + mobility.z_axis.z;
+    let sum = trace(mobility);
     if !(sum.is_finite() && sum > 0.0) {
         return None;
     }
@@ -87,6 +101,10 @@ pub(super) fn spring(stiffness: f64, way: DVec3, mobility: &DMat3, h: f64) -> Op
     let stiffness = stiffness.min(STIFFEST / (h * h * sum));
     let damping = (2.0 * (stiffness * mass).sqrt()).min(MOST_DAMPED / (h * sum));
     (stiffness.is_finite() && damping.is_finite()).then_some((stiffness, damping))
+}
+
+fn trace(mobility: &DMat3) -> f64 {
+    mobility.x_axis.x + mobility.y_axis.y + mobility.z_axis.z
 }
 
 #[cfg(test)]

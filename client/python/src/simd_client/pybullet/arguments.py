@@ -28,7 +28,7 @@ def floats(value: Any, message: str, count: int | None = None) -> list[float]:
     if not isinstance(value, Iterable):
         raise error(message)
     try:
-        numbers = [float(item) for item in value]  # pyright: ignore[reportUnknownVariableType, reportUnknownArgumentType]
+        numbers = list(map(float, value))  # pyright: ignore[reportUnknownVariableType, reportUnknownArgumentType]
     except (TypeError, ValueError):
         raise error(message) from None
     if (count is not None and len(numbers) != count) or not all(map(math.isfinite, numbers)):
@@ -53,7 +53,7 @@ def indices(value: Any, message: str) -> list[int]:
     if not isinstance(value, Iterable):
         raise error(message)
     try:
-        return [int(item) for item in value]  # pyright: ignore[reportUnknownVariableType, reportUnknownArgumentType]
+        return list(map(int, value))  # pyright: ignore[reportUnknownVariableType, reportUnknownArgumentType]
     except (TypeError, ValueError):
         raise error(message) from None
 

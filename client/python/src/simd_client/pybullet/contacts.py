@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 from simd_client.proto import (
@@ -58,10 +59,10 @@ def getContactPoints(
         if a is None or b is None:
             # A robot that another client brought since: syncBodyInfo adds it.
             continue
-        for first, second, sign in ((a, b, 1.0), (b, a, -1.0)):
-            if _asked(first, bodyA, linkIndexA) and _asked(second, bodyB, linkIndexB):
-                found.append(_told(contact, first, second, sign))
-                break
+        if _asked(a, bodyA, linkIndexA) and _asked(b, bodyB, linkIndexB):
+            found.append(_told(contact, a, b, 1.0))
+        elif _asked(b, bodyA, linkIndexA) and _asked(a, bodyB, linkIndexB):
+            found.append(_told(contact, b, a, -1.0))
     return tuple(found)
 
 
@@ -72,29 +73,25 @@ def _asked(place: tuple[int, int], body: int, link: int) -> bool:
 def _told(contact: Contact, a: tuple[int, int], b: tuple[int, int], sign: float) -> tuple[Any, ...]:
     """PyBullet's normal points from B to A, the daemon's from its first robot to its second; `sign`
     is -1 if the two are swapped. Forces are those on A."""
-    n = contact.normal
-    normal = (-sign * n.x, -sign * n.y, -sign * n.z)
-    half = contact.depth / 2.0
-    p = contact.point
-    on_a = (p.x - normal[0] * half, p.y - normal[1] * half, p.z - normal[2] * half)
-    on_b = (p.x + normal[0] * half, p.y + normal[1] * half, p.z + normal[2] * half)
-    f = contact.friction_force
+    n, p, f, depth = contact.normal, contact.point, contact.friction_force, contact.depth
+    x, y, z = normal = (-sign * n.x, -sign * n.y, -sign * n.z)
+    half = depth / 2.0
+    u, v, w = p.x, p.y, p.z
+    dx, dy, dz = x * half, y * half, z * half
     rub, across, along = _friction((-sign * f.x, -sign * f.y, -sign * f.z), normal)
-    sides = (a[0], b[0], a[1], b[1])
-    return (0, *sides, on_a, on_b, normal, -contact.depth, contact.normal_force, rub, across, 0.0, along)
+    on_a, on_b = (u - dx, v - dy, w - dz), (u + dx, v + dy, w + dz)
+    return (0, a[0], b[0], a[1], b[1], on_a, on_b, normal, -depth, contact.normal_force, rub, across, 0.0, along)
 
 
 def _friction(force: Vector, normal: Vector) -> tuple[float, Vector, Vector]:
     """All of it along one direction, and the direction across that has none."""
-    size = math.sqrt(sum(x * x for x in force))
+    x, y, z = force
+    size = length = math.sqrt(x * x + y * y + z * z)
     if size == 0.0:
         # Any direction in the plane of the contact.
-        axis = (1.0, 0.0, 0.0) if abs(normal[0]) < 0.9 else (0.0, 1.0, 0.0)
-        side = cross(normal, axis)
-        length = math.sqrt(sum(x * x for x in side)) or 1.0
-    else:
-        side, length = force, size
-    unit = (side[0] / length, side[1] / length, side[2] / length)
+        x, y, z = cross(normal, (1.0, 0.0, 0.0) if abs(normal[0]) < 0.9 else (0.0, 1.0, 0.0))
+        length = math.sqrt(x * x + y * y + z * z) or 1.0
+    unit = (x / length, y / length, z / length)
     return size, unit, cross(normal, unit)
 
 
@@ -253,7 +250,7 @@ def _placed(frame: Pose | None, place: Vector) -> Vector:
     return place if frame is None else compose(frame, (place, (0.0, 0.0, 0.0, 1.0)))[0]
 
 
-def _hit(hit: RayHit, numbers: dict[tuple[str, str], tuple[int, int]]) -> tuple[Any, ...]:
+def _hit(hit: RayHit, numbers: Mapping[tuple[str, str], tuple[int, int]]) -> tuple[Any, ...]:
     if not hit.hit:
         return _MISS
     body, link = numbers.get((hit.robot, hit.link), (-1, -1))

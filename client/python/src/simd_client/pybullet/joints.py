@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from operator import itemgetter
 from typing import Any
 
 from simd_client.proto import JointReset, RobotJointStates
@@ -12,11 +13,14 @@ from .ball_motors import spherical_reset, to_bullet, unit
 from .bodies import Body, JointInfoTuple
 from .connections import connected
 from .errors import error, unsupported
-from .reactions import reaction
+from .reactions import NOTHING, reaction
 from .rotations import conjugate, rotate
 from .world import World
 
 JointState = tuple[float, float, tuple[float, ...], float]
+
+# Selections of joints of one robot whose way of reading is kept.
+_MOST_READERS = 64
 
 
 def getNumJoints(bodyUniqueId: int, physicsClientId: int = 0) -> int:
@@ -47,14 +51,38 @@ def getJointStates(bodyUniqueId: int, jointIndices: Any, physicsClientId: int = 
     world = connected(physicsClientId)
     body = world.body(bodyUniqueId, "getJointState failed.")
     wanted = indices(jointIndices, "expected a sequence of joint indices")
+    reader = body.readers.get(tuple(wanted))
+    if reader is not None:
+        return reader(*world.joint_values(body))
     _in_range(body, wanted)
     states = world.joint_states(body)
-    return tuple(_state(world, body, states, index) for index in wanted)
+    answer = tuple(_state(world, body, states, index) for index in wanted)
+    _keep_reader(body, wanted)
+    return answer
 
 
 def _in_range(body: Body, wanted: list[int]) -> None:
     if any(not 0 <= index < len(body.joints) for index in wanted):
         raise error("Joint index out-of-range.")
+
+
+def _keep_reader(body: Body, wanted: list[int]) -> None:
+    """Keeps how these states are read, since a loop asks for the same ones at each step. Not of joints that are read in another way: those
+    with a sensor, and spherical ones; a sensor that is turned on later forgets all of them."""
+    joints = [body.joints[index] for index in wanted]
+    if len(joints) < 2 or any(joint.ball is not None or joint.sensor for joint in joints):
+        return
+    # What a joint without one value has is behind those of all joints.
+    q = itemgetter(*(joint.position_index if joint.width == 1 else -1 for joint in joints))
+    u = itemgetter(*(joint.velocity_index if joint.width == 1 else -1 for joint in joints))
+    carried = (NOTHING,) * len(joints)
+
+    def read(positions: list[float], velocities: list[float], efforts: list[float]) -> tuple[JointState, ...]:
+        return tuple(zip(q(positions), u(velocities), carried, u(efforts), strict=True))
+
+    if len(body.readers) >= _MOST_READERS:
+        body.readers.clear()
+    body.readers[tuple(wanted)] = read
 
 
 def _state(world: World, body: Body, states: RobotJointStates, index: int) -> JointState:
@@ -66,8 +94,9 @@ def _state(world: World, body: Body, states: RobotJointStates, index: int) -> Jo
         return (orientation[0], spin[0], carried, 0.0)
     if joint.width != 1:
         return (0.0, 0.0, carried, 0.0)
+    positions, velocities, efforts = world.joint_values(body)
     at = joint.velocity_index
-    return (states.position[joint.position_index], states.velocity[at], carried, states.effort[at])
+    return (positions[joint.position_index], velocities[at], carried, efforts[at])
 
 
 def getJointStateMultiDof(bodyUniqueId: int, jointIndex: int, physicsClientId: int = 0) -> tuple[Any, ...]:

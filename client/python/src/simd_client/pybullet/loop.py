@@ -15,26 +15,19 @@ from simd_client.proto import (
     NextJointStatesRequest,
     Physics,
     ResetJointsRequest,
-    RobotTargets,
     SetJointPropertiesRequest,
-    SetJointTargetsRequest,
     SetPhysicsRequest,
     SimulationState,
-    StepSimulationRequest,
     methods,
 )
 
-from . import motors
-from .ball_motors import ball_target
 from .bodies import Body, BodyJoint
 from .errors import error
+from .outgoing import Outgoing
 from .readings import Readings
-from .targets import joint_target
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
-
-    from google.protobuf.internal.containers import RepeatedCompositeFieldContainer
 
     from .arguments import Vector
     from .wire import Wire
@@ -59,14 +52,16 @@ class Loop(Readings):
         self.substeps = 0
         # Motors that have changed since the last step, by body and joint.
         self._waiting: dict[tuple[int, int], None] = {}
+        self._outgoing = Outgoing()
         # Joints to be put elsewhere, by robot: position and velocity by the joint's name and axis. They go with the next call
         # of any kind.
         self._resets: dict[str, dict[tuple[str, int], JointReset]] = {}
         wire.before = self._send_resets
 
-    def drive(self, body: Body, index: int) -> None:
-        """Marks a motor as changed: it is sent with the next step, or at once if the world plays."""
-        self._waiting[(body.unique_id, index)] = None
+    def drive(self, body: Body, joints: Iterable[int]) -> None:
+        """Marks motors as changed: they are sent with the next step, or at once if the world plays."""
+        number = body.unique_id
+        self._waiting.update({(number, index): None for index in joints})
 
     def put_joints(self, body: Body, joints: Mapping[tuple[str, int], JointReset]) -> None:
         """Puts joints elsewhere, by name and axis."""
@@ -92,9 +87,8 @@ class Loop(Readings):
         """Sends the changed motors, and joints that are put elsewhere."""
         self._send_resets()
         if self._waiting:
-            request = SetJointTargetsRequest()
-            self._put_targets(request.robots)
-            self.wire.call(methods.SetJointTargets, request)
+            self._put_targets()
+            self.wire.call(methods.SetJointTargets, self._outgoing.targets())
             self._sent()
 
     def advance(self) -> None:
@@ -102,13 +96,8 @@ class Loop(Readings):
         if self.playing:
             self._follow()
         else:
-            request = StepSimulationRequest(
-                steps=1,
-                return_states=True,
-                return_link_states=self.wants_links(),
-                return_contacts=self.wants_contacts(),
-            )
-            self._put_targets(request.robots)
+            self._put_targets()
+            request = self._outgoing.step(self.wants_links(), self.wants_contacts())
             try:
                 answer = self.wire.call(methods.StepSimulation, request)
             except error as refusal:
@@ -133,28 +122,10 @@ class Loop(Readings):
             if not self.playing:
                 self.advance()
 
-    def _put_targets(self, robots: RepeatedCompositeFieldContainer[RobotTargets]) -> None:
-        """Adds the changed motors to a request."""
-        by_body: dict[int, list[int]] = {}
-        for number, index in self._waiting:
-            by_body.setdefault(number, []).append(index)
-        for number, joints in by_body.items():
-            body = self.bodies[number]
-            target = robots.add()
-            target.robot = body.robot
-            friction: list[tuple[BodyJoint, float]] = []
-            for index in joints:
-                joint = body.joints[index]
-                if joint.ball is not None:
-                    turn = body.frame(joint.link)[1]
-                    ball_target(joint.name, joint.ball, joint.inertia, self.time_step, turn, target.joints.add())
-                    continue
-                law = motors.law(joint.motor, joint.inertia, self.time_step)
-                joint_target(joint.name, law, target.joints.add())
-                if joint.friction + law.friction != joint.friction_sent:
-                    friction.append((joint, joint.friction + law.friction))
-            if friction:
-                self._set_friction(body, friction)
+    def _put_targets(self) -> None:
+        """Puts the changed motors into the next request."""
+        for body, friction in self._outgoing.put(self._waiting, self.bodies, self.time_step):
+            self._set_friction(body, friction)
 
     def _set_friction(self, body: Body, friction: Iterable[tuple[BodyJoint, float]]) -> None:
         request = SetJointPropertiesRequest(robot=body.robot)
@@ -167,6 +138,8 @@ class Loop(Readings):
         """The daemon has the changed motors. A torque lasts one step; then the motor is set again."""
         waiting = self._waiting
         self._waiting = {}
+        if not self._outgoing.sent():
+            return
         for number, index in waiting:
             joint = self.bodies[number].joints[index]
             motor = joint.motor if joint.ball is None else joint.ball

@@ -12,7 +12,8 @@ from .errors import error
 from .rotations import conjugate, cross, rotate
 from .world import World
 
-_NONE = (0.0,) * 6
+NOTHING = (0.0,) * 6
+"""What a joint without a sensor says."""
 
 
 def enableJointForceTorqueSensor(
@@ -23,6 +24,7 @@ def enableJointForceTorqueSensor(
     if not 0 <= jointIndex < len(body.joints):
         raise error("Error creating sensor.")
     body.joints[jointIndex].sensor = bool(enableSensor)
+    body.readers.clear()
 
 
 def reaction(world: World, body: Body, states: RobotJointStates, index: int) -> tuple[float, ...]:
@@ -30,7 +32,7 @@ def reaction(world: World, body: Body, states: RobotJointStates, index: int) -> 
     centre of mass, and without what the motor does along the axis. Zeros if the sensor is off."""
     joint = body.joints[index]
     if not joint.sensor:
-        return _NONE
+        return NOTHING
     x, y, z, a, b, c = world.reactions(body).wrenches[6 * index : 6 * index + 6]
     force: Vector = (x, y, z)
     center, turn = body.frame(joint.link)

@@ -37,6 +37,9 @@ if TYPE_CHECKING:
 
 State = TypeVar("State")
 
+JointValues = tuple[list[float], list[float], list[float]]
+"""Positions, velocities and efforts of a robot's joints, each with a 0 after the last, which is what a joint without a value has."""
+
 # How many steps include the states of links, and contact points, after a script has read any.
 _LINKS_FOR = 16
 
@@ -53,6 +56,8 @@ class Readings:
         self.sequence = 0
         self.sim_time = 0.0
         self._joint_states: dict[str, RobotJointStates] | None = None
+        # The numbers of those that were read, by robot, with the message that they are of.
+        self._joint_values: dict[str, tuple[RobotJointStates, JointValues]] = {}
         self._link_poses: dict[str, RobotLinkPoses] = {}
         self._link_states: dict[str, RobotLinkStates] = {}
         self._roots: dict[str, Root] = {}
@@ -85,6 +90,17 @@ class Readings:
         if states is None or states.layout_version != body.layout_version:
             raise error(f"the robot {body.robot} was deleted or reloaded")
         return states
+
+    def joint_values(self, body: Body) -> JointValues:
+        """The numbers of `joint_states`."""
+        states = self.joint_states(body)
+        known = self._joint_values.get(body.robot)
+        if known is not None and known[0] is states:
+            return known[1]
+        # Lists: to take one number out of a message's takes as long as to take all of them at once.
+        values = [*states.position, 0.0], [*states.velocity, 0.0], [*states.effort, 0.0]
+        self._joint_values[body.robot] = states, values
+        return values
 
     def _ask_joint_states(self) -> JointStates:
         return self.wire.call(methods.GetJointStates, GetJointStatesRequest()).states
@@ -196,8 +212,9 @@ class Readings:
         if self._contacts_for > 0:
             self._contacts = list(answer.contacts)
             self._contacts_for -= 1
-        self._link_states = {robot.robot: robot for robot in answer.link_states}
-        self._links_for = max(self._links_for - 1, 0)
+        if self._links_for > 0:
+            self._link_states = {robot.robot: robot for robot in answer.link_states}
+            self._links_for -= 1
 
     def take(self, states: JointStates) -> None:
         """States of all robots arrived: those are the newest."""

@@ -35,6 +35,8 @@ class Model:
     # world_from_root.
     pose: Pose
     fixed: bool
+    # That its lengths are multiplied by.
+    scale: float
     # What the script's disk has, by the name in the URDF.
     files: dict[str, Path] = field(default_factory=dict[str, Path])
 
@@ -53,13 +55,17 @@ def loadSDF(
         raise error(f"{refusal} {problem}") from None
     if document is None or document.tag != "sdf":
         raise error(f"{refusal} {path} has no element sdf")
-    models = [_model(world, path, each) for each in document.iter("model")]
+    scale = float(globalScaling)
+    if not 0.0 < scale < float("inf"):
+        raise error(f"{refusal} globalScaling must be above 0, and not {scale:g}")
+    models = [_model(world, path, each, scale) for each in document.iter("model")]
     if not models:
         raise error(f"{refusal} {path} has no model")
-    return tuple(_spawned(world, model, float(globalScaling)) for model in models)
+    return tuple(_spawned(world, model) for model in models)
 
 
-def _spawned(world: World, model: Model, scale: float) -> int:
+def _spawned(world: World, model: Model) -> int:
+    scale = model.scale
     sent: dict[str, bytes] = {}
     files: dict[str, str] = {}
     for uri, path in model.files.items():
@@ -78,7 +84,7 @@ def _spawned(world: World, model: Model, scale: float) -> int:
     return number
 
 
-def _model(world: World, path: Path, model: ElementTree.Element) -> Model:
+def _model(world: World, path: Path, model: ElementTree.Element, scale: float) -> Model:
     links = {link.get("name", ""): link for link in model.iterfind("link")}
     joints = [joint for joint in model.iterfind("joint") if joint.findtext("child", "").strip() in links]
     children = {joint.findtext("child", "").strip() for joint in joints if joint.findtext("parent", "").strip() in links}
@@ -90,7 +96,7 @@ def _model(world: World, path: Path, model: ElementTree.Element) -> Model:
     is_static = model.findtext("static", "0").strip() in ("1", "true")
     is_held = any(joint.findtext("parent", "").strip() not in links for joint in joints)
     urdf = ElementTree.Element("robot", name=model.get("name", "model"))
-    made = Model(b"", compose(_pose(model), _pose(root)), is_static or is_held or mass == 0.0)
+    made = Model(b"", compose(_pose(model), _pose(root)), is_static or is_held or mass == 0.0, scale)
     for link in links.values():
         _link(world, path, made, urdf, link)
     for joint in joints:
@@ -98,7 +104,7 @@ def _model(world: World, path: Path, model: ElementTree.Element) -> Model:
         if parent in links:
             child = joint.findtext("child", "").strip()
             at = compose(inverse(_pose(links[parent])), _pose(links[child]))
-            _joint(urdf, joint, parent, child, at)
+            _joint(urdf, joint, parent, child, at, scale)
     made.urdf = ElementTree.tostring(urdf)
     return made
 
@@ -144,7 +150,8 @@ def _geometry(
     if shape.tag == "box":
         ElementTree.SubElement(made, "box", size=text("size", "1 1 1"))
     elif shape.tag == "sphere":
-        ElementTree.SubElement(made, "sphere", radius=text("radius", "1"))
+        # The daemon scales it; in an SDF Bullet leaves a sphere's radius as it is.
+        ElementTree.SubElement(made, "sphere", radius=repr(float(text("radius", "1")) / model.scale))
     elif shape.tag in ("cylinder", "capsule"):
         ElementTree.SubElement(made, shape.tag, radius=text("radius", "1"), length=text("length", "1"))
     elif shape.tag == "mesh":
@@ -172,7 +179,9 @@ def _file(world: World, path: Path, uri: str) -> Path | None:
     return next((folder / name for folder in folders if (folder / name).is_file()), None)
 
 
-def _joint(urdf: ElementTree.Element, joint: ElementTree.Element, parent: str, child: str, at: Pose) -> None:
+def _joint(
+    urdf: ElementTree.Element, joint: ElementTree.Element, parent: str, child: str, at: Pose, scale: float
+) -> None:
     kind = joint.get("type", "")
     if kind not in _JOINTS:
         raise unsupported("loadSDF", f"joint {joint.get('name')} is {kind}, and none of {', '.join(_JOINTS)}")
@@ -182,6 +191,9 @@ def _joint(urdf: ElementTree.Element, joint: ElementTree.Element, parent: str, c
     )
     if kind == "revolute" and (lower < -_ENDLESS or upper > _ENDLESS or lower > upper):
         kind = "continuous"
+    if kind == "prismatic":
+        # The daemon scales lengths; in an SDF Bullet leaves these as they are.
+        lower, upper, velocity = lower / scale, upper / scale, velocity / scale
     made = ElementTree.SubElement(urdf, "joint", name=joint.get("name", ""), type=kind)
     _origin(made, at)
     ElementTree.SubElement(made, "parent", link=parent)

@@ -325,18 +325,21 @@ def createMultiBody(
     is_batch = batchPositions is not None and len(batchPositions) > 0
     numbers: list[int] = []
     positions: Any = batchPositions if is_batch else (basePosition,)
-    for position in positions:
-        spawn = Spawn(
+    is_divided = any(mesh.is_concave for mesh in touched.values())
+    spawns = [
+        Spawn(
             position=vector(position, "basePosition needs 3 coordinates [x,y,z]."),
             orientation=orientation,
             fixed=baseMass == 0.0,
-            divided=any(mesh.is_concave for mesh in touched.values()),
+            divided=is_divided,
             surfaces=surfaces,
         )
-        entity = world.wire.spawn(DescriptionSource(urdf=text, assets=files), spawn)
+        for position in positions
+    ]
+    for entity in world.wire.spawn_all(DescriptionSource(urdf=text, assets=files), spawns):
         number = settled(world, entity, description, text, files, 1.0, surfaces)
         body = world.bodies[number]
-        body.paths, body.divided = {uri: mesh.file for uri, mesh in used.items()}, spawn.divided
+        body.paths, body.divided = {uri: mesh.file for uri, mesh in used.items()}, is_divided
         body.made_of = frozenset(used)
         numbers.append(number)
     return tuple(numbers) if is_batch else numbers[0]

@@ -7,7 +7,7 @@ use glamx::{DMat3, DVec3};
 use super::Entity;
 use crate::dynamics::Integrator;
 use crate::dynamics::spatial::Spatial;
-use crate::simulation::pull::ActivePull;
+use crate::simulation::pull::{ActivePull, MOST_PULLS};
 use crate::simulation::wrench::{ActiveWrench, WrenchDuration};
 
 impl Entity {
@@ -18,6 +18,24 @@ impl Entity {
             Some(known) => *known = ActivePull { force: known.force, ..pull },
             None => self.state.pulls.push(pull),
         }
+    }
+
+    /// Whether one more pull has room: on this link, or beside the others.
+    pub(in crate::simulation) fn has_room_for_pull(&self, link: usize) -> bool {
+        let pulls = &self.state.pulls;
+        pulls.len() < MOST_PULLS || pulls.iter().any(|known| known.link == link)
+    }
+
+    /// Makes no pull stiffer than steps of this length can follow, where the links are now and with as many as there are.
+    pub(in crate::simulation) fn soften_pulls(&mut self, (h, integrator): (f64, Integrator)) {
+        let mut pulls = std::mem::take(&mut self.state.pulls);
+        let count = pulls.len();
+        for pull in &mut pulls {
+            if let Some((_, mobility)) = self.point_mobility(pull.link, pull.point, (h, integrator)) {
+                pull.soften(&mobility, h, count);
+            }
+        }
+        self.state.pulls = pulls;
     }
 
     /// Ends the pull on a link, if there is one.

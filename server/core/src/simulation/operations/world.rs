@@ -40,6 +40,11 @@ impl Simulation {
         self.contacts.stretch(step, part);
         self.constraints.list.iter_mut().for_each(|of| of.stretch(step, part));
         self.entities.iter_mut().for_each(|entity| entity.body.change_step(part));
+        let h = self.settings.time_step / f64::from(self.settings.substeps);
+        // A longer step follows softer springs.
+        for entity in self.entities.iter_mut().filter(|entity| !entity.state.pulls.is_empty()) {
+            entity.soften_pulls((h, self.settings.integrator));
+        }
         self.entities.iter_mut().for_each(Entity::wake);
         self.happened(EventKind::PhysicsChanged(self.settings));
         Ok(Reply::Physics(self.settings))

@@ -113,6 +113,56 @@ fn a_pull_that_is_too_stiff_for_the_step_is_stable() {
     assert!((seen.positions[0] - 0.5).abs() < 1e-3, "{}", seen.positions[0]);
 }
 
+/// A longer step softens the springs that there are: its bound is that of [`a_pull_that_is_too_stiff_for_the_step_is_stable`].
+#[test]
+fn a_pull_that_a_longer_step_finds_too_stiff_is_stable() {
+    let mut world = weightless_arm(1e-4);
+    let pull = LinkPull { stiffness: Some(1e12), max_force: Some(1e12), ..pull() };
+    world.apply(&Command::PullLink(pull)).unwrap();
+    let longer = PhysicsChange { time_step: Some(2e-2), ..PhysicsChange::default() };
+    world.apply(&Command::SetPhysics(longer)).unwrap();
+    let seen = run(&mut world, 5.0);
+    assert!(seen.roots[0].disabled.is_none());
+    assert!((seen.positions[0] - 0.5).abs() < 1e-3, "{}", seen.positions[0]);
+}
+
+/// Pulls on links that are one body add up, however many there are: eight of them bring it to their target, and a ninth is refused.
+#[test]
+fn pulls_on_many_links_of_one_body_are_stable_and_have_a_bound() {
+    let mut links =
+        vec![link("l0", Inertial { mass: 1.0, center_of_mass: DVec3::ZERO, inertia: DMat3::IDENTITY })];
+    let mut joints = Vec::new();
+    for child in 1..9 {
+        links.push(link(&format!("l{child}"), Inertial::ZERO));
+        let (name, kind) = (format!("j{child}"), JointKind::Fixed);
+        joints.push(Joint { name, kind, child, parent_from_joint: DPose3::IDENTITY, ..arm_joint() });
+    }
+    let model = RobotModel { name: "b".into(), links, joints, ..RobotModel::default() };
+    let mut world = world_with(1e-3, Spawn { fixed_base: Some(false), ..spawn("b", Arc::new(model)) });
+    let pull = |link: usize| LinkPull {
+        robot: "b".into(),
+        link: format!("l{link}"),
+        point: DVec3::ZERO,
+        target: Some(DVec3::X),
+        stiffness: Some(1e12),
+        max_force: Some(1e12),
+        duration: Some(60.0),
+    };
+    for link in 0..8 {
+        world.apply(&Command::PullLink(pull(link))).unwrap();
+    }
+    let before = world.fingerprint();
+    let refused = world.apply(&Command::PullLink(pull(8))).unwrap_err();
+    assert_eq!(refused.to_string(), "pulls on links of robot \"b\" would be 9, and the limit is 8");
+    assert_eq!(world.fingerprint(), before);
+    // One that is there is changed.
+    world.apply(&Command::PullLink(pull(7))).unwrap();
+    let seen = run(&mut world, 2.0);
+    let place = seen.roots[0].pose.translation;
+    // Gravity draws the spring out by m g / k, 9.81 h^2 sum / 0.25 with a mobility of 3 in all: 0.12 mm.
+    assert!((place - DVec3::X).length() < 1e-3, "{place}");
+}
+
 #[test]
 fn what_is_left_of_a_pull_is_part_of_the_world() {
     let mut world = weightless_arm(1e-3);

@@ -1,0 +1,147 @@
+"""The targets that a step takes along, in messages that are kept from step to step.
+
+A loop sets the same motors at each step, and of each motor one number. So messages are made once; while the same motors change,
+only that number is put into them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from simd_client.proto import JointTarget, RobotTargets, SetJointTargetsRequest, StepSimulationRequest
+
+from . import constants, motors
+from .ball_motors import ball_target
+from .bodies import Body, BodyJoint
+from .targets import joint_target
+
+Key = tuple[int, int]
+"""Number of the body, index of the joint."""
+
+Friction = tuple[Body, list[tuple[BodyJoint, float]]]
+"""Joints of a body whose dry friction changes with their motors, N m or N."""
+
+
+@dataclass(slots=True)
+class _Row:
+    """One motor, and its place in the request."""
+
+    joint: BodyJoint
+    target: JointTarget
+    # What the target was made of, but for the number that loops change; None where it is to be made again.
+    made_of: tuple[object, ...] | None = None
+    # Where that number is: `position`, `velocity` or `effort` in the part of the same name.
+    kind: str = ""
+    part: Any = None
+    # Dry friction that the motor brings, N m or N.
+    friction: float = 0.0
+
+
+class Outgoing:
+    """What the next step takes along."""
+
+    def __init__(self) -> None:
+        self._request = StepSimulationRequest(steps=1, return_states=True)
+        # For steps before which no motor has changed: what is in the other one stays as it is.
+        self._plain = StepSimulationRequest(steps=1, return_states=True)
+        self._is_empty = True
+        self._keys: list[Key] = []
+        self._robots: list[tuple[Body, list[_Row]]] = []
+        self._time_step = 0.0
+        self._has_torques = False
+        self._had_torques = False
+
+    def step(self, links: bool, contacts: bool) -> StepSimulationRequest:
+        """The request of a step with what was put in last, which answers also with states of links or with contact points."""
+        request = self._plain if self._is_empty else self._request
+        request.return_link_states = links
+        request.return_contacts = contacts
+        return request
+
+    def targets(self) -> SetJointTargetsRequest:
+        """The same targets without a step."""
+        return SetJointTargetsRequest(robots=() if self._is_empty else self._request.robots)
+
+    def put(self, waiting: Iterable[Key], bodies: Mapping[int, Body], time_step: float) -> list[Friction]:
+        """Puts in the targets of these motors and of no others, for steps of so many seconds. Returns the frictions that
+        have to be set before they hold."""
+        self._has_torques = False
+        keys = list(waiting)
+        self._is_empty = not keys
+        if not keys:
+            return []
+        is_same = keys == self._keys and time_step == self._time_step
+        if not is_same or any(bodies.get(body.unique_id) is not body for body, _ in self._robots):
+            self._keys, self._time_step = keys, time_step
+            self._lay_out(bodies)
+        frictions: list[Friction] = []
+        for body, rows in self._robots:
+            changed: list[tuple[BodyJoint, float]] = []
+            for row in rows:
+                self._put(body, row)
+                joint = row.joint
+                friction = joint.friction + row.friction
+                if friction != joint.friction_sent and joint.ball is None:
+                    changed.append((joint, friction))
+            if changed:
+                frictions.append((body, changed))
+        return frictions
+
+    def sent(self) -> bool:
+        """The daemon has them. Returns whether any of these motors has a torque, or had one before."""
+        matters = self._has_torques or self._had_torques
+        self._had_torques = self._has_torques
+        return matters
+
+    def _lay_out(self, bodies: Mapping[int, Body]) -> None:
+        """Makes room for the targets of the motors, robot by robot."""
+        by_body: dict[int, list[int]] = {}
+        for number, index in self._keys:
+            by_body.setdefault(number, []).append(index)
+        del self._request.robots[:]
+        self._robots = []
+        for number, indices in by_body.items():
+            body = bodies[number]
+            message: RobotTargets = self._request.robots.add(robot=body.robot)
+            self._robots.append((body, [_Row(body.joints[index], message.joints.add()) for index in indices]))
+
+    def _put(self, body: Body, row: _Row) -> None:
+        joint = row.joint
+        if joint.ball is not None:
+            self._has_torques = True
+            row.target.Clear()
+            turn = body.frame(joint.link)[1]
+            ball_target(joint.name, joint.ball, joint.inertia, self._time_step, turn, row.target)
+            return
+        motor = joint.motor
+        torque, mode = motor.torque, motor.mode
+        made_of: tuple[object, ...] | None = None
+        if torque is not None:
+            self._has_torques = True
+            if torque and (motor.force == 0.0 or mode == constants.TORQUE_CONTROL):
+                made_of = ("effort",)
+        elif mode == constants.VELOCITY_CONTROL:
+            made_of = (mode, motor.force, motor.velocity_gain)
+        else:
+            made_of = (
+                mode,
+                motor.force,
+                motor.position_gain,
+                motor.velocity_gain,
+                motor.velocity,
+                motor.max_velocity,
+            )
+        if made_of is None or made_of != row.made_of:
+            law = motors.law(motor, joint.inertia, self._time_step)
+            row.target.Clear()
+            joint_target(joint.name, law, row.target)
+            row.made_of, row.kind, row.friction = made_of, law.kind, law.friction
+            row.part = getattr(row.target, law.kind)
+        elif row.kind == "position":
+            row.part.position = motor.position
+        elif row.kind == "velocity":
+            row.part.velocity = motor.velocity
+        elif row.kind == "effort":
+            row.part.effort = torque

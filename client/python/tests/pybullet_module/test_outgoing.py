@@ -1,0 +1,132 @@
+"""Requests of steps that are kept from step to step, without a daemon."""
+
+from __future__ import annotations
+
+import random
+
+from simd_client.proto import StepSimulationRequest
+from simd_client.pybullet import constants
+from simd_client.pybullet.arguments import ORIGIN, UPRIGHT
+from simd_client.pybullet.ball_motors import BallMotor
+from simd_client.pybullet.bodies import Body, BodyJoint
+from simd_client.pybullet.outgoing import Key, Outgoing
+
+JOINTS = 4
+TIME_STEP = 1.0 / 240.0
+
+
+def joint(index: int, ball: BallMotor | None = None) -> BodyJoint:
+    """A joint that turns, or a spherical one."""
+    kind = constants.JOINT_REVOLUTE if ball is None else constants.JOINT_SPHERICAL
+    name = f"joint_{index}"
+    info = (index, name.encode(), kind, 0, 0, 0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, b"", ORIGIN, ORIGIN, UPRIGHT, -1)
+    return BodyJoint(
+        name=name,
+        link=f"link_{index}",
+        kind=kind,
+        info=info,
+        position_index=index,
+        velocity_index=index,
+        width=1 if ball is None else 3,
+        count=1 if ball is None else 4,
+        place=index,
+        driven=ball is None,
+        inertia=0.5,
+        limits=(None, None, None, None),
+        damping=0.0,
+        friction=0.1,
+        ball=ball,
+    )
+
+
+def arm(number: int) -> Body:
+    """A robot of such joints, the last one spherical."""
+    joints = [joint(index) for index in range(JOINTS - 1)] + [joint(JOINTS - 1, BallMotor())]
+    return Body(
+        unique_id=number,
+        robot=f"arm_{number}",
+        model="arm",
+        own=True,
+        fixed=True,
+        layout_version=1,
+        base_link="base",
+        joints=joints,
+        by_joint={},
+        link_places={},
+        links=[],
+        frames={},
+    )
+
+
+def told(kept: Outgoing) -> StepSimulationRequest:
+    """A copy of the request."""
+    return StepSimulationRequest.FromString(kept.step(False, False).SerializeToString())
+
+
+def change(body: Body, index: int, rng: random.Random) -> None:
+    """Changes a motor as setJointMotorControl2 does."""
+    of = body.joints[index]
+    if of.ball is not None:
+        of.ball.mode = rng.choice([constants.POSITION_CONTROL, constants.VELOCITY_CONTROL])
+        of.ball.force = rng.choice([0.0, 5.0])
+        return
+    motor = of.motor
+    motor.torque = rng.choice([None, None, None, 0.0, rng.uniform(-1.0, 1.0)])
+    motor.mode = rng.choice([constants.POSITION_CONTROL, constants.VELOCITY_CONTROL, constants.PD_CONTROL])
+    motor.position, motor.velocity = rng.uniform(-1.0, 1.0), rng.choice([0.0, rng.uniform(-1.0, 1.0)])
+    motor.force, motor.position_gain = rng.choice([None, 0.0, 5.0]), rng.choice([0.1, 0.2])
+    motor.velocity_gain, motor.max_velocity = rng.choice([0.5, 1.0]), rng.choice([0.0, 2.0])
+
+
+def test_what_is_kept_says_what_is_said_anew() -> None:
+    rng = random.Random(5)
+    bodies = {number: arm(number) for number in range(2)}
+    kept = Outgoing()
+    waiting: list[Key] = []
+    for _ in range(2000):
+        if rng.random() < 0.3:
+            every = [(number, index) for number in bodies for index in range(JOINTS)]
+            waiting = rng.sample(every, rng.randrange(len(every)))
+        for number, index in waiting:
+            if rng.random() < 0.5:
+                change(bodies[number], index, rng)
+        # Where one number alone has changed, which is what loops do.
+        for number, index in waiting:
+            bodies[number].joints[index].motor.position += 0.01
+        time_step = rng.choice([TIME_STEP, TIME_STEP, TIME_STEP, 0.002])
+        anew = Outgoing()
+        assert kept.put(waiting, bodies, time_step) == anew.put(waiting, bodies, time_step)
+        assert told(kept) == told(anew)
+        assert kept.targets().robots == anew.targets().robots
+
+
+def test_a_step_before_which_no_motor_changed_sets_none_and_the_next_one_sets_them_again() -> None:
+    bodies, keys = {0: arm(0)}, [(0, 0), (0, 1)]
+    kept = Outgoing()
+    kept.put(keys, bodies, TIME_STEP)
+    first = told(kept)
+    kept.put([], bodies, TIME_STEP)
+    assert not told(kept).robots
+    kept.put(keys, bodies, TIME_STEP)
+    assert told(kept) == first and len(first.robots[0].joints) == 2
+
+
+def test_a_robot_that_was_loaded_again_has_its_new_joints() -> None:
+    bodies = {0: arm(0)}
+    kept = Outgoing()
+    kept.put([(0, 0)], bodies, TIME_STEP)
+    bodies[0] = arm(0)
+    bodies[0].joints[0].name = "other"
+    kept.put([(0, 0)], bodies, TIME_STEP)
+    assert told(kept).robots[0].joints[0].joint == "other"
+
+
+def test_torques_matter_in_their_step_and_in_the_one_after() -> None:
+    bodies, keys = {0: arm(0)}, [(0, 0)]
+    kept = Outgoing()
+    matter: list[bool] = []
+    for torque in (None, 1.0, None, None):
+        bodies[0].joints[0].motor.torque = torque
+        kept.put(keys, bodies, TIME_STEP)
+        matter.append(kept.sent())
+    assert matter == [False, True, True, False]
