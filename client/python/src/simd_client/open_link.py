@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import time
 from collections.abc import Mapping
 from pathlib import Path
 from typing import cast
@@ -14,9 +15,13 @@ from simd_client import tls
 from simd_client.daemons import Daemons, several
 from simd_client.embedded_link import open_embedded
 from simd_client.endpoint import DEFAULT_NAME, Endpoint
-from simd_client.errors import EndpointError, Unavailable
+from simd_client.errors import EndpointError, SimdError, Unavailable
 from simd_client.link import Link
+from simd_client.proto import methods
 from simd_client.zenoh_link import MAX_ANSWER_BYTES, ZenohLink
+
+REACHED_SECONDS = 1.0
+"""How long a daemon that is there is given to be reached."""
 
 ZenohConfig = str | os.PathLike[str] | Mapping[str, object]
 """Settings for Zenoh beside ours: a JSON5 file, or values by dotted or slashed names. For a world in this process: its
@@ -50,7 +55,24 @@ def open_link(
     except BaseException:
         session.close()  # pyright: ignore[reportUnknownMemberType]
         raise
-    return ZenohLink(session, endpoint, name, daemons, token)
+    link = ZenohLink(session, endpoint, name, daemons, token)
+    _wait_until_reached(link, min(connect_timeout, REACHED_SECONDS))
+    return link
+
+
+def _wait_until_reached(link: Link, timeout: float) -> None:
+    """Waits until calls reach the daemon: that it is there may be known before which calls it answers, and one that none
+    answers ends at once. Why there is no answer, the first call of the program says."""
+    give_up = time.monotonic() + timeout
+    while time.monotonic() < give_up:
+        try:
+            link.query(methods.GetSimulatorInfo, b"", timeout)
+        except Unavailable:
+            time.sleep(0.01)
+        except SimdError:
+            return
+        else:
+            return
 
 
 def _choose(endpoint: Endpoint, there: list[str]) -> str:
