@@ -24,7 +24,7 @@ use std::task::Poll;
 use crossbeam_queue::ArrayQueue;
 use futures_util::task::AtomicWaker;
 use simd_core::simulation::measure::SensorReading;
-use simd_core::simulation::sensors::{DueSample, WorldSensor};
+use simd_core::simulation::sensors::WorldSensor;
 use tokio::sync::Notify;
 use tokio::sync::futures::Notified;
 
@@ -36,7 +36,7 @@ use reading::OfState;
 pub use reading::{LoggedReading, Measured, Touch, TouchPartner};
 pub use ring::ReadingBatch;
 use ring::Ring;
-use scans::{DueSamples, Scans};
+use scans::{CountedSample, DueSamples, Scans};
 pub(super) use writer::SensorWriter;
 
 /// Bytes of what is kept of all sensors.
@@ -56,9 +56,8 @@ const MOST_DUE: usize = 16;
 #[derive(Debug)]
 struct Batch {
     of: OfState,
-    readings: Vec<SensorReading>,
-    /// Readings before these that found no room, by sensor.
-    lost: BTreeMap<u64, u64>,
+    /// Each with its count of those of its sensor.
+    readings: Vec<(u64, SensorReading)>,
 }
 
 /// The last readings of each sensor.
@@ -70,7 +69,7 @@ pub(crate) struct SensorLog {
     /// Readings in `arrived`.
     waiting: AtomicUsize,
     /// Lists for the driver to fill.
-    emptied: ArrayQueue<Vec<SensorReading>>,
+    emptied: ArrayQueue<Vec<(u64, SensorReading)>>,
     due: ArrayQueue<DueSamples>,
     /// Grows with whatever the driver hands over.
     handed_over: AtomicU64,
@@ -101,7 +100,7 @@ struct Kept {
 pub(crate) struct Scan {
     log: Arc<SensorLog>,
     state: Arc<Published>,
-    sample: DueSample,
+    sample: CountedSample,
     reading: Option<SensorReading>,
 }
 
@@ -135,18 +134,17 @@ impl SensorLog {
     fn collected(&self) -> MutexGuard<'_, Kept> {
         let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
         kept.follow(&self.board);
-        while let Some(Batch { of, mut readings, lost }) = self.arrived.pop() {
+        while let Some(Batch { of, mut readings }) = self.arrived.pop() {
             self.waiting.fetch_sub(readings.len(), Ordering::Relaxed);
             // Its sensors were published before it came.
             kept.follow(&self.board);
-            lost.into_iter().for_each(|(id, count)| kept.lose(id, count));
-            readings.drain(..).for_each(|reading| kept.push(reading, of));
+            readings.drain(..).for_each(|(count, reading)| kept.push(reading, count, of));
             drop(self.emptied.push(readings));
         }
         while let Some(mut due) = self.due.pop() {
             kept.follow(&self.board);
             kept.cameras.take_from(&mut due);
-            kept.scans.add(due).into_iter().for_each(|id| kept.lose(id, 1));
+            kept.scans.add(due);
         }
         kept
     }
@@ -269,18 +267,9 @@ impl Kept {
     }
 
     /// A reading of a sensor that went meanwhile is dropped.
-    fn push(&mut self, reading: SensorReading, of: OfState) {
+    fn push(&mut self, reading: SensorReading, count: u64, of: OfState) {
         let Some(ring) = self.rings.get_mut(&reading.id) else { return };
-        ring.push(LoggedReading::new(reading, of), self.share);
-        self.last_sequence = self.last_sequence.max(ring.last());
-    }
-
-    fn lose(&mut self, id: u64, count: u64) {
-        if self.cameras.lose(id, count) {
-            return;
-        }
-        let Some(ring) = self.rings.get_mut(&id) else { return };
-        ring.lose(count);
+        ring.push(LoggedReading::new(reading, of), count, self.share);
         self.last_sequence = self.last_sequence.max(ring.last());
     }
 }
@@ -289,7 +278,7 @@ impl Scan {
     /// Measures; gives up as soon as it is not wanted any more. What it comes to is handed over where this is dropped, which
     /// takes the lock of the log: a thread that gives way to others must not hold that.
     pub(crate) fn measure(&mut self, is_cancelled: impl Fn() -> bool) {
-        self.reading = self.state.state.reading(&self.sample, is_cancelled);
+        self.reading = self.state.state.reading(&self.sample.sample, is_cancelled);
     }
 }
 
@@ -297,11 +286,10 @@ impl Drop for Scan {
     fn drop(&mut self) {
         let of = OfState { wall_time: self.state.wall_time, sequence: self.state.sequence };
         let mut kept = self.log.collected();
-        kept.scans.end(self.sample.id);
-        match self.reading.take() {
-            Some(reading) => kept.push(reading, of),
-            // Cancelled, or what measures failed.
-            None => kept.lose(self.sample.id, 1),
+        kept.scans.end(self.sample.sample.id);
+        // None where it was cancelled, or where what measures failed.
+        if let Some(reading) = self.reading.take() {
+            kept.push(reading, self.sample.count, of);
         }
         let is_ready = kept.scans.is_ready();
         drop(kept);

@@ -58,8 +58,8 @@ impl RolloutWork {
 
 /// Turns to compute: as many at a time as there are processors, and one less while the world follows the wall clock.
 ///
-/// A thread of low priority gives way to the physics thread, but it may take until the next tick of the system's clock. Where a
-/// processor is free of rollouts, the physics thread need not wait for that.
+/// Threads of low priority give way to the physics thread, though not at once under each scheduler. Where a processor is free of
+/// rollouts, the physics thread need not wait for that.
 #[derive(Debug)]
 struct Turns {
     always: Arc<Semaphore>,

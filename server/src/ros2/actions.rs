@@ -81,7 +81,7 @@ impl Action {
             status: graph.publisher(&name("status"), STATUS).await?,
             feedback: graph.publisher(&name("feedback"), Qos::DEFAULT).await?,
         });
-        tokio::task::block_in_place(|| goals.tell());
+        tokio::task::block_in_place(|| goals.publish());
         let send = {
             let goals = Arc::clone(&goals);
             move |handle: SimHandle, request| send_goal(Arc::clone(&goals), handle, request)
@@ -116,7 +116,7 @@ impl Goals {
     }
 
     /// Publishes what has become of all. May wait for some milliseconds.
-    fn tell(&self) {
+    fn publish(&self) {
         let status_list = self.lock().iter().map(|goal| goal.status()).collect();
         self.status.put(&GoalStatusArray { status_list });
     }
@@ -222,7 +222,7 @@ async fn begin(
 
 /// Tells how a goal gets on, until it is over.
 async fn follow(goals: Arc<Goals>, handle: SimHandle, goal: Arc<Goal>, mut after: u64) {
-    tokio::task::block_in_place(|| goals.tell());
+    tokio::task::block_in_place(|| goals.publish());
     let end = loop {
         let Ok(batch) = handle.next_events(after, FEEDBACK).await else { return };
         after = batch.last_sequence;
@@ -254,7 +254,7 @@ async fn follow(goals: Arc<Goals>, handle: SimHandle, goal: Arc<Goal>, mut after
         }
     };
     goal.state.send_replace(end);
-    tokio::task::block_in_place(|| goals.tell());
+    tokio::task::block_in_place(|| goals.publish());
 }
 
 fn result(end: &TrajectoryEnd) -> (i8, FollowJointTrajectoryResult) {

@@ -50,8 +50,8 @@ pub(crate) fn print() {
         let mut subscribers = Subscribers::start(&format!("http://{}", running.address));
         subscribers.line();
         let with = measured(&running, &SUBSCRIBERS.to_string()).await;
-        let told = subscribers.line();
-        println!("  {told}");
+        let line = subscribers.line();
+        println!("  {line}");
         let each = (with - alone) / SUBSCRIBERS as f64;
         println!(
             "  processor time of the daemon: {with:.2} s a second, {alone:.2} without; {:.2} ms a second for each \

@@ -120,7 +120,7 @@ class Sharing:
         self._open: deque[range] = deque([range(copies)])
         self._found: dict[int, tuple[str, Rollout]] = {}
         self._done: dict[int, int] = {}
-        self._told = 0
+        self._reported = 0
         self._lost: Unavailable | None = None
         self._failed: tuple[int, Exception] | None = None
         self._is_stopped = False
@@ -154,14 +154,14 @@ class Sharing:
         """What is to be asked of a daemon."""
         return self._asked.part(copies, self._widths)
 
-    def tell(self, copies: range, done: int) -> None:
-        """Hears how many of these copies are done."""
+    def report(self, copies: range, done: int) -> None:
+        """Takes in how many of these copies are done."""
         with self._lock:
             self._done[copies.start] = done
             # It never goes back, also where a daemon was lost.
-            count = max(self._told, sum(self._done.values()))
-            if self._progress is not None and count > self._told:
-                self._told = count
+            count = max(self._reported, sum(self._done.values()))
+            if self._progress is not None and count > self._reported:
+                self._reported = count
                 self._progress(count, self._copies)
 
     def add(self, copies: range, daemon: str, found: Rollout) -> None:

@@ -58,7 +58,7 @@ def arm(number: int) -> Body:
     )
 
 
-def told(kept: Outgoing) -> StepSimulationRequest:
+def request_of(kept: Outgoing) -> StepSimulationRequest:
     """A copy of the request."""
     return StepSimulationRequest.FromString(kept.step(False, False).SerializeToString())
 
@@ -96,7 +96,7 @@ def test_what_is_kept_says_what_is_said_anew() -> None:
         time_step = rng.choice([TIME_STEP, TIME_STEP, TIME_STEP, 0.002])
         anew = Outgoing()
         assert kept.put(waiting, bodies, time_step) == anew.put(waiting, bodies, time_step)
-        assert told(kept) == told(anew)
+        assert request_of(kept) == request_of(anew)
         assert kept.targets().robots == anew.targets().robots
 
 
@@ -104,11 +104,11 @@ def test_a_step_before_which_no_motor_changed_sets_none_and_the_next_one_sets_th
     bodies, keys = {0: arm(0)}, [(0, 0), (0, 1)]
     kept = Outgoing()
     kept.put(keys, bodies, TIME_STEP)
-    first = told(kept)
+    first = request_of(kept)
     kept.put([], bodies, TIME_STEP)
-    assert not told(kept).robots
+    assert not request_of(kept).robots
     kept.put(keys, bodies, TIME_STEP)
-    assert told(kept) == first and len(first.robots[0].joints) == 2
+    assert request_of(kept) == first and len(first.robots[0].joints) == 2
 
 
 def test_a_robot_that_was_loaded_again_has_its_new_joints() -> None:
@@ -118,7 +118,7 @@ def test_a_robot_that_was_loaded_again_has_its_new_joints() -> None:
     bodies[0] = arm(0)
     bodies[0].joints[0].name = "other"
     kept.put([(0, 0)], bodies, TIME_STEP)
-    assert told(kept).robots[0].joints[0].joint == "other"
+    assert request_of(kept).robots[0].joints[0].joint == "other"
 
 
 def test_torques_matter_in_their_step_and_in_the_one_after() -> None:

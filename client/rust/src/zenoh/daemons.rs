@@ -32,7 +32,7 @@ struct Named {
 
 impl Daemons {
     /// Takes in that a token is there, or is no more.
-    pub(super) fn hear(&self, sample: &Sample) {
+    pub(super) fn update(&self, sample: &Sample) {
         self.token(sample.key_expr().as_str(), sample.kind());
     }
 

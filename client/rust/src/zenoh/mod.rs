@@ -107,7 +107,7 @@ impl Network {
         network.look(&keys::every_daemon()).await.map_err(|error| unreachable(first_words(&error)))?;
         let heard = network.daemons.clone();
         let tokens = network.session.liveliness().declare_subscriber(keys::every_daemon()).history(true);
-        let tokens = tokens.callback(move |sample| heard.hear(&sample)).background();
+        let tokens = tokens.callback(move |sample| heard.update(&sample)).background();
         tokens.await.map_err(|error| unreachable(first_words(&error)))?;
         Ok(network)
     }
@@ -131,7 +131,7 @@ impl Network {
         let all = async {
             while let Ok(reply) = tokens.recv_async().await {
                 if let Ok(sample) = reply.into_result() {
-                    self.daemons.hear(&sample);
+                    self.daemons.update(&sample);
                 }
             }
         };

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use simd_core::simulation::sensors::WorldSensor;
 use simd_model::sensor::SensorKind;
 
-use super::scans::DueSamples;
+use super::scans::{CountedSample, DueSamples};
 use crate::driver::published::Published;
 
 /// A sample of a camera.
@@ -23,9 +23,11 @@ pub(crate) struct CameraSample {
 pub(super) struct CameraSamples {
     /// The ids of the cameras that there are.
     cameras: BTreeSet<u64>,
-    /// The ids of those that are wanted.
-    wanted: BTreeSet<u64>,
-    newest: BTreeMap<u64, CameraSample>,
+    /// By the ids of those that are wanted the count of the last sample that was taken from here; of the one before the first
+    /// where none was.
+    wanted: BTreeMap<u64, Option<u64>>,
+    /// Each with its count of those of its sensor.
+    newest: BTreeMap<u64, (u64, CameraSample)>,
 }
 
 impl CameraSamples {
@@ -34,42 +36,35 @@ impl CameraSamples {
         let is_camera = |sensor: &&WorldSensor| matches!(sensor.definition.kind, SensorKind::Camera(_));
         self.cameras = sensors.iter().filter(is_camera).map(|sensor| sensor.id).collect();
         let Self { cameras, wanted, newest } = self;
-        wanted.retain(|id| cameras.contains(id));
+        wanted.retain(|id, _| cameras.contains(id));
         newest.retain(|id, _| cameras.contains(id));
     }
 
     /// Takes the samples of cameras out of those of a state.
     pub(super) fn take_from(&mut self, due: &mut DueSamples) {
         let DueSamples { state, samples } = due;
-        for sample in samples.extract_if(.., |sample| sample.is_of_camera()) {
-            if !self.wanted.contains(&sample.id) {
-                continue;
-            }
-            let new = CameraSample { state: Arc::clone(state), missed: 0 };
-            let older = self.newest.insert(sample.id, new);
-            if let (Some(older), Some(new)) = (older, self.newest.get_mut(&sample.id)) {
-                new.missed = older.missed + 1;
-            }
+        for CountedSample { count, sample } in samples.extract_if(.., |of| of.sample.is_of_camera()) {
+            let Some(taken) = self.wanted.get_mut(&sample.id) else { continue };
+            let taken = *taken.get_or_insert(count - 1);
+            let missed = (count - 1).saturating_sub(taken);
+            self.newest.insert(sample.id, (count, CameraSample { state: Arc::clone(state), missed }));
         }
-    }
-
-    /// So many samples found no room. Whether they are a camera's.
-    pub(super) fn lose(&mut self, id: u64, count: u64) -> bool {
-        if let Some(sample) = self.newest.get_mut(&id) {
-            sample.missed += count;
-        }
-        self.cameras.contains(&id)
     }
 
     /// Those that came.
     pub(super) fn take(&mut self) -> Vec<(u64, CameraSample)> {
-        std::mem::take(&mut self.newest).into_iter().collect()
+        let newest = std::mem::take(&mut self.newest);
+        for (id, (count, _)) in &newest {
+            self.wanted.insert(*id, Some(*count));
+        }
+        newest.into_iter().map(|(id, (_, sample))| (id, sample)).collect()
     }
 
     /// The cameras whose samples count from now on, by their ids.
     pub(super) fn want(&mut self, ids: impl Iterator<Item = u64>) {
-        self.wanted = ids.filter(|id| self.cameras.contains(id)).collect();
-        let Self { cameras: _, wanted, newest } = self;
-        newest.retain(|id, _| wanted.contains(id));
+        let Self { cameras, wanted, newest } = self;
+        let now = ids.filter(|id| cameras.contains(id));
+        *wanted = now.map(|id| (id, wanted.get(&id).copied().flatten())).collect();
+        newest.retain(|id, _| wanted.contains_key(id));
     }
 }

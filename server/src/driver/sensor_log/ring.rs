@@ -12,16 +12,16 @@ pub(super) const MOST_READINGS: usize = 4_096;
 pub struct ReadingBatch {
     /// In order.
     pub readings: Vec<LoggedReading>,
-    /// Readings before the last of these that are gone.
+    /// Readings before these that are gone. Between these none is.
     pub missed: u64,
     /// The number after which what is new begins.
     pub after: u64,
 }
 
 impl ReadingBatch {
-    /// Whether there is anything to tell.
+    /// Whether there is anything new.
     pub fn is_news(&self) -> bool {
-        !self.readings.is_empty() || self.missed > 0
+        !self.readings.is_empty()
     }
 }
 
@@ -33,7 +33,7 @@ pub(super) struct Ring {
     bytes: usize,
     /// The number before that of its first reading.
     base: u64,
-    /// The number of the newest reading, also of one that was lost.
+    /// The number of the newest reading.
     last: u64,
 }
 
@@ -43,18 +43,14 @@ impl Ring {
         Self { readings: VecDeque::new(), bytes: 0, base, last: base }
     }
 
-    /// Keeps a reading, in so many bytes with those before.
-    pub(super) fn push(&mut self, mut reading: LoggedReading, share: usize) {
-        self.last += 1;
+    /// Keeps the reading of which this is the count, from 1, of all that were to come, lost ones too; in so many bytes with those
+    /// before.
+    pub(super) fn push(&mut self, mut reading: LoggedReading, count: u64, share: usize) {
+        self.last = (self.base + count).max(self.last + 1);
         reading.sequence = self.last;
         self.bytes += reading.bytes();
         self.readings.push_back(reading);
         self.trim(share);
-    }
-
-    /// So many readings came and were not kept.
-    pub(super) fn lose(&mut self, count: u64) {
-        self.last += count;
     }
 
     /// Drops the oldest, so that what is left takes so many bytes.
@@ -80,24 +76,24 @@ impl Ring {
         self.readings.back().map(|reading| reading.state_sequence)
     }
 
-    /// The readings after a number, of about so many bytes, but at least one where there is one. A number that lies ahead
-    /// is of another life of the daemon, and reads all that is kept.
+    /// The readings after a number up to the next that is gone, of about so many bytes, but at least one where there is one. A
+    /// number that lies ahead is of another life of the daemon, and reads from the oldest that is kept.
     pub(super) fn after(&self, after: u64, bytes: usize) -> ReadingBatch {
         let after = if after > self.last { self.base } else { after.max(self.base) };
         let begin = self.readings.partition_point(|reading| reading.sequence <= after);
         let mut room = bytes;
         let mut readings = Vec::new();
+        let mut end = after;
         for reading in self.readings.range(begin..) {
             let left = room.checked_sub(reading.bytes());
-            if left.is_none() && !readings.is_empty() {
+            if !readings.is_empty() && (left.is_none() || reading.sequence != end + 1) {
                 break;
             }
             room = left.unwrap_or(0);
+            end = reading.sequence;
             readings.push(reading.clone());
         }
-        let is_all = begin + readings.len() == self.readings.len();
-        let end = readings.last().filter(|_| !is_all).map_or(self.last, |reading| reading.sequence);
-        let missed = (end - after).saturating_sub(readings.len() as u64);
+        let missed = end - after - readings.len() as u64;
         ReadingBatch { readings, missed, after: end }
     }
 }

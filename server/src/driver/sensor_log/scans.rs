@@ -16,7 +16,14 @@ const MOST_STATES: usize = 16;
 #[derive(Debug)]
 pub(super) struct DueSamples {
     pub(super) state: Arc<Published>,
-    pub(super) samples: Vec<DueSample>,
+    pub(super) samples: Vec<CountedSample>,
+}
+
+/// A sample with its count of those of its sensor, from 1.
+#[derive(Debug)]
+pub(super) struct CountedSample {
+    pub(super) count: u64,
+    pub(super) sample: DueSample,
 }
 
 /// Samples that wait or are being measured.
@@ -33,29 +40,22 @@ pub(super) struct Scans {
 }
 
 impl Scans {
-    /// Adds samples; says of which sensors one is not going to be measured for it, once for each.
-    pub(super) fn add(&mut self, due: DueSamples) -> Vec<u64> {
-        let mut lost = Vec::new();
-        let newer: BTreeSet<u64> = due.samples.iter().map(|sample| sample.id).collect();
-        for older in &mut self.waiting {
-            lost.extend(
-                older.samples.extract_if(.., |sample| newer.contains(&sample.id)).map(|gone| gone.id),
-            );
+    /// Adds samples. Older ones of the same sensors that wait are not going to be measured.
+    pub(super) fn add(&mut self, due: DueSamples) {
+        let newer: BTreeSet<u64> = due.samples.iter().map(|counted| counted.sample.id).collect();
+        self.retain_waiting(|id| !newer.contains(&id));
+        if !due.samples.is_empty() {
+            self.waiting.push_back(due);
         }
-        self.waiting.push_back(due);
-        self.waiting.retain(|due| !due.samples.is_empty());
-        while self.waiting.len() > MOST_STATES {
-            let gone = self.waiting.pop_front();
-            lost.extend(gone.into_iter().flat_map(|gone| gone.samples).map(|sample| sample.id));
-        }
-        lost
+        let many = self.waiting.len().saturating_sub(MOST_STATES);
+        self.waiting.drain(..many);
     }
 
     /// Takes a sample of a sensor of which none is being measured: of those the one whose last was begun first, and of sensors
     /// of which none ever was the oldest.
-    pub(super) fn begin(&mut self) -> Option<(Arc<Published>, DueSample)> {
+    pub(super) fn begin(&mut self) -> Option<(Arc<Published>, CountedSample)> {
         let samples = self.waiting.iter().enumerate().flat_map(|(group, due)| {
-            due.samples.iter().enumerate().map(move |(place, sample)| (group, place, sample.id))
+            due.samples.iter().enumerate().map(move |(place, counted)| (group, place, counted.sample.id))
         });
         let (group, place, id) = samples
             .filter(|(_, _, id)| !self.under_way.contains_key(id))
@@ -79,23 +79,27 @@ impl Scans {
 
     /// Whether a sample waits that can be measured now.
     pub(super) fn is_ready(&self) -> bool {
-        let is_free = |sample: &DueSample| !self.under_way.contains_key(&sample.id);
+        let is_free = |counted: &CountedSample| !self.under_way.contains_key(&counted.sample.id);
         self.waiting.iter().any(|due| due.samples.iter().any(is_free))
     }
 
     /// The sequence of the newest state of which a sample of this sensor waits or is being measured.
     pub(super) fn due_by(&self, id: u64) -> Option<u64> {
-        let waits = |due: &&DueSamples| due.samples.iter().any(|sample| sample.id == id);
+        let waits = |due: &&DueSamples| due.samples.iter().any(|counted| counted.sample.id == id);
         let waiting = self.waiting.iter().rev().find(waits).map(|due| due.state.sequence);
         waiting.or_else(|| self.under_way.get(&id).copied())
     }
 
     /// Keeps the samples of sensors that are still there.
     pub(super) fn retain(&mut self, is_there: impl Fn(u64) -> bool) {
+        self.retain_waiting(&is_there);
+        self.begun.retain(|id, _| is_there(*id));
+    }
+
+    fn retain_waiting(&mut self, stays: impl Fn(u64) -> bool) {
         for due in &mut self.waiting {
-            due.samples.retain(|sample| is_there(sample.id));
+            due.samples.retain(|counted| stays(counted.sample.id));
         }
         self.waiting.retain(|due| !due.samples.is_empty());
-        self.begun.retain(|id, _| is_there(*id));
     }
 }

@@ -5,7 +5,7 @@ use std::time::{Duration, SystemTime};
 use glamx::DPose3;
 use simd_core::simulation::measure::{EncoderMeasurement, Measurement};
 use simd_core::simulation::published_state::WorldLayout;
-use simd_core::simulation::sensors::SensorDefinition;
+use simd_core::simulation::sensors::{DueSample, SensorDefinition};
 use simd_core::{Moment, PhysicsSettings, PublishedState};
 use simd_model::sensor::{SensorKind, SensorMount, WrenchAxes, WrenchDirection};
 
@@ -43,7 +43,7 @@ impl Bench {
     /// A step with a reading of each of these sensors, which says the step's number.
     fn step(&mut self, ids: &[u64], step: u32) {
         let readings = ids.iter().map(|id| reading(*id, step)).collect();
-        self.writer.hand_over(batch(readings));
+        self.writer.put(of_state(), readings);
     }
 
     /// What the readings of a sensor after a number say, how many are gone, and the number for the next time.
@@ -76,9 +76,8 @@ fn reading(id: u64, step: u32) -> SensorReading {
     with(id, Measurement::Encoder(EncoderMeasurement { position: f64::from(step), velocity: 0.0 }))
 }
 
-fn batch(readings: Vec<SensorReading>) -> Batch {
-    let of = OfState { wall_time: SystemTime::UNIX_EPOCH, sequence: 1 };
-    Batch { of, readings, lost: BTreeMap::new() }
+fn of_state() -> OfState {
+    OfState { wall_time: SystemTime::UNIX_EPOCH, sequence: 1 }
 }
 
 fn said(reading: &LoggedReading) -> u32 {
@@ -101,7 +100,7 @@ fn readings_are_numbered_by_sensor_and_read_after_a_number() {
 }
 
 #[test]
-fn a_slow_reader_is_told_how_many_it_missed() {
+fn a_slow_reader_gets_the_number_of_those_that_it_missed() {
     let mut bench = Bench::new(&[7]);
     let steps = MOST_READINGS as u32 + 10;
     for step in 1..=steps {
@@ -114,18 +113,31 @@ fn a_slow_reader_is_told_how_many_it_missed() {
 }
 
 #[test]
-fn a_full_queue_drops_the_oldest_and_counts_them() {
+fn a_full_queue_drops_the_oldest_and_counts_them_where_they_are_missing() {
     let mut bench = Bench::new(&[7]);
-    let steps = MOST_STEPS as u32 + 20;
-    (1..=steps).for_each(|step| bench.step(&[7], step));
-    // What was lost is said with the next step that is handed over.
-    let lost = std::mem::take(&mut bench.writer.lost);
-    assert_eq!(lost.values().sum::<u64>(), 20);
-    bench.writer.hand_over(Batch { lost, ..batch(vec![reading(7, steps + 1)]) });
-    let (readings, missed, after) = bench.after(7, 0);
-    assert_eq!(readings.last(), Some(&(steps + 1)));
-    assert_eq!(readings.len() as u64 + missed, after);
+    let full = MOST_STEPS as u32;
+    (1..=10).for_each(|step| bench.step(&[7], step));
+    // A look in the middle.
+    bench.log.tidy();
+    (11..=full + 30).for_each(|step| bench.step(&[7], step));
+    // The ring is as long as the queue, so that what was kept before is gone as well.
+    let (readings, missed, after) = bench.after(7, 5);
+    assert_eq!((readings.len(), readings[0], missed), (MOST_READINGS, 31, 25));
+    assert_eq!(after, u64::from(full) + 30);
     assert_eq!(bench.log.waiting.load(Ordering::Relaxed), 0);
+}
+
+#[test]
+fn a_batch_ends_before_what_is_gone_and_the_next_counts_it() {
+    let mut bench = Bench::new(&[7]);
+    (1..=10).for_each(|step| bench.step(&[7], step));
+    bench.log.tidy();
+    (11..=20).for_each(|step| bench.step(&[7], step));
+    // What found no room.
+    (0..4).for_each(|_| drop(bench.log.arrived.pop()));
+    assert_eq!(bench.after(7, 0), ((1..=10).collect(), 0, 10));
+    assert_eq!(bench.after(7, 10), ((15..=20).collect(), 4, 20));
+    assert_eq!(bench.after(7, 12), ((15..=20).collect(), 2, 20));
 }
 
 #[test]
@@ -135,11 +147,11 @@ fn large_readings_are_kept_in_bytes_and_the_newest_always() {
     // Of 64 sensors each has 1 MiB.
     let scan = |rays: usize| with(7, Measurement::Lidar(vec![1.0; rays]));
     for _ in 0..10 {
-        bench.writer.hand_over(batch(vec![scan(100_000)]));
+        bench.writer.put(of_state(), vec![scan(100_000)]);
     }
     let kept = bench.log.after(&[(7, 0)], usize::MAX).remove(0);
     assert_eq!((kept.readings.len(), kept.missed, kept.after), (2, 8, 10));
-    bench.writer.hand_over(batch(vec![scan(1_000_000)]));
+    bench.writer.put(of_state(), vec![scan(1_000_000)]);
     let kept = bench.log.after(&[(7, 10)], 1).remove(0);
     assert_eq!((kept.readings.len(), kept.missed), (1, 0), "one is read however small the room is");
     assert_eq!(bench.log.after(&[(7, 0)], usize::MAX).remove(0).readings.len(), 1);
@@ -220,7 +232,8 @@ mod scans {
             walk: Default::default(),
             start: DPose3::IDENTITY,
         };
-        DueSamples { state: Arc::clone(state), samples: ids.iter().map(sample).collect() }
+        let counted = |id| CountedSample { count: state.sequence, sample: sample(id) };
+        DueSamples { state: Arc::clone(state), samples: ids.iter().map(counted).collect() }
     }
 
     /// States with sequences that grow.
@@ -236,24 +249,20 @@ mod scans {
     #[test]
     fn of_each_sensor_the_newest_waits_and_one_is_measured_at_a_time() {
         let (states, mut scans) = (states(3), Scans::default());
-        assert!(scans.add(due(&states[0], &[1, 2])).is_empty());
+        scans.add(due(&states[0], &[1, 2]));
         let (state, sample) = scans.begin().unwrap();
-        assert_eq!((state.sequence, sample.id), (states[0].sequence, 1));
-        assert_eq!(
-            scans.add(due(&states[1], &[1, 2])),
-            [2],
-            "that of the sensor that is measured was not waiting"
-        );
-        assert_eq!(scans.add(due(&states[2], &[1])), [1]);
+        assert_eq!((state.sequence, sample.sample.id), (states[0].sequence, 1));
+        scans.add(due(&states[1], &[1, 2]));
+        scans.add(due(&states[2], &[1]));
         assert_eq!(scans.due_by(1), Some(states[2].sequence));
         assert_eq!(
-            scans.begin().map(|(state, sample)| (state.sequence, sample.id)),
+            scans.begin().map(|(state, sample)| (state.sequence, sample.sample.id)),
             Some((states[1].sequence, 2))
         );
         assert!(scans.begin().is_none() && !scans.is_ready(), "one of 1 and one of 2 are being measured");
         scans.end(1);
         assert_eq!(
-            scans.begin().map(|(state, sample)| (state.sequence, sample.id)),
+            scans.begin().map(|(state, sample)| (state.sequence, sample.sample.id)),
             Some((states[2].sequence, 1))
         );
         assert_eq!(scans.due_by(1), Some(states[2].sequence), "it is being measured");
@@ -269,18 +278,18 @@ mod scans {
         for state in &states[1..7] {
             let (_, sample) = scans.begin().unwrap();
             scans.add(due(state, &[1, 2, 3]));
-            scans.end(sample.id);
-            measured.push(sample.id);
+            scans.end(sample.sample.id);
+            measured.push(sample.sample.id);
         }
         assert_eq!(measured, [1, 2, 3, 1, 2, 3]);
         // A sensor whose sample is of an older state does not go first for it.
         let mut scans = Scans::default();
         scans.add(due(&states[6], &[1, 2]));
-        assert_eq!(scans.begin().map(|(_, sample)| sample.id), Some(1));
+        assert_eq!(scans.begin().map(|(_, sample)| sample.sample.id), Some(1));
         scans.add(due(&states[7], &[1]));
         scans.add(due(&states[8], &[2]));
         scans.end(1);
-        assert_eq!(scans.begin().map(|(_, sample)| sample.id), Some(2));
+        assert_eq!(scans.begin().map(|(_, sample)| sample.sample.id), Some(2));
     }
 
     #[tokio::test]
@@ -304,27 +313,36 @@ mod scans {
     #[test]
     fn few_states_are_held_and_none_for_sensors_that_went() {
         let (states, mut scans) = (states(40), Scans::default());
-        let lost: Vec<u64> =
-            (0..40).flat_map(|index| scans.add(due(&states[index], &[index as u64]))).collect();
-        assert_eq!(lost, (0..24).collect::<Vec<u64>>(), "sixteen states are held");
+        (0..40).for_each(|index| scans.add(due(&states[index], &[index as u64])));
+        let held: Vec<u64> = (0..40).filter(|id| scans.due_by(*id).is_some()).collect();
+        assert_eq!(held, (24..40).collect::<Vec<u64>>(), "sixteen states are held");
         scans.retain(|id| id == 39);
-        assert_eq!(scans.begin().map(|(_, sample)| sample.id), Some(39));
+        assert_eq!(scans.begin().map(|(_, sample)| sample.sample.id), Some(39));
         assert!(scans.begin().is_none());
     }
 
     #[tokio::test]
-    async fn a_scan_that_gives_nothing_counts_as_missed_and_lets_the_next_begin() {
+    async fn a_scan_that_gives_nothing_lets_the_next_begin_which_counts_it_as_missed() {
         let mut bench = Bench::new(&[1]);
         let state = bench.publisher.board().newest();
-        bench.log.due.force_push(due(&state, &[1]));
-        let mut scan = bench.log.next_scan().await;
+        let scan_of = |count| {
+            let mut due = due(&state, &[1]);
+            due.samples[0].count = count;
+            bench.log.due.force_push(due);
+            bench.log.next_scan()
+        };
+        let mut scan = scan_of(1).await;
         assert_eq!(bench.log.scans_due([1]), [(1, state.sequence)]);
         assert!(!bench.log.are_measured(&[(1, state.sequence)]));
         // The state has no robot.
         scan.measure(|| false);
         drop(scan);
         assert!(bench.log.are_measured(&[(1, state.sequence)]));
-        assert_eq!(bench.after(1, 0), (vec![], 1, 1));
+        assert_eq!(bench.after(1, 0), (vec![], 0, 0));
+        let mut scan = scan_of(2).await;
+        scan.reading = Some(reading(1, 5));
+        drop(scan);
+        assert_eq!(bench.after(1, 0), (vec![5], 1, 2));
         bench.has(&[]);
         assert!(bench.log.scans_due([1]).is_empty());
     }

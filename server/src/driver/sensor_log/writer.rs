@@ -1,13 +1,14 @@
 //! The driver's end of the log of readings: measures what is cheap, and hands it over without waiting for a reader.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
+use simd_core::simulation::measure::SensorReading;
 use simd_core::simulation::sensors::{DueSample, WorldSensor};
 
 use super::reading::OfState;
-use super::scans::DueSamples;
+use super::scans::{CountedSample, DueSamples};
 use super::{Batch, MOST_WAITING, SensorLog};
 
 /// The driver's end of a [`SensorLog`].
@@ -18,13 +19,15 @@ pub(in crate::driver) struct SensorWriter {
     sensors: Arc<Vec<WorldSensor>>,
     /// For its memory.
     due: Vec<DueSample>,
-    /// Readings that found no room, by sensor.
-    pub(super) lost: BTreeMap<u64, u64>,
+    /// What was measured, for its memory.
+    measured: Vec<SensorReading>,
+    /// Readings that were to come since a sensor came, by its id. What finds no room on its way is seen by the gap.
+    counts: BTreeMap<u64, u64>,
 }
 
 impl SensorWriter {
     pub(super) fn new(log: Arc<SensorLog>) -> Self {
-        Self { log, sensors: Arc::default(), due: Vec::new(), lost: BTreeMap::new() }
+        Self { log, sensors: Arc::default(), due: Vec::new(), measured: Vec::new(), counts: BTreeMap::new() }
     }
 
     /// A state was published: readers are to know where a sensor came or went.
@@ -32,6 +35,8 @@ impl SensorWriter {
         let newest = self.log.board.newest();
         if !Arc::ptr_eq(&self.sensors, &newest.state.sensors) {
             self.sensors = Arc::clone(&newest.state.sensors);
+            let ids: BTreeSet<u64> = self.sensors.iter().map(|sensor| sensor.id).collect();
+            self.counts.retain(|id, _| ids.contains(id));
             self.announce();
         }
     }
@@ -44,32 +49,39 @@ impl SensorWriter {
             return;
         }
         let state = self.log.board.newest();
-        let samples: Vec<DueSample> = self.due.extract_if(.., |due| due.takes_long()).collect();
-        if !self.due.is_empty() || !self.lost.is_empty() {
-            let mut readings = self.log.emptied.pop().unwrap_or_default();
-            state.state.readings(&self.due, &mut readings);
+        let counts = &mut self.counts;
+        let long = self.due.extract_if(.., |due| due.takes_long());
+        let samples: Vec<CountedSample> =
+            long.map(|sample| CountedSample { count: count(counts, sample.id), sample }).collect();
+        if !self.due.is_empty() {
+            state.state.readings(&self.due, &mut self.measured);
             self.due.clear();
             let of = OfState { wall_time: state.wall_time, sequence: state.sequence };
-            let lost = std::mem::take(&mut self.lost);
-            self.hand_over(Batch { of, readings, lost });
+            self.hand_over(of);
         }
-        if !samples.is_empty()
-            && let Some(gone) = self.log.due.force_push(DueSamples { state, samples })
-        {
-            gone.samples.iter().for_each(|sample| self.lose(sample.id, 1));
+        if !samples.is_empty() {
+            drop(self.log.due.force_push(DueSamples { state, samples }));
         }
         self.announce();
     }
 
-    /// What is older gives way where there is no room.
-    pub(super) fn hand_over(&mut self, batch: Batch) {
-        self.log.waiting.fetch_add(batch.readings.len(), Ordering::Relaxed);
-        let mut gone = self.log.arrived.force_push(batch);
+    /// Hands over these readings of a state.
+    #[cfg(test)]
+    pub(super) fn put(&mut self, of: OfState, readings: Vec<SensorReading>) {
+        self.measured = readings;
+        self.hand_over(of);
+    }
+
+    /// Hands over what was measured. What is older gives way where there is no room.
+    fn hand_over(&mut self, of: OfState) {
+        let mut readings = self.log.emptied.pop().unwrap_or_default();
+        let counts = &mut self.counts;
+        readings.extend(self.measured.drain(..).map(|reading| (count(counts, reading.id), reading)));
+        self.log.waiting.fetch_add(readings.len(), Ordering::Relaxed);
+        let mut gone = self.log.arrived.force_push(Batch { of, readings });
         loop {
-            if let Some(Batch { of: _, readings, lost }) = gone {
+            if let Some(Batch { of: _, readings }) = gone {
                 self.log.waiting.fetch_sub(readings.len(), Ordering::Relaxed);
-                readings.iter().for_each(|reading| self.lose(reading.id, 1));
-                lost.into_iter().for_each(|(id, count)| self.lose(id, count));
             }
             if self.log.waiting.load(Ordering::Relaxed) <= MOST_WAITING {
                 return;
@@ -81,12 +93,15 @@ impl SensorWriter {
         }
     }
 
-    fn lose(&mut self, id: u64, count: u64) {
-        *self.lost.entry(id).or_default() += count;
-    }
-
     pub(super) fn announce(&self) {
         self.log.handed_over.fetch_add(1, Ordering::Release);
         self.log.announcer.wake();
     }
+}
+
+/// The count of a sensor's next reading.
+fn count(counts: &mut BTreeMap<u64, u64>, id: u64) -> u64 {
+    let count = counts.entry(id).or_default();
+    *count += 1;
+    *count
 }

@@ -113,7 +113,7 @@ class Rollouts(Queries):
             asked = sharing.asked(part)
             try:
                 found = self._roll_out(
-                    asked, max(until - monotonic(), 0.001), lambda done, _, part=part: sharing.tell(part, done)
+                    asked, max(until - monotonic(), 0.001), lambda done, _, part=part: sharing.report(part, done)
                 )
             except Unavailable as error:
                 lost.append(self)
@@ -122,7 +122,7 @@ class Rollouts(Queries):
             except SimdError as error:
                 sharing.fail(part, self.name, error)
                 return
-            sharing.tell(part, len(part))
+            sharing.report(part, len(part))
             sharing.add(part, self.name, found)
             part = sharing.take()
 

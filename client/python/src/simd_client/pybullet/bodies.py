@@ -36,7 +36,7 @@ JointInfoTuple = tuple[
 ]
 
 Reader = Callable[[list[float], list[float], list[float]], tuple[tuple[float, float, tuple[float, ...], float], ...]]
-"""From positions, velocities and efforts of a robot to what getJointStates tells of some joints."""
+"""From positions, velocities and efforts of a robot to what getJointStates gives of some joints."""
 
 _TYPES = {
     JointType.JOINT_TYPE_REVOLUTE: constants.JOINT_REVOLUTE,

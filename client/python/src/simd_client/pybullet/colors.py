@@ -24,7 +24,7 @@ def changeVisualShape(
     flags: int = -1,
     physicsClientId: int = 0,
 ) -> None:
-    """Gives a link a colour, which getVisualShapeData then tells, as in PyBullet of all its shapes. A link that is not there is
+    """Gives a link a colour, which getVisualShapeData then gives, as in PyBullet of all its shapes. A link that is not there is
     passed over."""
     del shapeIndex, textureUniqueId, flags
     world = connected(physicsClientId)

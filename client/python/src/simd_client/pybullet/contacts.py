@@ -60,9 +60,9 @@ def getContactPoints(
             # A robot that another client brought since: syncBodyInfo adds it.
             continue
         if _asked(a, bodyA, linkIndexA) and _asked(b, bodyB, linkIndexB):
-            found.append(_told(contact, a, b, 1.0))
+            found.append(_reported(contact, a, b, 1.0))
         elif _asked(b, bodyA, linkIndexA) and _asked(a, bodyB, linkIndexB):
-            found.append(_told(contact, b, a, -1.0))
+            found.append(_reported(contact, b, a, -1.0))
     return tuple(found)
 
 
@@ -70,7 +70,7 @@ def _asked(place: tuple[int, int], body: int, link: int) -> bool:
     return body in (-1, place[0]) and link in (_ANY, place[1])
 
 
-def _told(contact: Contact, a: tuple[int, int], b: tuple[int, int], sign: float) -> tuple[Any, ...]:
+def _reported(contact: Contact, a: tuple[int, int], b: tuple[int, int], sign: float) -> tuple[Any, ...]:
     """PyBullet's normal points from B to A, the daemon's from its first robot to its second; `sign`
     is -1 if the two are swapped. Forces are those on A."""
     n, p, f, depth = contact.normal, contact.point, contact.friction_force, contact.depth
@@ -109,7 +109,7 @@ def getClosestPoints(
     collisionShapeOrientationB: Any = None,
     physicsClientId: int = 0,
 ) -> tuple[tuple[Any, ...], ...]:
-    """The nearest points of each pair of links that are at most so far apart, as `getContactPoints` tells contacts, with
+    """The nearest points of each pair of links that are at most so far apart, as `getContactPoints` gives contacts, with
     forces of zero. A shape of createCollisionShape can be in the place of a body, and beside it: as in PyBullet it is link -2, and
     one of several parts has a point for each."""
     world = connected(physicsClientId)

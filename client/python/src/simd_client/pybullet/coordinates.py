@@ -50,8 +50,9 @@ def short(body: Body, positions: Sequence[float], velocities: Sequence[float] | 
     if velocities is not None:
         if len(velocities) != wanted:
             raise error(f"{len(velocities)} joint velocities for {wanted} degrees of freedom of {body.robot}")
-        rates = from_short(body) @ np.array([*([0.0] * (0 if body.fixed else _ROOT)), *velocities])
-        configuration.velocities.extend(rates[0 if body.fixed else _ROOT :].tolist())
+        base = 0 if body.fixed else _ROOT
+        moving = from_short(body) @ np.array([*([0.0] * base), *velocities])
+        configuration.velocities.extend(moving[base:].tolist())
     if not body.fixed:
         put_pose(configuration.root, inverse(body.frame(body.base_link)))
     return configuration
@@ -87,10 +88,10 @@ def long(body: Body, positions: Sequence[float], velocities: Sequence[float] | N
     configuration = Configuration(positions=placed)
     put_pose(configuration.root, compose(base_of(positions), inverse(body.frame(body.base_link))))
     if velocities is not None:
-        rates = (from_long(body, positions) @ np.array(velocities)).tolist()
+        moving = (from_long(body, positions) @ np.array(velocities)).tolist()
         line, turn = configuration.root_twist.linear, configuration.root_twist.angular
-        line.x, line.y, line.z, turn.x, turn.y, turn.z = rates[:_ROOT]
-        configuration.velocities.extend(rates[_ROOT:])
+        line.x, line.y, line.z, turn.x, turn.y, turn.z = moving[:_ROOT]
+        configuration.velocities.extend(moving[_ROOT:])
     return configuration
 
 

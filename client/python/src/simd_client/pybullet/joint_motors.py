@@ -40,7 +40,7 @@ def setJointMotorControl2(
     world = connected(physicsClientId)
     body = world.body(bodyUniqueId, "Joint index out-of-range.")
     _check(body, [jointIndex], controlMode)
-    told = (
+    setting = (
         float(targetPosition),
         float(targetVelocity),
         float(force),
@@ -48,7 +48,7 @@ def setJointMotorControl2(
         float(velocityGain),
         float(maxVelocity),
     )
-    _tell(world, body, [jointIndex], controlMode, [told])
+    _command(world, body, [jointIndex], controlMode, [setting])
     world.sent_if_playing()
 
 
@@ -95,7 +95,7 @@ def setJointMotorControlArray(
     kd = _matching(velocityGains, count, "velocity gains", 1.0)
     _check(body, joints, controlMode)
     settings = zip(positions, velocities, most, kp, kd, repeat(-1.0, count), strict=True)
-    _tell(world, body, joints, controlMode, settings)
+    _command(world, body, joints, controlMode, settings)
     world.sent_if_playing()
 
 
@@ -160,9 +160,9 @@ def setJointMotorControlMultiDofArray(
         if body.joints[index].ball is not None:
             all_given = (targetPositions, targetVelocities, forces, positionGains, velocityGains, maxVelocities)
             given = [None if values is None else values[place] for values in all_given]
-            _tell_ball(world, body, index, controlMode, *given)
+            _command_ball(world, body, index, controlMode, *given)
             continue
-        told = (
+        setting = (
             _first(targetPositions, place, 0.0),
             _first(targetVelocities, place, 0.0),
             _first(forces, place, no_force),
@@ -170,7 +170,7 @@ def setJointMotorControlMultiDofArray(
             _first(velocityGains, place, 1.0),
             _first(maxVelocities, place, -1.0),
         )
-        _tell(world, body, [index], controlMode, [told])
+        _command(world, body, [index], controlMode, [setting])
     world.sent_if_playing()
 
 
@@ -188,7 +188,7 @@ def _check(body: Body, joints: list[int], mode: int) -> None:
         raise error("Illegal control mode.")
 
 
-def _tell(
+def _command(
     world: World,
     body: Body,
     joints: list[int],
@@ -198,8 +198,8 @@ def _tell(
     """Changes motors of joints that are there: position, velocity, force, gains of both, and the highest velocity of each. Does
     nothing with a joint that has no motor."""
     driven: list[int] = []
-    for index, told in zip(joints, settings, strict=True):
-        position, velocity, force, position_gain, velocity_gain, max_velocity = told
+    for index, own in zip(joints, settings, strict=True):
+        position, velocity, force, position_gain, velocity_gain, max_velocity = own
         joint = body.joints[index]
         if not joint.driven:
             if joint.width:
@@ -220,7 +220,7 @@ def _tell(
     world.drive(body, driven)
 
 
-def _tell_ball(
+def _command_ball(
     world: World,
     body: Body,
     index: int,
