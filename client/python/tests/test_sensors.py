@@ -22,7 +22,9 @@ from simd_client import (
     Simulation,
     Sweep,
     aio,
+    proto,
 )
+from simd_client.measurement import readings_from_proto
 
 G = 9.81
 
@@ -140,6 +142,13 @@ def test_each_reading_comes_in_order_and_what_is_gone_is_counted(sim: Simulation
         sim.step(5000)
         late = new.wait(5.0)
         assert late.missed == late.sequence - seen[-1].sequence - 1 > 0
+
+
+def test_what_is_gone_is_counted_by_the_reading_after_it() -> None:
+    numbers = [7, 8, 12, 13]
+    message = proto.SensorReadings(missed=5, readings=[proto.SensorReading(sequence=each) for each in numbers])
+    # Of the five three are between 8 and 12.
+    assert [each.missed for each in readings_from_proto(message)] == [2, 0, 3, 0]
 
 
 def test_a_watch_has_the_newest_reading(sim: Simulation, arm: Robot) -> None:

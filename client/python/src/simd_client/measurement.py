@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, Generic, TypeVar, cast
 
 import numpy as np
@@ -105,8 +106,11 @@ class EncoderMeasurement:
 
 
 def readings_from_proto(message: proto.SensorReadings) -> list[SensorReading[Any]]:
-    """Readings of one sensor, in order. Those that are gone are counted in the first."""
-    missed = [message.missed] + [0] * len(message.readings)
+    """Readings of one sensor, in order. Each counts those that are gone between the one before it and itself; the first those
+    before it."""
+    numbers = [each.sequence for each in message.readings]
+    gaps = [next_one - number - 1 for number, next_one in pairwise(numbers)]
+    missed = [message.missed - sum(gaps), *gaps]
     return [reading_from_proto(each, gone) for each, gone in zip(message.readings, missed)]
 
 

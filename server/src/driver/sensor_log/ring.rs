@@ -12,7 +12,7 @@ pub(super) const MOST_READINGS: usize = 4_096;
 pub struct ReadingBatch {
     /// In order.
     pub readings: Vec<LoggedReading>,
-    /// Readings before these that are gone. Between these none is.
+    /// Readings before the last of these that are gone, also between them.
     pub missed: u64,
     /// The number after which what is new begins.
     pub after: u64,
@@ -76,8 +76,8 @@ impl Ring {
         self.readings.back().map(|reading| reading.state_sequence)
     }
 
-    /// The readings after a number up to the next that is gone, of about so many bytes, but at least one where there is one. A
-    /// number that lies ahead is of another life of the daemon, and reads from the oldest that is kept.
+    /// The readings after a number, of about so many bytes, but at least one where there is one. A number that lies ahead
+    /// is of another life of the daemon, and reads all that is kept.
     pub(super) fn after(&self, after: u64, bytes: usize) -> ReadingBatch {
         let after = if after > self.last { self.base } else { after.max(self.base) };
         let begin = self.readings.partition_point(|reading| reading.sequence <= after);
@@ -86,7 +86,7 @@ impl Ring {
         let mut end = after;
         for reading in self.readings.range(begin..) {
             let left = room.checked_sub(reading.bytes());
-            if !readings.is_empty() && (left.is_none() || reading.sequence != end + 1) {
+            if left.is_none() && !readings.is_empty() {
                 break;
             }
             room = left.unwrap_or(0);

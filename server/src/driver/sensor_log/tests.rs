@@ -128,14 +128,14 @@ fn a_full_queue_drops_the_oldest_and_counts_them_where_they_are_missing() {
 }
 
 #[test]
-fn a_batch_ends_before_what_is_gone_and_the_next_counts_it() {
+fn what_found_no_room_is_counted_where_it_is_missing() {
     let mut bench = Bench::new(&[7]);
     (1..=10).for_each(|step| bench.step(&[7], step));
     bench.log.tidy();
     (11..=20).for_each(|step| bench.step(&[7], step));
     // What found no room.
     (0..4).for_each(|_| drop(bench.log.arrived.pop()));
-    assert_eq!(bench.after(7, 0), ((1..=10).collect(), 0, 10));
+    assert_eq!(bench.after(7, 0), ((1..=10).chain(15..=20).collect(), 4, 20));
     assert_eq!(bench.after(7, 10), ((15..=20).collect(), 4, 20));
     assert_eq!(bench.after(7, 12), ((15..=20).collect(), 2, 20));
 }
