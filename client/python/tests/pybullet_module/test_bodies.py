@@ -296,3 +296,17 @@ def test_a_base_that_a_constraint_holds_is_not_freed_by_its_mass(script: ModuleT
     script.changeDynamics(box, -1, mass=4)
     script.stepSimulation()
     assert script.getBasePositionAndOrientation(box)[0] == pytest.approx((0, 0, 5))
+
+
+def test_numbers_of_removed_bodies_are_given_again_as_in_pybullet(bullet: Any, script: ModuleType) -> None:
+    def numbers(p: Any) -> list[object]:
+        found: list[object] = [box(p, 1.0, (float(each), 0.0, 3.0)) for each in range(6)]
+        for gone in (1, 4, 0):
+            p.removeBody(gone)
+            found.append([p.getBodyUniqueId(index) for index in range(p.getNumBodies())])
+        found += [box(p, 1.0, (float(each), 2.0, 3.0)) for each in range(4)]
+        found.append([p.getBodyUniqueId(index) for index in range(p.getNumBodies())])
+        p.resetSimulation()
+        return [*found, box(p, 1.0), p.getBodyUniqueId(0)]
+
+    assert numbers(script) == numbers(bullet)

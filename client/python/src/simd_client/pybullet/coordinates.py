@@ -1,7 +1,8 @@
 """Positions and velocities of all joints as PyBullet counts them, and as the daemon does.
 
-PyBullet has two ways. In the short one each joint has as many positions as velocities: three angles of a spherical joint,
-and a base is at the origin. In the long one, which DeepMimic's controllers use, a base has seven positions and a spherical joint
+PyBullet has three ways. In the short one each joint has as many positions as velocities: three angles of a spherical joint,
+and a base is at the origin. In the placed one, of inverse dynamics, a free base's seven positions or six velocities come before
+those of the short one. In the long one, which DeepMimic's controllers use, a base has seven positions and a spherical joint
 four, of which the last four are a quaternion; velocities are as many, with a number in the fourth place that means nothing.
 """
 
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 
 from simd_client.proto import Configuration
 
-from .arguments import UPRIGHT, Pose
+from .arguments import UPRIGHT, Pose, Vector
 from .ball_motors import to_simd, unit
 from .bodies import Body, BodyJoint
 from .errors import error
@@ -72,6 +73,57 @@ def from_short(body: Body) -> Array:
     return change
 
 
+def placed_widths(body: Body) -> tuple[int, int]:
+    """How many positions and velocities PyBullet's placed way has."""
+    joints = sum(joint.width for joint in body.joints)
+    return _BASE + joints, _ROOT + joints
+
+
+def placed(body: Body, positions: Sequence[float], velocities: Sequence[float]) -> Configuration:
+    """The daemon's configuration of a robot with a free base, from PyBullet's placed way."""
+    configuration = short(body, positions[_BASE:])
+    put_pose(configuration.root, compose(base_of(positions), inverse(body.frame(body.base_link))))
+    moving = (from_placed(body, positions) @ np.array(velocities)).tolist()
+    _put_velocities(configuration, moving)
+    return configuration
+
+
+def placed_accelerations(
+    body: Body, positions: Sequence[float], velocities: Sequence[float], accelerations: Sequence[float]
+) -> list[float]:
+    """The daemon's accelerations from PyBullet's placed ones, which are those of the centre of mass in the world, along the
+    base's axes: the root's origin also goes around it."""
+    found: Array = from_placed(body, positions) @ np.array(accelerations)
+    x, y, z = velocities[:3]
+    spin = rotate(base_of(positions)[1], (x, y, z))
+    found[:3] += cross(spin, cross(spin, _root_from_center(body, positions)))
+    return found.tolist()
+
+
+def from_placed(body: Body, positions: Sequence[float]) -> Array:
+    """The daemon's velocities from PyBullet's placed ones: of the base's centre of mass the angular one, then the linear one, both
+    in the base's axes (Bullet's `MultiBodyTree`, a joint of the kind `FLOATING`)."""
+    wide = placed_widths(body)[1]
+    change: Array = np.zeros((wide, wide))
+    turn: Array = np.array(matrix(base_of(positions)[1]), np.float64).reshape(3, 3)
+    change[0:3, 0:3] = _moved_by_turning(_root_from_center(body, positions)) @ turn
+    change[0:3, 3:6] = change[3:6, 0:3] = turn
+    _put_joints(change, body, _ROOT, wide=False)
+    return change
+
+
+def _root_from_center(body: Body, positions: Sequence[float]) -> Vector:
+    """From the base's centre of mass to the origin of the root link, world axes."""
+    return rotate(base_of(positions)[1], inverse(body.frame(body.base_link))[0])
+
+
+def _put_velocities(configuration: Configuration, moving: Sequence[float]) -> None:
+    """The daemon's velocities, those of a free root first."""
+    line, turn = configuration.root_twist.linear, configuration.root_twist.angular
+    line.x, line.y, line.z, turn.x, turn.y, turn.z = moving[:_ROOT]
+    configuration.velocities.extend(moving[_ROOT:])
+
+
 def long_width(body: Body) -> int:
     """How many numbers PyBullet's long way has."""
     return _BASE + sum(joint.count for joint in body.joints)
@@ -88,10 +140,7 @@ def long(body: Body, positions: Sequence[float], velocities: Sequence[float] | N
     configuration = Configuration(positions=placed)
     put_pose(configuration.root, compose(base_of(positions), inverse(body.frame(body.base_link))))
     if velocities is not None:
-        moving = (from_long(body, positions) @ np.array(velocities)).tolist()
-        line, turn = configuration.root_twist.linear, configuration.root_twist.angular
-        line.x, line.y, line.z, turn.x, turn.y, turn.z = moving[:_ROOT]
-        configuration.velocities.extend(moving[_ROOT:])
+        _put_velocities(configuration, (from_long(body, positions) @ np.array(velocities)).tolist())
     return configuration
 
 
@@ -105,9 +154,8 @@ def from_long(body: Body, positions: Sequence[float]) -> Array:
     """The daemon's velocities from PyBullet's long ones: of the base's centre of mass the linear one, then the angular one,
     both in world axes."""
     change: Array = np.zeros((_ROOT + sum(joint.width for joint in body.joints), long_width(body)))
-    offset = rotate(base_of(positions)[1], inverse(body.frame(body.base_link))[0])
     change[0:3, 0:3] = change[3:6, 3:6] = np.eye(3)
-    change[0:3, 3:6] = _moved_by_turning(offset)
+    change[0:3, 3:6] = _moved_by_turning(_root_from_center(body, positions))
     _put_joints(change, body, _ROOT, wide=True)
     return change
 

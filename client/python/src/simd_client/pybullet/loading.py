@@ -157,7 +157,7 @@ def getNumBodies(physicsClientId: int = 0) -> int:
 
 def getBodyUniqueId(serialIndex: int, physicsClientId: int = 0) -> int:
     """The number of the robot at that index; -1 beyond the last."""
-    numbers = sorted(connected(physicsClientId).bodies)
+    numbers = connected(physicsClientId).serial
     return numbers[serialIndex] if 0 <= serialIndex < len(numbers) else -1
 
 

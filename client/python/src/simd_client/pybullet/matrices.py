@@ -91,26 +91,36 @@ def calculateInverseDynamics(
     flags: int = 0,
     physicsClientId: int = 0,
 ) -> tuple[float, ...]:
-    """The efforts that give the joints these accelerations, under gravity and without contacts. With flags 1, for free bases
-    and as calculateMassMatrix has them then, those without any acceleration: as in PyBullet, what is given is not read."""
+    """The efforts that give the joints these accelerations, under gravity and without contacts.
+
+    Before those of a free base's joints come its position and quaternion, six velocities and six accelerations (angular, then
+    linear of its centre of mass), and in the answer the force, then the torque; all but the pose in the base's axes. With flags 1,
+    for free bases and as calculateMassMatrix has them then, the efforts are those without any acceleration: as in PyBullet, what
+    is given is not read."""
     world = connected(physicsClientId)
     body = world.body(bodyUniqueId, "calculateInverseDynamics failed.")
     text = "Error in calculateInverseDynamics, please check arguments."
     positions, velocities = floats(objPositions, text), floats(objVelocities, text)
     accelerations = floats(objAccelerations, text)
-    if not len(positions) == len(velocities) == len(accelerations):
-        raise error(text)
+    if len(velocities) != len(accelerations):
+        raise error(f"calculateInverseDynamics: {len(velocities)} velocities, and {len(accelerations)} accelerations")
     request = ComputeInverseDynamicsRequest(robot=body.robot)
     if flags & _LONG:
         _check_long(body, "calculateInverseDynamics", positions)
         request.configuration.CopyFrom(coordinates.long(body, positions, velocities))
         return _efforts(world, request, coordinates.from_long(body, positions))
-    if not body.fixed:
-        raise unsupported("calculateInverseDynamics", "only for robots with a fixed base, and for others with flags 1")
-    request.configuration.CopyFrom(coordinates.short(body, positions, velocities))
-    change = coordinates.from_short(body)
-    request.accelerations.extend((change @ np.array(accelerations)).tolist())
-    return _efforts(world, request, change)
+    if body.fixed:
+        request.configuration.CopyFrom(coordinates.short(body, positions, velocities))
+        change = coordinates.from_short(body)
+        request.accelerations.extend((change @ np.array(accelerations)).tolist())
+        return _efforts(world, request, change)
+    wanted = coordinates.placed_widths(body)
+    if (len(positions), len(velocities)) != wanted:
+        raise error(f"{text} {body.robot} has {wanted[0]} positions and {wanted[1]} velocities, its free base's first")
+    request.configuration.CopyFrom(coordinates.placed(body, positions, velocities))
+    request.accelerations.extend(coordinates.placed_accelerations(body, positions, velocities, accelerations))
+    efforts = _efforts(world, request, coordinates.from_placed(body, positions))
+    return (*efforts[3:6], *efforts[:3], *efforts[6:])
 
 
 def _check_long(body: Body, function: str, positions: Sequence[float]) -> None:

@@ -64,6 +64,10 @@ class World(Loop):
         self.drawings = Drawings(wire, self.say_once)
         self.input = InputQueue(wire)
         self.search_paths: list[str] = []
+        # The numbers of bodies, in the order of getBodyUniqueId.
+        self.serial: list[int] = []
+        # Numbers of bodies that were removed, the last of which is given next.
+        self._freed: list[int] = []
         # See `numbers`; None while it has to be made again.
         self._numbers: dict[tuple[str, str], tuple[int, int]] | None = None
         # Pairs of body and link that the script switched off or on, the smaller first.
@@ -121,12 +125,14 @@ class World(Loop):
         urdf: bytes | None = None,
         link_order: Sequence[str] = (),
     ) -> Body:
-        """Adds a robot of the daemon's world, under the smallest free number. Its joints are numbered as these links come, else
-        as the daemon numbers them."""
+        """Adds a robot of the daemon's world, under the number that was freed last, else the next. Its joints are numbered as
+        these links come, else as the daemon numbers them."""
         layout = self._layout(entity)
-        free = next(number for number in range(len(self.bodies) + 1) if number not in self.bodies)
-        made = bodies.body(free, entity, layout, frames, own, urdf, link_order)
-        self.bodies[free] = made
+        number = self._freed[-1] if self._freed else len(self.bodies)
+        made = bodies.body(number, entity, layout, frames, own, urdf, link_order)
+        del self._freed[-1:]
+        self.bodies[number] = made
+        self.serial.append(number)
         self._numbers = None
         self.forget_states()
         return made
@@ -195,6 +201,11 @@ class World(Loop):
 
     def _drop(self, number: int) -> None:
         robot = self.bodies.pop(number).robot
+        self._freed.append(number)
+        # As in PyBullet, the last body takes the place.
+        last = self.serial.pop()
+        if last != number:
+            self.serial[self.serial.index(number)] = last
         self._numbers = None
         self.notes.forget(number)
         self.pairs = {key: on for key, on in self.pairs.items() if number not in (key[0][0], key[1][0])}
@@ -277,6 +288,10 @@ class World(Loop):
         """PyBullet's resetSimulation: an empty world without gravity. If other clients have robots, only
         the script's own are removed and the settings stay."""
         self.remove_own()
+        if not self.bodies:
+            # As in PyBullet, bodies and shapes count from 0 again.
+            self._freed.clear()
+            self.collision_shapes, self.visual_shapes = Shapes(), Shapes()
         self._waiting.clear()
         self.constraints.clear()
         self.next_constraint = 1
