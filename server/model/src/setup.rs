@@ -96,7 +96,7 @@ pub enum ConstraintOn {
     },
 }
 
-/// How a joint of one axis begins.
+/// How a joint of one axis or a ball joint begins. What it says is for each axis of a ball joint.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct JointSetup {
     /// Index of the joint.
@@ -105,7 +105,7 @@ pub struct JointSetup {
     pub armature: f64,
     /// Acts beside whatever drives the joint.
     pub spring: Option<Spring>,
-    /// rad or m.
+    /// rad or m; none of a ball joint.
     pub position: Option<f64>,
     /// What its actuator does first; `None`: it holds its position.
     pub mode: Option<DriveMode>,
@@ -126,12 +126,12 @@ pub enum DriveMode {
     Effort,
 }
 
-/// A spring at a joint: effort = stiffness (rest - position).
+/// A spring at a joint: effort = stiffness (rest - position). Of a ball joint the position is its rotation vector, in the child's axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Spring {
     /// N m/rad or N/m, above 0.
     pub stiffness: f64,
-    /// The position at which it pulls nowhere, rad or m.
+    /// The position at which it pulls nowhere, rad or m; 0 of a ball joint.
     pub rest: f64,
 }
 

@@ -68,6 +68,10 @@ pub fn gather_inertia(
         let (axis, drive) = (&axes[body.velocity], &drives[body.velocity]);
         let (position, velocity) = (q[body.position], half[body.velocity]);
         let settings = &axis.settings;
+        // Of an axis of a ball joint only its spring needs it; the laws of targets read where it is from what it is not.
+        let is_sprung_ball =
+            settings.spring_stiffness > 0.0 && matches!(body.joint_type, JointType::Spherical { .. });
+        let of_spring = if is_sprung_ball { tree.place_of_axis(i, q) } else { position };
         at.implicitness = match integrator {
             Integrator::Euler => Implicitness::BACKWARD,
             Integrator::Leapfrog => {
@@ -82,8 +86,8 @@ pub fn gather_inertia(
         let implicitness = at.implicitness;
         let d = own + settings.resistance(h, implicitness) + drive.resistance(h, implicitness);
         let law = || drive.steady_law(position, velocity, h, implicitness);
-        let effort =
-            drive.saturated.unwrap_or_else(law) + settings.steady_effort(position, velocity, h, implicitness);
+        let effort = drive.saturated.unwrap_or_else(law)
+            + settings.steady_effort(of_spring, velocity, h, implicitness);
         at.column = column;
         at.inverse_d = if d > largest * SINGULAR { 1.0 / d } else { 0.0 };
         at.drive = effort - along(body.joint_type, at.bias, z);

@@ -55,19 +55,7 @@ pub(super) fn set(bodies: &mut [Body], notes: &mut Notes) {
                 continue;
             }
             joint.damping = 2.0 / (mean * time_constant);
-            joint.spring = match joint.kind {
-                Kind::Ball => {
-                    let name = quoted(&joint.name);
-                    let message =
-                        format!("ball joints have no springs in simd: {name} has the damping alone");
-                    notes.of_place(Ignored, joint.at, message);
-                    None
-                }
-                Kind::Hinge | Kind::Slide => {
-                    let stiffness = 1.0 / (mean * (time_constant * ratio).powi(2));
-                    Some([stiffness, joint.rest])
-                }
-            };
+            joint.spring = Some([1.0 / (mean * (time_constant * ratio).powi(2)), joint.rest]);
         }
     }
 }

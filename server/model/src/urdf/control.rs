@@ -53,7 +53,8 @@ fn unknown_joint(node: Node, name: &str, indices: &BTreeMap<String, usize>, find
 
 fn of_joint(node: Node, index: usize, joints: &mut [Joint], setup: &mut Setup, findings: &mut Findings) {
     let Some(joint) = joints.get_mut(index) else { return };
-    if !matches!(joint.kind, JointKind::Revolute | JointKind::Continuous | JointKind::Prismatic) {
+    let is_ball = joint.kind == JointKind::Spherical;
+    if !is_ball && !matches!(joint.kind, JointKind::Revolute | JointKind::Continuous | JointKind::Prismatic) {
         return findings.info(node, Ignored, "not read by simd: the joint has not one axis");
     }
     if joint.mimic.is_some() {
@@ -82,6 +83,7 @@ fn of_joint(node: Node, index: usize, joints: &mut [Joint], setup: &mut Setup, f
     let (lower, upper) = bounds(command("position"), findings);
     let limits = &mut joint.limits;
     if joint.kind != JointKind::Continuous
+        && !is_ball
         && (limits.lower, limits.upper) == (None, None)
         && lower.unwrap_or(f64::NEG_INFINITY) < upper.unwrap_or(f64::INFINITY)
         && (lower.is_some() || upper.is_some())
@@ -98,7 +100,8 @@ fn of_joint(node: Node, index: usize, joints: &mut [Joint], setup: &mut Setup, f
     }
     let position = interfaces("state_interface", "position")
         .and_then(|it| param(it, &["initial_value", "initial_position"], findings))
-        .or_else(|| param(node, &["initial_position"], findings));
+        .or_else(|| param(node, &["initial_position"], findings))
+        .filter(|_| !is_ball);
     let velocity_alone = mode == Some(DriveMode::Velocity);
     let names: [&[&str]; 2] = if velocity_alone {
         [&[], &["vel_kp", "velocity_proportional_gain", "kp"]]

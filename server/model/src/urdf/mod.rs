@@ -52,7 +52,7 @@ pub use rewrite::{readdress, with_states};
 pub use srdf::{Srdf, SrdfPair, read_srdf};
 
 /// A file that a description names.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Asset {
     /// SHA-256 of `bytes`.
     pub sha256: Sha256,

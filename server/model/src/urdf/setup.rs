@@ -71,12 +71,17 @@ fn of_joints(
             joint.friction = of.friction.unwrap_or(0.0);
         }
         let Some(stiffness) = of.stiffness.filter(|stiffness| *stiffness > 0.0) else { continue };
-        if !matches!(joint.kind, JointKind::Revolute | JointKind::Continuous | JointKind::Prismatic) {
-            findings.warn(*node, Ignored, "only joints of one axis have a spring in simd: left out");
-            continue;
-        }
+        let rest = match joint.kind {
+            JointKind::Revolute | JointKind::Continuous | JointKind::Prismatic => of.reference.unwrap_or(0.0),
+            JointKind::Spherical => 0.0,
+            _ => {
+                let message = "only joints of one axis and spherical joints have a spring in simd: left out";
+                findings.warn(*node, Ignored, message);
+                continue;
+            }
+        };
         let of_joint = setup.joint(index);
-        of_joint.spring = Some(Spring { stiffness, rest: of.reference.unwrap_or(0.0) });
+        of_joint.spring = Some(Spring { stiffness, rest });
         // It is there to move the joint, which nothing else does unless the description says so.
         of_joint.mode = Some(DriveMode::Passive);
     }

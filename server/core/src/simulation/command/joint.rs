@@ -68,7 +68,7 @@ pub struct JointProperties {
     /// kg m^2 or kg.
     pub armature: Option<f64>,
     /// Stiffness of a spring beside the actuator, N m/rad or N/m, 0 for none, and where it pulls nowhere, rad or m. Of joints of
-    /// one axis alone.
+    /// one axis, and of ball joints, where it pulls nowhere at the orientation 0 0 0 1 and the second number is 0.
     pub spring: Option<(f64, f64)>,
     /// Replaces all four limits.
     pub limits: Option<JointLimits>,

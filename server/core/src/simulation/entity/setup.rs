@@ -6,16 +6,25 @@ use simd_model::setup::{DriveMode, JointSetup, Spring};
 use super::Entity;
 use super::joints::is_actuated;
 use crate::collision::Groups;
+use crate::dynamics::tree::JointType;
 use crate::dynamics::{Actuator, Axis, Mode, Tree};
 
-/// The body of each joint of one axis of which something is said.
-fn bodies<'m>(model: &'m RobotModel, tree: &Tree) -> impl Iterator<Item = (&'m JointSetup, usize)> {
-    let body = |setup: &'m JointSetup| {
-        let mut bodies = tree.joints.get(setup.joint)?.clone();
-        let body = bodies.next().filter(|_| bodies.next().is_none())?;
-        is_actuated(model, tree, body).then_some((setup, body))
+/// The bodies of joints of one axis and of ball joints, of which there are three each, where something is said of the joint.
+fn bodies<'m>(model: &'m RobotModel, tree: &Tree) -> Vec<(&'m JointSetup, usize)> {
+    let of = |setup: &'m JointSetup| {
+        let bodies = tree.joints.get(setup.joint).cloned().unwrap_or_default();
+        let is_one = bodies.len() == 1;
+        let bodies = bodies.filter(move |body| is_one || is_ball(tree, *body));
+        bodies
+            .filter(|body| is_actuated(model, tree, *body))
+            .map(move |body| (setup, body))
+            .collect::<Vec<_>>()
     };
-    model.setup.joints.iter().filter_map(body).collect::<Vec<_>>().into_iter()
+    model.setup.joints.iter().flat_map(of).collect()
+}
+
+fn is_ball(tree: &Tree, body: usize) -> bool {
+    matches!(tree.bodies[body].joint_type, JointType::Spherical { .. })
 }
 
 /// Writes rotor inertias and springs into the settings of axes.
@@ -30,8 +39,8 @@ pub(super) fn set_axes(model: &RobotModel, tree: &Tree, axes: &mut [Axis]) {
 
 /// First positions by index of the position.
 pub(super) fn positions(model: &RobotModel, tree: &Tree) -> Vec<(usize, f64)> {
-    let position = |(setup, body): (&JointSetup, usize)| Some((tree.bodies[body].position, setup.position?));
-    bodies(model, tree).filter_map(position).collect()
+    let bodies = bodies(model, tree).into_iter().filter(|(_, body)| !is_ball(tree, *body));
+    bodies.filter_map(|(setup, body)| Some((tree.bodies[body].position, setup.position?))).collect()
 }
 
 /// The groups of each link.

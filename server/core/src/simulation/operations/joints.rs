@@ -88,12 +88,18 @@ impl Simulation {
             entity.axis_body(index, 0)?;
             check_properties(properties).map_err(within)?;
             let has_range = |limits: &JointLimits| limits.lower.is_some() || limits.upper.is_some();
-            if entity.is_spherical(index) && properties.limits.as_ref().is_some_and(has_range) {
+            let is_ball = entity.is_spherical(index);
+            if is_ball && properties.limits.as_ref().is_some_and(has_range) {
                 let expected = "a spherical joint has no limits of its position";
                 return Err(within(check::refuse("limits", "a range", expected)));
             }
-            if properties.spring.is_some() && entity.body.tree().joints[index].len() != 1 {
-                let expected = "only a joint of one axis can have one";
+            if is_ball && properties.spring.is_some_and(|(_, rest)| rest != 0.0) {
+                let expected = "that of a spherical joint is at rest at its orientation 0 0 0 1";
+                return Err(within(check::refuse("spring.rest", "a rest", expected)));
+            }
+            let has_one_axis = entity.body.tree().joints[index].len() == 1;
+            if properties.spring.is_some() && !is_ball && !has_one_axis {
+                let expected = "only a joint of one axis and a spherical joint can have one";
                 return Err(within(check::refuse("spring", "a spring", expected)));
             }
             accepted.push((index, properties));

@@ -1,5 +1,7 @@
 //! What commands do to ball joints, and what is seen of them.
 
+use simd_model::setup::{DriveMode, JointSetup, Spring};
+
 use super::*;
 use crate::dynamics::spherical::{rotation_vector, turn};
 
@@ -283,4 +285,62 @@ fn gravity_compensation_holds_a_ball_joint() {
     reset(&mut world, at(there, DVec3::ZERO)).unwrap();
     let seen = run(&mut world, 1.0);
     assert!(orientation(&seen).angle_between(there) < 1e-7);
+}
+
+fn sprung(stiffness: f64, rest: f64) -> Command {
+    let joint = JointProperties {
+        joint: "shoulder".into(),
+        spring: Some((stiffness, rest)),
+        ..JointProperties::default()
+    };
+    Command::SetJointProperties { robot: "arm".into(), joints: vec![joint] }
+}
+
+/// The link turns about one of its principal axes: I theta'' = -k theta.
+#[test]
+fn a_spring_turns_a_ball_joint_to_and_fro_as_it_would_a_hinge() {
+    let sphere = arm_with(|joint| {
+        joint.kind = JointKind::Spherical;
+        joint.parent_from_joint = DPose3::IDENTITY;
+    });
+    let mut sphere = RobotModel::clone(&sphere);
+    let inertial = &mut sphere.links[1].inertial;
+    (inertial.mass, inertial.center_of_mass) = (2.0, DVec3::ZERO);
+    inertial.inertia = DMat3::from_diagonal(DVec3::splat(0.1));
+    let mut world = world_with(1e-3, Spawn { passive: true, ..spawn("arm", Arc::new(sphere)) });
+    world.apply(&sprung(10.0, 0.0)).unwrap();
+    let axis = DVec3::new(0.6, -0.48, 0.64);
+    reset(&mut world, at(turn(axis * 0.5), DVec3::ZERO)).unwrap();
+    let seen = run(&mut world, 1.0);
+    // The frequency is 10 rad/s.
+    let expected = axis * (0.5 * 10.0_f64.cos());
+    let vector = rotation_vector(orientation(&seen));
+    assert!((vector - expected).length() < 2e-4, "{vector}, not {expected}");
+    let velocity = DVec3::from_slice(&seen.velocities);
+    assert!((velocity + axis * (5.0 * 10.0_f64.sin())).length() < 2e-3, "{velocity}");
+}
+
+#[test]
+fn a_spring_of_a_ball_joint_is_at_rest_at_no_turn_alone() {
+    let mut world = world_with(1e-3, Spawn { passive: true, ..spawn("arm", ball()) });
+    let refused = world.apply(&sprung(3.0, 0.1)).unwrap_err().to_string();
+    assert!(refused.contains("spring.rest") && refused.contains("0 0 0 1"), "{refused}");
+    world.apply(&sprung(3.0, 0.0)).unwrap();
+}
+
+#[test]
+fn a_description_gives_a_ball_joint_a_spring_and_a_rotor() {
+    let mut model = RobotModel::clone(&ball());
+    let setup = JointSetup {
+        armature: 0.2,
+        spring: Some(Spring { stiffness: 4.0, rest: 0.0 }),
+        mode: Some(DriveMode::Passive),
+        ..JointSetup::default()
+    };
+    model.setup.joints.push(setup);
+    let world = world_with(1e-3, spawn("arm", Arc::new(model)));
+    assert_eq!(look(&world).modes, [Mode::Passive; 3]);
+    for axis in world.entities[0].body.axes() {
+        assert_eq!((axis.settings.armature, axis.settings.spring_stiffness), (0.2, 4.0));
+    }
 }
