@@ -159,11 +159,12 @@ impl Loader {
         srdf: Bytes,
         options: LoadOptions,
     ) -> Result<(), CallError> {
-        let Used { description, urdf, files, uris } = used;
+        let Used { description, urdf, files, uris, made } = used;
         let kept = |mut assets: BTreeMap<String, Sha256>, mut missing: BTreeMap<String, Vec<String>>| {
             // What a client says of files that the description does not name is not kept.
             assets.retain(|uri, _| uris.contains(uri));
             missing.retain(|uri, _| uris.contains(uri));
+            assets.extend(made);
             Origin::Kept { description, assets, missing }
         };
         let origin = match origin {

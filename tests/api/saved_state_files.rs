@@ -242,7 +242,41 @@ async fn named_states_of_an_srdf_survive_a_file_and_a_reload(via: Via) {
     assert_eq!(layout_of(&there.client).await.joints.len(), layout_of(&here.client).await.joints.len());
 }
 
+/// An MJCF whose mesh has no file: its corners stand in it. It is sent, or read from the daemon's disk.
+async fn meshes_of_numbers_go_along_with_their_robots(via: Via) {
+    const MJCF: &str = "<mujoco model='rock'><asset><mesh name='stone' vertex='0 0 0 2 0 0 0 3 0 0 0 1'/></asset>\
+                        <worldbody><body name='rock'><freejoint/><geom type='mesh' mesh='stone'/></body></worldbody></mujoco>";
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("rock.xml");
+    std::fs::write(&path, MJCF).unwrap();
+    let root = folder.path().to_owned();
+    let here = Daemon::start_via(via, |config| config.asset_roots = vec![root]).await;
+    here.client.load(&path, fixed("sent")).await.unwrap();
+    let on_disk = proto::description_source::Source::Path(path.to_str().unwrap().to_owned());
+    let source = Some(proto::DescriptionSource { source: Some(on_disk), ..Default::default() });
+    here.client.spawn(proto::SpawnEntityRequest { source, ..fixed("read") }).await.unwrap();
+    here.client.save_state("mark").await.unwrap();
+    let (file, _) = export(&here.client, folder.path(), "mark").await;
+    std::fs::remove_file(&path).unwrap();
+
+    let there = Daemon::paused_via(via).await;
+    there.client.import_saved_state(&file, "").await.unwrap();
+    there.client.restore_state("mark").await.unwrap();
+    for (daemon, robot) in [(&here, "sent"), (&there, "sent"), (&there, "read")] {
+        let scene = daemon.client.scene(&[robot]).await.unwrap();
+        let Some(proto::shape::Geometry::Mesh(mesh)) = &scene.robots[0].visuals[0].geometry else {
+            panic!("{scene:?}")
+        };
+        assert_eq!(&daemon.client.mesh(&mesh.sha256).await.unwrap()[..4], b"glTF");
+        let request = proto::ReloadEntityRequest { robot: robot.into(), ..Default::default() };
+        let reloaded = daemon.client.reload(request).await.unwrap();
+        // A cubic metre of 1,000 kg.
+        assert!((reloaded.entity.mass - 1000.0).abs() < 1e-6, "{robot}: {}", reloaded.entity.mass);
+    }
+}
+
 crate::over_every_transport![
+    meshes_of_numbers_go_along_with_their_robots,
     named_states_of_an_srdf_survive_a_file_and_a_reload,
     a_world_is_taken_to_another_daemon_and_runs_on_to_the_same_bits,
     what_is_no_saved_state_is_refused_and_changes_nothing,

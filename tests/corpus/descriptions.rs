@@ -77,6 +77,7 @@ fn difference(case: &Case) -> Option<String> {
             };
             let mut report = lines(&translation.report);
             let mut urdfs = Vec::new();
+            let files = translation.files(&files);
             for model in &translation.models {
                 // What the reader of URDF has to warn of too is a part of it.
                 let read = simd_model::read(model.urdf.as_bytes(), &files, &ReadOptions::default());

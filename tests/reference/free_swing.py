@@ -35,6 +35,9 @@ HINGE, SLIDE, BALL, FREE = (
     mujoco.mjtJoint.mjJNT_FREE,
 )
 
+# Degrees of freedom that may have springs.
+WIDTHS = {int(HINGE): 1, int(SLIDE): 1, int(BALL): 3}
+
 
 def free(model: Any) -> None:
     """Leaves the tree of bodies alone."""
@@ -42,14 +45,17 @@ def free(model: Any) -> None:
     for bit in (off.mjDSBL_CONTACT, off.mjDSBL_LIMIT, off.mjDSBL_FRICTIONLOSS, off.mjDSBL_EQUALITY, off.mjDSBL_ACTUATION):
         model.opt.disableflags |= int(bit)
     model.opt.disableflags &= ~int(off.mjDSBL_GRAVITY)
+    # What sleeps stays in the air.
+    model.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
     model.opt.timestep, model.opt.integrator = TIME_STEP, int(mujoco.mjtIntegrator.mjINT_EULER)
     model.opt.density = model.opt.viscosity = 0.0
     model.opt.gravity[:] = (0, 0, -9.81)
     model.body_gravcomp[:] = 0.0
     # simd's springs are implicit: by Euler k (rest - q - h v'), which in MuJoCo's terms is a damper of h k more.
     for joint in range(model.njnt):
-        if model.jnt_type[joint] == HINGE or model.jnt_type[joint] == SLIDE:
-            model.dof_damping[model.jnt_dofadr[joint]] += TIME_STEP * model.jnt_stiffness[joint]
+        first = int(model.jnt_dofadr[joint])
+        if model.jnt_type[joint] != FREE:
+            model.dof_damping[first : first + WIDTHS[int(model.jnt_type[joint])]] += TIME_STEP * model.jnt_stiffness[joint]
     if model.ntendon:
         model.tendon_stiffness[:] = model.tendon_damping[:] = 0.0
         model.tendon_armature[:] = 0.0
@@ -104,12 +110,13 @@ def places(robots: dict[str, Any]) -> dict[str, tuple[Any, slice]]:
 
 
 def mass_difference(model: Any, robots: dict[str, Any]) -> float:
-    """Of all that moves, relative."""
-    still = {0}
+    """Of all trees of bodies in which anything moves, relative."""
+    top = list(range(model.nbody))
     for body in range(1, model.nbody):
-        if model.body_parentid[body] in still and model.body_dofnum[body] == 0:
-            still.add(body)
-    theirs = float(sum(model.body_mass[body] for body in range(model.nbody) if body not in still))
+        # A body comes after the one that it hangs on.
+        top[body] = body if model.body_parentid[body] == 0 else top[model.body_parentid[body]]
+    moves = {top[body] for body in range(model.nbody) if model.body_dofnum[body] > 0}
+    theirs = float(sum(model.body_mass[body] for body in range(1, model.nbody) if top[body] in moves))
     moving = [robot for robot in robots.values() if robot.layout.moving or not robot.info().is_fixed]
     return abs(sum(robot.info().mass for robot in moving) - theirs) / max(theirs, 1e-12)
 

@@ -30,7 +30,7 @@ pub use number::shown;
 pub use primitive::Primitive;
 pub use report::{Disposition, Finding, LoadReport, Severity};
 pub use robot::RobotModel;
-pub use translation::{Format, TranslatedModel, Translation, describe_with, translate};
+pub use translation::{Format, TranslatedFiles, TranslatedModel, Translation, describe_with, translate};
 pub use urdf::{
     Asset, Assets, Description, ReadOptions, Refused, Srdf, SrdfPair, describe, first_places, other_case,
     read, read_srdf, readdress, with_states,

@@ -102,6 +102,8 @@ pub(super) struct Used {
     pub(super) files: BTreeMap<Sha256, Arc<[u8]>>,
     /// That the description names, of a robot that was sent.
     pub(super) uris: BTreeSet<String>,
+    /// Of `files`, those that were made of an MJCF, by the URIs that the URDF names them by.
+    pub(super) made: BTreeMap<String, Sha256>,
 }
 
 /// Bytes to read a robot from, or where they are.
@@ -188,7 +190,7 @@ impl Loader {
                 Material::Sent { urdf, files } => {
                     let parts = read_parts(urdf, &files, &which, &options, &decoded, &reporter)?;
                     let (files, uris) = files.into_used();
-                    let reading = |(urdf, outcome)| Reading::new(urdf, files.clone(), uris.clone(), outcome);
+                    let reading = |part| Reading::new(part, files.clone(), uris.clone());
                     Ok(parts.into_iter().map(reading).collect())
                 }
                 Material::Disk(place) => {
@@ -196,8 +198,7 @@ impl Loader {
                     let files = DiskAssets::new(&place, limits.asset_bytes);
                     let parts = read_parts(urdf, &files, &which, &options, &decoded, &reporter)?;
                     let files = files.into_files();
-                    let reading =
-                        |(urdf, outcome)| Reading::new(urdf, files.clone(), BTreeSet::new(), outcome);
+                    let reading = |part| Reading::new(part, files.clone(), BTreeSet::new());
                     Ok(parts.into_iter().map(reading).collect())
                 }
             }
@@ -246,18 +247,16 @@ impl Loader {
 }
 
 impl Reading {
-    fn new(
-        urdf: Arc<[u8]>,
-        files: BTreeMap<Sha256, Arc<[u8]>>,
-        uris: BTreeSet<String>,
-        outcome: Result<LoadedRobot, Refused>,
-    ) -> Self {
-        Self { used: Used { description: Sha256::of(&urdf), urdf, files, uris }, outcome }
+    fn new(part: Part, mut files: BTreeMap<Sha256, Arc<[u8]>>, uris: BTreeSet<String>) -> Self {
+        let (urdf, meshes, outcome) = part;
+        let made = meshes.iter().map(|(uri, mesh)| (uri.clone(), mesh.sha256)).collect();
+        files.extend(meshes.into_values().map(|mesh| (mesh.sha256, mesh.bytes)));
+        Self { used: Used { description: Sha256::of(&urdf), urdf, files, uris, made }, outcome }
     }
 }
 
-/// The URDF of a robot, and the robot or why there is none.
-type Part = (Arc<[u8]>, Result<LoadedRobot, Refused>);
+/// The URDF of a robot, the meshes that were made with it, and the robot or why there is none.
+type Part = (Arc<[u8]>, BTreeMap<String, Asset>, Result<LoadedRobot, Refused>);
 
 /// Reads the robots of a description. What is SDF or MJCF becomes URDF here, and is URDF from here on.
 ///
@@ -278,16 +277,17 @@ fn read_parts(
                 let names = BTreeSet::from([made.model.name.as_str()]);
                 report_absent(&made.model, &names, &mut made.report);
             }
-            return Ok(vec![(bytes, outcome)]);
+            return Ok(vec![(bytes, BTreeMap::new(), outcome)]);
         }
         Ok(Some(translation)) => translation,
-        Err(refused) => return Ok(vec![(bytes, Err(refused))]),
+        Err(refused) => return Ok(vec![(bytes, BTreeMap::new(), Err(refused))]),
     };
+    let files = &translation.files(files);
     let models = match which {
         Which::All => translation.models.iter().collect(),
         Which::One(name) => match translation.model(name) {
             Ok(model) => vec![model],
-            Err(refused) => return Ok(vec![(bytes, Err(refused))]),
+            Err(refused) => return Ok(vec![(bytes, BTreeMap::new(), Err(refused))]),
         },
     };
     let names: BTreeSet<&str> = models.iter().map(|model| model.name.as_str()).collect();
@@ -318,7 +318,7 @@ fn read_parts(
                 }
             }
         }
-        parts.push((urdf, outcome));
+        parts.push((urdf, translation.meshes.clone(), outcome));
     }
     Ok(parts)
 }

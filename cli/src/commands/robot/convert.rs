@@ -1,12 +1,15 @@
 //! `simctl robot convert`: a description as URDF.
 
-use std::{fs, path::PathBuf};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
 
 use anyhow::{Context as _, bail};
 use clap::Args;
 use serde::Serialize;
 use simd_client::Package;
-use simd_model::{Finding, LoadLimits, Severity, TranslatedModel};
+use simd_model::{Finding, LoadLimits, Severity, TranslatedModel, Translation};
 
 use super::{options, validate::Files, xacro_argument};
 use crate::{
@@ -19,7 +22,8 @@ use crate::{
 pub(crate) struct Convert {
     /// An SDF, MJCF, xacro or URDF file, or the folder of a ROS package that holds one
     path: PathBuf,
-    /// Where the URDF goes: a file, or for all robots of an SDF or MJCF a folder; it is printed where this is left out
+    /// Where the URDF goes: a file, or for all robots of an SDF or MJCF a folder; it is printed where this is left out. Meshes
+    /// whose numbers stand in an MJCF become files in a folder beside it
     #[arg(long, value_name = "PATH")]
     to: Option<PathBuf>,
     /// Which robot of an SDF or MJCF
@@ -60,6 +64,9 @@ pub(crate) fn run(arguments: &Convert, output: Output) -> anyhow::Result<()> {
             names.join(", ")
         );
     }
+    if !translation.meshes.is_empty() && arguments.to.is_none() {
+        warn("the meshes whose numbers stand in the file are not written: say where by --to");
+    }
     let is_alone = models.len() == 1;
     let mut robots = Vec::new();
     for model in models {
@@ -70,6 +77,9 @@ pub(crate) fn run(arguments: &Convert, output: Output) -> anyhow::Result<()> {
             }
             to => to.clone(),
         };
+        if let Some(path) = &to {
+            write_meshes(&translation, path.parent().unwrap_or(Path::new("")))?;
+        }
         let [x, y, z] = model.pose.translation.to_array();
         let [qx, qy, qz, qw] = model.pose.rotation.to_array();
         let robot = Converted {
@@ -82,6 +92,17 @@ pub(crate) fn run(arguments: &Convert, output: Output) -> anyhow::Result<()> {
         robots.push(robot.written(to.as_ref())?);
     }
     output.one(&Conversion { robots })
+}
+
+/// Where the URDFs of this folder look for them.
+fn write_meshes(translation: &Translation, folder: &Path) -> anyhow::Result<()> {
+    for (uri, mesh) in &translation.meshes {
+        let path = folder.join(uri);
+        let place = path.parent().unwrap_or(folder);
+        fs::create_dir_all(place).with_context(|| place.display().to_string())?;
+        fs::write(&path, &mesh.bytes).with_context(|| path.display().to_string())?;
+    }
+    Ok(())
 }
 
 fn said(finding: &Finding) -> String {

@@ -76,6 +76,7 @@ fn read(package: &Package, options: &ReadOptions) -> Read {
             };
         }
     };
+    let files = translation.files(&files);
     let mut all = Read { refusal: None, models: Vec::new(), report: translation.report.clone() };
     for model in &translation.models {
         match simd_model::read(model.urdf.as_bytes(), &files, options) {

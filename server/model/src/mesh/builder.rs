@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glamx::DVec3;
 
 use super::Triangles;
+use super::hull::{self, NoHull};
 use crate::limits;
 use crate::robot::{Image, Paint, Texture};
 
@@ -138,6 +139,15 @@ impl Builder {
             Paint { first, color: look.color, alpha: look.alpha, texture }
         };
         looks.into_iter().zip(ends).map(paint).collect()
+    }
+
+    /// Of corners without triangles, their convex hull.
+    pub(super) fn hull(self) -> Result<Self, String> {
+        match hull::of_corners(&self.vertices) {
+            Ok((vertices, triangles)) => Ok(Self { vertices, triangles, ..Self::default() }),
+            Err(NoHull::Corners(why)) => Err(why),
+            Err(NoHull::Volume) => Err("it has no triangles".to_owned()),
+        }
     }
 
     /// What there is, without corners that no triangle uses: they would be part of its hull.

@@ -5,6 +5,7 @@ mod builder;
 mod collada;
 mod gltf;
 mod heights;
+pub(crate) mod hull;
 pub(crate) mod image;
 mod msh;
 mod mtl;

@@ -32,7 +32,7 @@ impl Element {
     }
 }
 
-/// Reads the text. Faces of more than three corners become fans.
+/// Reads the text. Faces of more than three corners become fans. Corners without any face are their convex hull, as in MuJoCo.
 pub(super) fn parse(bytes: &[u8], beside: &Beside) -> Result<(Triangles, Vec<Paint>), String> {
     let mut mesh = Builder::default().covered_by(beside.cover());
     let looks = mtl::read(bytes, beside);
@@ -118,6 +118,9 @@ pub(super) fn parse(bytes: &[u8], beside: &Beside) -> Result<(Triangles, Vec<Pai
             Err(corner_unknown(at, (u64::from(index) + 1).to_string().as_bytes()))
         }
         _ => {
+            if mesh.triangles() == 0 && mesh.corners() >= 4 {
+                mesh = mesh.hull()?;
+            }
             let paints = mesh.take_paints();
             Ok((mesh.finish()?, paints))
         }

@@ -139,6 +139,21 @@ fn corners_of_an_obj_that_no_face_uses_are_left_out() {
 }
 
 #[test]
+fn corners_of_an_obj_without_any_face_are_their_convex_hull() {
+    let (corners, triangles) =
+        parse("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 0.1 0.1 0.1\n").unwrap();
+    assert_eq!((corners.len(), triangles.len()), (4, 4));
+    let flat = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\n";
+    assert_eq!(parse("a.obj", flat.as_bytes()).unwrap_err(), "it has no triangles");
+    let far = "v 0 0 0\nv 1e300 0 0\nv 0 1e300 0\nv 0 0 1e300\n";
+    assert_eq!(parse("a.obj", far.as_bytes()).unwrap_err(), "it has no triangles");
+    let many = "v 0 0 0\n".repeat(20_001);
+    assert!(
+        parse("a.obj", many.as_bytes()).unwrap_err().contains("20001 corners and no face; the most is 20000")
+    );
+}
+
+#[test]
 fn an_obj_that_is_wrong_is_refused_with_its_line() {
     for (text, reason) in [
         ("", "it has no triangles"),

@@ -51,7 +51,7 @@ pub(super) fn read<'a>(
             reader.notes.warn(element, Ignored, "ball joints have no actuators in simd: left out");
             continue;
         }
-        let actuator = reader.classes.of(element, None, tags);
+        let actuator = reader.scope.classes.of(element, None, tags);
         let Some(law) = law(&actuator)? else {
             let message =
                 "it is neither a motor nor a servo of position or velocity: the joint is without it";
@@ -66,7 +66,7 @@ pub(super) fn read<'a>(
         let gear = actuator.list("gear", 6)?.and_then(|gear| gear.first().copied()).unwrap_or(1.0);
         let most = |name: &str, limited: &str| -> Result<Option<f64>, Stop> {
             let Some(range) = actuator.list(name, 2)? else { return Ok(None) };
-            let holds = is_limited(&actuator, limited, true, &reader.compiler);
+            let holds = is_limited(&actuator, limited, true, &reader.scope.compiler);
             let most = range.iter().fold(0.0_f64, |most, end| most.max(end.abs()));
             Ok(Some(most).filter(|most| holds && *most > 0.0))
         };

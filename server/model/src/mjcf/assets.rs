@@ -6,6 +6,7 @@ use glamx::{DPose3, DQuat, DVec3};
 
 use super::compiler::Compiler;
 use super::defaults::Classes;
+use super::inline_mesh::{self, Made};
 use super::value;
 use crate::report::Disposition::{Ignored, Repaired};
 use crate::translation::element::Element;
@@ -35,7 +36,7 @@ struct Texture {
     is_flat: bool,
 }
 
-/// A mesh file, and how it is put into a geom.
+/// A mesh file, or what stands for one, and how it is put into a geom.
 #[derive(Clone, Debug)]
 pub(super) struct Mesh {
     pub(super) uri: String,
@@ -62,11 +63,12 @@ impl Library {
         elements: &[Element<'a>],
         compiler: &Compiler,
         classes: &Classes<'a>,
+        made: &mut Made,
         notes: &mut Notes,
     ) -> Result<(), Stop> {
         for element in elements.iter().copied() {
             match element.tag() {
-                "mesh" => self.mesh(element, compiler, classes, notes)?,
+                "mesh" => self.mesh(element, compiler, classes, made, notes)?,
                 "hfield" => self.height_field(element, compiler, notes)?,
                 "material" => {
                     let material = classes.of(element, None, ["material", "material"]);
@@ -81,9 +83,8 @@ impl Library {
                     }
                 }
                 "texture" => self.texture(element, compiler, classes, notes),
-                "model" => {
-                    notes.warn(element, Ignored, "not read by simd: models that are attached are left out")
-                }
+                // Of `attach`.
+                "model" => {}
                 "skin" => notes.warn(element, Ignored, "not read by simd: it is not drawn"),
                 _ => notes.info(element, Ignored, "not read by simd"),
             }
@@ -129,12 +130,12 @@ impl Library {
         element: Element<'a>,
         compiler: &Compiler,
         classes: &Classes<'a>,
+        made: &mut Made,
         notes: &mut Notes,
     ) -> Result<(), Stop> {
         let mesh = classes.of(element, None, ["mesh", "mesh"]);
-        let Some(file) = mesh.word("file") else {
-            let message = "simd reads meshes from files alone: geoms of this one are left out";
-            notes.warn(element, Ignored, message);
+        let Some(name) = element.word("name").or_else(|| Some(stem(mesh.word("file")?))) else {
+            notes.warn(element, Ignored, "it has no name that a geom could use; left out");
             return Ok(());
         };
         let scale = mesh.numbers("scale", notes)?.map_or(DVec3::ONE, DVec3::from_array);
@@ -149,7 +150,6 @@ impl Library {
         if uneven && reference.rotation.to_scaled_axis().length() > 1e-9 {
             notes.warn(element, Repaired, "it is scaled before it is turned by its refquat");
         }
-        let name = element.word("name").unwrap_or_else(|| stem(file)).to_owned();
         let inertia = match mesh.word("inertia").unwrap_or("legacy") {
             "legacy" => MeshInertia::Volume { signed: false },
             "exact" => MeshInertia::Volume { signed: true },
@@ -161,8 +161,20 @@ impl Library {
                 MeshInertia::Volume { signed: false }
             }
         };
-        let uri = compiler.mesh_uri(file);
-        self.meshes.insert(name, Mesh { uri, scale, geom_from_mesh: reference.inverse(), inertia });
+        let uri = match mesh.word("file") {
+            Some(file) => compiler.mesh_uri(file),
+            None if element.word("vertex").is_some() => match inline_mesh::obj(element, notes)? {
+                Some(text) => made.add(element, name, text)?,
+                None => return Ok(()),
+            },
+            None => {
+                let message = "simd reads meshes from files and from corners that stand here: geoms of this one are left out";
+                notes.warn(element, Ignored, message);
+                return Ok(());
+            }
+        };
+        self.meshes
+            .insert(name.to_owned(), Mesh { uri, scale, geom_from_mesh: reference.inverse(), inertia });
         Ok(())
     }
 

@@ -40,6 +40,8 @@ pub(super) struct Inside<'s> {
     pub(super) frame: DPose3,
     /// What names end with, where a `<replicate>` is around it.
     pub(super) suffix: &'s str,
+    /// What names begin with, where an `<attach>` is around it.
+    pub(super) prefix: &'s str,
     pub(super) depth: usize,
 }
 
@@ -48,12 +50,12 @@ const MOST_NESTED: usize = 100;
 
 impl Inside<'_> {
     pub(super) fn world() -> Self {
-        Self { class: None, frame: DPose3::IDENTITY, suffix: "", depth: 0 }
+        Self { class: None, frame: DPose3::IDENTITY, suffix: "", prefix: "", depth: 0 }
     }
 
     /// The name of an element, if it has one.
     fn named(&self, element: Element) -> Option<String> {
-        element.word("name").map(|name| format!("{name}{}", self.suffix))
+        element.word("name").map(|name| format!("{}{name}{}", self.prefix, self.suffix))
     }
 }
 
@@ -86,35 +88,43 @@ impl<'a> Reader<'a> {
             return Err(Stop::at(section, message));
         }
         for element in files::expanded(section, self.sources, self.places)? {
-            self.count_replicated(element, inside)?;
-            match element.tag() {
-                "body" => self.body(element, body, inside)?,
-                "frame" => {
-                    let frame = self.classes.of(element, None, ["frame", "frame"]);
-                    let pose = frame.pose(&self.compiler, &mut self.notes)?;
-                    let class =
-                        element.word("childclass").and_then(|name| self.classes.find(name)).or(inside.class);
-                    let inner =
-                        Inside { class, frame: inside.frame * pose, depth: inside.depth + 1, ..inside };
-                    self.content(element, body, inner)?;
-                }
-                "geom" => self.geom(element, body, inside)?,
-                "joint" | "freejoint" => self.joint(element, body, inside)?,
-                "inertial" => {
-                    let given = self.inertial(element, inside)?;
-                    if let Some(slot) = self.bodies.get_mut(body) {
-                        slot.given = Some(given);
-                    }
-                }
-                "site" => self.site(element, body, inside)?,
-                "camera" | "light" => {}
-                "replicate" => self.replicate(element, body, inside)?,
-                "composite" | "flexcomp" | "attach" | "plugin" => {
-                    let message = "not read by simd: the robot is without it";
-                    self.notes.warn(element, Ignored, message);
-                }
-                _ => self.notes.info(element, Ignored, "not read by simd"),
+            self.one(element, body, inside)?;
+        }
+        Ok(())
+    }
+
+    /// An element of a body, a frame or the world.
+    pub(super) fn one(&mut self, element: Element<'a>, body: usize, inside: Inside<'_>) -> Result<(), Stop> {
+        self.count_replicated(element, inside)?;
+        match element.tag() {
+            "body" => self.body(element, body, inside)?,
+            "frame" => {
+                let frame = self.scope.classes.of(element, None, ["frame", "frame"]);
+                let pose = frame.pose(&self.scope.compiler, &mut self.notes)?;
+                let class = element
+                    .word("childclass")
+                    .and_then(|name| self.scope.classes.find(name))
+                    .or(inside.class);
+                let inner = Inside { class, frame: inside.frame * pose, depth: inside.depth + 1, ..inside };
+                self.content(element, body, inner)?;
             }
+            "geom" => self.geom(element, body, inside)?,
+            "joint" | "freejoint" => self.joint(element, body, inside)?,
+            "inertial" => {
+                let given = self.inertial(element, inside)?;
+                if let Some(slot) = self.bodies.get_mut(body) {
+                    slot.given = Some(given);
+                }
+            }
+            "site" => self.site(element, body, inside)?,
+            "camera" | "light" => {}
+            "replicate" => self.replicate(element, body, inside)?,
+            "attach" => self.attach(element, body, inside)?,
+            "composite" | "flexcomp" | "plugin" => {
+                let message = "not read by simd: the robot is without it";
+                self.notes.warn(element, Ignored, message);
+            }
+            _ => self.notes.info(element, Ignored, "not read by simd"),
         }
         Ok(())
     }
@@ -125,7 +135,11 @@ impl<'a> Reader<'a> {
             let message = format!("it has more than {} bodies", crate::MOST_LINKS);
             return Err(Stop::at(element, message));
         }
-        let pose = self.classes.of(element, None, ["body", "body"]).pose(&self.compiler, &mut self.notes)?;
+        let pose = self
+            .scope
+            .classes
+            .of(element, None, ["body", "body"])
+            .pose(&self.scope.compiler, &mut self.notes)?;
         let name = inside.named(element).unwrap_or_else(|| format!("body_{index}"));
         // Names of all bodies differ, or the file is refused by MuJoCo too.
         if element.word("name").is_some() && !self.names.take(&name) {
@@ -147,7 +161,8 @@ impl<'a> Reader<'a> {
             parent_from_body: inside.frame * pose,
             ..Body::world(element)
         });
-        let class = element.word("childclass").and_then(|name| self.classes.find(name)).or(inside.class);
+        let class =
+            element.word("childclass").and_then(|name| self.scope.classes.find(name)).or(inside.class);
         let inner = Inside { class, frame: DPose3::IDENTITY, depth: inside.depth + 1, ..inside };
         self.content(element, index, inner)
     }
@@ -158,11 +173,12 @@ impl<'a> Reader<'a> {
         if self.geoms > most {
             return Err(Stop::at(element, format!("it has more than {most} geoms")));
         }
-        let geom = self.classes.of(element, inside.class, ["geom", "geom"]);
+        let geom = self.scope.classes.of(element, inside.class, ["geom", "geom"]);
         let context = geom::Context {
-            compiler: &self.compiler,
-            library: &self.library,
+            compiler: &self.scope.compiler,
+            library: &self.scope.library,
             assets: self.assets,
+            made: &self.made,
             limits: self.limits,
         };
         let read = geom::read(&geom, &inside.frame, &context, &mut self.notes)?;
@@ -176,7 +192,7 @@ impl<'a> Reader<'a> {
         if body == 0 {
             return Err(Stop::at(element, "the world has no joints"));
         }
-        let joint = self.classes.of(element, inside.class, ["joint", "joint"]);
+        let joint = self.scope.classes.of(element, inside.class, ["joint", "joint"]);
         let is_free = element.tag() == "freejoint" || joint.word("type") == Some("free");
         if joint.word("type") == Some("fixed") {
             self.notes.info(
@@ -205,7 +221,7 @@ impl<'a> Reader<'a> {
             0 => format!("{}_joint", slot.name),
             _ => format!("{}_joint_{}", slot.name, count + 1),
         });
-        let read = joint::read(&joint, name, &inside.frame, &self.compiler, &mut self.notes)?;
+        let read = joint::read(&joint, name, &inside.frame, &self.scope.compiler, &mut self.notes)?;
         slot.joints.push(read);
         Ok(())
     }
@@ -213,8 +229,8 @@ impl<'a> Reader<'a> {
     /// Where one is that something may be held at.
     fn site(&mut self, element: Element<'a>, body: usize, inside: Inside<'_>) -> Result<(), Stop> {
         let Some(name) = inside.named(element) else { return Ok(()) };
-        let site = self.classes.of(element, inside.class, ["site", "site"]);
-        let mut pose = site.pose(&self.compiler, &mut self.notes)?;
+        let site = self.scope.classes.of(element, inside.class, ["site", "site"]);
+        let mut pose = site.pose(&self.scope.compiler, &mut self.notes)?;
         if let Some([a, b, c, d, e, f]) = site.numbers("fromto", &mut self.notes)? {
             let (from, to) = (DVec3::new(a, b, c), DVec3::new(d, e, f));
             let along = (from - to).try_normalize().unwrap_or(DVec3::Z);
@@ -225,8 +241,8 @@ impl<'a> Reader<'a> {
     }
 
     fn inertial(&mut self, element: Element<'a>, inside: Inside<'_>) -> Result<Inertial, Stop> {
-        let inertial = self.classes.of(element, None, ["inertial", "inertial"]);
-        let pose = inside.frame * inertial.pose(&self.compiler, &mut self.notes)?;
+        let inertial = self.scope.classes.of(element, None, ["inertial", "inertial"]);
+        let pose = inside.frame * inertial.pose(&self.scope.compiler, &mut self.notes)?;
         let mass = inertial.number("mass")?.ok_or_else(|| Stop::at(element, "it has no mass"))?;
         let full: Option<[f64; 6]> = inertial.numbers("fullinertia", &mut self.notes)?;
         let diagonal: Option<[f64; 3]> = inertial.numbers("diaginertia", &mut self.notes)?;
@@ -247,7 +263,7 @@ impl<'a> Reader<'a> {
 
     /// Masses of all bodies: their own or those of their geoms, within the compiler's bounds.
     pub(super) fn finish_masses(&mut self) {
-        let compiler = &self.compiler;
+        let compiler = &self.scope.compiler;
         for body in self.bodies.iter_mut().skip(1) {
             let given = body.given.filter(|_| compiler.inertia_from_geoms != Some(true));
             let from_geoms = || geom::together(&body.geoms, compiler.inertia_groups);

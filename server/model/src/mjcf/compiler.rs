@@ -25,6 +25,8 @@ pub(super) struct Compiler {
     pub(super) texture_folder: String,
     pub(super) strip_path: bool,
     pub(super) discard_visual: bool,
+    /// Of the file, with a slash behind it, where another one attaches it.
+    pub(super) folder: String,
 }
 
 impl Default for Compiler {
@@ -43,6 +45,7 @@ impl Default for Compiler {
             texture_folder: String::new(),
             strip_path: false,
             discard_visual: false,
+            folder: String::new(),
         }
     }
 }
@@ -116,9 +119,11 @@ impl Compiler {
     fn uri(&self, folder: &str, file: &str) -> String {
         let file = file.trim();
         let file = if self.strip_path { file.rsplit(['/', '\\']).next().unwrap_or(file) } else { file };
-        if folder.is_empty() || file.starts_with('/') || file.contains("://") {
+        if file.starts_with('/') || file.contains("://") {
             return file.to_owned();
         }
-        format!("{folder}/{file}")
+        let slash = if folder.is_empty() { "" } else { "/" };
+        let from = if folder.starts_with('/') { "" } else { self.folder.as_str() };
+        format!("{from}{folder}{slash}{file}")
     }
 }

@@ -40,7 +40,7 @@ pub(super) fn read<'a>(
     held: &mut Vec<Held>,
 ) -> Result<(), Stop> {
     for element in elements.iter().copied() {
-        let equality = reader.classes.of(element, None, ["equality", "equality"]);
+        let equality = reader.scope.classes.of(element, None, ["equality", "equality"]);
         if equality.word("active") == Some("false") {
             reader.notes.info(element, Ignored, "it is not active; left out");
             continue;
@@ -91,7 +91,7 @@ fn hold<'a>(element: Element<'a>, reader: &mut Reader<'a>, held: &mut Vec<Held>)
             return Ok(());
         };
         let [from_one, from_other] = [one, other].map(|body| world_from_body(&reader.bodies, body));
-        let equality = reader.classes.of(element, None, ["equality", "equality"]);
+        let equality = reader.scope.classes.of(element, None, ["equality", "equality"]);
         let anchor = equality.numbers("anchor", &mut reader.notes)?.map_or(DVec3::ZERO, DVec3::from_array);
         let point = DPose3::from_translation(anchor);
         let [first, second] = if kind == DraftConstraintKind::PointToPoint {
@@ -131,7 +131,7 @@ fn follow<'a>(
         reader.notes.warn(element, Ignored, "it names no joint: left out");
         return Ok(());
     };
-    let equality = reader.classes.of(element, None, ["equality", "equality"]);
+    let equality = reader.scope.classes.of(element, None, ["equality", "equality"]);
     let polynomial = match equality.get("polycoef") {
         Some((at, text)) => value::list(at, "polycoef", text, 5)?,
         None => vec![0.0, 1.0],

@@ -1,7 +1,9 @@
-//! `<include>`: other files, of which the content stands in its place. As in MuJoCo each file is included once, and
-//! names are from the folder of the main file.
+//! Other files: `<include>`, of which the content stands in its place, and `<model>` of the assets, of which parts are attached. As
+//! in MuJoCo each file is included once, and names are from the folder of the main file.
 
 use std::collections::BTreeMap;
+
+use roxmltree::Node;
 
 use crate::limits::LoadLimits;
 use crate::translation::element::Element;
@@ -12,31 +14,49 @@ use crate::urdf::Assets;
 /// Includes inside one another.
 const MOST_NESTED: usize = 50;
 
-/// Asks for what the file and what it includes include: the place of each by its name.
-pub(super) fn gather(
-    texts: &mut Texts,
-    assets: &dyn Assets,
-    limits: &LoadLimits,
-) -> Result<BTreeMap<String, usize>, Stop> {
-    let mut places = BTreeMap::new();
+/// Places of other files, by their names.
+#[derive(Default)]
+pub(super) struct Places {
+    pub(super) includes: BTreeMap<String, usize>,
+    pub(super) models: BTreeMap<String, usize>,
+}
+
+/// Asks for what the file and what it includes or attaches name.
+pub(super) fn gather(texts: &mut Texts, assets: &dyn Assets, limits: &LoadLimits) -> Result<Places, Stop> {
+    let mut places = Places::default();
     let mut count = 1;
     let mut place = 0;
     while place < count {
-        let named: Vec<(String, u32)> = {
+        let named: Vec<(String, u32, bool)> = {
             let source = texts.parse_one(place, limits)?;
-            let includes = source.document.descendants().filter(|node| node.tag_name().name() == "include");
-            let named = includes.map(|node| {
+            let is_model = |node: &Node| {
+                let above = node.parent_element().map(|above| above.tag_name().name());
+                node.tag_name().name() == "model" && above == Some("asset") && node.has_attribute("file")
+            };
+            let is_named = |node: &Node| node.tag_name().name() == "include" || is_model(node);
+            let named = source.document.descendants().filter(is_named).map(|node| {
                 let file = node.attribute("file").unwrap_or_default().trim().to_owned();
-                (file, source.line(node.range().start))
+                (file, source.line(node.range().start), is_model(&node))
             });
             named.collect()
         };
-        for (file, line) in named {
+        for (file, line, is_model) in named {
+            if is_model && !file.is_empty() {
+                if places.models.contains_key(&file) {
+                    continue;
+                }
+                let known = places.includes.get(&file).copied();
+                if known.is_some() || texts.include(&file, assets, limits)? {
+                    places.models.insert(file, known.unwrap_or(count));
+                    count += usize::from(known.is_none());
+                }
+                continue;
+            }
             let of = texts.get(place).map(|(uri, _)| uri.to_owned()).filter(|uri| !uri.is_empty());
             if file.is_empty() {
-                return Err(Stop::of_file(of, Some(line), "an include does not name its file".to_owned()));
+                return Err(Stop::of_file(of, Some(line), "it does not name its file".to_owned()));
             }
-            if places.contains_key(&file) {
+            if places.includes.contains_key(&file) {
                 let message = format!("the file {file:?} is included twice, which MJCF does not allow");
                 return Err(Stop::of_file(of, Some(line), message));
             }
@@ -44,8 +64,10 @@ pub(super) fn gather(
                 // It is among what was asked for all the same.
                 continue;
             }
-            places.insert(file, count);
-            count += 1;
+            // It may be there as a model.
+            let known = places.models.get(&file).copied();
+            places.includes.insert(file, known.unwrap_or(count));
+            count += usize::from(known.is_none());
         }
         place += 1;
     }
@@ -56,7 +78,7 @@ pub(super) fn gather(
 pub(super) fn expanded<'a>(
     section: Element<'a>,
     sources: &'a [Source<'a>],
-    places: &BTreeMap<String, usize>,
+    places: &Places,
 ) -> Result<Vec<Element<'a>>, Stop> {
     let mut all = Vec::new();
     // The last one is read next.
@@ -68,7 +90,7 @@ pub(super) fn expanded<'a>(
             continue;
         }
         let file = element.word("file").unwrap_or_default();
-        let root = places.get(file).and_then(|place| Element::root(sources, *place));
+        let root = places.includes.get(file).and_then(|place| Element::root(sources, *place));
         let Some(root) = root else {
             return Err(Stop::at(element, format!("the file {file:?} is not found")));
         };

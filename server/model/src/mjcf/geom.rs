@@ -5,6 +5,7 @@ use glamx::{DMat3, DPose3, DQuat, DVec3};
 use super::assets::Library;
 use super::compiler::Compiler;
 use super::defaults::Classed;
+use super::inline_mesh::Made;
 use super::mesh_inertia;
 use super::value;
 use crate::inertia;
@@ -23,6 +24,8 @@ pub(super) struct Context<'r> {
     pub(super) compiler: &'r Compiler,
     pub(super) library: &'r Library,
     pub(super) assets: &'r dyn Assets,
+    /// Files that were made of meshes in the description itself.
+    pub(super) made: &'r Made,
     pub(super) limits: &'r LoadLimits,
 }
 
@@ -218,7 +221,10 @@ fn mesh_geom(
 
 /// What cannot be read the reader of URDF reports.
 fn read_mesh(uri: &str, context: &Context) -> Option<std::sync::Arc<MeshAsset>> {
-    let file = context.assets.find(uri).ok()?;
+    let file = match context.made.files.get(uri) {
+        Some(file) => file.clone(),
+        None => context.assets.find(uri).ok()?,
+    };
     if file.bytes.len() > context.limits.mesh_bytes {
         return None;
     }

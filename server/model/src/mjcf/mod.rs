@@ -1,7 +1,7 @@
 //! MJCF, MuJoCo's own format, to drafts of robots, as far as its bodies go.
 //!
 //! `files`: what is included. `compiler`: how the file is to be read. `defaults`: classes. `value`: numbers and
-//! orientations. `assets`: meshes, height fields, materials. `body`, `joint`, `geom`, `mesh_inertia`: what moves. `replicate`: copies. `actuator`, `equality`
+//! orientations. `assets`: meshes, height fields, materials; `inline_mesh`: meshes without a file. `body`, `joint`, `geom`, `mesh_inertia`: what moves. `replicate`: copies. `attach`: parts of other files. `actuator`, `equality`
 //! and `keyframe`: what belongs to joints. `spring_damper`: springs that follow from inertias. `sensor`: what measures. `split`: as robots.
 //!
 //! A body that hangs on the world by no joint stands still. All that stands still is one robot; each other child of the
@@ -9,12 +9,14 @@
 
 mod actuator;
 mod assets;
+mod attach;
 mod body;
 mod compiler;
 mod defaults;
 mod equality;
 mod files;
 mod geom;
+mod inline_mesh;
 mod joint;
 mod keyframe;
 mod mesh_inertia;
@@ -37,30 +39,43 @@ use crate::translation::sources::{Source, Texts};
 use crate::translation::{Format, Translation, write};
 use crate::urdf::{Assets, Refused};
 use assets::Library;
+use attach::Attachable;
 use body::Body;
 use compiler::Compiler;
 use defaults::Classes;
+use files::Places;
+use inline_mesh::Made;
 
 /// What reading an MJCF needs.
 struct Reader<'a> {
     sources: &'a [Source<'a>],
-    /// The place of each included file, by its name.
-    places: &'a BTreeMap<String, usize>,
+    places: &'a Places,
     limits: &'a LoadLimits,
     assets: &'a dyn Assets,
-    compiler: Compiler,
-    classes: Classes<'a>,
-    library: Library,
+    /// Of the file whose elements are read.
+    scope: Scope<'a>,
+    attachable: Attachable<'a>,
+    made: Made,
     notes: Notes,
     /// The world, and all bodies depth first.
     bodies: Vec<Body>,
     /// Of bodies.
     names: Names,
     geoms: usize,
-    /// Elements of copies.
+    /// Elements of copies, and those that are attached.
     replicated: usize,
     /// By name: the body that each is on, and `body_from_site`.
     sites: BTreeMap<String, (usize, DPose3)>,
+}
+
+/// What one file says of how its elements are read.
+#[derive(Default)]
+struct Scope<'a> {
+    compiler: Compiler,
+    classes: Classes<'a>,
+    library: Library,
+    /// Places of the files that may be attached, by the names of the models.
+    models: BTreeMap<&'a str, usize>,
 }
 
 /// As URDF.
@@ -81,9 +96,9 @@ pub(crate) fn translate(
         places: &places,
         limits,
         assets,
-        compiler: Compiler::default(),
-        classes: Classes::default(),
-        library: Library::default(),
+        scope: Scope::default(),
+        attachable: Attachable::default(),
+        made: Made::default(),
         notes: empty(),
         bodies: Vec::new(),
         names: Names::default(),
@@ -100,6 +115,7 @@ pub(crate) fn translate(
         format: Format::Mjcf,
         models: drafts.iter().map(|draft| write::urdf(draft, names.clone())).collect(),
         included: texts.asked.clone(),
+        meshes: reader.made.files,
         report: reader.notes.into_report(),
     })
 }
@@ -110,16 +126,7 @@ impl<'a> Reader<'a> {
         let Some(root) = Element::root(self.sources, 0) else { return Ok(Vec::new()) };
         let sections = files::expanded(root, self.sources, self.places)?;
         let of = |tag: &'static str| sections.iter().copied().filter(move |section| section.tag() == tag);
-        for section in of("compiler") {
-            self.compiler.read(section, &mut self.notes)?;
-        }
-        for section in of("default") {
-            self.classes.read(section, &mut self.notes)?;
-        }
-        for section in of("asset") {
-            let elements = files::expanded(section, self.sources, self.places)?;
-            self.library.read(&elements, &self.compiler, &self.classes, &mut self.notes)?;
-        }
+        self.scope = self.read_scope(0)?;
         self.report_sections(&sections);
         self.bodies.push(Body::world(root));
         for section in of("worldbody") {

@@ -26,28 +26,33 @@ impl<'a> Reader<'a> {
             value::numbers(element, "offset", &mut self.notes)?.map_or(DVec3::ZERO, DVec3::from_array);
         let angles: [f64; 3] = value::numbers(element, "euler", &mut self.notes)?.unwrap_or_default();
         let separator = element.word("sep").unwrap_or_default();
-        let class = element.word("childclass").and_then(|name| self.classes.find(name)).or(inside.class);
+        let class =
+            element.word("childclass").and_then(|name| self.scope.classes.find(name)).or(inside.class);
         let digits = count.to_string().len();
         let mut position = DVec3::ZERO;
         for copy in 0..count {
             self.count_element(element)?;
             // Of the copy's own angles, as MuJoCo has it, so that errors do not add up.
-            let turn: DQuat = value::euler(angles.map(|angle| angle * copy as f64), &self.compiler);
+            let turn: DQuat = value::euler(angles.map(|angle| angle * copy as f64), &self.scope.compiler);
             let suffix = format!("{separator}{copy:0digits$}{}", inside.suffix);
             let frame = inside.frame * DPose3::from_parts(position, turn);
-            let inner = Inside { class, frame, suffix: &suffix, depth: inside.depth + 1 };
+            let inner = Inside { class, frame, suffix: &suffix, depth: inside.depth + 1, ..inside };
             self.content(element, body, inner)?;
             position += turn * offset;
         }
         Ok(())
     }
 
-    /// Counts an element that is in a copy.
+    /// Counts an element that is in a copy or attached.
     pub(super) fn count_replicated(&mut self, element: Element<'a>, inside: Inside<'_>) -> Result<(), Stop> {
-        if inside.suffix.is_empty() { Ok(()) } else { self.count_element(element) }
+        if inside.suffix.is_empty() && inside.prefix.is_empty() {
+            Ok(())
+        } else {
+            self.count_element(element)
+        }
     }
 
-    fn count_element(&mut self, element: Element<'a>) -> Result<(), Stop> {
+    pub(super) fn count_element(&mut self, element: Element<'a>) -> Result<(), Stop> {
         self.replicated += 1;
         if self.replicated > MOST_ELEMENTS {
             return Err(Stop::at(element, format!("its copies have more than {MOST_ELEMENTS} elements")));

@@ -63,6 +63,7 @@ pub(crate) fn translate(
     };
     let names: Vec<String> = sources.iter().map(|source| source.uri.clone()).collect();
     Ok(Translation {
+        meshes: BTreeMap::new(),
         format: Format::Sdf,
         models: drafts.iter().map(|draft| write::urdf(draft, names.clone())).collect(),
         included: texts.asked.clone(),

@@ -16,13 +16,15 @@ mod tests;
 pub(crate) mod write;
 
 use std::cell::RefCell;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use glamx::DPose3;
 
 use crate::limits::LoadLimits;
 use crate::mesh::beside;
 use crate::report::LoadReport;
+use crate::robot::{MeshAsset, Sha256};
 use crate::urdf::{Asset, Assets, Description, Refused};
 use crate::{mjcf, sdf, urdf};
 
@@ -46,6 +48,8 @@ pub struct Translation {
     pub models: Vec<TranslatedModel>,
     /// URIs of the descriptions that it includes, found or not, in the order of their use.
     pub included: Vec<String>,
+    /// Mesh files that were made of numbers in the file itself, by the URIs that the URDF names them by: see [`Translation::files`].
+    pub meshes: BTreeMap<String, Asset>,
     /// What was done to it, but for what the reader of URDF will find.
     pub report: LoadReport,
 }
@@ -167,7 +171,12 @@ fn describe_alone(bytes: &[u8], assets: &dyn Assets, limits: &LoadLimits) -> Res
     let mut seen: BTreeSet<String> = asset_uris.iter().cloned().collect();
     for model in &translation.models {
         let described = urdf::describe(model.urdf.as_bytes(), limits)?;
-        asset_uris.extend(described.asset_uris.into_iter().filter(|uri| seen.insert(uri.clone())));
+        asset_uris.extend(
+            described
+                .asset_uris
+                .into_iter()
+                .filter(|uri| !translation.meshes.contains_key(uri) && seen.insert(uri.clone())),
+        );
     }
     let models: Vec<String> = translation.models.iter().map(|model| model.name.clone()).collect();
     Ok(Description { name: models.first().cloned().unwrap_or_default(), asset_uris, models })
@@ -192,7 +201,37 @@ impl Assets for Asked<'_> {
     }
 }
 
+/// Files of a description that was translated: its own, and those that were made of it.
+pub struct TranslatedFiles<'a> {
+    files: &'a dyn Assets,
+    made: &'a BTreeMap<String, Asset>,
+}
+
+impl Assets for TranslatedFiles<'_> {
+    fn find(&self, uri: &str) -> Result<Asset, Vec<String>> {
+        self.made.get(uri).map_or_else(|| self.files.find(uri), |made| Ok(made.clone()))
+    }
+
+    fn note(&self, uri: &str) -> Option<String> {
+        if self.made.contains_key(uri) { None } else { self.files.note(uri) }
+    }
+
+    fn mesh(
+        &self,
+        look: Sha256,
+        format: &str,
+        read: &mut dyn FnMut() -> Result<MeshAsset, String>,
+    ) -> Result<Arc<MeshAsset>, String> {
+        self.files.mesh(look, format, read)
+    }
+}
+
 impl Translation {
+    /// What its URDF is read with, where `files` are those that the file itself was read with.
+    pub fn files<'a>(&'a self, files: &'a dyn Assets) -> TranslatedFiles<'a> {
+        TranslatedFiles { files, made: &self.meshes }
+    }
+
     /// The robot of a name, or the only one.
     ///
     /// # Errors

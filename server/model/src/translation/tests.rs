@@ -1,5 +1,7 @@
 //! SDF and MJCF as robots: what each element becomes, on small files.
 
+mod attach;
+mod inline_mesh;
 mod mjcf;
 mod replicate;
 mod sdf;
@@ -47,7 +49,8 @@ fn translated(text: &str) -> Translation {
 fn robot_with(text: &str, files: &Files) -> (RobotModel, LoadReport) {
     let translation = translated_with(text, files);
     let translated = translation.model("").unwrap_or_else(|refused| panic!("{refused}"));
-    let (model, report) = read(translated.urdf.as_bytes(), files, &ReadOptions::default())
+    let files = translation.files(files);
+    let (model, report) = read(translated.urdf.as_bytes(), &files, &ReadOptions::default())
         .unwrap_or_else(|refused| panic!("{refused}\n{}", translated.urdf));
     let mut whole = translation.report.clone();
     whole.findings.extend(translated.report(report).findings);

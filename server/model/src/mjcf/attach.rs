@@ -1,0 +1,170 @@
+//! `<attach>`: a body, a frame or the whole world of another file, or of this one again, with a prefix before all names.
+//!
+//! What is attached is read with the settings, classes and assets of its own file. Of the rest of that file (actuators, equalities,
+//! sensors and so on) nothing is read, which is said.
+
+use std::collections::BTreeMap;
+use std::rc::Rc;
+
+use super::body::Inside;
+use super::{Reader, Scope, files};
+use crate::report::Disposition::Ignored;
+use crate::translation::element::Element;
+use crate::translation::notes::Stop;
+
+/// Sections of a file of which nothing is attached.
+const LEFT_OUT: [&str; 7] = ["actuator", "equality", "contact", "sensor", "keyframe", "tendon", "deformable"];
+/// Bodies and frames inside one another that are searched.
+const MOST_NESTED: usize = 100;
+
+/// Files that may be attached, and what was found in them.
+#[derive(Default)]
+pub(super) struct Attachable<'a> {
+    /// Read so far, by the place of the file.
+    scopes: BTreeMap<usize, Scope<'a>>,
+    /// By the place of the file. Each is walked through once, however many of its parts are attached.
+    worlds: BTreeMap<usize, Rc<World<'a>>>,
+}
+
+/// What of a file may be attached.
+#[derive(Default)]
+struct World<'a> {
+    sections: Vec<Element<'a>>,
+    /// Bodies and frames by tag and name, the first of each.
+    named: BTreeMap<(&'a str, &'a str), Element<'a>>,
+}
+
+impl<'a> Reader<'a> {
+    pub(super) fn attach(
+        &mut self,
+        element: Element<'a>,
+        body: usize,
+        inside: Inside<'_>,
+    ) -> Result<(), Stop> {
+        self.count_element(element)?;
+        let place = match element.word("model") {
+            Some(model) => self.place_of_model(element, model)?,
+            None => element.file,
+        };
+        let prefix = format!("{}{}", inside.prefix, element.word("prefix").unwrap_or_default());
+        let inner = Inside { class: None, prefix: &prefix, depth: inside.depth + 1, ..inside };
+        let own = match element.word("model") {
+            Some(_) => {
+                let scope = match self.attachable.scopes.remove(&place) {
+                    Some(scope) => scope,
+                    None => self.read_scope(place)?,
+                };
+                Some(std::mem::replace(&mut self.scope, scope))
+            }
+            None => None,
+        };
+        let read = self.attach_of(element, place, body, inner);
+        if let Some(own) = own {
+            let scope = std::mem::replace(&mut self.scope, own);
+            self.attachable.scopes.insert(place, scope);
+        }
+        read
+    }
+
+    fn attach_of(
+        &mut self,
+        element: Element<'a>,
+        place: usize,
+        body: usize,
+        inside: Inside<'_>,
+    ) -> Result<(), Stop> {
+        let world = self.world(place)?;
+        let named = ["body", "frame"].into_iter().find_map(|tag| Some((tag, element.word(tag)?)));
+        let Some((tag, name)) = named else {
+            if element.word("model").is_none() {
+                return Err(Stop::at(element, "it names no model, no body and no frame"));
+            }
+            for section in &world.sections {
+                self.count_element(*section)?;
+                self.content(*section, body, inside)?;
+            }
+            return Ok(());
+        };
+        let found = world.named.get(&(tag, name)).copied();
+        let Some(found) = found else {
+            return Err(Stop::at(element, format!("there is no {tag} {name:?} to attach")));
+        };
+        self.one(found, body, inside)
+    }
+
+    /// Where the file of a model is that the assets name.
+    fn place_of_model(&self, at: Element<'a>, model: &str) -> Result<usize, Stop> {
+        let place = self.scope.models.get(model).copied();
+        place.ok_or_else(|| Stop::at(at, format!("there is no model {model:?} among the assets")))
+    }
+
+    /// Settings, classes and assets of a file.
+    pub(super) fn read_scope(&mut self, place: usize) -> Result<Scope<'a>, Stop> {
+        let mut scope = Scope::default();
+        let Some(root) = Element::root(self.sources, place) else { return Ok(scope) };
+        let sections = files::expanded(root, self.sources, self.places)?;
+        let of = |tag: &'static str| sections.iter().copied().filter(move |section| section.tag() == tag);
+        for section in of("compiler") {
+            scope.compiler.read(section, &mut self.notes)?;
+        }
+        let folder = root.folder();
+        scope.compiler.folder = folder.to_owned();
+        for section in of("default") {
+            scope.classes.read(section, &mut self.notes)?;
+        }
+        for section in of("asset") {
+            let elements = files::expanded(section, self.sources, self.places)?;
+            let Scope { library, compiler, classes, .. } = &mut scope;
+            library.read(&elements, compiler, classes, &mut self.made, &mut self.notes)?;
+            for element in elements.iter().filter(|element| element.tag() == "model") {
+                let Some(file) = element.word("file") else { continue };
+                let place = self.places.models.get(file).copied();
+                let place =
+                    place.ok_or_else(|| Stop::at(*element, format!("the file {file:?} is not found")))?;
+                let own = || Element::root(self.sources, place)?.word("model");
+                if let Some(name) = element.word("name").or_else(own) {
+                    scope.models.insert(name, place);
+                }
+            }
+        }
+        // The first file is read whole.
+        if place > 0 {
+            for section in sections.iter().filter(|section| LEFT_OUT.contains(&section.tag())) {
+                if section.elements().next().is_some() {
+                    let message = "not read by simd of a file that is attached: its bodies are without it";
+                    self.notes.warn(*section, Ignored, message);
+                }
+            }
+        }
+        Ok(scope)
+    }
+
+    fn world(&mut self, place: usize) -> Result<Rc<World<'a>>, Stop> {
+        if let Some(world) = self.attachable.worlds.get(&place) {
+            return Ok(Rc::clone(world));
+        }
+        let mut world = World::default();
+        if let Some(root) = Element::root(self.sources, place) {
+            world.sections = files::expanded(root, self.sources, self.places)?;
+            world.sections.retain(|section| section.tag() == "worldbody");
+        }
+        let mut open: Vec<(Element<'a>, usize)> =
+            world.sections.iter().map(|section| (*section, 0)).collect();
+        open.reverse();
+        while let Some((section, depth)) = open.pop() {
+            if let Some(name) = section.word("name") {
+                world.named.entry((section.tag(), name)).or_insert(section);
+            }
+            let inside = files::expanded(section, self.sources, self.places)?;
+            let inside =
+                inside.into_iter().filter(|inner| matches!(inner.tag(), "body" | "frame" | "replicate"));
+            let first = open.len();
+            open.extend(inside.filter(|_| depth < MOST_NESTED).map(|inner| (inner, depth + 1)));
+            // The last one is read next.
+            open.get_mut(first..).unwrap_or_default().reverse();
+        }
+        let world = Rc::new(world);
+        self.attachable.worlds.insert(place, Rc::clone(&world));
+        Ok(world)
+    }
+}

@@ -1,0 +1,146 @@
+//! Meshes that stand in the file itself, as numbers. They become files of OBJ, which whatever reads meshes reads, and which the URDF
+//! names like any other.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use glamx::DVec3;
+
+use super::value;
+use crate::limits;
+use crate::mesh::hull::{self, NoHull};
+use crate::report::Disposition::Ignored;
+use crate::robot::Sha256;
+use crate::translation::draft::Names;
+use crate::translation::element::Element;
+use crate::translation::notes::{Notes, Stop};
+use crate::urdf::Asset;
+
+/// The files that were made.
+#[derive(Default)]
+pub(super) struct Made {
+    /// By the URIs that the URDF names them by.
+    pub(super) files: BTreeMap<String, Asset>,
+    names: Names,
+    bytes: usize,
+}
+
+/// Bytes of all files that one description makes.
+const MOST_BYTES: usize = 64 << 20;
+/// Numbers of one attribute: three for each corner.
+const MOST_NUMBERS: usize = 3 * limits::MESH_VERTICES;
+/// Where the URDF looks for them: a folder beside it.
+const FOLDER: &str = "mjcf_inline";
+/// Bytes of the name of a file, without its folder.
+const NAME: usize = 60;
+
+impl Made {
+    /// Keeps a file for a mesh of a name; gives its URI.
+    pub(super) fn add(&mut self, at: Element, name: &str, text: String) -> Result<String, Stop> {
+        self.bytes += text.len();
+        if self.bytes > MOST_BYTES {
+            let message =
+                format!("meshes without a file have more than {MOST_BYTES} bytes; give them one each");
+            return Err(Stop::at(at, message));
+        }
+        let name: String = crate::wire_name(name).chars().take(NAME).collect();
+        let uri = format!("{FOLDER}/{}.obj", self.names.unique(&name));
+        let bytes = text.into_bytes();
+        self.files.insert(uri.clone(), Asset { sha256: Sha256::of(&bytes), bytes: bytes.into() });
+        Ok(uri)
+    }
+}
+
+/// A mesh of `vertex`, `face` and `texcoord` as OBJ; without faces it is the convex hull of its corners, as in MuJoCo. `None` where it has
+/// no volume, which is said.
+pub(super) fn obj(mesh: Element, notes: &mut Notes) -> Result<Option<String>, Stop> {
+    let corners = rows::<3>(mesh, "vertex")?.unwrap_or_default();
+    if corners.len() < 4 {
+        return Err(Stop::at(mesh, format!("vertex has {} corners; a mesh has at least 4", corners.len())));
+    }
+    let Some(faces) = rows::<3>(mesh, "face")? else { return hull(mesh, &corners, notes) };
+    let faces = indices(mesh, "face", &faces, corners.len())?;
+    let places = rows::<2>(mesh, "texcoord")?.unwrap_or_default();
+    let of_places = match rows::<3>(mesh, "facetexcoord")? {
+        Some(of_places) => indices(mesh, "facetexcoord", &of_places, places.len())?,
+        None => faces.clone(),
+    };
+    let is_beyond = |index: &u32| *index as usize >= places.len();
+    if !places.is_empty() && (of_places.len() != faces.len() || of_places.iter().flatten().any(is_beyond)) {
+        // A picture is looks alone.
+        notes.warn(mesh, Ignored, "texcoord does not have as many rows as vertex, or facetexcoord as face");
+        return Ok(Some(written(&corners, &[], &faces, &faces)));
+    }
+    Ok(Some(written(&corners, &places, &faces, &of_places)))
+}
+
+fn hull(mesh: Element, corners: &[[f64; 3]], notes: &mut Notes) -> Result<Option<String>, Stop> {
+    let points: Vec<DVec3> = corners.iter().copied().map(DVec3::from_array).collect();
+    match hull::of_corners(&points) {
+        Ok((corners, faces)) => {
+            let corners: Vec<[f64; 3]> = corners.iter().map(DVec3::to_array).collect();
+            Ok(Some(written(&corners, &[], &faces, &faces)))
+        }
+        Err(NoHull::Corners(why)) => Err(Stop::at(mesh, why)),
+        Err(NoHull::Volume) => {
+            let message =
+                "its corners have no convex hull that has a volume: geoms of this mesh are left out";
+            notes.warn(mesh, Ignored, message);
+            Ok(None)
+        }
+    }
+}
+
+/// The numbers of an attribute, so many a row. `None` where it is not there.
+fn rows<const N: usize>(mesh: Element, name: &str) -> Result<Option<Vec<[f64; N]>>, Stop> {
+    let Some(text) = mesh.word(name) else { return Ok(None) };
+    let values = value::list(mesh, name, text, MOST_NUMBERS)?;
+    if !values.len().is_multiple_of(N) {
+        return Err(Stop::at(
+            mesh,
+            format!("{name} has {} numbers, which are not rows of {N}", values.len()),
+        ));
+    }
+    Ok(Some(values.chunks_exact(N).filter_map(|row| row.try_into().ok()).collect()))
+}
+
+/// Numbers as indices of so many things, counted from 0.
+fn indices(mesh: Element, name: &str, rows: &[[f64; 3]], count: usize) -> Result<Vec<[u32; 3]>, Stop> {
+    if rows.len() > limits::MESH_TRIANGLES {
+        let message = format!("{name} has {} rows; the most is {}", rows.len(), limits::MESH_TRIANGLES);
+        return Err(Stop::at(mesh, message));
+    }
+    let mut found = Vec::with_capacity(rows.len());
+    for row in rows {
+        if let Some(wrong) =
+            row.iter().find(|index| index.fract() != 0.0 || **index < 0.0 || **index >= count as f64)
+        {
+            return Err(Stop::at(
+                mesh,
+                format!("{name} names {wrong}, and there are {count}, counted from 0"),
+            ));
+        }
+        found.push(row.map(|index| index as u32));
+    }
+    Ok(found)
+}
+
+/// Places in a picture are from the top in MJCF, and from the bottom in OBJ.
+fn written(corners: &[[f64; 3]], places: &[[f64; 2]], faces: &[[u32; 3]], of_places: &[[u32; 3]]) -> String {
+    let mut text = String::new();
+    // Writing to a string cannot fail. `{:?}` writes very small numbers with an exponent.
+    for [x, y, z] in corners {
+        let _ = writeln!(text, "v {x:?} {y:?} {z:?}");
+    }
+    for [across, down] in places {
+        let _ = writeln!(text, "vt {across:?} {:?}", 1.0 - down);
+    }
+    for ([a, b, c], [p, q, r]) in faces.iter().zip(of_places) {
+        let _ = if places.is_empty() {
+            writeln!(text, "f {} {} {}", a + 1, b + 1, c + 1)
+        } else {
+            writeln!(text, "f {}/{} {}/{} {}/{}", a + 1, p + 1, b + 1, q + 1, c + 1, r + 1)
+        };
+    }
+    text
+}
