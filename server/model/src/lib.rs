@@ -25,6 +25,7 @@ pub mod urdf;
 
 pub use limits::{LoadLimits, MOST_LINKS};
 pub use mesh::beside::address as beside_mesh;
+pub use mesh::hull::extremes;
 pub use name::wire_name;
 pub use number::shown;
 pub use primitive::Primitive;

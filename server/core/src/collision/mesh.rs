@@ -6,6 +6,7 @@ use glamx::{DPose3, DVec3};
 use rapier3d_f64::parry::shape::SharedShape;
 use rapier3d_f64::parry::transformation::vhacd::{VHACD, VHACDParameters};
 use rapier3d_f64::parry::transformation::voxelization::FillMode;
+use simd_model::extremes;
 use simd_model::robot::MeshAsset;
 
 use super::facets;
@@ -89,7 +90,7 @@ fn decomposition(mesh: &MeshAsset, scale: DVec3) -> Vec<Made> {
     let parts = VHACD::decompose(&DECOMPOSITION, &points, &mesh.triangles, true);
     let parts = parts.compute_exact_convex_hulls(&points, &mesh.triangles);
     let hull = |(points, _): (Vec<DVec3>, Vec<[u32; 3]>)| {
-        convex(&if points.len() > MOST_POINTS { extremes(&points) } else { points })
+        convex(&if points.len() > MOST_POINTS { extremes(&points, DIRECTIONS) } else { points })
     };
     parts.into_iter().filter_map(hull).collect()
 }
@@ -97,7 +98,7 @@ fn decomposition(mesh: &MeshAsset, scale: DVec3) -> Vec<Made> {
 /// The convex hull of a mesh; of one that is flat, its bounding box.
 fn hull(mesh: &MeshAsset, scale: DVec3) -> Option<Made> {
     let points: Vec<DVec3> = mesh.vertices.iter().map(|vertex| *vertex * scale).collect();
-    let points = if points.len() > MOST_POINTS { extremes(&points) } else { points };
+    let points = if points.len() > MOST_POINTS { extremes(&points, DIRECTIONS) } else { points };
     let first = *points.first()?;
     let (least, most) = points.iter().fold((first, first), |(l, m), p| (l.min(*p), m.max(*p)));
     let solid = (most - least).min_element() > THINNEST;
@@ -110,25 +111,6 @@ fn hull(mesh: &MeshAsset, scale: DVec3) -> Option<Made> {
         own_from_shape: DPose3::from_translation((most + least) / 2.0),
         ..Made::new(SharedShape::cuboid(half.x, half.y, half.z))
     })
-}
-
-/// The points that are farthest in directions spread evenly over the sphere (a Fibonacci
-/// lattice), each once. Their hull lies within that of all points.
-fn extremes(points: &[DVec3]) -> Vec<DVec3> {
-    let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
-    let mut kept: Vec<usize> = (0..DIRECTIONS)
-        .filter_map(|i| {
-            let z = 1.0 - (2.0 * i as f64 + 1.0) / DIRECTIONS as f64;
-            let (sin, cos) = (golden * i as f64).sin_cos();
-            let across = (1.0 - z * z).sqrt();
-            let direction = DVec3::new(across * cos, across * sin, z);
-            let far = |a: &usize, b: &usize| points[*a].dot(direction).total_cmp(&points[*b].dot(direction));
-            (0..points.len()).max_by(far)
-        })
-        .collect();
-    kept.sort_unstable();
-    kept.dedup();
-    kept.into_iter().map(|i| points[i]).collect()
 }
 
 /// The convex hull of points, or `None` where they have none.

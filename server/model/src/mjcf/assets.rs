@@ -1,5 +1,6 @@
 //! `<asset>`: meshes, height fields, textures and materials, by name.
 
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 
 use glamx::{DPose3, DQuat, DVec3};
@@ -9,6 +10,7 @@ use super::defaults::Classes;
 use super::inline_mesh::{self, Made};
 use super::value;
 use crate::report::Disposition::{Ignored, Repaired};
+use crate::robot::Inertial;
 use crate::translation::element::Element;
 use crate::translation::notes::{Notes, Stop};
 
@@ -20,6 +22,8 @@ pub(super) struct Library {
     pub(super) heights: BTreeMap<String, (String, DVec3)>,
     materials: BTreeMap<String, Material>,
     textures: BTreeMap<String, Texture>,
+    /// Meshes filled with water, as far as they were asked for.
+    pub(super) weights: RefCell<BTreeMap<String, Option<Inertial>>>,
 }
 
 /// What geoms look like.
@@ -163,7 +167,7 @@ impl Library {
         };
         let uri = match mesh.word("file") {
             Some(file) => compiler.mesh_uri(file),
-            None if element.word("vertex").is_some() => match inline_mesh::obj(element, notes)? {
+            None if element.word("vertex").is_some() => match inline_mesh::obj(element, made, notes)? {
                 Some(text) => made.add(element, name, text)?,
                 None => return Ok(()),
             },

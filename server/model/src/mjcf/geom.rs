@@ -2,7 +2,7 @@
 
 use glamx::{DMat3, DPose3, DQuat, DVec3};
 
-use super::assets::Library;
+use super::assets::{Library, Mesh, MeshInertia};
 use super::compiler::Compiler;
 use super::defaults::Classed;
 use super::inline_mesh::Made;
@@ -15,9 +15,10 @@ use crate::report::Disposition::{Ignored, Repaired};
 use crate::robot::{Geometry, Inertial, Material, MeshAsset, look_of};
 use crate::sdf::ellipsoid;
 use crate::translation::draft::{At, DraftGeometry, DraftShape};
+use crate::translation::element::Element;
 use crate::translation::notes::{Notes, Stop};
-use crate::urdf::Assets;
 use crate::urdf::findings::quoted;
+use crate::urdf::{Asset, Assets};
 
 /// What a geom is read with.
 pub(super) struct Context<'r> {
@@ -214,20 +215,51 @@ fn mesh_geom(
     let geometry = DraftGeometry::Mesh { uri: asset.uri.clone(), scale: asset.scale };
     // Only where its mass may count.
     let weighs = context.compiler.inertia_from_geoms != Some(false) && geom.number("mass")? != Some(0.0);
-    let read = if weighs { read_mesh(&asset.uri, context) } else { None };
-    let inertial = read.and_then(|read| mesh_inertia::of(&read, asset.scale, asset.inertia));
+    let inertial = if weighs { weight(element, name, asset, context, notes)? } else { None };
     Ok(Some((pose, geometry, inertial)))
 }
 
-/// What cannot be read the reader of URDF reports.
-fn read_mesh(uri: &str, context: &Context) -> Option<std::sync::Arc<MeshAsset>> {
+/// Of a mesh filled with water. It is computed once, however many geoms have the mesh.
+fn weight(
+    at: Element,
+    name: &str,
+    asset: &Mesh,
+    context: &Context,
+    notes: &mut Notes,
+) -> Result<Option<Inertial>, Stop> {
+    if let Some(known) = context.library.weights.borrow().get(name) {
+        return Ok(*known);
+    }
+    let mut inertial = None;
+    let file = mesh_file(&asset.uri, context);
+    if let Some(file) = &file {
+        context.made.spend_reading(&asset.uri, file.bytes.len(), at)?;
+    }
+    if let Some(read) = file.and_then(|file| read_mesh(&asset.uri, &file, context)) {
+        context.made.spend(mesh_inertia::work(&read, asset.inertia), at)?;
+        if asset.inertia == MeshInertia::Hull && mesh_inertia::is_reduced(&read) {
+            let (count, most) = (read.vertices.len(), mesh_inertia::DIRECTIONS);
+            let message = format!(
+                "it has {count} corners: its convex hull is that of those that are farthest in {most} directions"
+            );
+            notes.warn(at, Repaired, message);
+        }
+        inertial = mesh_inertia::of(&read, asset.scale, asset.inertia);
+    }
+    context.library.weights.borrow_mut().insert(name.to_owned(), inertial);
+    Ok(inertial)
+}
+
+fn mesh_file(uri: &str, context: &Context) -> Option<Asset> {
     let file = match context.made.files.get(uri) {
         Some(file) => file.clone(),
         None => context.assets.find(uri).ok()?,
     };
-    if file.bytes.len() > context.limits.mesh_bytes {
-        return None;
-    }
+    (file.bytes.len() <= context.limits.mesh_bytes).then_some(file)
+}
+
+/// What cannot be read the reader of URDF reports.
+fn read_mesh(uri: &str, file: &Asset, context: &Context) -> Option<std::sync::Arc<MeshAsset>> {
     let beside = mesh::Beside::gather(uri, &file.bytes, context.assets);
     let look = look_of(file.sha256, &beside.files);
     let mut read = || mesh::asset(uri, file.sha256, &file.bytes, &beside);

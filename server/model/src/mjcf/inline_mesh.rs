@@ -1,12 +1,13 @@
 //! Meshes that stand in the file itself, as numbers. They become files of OBJ, which whatever reads meshes reads, and which the URDF
 //! names like any other.
 
-use std::collections::BTreeMap;
+use std::cell::{Cell, RefCell};
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
 use glamx::DVec3;
 
-use super::value;
+use super::{mesh_inertia, value};
 use crate::limits;
 use crate::mesh::hull::{self, NoHull};
 use crate::report::Disposition::Ignored;
@@ -23,10 +24,16 @@ pub(super) struct Made {
     pub(super) files: BTreeMap<String, Asset>,
     names: Names,
     bytes: usize,
+    /// What weighing meshes and computing hulls has cost, in triangles of which the volume is summed.
+    work: Cell<usize>,
+    /// Files that were read to be weighed.
+    read: RefCell<BTreeSet<String>>,
 }
 
 /// Bytes of all files that one description makes.
 const MOST_BYTES: usize = 64 << 20;
+/// Of [`Made::spend`]: about a second.
+const MOST_WORK: usize = 50_000_000;
 /// Numbers of one attribute: three for each corner.
 const MOST_NUMBERS: usize = 3 * limits::MESH_VERTICES;
 /// Where the URDF looks for them: a folder beside it.
@@ -35,6 +42,22 @@ const FOLDER: &str = "mjcf_inline";
 const NAME: usize = 60;
 
 impl Made {
+    /// Counts work for an element; an error where it is too much for one description.
+    pub(super) fn spend(&self, work: usize, at: Element) -> Result<(), Stop> {
+        self.work.set(self.work.get().saturating_add(work));
+        if self.work.get() <= MOST_WORK {
+            return Ok(());
+        }
+        let message = "the meshes so far are too large to compute masses and hulls of: give bodies an inertial, and meshes faces";
+        Err(Stop::at(at, message))
+    }
+
+    /// Counts the reading of a file that was read before: of meshes that differ in their scale alone.
+    pub(super) fn spend_reading(&self, uri: &str, bytes: usize, at: Element) -> Result<(), Stop> {
+        let is_first = self.read.borrow_mut().insert(uri.to_owned());
+        if is_first { Ok(()) } else { self.spend(bytes / 2, at) }
+    }
+
     /// Keeps a file for a mesh of a name; gives its URI.
     pub(super) fn add(&mut self, at: Element, name: &str, text: String) -> Result<String, Stop> {
         self.bytes += text.len();
@@ -53,12 +76,15 @@ impl Made {
 
 /// A mesh of `vertex`, `face` and `texcoord` as OBJ; without faces it is the convex hull of its corners, as in MuJoCo. `None` where it has
 /// no volume, which is said.
-pub(super) fn obj(mesh: Element, notes: &mut Notes) -> Result<Option<String>, Stop> {
+pub(super) fn obj(mesh: Element, made: &Made, notes: &mut Notes) -> Result<Option<String>, Stop> {
     let corners = rows::<3>(mesh, "vertex")?.unwrap_or_default();
     if corners.len() < 4 {
         return Err(Stop::at(mesh, format!("vertex has {} corners; a mesh has at least 4", corners.len())));
     }
-    let Some(faces) = rows::<3>(mesh, "face")? else { return hull(mesh, &corners, notes) };
+    let Some(faces) = rows::<3>(mesh, "face")? else {
+        made.spend(mesh_inertia::of_hull(corners.len().min(hull::MOST)), mesh)?;
+        return hull(mesh, &corners, notes);
+    };
     let faces = indices(mesh, "face", &faces, corners.len())?;
     let places = rows::<2>(mesh, "texcoord")?.unwrap_or_default();
     let of_places = match rows::<3>(mesh, "facetexcoord")? {

@@ -4,9 +4,13 @@ use glamx::{DMat3, DVec3};
 
 use super::assets::MeshInertia;
 use crate::inertia;
+use crate::mesh::hull::{self, extremes};
 use crate::robot::{Inertial, MeshAsset};
 
 type Triangle = [DVec3; 3];
+
+/// In which corners of a hull are looked for.
+pub(super) const DIRECTIONS: usize = 1_000;
 
 /// Of water, or of a surface of a density of water's number. `None` where it has no extent.
 pub(super) fn of(mesh: &MeshAsset, scale: DVec3, kind: MeshInertia) -> Option<Inertial> {
@@ -15,12 +19,34 @@ pub(super) fn of(mesh: &MeshAsset, scale: DVec3, kind: MeshInertia) -> Option<In
             of_volume(&triangles(&mesh.vertices, &mesh.triangles, scale), signed)
         }
         MeshInertia::Hull => {
-            let points: Vec<DVec3> = mesh.vertices.iter().map(|corner| *corner * scale).collect();
-            let (corners, faces) = parry3d_f64::transformation::try_convex_hull(&points).ok()?;
+            let mut points: Vec<DVec3> = mesh.vertices.iter().map(|corner| *corner * scale).collect();
+            if is_reduced(mesh) {
+                points = extremes(&points, DIRECTIONS);
+            }
+            let (corners, faces) = hull::of_corners(&points).ok()?;
             of_volume(&triangles(&corners, &faces, DVec3::ONE), true)
         }
         MeshInertia::Shell => of_surface(&triangles(&mesh.vertices, &mesh.triangles, scale)),
     }
+}
+
+/// What that costs, in triangles of which the volume is summed.
+pub(super) fn work(mesh: &MeshAsset, kind: MeshInertia) -> usize {
+    match kind {
+        MeshInertia::Volume { .. } | MeshInertia::Shell => mesh.triangles.len(),
+        MeshInertia::Hull if is_reduced(mesh) => of_hull(DIRECTIONS) + mesh.vertices.len() * DIRECTIONS / 20,
+        MeshInertia::Hull => of_hull(mesh.vertices.len()),
+    }
+}
+
+/// What the hull of so many corners costs at worst.
+pub(super) fn of_hull(corners: usize) -> usize {
+    3 * corners * corners
+}
+
+/// Whether its hull is that of the corners that are farthest in [`DIRECTIONS`], for it has too many.
+pub(super) fn is_reduced(mesh: &MeshAsset) -> bool {
+    mesh.vertices.len() > hull::MOST
 }
 
 fn triangles(corners: &[DVec3], faces: &[[u32; 3]], scale: DVec3) -> Vec<Triangle> {
