@@ -7,8 +7,8 @@ use glamx::DVec3;
 use super::Triangles;
 use crate::limits;
 
-/// Corners of which the hull is computed: a quarter of a second and 300 MB at worst.
-pub(crate) const MOST: usize = 2_000;
+/// Corners of which the hull is computed: half a second and 700 MB at worst.
+pub(crate) const MOST: usize = 3_000;
 
 /// Why there is none.
 #[derive(Debug)]

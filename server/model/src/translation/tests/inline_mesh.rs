@@ -70,7 +70,7 @@ fn numbers_that_make_no_mesh_are_refused_with_the_line() {
         (format!("{square} face='0 1 -1'"), "face names -1"),
         (format!("{square} face='0 1 1.5'"), "face names 1.5"),
         (format!("{square} face='0 1'"), "face has 2 numbers"),
-        (format!("vertex='{}'", "1 2 3 ".repeat(2_001)), "it has 2001 corners and no face; the most is 2000"),
+        (format!("vertex='{}'", "1 2 3 ".repeat(3_001)), "it has 3001 corners and no face; the most is 3000"),
     ] {
         let refused = refusal(&with_mesh(&attributes));
         assert!(refused.contains(message), "{refused}");
@@ -100,7 +100,7 @@ fn hulls_of_many_meshes_are_refused_and_one_for_many_geoms_is_computed_once() {
         (0..count).map(corner).collect::<String>() + "0 0 1"
     };
     let ring = ring(1_500);
-    let meshes: String = (0..10).map(|i| format!("<mesh name='m{i}' vertex='{ring}'/>")).collect();
+    let meshes: String = (0..15).map(|i| format!("<mesh name='m{i}' vertex='{ring}'/>")).collect();
     let text = |assets: &str, geoms: &str| {
         format!(
             "<mujoco><asset>{assets}</asset><worldbody><body><freejoint/>{geoms}</body></worldbody></mujoco>"
