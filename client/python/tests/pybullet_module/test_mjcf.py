@@ -80,6 +80,19 @@ def test_masses_and_joints_are_those_of_pybullet(bullet: Any, script: ModuleType
     assert ours[3] == pytest.approx(theirs[3])
 
 
+def test_a_floor_comes_before_what_stands_on_it_as_in_pybullet(bullet: Any, script: ModuleType, tmp_path: Path) -> None:
+    walker = tmp_path / "walker.xml"
+    walker.write_text(
+        "<mujoco><worldbody><geom name='floor' type='plane' size='5 5 1'/><body name='torso' pos='0 0 1.4'><joint type='free'/>"
+        "<geom type='sphere' size='0.1'/></body></worldbody></mujoco>"
+    )
+    found: list[Any] = []
+    for p in (bullet, script):
+        numbers = p.loadMJCF(str(walker))
+        found.append((numbers, [round(p.getBasePositionAndOrientation(number)[0][2], 6) for number in numbers]))
+    assert found[0] == found[1] == ((0, 1), [0.0, 1.4])
+
+
 def test_what_is_no_mjcf_is_told(script: ModuleType, tmp_path: Path) -> None:
     with pytest.raises(script.error, match="Cannot load MJCF file. Not found"):
         script.loadMJCF("lost.xml")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from simd_client.proto import SetCollisionFilterRequest, methods
+from simd_client.proto import Base, EntityInfo, SetCollisionFilterRequest, methods
 
 from . import constants, descriptions
 from .connections import connected
@@ -12,8 +12,8 @@ from .wire import Spawn
 
 
 def loadMJCF(mjcfFileName: str, flags: int = 0, physicsClientId: int = 0) -> tuple[int, ...]:
-    """Loads the bodies of an MJCF file, which includes others as MuJoCo does. Returns their numbers: those that move in the
-    file's order, then that of all that stands still."""
+    """Loads the bodies of an MJCF file, which includes others as MuJoCo does. Returns their numbers: first that of
+    all that stands still, as PyBullet has a floor before what walks on it, then those that move in the file's order."""
     world = connected(physicsClientId)
     path = found(world, mjcfFileName, "Cannot load MJCF file.")
     self_collision = bool(flags & constants.URDF_USE_SELF_COLLISION)
@@ -22,7 +22,7 @@ def loadMJCF(mjcfFileName: str, flags: int = 0, physicsClientId: int = 0) -> tup
     except error as refusal:
         raise error(f"Cannot load MJCF file. {refusal}", refusal.reason) from None
     numbers: list[int] = []
-    for entity in entities:
+    for entity in sorted(entities, key=_moves):
         urdf = world.wire.file(entity.description)
         description = descriptions.read(urdf, 1.0)
         if not self_collision and len(entity.links) > 1:
@@ -34,6 +34,10 @@ def loadMJCF(mjcfFileName: str, flags: int = 0, physicsClientId: int = 0) -> tup
         body.self_collision, body.paths = self_collision, paths
         numbers.append(number)
     return tuple(numbers)
+
+
+def _moves(entity: EntityInfo) -> bool:
+    return entity.base != Base.BASE_FIXED or entity.moving_joints > 0
 
 
 __all__ = ["loadMJCF"]
