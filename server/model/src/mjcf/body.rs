@@ -208,6 +208,14 @@ impl<'a> Reader<'a> {
                 return Err(Stop::at(element, "a free joint is for a body of the world that has no other"));
             }
             slot.is_free = true;
+            // Those of classes count for `joint` alone, as in MuJoCo.
+            for name in ["armature", "damping", "stiffness", "frictionloss"] {
+                let value = if element.tag() == "joint" { joint.number(name)? } else { None };
+                if value.is_some_and(|value| value != 0.0) {
+                    let message = format!("the {name} of a free joint is not read: the body is without it");
+                    self.notes.warn(element, Ignored, message);
+                }
+            }
             return Ok(());
         }
         if slot.is_free {

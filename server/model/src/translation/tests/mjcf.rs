@@ -226,6 +226,17 @@ fn what_is_not_read_is_named_by_line() {
 }
 
 #[test]
+fn what_a_free_joint_has_beside_its_freedom_is_named() {
+    let sections = "<default><joint armature='0.04' damping='0'/></default>";
+    let body = |joint: &str| mjcf(sections, &format!("<body name='a'>{joint}<geom size='1'/></body>"));
+    let (_, report) = robot(&body("<joint type='free'/>"));
+    let message = "the armature of a free joint is not read: the body is without it";
+    assert_eq!(warnings(&report), [(Some(4), message)]);
+    let (_, report) = robot(&body("<freejoint/>"));
+    assert_eq!(warnings(&report), []);
+}
+
+#[test]
 fn what_cannot_be_meant_is_refused_with_the_line() {
     let of = |bodies: &str| refusal(&mjcf("", bodies));
     assert!(of("").contains("no body"));
