@@ -106,7 +106,20 @@ fn argument(key: &'static Key, flag: &'static str) -> Arg {
         help += &format!(" [default: {}]", default.replace(['"', '[', ']', ' '], ""));
     }
     let action = if key.is_list() { ArgAction::Append } else { ArgAction::Set };
-    argument.action(action).allow_hyphen_values(true).value_name(key.value_name()).help(help)
+    argument
+        .action(action)
+        .allow_hyphen_values(true)
+        .value_parser(value)
+        .value_name(key.value_name())
+        .help(help)
+}
+
+/// A value may begin with a minus, as `-1,0,0` does. What begins with two is the next flag.
+fn value(text: &str) -> Result<String, String> {
+    if text.starts_with("--") {
+        return Err("it is a flag, and the value is missing".to_owned());
+    }
+    Ok(text.to_owned())
 }
 
 impl Flags {

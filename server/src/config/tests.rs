@@ -158,6 +158,13 @@ fn a_mistake_in_the_flags_is_one_sentence() {
 }
 
 #[test]
+fn a_flag_is_no_value_of_the_flag_before_it() {
+    let said = usage("--name --help");
+    assert!(said.contains("--help") && said.contains("the value is missing"), "{said}");
+    assert!(args("--gravity -1,0,-2").is_ok());
+}
+
+#[test]
 fn an_address_that_others_can_reach_must_be_asked_for() {
     assert!(usage("--listen 0.0.0.0:7400").contains("--insecure"));
     assert!(file_mistake("listen = \"192.168.0.1:7400\"").contains("without TLS and tokens"));
