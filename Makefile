@@ -174,13 +174,11 @@ fuzz:
 	    -max_total_time=$(FUZZ_SECONDS) -timeout=10 -rss_limit_mb=2048 -print_final_stats=1 || exit 1; \
 	done
 
-# The same for both of its builds, so that dependencies have the same features and are built once.
-DIST_PACKAGES := --package simd-server --package simd-cli --package simd-camera --package simd-embedded
-
-# Packages in dist/: archives, a Debian package, Python wheels. The build takes long: it is optimised over all crates.
+# Packages in dist/: archives, a Debian package, Python wheels. The build takes long: it is optimised over all crates. With all
+# of the workspace, so that dependencies have the features that the tests have them with, and are built once for both.
 dist: web
-	SIMD_REQUIRE_VIEWER=1 $(CARGO) build --locked --profile dist $(DIST_PACKAGES) --bins
-	SIMD_REQUIRE_VIEWER=1 $(CARGO) build --locked --profile dist $(DIST_PACKAGES) --lib
+	SIMD_REQUIRE_VIEWER=1 $(CARGO) build --locked --profile dist --workspace --bins
+	SIMD_REQUIRE_VIEWER=1 $(CARGO) build --locked --profile dist --workspace --lib
 	python3 server/packaging/dist.py
 
 # Installs each of them where there is nothing else, and does the main job there. As root, for mmdebstrap and chroot.
@@ -189,8 +187,7 @@ dist-check: dist
 	  (apt-get update -qq && apt-get install -y -qq --no-install-recommends mmdebstrap)
 	python3 server/packaging/check.py
 
-# The API suite with all of the daemon built as it is installed, and the suite of the programs against those that are. A build of
-# its own, for as long as `make dist` takes.
+# The API suite with all of the daemon built as it is installed, and the suite of the programs against those that are.
 dist-test: dist
 	SIMD_BINARY="$(abspath $(or $(CARGO_TARGET_DIR),target))/dist/simd" \
 	  $(CARGO) nextest run --locked --workspace --cargo-profile dist --test api --test daemon

@@ -1,7 +1,7 @@
 //! Figures for this machine, printed as tables: run with `make bench`. Nothing
 //! here is asserted; compare within a run. `-- reads` prints one table alone, lateness under a flood of reads; `-- town` that of
 //! a quadruped among what cannot move; `-- recording` what a recording costs; `-- turns` round trips; `-- hops` a turn within a
-//! process; `-- rollouts` what copies of a world cost; `-- lidar` what a lidar costs the steps; `-- subscribers` what a hundred
+//! process, and `-- network-hops` calls over the network; `-- rollouts` what copies of a world cost; `-- lidar` what a lidar costs the steps; `-- subscribers` what a hundred
 //! subscribers of every state cost.
 #![allow(
     clippy::expect_used,
@@ -9,10 +9,12 @@
     reason = "a benchmark prints, and ends where it cannot go on"
 )]
 
+mod bare;
 mod crowd;
 mod hops;
 mod lateness;
 mod lidar;
+mod network_hops;
 mod recording;
 mod rollouts;
 mod round_trip;
@@ -27,6 +29,8 @@ fn main() {
         Some(round_trip::ECHO) => return round_trip::echo(),
         Some(round_trip::ASYNC_ECHO) => return round_trip::async_echo(),
         Some(round_trip::UNIX_ECHO) => return round_trip::unix_echo(),
+        Some(bare::TONIC) => return bare::tonic(),
+        Some(bare::ZENOH) => return bare::zenoh(),
         Some(subscribers::SUBSCRIBE) => return subscribers::subscribe(),
         Some("town") => return town::print(),
         Some("reads") => return lateness::print_reads(),
@@ -36,6 +40,7 @@ fn main() {
         Some("lidar") => return lidar::print(),
         Some("subscribers") => return subscribers::print(),
         Some("hops") => return hops::print(),
+        Some("network-hops") => return network_hops::print(),
         _ => {}
     }
     step::print();
@@ -43,6 +48,7 @@ fn main() {
     crowd::print();
     round_trip::print();
     hops::print();
+    network_hops::print();
     lateness::print();
     lateness::print_reads();
     recording::print();

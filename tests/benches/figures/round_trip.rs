@@ -14,6 +14,7 @@ use simd_client::proto::{ControlWait, GetJointStatesRequest, JointStates};
 use simd_client::{Client, Control, ControlOptions, Target, every_joint, joint_target};
 use simd_tests::robots::assets;
 use simd_tests::statistics::percentile;
+use tempfile::TempDir;
 use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
 use tokio::runtime::{Builder, Runtime};
 use zenoh::Wait as _;
@@ -35,13 +36,17 @@ const REPLY: usize = 306;
 const ROUNDS: usize = 20;
 const CALLS: usize = 500;
 
-/// Answers each request of [`REQUEST`] bytes with [`REPLY`] bytes.
+/// Answers each request of [`REQUEST`] bytes with [`REPLY`] bytes, or with as many of both as its argument says.
 pub(crate) fn echo() {
+    let sizes = std::env::args().nth(2);
+    let sizes = sizes.as_deref().and_then(|sizes| sizes.split_once(','));
+    let size = |text: &str| text.parse().expect("a number of bytes");
+    let (request, reply) = sizes.map_or((REQUEST, REPLY), |(sent, received)| (size(sent), size(received)));
     let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
     println!("{}", listener.local_addr().expect("it is bound"));
     let (stream, _) = listener.accept().expect("a client");
     stream.set_nodelay(true).expect("a TCP socket");
-    answer(stream);
+    answer(stream, request, reply);
 }
 
 /// The same at a Unix socket, in a folder that goes with it.
@@ -50,11 +55,11 @@ pub(crate) fn unix_echo() {
     let path = folder.path().join("echo.sock");
     let listener = UnixListener::bind(&path).expect("a free name");
     println!("{}", path.display());
-    answer(listener.accept().expect("a client").0);
+    answer(listener.accept().expect("a client").0, REQUEST, REPLY);
 }
 
-fn answer(mut stream: impl Read + Write) {
-    let (mut request, reply) = ([0; REQUEST], [0; REPLY]);
+fn answer(mut stream: impl Read + Write, request: usize, reply: usize) {
+    let (mut request, reply) = (vec![0; request], vec![0; reply]);
     while stream.read_exact(&mut request).is_ok() && stream.write_all(&reply).is_ok() {}
 }
 
@@ -75,7 +80,7 @@ pub(crate) fn async_echo() {
 }
 
 /// A process that is ended with its guard.
-struct Process(Child);
+pub(crate) struct Process(Child);
 
 impl Drop for Process {
     fn drop(&mut self) {
@@ -86,7 +91,7 @@ impl Drop for Process {
 
 impl Process {
     /// Starts it and reads its first line.
-    fn start(mut command: Command) -> (Self, String) {
+    pub(crate) fn start(mut command: Command) -> (Self, String) {
         let mut child =
             command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().expect("it can be started");
         let stdout = child.stdout.take().expect("it is piped");
@@ -94,6 +99,38 @@ impl Process {
         BufReader::new(stdout).read_line(&mut line).expect("a first line");
         (Self(child), line.trim().to_owned())
     }
+}
+
+/// A daemon with a seven-joint arm in a world that plays, and where it listens.
+pub(crate) struct Daemon {
+    pub(crate) address: String,
+    pub(crate) locator: String,
+    socket: PathBuf,
+    _process: Process,
+    _settings: TempDir,
+}
+
+/// The one beside this program.
+pub(crate) fn daemon() -> Daemon {
+    let this = std::env::current_exe().expect("this program");
+    let folder = this.ancestors().nth(2).expect("target/PROFILE/deps");
+    let settings = tempfile::tempdir().expect("a folder");
+    // A state a step, so that each publication is fresh.
+    let file = settings.path().join("simd.toml");
+    std::fs::write(&file, "[zenoh]\nstate_rate = 1000\n").expect("a file");
+    let mut command = Command::new(folder.join("simd"));
+    command.args(["--listen", "127.0.0.1:0", "--zenoh", "tcp/127.0.0.1:0", "--config"]).arg(&file);
+    let socket = settings.path().join("simd.sock");
+    command.arg("--unix-socket").arg(&socket);
+    command.arg("--load").arg(assets().join("seven_arm/urdf/seven_arm.urdf"));
+    let (process, ready) = Process::start(command);
+    let (address, locator) = ready
+        .split_once("http://")
+        .and_then(|(_, places)| places.split_once(" and "))
+        .and_then(|(address, places)| Some((address, places.split_once(" and ")?.0)))
+        .expect("the daemon says where it listens");
+    let (address, locator) = (address.to_owned(), locator.to_owned());
+    Daemon { address, locator, socket, _process: process, _settings: settings }
 }
 
 /// Prints the table.
@@ -108,23 +145,7 @@ pub(crate) fn print() {
     let (_tokio, tokio_address) = echo(ASYNC_ECHO);
     let (_unix, unix_path) = echo(UNIX_ECHO);
 
-    let folder = this.ancestors().nth(2).map(PathBuf::from).expect("target/PROFILE/deps");
-    let settings = tempfile::tempdir().expect("a folder");
-    // A state a step, so that each publication is fresh.
-    let file = settings.path().join("simd.toml");
-    std::fs::write(&file, "[zenoh]\nstate_rate = 1000\n").expect("a file");
-    let mut command = Command::new(folder.join("simd"));
-    command.args(["--listen", "127.0.0.1:0", "--zenoh", "tcp/127.0.0.1:0", "--config"]).arg(&file);
-    let socket = settings.path().join("simd.sock");
-    command.arg("--unix-socket").arg(&socket);
-    command.arg("--load").arg(assets().join("seven_arm/urdf/seven_arm.urdf"));
-    let (_daemon, ready) = Process::start(command);
-    let (address, locator) = ready
-        .split_once("http://")
-        .and_then(|(_, places)| places.split_once(" and "))
-        .and_then(|(address, places)| Some((address, places.split_once(" and ")?.0)))
-        .expect("the daemon says where it listens");
-
+    let simd = daemon();
     let mut times = [const { Vec::new() }; PATHS.len()];
     // Zenoh needs a runtime with workers; the others are measured without.
     let runtime = Builder::new_current_thread().enable_all().build().expect("a runtime");
@@ -137,10 +158,10 @@ pub(crate) fn print() {
         stream
     });
     let mut unix_stream = UnixStream::connect(&unix_path).expect("the echo listens");
-    let mut grpc = Peer::new(&runtime, address);
-    let mut over_unix = Peer::new(&runtime, &format!("unix:{}", socket.display()));
-    let mut over_zenoh = Peer::new(&workers, locator);
-    let plain = Plain::new(&workers, locator);
+    let mut grpc = Peer::new(&runtime, &simd.address);
+    let mut over_unix = Peer::new(&runtime, &format!("unix:{}", simd.socket.display()));
+    let mut over_zenoh = Peer::new(&workers, &simd.locator);
+    let plain = Plain::new(&workers, &simd.locator);
     for round in 0..ROUNDS {
         let value = round as f64 * 1e-3;
         let [
