@@ -78,7 +78,8 @@ pub struct Config {
     /// A caller whose call finds the driver idle does what it asks for on its own thread: for programs that have the
     /// world in their process. Not where a step may use several threads, of which the physics thread is one.
     pub callers_drive: bool,
-    /// Microseconds for which the thread looks for a call before it waits for one; 0 is not at all.
+    /// Microseconds for which the thread looks for a call, and a caller for its answer, before it waits for one; 0 is not
+    /// at all.
     pub spin_us: u32,
     /// Wall time by which the world may be late before lag is dropped.
     pub lag_limit: Duration,
@@ -118,6 +119,8 @@ pub(crate) struct Link {
     pub(crate) sensors: Arc<SensorLog>,
     /// Where callers may drive.
     pub(crate) callers: Option<Arc<dyn Callers>>,
+    /// How long a caller looks for its answer before it waits for it.
+    pub(crate) spin: Duration,
 }
 
 /// Starts the thread, and tasks that wake readers of states and of sensors.
@@ -172,15 +175,16 @@ fn lend_threads(world: &mut impl World, config: Config) {
 fn build<W: World>(world: W, config: Config) -> (Driver<W>, Link) {
     let now = Instant::now();
     let (mailbox, mut inbox) = mailbox(config.mailbox);
-    inbox.spin_for(Duration::from_micros(config.spin_us.into()));
+    let spin = Duration::from_micros(config.spin_us.into());
+    inbox.spin_for(spin);
     let mut state = PublishedState::default();
     world.observe(&mut state);
     let settings = world.settings();
     let publisher = Publisher::new(state, settings, Statistics::at_start(config.state, config.pace));
     let events = Arc::new(EventLog::new(config.events));
     let (sensors, sensor_writer) = SensorLog::new(publisher.board().clone());
-    let link =
-        Link { mailbox, board: publisher.board().clone(), events: events.clone(), sensors, callers: None };
+    let board = publisher.board().clone();
+    let link = Link { mailbox, board, events: events.clone(), sensors, callers: None, spin };
     let driver = Driver {
         world,
         inbox,

@@ -18,6 +18,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import zenoh
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
@@ -44,9 +45,11 @@ def main() -> None:
         targets = {arm: np.full(arm.layout.velocity_count, 0.1)}
         rows: dict[str, Callable[[], object]] = {
             "raw TCP echo": tcp,
+            "Zenoh get of the same, bare": zenoh_get(daemon, request.SerializeToString()),
             "GetJointStates, bare": lambda: sim.call(methods.GetJointStates, request),
             "robot.position": lambda: arm.position,
             "robot.set_positions": lambda: arm.set_positions(targets[arm]),
+            "exchange(targets, states)": lambda: sim.exchange(targets, states=arm, wait=0),
             "step(1, targets, states)": lambda: sim.step(1, targets, states=arm),
         }
         within = simd_client.connect("embedded", config={"paused": True})
@@ -68,6 +71,22 @@ def main() -> None:
     for name, values in times.items():
         median, late = np.percentile(values, (50, 99)) * 1e6
         print(f"{name:28}{median:9.0f}{late:9.0f}{median / (floor * 1e6):11.1f}")
+
+
+def zenoh_get(daemon: Daemon, payload: bytes) -> Callable[[], object]:
+    """The same question by a session that knows nothing but its key, and that reads no message."""
+    config = zenoh.Config()
+    config.insert_json5("mode", '"client"')
+    config.insert_json5("connect/endpoints", f'["{daemon.endpoint}"]')
+    config.insert_json5("scouting/multicast/enabled", "false")
+    session = zenoh.open(config)
+    key = f"simd/{daemon.name}/rpc/JointService/GetJointStates"
+
+    def call() -> object:
+        replies = session.get(key, payload=payload, consolidation=zenoh.ConsolidationMode.NONE, express=True)
+        return bytes(replies.recv().ok.payload)  # pyright: ignore[reportOptionalMemberAccess]
+
+    return call
 
 
 def timed(call: Callable[[], object]) -> float:

@@ -275,8 +275,8 @@ fn realtime() -> Vec<Key> {
         ),
         Key::new(
             "realtime.spin_us",
-            "microseconds for which the physics thread looks for the next call, or for its next step, before it sleeps. A call \
-             that comes meanwhile wakes nothing; a processor is kept busy for as long. 0: it sleeps at once",
+            "microseconds for which the physics thread looks for the next call, or for its next step, and a caller for its answer, \
+             before they sleep. What comes meanwhile wakes nothing; a processor is kept busy for as long. 0: they sleep at once",
             Access::Count(0..=MOST_SPIN_US, |draft| &mut draft.config.driver.spin_us),
         ),
     ]

@@ -71,6 +71,39 @@ async fn callers_that_drive_have_all_of_their_steps_done() {
     assert_eq!(handle.newest().state.at.step, 800);
 }
 
+#[tokio::test(flavor = "multi_thread", worker_threads = 4)]
+async fn callers_that_look_for_their_answers_get_them_and_the_reason_of_the_end() {
+    let (state, spin_us) = (RunState::Paused, 200);
+    let handle = driven(Toy::panicking_at(500), driver::Config { state, spin_us, ..Default::default() }).0;
+    let callers = (0..4).map(|_| {
+        let handle = handle.clone();
+        tokio::spawn(async move {
+            for _ in 0..100 {
+                handle.step(1).await.unwrap();
+                handle.command(nothing()).await.unwrap();
+            }
+        })
+    });
+    for caller in callers.collect::<Vec<_>>() {
+        caller.await.unwrap();
+    }
+    assert_eq!(handle.newest().state.at.step, 400);
+    for error in [handle.step(200).await.unwrap_err(), handle.step(1).await.unwrap_err()] {
+        assert!(error.to_string().contains("on purpose"), "{error}");
+    }
+}
+
+#[test]
+fn a_caller_looks_for_no_longer_than_it_may() {
+    let (reply, mut answer) = oneshot::channel();
+    assert_eq!(look(&mut answer, Duration::from_micros(50)), Err(TryRecvError::Empty));
+    reply.send(1).unwrap();
+    assert_eq!(look(&mut answer, Duration::MAX), Ok(1));
+    let (reply, mut answer) = oneshot::channel::<u32>();
+    drop(reply);
+    assert_eq!(look(&mut answer, Duration::MAX), Err(TryRecvError::Closed));
+}
+
 #[tokio::test]
 async fn a_world_that_callers_drive_plays_and_is_paused_again() {
     let handle = by_callers(Toy::default());

@@ -29,7 +29,7 @@ use crate::round_trip::{ECHO, Process, daemon};
 const ROUNDS: usize = 20;
 const CALLS: usize = 500;
 
-const ROWS: [&str; 13] = [
+const ROWS: [&str; 16] = [
     "TCP echo of the bytes of Control, blocking",
     "a stream of tonic, bare",
     "Control, no targets: no command",
@@ -43,13 +43,20 @@ const ROWS: [&str; 13] = [
     "Zenoh get of the same bytes, bare",
     "Zenoh get of GetJointStates",
     "Zenoh get of SetJointTargets",
+    "Control, seven targets, spinning",
+    "GetJointStates, spinning",
+    "SetJointTargets, spinning",
 ];
 
 /// Prints the table.
 pub(crate) fn print() {
     let one = Builder::new_current_thread().enable_all().build().expect("a runtime");
     let workers = Builder::new_multi_thread().enable_all().build().expect("a runtime");
-    let simd = daemon();
+    let simd = daemon("");
+    // Paused between its rows: while it plays it keeps a processor busy for a fifth of the time.
+    let spinning = daemon("[realtime]\nspin_us = 200\n");
+    let spinning_client = one.block_on(Client::connect(&spinning.address)).expect("the daemon listens");
+    one.block_on(spinning_client.pause()).expect("it pauses");
     let client = one.block_on(Client::connect(&simd.address)).expect("the daemon listens");
     let joints = one.block_on(async {
         let layout = client.joint_layout("seven_arm").await.expect("the robot is there");
@@ -79,6 +86,7 @@ pub(crate) fn print() {
     stream.set_nodelay(true).expect("a TCP socket");
     let mut bare = Grpc::new(&one, &tonic, &empty);
     let mut ours = Grpc::new(&one, &simd.address, &empty);
+    let mut quick = Grpc::new(&one, &spinning.address, &empty);
     let get = GetJointStatesRequest { selections: selections() };
     let set = SetJointTargetsRequest { robots, ..SetJointTargetsRequest::default() };
     let [bare_session, session] = [&locator, &simd.locator]
@@ -121,6 +129,11 @@ pub(crate) fn print() {
         one.block_on(client.pause()).expect("it pauses");
         ours.control(&one, &request, still_controlled);
         ours.set(&one, &set, still_set);
+        one.block_on(spinning_client.play()).expect("it plays");
+        quick.control(&one, &request, quick_controlled);
+        quick.get(&one, &get, quick_got);
+        quick.set(&one, &set, quick_set);
+        one.block_on(spinning_client.pause()).expect("it pauses");
         one.block_on(client.play()).expect("it plays");
     }
     report(&mut times, sent, received);
@@ -128,7 +141,8 @@ pub(crate) fn print() {
 
 fn report(times: &mut [Vec<f64>; ROWS.len()], sent: usize, received: usize) {
     println!(
-        "\ncalls over TCP, one in flight, {sent} and {received} bytes, playing at 1 kHz where not said: microseconds ({} of each)",
+        "\ncalls over TCP, one in flight, {sent} and {received} bytes, playing at 1 kHz where not said, spinning with spin_us = 200: \
+         microseconds ({} of each)",
         ROUNDS * CALLS
     );
     println!("  {:46} {:>8} {:>8} {:>10} {:>10}", "", "p50", "p99", "p50 / echo", "p99 / echo");

@@ -110,14 +110,13 @@ pub(crate) struct Daemon {
     _settings: TempDir,
 }
 
-/// The one beside this program.
-pub(crate) fn daemon() -> Daemon {
+/// The one beside this program, with a configuration.
+pub(crate) fn daemon(configuration: &str) -> Daemon {
     let this = std::env::current_exe().expect("this program");
     let folder = this.ancestors().nth(2).expect("target/PROFILE/deps");
     let settings = tempfile::tempdir().expect("a folder");
-    // A state a step, so that each publication is fresh.
     let file = settings.path().join("simd.toml");
-    std::fs::write(&file, "[zenoh]\nstate_rate = 1000\n").expect("a file");
+    std::fs::write(&file, configuration).expect("a file");
     let mut command = Command::new(folder.join("simd"));
     command.args(["--listen", "127.0.0.1:0", "--zenoh", "tcp/127.0.0.1:0", "--config"]).arg(&file);
     let socket = settings.path().join("simd.sock");
@@ -145,7 +144,8 @@ pub(crate) fn print() {
     let (_tokio, tokio_address) = echo(ASYNC_ECHO);
     let (_unix, unix_path) = echo(UNIX_ECHO);
 
-    let simd = daemon();
+    // A state a step, so that each publication is fresh.
+    let simd = daemon("[zenoh]\nstate_rate = 1000\n");
     let mut times = [const { Vec::new() }; PATHS.len()];
     // Zenoh needs a runtime with workers; the others are measured without.
     let runtime = Builder::new_current_thread().enable_all().build().expect("a runtime");
