@@ -142,7 +142,7 @@ fn with_context(text: &str, name: &str) -> String {
     format!("{line}{text}")
 }
 
-/// A file that takes the place of another once it is whole, with its permissions: the configuration may have tokens.
+/// A file that replaces another once it is whole, with its permissions: the configuration may have tokens.
 struct Replacement {
     file: fs::File,
     path: PathBuf,

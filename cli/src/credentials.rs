@@ -1,18 +1,11 @@
 //! With which token: --token-file, else SIMD_TOKEN, else the context's, else the one that a person types.
 
-use std::{
-    fs::File,
-    io::{self, IsTerminal as _, Read as _},
-    path::Path,
-};
+use std::io::{self, IsTerminal as _};
 
 use anyhow::{Context as _, bail};
 use simd_client::{Client, ConnectOptions, Error, Token, proto::ErrorReason};
 
 use crate::{args::Options, context::Choice};
-
-/// A longer file is none of a token.
-const MAX_TOKEN_FILE: u64 = 4096;
 
 /// Where a token is from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,24 +44,11 @@ pub(crate) fn connect_options(options: &Options, choice: &Choice) -> anyhow::Res
 pub(crate) fn token(options: &Options, choice: &Choice) -> anyhow::Result<Option<(Token, Source)>> {
     let environment = ConnectOptions::default().token;
     Ok(match (&options.token_file, environment, &choice.token) {
-        (Some(path), _, _) => Some((Token::from(read(path)?), Source::Flag)),
+        (Some(path), _, _) => Some((Token::from_file(path)?, Source::Flag)),
         (None, Some(token), _) => Some((token, Source::Environment)),
         (None, None, Some(token)) => Some((Token::from(token.clone()), Source::Context)),
         (None, None, None) => None,
     })
-}
-
-/// The first line of a file.
-fn read(path: &Path) -> anyhow::Result<String> {
-    let mut text = String::new();
-    let unreadable = || format!("cannot read the token in {}", path.display());
-    let file = File::open(path).with_context(unreadable)?;
-    file.take(MAX_TOKEN_FILE + 1).read_to_string(&mut text).with_context(unreadable)?;
-    let token = text.lines().next().unwrap_or_default().trim();
-    if token.is_empty() || text.len() as u64 > MAX_TOKEN_FILE {
-        bail!("{} has no token: it must be the first line", path.display());
-    }
-    Ok(token.to_owned())
 }
 
 /// Connects; a daemon that asks for a token, where none is given, gets the one that is typed.
@@ -106,19 +86,6 @@ mod tests {
 
     use super::*;
     use crate::args::Arguments;
-
-    #[test]
-    fn a_file_has_the_token_in_its_first_line() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("token");
-        std::fs::write(&path, "simd_1\nand more\n").unwrap();
-        assert_eq!(read(&path).unwrap(), "simd_1");
-        for text in [String::new(), "\n".to_owned(), "a".repeat(5000)] {
-            std::fs::write(&path, text).unwrap();
-            assert!(read(&path).unwrap_err().to_string().contains("has no token"));
-        }
-        assert!(format!("{:#}", read(folder.path()).unwrap_err()).contains("cannot read the token"));
-    }
 
     #[test]
     fn the_flag_beats_the_context() {

@@ -261,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn gains_rate_and_feed_forward_follow_commas() {
+    fn gains_velocity_and_feed_forward_follow_commas() {
         let target = Target::Position {
             position: 0.5,
             velocity: 0.1,
@@ -326,7 +326,7 @@ mod tests {
     }
 
     #[test]
-    fn a_placement_is_a_position_and_perhaps_a_rate() {
+    fn a_placement_is_a_position_and_perhaps_a_velocity() {
         let read = placement("left elbow=0.5,-1").unwrap();
         assert_eq!((read.joint.as_str(), read.position, read.velocity), ("left elbow", 0.5, -1.0));
         let read = placement("elbow=180deg").unwrap();

@@ -157,7 +157,7 @@ impl Scales {
         while !rest.is_empty() {
             let (number, wire) = decode_key(&mut rest).map_err(|_| Stop::Malformed)?;
             let found = shape.fields.binary_search_by_key(&number, |field| field.number);
-            let field = found.ok().and_then(|place| shape.fields.get(place));
+            let field = found.ok().and_then(|index| shape.fields.get(index));
             let length = match wire {
                 WireType::Varint => {
                     decode_varint(&mut rest).map_err(|_| Stop::Malformed)?;

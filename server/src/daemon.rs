@@ -211,9 +211,9 @@ fn viewer(scheme: &str, address: SocketAddr) -> String {
         IpAddr::V6(ip) if ip.is_unspecified() => Ipv6Addr::LOCALHOST.into(),
         ip => ip,
     };
-    let place = SocketAddr::new(ip, address.port());
+    let address = SocketAddr::new(ip, address.port());
     let lack = if http::Bundle::is_built() { "" } else { " (tables alone: built without Node)" };
-    format!("viewer: {scheme}://{place}/{lack}")
+    format!("viewer: {scheme}://{address}/{lack}")
 }
 
 /// Writes to stdout on a thread of its own, which the process does not wait for: stdout may be a pipe
@@ -246,10 +246,10 @@ pub async fn run(config: Config) -> Result<(), Error> {
     };
     tracing::info!(address = %running.address, locators = ?running.locators(), "serving gRPC and Zenoh");
     let scheme = running.scheme();
-    let places = std::iter::once(format!("{scheme}://{}", running.address));
+    let endpoints = std::iter::once(format!("{scheme}://{}", running.address));
     let unix = running.unix_socket.iter().map(|path| format!("unix:{}", path.display()));
-    let places: Vec<String> = places.chain(running.locators().iter().cloned()).chain(unix).collect();
-    let listening = format!("listening on {}", places.join(" and "));
+    let endpoints: Vec<String> = endpoints.chain(running.locators().iter().cloned()).chain(unix).collect();
+    let listening = format!("listening on {}", endpoints.join(" and "));
     let viewer = viewer(scheme, running.address);
     announce(format!("simd {name} is {listening}\n{viewer}\n")).map_err(Error::System)?;
     manager.ready(&listening);

@@ -41,7 +41,7 @@ pub(crate) use mailbox::Mailbox;
 pub use published::{Done, Pace, PaceChange, Published, Statistics, Stepped};
 pub use realtime::{Processors, RealTime};
 pub(crate) use sensor_log::{CameraSample, SensorLog};
-pub use sensor_log::{LoggedReading, Measured, ReadingBatch, Touch, TouchPartner};
+pub use sensor_log::{ContactReading, LoggedReading, Measured, NamedContactPartner, ReadingBatch};
 pub use step_threads::{MOST_STEP_THREADS, StepThreads};
 pub(crate) use tap::{AppliedCommand, Entry, ReportEntry, Sender, Tap, TapEnd, WorldEntry};
 pub(crate) use world::World;

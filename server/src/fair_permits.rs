@@ -22,7 +22,7 @@ pub(crate) struct FairPermits {
 #[derive(Debug)]
 struct Queue {
     free: usize,
-    /// In the order of their turns; none is without a call.
+    /// In the order in which they are served; none is without a call.
     clients: VecDeque<(Account, VecDeque<oneshot::Sender<Permit>>)>,
 }
 
@@ -195,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn a_permit_that_nobody_waits_for_any_more_is_free_again() {
+    fn a_permit_whose_waiter_gave_up_is_free_again() {
         let permits = permits(1, 10, 10);
         let held = granted(&mut call(permits, "a")).unwrap();
         let mut gone = call(permits, "b");

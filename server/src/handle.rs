@@ -9,8 +9,9 @@
 //! * `claims`: claims on joints and their leases. `clients`: who is here, and whose targets joints have.
 //! * `lockstep`: clients that step the world together.
 //! * `calls`: how many calls there were, and how they ended.
+//! * `saved_states`: states of the world to files and from them.
 //! * `owners`: whose saved states and parameters are. `audit`: who did what.
-//! * `accounts`: what each client has. `heavy`: permits for reads that take long. `once`: answers to retries.
+//! * `health`: whether the physics thread gets on. `accounts`: what each client has. `heavy`: permits for reads that take long. `once`: answers to retries.
 
 mod accounts;
 mod audit;
@@ -21,6 +22,7 @@ mod claims;
 mod clients;
 mod entities;
 mod events;
+mod health;
 mod heavy;
 mod lockstep;
 mod meshes;
@@ -29,6 +31,7 @@ mod owners;
 mod parameters;
 mod recordings;
 mod rollouts;
+mod saved_states;
 mod sensors;
 mod simulation;
 #[cfg(test)]
@@ -74,8 +77,9 @@ pub use view::{
 
 pub use crate::call_error::CallError;
 pub use crate::driver::{
-    AuditedCall, Done, EventBatch, Happened, LockstepChange, LoggedEvent, LoggedReading, Measured, Pace,
-    PaceChange, Published, ReadingBatch, RecordingEnd, Statistics, Stepped, Touch, TouchPartner,
+    AuditedCall, ContactReading, Done, EventBatch, Happened, LockstepChange, LoggedEvent, LoggedReading,
+    Measured, NamedContactPartner, Pace, PaceChange, Published, ReadingBatch, RecordingEnd, Statistics,
+    Stepped,
 };
 pub use crate::info::{DaemonInfo, DaemonLimits};
 pub use crate::loading::{AssetState, Prepared, Source, Validated};
@@ -85,7 +89,6 @@ pub use crate::run_state::RunState;
 use crate::access::{Access, Grant};
 use crate::account::Account;
 use crate::driver::{self, Event, ReplyTo, Sender};
-use crate::histogram::Counts;
 use crate::loading::Loader;
 use crate::recording::Recordings;
 use accounts::Accounts;
@@ -100,8 +103,6 @@ use parameters::Parameters;
 use rollouts::RolloutWork;
 use view::View;
 
-/// A physics thread that is at one step or command for longer does not get on.
-const STUCK: Duration = Duration::from_secs(10);
 /// How often unused things are looked for.
 const TIDY: Duration = Duration::from_secs(10);
 
@@ -144,7 +145,7 @@ struct Inner {
     access: Access,
     recordings: Recordings,
     /// Held while a recording begins or is being ended.
-    recording_turn: tokio::sync::Mutex<()>,
+    recording_lock: tokio::sync::Mutex<()>,
     /// For looks into recordings, which may be large.
     recording_looks: HeavyWork,
     /// What the times of targets are counted from.
@@ -205,7 +206,7 @@ impl SimHandle {
             info,
             access,
             recordings,
-            recording_turn: tokio::sync::Mutex::default(),
+            recording_lock: tokio::sync::Mutex::default(),
             recording_looks: HeavyWork::of_recordings(),
             started: Instant::now(),
             draining,
@@ -286,55 +287,6 @@ impl SimHandle {
     /// Cancelled when the driver has ended, because it was asked to or because it failed.
     pub(crate) fn driver_ended(&self) -> CancellationToken {
         self.inner.driver.mailbox.ended().clone()
-    }
-
-    /// For how long the driver has been at one step or one command; zero while it waits for the next.
-    pub(crate) fn driver_at_work(&self, now: std::time::Instant) -> Duration {
-        self.inner.driver.board.present_work(now)
-    }
-
-    /// Whether the physics thread gets on; else why not.
-    ///
-    /// # Errors
-    /// Where it has ended, or has been at one step or command for longer than ten seconds.
-    pub fn health(&self, now: std::time::Instant) -> Result<(), String> {
-        if let Some(failure) = self.driver_failure() {
-            return Err(format!("the physics thread ended: {failure}"));
-        }
-        let at_work = self.driver_at_work(now);
-        match at_work > STUCK {
-            true => {
-                Err(format!("the physics thread has been at one step for {:.1} s", at_work.as_secs_f64()))
-            }
-            false => Ok(()),
-        }
-    }
-
-    /// Whether calls are served; else why not.
-    ///
-    /// # Errors
-    /// Those of [`health`](Self::health), and while the daemon drains.
-    pub fn readiness(&self, now: std::time::Instant) -> Result<(), String> {
-        match self.inner.draining.is_cancelled() {
-            true => Err("the daemon is shutting down".to_owned()),
-            false => self.health(now),
-        }
-    }
-
-    /// How long steps took, and how long after their time they began.
-    pub(crate) fn step_times(&self) -> (Counts, Counts) {
-        let board = &self.inner.driver.board;
-        (board.step_durations.counts(), board.step_lateness.counts())
-    }
-
-    /// Calls that wait for the physics thread, and those that found no room.
-    pub(crate) fn mailbox(&self) -> (usize, u64) {
-        (self.inner.driver.mailbox.waiting(), self.inner.driver.mailbox.refusals())
-    }
-
-    /// What the driver failed with, if it did.
-    pub(crate) fn driver_failure(&self) -> Option<&str> {
-        self.inner.driver.mailbox.failure()
     }
 
     /// Ends the driver after the step that it is in.

@@ -2,6 +2,9 @@
 
 use std::time::Duration;
 
+/// Longest name of anything, in bytes: names come back in messages and headers.
+pub(crate) const MAX_NAME_BYTES: usize = 1024;
+
 /// Who this daemon is.
 #[derive(Clone, Debug)]
 pub struct DaemonInfo {
@@ -13,7 +16,7 @@ pub struct DaemonInfo {
     pub limits: DaemonLimits,
 }
 
-/// Beyond one of these a request is refused; see `Limits` in the schema.
+/// Beyond one of these a request is refused; see `RequestLimits` in the schema.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DaemonLimits {
     /// Robots at one time.
@@ -58,7 +61,7 @@ pub struct DaemonLimits {
     pub unused_file: Duration,
     /// Calls for kinematics, rays and distances that wait.
     pub waiting_reads: usize,
-    /// Rollouts that wait for their turn.
+    /// Rollouts that wait for a permit.
     pub waiting_rollouts: usize,
     /// Of the numbers that one rollout gives.
     pub rollout_bytes: u64,
@@ -84,7 +87,7 @@ pub struct DaemonLimits {
     pub streams_of_client: u32,
     /// Calls for kinematics, rays and distances of one client that wait.
     pub waiting_reads_of_client: usize,
-    /// Rollouts of one client that wait for their turn.
+    /// Rollouts of one client that wait for a permit.
     pub waiting_rollouts_of_client: usize,
     /// Descriptions and files of one client that wait to be read.
     pub waiting_descriptions_of_client: usize,

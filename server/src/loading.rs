@@ -197,7 +197,8 @@ impl Loader {
         Ok(())
     }
 
-    fn insert(&self, sha256: Sha256, bytes: Arc<[u8]>) -> Result<(), CallError> {
+    /// Keeps a file as an upload is kept.
+    pub(crate) fn insert(&self, sha256: Sha256, bytes: Arc<[u8]>) -> Result<(), CallError> {
         let mut cache = self.lock();
         cache.release_unused();
         cache.store.insert(sha256, bytes)

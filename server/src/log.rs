@@ -123,8 +123,8 @@ fn sentence(panic: &PanicHookInfo<'_>) -> String {
     let mut text = String::new();
     let what = panic.payload_as_str().unwrap_or("(no message)");
     let _ = write!(text, "thread `{}` panicked", thread.name().unwrap_or("unnamed"));
-    if let Some(place) = panic.location() {
-        let _ = write!(text, " at {place}");
+    if let Some(location) = panic.location() {
+        let _ = write!(text, " at {location}");
     }
     let _ = write!(text, ": {what}");
     // Where RUST_BACKTRACE asks for it.

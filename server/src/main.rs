@@ -23,7 +23,7 @@ use tracing_subscriber::EnvFilter;
 /// heavy reads.
 const BLOCKING_THREADS: usize = 16;
 /// What is left after a drain (a mesh that is being parsed) may take so long.
-const LEFTOVERS: Duration = Duration::from_millis(100);
+const SHUTDOWN_TIMEOUT: Duration = Duration::from_millis(100);
 /// The last lines of the log may take so long, and are lost where they are not read.
 const LAST_WORDS: Duration = Duration::from_millis(200);
 
@@ -94,7 +94,7 @@ fn run(log: &Log) -> ExitCode {
         Err(error) => return complain(log, &error, 1),
     };
     let ended = runtime.block_on(daemon::run(config));
-    runtime.shutdown_timeout(LEFTOVERS);
+    runtime.shutdown_timeout(SHUTDOWN_TIMEOUT);
     match ended {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => complain(log, &error, error.exit_code()),

@@ -5,7 +5,7 @@
 //! * `writer`: the thread. `file`: one file. `commands`: commands as bytes and back.
 //! * `ros`: what other tools show. `readings`: what sensors measured; [`sensor_message`]: as messages of ROS 2.
 //! * [`images`]: what cameras saw; [`camera_message`]: as messages of ROS 2.
-//! * `reading`: what a file has, of which nothing is believed. [`replay`]: the same run again, compared.
+//! * `reading`: what a file has, of which nothing is trusted. [`replay`]: the same run again, compared.
 
 pub(crate) mod camera_message;
 mod commands;
@@ -31,6 +31,7 @@ use tokio_util::sync::CancellationToken;
 
 pub(crate) use names::is_name;
 pub use replay::{Changes, Comparison, Difference, Replayed, Variation, replay, replay_beside};
+pub(crate) use ros::stamp;
 
 use crate::call_error::CallError;
 use crate::driver::{Board, EventLog, LoggedEvent, LoggedReading, Published, SensorLog, Tap};
@@ -283,7 +284,7 @@ impl Recordings {
     pub(crate) fn find(&self, name: &str) -> Result<RecordingInfo, CallError> {
         let mut all = self.list()?;
         match all.iter().position(|info| info.name == name) {
-            Some(place) => Ok(all.swap_remove(place)),
+            Some(index) => Ok(all.swap_remove(index)),
             None => {
                 let known = all.into_iter().map(|info| info.name).collect();
                 Err(CallError::RecordingNotFound { name: name.to_owned(), known })

@@ -146,6 +146,6 @@ mod tests {
         let read = zenoh::Config::from_json5(&said).unwrap();
         assert!(read.get_json("access_control").unwrap().contains("viewers say"));
         assert!(run(&["simd".into()]).is_none());
-        assert!(run(&["simd", "zenoh-acl", "--nobody"].map(OsString::from)).unwrap().is_err());
+        assert!(run(&["simd", "zenoh-acl", "--unknown"].map(OsString::from)).unwrap().is_err());
     }
 }

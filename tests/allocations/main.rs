@@ -145,7 +145,7 @@ fn a_step_in_which_sensors_are_due_allocates_nothing() {
     assert_eq!(due.len(), 3);
 }
 
-/// While they are carried out: how one begins and ends is told in words.
+/// While they are carried out: how one begins and ends is reported in words.
 #[test]
 fn a_step_of_trajectories_allocates_nothing() {
     let (model, _) = robots::read("seven_arm/urdf/seven_arm.urdf");
@@ -180,7 +180,7 @@ fn a_step_of_trajectories_allocates_nothing() {
 }
 
 #[test]
-fn observing_into_a_used_snapshot_allocates_nothing() {
+fn observing_into_a_used_state_allocates_nothing() {
     let mut world = busy_world();
     let mut state = PublishedState::default();
     world.observe(&mut state);

@@ -42,7 +42,7 @@ async fn each_call_that_changes_something_is_an_event_with_its_robots_and_its_re
 
         crate::load_arm(&admin, "arm").await;
         admin.set_robot_targets("arm", [joint_target("shoulder", Target::position(0.1))]).await.unwrap();
-        let refused: Result<_, Error> = admin.delete_robot("nobody").await;
+        let refused: Result<_, Error> = admin.delete_robot("missing").await;
         assert_eq!(refused.unwrap_err().reason(), Some(ErrorReason::RobotNotFound));
         admin.save_state("it").await.unwrap();
         viewer.delete_robot("arm").await.unwrap_err();
@@ -63,7 +63,7 @@ async fn each_call_that_changes_something_is_an_event_with_its_robots_and_its_re
         }
         let expected = [
             ("admin", "EntityService/SpawnEntity", vec!["arm"], "UNSPECIFIED"),
-            ("admin", "EntityService/DeleteEntity", vec!["nobody"], "ROBOT_NOT_FOUND"),
+            ("admin", "EntityService/DeleteEntity", vec!["missing"], "ROBOT_NOT_FOUND"),
             ("admin", "SimulationService/SaveState", vec![], "UNSPECIFIED"),
             ("viewer", "EntityService/DeleteEntity", vec![], "ROLE_TOO_LOW"),
             ("admin", "EntityService/DeleteEntity", vec!["arm"], "UNSPECIFIED"),

@@ -82,11 +82,11 @@ fn depth(picture: &CameraPicture) -> f32 {
 /// From the origin along -z, a right angle wide, from 1 m to 5 m.
 fn from_above(width: u32, height: u32) -> proto::TakePictureRequest {
     let (mut view, mut projection) = (vec![0.0; 16], vec![0.0; 16]);
-    for place in [0, 5, 10, 15] {
-        view[place] = 1.0;
+    for index in [0, 5, 10, 15] {
+        view[index] = 1.0;
     }
-    for (place, number) in [(0, 1.0), (5, 1.0), (10, -1.5), (11, -1.0), (14, -2.5)] {
-        projection[place] = number;
+    for (index, number) in [(0, 1.0), (5, 1.0), (10, -1.5), (11, -1.0), (14, -2.5)] {
+        projection[index] = number;
     }
     proto::TakePictureRequest { view, projection, width, height, ..Default::default() }
 }

@@ -89,7 +89,7 @@ async fn the_last_who_set_a_target_is_known(via: Via) {
     assert_eq!(sources(&one).await[0], source("arm", "one"));
 }
 
-async fn targets_that_are_put_back_are_nobodys(via: Via) {
+async fn targets_that_are_put_back_have_no_source(via: Via) {
     let daemon = arm(via).await;
     let client = daemon.client.clone().with_name("one");
     client.save_state("before").await.unwrap();
@@ -114,5 +114,5 @@ crate::over_every_transport![
     a_client_that_says_no_name_has_that_of_its_program,
     who_watches_is_here,
     the_last_who_set_a_target_is_known,
-    targets_that_are_put_back_are_nobodys,
+    targets_that_are_put_back_have_no_source,
 ];

@@ -94,7 +94,7 @@ async fn one_address_has_its_share_and_no_more() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn more_idle_connections_than_there_are_places_lock_nobody_out() {
+async fn more_idle_connections_than_there_are_slots_lock_no_client_out() {
     let daemon =
         daemon(Connections { max: 200, max_per_peer: 200, loopback_reserve: 0, ..Default::default() }).await;
     let _idle = open(daemon.address, 250, OPENING).await;
@@ -134,7 +134,7 @@ async fn connections_that_are_silent_idle_or_slow_are_closed_and_clients_go_on()
 
 /// Silent connections from this machine or another: Zenoh does not tell.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn silent_connections_keep_nobody_from_zenoh() {
+async fn silent_connections_keep_no_client_from_zenoh() {
     // A shorter time than the daemon's own, for more than may be about to begin a session.
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("zenoh.json5");

@@ -108,8 +108,8 @@ async fn what_cannot_be_is_refused_by_its_field(via: Via) {
     assert_eq!(again.reason(), Some(ErrorReason::ConstraintExists));
     let unknown = client.delete_constraint("two").await.unwrap_err();
     assert_eq!(unknown.reason(), Some(ErrorReason::ConstraintNotFound));
-    let nobody = client.create_constraint(weld("", "left", "nobody")).await.unwrap_err();
-    assert_eq!(nobody.reason(), Some(ErrorReason::RobotNotFound));
+    let missing = client.create_constraint(weld("", "left", "missing")).await.unwrap_err();
+    assert_eq!(missing.reason(), Some(ErrorReason::RobotNotFound));
 }
 
 async fn a_gear_is_between_joints_and_goes_into_files(via: Via) {

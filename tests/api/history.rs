@@ -153,38 +153,38 @@ async fn each_acknowledged_command_is_in_the_history_once_in_order_and_no_refuse
     let history: Vec<&str> = text.lines().filter(|line| line.contains(" applied ")).collect();
     assert!(history.len() > CLIENTS * 10, "{}", history.len());
     // Each number, with where in the history it is.
-    let places = |number: &str| -> Vec<usize> {
+    let lines_of = |number: &str| -> Vec<usize> {
         let quoted = [format!(": {number},"), format!(": {number} "), format!("({number})")];
         let is_in = |line: &str| quoted.iter().any(|text| line.contains(text.as_str()));
-        history.iter().enumerate().filter(|(_, line)| is_in(line)).map(|(place, _)| place).collect()
+        history.iter().enumerate().filter(|(_, line)| is_in(line)).map(|(index, _)| index).collect()
     };
     let mut senders = BTreeMap::new();
     let (mut acknowledged, mut refused) = (0, 0);
     for (client, answers) in answers.iter().enumerate() {
         let mut last = None;
         for answer in answers {
-            let places = places(&answer.number);
+            let lines = lines_of(&answer.number);
             let Ok((epoch, step)) = answer.outcome else {
-                assert!(places.is_empty(), "refused, and in the history: {answer:?}");
+                assert!(lines.is_empty(), "refused, and in the history: {answer:?}");
                 refused += 1;
                 continue;
             };
-            assert_eq!(places.len(), 1, "{answer:?}");
-            let line = history[places[0]];
+            assert_eq!(lines.len(), 1, "{answer:?}");
+            let line = history[lines[0]];
             assert_eq!(
                 (after(line, "epoch="), after(line, "step=")),
                 (Some(epoch), Some(step)),
                 "{answer:?}: {line}"
             );
-            assert!(last < Some(places[0]), "client {client} was overtaken by itself: {answer:?}");
-            last = Some(places[0]);
-            senders.insert(places[0], (client, answer.robot));
+            assert!(last < Some(lines[0]), "client {client} was overtaken by itself: {answer:?}");
+            last = Some(lines[0]);
+            senders.insert(lines[0], (client, answer.robot));
             acknowledged += 1;
         }
     }
     // Who held which robot when a command was applied there.
     let mut holders: BTreeMap<&str, (u64, usize)> = BTreeMap::new();
-    for (place, line) in history.iter().enumerate() {
+    for (index, line) in history.iter().enumerate() {
         if line.contains("Claim(ClaimRequest") {
             let (Some(claim), Some(client)) = (after(line, "ClaimId("), after(line, "client-")) else {
                 continue;
@@ -194,7 +194,7 @@ async fn each_acknowledged_command_is_in_the_history_once_in_order_and_no_refuse
         } else if line.contains("Release {") {
             let claim = after(line, "ClaimId(");
             holders.retain(|_, (held, _)| Some(*held) != claim);
-        } else if let Some((client, robot)) = senders.get(&place) {
+        } else if let Some((client, robot)) = senders.get(&index) {
             let holder = holders.get(robot).map(|(_, holder)| holder);
             assert!(
                 holder.is_none_or(|holder| holder == client),

@@ -40,7 +40,7 @@ async fn trajectory(daemon: &Daemon) -> Vec<u64> {
     bits
 }
 
-async fn harmful_files_are_refused_and_disturb_nobody(via: Via) {
+async fn harmful_files_are_refused_and_disturb_no_client(via: Via) {
     let (calm, troubled) = (arm(via).await, arm(via).await);
     set(&calm, Target::position(0.7)).await;
     set(&troubled, Target::position(0.7)).await;
@@ -72,7 +72,7 @@ async fn a_large_description_comes_whole(via: Via) {
 }
 
 /// Bytes of a good robot changed, cut and doubled: it loads or is refused, a hundred times.
-async fn damaged_files_are_answered_and_disturb_nobody(via: Via) {
+async fn damaged_files_are_answered_and_disturb_no_client(via: Via) {
     let (calm, troubled) = (arm(via).await, arm(via).await);
     set(&calm, Target::velocity(0.5)).await;
     set(&troubled, Target::velocity(0.5)).await;
@@ -100,7 +100,7 @@ async fn damaged_files_are_answered_and_disturb_nobody(via: Via) {
 }
 
 crate::over_every_transport![
-    harmful_files_are_refused_and_disturb_nobody,
+    harmful_files_are_refused_and_disturb_no_client,
     a_large_description_comes_whole,
-    damaged_files_are_answered_and_disturb_nobody,
+    damaged_files_are_answered_and_disturb_no_client,
 ];

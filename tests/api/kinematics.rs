@@ -39,7 +39,7 @@ fn close(a: &[f64], b: &[f64], tolerance: f64) -> bool {
     a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() <= tolerance)
 }
 
-async fn link_states_are_the_link_poses_and_the_jacobian_times_the_rates(via: Via) {
+async fn link_states_are_the_link_poses_and_the_jacobian_times_the_velocities(via: Via) {
     let daemon = seven(via).await;
     let link = last_link(&daemon, "seven").await;
     let states = daemon.client.link_states(vec!["seven".into()]).await.unwrap().robots.remove(0);
@@ -256,7 +256,7 @@ async fn what_cannot_be_computed_is_refused_by_name(via: Via) {
 }
 
 crate::over_every_transport![
-    link_states_are_the_link_poses_and_the_jacobian_times_the_rates,
+    link_states_are_the_link_poses_and_the_jacobian_times_the_velocities,
     a_given_configuration_stands_for_the_state,
     the_mass_matrix_and_inverse_dynamics_agree_with_armature_and_damping,
     the_efforts_of_inverse_dynamics_hold_the_arm_against_gravity,

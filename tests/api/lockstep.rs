@@ -151,7 +151,7 @@ async fn heap(via: Via) -> Daemon {
 }
 
 /// To the bit: where every link is and how it moves, and every joint.
-async fn a_thousand_calls_of_one_step_are_one_of_a_thousand_whoever_watches(via: Via) {
+async fn a_thousand_calls_of_one_step_are_one_of_a_thousand_with_any_watchers(via: Via) {
     let (one, many) = (heap(via).await, heap(via).await);
     one.client.step(1_000).await.unwrap();
     let watcher = many.another_client().await;
@@ -175,7 +175,7 @@ async fn a_thousand_calls_of_one_step_are_one_of_a_thousand_whoever_watches(via:
 }
 
 crate::over_every_transport![
-    a_thousand_calls_of_one_step_are_one_of_a_thousand_whoever_watches,
+    a_thousand_calls_of_one_step_are_one_of_a_thousand_with_any_watchers,
     a_turn_in_one_call_is_what_the_three_calls_are,
     states_come_where_they_are_asked_for_and_of_which,
     a_refused_turn_neither_sets_nor_steps,

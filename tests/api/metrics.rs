@@ -18,8 +18,8 @@ fn sample(text: &str, name: &str) -> Option<f64> {
 async fn metrics_count_steps_calls_and_refusals() {
     let daemon = arm(Via::Grpc).await;
     daemon.client.step(25).await.unwrap();
-    daemon.client.delete_robot("nobody").await.unwrap_err();
-    daemon.client.delete_robot("nobody").await.unwrap_err();
+    daemon.client.delete_robot("missing").await.unwrap_err();
+    daemon.client.delete_robot("missing").await.unwrap_err();
     let stream = daemon.client.watch(vec![every_joint("arm")], 10.0).await.unwrap();
     let answer = get(daemon.address, "/metrics", &[]).await;
     assert_eq!(answer.status, 200);
@@ -62,7 +62,7 @@ async fn the_same_counts_are_asked_for_over_every_transport(via: Via) {
     let daemon = arm(via).await;
     let (_, Some(before)) = daemon.client.daemon_statistics().await.unwrap() else { panic!() };
     daemon.client.step(25).await.unwrap();
-    daemon.client.delete_robot("nobody").await.unwrap_err();
+    daemon.client.delete_robot("missing").await.unwrap_err();
     let claim =
         proto::ClaimJointsRequest { world: true, lease: 60.0, holder: "us".into(), ..Default::default() };
     daemon.client.claim(claim).await.unwrap();

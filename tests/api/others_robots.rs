@@ -6,10 +6,10 @@ use simd_client::{Target, every_joint, joint_target};
 use simd_tests::daemon::{Daemon, fixed};
 use simd_tests::pybullet_data;
 
-/// A joint that can be driven: its name, its place in the arrays, its stiffness, its range.
+/// A joint that can be driven: its name, its index in the arrays, its stiffness, its range.
 struct Driven {
     name: String,
-    place: usize,
+    index: usize,
     stiffness: f64,
     range: (f64, f64),
 }
@@ -23,7 +23,7 @@ fn driven(layout: &JointLayout) -> Vec<Driven> {
             let limits = joint.limits.unwrap_or_default();
             Driven {
                 name: joint.name.clone(),
-                place: joint.velocity_index as usize,
+                index: joint.velocity_index as usize,
                 stiffness: joint.default_gains.unwrap().stiffness,
                 range: (limits.lower.unwrap_or(f64::NEG_INFINITY), limits.upper.unwrap_or(f64::INFINITY)),
             }
@@ -85,7 +85,7 @@ async fn arrived(daemon: &Daemon, robot: &str, joints: &[Driven], pose: &[f64]) 
     let states = daemon.client.joint_states(vec![every_joint("robot")]).await.unwrap();
     let states = &states.robots[0];
     for (joint, target) in joints.iter().zip(pose) {
-        let (position, effort) = (states.position[joint.place], states.effort[joint.place]);
+        let (position, effort) = (states.position[joint.index], states.effort[joint.index]);
         let bound = 1e-3f64.max(1.01 * (effort / joint.stiffness).abs());
         let error = (position - target).abs();
         assert!(error <= bound, "{robot}: {} is {error:.2e} off, effort {effort}", joint.name);

@@ -29,7 +29,7 @@ async fn daemon(via: Via) -> Daemon {
     daemon
 }
 
-async fn what_one_client_moves_another_reads_and_a_third_is_told(via: Via) {
+async fn what_one_client_moves_another_reads_and_a_third_is_notified(via: Via) {
     let daemon = daemon(via).await;
     let other = daemon.another_client().await;
     let mut watch = other.watch_parameters().await.unwrap();
@@ -122,7 +122,7 @@ async fn bound(client: &Client, mode: JointMode) -> Result<proto::Parameter, Err
     client.add_bound_slider("lift", (-0.5, 1.0), 0.25, joint, NameTakenPolicy::Replace).await
 }
 
-async fn a_bound_slider_sets_the_target_whoever_moves_it(via: Via) {
+async fn a_bound_slider_sets_the_target_for_each_client_that_moves_it(via: Via) {
     let daemon = arm(via).await;
     let before = shoulder(&daemon).await;
     let added = bound(&daemon.client, JointMode::Unspecified).await.unwrap();
@@ -193,10 +193,10 @@ async fn what_cannot_be_bound_is_refused(via: Via) {
 }
 
 crate::over_every_transport![
-    a_bound_slider_sets_the_target_whoever_moves_it,
+    a_bound_slider_sets_the_target_for_each_client_that_moves_it,
     a_target_that_is_refused_leaves_all_sliders_where_they_are,
     what_cannot_be_bound_is_refused,
-    what_one_client_moves_another_reads_and_a_third_is_told,
+    what_one_client_moves_another_reads_and_a_third_is_notified,
     who_comes_late_gets_the_newest_alone,
     a_reset_of_the_world_leaves_the_sliders_where_they_are,
     refusals_say_which_parameter_and_change_nothing,

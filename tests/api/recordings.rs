@@ -170,7 +170,7 @@ async fn pictures_of_cameras_are_recorded_while_a_renderer_draws_them(via: Via) 
 
 /// The messages of a topic.
 fn messages(file: &[u8], topic: &str) -> Vec<Vec<u8>> {
-    let mut reader = simd_mcap::Reader::new(file, simd_mcap::Limits::default()).unwrap();
+    let mut reader = simd_mcap::Reader::new(file, simd_mcap::ReadLimits::default()).unwrap();
     let mut found = Vec::new();
     while let Some(item) = reader.next().unwrap() {
         if let simd_mcap::Item::Message { channel, data, .. } = item
@@ -184,7 +184,7 @@ fn messages(file: &[u8], topic: &str) -> Vec<Vec<u8>> {
 
 /// What a file says there is of the arm's camera.
 fn said_of_camera(file: &[u8]) -> String {
-    let mut reader = simd_mcap::Reader::new(file, simd_mcap::Limits::default()).unwrap();
+    let mut reader = simd_mcap::Reader::new(file, simd_mcap::ReadLimits::default()).unwrap();
     while let Some(item) = reader.next().unwrap() {
         if let simd_mcap::Item::Metadata { name, mut metadata } = item
             && name == "simd.cameras"
@@ -252,7 +252,7 @@ async fn commands_of_several_clients_are_recorded_with_their_names(via: Via) {
     daemon.client.stop_recording("").await.unwrap();
     let file = std::fs::read(folder.path().join("run.mcap")).unwrap();
     assert_eq!(replayed(&file).await.steps, 60);
-    let mut reader = simd_mcap::Reader::new(&file[..], simd_mcap::Limits::default()).unwrap();
+    let mut reader = simd_mcap::Reader::new(&file[..], simd_mcap::ReadLimits::default()).unwrap();
     let mut commands = Vec::new();
     while let Some(item) = reader.next().unwrap() {
         if let simd_mcap::Item::Message { channel, data, .. } = item

@@ -196,7 +196,7 @@ async fn each_method_asks_for_its_role_over_zenoh_too() {
 
 /// Publications have no answer: what a viewer publishes is not taken, what an operator publishes is.
 #[tokio::test(flavor = "multi_thread")]
-async fn a_client_is_told_what_its_token_allows() {
+async fn a_client_learns_what_its_token_allows() {
     let until = "2999-01-01T00:00:00Z";
     let limited = token(&[10; 32]);
     let guarded = guarded(|_, folder| {

@@ -110,7 +110,7 @@ async fn a_reader_of_control_that_stalled_is_at_most_one_state_behind(via: Via) 
     assert_eq!(states.stamp.unwrap().step, 1000);
 }
 
-async fn next_states_gives_the_newest_to_whoever_comes_late(via: Via) {
+async fn next_states_gives_the_newest_to_a_client_that_comes_late(via: Via) {
     let daemon = arm(via).await;
     let first = daemon.client.next_states(0, SECOND, Vec::new()).await.unwrap();
     daemon.client.step(1000).await.unwrap();
@@ -182,7 +182,7 @@ crate::over_every_transport![
     control_keeps_its_selection_after_a_refusal,
     control_of_a_robot_is_refused_while_it_is_not_there,
     a_reader_of_control_that_stalled_is_at_most_one_state_behind,
-    next_states_gives_the_newest_to_whoever_comes_late,
+    next_states_gives_the_newest_to_a_client_that_comes_late,
     a_watch_gives_states_in_order_and_never_one_twice,
     a_subset_has_its_joints_in_the_order_asked_for,
     events_come_in_order_without_holes,

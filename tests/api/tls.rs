@@ -125,7 +125,7 @@ async fn a_client_without_a_certificate_is_not_served_where_one_is_asked_for() {
         Ok(client) => client.robots().await.map(drop),
         Err(error) => Err(error),
     };
-    // The alert may come after the connection is closed, of which then only that is told.
+    // The alert may come after the connection is closed, of which then only that is reported.
     let is_refused = matches!(answered, Err(Error::Unreachable { .. } | Error::Untrusted { .. }));
     assert!(is_refused, "{answered:?}");
     let client = Client::connect_with(&guarded.grpc(), with_certificate(&guarded)).await.unwrap();
@@ -193,7 +193,7 @@ async fn what_is_wrong_with_certificates_is_said_over_zenoh_too() {
     assert!(client.robots().await.unwrap().is_empty());
 }
 
-/// A connection that never shakes hands is closed as one that says nothing is.
+/// A connection that never completes its handshake is closed as one that sends nothing is.
 #[tokio::test(flavor = "multi_thread")]
 async fn who_connects_and_says_nothing_is_cut_off() {
     use tokio::io::AsyncReadExt as _;

@@ -1,4 +1,4 @@
-//! Trajectories, as clients give, read and end them; and what joints are told to hold.
+//! Trajectories, as clients give, read and end them; and what joints are asked to hold.
 
 use std::time::Duration;
 

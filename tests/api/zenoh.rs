@@ -135,7 +135,7 @@ async fn events_statistics_and_parameters_are_published() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_locator_where_nobody_is_says_so() {
+async fn a_locator_without_a_daemon_says_so() {
     let free = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
     let error = Client::connect(&format!("tcp/{free}")).await.unwrap_err();
     assert!(matches!(error, Error::Unreachable { .. }), "{error:?}");
@@ -173,7 +173,7 @@ async fn of_two_daemons_of_one_name_at_most_one_starts() {
 
 /// Calls go on while another asker's replies are not read.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn who_does_not_read_its_replies_holds_nobody_up() {
+async fn a_client_that_does_not_read_its_replies_delays_no_other() {
     let daemon = Daemon::start_via(Via::Zenoh, |config| config.driver.state = RunState::Playing).await;
     load_arm(&daemon.client, "arm").await;
     let session = session(&daemon).await;
@@ -222,7 +222,7 @@ const STREAMS: usize = 512;
 
 /// An asker of a thousand streams that stops to read: gRPC goes on, and so do others over Zenoh.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn an_asker_that_stops_to_read_stops_nobody_else() {
+async fn an_asker_that_stops_to_read_does_not_stop_others() {
     // Zenoh closes no session while the test runs.
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("zenoh.json5");

@@ -94,7 +94,7 @@ fn damage(mut bytes: Vec<u8>, random: &mut Rng) -> Vec<u8> {
         let start = random.usize(..=bytes.len());
         let end = (start + random.usize(..24)).min(bytes.len());
         match random.u8(..16) {
-            // A word in the place of some bytes.
+            // A word instead of some bytes.
             0 | 1 => drop(bytes.splice(start..end, random.choice(WORDS).unwrap_or(&"").bytes())),
             // The value of an attribute.
             2..=11 => replace_value(&mut bytes, random),

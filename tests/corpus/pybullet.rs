@@ -99,7 +99,7 @@ struct Plain {
 
 /// What differs though the report has no warning of it.
 fn different(text: &Plain, model: &Plain, report: &LoadReport) -> Vec<String> {
-    let is_told = |element: &str, words: &[&str]| {
+    let is_reported = |element: &str, words: &[&str]| {
         let of = |finding: &&simd_model::Finding| finding.element.starts_with(element);
         report.findings.iter().filter(of).any(|finding| {
             let repaired = finding.severity >= Severity::Warning;
@@ -114,10 +114,10 @@ fn different(text: &Plain, model: &Plain, report: &LoadReport) -> Vec<String> {
     for (name, (mass, shapes)) in &text.links {
         let Some((model_mass, model_shapes)) = model.links.get(name) else { continue };
         let element = format!("link \"{name}\"");
-        if mass != model_mass && !is_told(&element, &["it has no mass"]) {
+        if mass != model_mass && !is_reported(&element, &["it has no mass"]) {
             found.push(format!("{element}: mass {mass} is {model_mass}"));
         }
-        if shapes != model_shapes && !is_told(&element, &[]) {
+        if shapes != model_shapes && !is_reported(&element, &[]) {
             found.push(format!("{element}: {shapes:?} are {model_shapes:?}"));
         }
     }

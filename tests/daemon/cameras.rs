@@ -92,8 +92,8 @@ fn at([x, y, z]: [f64; 3]) -> Option<Pose> {
 /// The bytes of a pixel.
 fn pixel<const N: usize>(picture: &CameraPicture, plane: &Option<PicturePlane>, x: u32, y: u32) -> [u8; N] {
     let bytes = plane_bytes(picture, plane.as_ref().unwrap(), N as u64).unwrap();
-    let place = N * (y * picture.width + x) as usize;
-    bytes[place..place + N].try_into().unwrap()
+    let offset = N * (y * picture.width + x) as usize;
+    bytes[offset..offset + N].try_into().unwrap()
 }
 
 fn depth(picture: &CameraPicture, x: u32, y: u32) -> f64 {
@@ -151,19 +151,19 @@ async fn a_picture_from_any_point_of_view_says_which_link_is_seen_over_zenoh_too
     let _renderer = Renderer::start(&client, daemon.locator.as_ref().unwrap(), "far").await;
     // From 4 m above the crate and the arm, looking down, with x of the world upwards: a field of 8 m at the ground.
     let mut view = vec![0.0; 16];
-    for (place, number) in [(1, 1.0), (4, -1.0), (10, 1.0), (12, 1.0), (13, -3.0), (14, -4.0), (15, 1.0)] {
-        view[place] = number;
+    for (index, number) in [(1, 1.0), (4, -1.0), (10, 1.0), (12, 1.0), (13, -3.0), (14, -4.0), (15, 1.0)] {
+        view[index] = number;
     }
     let (near, far) = (0.1, 10.0);
     let mut projection = vec![0.0; 16];
-    for (place, number) in [
+    for (index, number) in [
         (0, 1.0),
         (5, 1.0),
         (10, -(far + near) / (far - near)),
         (11, -1.0),
         (14, -2.0 * far * near / (far - near)),
     ] {
-        projection[place] = number;
+        projection[index] = number;
     }
     let planes = Some(proto::PicturePlanes { color: false, depth: true, segmentation: true });
     let request =

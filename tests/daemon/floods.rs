@@ -113,7 +113,7 @@ async fn headers_without_an_end_end_their_connection() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn frames_that_ask_for_answers_and_nothing_else_harm_nobody() {
+async fn frames_that_ask_for_answers_and_nothing_else_do_no_harm() {
     let mut daemon = crate::demo().await;
     for (kind, payload) in [(PING, vec![0; 8]), (SETTINGS, Vec::new())] {
         // Each is answered: a daemon may take them for as long as the answers are read.
@@ -123,7 +123,7 @@ async fn frames_that_ask_for_answers_and_nothing_else_harm_nobody() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn empty_parts_of_a_message_harm_nobody() {
+async fn empty_parts_of_a_message_do_no_harm() {
     let mut daemon = crate::demo().await;
     let headers = headers();
     flood(&daemon, |number| match number {

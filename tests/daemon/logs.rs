@@ -60,14 +60,14 @@ async fn a_log_on_a_full_disk_harms_nothing() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_log_that_nobody_reads_harms_nothing() {
+async fn a_log_that_is_not_read_does_no_harm() {
     let (_reader, writer) = std::io::pipe().unwrap();
     serves_and_ends(&mut loud(writer).await).await;
 }
 
 /// As after Ctrl-S and Ctrl-Q. More is logged than the pipe and the daemon keep.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn who_reads_a_log_again_is_told_how_much_is_missing() {
+async fn who_reads_a_log_again_learns_how_much_is_missing() {
     let (reader, writer) = std::io::pipe().unwrap();
     let daemon = loud(writer).await;
     let client = daemon.client().await;
@@ -99,7 +99,7 @@ async fn full_pipe() -> (Stdio, pipe::Receiver) {
 }
 
 #[tokio::test]
-async fn a_stdout_that_nobody_reads_holds_up_neither_start_nor_end() {
+async fn a_stdout_that_is_not_read_delays_neither_start_nor_end() {
     let (stdout, _reader) = full_pipe().await;
     let mut command = Home::new().command(simd_tests::process::binaries().join("simd"));
     command.args(["--listen", "127.0.0.1:0", "--zenoh", "off"]).stdout(stdout);
@@ -116,7 +116,7 @@ async fn a_stdout_that_nobody_reads_holds_up_neither_start_nor_end() {
 }
 
 #[tokio::test]
-async fn a_mistake_is_reported_to_nobody_without_delay() {
+async fn a_mistake_that_is_not_read_causes_no_delay() {
     let (stderr, _reader) = full_pipe().await;
     let mut command = Home::new().command(simd_tests::process::binaries().join("simd"));
     command.arg("--lisen").stderr(stderr);

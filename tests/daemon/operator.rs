@@ -77,8 +77,8 @@ async fn top_shows_several_worlds_and_a_lost_one_as_tables_and_as_json() {
         assert!(table.out.contains(word), "{word}: {}", table.out);
     }
     assert!(!table.out.contains('\x1b'));
-    let nobody = Home::new().run("simctl", ["top", "-i", "0.1", "127.0.0.1:1"]).await;
-    assert!(nobody.code == 1 && nobody.out.contains("lost"), "{nobody:?}");
+    let no_daemon = Home::new().run("simctl", ["top", "-i", "0.1", "127.0.0.1:1"]).await;
+    assert!(no_daemon.code == 1 && no_daemon.out.contains("lost"), "{no_daemon:?}");
 }
 
 #[cfg(target_os = "linux")]
@@ -149,7 +149,7 @@ async fn hz_measures_the_stream_over_each_transport() {
     let table = hz(&daemon, &["--seconds", "0.3"]).await;
     assert!(table.code == 0 && table.out.contains(" Hz; between states: min "), "{table:?}");
     assert_eq!(hz(&daemon, &["--count", "1"]).await.code, 2);
-    let gone = daemon.simctl(["joint", "hz", "nobody", "--count", "2"]).await;
+    let gone = daemon.simctl(["joint", "hz", "missing", "--count", "2"]).await;
     assert_eq!(gone.code, 69, "{gone:?}");
 }
 
@@ -161,7 +161,7 @@ async fn hz_of_a_paused_world_says_that_nothing_comes() {
     assert!(said.err.contains("a paused world has none"), "{said:?}");
 }
 
-/// What a shell is told that completes the last of these words.
+/// What a shell is given that completes the last of these words.
 async fn completed(daemon: &Process, place: Option<&str>, words: &[&str]) -> Vec<String> {
     let mut command = daemon.simctl_command(["--", "simctl"].iter().chain(words));
     command.env("SIMCTL_COMPLETE", "bash").env("_CLAP_COMPLETE_INDEX", words.len().to_string());
@@ -185,11 +185,11 @@ async fn shells_complete_names_of_robots_and_joints_from_the_daemon() {
     expect(&["robot", "delete", "b"], &["bench_arm"]).await;
     expect(&["joint", "get", "two_link", ""], &["shoulder joint", "elbow joint"]).await;
     expect(&["joint", "set", "two_link", "elb"], &["elbow joint="]).await;
-    expect(&["joint", "watch", "nobody", ""], &[]).await;
+    expect(&["joint", "watch", "missing", ""], &[]).await;
     expect(&["claim", "take", "bench_arm/"], &["bench_arm/shoulder"]).await;
     let verbs = completed(&daemon, None, &["joint", "h"]).await;
     assert_eq!(verbs, ["hz", "help"]);
-    // The line's own endpoint counts, and nobody waits for one where nobody answers.
+    // The line's own endpoint counts, and an endpoint without an answer is not waited for.
     let address = daemon.address();
     assert_eq!(
         completed(&daemon, Some("127.0.0.1:1"), &["-e", address, "robot", "info", "b"]).await,
@@ -202,7 +202,7 @@ async fn shells_complete_names_of_robots_and_joints_from_the_daemon() {
 #[tokio::test]
 async fn completion_does_not_wait_for_a_daemon_that_hangs() {
     let daemon = paused().await;
-    // The system answers for a program that accepts nobody, and the program never does.
+    // The system answers for a program that accepts no connection, and the program never does.
     let hung = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
     let place = hung.local_addr().unwrap().to_string();
     // Without a bound of its own it would wait for this long.
@@ -258,10 +258,10 @@ pub(crate) async fn guarded(home: &Home) -> (Process, [String; 2]) {
 }
 
 #[tokio::test]
-async fn top_tells_the_token_of_a_context_to_no_other_daemon() {
+async fn top_sends_the_token_of_a_context_to_no_other_daemon() {
     let home = Home::new();
     let (daemon, [_, viewer]) = guarded(&home).await;
-    // The endpoints are the same daemon: what is told to it is seen by whether it answers.
+    // The endpoints are the same daemon: what is sent to it is seen by whether it answers.
     let own = format!("[contexts.own]\nendpoint = \"{}\"\ntoken = \"{viewer}\"\n", daemon.address());
     let other = format!(
         "[contexts.other]\nendpoint = \"localhost:{}\"\n",
@@ -284,7 +284,7 @@ async fn top_tells_the_token_of_a_context_to_no_other_daemon() {
 async fn a_person_is_asked_for_a_token_and_a_pipe_is_not() {
     let home = Home::new();
     let (daemon, [_, viewer]) = guarded(&home).await;
-    // What is typed before the terminal is told not to show it is shown.
+    // What is typed before the terminal is asked not to show it is shown.
     let hidden = "while stty -a < /dev/tty | grep -q ' echo '; do :; done; echo hidden";
     let line = format!("({hidden}) & simctl -e {} server info; code=$?; wait; exit $code", daemon.address());
     let mut terminal = Terminal::start(home.command("script"), &line);

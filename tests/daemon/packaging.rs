@@ -67,7 +67,7 @@ fn the_examples_of_the_configuration_that_is_installed_are_understood() {
     assert!(understood.contains("/srv/robots/arm"), "{understood}");
 }
 
-/// The command of a unit, and what systemd puts in the place of specifiers.
+/// The command of a unit, and what systemd puts instead of specifiers.
 fn command(unit: &str) -> Vec<String> {
     let text = read(&format!("systemd/{unit}"));
     let line = text.lines().find_map(|line| line.strip_prefix("ExecStart=")).unwrap();

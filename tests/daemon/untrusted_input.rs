@@ -26,7 +26,7 @@ fn from_version<T>(version: &'static str, message: T) -> Request<T> {
 }
 
 #[tokio::test]
-async fn a_client_of_another_version_is_told_which_side_is_older() {
+async fn a_client_of_another_version_learns_which_side_is_older() {
     let daemon = paused().await;
     let mut client = SimulationServiceClient::new(channel(&daemon).await);
     for (version, sentence) in [

@@ -11,8 +11,6 @@ struct Layers {
     /// How its modules are named in an import, beside `super`.
     prefix: &'static str,
     lines: &'static [&'static [&'static str]],
-    /// Files whose imports upwards are left.
-    exceptions: &'static [&'static str],
 }
 
 const SERVER: Layers = Layers {
@@ -45,15 +43,12 @@ const SERVER: Layers = Layers {
         ],
         &["subcommand"],
     ],
-    // States of the world out to files and in from them.
-    exceptions: &["loading/saved_state_file.rs", "loading/saved_states.rs"],
 };
 
 const CORE: Layers = Layers {
     folder: "server/core/src",
     prefix: "crate::",
     lines: &[&["rollout"], &["simulation"], &["collision"], &["dynamics"], &["plain", "pool", "valid"]],
-    exceptions: &[],
 };
 
 const SIMULATION: Layers = Layers {
@@ -76,7 +71,6 @@ const SIMULATION: Layers = Layers {
         &["check", "claim", "contact_settings", "pull", "target_sources", "trajectory", "wrench"],
         &["error", "moment", "settings"],
     ],
-    exceptions: &[],
 };
 
 impl Layers {
@@ -97,8 +91,7 @@ impl Layers {
             let module = name.split('/').next().unwrap().trim_end_matches(".rs");
             // Tests may put together what they test.
             let is_test = name.contains("tests") || name.contains("test_world");
-            if is_test || ["lib", "main", "mod"].contains(&module) || self.exceptions.contains(&name.as_str())
-            {
+            if is_test || ["lib", "main", "mod"].contains(&module) {
                 continue;
             }
             let own = self.of(module).unwrap_or_else(|| panic!("{name} is in no layer"));

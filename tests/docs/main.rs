@@ -1,7 +1,8 @@
-//! What the documents name must exist.
+//! What the documents name must exist, modules import downwards, and words are those of the glossary.
 #![cfg(test)]
 
 mod layers;
+mod words;
 
 use std::path::{Path, PathBuf};
 

@@ -158,8 +158,8 @@ fn what_overlaps_comes_apart_without_flying_off() {
 fn box_at_rest() -> Simulation {
     let mut world = world(1e-3);
     spawn(&mut world, robot("ground", &plane(DVec3::Z), DPose3::IDENTITY, true));
-    let shelf = DPose3::from_translation(DVec3::Z * 0.05);
-    spawn(&mut world, robot("shelf", &cuboid(DVec3::new(1.0, 1.0, 0.1), 1.0), shelf, true));
+    let board = DPose3::from_translation(DVec3::Z * 0.05);
+    spawn(&mut world, robot("board", &cuboid(DVec3::new(1.0, 1.0, 0.1), 1.0), board, true));
     for i in 0..2 {
         let at = DPose3::from_translation(DVec3::Z * (0.2 + 0.2 * f64::from(i)));
         spawn(&mut world, robot(&format!("box-{i}"), &cuboid(DVec3::splat(0.2), 1.0), at, false));
@@ -179,8 +179,8 @@ fn what_sleeps_wakes_when_something_changes() {
         assert!(z.distance(DVec3::Z * 0.4) > 0.01, "{what}: {z}");
     };
     let mut world = box_at_rest();
-    apply(&mut world, Command::Delete { robot: "shelf".into() });
-    moved(&mut world, "the shelf is gone");
+    apply(&mut world, Command::Delete { robot: "board".into() });
+    moved(&mut world, "the board is gone");
 
     let mut world = box_at_rest();
     apply(&mut world, Command::Delete { robot: "box-0".into() });
@@ -210,8 +210,8 @@ fn what_sleeps_wakes_when_something_changes() {
 
     let mut world = box_at_rest();
     let pose = Some(DPose3::from_translation(DVec3::Z * 0.15));
-    apply(&mut world, Command::SetEntityState { robot: "shelf".into(), pose, twist: None });
-    moved(&mut world, "the shelf is lifted");
+    apply(&mut world, Command::SetEntityState { robot: "board".into(), pose, twist: None });
+    moved(&mut world, "the board is lifted");
     // Last, since the robot that is looked at must be the last one.
     let mut world = box_at_rest();
     let at = DPose3::from_translation(DVec3::new(-1.0, 0.0, 0.4));

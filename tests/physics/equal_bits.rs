@@ -12,7 +12,7 @@ use simd_tests::scenes::*;
 
 use crate::contact_runs::jumble;
 
-/// Throws one of the bodies and tells the arm to turn at another rate, so that nothing comes to rest for good.
+/// Throws one of the bodies and lets the arm turn at another velocity, so that nothing comes to rest for good.
 fn stir(world: &mut Simulation, rng: &mut Rng) {
     let mut any = || 4.0 * rng.f64() - 2.0;
     let (linear, angular) = (DVec3::new(any(), any(), 3.0 + any()), DVec3::new(any(), any(), any()));

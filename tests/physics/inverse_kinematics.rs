@@ -11,11 +11,11 @@ use simd_tests::robots;
 
 /// All joints of one axis, within limits that each has at most.
 fn movables(model: &RobotModel, tree: &Tree) -> Vec<Movable> {
-    let movable = |(place, body): (usize, &simd_core::dynamics::tree::Body)| {
+    let movable = |(index, body): (usize, &simd_core::dynamics::tree::Body)| {
         let joint = &model.joints[body.joint?];
         let limits = &joint.limits;
         (joint.mimic.is_none() && body.joint_type.positions() == 1).then(|| Movable {
-            body: place,
+            body: index,
             lower: limits.lower.unwrap_or(f64::NEG_INFINITY),
             upper: limits.upper.unwrap_or(f64::INFINITY),
         })

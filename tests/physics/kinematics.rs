@@ -46,7 +46,7 @@ fn moving(rng: &mut Rng) -> Articulation {
             _ => q[0] = 2.0 * rng.f64() - 1.0,
         }
     }
-    body.velocities_mut().iter_mut().for_each(|rate| *rate = 2.0 * rng.f64() - 1.0);
+    body.velocities_mut().iter_mut().for_each(|velocity| *velocity = 2.0 * rng.f64() - 1.0);
     body
 }
 
@@ -61,7 +61,7 @@ fn seen(body: &Articulation) -> Configuration {
     }
 }
 
-/// By rate as `Configuration` says: a free root's angular entries in world axes.
+/// By velocity as `Configuration` says: a free root's angular entries in world axes.
 fn in_world_axes(body: &Articulation, values: &[f64]) -> Vec<f64> {
     let mut out = values.to_vec();
     if !body.tree().fixed_base {
@@ -102,7 +102,11 @@ fn twists_and_jacobians_are_what_link_poses_change_by() {
             let point = vector(rng);
             let columns = jacobian(&tree, &here, link, point);
             let sum = |part: fn(&simd_core::dynamics::spatial::Spatial) -> DVec3| {
-                columns.iter().zip(&velocities).map(|(column, rate)| part(column) * *rate).sum::<DVec3>()
+                columns
+                    .iter()
+                    .zip(&velocities)
+                    .map(|(column, velocity)| part(column) * *velocity)
+                    .sum::<DVec3>()
             };
             let pose = tree.link_poses(here.root, &here.positions)[link];
             let at_point = linear + angular.cross(pose.rotation * point);
@@ -124,20 +128,20 @@ fn inverse_dynamics_undoes_the_step() {
         let rng = &mut Rng::with_seed(seed);
         let mut body = moving(rng);
         let tree = Arc::clone(body.tree());
-        let single = |rate: usize| {
-            tree.bodies.iter().any(|body| body.velocity == rate && body.joint_type.velocities() == 1)
+        let single = |velocity: usize| {
+            tree.bodies.iter().any(|body| body.velocity == velocity && body.joint_type.velocities() == 1)
         };
         // A free body without mass has no acceleration of its own.
-        let free = |place: &usize| tree.bodies[*place].joint_type.positions() == 7;
-        if (0..tree.bodies.len()).filter(free).any(|place| tree.bodies[place].inertia.mass == 0.0) {
+        let free = |index: &usize| tree.bodies[*index].joint_type.positions() == 7;
+        if (0..tree.bodies.len()).filter(free).any(|index| tree.bodies[index].inertia.mass == 0.0) {
             continue;
         }
         tried += 1;
         let mut efforts = vec![0.0; tree.velocity_count];
-        for rate in (0..tree.velocity_count).filter(|rate| single(*rate)) {
-            efforts[rate] = rng.f64() - 0.5;
-            let effort = efforts[rate];
-            body.axes_mut()[rate].actuator =
+        for velocity in (0..tree.velocity_count).filter(|velocity| single(*velocity)) {
+            efforts[velocity] = rng.f64() - 0.5;
+            let effort = efforts[velocity];
+            body.axes_mut()[velocity].actuator =
                 Actuator { mode: Mode::Effort, target: effort, ..Actuator::default() };
         }
         let (here, before, start) = (seen(&body), body.velocities().to_vec(), body.state().clone());
@@ -147,16 +151,16 @@ fn inverse_dynamics_undoes_the_step() {
         let accelerations: Vec<f64> =
             body.velocities().iter().zip(&before).map(|(a, b)| (a - b) / h).collect();
         let accelerations = in_world_axes(&start, &accelerations);
-        let armature = |rate| if single(rate) { ARMATURE } else { 0.0 };
+        let armature = |velocity| if single(velocity) { ARMATURE } else { 0.0 };
         let resistance: Vec<Resistance> = (0..tree.velocity_count)
-            .map(|rate| Resistance { armature: armature(rate), ..Resistance::default() })
+            .map(|velocity| Resistance { armature: armature(velocity), ..Resistance::default() })
             .collect();
         let found = inverse_dynamics(&tree, &here, gravity, &accelerations, &resistance);
         let terms = accelerations.iter().map(|a| a.abs()).fold(1.0, f64::max);
-        for (rate, (found, expected)) in found.iter().zip(&efforts).enumerate() {
+        for (velocity, (found, expected)) in found.iter().zip(&efforts).enumerate() {
             let error = (found - expected).abs() / terms;
             worst = worst.max(error);
-            assert!(error < 1e-10, "seed {seed}, rate {rate}: {found} and {expected}");
+            assert!(error < 1e-10, "seed {seed}, velocity {velocity}: {found} and {expected}");
         }
     }
     println!("{tried} robots, largest difference {worst:.1e}");
@@ -237,12 +241,12 @@ fn jacobians_mass_matrices_and_inverse_dynamics_equal_pinocchios() {
         let tree = Tree::new(&model, !case.free);
         let root = tree.root_velocities();
         let n = tree.velocity_count;
-        // Of each rate of ours, its place among Pinocchio's.
-        let place = |name: &str| case.joints.iter().position(|joint| joint == name).unwrap();
+        // Of each velocity of ours, its index among Pinocchio's.
+        let index_of = |name: &str| case.joints.iter().position(|joint| joint == name).unwrap();
         let joints: Vec<usize> =
-            tree.bodies.iter().filter_map(|body| Some(place(&model.joints[body.joint?].name))).collect();
-        let order: Vec<usize> = (0..root).chain(joints.iter().map(|place| root + place)).collect();
-        let sorted = |values: &[f64]| joints.iter().map(|&place| values[place]).collect::<Vec<_>>();
+            tree.bodies.iter().filter_map(|body| Some(index_of(&model.joints[body.joint?].name))).collect();
+        let order: Vec<usize> = (0..root).chain(joints.iter().map(|index| root + index)).collect();
+        let sorted = |values: &[f64]| joints.iter().map(|&index| values[index]).collect::<Vec<_>>();
         let three = |values: &[f64]| DVec3::new(values[0], values[1], values[2]);
         let mut here = Configuration::at(DPose3::IDENTITY, sorted(&case.positions));
         here.velocities = sorted(&case.velocities);
@@ -259,12 +263,12 @@ fn jacobians_mass_matrices_and_inverse_dynamics_equal_pinocchios() {
         for (ours, theirs) in linear.to_array().into_iter().chain(angular.to_array()).zip(&case.link_twist) {
             compare(ours, *theirs);
         }
-        for (rate, column) in jacobian(&tree, &here, link, DVec3::ZERO).into_iter().enumerate() {
+        for (velocity, column) in jacobian(&tree, &here, link, DVec3::ZERO).into_iter().enumerate() {
             let rows = column.linear.to_array().into_iter().chain(column.angular.to_array());
-            rows.enumerate().for_each(|(row, ours)| compare(ours, case.jacobian[row * n + order[rate]]));
+            rows.enumerate().for_each(|(row, ours)| compare(ours, case.jacobian[row * n + order[velocity]]));
         }
         let matrix = inertia_matrix(&tree, &here, &[]);
-        let accelerations: Vec<f64> = order.iter().map(|&place| case.accelerations[place]).collect();
+        let accelerations: Vec<f64> = order.iter().map(|&index| case.accelerations[index]).collect();
         let gravity = DVec3::from(case.gravity);
         let efforts = inverse_dynamics(&tree, &here, gravity, &accelerations, &[]);
         for row in 0..n {

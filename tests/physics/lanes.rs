@@ -102,7 +102,7 @@ fn every_robot_has_the_same_bits_in_lanes_and_alone() {
         ] {
             let world = world_of(urdf, integrator, self_collision);
             for &mode in modes {
-                let rollout = || Rollout::new(world.snapshot(), request(&world, mode), u64::MAX).unwrap();
+                let rollout = || Rollout::new(world.to_saved(), request(&world, mode), u64::MAX).unwrap();
                 if rollout().steps_in_lanes() {
                     in_lanes.push(urdf);
                 }

@@ -99,16 +99,16 @@ fn the_response_to_an_impulse_is_that_of_the_dense_mass_matrix() {
                 .any(|b| b.velocity <= i && i < b.velocity + 6 && b.joint_type.velocities() == 6);
             matrix[i * n + i] += if free { 0.0 } else { resistance };
         }
-        for (place, moving) in tree.bodies.iter().enumerate().filter(|(_, b)| b.joint_type.velocities() == 1)
+        for (index, moving) in tree.bodies.iter().enumerate().filter(|(_, b)| b.joint_type.velocities() == 1)
         {
-            let response = body.response(place);
+            let response = body.response(index);
             for row in 0..n {
                 let product: f64 = (0..n).map(|k| matrix[row * n + k] * response[k]).sum();
                 let size: f64 = (0..n).map(|k| (matrix[row * n + k] * response[k]).abs()).sum();
                 let expected = f64::from(row == moving.velocity);
                 let error = (product - expected).abs() / size.max(1.0);
                 worst = worst.max(error);
-                assert!(error < 1e-8, "seed {seed}, body {place}, row {row}: {product}");
+                assert!(error < 1e-8, "seed {seed}, body {index}, row {row}: {product}");
             }
         }
     }

@@ -106,12 +106,12 @@ fn a_configuration_that_a_robot_is_not_in_is_measured_as_if_it_were_there() {
         simd_core::simulation::command::Spawn { name: "arm".into(), shapes, ..passive(&model, true, &[]) };
     spawn(&mut world, arm);
     let seen = look(&world);
-    let place = seen.entity("arm").unwrap().0;
-    let count = seen.world.entities[place].positions.len();
+    let index = seen.entity("arm").unwrap().0;
+    let count = seen.world.entities[index].positions.len();
     let positions: Vec<f64> = (0..count).map(|i| 0.3 - 0.2 * i as f64).collect();
     let root = DPose3::from_parts(DVec3::new(0.1, 0.2, 0.3), DQuat::from_rotation_z(0.4));
     let configuration = Configuration { root, positions: positions.clone(), ..Configuration::default() };
-    let asked = QueryBody { configuration: Some(configuration), ..body(place) };
+    let asked = QueryBody { configuration: Some(configuration), ..body(index) };
     let planned = ask(&seen, &all(asked.clone(), None));
     let own = ask(&seen, &all(asked.clone(), Some(asked)));
 
@@ -128,7 +128,7 @@ fn a_configuration_that_a_robot_is_not_in_is_measured_as_if_it_were_there() {
         vec![simd_core::simulation::command::RobotReset { robot: "arm".into(), joints: joints.collect() }];
     apply(&mut world, Command::ResetJoints { robots });
     let there = look(&world);
-    assert_eq!(ask(&there, &all(body(place), None)), planned);
+    assert_eq!(ask(&there, &all(body(index), None)), planned);
     assert!(planned.len() >= 3 * count);
     // The same robot twice: as two robots at one place, each link overlaps itself.
     assert!(own.iter().any(|pair| pair.links[0] == pair.links[1] && pair.distance < 0.0));

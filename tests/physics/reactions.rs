@@ -24,12 +24,12 @@ fn reactions(
     model: &RobotModel,
     positions: &[f64],
     velocities: &[f64],
-    pushes: &[(usize, Spatial)],
+    external: &[(usize, Spatial)],
 ) -> Vec<Spatial> {
     let tree = Tree::new(model, true);
     let still = vec![0.0; velocities.len()];
     let motion = Motion { positions, velocities, accelerations: &still };
-    joint_reactions(model, &tree, motion, GRAVITY, pushes)
+    joint_reactions(model, &tree, motion, GRAVITY, external)
 }
 
 /// Two rods of 1 kg and 1 m, level and at rest: the first joint carries 2 g at a lever of

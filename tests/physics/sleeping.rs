@@ -221,13 +221,13 @@ fn what_lies_still_is_carried_whatever_came_and_went() {
             let seen = look(&world);
             let saved = saved(&mut world);
             let h = world.settings().time_step;
-            for (place, root) in seen.roots.iter().enumerate().skip(1) {
-                let entity = &seen.world.entities[place];
+            for (index, root) in seen.roots.iter().enumerate().skip(1) {
+                let entity = &seen.world.entities[index];
                 let mass = entity.model.links[0].inertial.mass;
-                let change = (root.linear - before.roots[place].linear) * (mass / h);
+                let change = (root.linear - before.roots[index].linear) * (mass / h);
                 let force = force_on(&world, &entity.name);
                 let error = (force - DVec3::Z * (mass * G)).distance(change);
-                checked[usize::from(saved.world_state().robots[place].entity.asleep)] += 1;
+                checked[usize::from(saved.world_state().robots[index].entity.asleep)] += 1;
                 assert!(error < 0.2, "seed {seed}, {}: {force} N, off by {error}", entity.name);
             }
         }

@@ -95,8 +95,8 @@ fn balls_come_to_rest_in_a_bowl() {
         spawn(&mut world, Spawn { contact_settings: surface(0.3, 0.0), ..floor });
         let (radius, count) = (0.05, 60);
         for i in 0..count {
-            let (layer, place) = (i / 16, i % 16);
-            let (x, y) = (0.12 * f64::from(place % 4) - 0.18, 0.12 * f64::from(place / 4) - 0.18);
+            let (layer, index) = (i / 16, i % 16);
+            let (x, y) = (0.12 * f64::from(index % 4) - 0.18, 0.12 * f64::from(index / 4) - 0.18);
             let pose = at(x + 0.005 * f64::from(layer), y, 0.4 + 0.12 * f64::from(layer));
             spawn(&mut world, robot(&format!("ball-{i}"), &ball(radius, 0.1), pose, false));
         }

@@ -168,9 +168,9 @@ def cradle():
 
     def energy(views):
         angles = np.array([view.joints for view in views])
-        # Rates as differences of angles: also those of who reports none.
-        rates = np.gradient(angles, views[1].time - views[0].time, axis=0)
-        return (0.5 * moment * rates**2 + mass * G * length * (1 - np.cos(angles))).sum(axis=1)
+        # Velocities as differences of angles: also for engines that report none.
+        velocities = np.gradient(angles, views[1].time - views[0].time, axis=0)
+        return (0.5 * moment * velocities**2 + mass * G * length * (1 - np.cos(angles))).sum(axis=1)
 
     def highest(views, end):
         start = mass * G * length * (1 - cos(0.5))

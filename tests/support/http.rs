@@ -29,7 +29,7 @@ impl Answer {
     }
 }
 
-/// `GET` of a path, with headers beside or in the place of `Host`.
+/// `GET` of a path, with headers beside or instead of `Host`.
 pub async fn get(address: SocketAddr, path: &str, headers: &[(&str, &str)]) -> Answer {
     send(address, "GET", path, headers, &[]).await
 }

@@ -168,7 +168,7 @@ pub fn contacts(world: &Simulation, robot: Option<&str>) -> Vec<Touching> {
     let seen = look(world);
     let touching = |report: &ContactReport| {
         let ContactReport { robots, links, point, normal, depth, normal_force, friction_force, .. } = *report;
-        let entities = robots.map(|place| &seen.world.entities[place]);
+        let entities = robots.map(|index| &seen.world.entities[index]);
         let link = |side: usize| entities[side].model.links[links[side]].name.clone();
         let (robots, links) = (entities.map(|entity| entity.name.clone()), [link(0), link(1)]);
         Touching { robots, links, point, normal, depth, normal_force, friction_force }
@@ -195,11 +195,11 @@ pub fn rain(time_step: f64, count: usize) -> Simulation {
     spawn(&mut world, robot("box", &container(DVec3::new(1.0, 1.0, 2.0)), DPose3::IDENTITY, true));
     let model = ball(0.05, 0.1);
     for i in 0..count {
-        let (layer, place) = (i / 64, i % 64);
+        let (layer, index) = (i / 64, i % 64);
         let shift = 0.01 * (layer % 3) as f64;
         let at = DVec3::new(
-            -0.42 + 0.115 * (place % 8) as f64 + shift,
-            -0.42 + 0.115 * (place / 8) as f64 + 0.5 * shift,
+            -0.42 + 0.115 * (index % 8) as f64 + shift,
+            -0.42 + 0.115 * (index / 8) as f64 + 0.5 * shift,
             0.1 + 0.11 * layer as f64,
         );
         spawn(&mut world, robot(&format!("ball-{i}"), &model, DPose3::from_translation(at), false));

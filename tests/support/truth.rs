@@ -170,17 +170,17 @@ impl Case {
 
     fn model(&self) -> RobotModel {
         let mut model = (*robots::read(&self.urdf).0).clone();
-        for place in 0..model.joints.len() {
-            let found = self.mimic.iter().find(|follower| follower.joint == model.joints[place].name);
+        for index in 0..model.joints.len() {
+            let found = self.mimic.iter().find(|follower| follower.joint == model.joints[index].name);
             let leader = |name: &str| model.joints.iter().position(|joint| joint.name == name);
             let mimic = found.and_then(|follower| {
                 let joint = leader(&follower.leader)?;
                 Some(Mimic { joint, multiplier: follower.multiplier, offset: follower.offset })
             });
             assert_eq!(mimic.is_some(), found.is_some(), "{}: no such leader", self.name);
-            model.joints[place].mimic = mimic;
+            model.joints[index].mimic = mimic;
             // What lies beyond the file's limits may be asked for.
-            model.joints[place].limits = JointLimits::default();
+            model.joints[index].limits = JointLimits::default();
         }
         model
     }
@@ -214,9 +214,9 @@ impl Case {
     }
 
     fn targets(&self) -> Vec<JointTarget> {
-        let target = |place: usize| match self.drive.as_ref()? {
+        let target = |index: usize| match self.drive.as_ref()? {
             Drive::Position { targets, stiffness, damping } => Some(Target::Position {
-                position: *targets.get(place)?,
+                position: *targets.get(index)?,
                 velocity: 0.0,
                 stiffness: Some(*stiffness),
                 damping: Some(*damping),
@@ -225,15 +225,15 @@ impl Case {
                 max_velocity: None,
             }),
             Drive::Velocity { targets, damping } => Some(Target::Velocity {
-                velocity: *targets.get(place)?,
+                velocity: *targets.get(index)?,
                 damping: Some(*damping),
                 feed_forward: 0.0,
                 max_effort: None,
             }),
-            Drive::Effort { targets } => Some(Target::Effort(*targets.get(place)?)),
+            Drive::Effort { targets } => Some(Target::Effort(*targets.get(index)?)),
         };
-        let pairs = self.joints.iter().enumerate().filter_map(|(place, start)| {
-            let target = target(place)?;
+        let pairs = self.joints.iter().enumerate().filter_map(|(index, start)| {
+            let target = target(index)?;
             Some(JointTarget { joint: start.joint.clone(), axis: start.axis, target })
         });
         pairs.collect()
@@ -245,8 +245,8 @@ impl Case {
         assert!(seen.roots[0].disabled.is_none(), "{} was disabled", self.name);
         let layout = &seen.world.entities[0];
         let joints = self.joints.iter().map(|start| {
-            let place = layout.model.joints.iter().position(|joint| joint.name == start.joint);
-            let range = place.map(|place| layout.joint_positions[place].start);
+            let index = layout.model.joints.iter().position(|joint| joint.name == start.joint);
+            let range = index.map(|index| layout.joint_positions[index].start);
             range.map_or(f64::NAN, |first| seen.positions[first + start.axis as usize])
         });
         let pose = seen.roots[0].pose;

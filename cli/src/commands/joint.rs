@@ -55,7 +55,7 @@ A target is one of
 and may be followed by
   ,kp=100          stiffness of a position (N m/rad or N/m)
   ,kd=5            damping of a position or velocity (N m s/rad or N s/m)
-  ,vel=0.1         rate that a position's damper pulls towards
+  ,vel=0.1         velocity that a position's damper pulls towards
   ,ff=2            effort added to that of a position or velocity
   ,max_effort=3    the most effort for this position or velocity
   ,max_velocity=1  how fast to go to a position";

@@ -353,7 +353,9 @@ fn xacro_argument(text: &str) -> Result<(String, String), String> {
 /// Reads `JOINT=POSITION` or `JOINT=quat:X,Y,Z,W`.
 fn position(text: &str) -> Result<Placement, String> {
     match placement(text)? {
-        placement if placement.velocity != 0.0 => Err("a robot is spawned at rest: give no rate".to_owned()),
+        placement if placement.velocity != 0.0 => {
+            Err("a robot is spawned at rest: give no velocity".to_owned())
+        }
         placement => Ok(placement),
     }
 }

@@ -1,5 +1,5 @@
 //! Binary glTF 2.0 as the daemon writes it (`GetMesh`): triangles in the mesh's own frame, without nodes that move them. What it
-//! says of itself is not believed: each place is looked up within what there is.
+//! says of itself is not trusted: each index is looked up within what there is.
 
 use std::collections::HashMap;
 
@@ -76,12 +76,12 @@ impl<'a> Document<'a> {
         self.json.get(name).and_then(Value::as_array).map(Vec::as_slice).unwrap_or_default()
     }
 
-    fn entry(&self, list: &str, place: &Value) -> Option<&Value> {
-        self.list(list).get(usize::try_from(place.as_u64()?).ok()?)
+    fn entry(&self, list: &str, index: &Value) -> Option<&Value> {
+        self.list(list).get(usize::try_from(index.as_u64()?).ok()?)
     }
 
-    fn view(&self, place: &Value) -> Option<(&'a [u8], Option<usize>)> {
-        let view = self.entry("bufferViews", place)?;
+    fn view(&self, index: &Value) -> Option<(&'a [u8], Option<usize>)> {
+        let view = self.entry("bufferViews", index)?;
         let number = |name: &str| {
             view.get(name).and_then(Value::as_u64).and_then(|number| usize::try_from(number).ok())
         };
@@ -91,8 +91,8 @@ impl<'a> Document<'a> {
     }
 
     /// An accessor of so many components each, of which all are there.
-    fn numbers(&self, place: &Value, components: usize) -> Option<Numbers<'a>> {
-        let accessor = self.entry("accessors", place)?;
+    fn numbers(&self, index: &Value, components: usize) -> Option<Numbers<'a>> {
+        let accessor = self.entry("accessors", index)?;
         let number = |name: &str| accessor.get(name).and_then(Value::as_u64);
         let kind = match components {
             1 => "SCALAR",
@@ -153,7 +153,7 @@ struct Reading<'a> {
     mesh: Mesh,
     /// Where corners begin that were read, and how many there are, by their three accessors: primitives share them.
     vertices: HashMap<[Option<u64>; 3], (u32, usize)>,
-    /// Images that were read, by their place; `None` where that failed.
+    /// Images that were read, by their index; `None` where that failed.
     images: HashMap<u64, Option<usize>>,
 }
 
@@ -167,8 +167,8 @@ impl Reading<'_> {
         let (begin, count) = self.corners(attributes).ok_or_else(broken)?;
         let first = u32::try_from(self.mesh.indices.len()).map_err(|_| broken())?;
         match primitive.get("indices") {
-            Some(place) => {
-                let indices = self.document.numbers(place, 1).ok_or_else(broken)?;
+            Some(accessor) => {
+                let indices = self.document.numbers(accessor, 1).ok_or_else(broken)?;
                 for at in 0..indices.count / 3 * 3 {
                     let index =
                         indices.whole(at).filter(|index| (*index as usize) < count).ok_or_else(broken)?;
@@ -178,7 +178,7 @@ impl Reading<'_> {
             None => self.mesh.indices.extend((begin..).take(count / 3 * 3)),
         }
         let end = u32::try_from(self.mesh.indices.len()).map_err(|_| broken())?;
-        let material = primitive.get("material").and_then(|place| self.document.entry("materials", place));
+        let material = primitive.get("material").and_then(|index| self.document.entry("materials", index));
         let (color, image) = material.map_or((None, None), |material| self.material(material));
         self.mesh.parts.push(Part { first, count: end - first, color, image });
         Ok(())
@@ -186,15 +186,15 @@ impl Reading<'_> {
 
     /// Where the corners of a primitive begin, and how many there are.
     fn corners(&mut self, attributes: &Value) -> Option<(u32, usize)> {
-        let place = |name: &str| attributes.get(name).filter(|place| place.is_u64());
-        let [position, normal, uv] = ["POSITION", "NORMAL", "TEXCOORD_0"].map(place);
-        let key = [position, normal, uv].map(|place| place.and_then(Value::as_u64));
+        let accessor = |name: &str| attributes.get(name).filter(|index| index.is_u64());
+        let [position, normal, uv] = ["POSITION", "NORMAL", "TEXCOORD_0"].map(accessor);
+        let key = [position, normal, uv].map(|index| index.and_then(Value::as_u64));
         if let Some(known) = self.vertices.get(&key) {
             return Some(*known);
         }
         let positions = self.document.numbers(position?, 3)?;
-        let normals = normal.and_then(|place| self.document.numbers(place, 3));
-        let uvs = uv.and_then(|place| self.document.numbers(place, 2));
+        let normals = normal.and_then(|index| self.document.numbers(index, 3));
+        let uvs = uv.and_then(|index| self.document.numbers(index, 2));
         let begin = u32::try_from(self.mesh.vertices.len()).ok()?;
         u32::try_from(self.mesh.vertices.len().checked_add(positions.count)?).ok()?;
         self.mesh.vertices.extend((0..positions.count).map(|index| Vertex {
@@ -211,24 +211,24 @@ impl Reading<'_> {
         let surface = material.get("pbrMetallicRoughness");
         let factor = surface.and_then(|surface| surface.get("baseColorFactor")).and_then(Value::as_array);
         let part =
-            |place: usize| factor.and_then(|factor| factor.get(place)).and_then(Value::as_f64).unwrap_or(1.0);
+            |index: usize| factor.and_then(|factor| factor.get(index)).and_then(Value::as_f64).unwrap_or(1.0);
         let color = [screen(part(0)), screen(part(1)), screen(part(2)), part(3).clamp(0.0, 1.0) as f32];
         let is_named = material.get("name").and_then(Value::as_str).is_some_and(|name| !name.is_empty());
         let texture = surface
             .and_then(|surface| surface.get("baseColorTexture"))
             .and_then(|texture| texture.get("index"));
-        let texture = texture.and_then(|place| self.document.entry("textures", place));
-        let image = texture.and_then(|texture| texture.get("source")).and_then(|place| self.image(place));
+        let texture = texture.and_then(|index| self.document.entry("textures", index));
+        let image = texture.and_then(|texture| texture.get("source")).and_then(|index| self.image(index));
         (is_named.then_some(color), image)
     }
 
-    /// An image's place among those of the mesh. One that cannot be read is left out: the colour is drawn alone.
-    fn image(&mut self, place: &Value) -> Option<usize> {
-        let number = place.as_u64()?;
+    /// An image's index among those of the mesh. One that cannot be read is left out: the colour is drawn alone.
+    fn image(&mut self, index: &Value) -> Option<usize> {
+        let number = index.as_u64()?;
         if let Some(known) = self.images.get(&number) {
             return *known;
         }
-        let read = self.decoded(place).map(|image| {
+        let read = self.decoded(index).map(|image| {
             self.mesh.images.push(image);
             self.mesh.images.len() - 1
         });
@@ -236,8 +236,8 @@ impl Reading<'_> {
         read
     }
 
-    fn decoded(&self, place: &Value) -> Option<Image> {
-        let image = self.document.entry("images", place)?;
+    fn decoded(&self, index: &Value) -> Option<Image> {
+        let image = self.document.entry("images", index)?;
         let (bytes, _) = self.document.view(image.get("bufferView")?)?;
         match images::read(bytes) {
             Ok(image) => Some(image),
@@ -324,10 +324,10 @@ mod tests {
                 assert!(mesh.indices.iter().all(|index| (*index as usize) < mesh.vertices.len()));
             }
         }
-        for place in 0..whole.len() {
+        for at in 0..whole.len() {
             for change in [0x01, 0x80, 0xff] {
                 let mut changed = whole.clone();
-                changed[place] ^= change;
+                changed[at] ^= change;
                 if let Ok(mesh) = read(&changed) {
                     assert!(mesh.indices.iter().all(|index| (*index as usize) < mesh.vertices.len()));
                 }

@@ -78,10 +78,10 @@ impl Gpu {
         if names.is_empty() {
             return Err(GpuError::NoDevice);
         }
-        let place = chosen(&names, wanted);
+        let index = chosen(&names, wanted);
         let not_named =
             || GpuError::NotNamed { wanted: wanted.unwrap_or_default().to_owned(), names: names.clone() };
-        let adapter = place.and_then(|place| adapters.get(place)).ok_or_else(not_named)?;
+        let adapter = index.and_then(|index| adapters.get(index)).ok_or_else(not_named)?;
         Self::of(adapter)
     }
 
@@ -123,7 +123,7 @@ fn sentence(error: &wgpu::Error) -> String {
     }
 }
 
-/// The place of the name that is meant: the first where none is.
+/// The index of the name that is meant: the first where none is.
 fn chosen(names: &[String], wanted: Option<&str>) -> Option<usize> {
     let wanted = wanted.unwrap_or_default().to_lowercase();
     names.iter().position(|name| name.to_lowercase().contains(&wanted))

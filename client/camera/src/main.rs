@@ -73,7 +73,7 @@ fn run(options: &Options) -> anyhow::Result<()> {
         endpoint: options.endpoint(),
         connect: options.connect()?,
         name: options.name(),
-        hands: usize::from(options.at_once),
+        workers: usize::from(options.at_once),
         mesh_bytes: u64::from(options.memory) * MIB,
         once: options.once,
     };

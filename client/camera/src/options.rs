@@ -1,16 +1,11 @@
 //! What can be said on the command line. Where the daemon is and with which token and certificates it is asked is said as for
 //! `simctl`.
 
-use std::fs::File;
-use std::io::Read as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use anyhow::{Context as _, bail};
 use clap::{CommandFactory as _, Parser};
 use simd_client::{ConnectOptions, DEFAULT_PORT, Token};
 
-/// A longer file is none of a token.
-const MAX_TOKEN_FILE: u64 = 4096;
 /// Characters of a renderer's name, as the daemon takes it.
 const NAME: usize = 128;
 
@@ -81,7 +76,7 @@ impl Options {
     /// Where the file of the token has none.
     pub(crate) fn connect(&self) -> anyhow::Result<ConnectOptions> {
         let default = ConnectOptions::default();
-        let token = self.token_file.as_deref().map(token).transpose()?;
+        let token = self.token_file.as_deref().map(Token::from_file).transpose()?;
         Ok(ConnectOptions {
             token: token.or(default.token),
             tls_authorities: self.tls_ca.clone().or(default.tls_authorities),
@@ -105,19 +100,6 @@ fn visible(name: &str) -> String {
     if visible.is_empty() { format!("simd-camera-{}", std::process::id()) } else { visible }
 }
 
-/// The first line of a file.
-fn token(path: &Path) -> anyhow::Result<Token> {
-    let mut text = String::new();
-    let unreadable = || format!("cannot read the token in {}", path.display());
-    let file = File::open(path).with_context(unreadable)?;
-    file.take(MAX_TOKEN_FILE + 1).read_to_string(&mut text).with_context(unreadable)?;
-    let token = text.lines().next().unwrap_or_default().trim();
-    if token.is_empty() || text.len() as u64 > MAX_TOKEN_FILE {
-        bail!("{} has no token: it must be the first line", path.display());
-    }
-    Ok(Token::from(token.to_owned()))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -134,17 +116,5 @@ mod tests {
         assert_eq!(name(&"n".repeat(500)).len(), NAME);
         assert!(name("\u{fc}").starts_with("simd-camera-"));
         assert!(Options::parse_from(["simd-camera"]).name().ends_with(&std::process::id().to_string()));
-    }
-
-    #[test]
-    fn a_file_has_the_token_in_its_first_line() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("token");
-        std::fs::write(&path, "simd_1\nand more\n").unwrap();
-        assert!(token(&path).is_ok());
-        for text in [String::new(), "\n".to_owned(), "a".repeat(5000)] {
-            std::fs::write(&path, text).unwrap();
-            assert!(token(&path).unwrap_err().to_string().contains("has no token"));
-        }
     }
 }

@@ -1,5 +1,5 @@
 //! Triangles of boxes, balls, cylinders, capsules and planes, about z as in URDF. Round ones have so many triangles that depth errs
-//! by little more than [`ROUND`]. Boxes, balls and cylinders are of unit size, so that those of all sizes are one mesh. Places in a
+//! by little more than [`ROUND`]. Boxes, balls and cylinders are of unit size, so that those of all sizes are one mesh. Coordinates in a
 //! picture are those of three.js, which the page draws with.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -64,9 +64,9 @@ pub(crate) fn capsule(around: u32, radius: f64, length: f64) -> Mesh {
         profile.extend(shifts.iter().map(|shift| (shift * length, normal)));
     }
     let last = profile.len().saturating_sub(1).max(1) as f64;
-    for (place, (shift, normal)) in profile.iter().enumerate() {
+    for (index, (shift, normal)) in profile.iter().enumerate() {
         let point = *normal * radius + DVec3::Z * *shift;
-        made.ring(around, point, *normal, (place as f64 / last) as f32);
+        made.ring(around, point, *normal, (index as f64 / last) as f32);
     }
     made.bands(around, profile.len());
     made.mesh()
@@ -108,10 +108,10 @@ struct Made {
 
 impl Made {
     fn corner(&mut self, position: DVec3, normal: DVec3, uv: [f32; 2]) -> u32 {
-        let place = u32::try_from(self.vertices.len()).unwrap_or(u32::MAX);
+        let index = u32::try_from(self.vertices.len()).unwrap_or(u32::MAX);
         let [position, normal] = [position, normal].map(|vector| vector.as_vec3().to_array());
         self.vertices.push(Vertex { position, normal, uv });
-        place
+        index
     }
 
     fn triangle(&mut self, corners: [u32; 3]) {

@@ -1,4 +1,4 @@
-//! The loop: ask the daemon for a picture to draw, draw it, send it. Several hands do so at one time, so that one picture is drawn
+//! The loop: ask the daemon for a picture to draw, draw it, send it. Several workers do so at one time, so that one picture is drawn
 //! while another one is on its way.
 
 use std::sync::Arc;
@@ -32,24 +32,24 @@ pub(crate) struct Work {
     /// Of this renderer.
     pub(crate) name: String,
     /// Pictures at one time.
-    pub(crate) hands: usize,
+    pub(crate) workers: usize,
     /// That meshes may take on the GPU.
     pub(crate) mesh_bytes: u64,
     /// End after one picture.
     pub(crate) once: bool,
 }
 
-/// What the hands share.
+/// What the workers share.
 struct Shared {
     work: Work,
     client: Client,
     drawing: Drawing,
-    /// One hand asks for what is new; the others need it most likely too.
+    /// One worker asks for what is new; the others need it most likely too.
     looks: Mutex<Looks>,
     failures: AtomicU32,
 }
 
-/// Draws until something fails that no waiting mends; with `once` one picture.
+/// Draws until something fails that no waiting helps against; with `once` one picture.
 ///
 /// # Errors
 /// Where the daemon refuses this client, or the GPU failed again and again.
@@ -57,11 +57,11 @@ pub(crate) async fn run(work: Work, drawing: Drawing) -> anyhow::Result<()> {
     let client = connect(&work).await?;
     tracing::info!("{} draws for the daemon at {}", work.name, work.endpoint);
     let looks = Mutex::new(Looks::new(client.clone(), drawing.clone(), work.mesh_bytes));
-    let hands = if work.once { 1 } else { work.hands };
+    let workers = if work.once { 1 } else { work.workers };
     let shared = Arc::new(Shared { work, client, drawing, looks, failures: AtomicU32::new(0) });
     let mut all = JoinSet::new();
-    for _ in 0..hands {
-        all.spawn(hand(Arc::clone(&shared)));
+    for _ in 0..workers {
+        all.spawn(worker(Arc::clone(&shared)));
     }
     match all.join_next().await {
         Some(ended) => ended.context("a task of this program ended")?,
@@ -82,7 +82,7 @@ async fn connect(work: &Work) -> anyhow::Result<Client> {
 }
 
 /// One picture after the other.
-async fn hand(shared: Arc<Shared>) -> anyhow::Result<()> {
+async fn worker(shared: Arc<Shared>) -> anyhow::Result<()> {
     let mut pause = Pause::default();
     loop {
         match shared.client.next_picture(&shared.work.name, WAIT).await {
@@ -146,7 +146,7 @@ impl Shared {
     }
 }
 
-/// Whether waiting may mend it.
+/// Whether waiting may help.
 fn is_passing(error: &Error) -> bool {
     let Some(code) = error.code() else { return false };
     match error {

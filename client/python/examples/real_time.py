@@ -1,6 +1,6 @@
 """A controller in real time: the world goes on by itself, and the loop follows it at 100 Hz.
 
-States come as they are published, and targets are sent without waiting for an answer. Whoever is late skips states and
+States come as they are published, and targets are sent without waiting for an answer. A reader that is late skips states and
 never sees old ones.
 """
 

@@ -127,7 +127,7 @@ async def test_the_world_events_claims_and_parameters(sim: aio.Simulation) -> No
     await arm.stream_targets([0.1, 0.1])
 
 
-async def test_nobody_there_is_unavailable() -> None:
+async def test_an_address_without_a_daemon_is_unavailable() -> None:
     with pytest.raises(simd_client.Unavailable):
         await aio.connect("tcp/127.0.0.1:1", connect_timeout=0.2)
 

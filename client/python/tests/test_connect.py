@@ -46,7 +46,7 @@ def test_what_is_no_endpoint_is_refused_in_one_sentence(text: str) -> None:
     ("text", "meant"),
     [("tcp/lab", "tcp/lab:7447"), ("tls/[::1]", "tls/[::1]:7447"), ("udp/10.0.0.5:#a", "udp/10.0.0.5:7447")],
 )
-def test_an_address_without_a_port_is_told_with_the_default_one(text: str, meant: str) -> None:
+def test_an_address_without_a_port_has_the_default_one(text: str, meant: str) -> None:
     with pytest.raises(EndpointError, match="has no port") as refused:
         read_endpoint(text)
     assert str(refused.value).endswith(f" is {meant}")
@@ -74,7 +74,7 @@ def test_any_setting_of_zenoh_can_be_given_by_name_or_in_a_file(daemon: Daemon, 
         simd_client.connect(daemon.endpoint, config={"transport/nonsense": 1})
 
 
-def test_where_nobody_listens_the_sentence_says_where_and_what_to_do() -> None:
+def test_without_a_listener_the_sentence_says_where_and_what_to_do() -> None:
     endpoint = f"tcp/127.0.0.1:{free_port()}"
     with pytest.raises(Unavailable, match=f"no daemon answers at {endpoint}; start one with `simd`"):
         simd_client.connect(endpoint, connect_timeout=0.3)
@@ -114,7 +114,7 @@ def test_an_answer_that_is_no_message_is_said_to_be_none() -> None:
             sim.stamp
 
 
-def test_a_client_of_another_major_version_is_told_which_side_is_older(
+def test_a_client_of_another_major_version_learns_which_side_is_older(
     daemon: Daemon, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def attachment(_token: str | None) -> str:

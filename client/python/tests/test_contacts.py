@@ -90,7 +90,7 @@ def test_a_slippery_box_slides_down_and_a_rough_one_stays(sim: Simulation) -> No
     assert np.linalg.norm(smooth.pose.position - before[1]) == pytest.approx(way, rel=0.05)
 
 
-def test_surfaces_are_told_and_changed(sim: Simulation, arm: Robot, floor: Robot) -> None:
+def test_surfaces_are_read_and_changed(sim: Simulation, arm: Robot, floor: Robot) -> None:
     ball = sim.add_sphere(0.1, 1.0, (0, 0, 1), friction=0.4, restitution=0.2)
     assert ball.surfaces() == {"link": Surface(0.4, 0.2, 1, 0xFFFFFFFF, 0.0, 0.0)}
     ball.set_surface(restitution=0.7)

@@ -31,7 +31,7 @@ def test_two_clients_that_joined_step_the_world_together(sim: Simulation, daemon
         assert first.step(1).stamp.step == before + 13
 
 
-def test_a_member_that_does_not_ask_is_told_so_and_steps_alone_after_it_left(sim: Simulation) -> None:
+def test_a_member_that_does_not_ask_learns_so_and_steps_alone_after_it_left(sim: Simulation) -> None:
     sim.pause()
     member = sim.join_lockstep(timeout=0.02)
     while member.members():

@@ -196,7 +196,7 @@ def test_a_bar_of_a_terminal_is_one_line(monkeypatch: pytest.MonkeyPatch) -> Non
     assert drawn[-1] == "arm\\u{1b}[2J: 100% |" + "#" * 30 + "| 2M/2M B\n"
 
 
-def test_a_bar_that_nobody_sees_draws_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_bar_that_is_not_shown_draws_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "stderr", stream := io.StringIO())
     bar = OwnBar(total=1, desc="arm", unit="files", unit_scale=False)
     bar.update(1)

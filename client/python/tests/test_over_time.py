@@ -156,7 +156,7 @@ def test_statistics_come_ten_times_a_second(sim: Simulation) -> None:
     assert second.iterations > first.iterations and second.target_real_time_factor == 1.0
 
 
-def test_events_are_told_in_order(sim: Simulation) -> None:
+def test_events_are_reported_in_order(sim: Simulation) -> None:
     events = sim.events()
     arm = sim.load(ASSETS / "Two Link.v2", "arm", fixed=True)
     arm.delete()

@@ -164,7 +164,7 @@ def test_what_does_not_fit_is_said(sim: Simulation, arm: Robot) -> None:
         sim.rollout(1, [Control(arm, [[0.0]])])
 
 
-def test_progress_is_told_and_large_arrays_come_whole(sim: Simulation, arm: Robot) -> None:
+def test_progress_is_reported_and_large_arrays_come_whole(sim: Simulation, arm: Robot) -> None:
     heard: list[tuple[int, int]] = []
     read = [Observation("link_poses", arm), Observation("joint_velocities", arm)]
     found = sim.rollout(
@@ -217,7 +217,7 @@ def test_environments_are_reset_by_the_step_after_they_ended(sim: Simulation, ar
     np.testing.assert_allclose(reset, first, atol=1.0)
 
 
-def test_an_environment_of_a_robot_that_is_free_and_ends_where_it_is_told(sim: Simulation) -> None:
+def test_an_environment_of_a_robot_that_is_free_and_ends_where_it_is_asked_to(sim: Simulation) -> None:
     pytest.importorskip("gymnasium")
     from simd_client.gym import RolloutEnv
 

@@ -110,7 +110,7 @@ def test_a_foreign_subscriber_gets_each_reading_of_sensors(graph: Graph, sim: Si
     assert (placed.transform.translation.x, placed.transform.translation.z) == (1.0, 3.0)
 
 
-def test_commands_of_a_foreign_publisher_move_joints_unless_somebody_else_claims_them(
+def test_commands_of_a_foreign_publisher_move_joints_unless_another_client_claims_them(
     graph: Graph, sim: Simulation
 ) -> None:
     arm = sim.load(ASSETS / "seven_arm", "arm", fixed=True)
@@ -170,7 +170,7 @@ def test_a_trajectory_of_a_foreign_publisher_is_carried_out(graph: Graph, sim: S
     assert ended.detail.message == "the goal is reached"
 
 
-def test_the_action_takes_goals_cancels_them_and_tells_their_results(graph: Graph, sim: Simulation) -> None:
+def test_the_action_takes_goals_cancels_them_and_reports_their_results(graph: Graph, sim: Simulation) -> None:
     arm = sim.load(ASSETS / "seven_arm", "arm", fixed=True)
     joints = list(arm.joints)
     action = "joint_trajectory_controller/follow_joint_trajectory/_action"

@@ -74,22 +74,22 @@ def test_with_the_authority_the_daemon_is_reached(daemon: Daemon, files: Path) -
     p.disconnect(number)
 
 
-def test_a_missing_authority_is_told(daemon: Daemon) -> None:
+def test_a_missing_authority_is_reported(daemon: Daemon) -> None:
     said = refusal(daemon.endpoint, Unavailable)
     assert f"is not signed by an authority that is known here: name the file" in said and ROOT in said
 
 
-def test_the_authority_of_another_is_told(daemon: Daemon, files: Path) -> None:
+def test_the_authority_of_another_is_reported(daemon: Daemon, files: Path) -> None:
     said = refusal(daemon.endpoint, Unavailable, ca=f"{files}/other.pem")
     assert f"is not signed by the authority in {files}/other.pem" in said
 
 
-def test_a_file_that_is_not_there_is_told(daemon: Daemon, files: Path) -> None:
+def test_a_file_that_is_not_there_is_reported(daemon: Daemon, files: Path) -> None:
     said = refusal(daemon.endpoint, EndpointError, ca=f"{files}/lost.pem")
     assert said == f"there is no file {files}/lost.pem, which `{ROOT}root_ca_certificate` names"
 
 
-def test_a_file_that_is_no_certificate_is_told(daemon: Daemon, files: Path) -> None:
+def test_a_file_that_is_no_certificate_is_reported(daemon: Daemon, files: Path) -> None:
     assert "has no certificate of an authority" in refusal(daemon.endpoint, EndpointError, ca=f"{files}/extensions")
     key_of_another = {"certificate": f"{files}/client.pem", "key": f"{files}/daemon.key"}
     said = refusal(daemon.endpoint, EndpointError, ca=f"{files}/authority.pem", **key_of_another)

@@ -16,7 +16,7 @@ from simd_client import (
 )
 
 
-def test_joints_follow_rows_of_arrays_and_the_end_is_told(sim: Simulation, arm: Robot) -> None:
+def test_joints_follow_rows_of_arrays_and_the_end_is_reported(sim: Simulation, arm: Robot) -> None:
     times = np.linspace(0.1, 1.0, 10)
     # From rest to rest.
     along = 10 * times**3 - 15 * times**4 + 6 * times**5

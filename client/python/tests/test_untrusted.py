@@ -37,7 +37,7 @@ def test_counters_grow() -> None:
     assert numbers == sorted(set(numbers))
 
 
-def test_nobody_hears_a_claims_secret_and_what_is_heard_drives_nothing(
+def test_a_claims_secret_is_not_sent_and_what_is_sent_drives_nothing(
     sim: Simulation, arm: Robot, daemon: Daemon, untrusted: zenoh.Session
 ) -> None:
     heard: list[tuple[str, bytes, bytes]] = []
@@ -76,7 +76,7 @@ def test_nobody_hears_a_claims_secret_and_what_is_heard_drives_nothing(
         assert list(arm.target) == pytest.approx([0.1, 0.1])
 
 
-def test_a_strangers_answers_and_publications_are_not_read(
+def test_answers_and_publications_of_untrusted_sessions_are_not_read(
     sim: Simulation, arm: Robot, daemon: Daemon, untrusted: zenoh.Session
 ) -> None:
     forged = proto.JointStates(stamp=proto.Stamp(sequence=1 << 60), robots=[proto.RobotJointStates(robot="arm")])

@@ -3,7 +3,6 @@
 use std::{
     convert::Infallible,
     ffi::OsStr,
-    fmt,
     future::Future,
     path::{Path, PathBuf},
     sync::Arc,
@@ -36,9 +35,10 @@ use tonic::{
 use crate::{
     Error,
     channel::{Channel, Local},
-    endpoint::{self, Place},
+    endpoint::{self, DaemonEndpoint},
     error::root_cause,
     tls,
+    token::Token,
     zenoh::Network,
 };
 
@@ -58,22 +58,6 @@ pub struct Client {
     /// Empty for none.
     claim: Arc<str>,
     pub(crate) takes_over: bool,
-}
-
-/// A token, which nothing prints.
-#[derive(Clone)]
-pub struct Token(String);
-
-impl From<String> for Token {
-    fn from(text: String) -> Self {
-        Self(text)
-    }
-}
-
-impl fmt::Debug for Token {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("Token")
-    }
 }
 
 /// How to connect, and how long to wait.
@@ -131,8 +115,8 @@ impl Client {
     /// As [`connect`](Self::connect).
     pub async fn connect_with(endpoint: &str, options: ConnectOptions) -> Result<Self, Error> {
         match endpoint::read(endpoint)? {
-            Place::Grpc { url } => Self::connect_grpc(endpoint, url, options).await,
-            Place::Zenoh { locator, name } => {
+            DaemonEndpoint::Grpc { url } => Self::connect_grpc(endpoint, url, options).await,
+            DaemonEndpoint::Zenoh { locator, name } => {
                 let network = Network::open(&locator, options).await?;
                 Ok(Self { endpoint: endpoint.into(), ..network.find(name.as_deref())? })
             }

@@ -11,7 +11,7 @@ const ZENOH_PROTOCOLS: [&str; 9] =
 
 /// Where a daemon is, and by which transport.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum Place {
+pub(crate) enum DaemonEndpoint {
     /// For gRPC.
     Grpc { url: String },
     /// Of a daemon or of a router.
@@ -23,11 +23,11 @@ pub fn is_zenoh(text: &str) -> bool {
     text.trim().split_once('/').is_some_and(|(protocol, _)| ZENOH_PROTOCOLS.contains(&protocol))
 }
 
-/// The place that `text` names.
-pub(crate) fn read(text: &str) -> Result<Place, Error> {
+/// The endpoint that `text` names.
+pub(crate) fn read(text: &str) -> Result<DaemonEndpoint, Error> {
     let trimmed = text.trim();
     if !is_zenoh(trimmed) {
-        return url(text).map(|url| Place::Grpc { url });
+        return url(text).map(|url| DaemonEndpoint::Grpc { url });
     }
     let refuse = |reason: String| Error::Endpoint { endpoint: text.to_owned(), reason };
     if trimmed.contains("://") {
@@ -41,10 +41,10 @@ pub(crate) fn read(text: &str) -> Result<Place, Error> {
     match trimmed.rsplit_once('#') {
         // Zenoh's own settings of a locator come after a # too, as KEY=VALUE.
         Some((locator, name)) if !name.contains('=') => match keys::is_daemon_name(name) {
-            true => Ok(Place::Zenoh { locator: locator.to_owned(), name: Some(name.to_owned()) }),
+            true => Ok(DaemonEndpoint::Zenoh { locator: locator.to_owned(), name: Some(name.to_owned()) }),
             false => Err(refuse(format!("`{name}` is no name of a daemon: those are of A-Z a-z 0-9 _ -"))),
         },
-        Some(_) | None => Ok(Place::Zenoh { locator: trimmed.to_owned(), name: None }),
+        Some(_) | None => Ok(DaemonEndpoint::Zenoh { locator: trimmed.to_owned(), name: None }),
     }
 }
 
@@ -135,7 +135,7 @@ mod tests {
                 Some("a"),
             ),
         ] {
-            let expected = Place::Zenoh { locator: locator.into(), name: name.map(str::to_owned) };
+            let expected = DaemonEndpoint::Zenoh { locator: locator.into(), name: name.map(str::to_owned) };
             assert_eq!(read(text).unwrap(), expected, "{text}");
         }
         for text in ["tcp://127.0.0.1:7447", "tcp/lab:1#", "tcp/lab:1#a b", "tcp/lab:1#a/b"] {
@@ -152,7 +152,7 @@ mod tests {
                 format!("`{text}` is not an endpoint: it has no port; with the default one it is {whole}");
             assert_eq!(read(text).unwrap_err().to_string(), sentence);
         }
-        assert_eq!(read("lab").unwrap(), Place::Grpc { url: "http://lab:7400".into() });
+        assert_eq!(read("lab").unwrap(), DaemonEndpoint::Grpc { url: "http://lab:7400".into() });
     }
 
     #[test]

@@ -26,7 +26,7 @@ pub enum Error {
     Untrusted {
         /// As it was given.
         endpoint: String,
-        /// What is wrong, and which file or variable mends it.
+        /// What is wrong, and which file or variable repairs it.
         sentence: String,
         /// What TLS said.
         reason: String,

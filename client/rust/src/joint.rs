@@ -118,7 +118,7 @@ impl Client {
         Ok(self.unary(self.joint().list_trajectories(request)).await?.trajectories)
     }
 
-    /// Puts joints of one robot at a position and a rate; all of them back to where
+    /// Puts joints of one robot at a position and a velocity; all of them back to where
     /// they were spawned where none is named.
     ///
     /// # Errors

@@ -27,7 +27,7 @@ pub enum Target {
         /// rad/s or m/s: the most on the way; `None` is the joint's limit.
         max_velocity: Option<f64>,
     },
-    /// Turn or slide at a rate.
+    /// Turn or slide at a velocity.
     Velocity {
         /// rad/s or m/s.
         velocity: f64,
@@ -95,7 +95,7 @@ impl Target {
         }
     }
 
-    /// A rate, with the joint's default damping.
+    /// A velocity, with the joint's default damping.
     pub fn velocity(velocity: f64) -> Self {
         Self::Velocity { velocity, damping: None, feed_forward: 0.0, max_effort: None }
     }

@@ -261,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn a_connection_that_is_cut_is_told_from_one_that_is_refused_or_answered_with_an_alert() {
+    fn a_connection_that_is_cut_is_distinguished_from_one_that_is_refused_or_answered_with_an_alert() {
         for reason in ["Connection reset by peer (os error 104)", "stream closed because of a broken pipe"] {
             assert!(is_cut(reason), "{reason}");
         }

@@ -36,7 +36,7 @@ export async function launch(): Promise<Browser> {
 
 const TYPES: Record<string, string> = { html: "text/html", js: "text/javascript", css: "text/css", svg: "image/svg+xml" };
 
-/** Serves the page from a folder in the place of the one that the daemon was built with, under the daemon's own policy. */
+/** Serves the page from a folder instead of the one that the daemon was built with, under the daemon's own policy. */
 export async function servePage(context: BrowserContext, folder: string): Promise<void> {
   await context.route(/^https?:\/\/[^/]+\/(?:|[\w.-]+\.(?:html|js|css|svg)|assets\/[\w.-]+)$/, async (route) => {
     const path = new URL(route.request().url()).pathname.slice(1) || "index.html";

@@ -26,7 +26,7 @@ test("an empty world explains itself, and gives an arm to move", async () => {
   const { report } = await daemon.entities.validateDescription({ source: { source: { case: "urdf", value: new TextEncoder().encode(demoArm()) } } });
   expect(entities.map(({ name }) => name)).toEqual(["demo_arm"]);
   expect(report?.findings.filter(({ severity }) => severity > 1).map(({ message }) => message)).toEqual([]);
-  // It holds itself, and goes where it is told to, in sums too.
+  // It holds itself, and goes where it is sent to, in sums too.
   const number = tab.page.getByTestId("number").nth(1);
   await number.fill("2*(0.1 + 0.2)");
   await number.press("Enter");

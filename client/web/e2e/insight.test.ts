@@ -63,7 +63,7 @@ test("centres of mass are where the masses of the links put them, and names are 
   await tab.picture("marks");
 });
 
-test("sixty long names are told apart: what a filter finds is seen, and the panel can be made wider", async () => {
+test("sixty long names can be distinguished: what a filter finds is seen, and the panel can be made wider", async () => {
   const joint = (index: number) =>
     `<link name="l${index}"/><joint name="robot_assembly_v2_gripper_${index < 30 ? "left" : "right"}_finger_distal_phalanx_${index}_joint_revolute" type="continuous"><parent link="base"/><child link="l${index}"/></joint>`;
   const urdf = new TextEncoder().encode(`<robot name="hand"><link name="base"/>${Array.from({ length: 60 }, (_, index) => joint(index)).join("")}</robot>`);

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 /// A sentence with the file and the line.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{}{message}", place(file, *line))]
+#[error("{}{message}", location(file, *line))]
 pub struct Error {
     /// What was wrong.
     pub message: String,
@@ -14,7 +14,7 @@ pub struct Error {
     pub line: u32,
 }
 
-fn place(file: &Option<PathBuf>, line: u32) -> String {
+fn location(file: &Option<PathBuf>, line: u32) -> String {
     match (file, line) {
         (None, 0) => String::new(),
         (None, line) => format!("line {line}: "),

@@ -88,9 +88,9 @@ impl<'l> Expansion<'l> {
     }
 
     fn parse(&mut self, text: &str, file: usize) -> Result<Rc<Element>, Error> {
-        let place = self.files.get(file).filter(|path| !path.as_os_str().is_empty()).cloned();
+        let name = self.files.get(file).filter(|path| !path.as_os_str().is_empty()).cloned();
         let parsed = source::parse(text, file);
-        let (root, namespaces) = parsed.map_err(|(message, line)| Error { message, file: place, line })?;
+        let (root, namespaces) = parsed.map_err(|(message, line)| Error { message, file: name, line })?;
         for namespace in namespaces {
             if !self.namespaces.iter().any(|(known, _)| *known == namespace.0) {
                 self.namespaces.push(namespace);

@@ -310,8 +310,8 @@ pub(crate) fn index(of: &Value, index: &Value) -> Result<Value, Fault> {
     let all = items(of).ok_or_else(|| format!("{} has no entries", of.kind()))?;
     let at = index.int().ok_or_else(|| format!("{} is no index", index.kind()))?;
     let length = i64::try_from(all.len()).unwrap_or(i64::MAX);
-    let place = if at < 0 { at.checked_add(length) } else { Some(at) };
-    let found = place.and_then(|place| usize::try_from(place).ok()).and_then(|place| all.get(place));
+    let from_start = if at < 0 { at.checked_add(length) } else { Some(at) };
+    let found = from_start.and_then(|at| usize::try_from(at).ok()).and_then(|at| all.get(at));
     found.cloned().ok_or_else(|| format!("the index {at} is beyond {length} entries"))
 }
 

@@ -389,7 +389,7 @@ fn yaml_that_grows_or_is_not_supported_is_refused_with_its_line() {
 }
 
 #[test]
-fn a_mistake_in_an_included_file_is_told_with_that_file_and_line() {
+fn a_mistake_in_an_included_file_is_reported_with_that_file_and_line() {
     let dir = package(&[
         ("urdf/a.xacro", &robot("<xacro:include filename=\"b.xacro\"/>\n<xacro:m/>")),
         ("urdf/b.xacro", &robot("<xacro:macro name=\"m\">\n<x y=\"${nothing}\"/>\n</xacro:macro>")),

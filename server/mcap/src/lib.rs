@@ -2,7 +2,7 @@
 //! that back from an untrusted file.
 //!
 //! * [`Writer`]: chunks compressed with LZ4, each whole in the file once it is flushed; indexes and statistics at the end.
-//! * [`Reader`]: from the first byte to the last, within [`Limits`], also where the file ends early.
+//! * [`Reader`]: from the first byte to the last, within [`ReadLimits`], also where the file ends early.
 //!
 //! Not here: attachments, compression with zstd, and reading by an index.
 
@@ -10,5 +10,5 @@ mod read;
 mod record;
 mod write;
 
-pub use read::{Channel, Error, Item, Limits, Reader, Schema};
+pub use read::{Channel, Error, Item, ReadLimits, Reader, Schema};
 pub use write::Writer;

@@ -1,4 +1,4 @@
-//! Reads a file from its first byte to its last. Nothing in it is believed: what it takes in memory is bounded before it is
+//! Reads a file from its first byte to its last. Nothing in it is trusted: what it takes in memory is bounded before it is
 //! taken, and a file that was not completed is read as far as it goes.
 
 use std::collections::BTreeMap;
@@ -11,7 +11,7 @@ use crate::record::{Fields, LZ4, MAGIC, op};
 
 /// What a file must stay within.
 #[derive(Clone, Copy, Debug)]
-pub struct Limits {
+pub struct ReadLimits {
     /// Bytes of one record.
     pub record: usize,
     /// Bytes of one chunk once it is decompressed.
@@ -20,7 +20,7 @@ pub struct Limits {
     pub definitions: usize,
 }
 
-impl Default for Limits {
+impl Default for ReadLimits {
     /// Many times of what is written.
     fn default() -> Self {
         Self { record: 32 << 20, chunk: 64 << 20, definitions: 16 << 20 }
@@ -115,7 +115,7 @@ pub enum Item<'r> {
 #[derive(Debug)]
 pub struct Reader<R> {
     input: R,
-    limits: Limits,
+    limits: ReadLimits,
     /// Bytes that were read.
     position: u64,
     /// Where the record that is being read begins.
@@ -146,7 +146,7 @@ impl<R: Read> Reader<R> {
     ///
     /// # Errors
     /// Where it is no file of MCAP.
-    pub fn new(input: R, limits: Limits) -> Result<Self, Error> {
+    pub fn new(input: R, limits: ReadLimits) -> Result<Self, Error> {
         let mut reader = Self {
             input,
             limits,

@@ -124,19 +124,19 @@ impl<W: Write> Writer<W> {
     /// # Errors
     /// Where there is no such channel, and where the chunk that it fills cannot be written.
     pub fn write(&mut self, channel: u16, time: u64, data: &[u8]) -> io::Result<()> {
-        let count = channel.checked_sub(1).and_then(|place| self.messages.get_mut(usize::from(place)));
+        let count = channel.checked_sub(1).and_then(|index| self.messages.get_mut(usize::from(index)));
         let Some(count) = count else {
             return Err(io::Error::other(format!("there is no channel {channel}")));
         };
         *count += 1;
         let sequence = u32::try_from(*count & u64::from(u32::MAX)).unwrap_or(0);
-        let place = self.chunk.len() as u64;
+        let offset = self.chunk.len() as u64;
         let header = Builder::default().u16(channel).u32(sequence).u64(time).u64(time).0;
         self.chunk.push(op::MESSAGE);
         self.chunk.extend((header.len() as u64 + data.len() as u64).to_le_bytes());
         self.chunk.extend(header);
         self.chunk.extend(data);
-        self.index.entry(channel).or_default().push((time, place));
+        self.index.entry(channel).or_default().push((time, offset));
         widen(&mut self.times, time);
         widen(&mut self.span, time);
         if self.chunk.len() >= CHUNK { self.end_chunk() } else { Ok(()) }

@@ -110,8 +110,9 @@ impl LoadReport {
         let mut left_out: BTreeSet<usize> = BTreeSet::new();
         for alike in kinds.into_values().filter(|alike| alike.len() > FEW) {
             let Some((first, others)) = alike.split_first() else { continue };
-            let places = others.iter().take(FEW).filter_map(|index| self.findings.get(*index)).map(place);
-            let mut named: Vec<String> = places.collect();
+            let locations =
+                others.iter().take(FEW).filter_map(|index| self.findings.get(*index)).map(location);
+            let mut named: Vec<String> = locations.collect();
             if others.len() > FEW {
                 named.push("...".to_owned());
             }
@@ -148,7 +149,7 @@ impl LoadReport {
 }
 
 /// Where a finding stands: `link "arm" (line 4)`.
-fn place(finding: &Finding) -> String {
+fn location(finding: &Finding) -> String {
     let line = finding.line.map_or_else(String::new, |line| format!(" (line {line})"));
     format!("{}{line}", finding.element)
 }

@@ -61,7 +61,7 @@ pub struct Visual {
     /// Red, green, blue, alpha, each 0 to 1; absent where the file gives none.
     pub color: Option<[f64; 4]>,
     /// The picture of the description's material, and how the description names it. Of a mesh it is among the paints of its
-    /// asset, on the triangles that have places in pictures and no picture of their own file.
+    /// asset, on the triangles that have texture coordinates and no picture of their own file.
     pub texture: Option<(String, Arc<Image>)>,
 }
 
@@ -217,9 +217,9 @@ impl Paint {
 pub struct Texture {
     /// The picture.
     pub image: Arc<Image>,
-    /// For each triangle that has it the places of its corners: from the left, 0 to 1, and from the top. The picture is
+    /// For each triangle that has them the texture coordinates of its corners: from the left, 0 to 1, and from the top. The picture is
     /// repeated beyond that.
-    pub places: Vec<[[f32; 2]; 3]>,
+    pub uvs: Vec<[[f32; 2]; 3]>,
 }
 
 /// A picture as it came: only its header was looked at.

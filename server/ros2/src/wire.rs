@@ -6,7 +6,7 @@ use crate::message::{Message, Service};
 /// The longest name of a topic or service that is taken: far more than anyone has.
 pub const MAX_NAME: usize = 255;
 
-/// What ROS 2 Humble has in the place of a hash.
+/// What ROS 2 Humble has instead of a hash.
 pub const NO_HASH: &str = "TypeHashNotSupported";
 
 /// A type as keys have it.
@@ -101,7 +101,7 @@ pub struct Node {
 impl Node {
     /// The token that shows the node.
     pub fn token(&self) -> String {
-        format!("@ros2_lv/{}/{}/0/0/NN/{}", self.domain_id, self.zid, self.place())
+        format!("@ros2_lv/{}/{}/0/0/NN/{}", self.domain_id, self.zid, self.qualified_name())
     }
 
     /// The token that shows an endpoint. `topic` begins with a slash.
@@ -119,7 +119,7 @@ impl Node {
             self.domain_id,
             self.zid,
             kind.text(),
-            self.place(),
+            self.qualified_name(),
             mangled(topic),
             kind_of_message.dds(),
             qos.text()
@@ -133,7 +133,7 @@ impl Node {
     }
 
     /// Enclave, namespace and name. An enclave is of DDS security: there is none.
-    fn place(&self) -> String {
+    fn qualified_name(&self) -> String {
         format!("%/{}/{}", mangled(&self.namespace), mangled(&self.name))
     }
 }

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 /// Limits of connections. A peer is an IPv4 address or an IPv6 network of 64 bits. The loopback address (127.0.0.1
-/// and ::1) is no peer in this sense: it may have all places.
+/// and ::1) is no peer in this sense: it may have all of them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Connections {
     /// At one time. The default is well below the 1024 files that a process may usually open.
@@ -66,7 +66,7 @@ impl Connections {
             ))
         };
         at_most("max_per_peer", self.max_per_peer, self.max)?;
-        // One place is left for others.
+        // One is left for others.
         at_most("loopback_reserve", self.loopback_reserve, self.max.saturating_sub(1))?;
         at_most("max_http1", self.max_http1, self.max)
     }

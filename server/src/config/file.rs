@@ -57,7 +57,11 @@ strict = false                  # refuse the robot where its report has a warnin
 
 /// Keys of a table, as they are called in it; those above all tables for an empty name.
 pub(super) fn names(table: &str) -> Vec<&'static str> {
-    KEYS.iter().map(super::key::Key::place).filter(|(of, _)| *of == table).map(|(_, name)| name).collect()
+    KEYS.iter()
+        .map(super::key::Key::table_and_name)
+        .filter(|(of, _)| *of == table)
+        .map(|(_, name)| name)
+        .collect()
 }
 
 /// Reads a file and puts what it says over the draft. Relative paths begin at its folder.

@@ -112,7 +112,7 @@ impl Key {
     }
 
     /// The table of the file that it is in, and its name there.
-    pub(super) fn place(&self) -> (&'static str, &'static str) {
+    pub(super) fn table_and_name(&self) -> (&'static str, &'static str) {
         self.path.rsplit_once('.').unwrap_or(("", self.path))
     }
 

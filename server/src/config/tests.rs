@@ -256,7 +256,7 @@ fn each_key_can_be_said_in_each_way_and_takes_its_own_default() {
         let value = key.value(&mut draft);
         assert_eq!(value.is_none(), !key.example.is_empty(), "{} has a default or an example", key.path);
         let Some(value) = value else { continue };
-        let (table, name) = key.place();
+        let (table, name) = key.table_and_name();
         let text = if table.is_empty() {
             format!("{name} = {value}")
         } else {

@@ -28,7 +28,7 @@ pub(super) fn default_file() -> String {
                 let _ = write!(meaning, " ({})", key.takes());
             }
             comment(&mut text, &sentence(&meaning));
-            let name = key.place().1;
+            let name = key.table_and_name().1;
             let _ = match key.value(&mut Draft::default()) {
                 Some(value) => writeln!(text, "#{name} = {value}"),
                 None => writeln!(text, "##{name} = {}", key.example),
@@ -55,7 +55,7 @@ pub(super) fn document() -> String {
             let flag = key.flag.map_or(String::new(), |flag| format!("`--{flag}`"));
             let default =
                 key.value(&mut Draft::default()).map_or(String::new(), |value| format!("`{value}`"));
-            let name = key.place().1;
+            let name = key.table_and_name().1;
             let _ = writeln!(text, "| `{name}` | {flag} | {} | {default} | {} |", key.takes(), key.meaning);
         }
         text.push('\n');
@@ -75,7 +75,7 @@ pub(super) fn show(draft: &mut Draft) -> String {
             .filter_map(|key| {
                 let value = key.value(draft)?;
                 let said = draft.origin(key.path).map_or("default".into(), ToString::to_string);
-                Some(format!("{} = {value}  # {said}", key.place().1))
+                Some(format!("{} = {value}  # {said}", key.table_and_name().1))
             })
             .collect();
         if !table.is_empty() && !lines.is_empty() {
@@ -91,7 +91,7 @@ pub(super) fn show(draft: &mut Draft) -> String {
 }
 
 fn of_table(table: &str) -> impl Iterator<Item = &'static Key> {
-    KEYS.iter().filter(move |key| key.place().0 == table)
+    KEYS.iter().filter(move |key| key.table_and_name().0 == table)
 }
 
 fn sentence(meaning: &str) -> String {

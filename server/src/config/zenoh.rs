@@ -256,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_said_is_loopback_and_looks_for_nobody() {
+    fn nothing_said_is_loopback_and_looks_for_no_peers() {
         let settings = Zenoh::default().settings().unwrap();
         assert_eq!(strings(&value(&settings, "listen/endpoints")), ["tcp/127.0.0.1:7447"]);
         for key in ["scouting/multicast/enabled", "scouting/gossip/enabled", "adminspace/enabled"] {
@@ -269,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn whoever_joins_a_router_need_not_listen() {
+    fn a_daemon_that_joins_a_router_need_not_listen() {
         let mut zenoh = Zenoh::default();
         zenoh.set_connect(vec!["tcp/10.0.0.1:7447".into()]).unwrap();
         assert!(zenoh.listens_on().is_empty());

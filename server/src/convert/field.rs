@@ -7,8 +7,7 @@ use std::time::Duration;
 
 use simd_model::shown;
 
-/// Longest name of anything, in bytes: names come back in messages and headers.
-const MAX_NAME_BYTES: usize = 1024;
+use crate::info::MAX_NAME_BYTES;
 
 /// A field whose value cannot be.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

@@ -160,8 +160,8 @@ fn slice<'a, T>(values: &'a [T], range: &Range<usize>) -> &'a [T] {
     values.get(range.clone()).unwrap_or_default()
 }
 
-fn gather<'a, T: Copy>(values: &'a [T], places: &'a [usize]) -> impl Iterator<Item = T> + 'a {
-    places.iter().filter_map(|place| values.get(*place).copied())
+fn gather<'a, T: Copy>(values: &'a [T], indices: &'a [usize]) -> impl Iterator<Item = T> + 'a {
+    indices.iter().filter_map(|index| values.get(*index).copied())
 }
 
 fn mode(mode: Mode) -> i32 {

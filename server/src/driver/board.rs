@@ -211,7 +211,7 @@ impl Publisher {
     /// A state without another holder: an old one, or a copy of the newest.
     fn unread(&mut self) -> Arc<Published> {
         match self.retired.iter_mut().position(|old| Arc::get_mut(old).is_some()) {
-            Some(place) => self.retired.swap_remove(place),
+            Some(index) => self.retired.swap_remove(index),
             None => Arc::new(Published::clone(&self.board.newest.load())),
         }
     }

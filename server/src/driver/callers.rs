@@ -68,7 +68,7 @@ impl<W: World> Shared<W> {
                 if run(&mut lock, |driver| {
                     let is_busy = driver.state == RunState::Playing || driver.has_work();
                     if !is_busy {
-                        driver.publish_leftovers();
+                        driver.publish_pending();
                     }
                     is_busy
                 })

@@ -78,7 +78,7 @@ pub(crate) enum Event {
         reply: ReplyTo<Moment>,
     },
     /// Tell the whole state, which the published one is a part of: for copies of the world that run on from it.
-    Snapshot {
+    WholeState {
         /// With the published state of the same moment.
         reply: ReplyTo<(Saved, Arc<Published>)>,
     },
@@ -101,7 +101,7 @@ impl Event {
             | Self::Step { .. }
             | Self::SetPhysics { .. }
             | Self::Record { .. }
-            | Self::Snapshot { .. }
+            | Self::WholeState { .. }
             // A flag beside it ends the step.
             | Self::Shutdown => false,
         }

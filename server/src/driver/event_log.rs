@@ -298,7 +298,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slow_reader_is_told_how_many_it_missed() {
+    fn a_slow_reader_learns_how_many_it_missed() {
         let log = EventLog::new(KEPT);
         (0..KEPT + 10).for_each(|_| overrun(&log));
         let batch = log.after(4);

@@ -62,7 +62,7 @@ impl<W: World> Driver<W> {
     }
 
     /// Shows what a caller that went away before its first step has left.
-    pub(super) fn publish_leftovers(&mut self) {
+    pub(super) fn publish_pending(&mut self) {
         if self.has_unpublished && self.state != RunState::Playing {
             self.publish();
         }
@@ -134,8 +134,8 @@ impl<W: World> Driver<W> {
                 drop(reply.send(self.set_physics(change, pace, claim, sender)));
             }
             Event::Record { tap, reply } => drop(reply.send(Ok(self.set_tap(tap)))),
-            Event::Snapshot { reply } if reply.is_closed() => {}
-            Event::Snapshot { reply } => drop(reply.send(Ok(self.snapshot()))),
+            Event::WholeState { reply } if reply.is_closed() => {}
+            Event::WholeState { reply } => drop(reply.send(Ok(self.whole_state()))),
             Event::Shutdown => return ControlFlow::Break(()),
         }
         ControlFlow::Continue(())

@@ -42,16 +42,16 @@ impl<W: World> Driver<W> {
         let world = &self.world;
         let published = self.publisher.board().newest();
         let entry =
-            WorldEntry { at: world.now(), state: world.snapshot(), claims: world.claims(), published };
+            WorldEntry { at: world.now(), state: world.to_saved(), claims: world.claims(), published };
         self.record(Entry::World(Box::new(entry)));
     }
 
     /// The whole state, and what is published of it. Costs what a save costs.
-    pub(super) fn snapshot(&mut self) -> (Saved, Arc<Published>) {
+    pub(super) fn whole_state(&mut self) -> (Saved, Arc<Published>) {
         if self.has_unpublished {
             self.publish();
         }
-        (self.world.snapshot(), self.publisher.board().newest())
+        (self.world.to_saved(), self.publisher.board().newest())
     }
 
     /// Another recorder, or none any more: the last entry of each is the whole world.

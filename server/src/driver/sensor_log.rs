@@ -33,7 +33,7 @@ use super::published::Published;
 pub(crate) use cameras::CameraSample;
 use cameras::CameraSamples;
 use reading::OfState;
-pub use reading::{LoggedReading, Measured, Touch, TouchPartner};
+pub use reading::{ContactReading, LoggedReading, Measured, NamedContactPartner};
 pub use ring::ReadingBatch;
 use ring::Ring;
 use scans::{CountedSample, DueSamples, Scans};

@@ -114,8 +114,8 @@ impl World for Toy {
         self.now
     }
 
-    fn snapshot(&self) -> Saved {
-        Simulation::new(self.settings, WorldLimits::default()).snapshot()
+    fn to_saved(&self) -> Saved {
+        Simulation::new(self.settings, WorldLimits::default()).to_saved()
     }
 
     fn settings(&self) -> PhysicsSettings {
@@ -168,8 +168,8 @@ impl World for Stuck {
         self.world.now()
     }
 
-    fn snapshot(&self) -> Saved {
-        Toy::default().snapshot()
+    fn to_saved(&self) -> Saved {
+        Toy::default().to_saved()
     }
 
     fn settings(&self) -> PhysicsSettings {

@@ -33,8 +33,8 @@ pub(crate) trait World: Send + 'static {
     fn settings(&self) -> PhysicsSettings;
     /// See [`Simulation::observe`].
     fn observe(&self, state: &mut PublishedState);
-    /// See [`Simulation::snapshot`].
-    fn snapshot(&self) -> Saved;
+    /// See [`Simulation::to_saved`].
+    fn to_saved(&self) -> Saved;
     /// See [`Simulation::claims`].
     fn claims(&self) -> Vec<ClaimRequest> {
         Vec::new()
@@ -90,8 +90,8 @@ impl World for Simulation {
         Simulation::take_due_samples(self, into);
     }
 
-    fn snapshot(&self) -> Saved {
-        Simulation::snapshot(self)
+    fn to_saved(&self) -> Saved {
+        Simulation::to_saved(self)
     }
 
     fn claims(&self) -> Vec<ClaimRequest> {

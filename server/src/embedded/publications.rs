@@ -18,7 +18,7 @@ use crate::zenoh::publications::{STATISTICS, UNCHANGED, joint_states, link_poses
 const WAIT: Duration = Duration::from_secs(60);
 /// Between two messages of a sensor.
 const SENSORS: Duration = Duration::from_millis(20);
-/// In the place of a name: all of them.
+/// Instead of a name: all of them.
 const ALL: &str = "*";
 
 /// What is published.

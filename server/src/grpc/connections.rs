@@ -85,9 +85,9 @@ struct Shares {
     peer: usize,
 }
 
-/// One connection's place among those that are served.
+/// The slot of a connection that is served.
 #[derive(Debug)]
-pub(super) struct Place {
+pub(super) struct Slot {
     connections: Arc<Connections>,
     /// No other connection has it.
     pub(super) number: u64,
@@ -142,7 +142,7 @@ impl Connections {
         number: u64,
         address: Address,
         draining: &CancellationToken,
-    ) -> Result<Place, Full> {
+    ) -> Result<Slot, Full> {
         let now = Instant::now();
         let mut state = self.lock();
         let room = state.make_room(address, self.shares(), now, |_| true);
@@ -154,7 +154,7 @@ impl Connections {
             return Err(full);
         }
         let (activity, end, cut) = (Activity::new(now), draining.child_token(), CancellationToken::new());
-        let place = Place {
+        let slot = Slot {
             connections: Arc::clone(self),
             number,
             activity: Arc::clone(&activity),
@@ -163,7 +163,7 @@ impl Connections {
         };
         let entry = Entry { address, is_http1: false, activity, end, cut, closing_since: None };
         state.open.insert(number, entry);
-        Ok(place)
+        Ok(slot)
     }
 
     /// How many there are.
@@ -191,12 +191,12 @@ impl Connections {
     }
 }
 
-impl Place {
+impl Slot {
     pub(super) fn limits(&self) -> &DaemonLimits {
         &self.connections.limits
     }
 
-    /// Its client speaks HTTP/1.1, for which there are fewer places.
+    /// Its client speaks HTTP/1.1, for which there are fewer slots.
     pub(super) fn becomes_http1(&self) -> Result<(), Full> {
         let now = Instant::now();
         let mut state = self.connections.lock();
@@ -211,7 +211,7 @@ impl Place {
     }
 }
 
-impl Drop for Place {
+impl Drop for Slot {
     fn drop(&mut self) {
         self.connections.lock().open.remove(&self.number);
         self.cut.cancel();
@@ -235,17 +235,17 @@ impl State {
         self.hold_to(shares.all, Full::All, now, is_meant)
     }
 
-    /// Where a group has all of its places, closes the one in it that is idle for longest.
+    /// Where a group has all of its slots, closes the one in it that is idle for longest.
     fn hold_to(
         &mut self,
-        places: usize,
+        slots: usize,
         full: Full,
         now: Instant,
         is_in_group: impl Fn(&Entry) -> bool,
     ) -> Result<(), Full> {
         let is_in_group = |entry: &Entry| entry.closing_since.is_none() && is_in_group(entry);
         let group = || self.open.iter().filter(|(_, entry)| is_in_group(entry));
-        if group().count() < places {
+        if group().count() < slots {
             return Ok(());
         }
         let idle = group().filter_map(|(number, entry)| Some((entry.activity.idle_since()?, *number)));

@@ -15,7 +15,7 @@ use tokio_util::sync::{CancellationToken, WaitForCancellationFutureOwned};
 use tonic::transport::server::Connected;
 
 use super::calls::Origin;
-use super::connections::{Address, Connections, Place};
+use super::connections::{Address, Connections, Slot};
 use crate::handle::{Disconnect, Peer};
 
 /// How long nothing is accepted after an error: most, such as too many open
@@ -29,12 +29,12 @@ const PREFACE: &[u8] = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n";
 static ACCEPTED: AtomicU64 = AtomicU64::new(0);
 
 /// Accepts from `source`, for as long as it lasts, and serves what there is room for; the rest is closed. Accepting
-/// goes on where there is none, since a client may come for which a place is reserved. Errors of accepting are logged.
+/// goes on where there is none, since a client may come for which a slot is reserved. Errors of accepting are logged.
 pub(super) async fn accept<S, T>(
     mut source: S,
     connections: &Arc<Connections>,
     draining: &CancellationToken,
-    mut serve: impl FnMut(T, Place, IpAddr),
+    mut serve: impl FnMut(T, Slot, IpAddr),
 ) where
     S: Stream<Item = io::Result<(T, IpAddr)>> + Unpin,
 {
@@ -44,8 +44,8 @@ pub(super) async fn accept<S, T>(
             Ok((io, address)) => {
                 is_failing = false;
                 let number = ACCEPTED.fetch_add(1, Ordering::Relaxed);
-                if let Ok(place) = connections.admit(number, Address::from(address), draining) {
-                    serve(io, place, address);
+                if let Ok(slot) = connections.admit(number, Address::from(address), draining) {
+                    serve(io, slot, address);
                 }
             }
             Err(error) => {
@@ -59,7 +59,7 @@ pub(super) async fn accept<S, T>(
     }
 }
 
-/// A connection with its place among those that are served.
+/// A connection with its slot among those that are served.
 #[derive(Debug)]
 pub(super) struct Connection<T> {
     io: T,
@@ -67,8 +67,8 @@ pub(super) struct Connection<T> {
     is_cut: Pin<Box<WaitForCancellationFutureOwned>>,
     /// Where it comes from.
     address: IpAddr,
-    /// Dropped after `io`, so that there are never more connections than places.
-    place: Place,
+    /// Dropped after `io`, so that there are never more connections than slots.
+    slot: Slot,
 }
 
 /// What is known of the other side.
@@ -84,20 +84,20 @@ enum Speaks {
 
 impl<T> Connection<T> {
     /// Its deadlines are of the runtime that this is called on.
-    pub(super) fn new(io: T, place: Place, address: IpAddr) -> Self {
-        let deadline = Box::pin(tokio::time::sleep(place.limits().begin));
-        let is_cut = Box::pin(place.cut.clone().cancelled_owned());
-        Self { io, speaks: Speaks::Opening { sent: 0, deadline }, is_cut, address, place }
+    pub(super) fn new(io: T, slot: Slot, address: IpAddr) -> Self {
+        let deadline = Box::pin(tokio::time::sleep(slot.limits().begin));
+        let is_cut = Box::pin(slot.cut.clone().cancelled_owned());
+        Self { io, speaks: Speaks::Opening { sent: 0, deadline }, is_cut, address, slot }
     }
 
     /// Set when it shall take no more calls.
     pub(super) fn end(&self) -> CancellationToken {
-        self.place.end.clone()
+        self.slot.end.clone()
     }
 
     /// Set once it has ended.
     pub(super) fn ended(&self) -> CancellationToken {
-        self.place.cut.clone()
+        self.slot.cut.clone()
     }
 
     /// Whether it was cut, or nothing came or went for too long.
@@ -124,7 +124,7 @@ impl<T> Connection<T> {
 
 impl Speaks {
     /// Looks at the next bytes of the other side.
-    fn heard(&mut self, bytes: &[u8], place: &Place) -> io::Result<()> {
+    fn heard(&mut self, bytes: &[u8], slot: &Slot) -> io::Result<()> {
         let Self::Opening { sent, .. } = self else {
             self.moved();
             return Ok(());
@@ -138,8 +138,8 @@ impl Speaks {
             }
             return Ok(());
         }
-        place.becomes_http1().map_err(io::Error::other)?;
-        let silence = place.limits().http1_silence;
+        slot.becomes_http1().map_err(io::Error::other)?;
+        let silence = slot.limits().http1_silence;
         *self = Self::Http1 { deadline: Box::pin(tokio::time::sleep(silence)), silence };
         Ok(())
     }
@@ -176,8 +176,8 @@ impl<T: AsyncRead + Unpin> AsyncRead for Connection<T> {
         match polled {
             Poll::Pending => self.check(context)?,
             Poll::Ready(_) => {
-                let Self { speaks, place, .. } = &mut *self;
-                speaks.heard(buffer.filled().get(before..).unwrap_or_default(), place)?;
+                let Self { speaks, slot, .. } = &mut *self;
+                speaks.heard(buffer.filled().get(before..).unwrap_or_default(), slot)?;
             }
         }
         polled
@@ -222,9 +222,9 @@ impl<T> Connected for Connection<T> {
 
     fn connect_info(&self) -> Origin {
         Origin {
-            peer: Peer::Connection { number: self.place.number, address: self.address },
-            activity: Arc::clone(&self.place.activity),
-            disconnect: Disconnect(self.place.cut.clone()),
+            peer: Peer::Connection { number: self.slot.number, address: self.address },
+            activity: Arc::clone(&self.slot.activity),
+            disconnect: Disconnect(self.slot.cut.clone()),
         }
     }
 }

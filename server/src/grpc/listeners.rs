@@ -37,7 +37,7 @@ pub struct Listeners {
 pub struct UnixSocket {
     listener: UnixListener,
     path: PathBuf,
-    /// Device and number of the file, by which it is told from one that another process has put there since.
+    /// Device and number of the file, by which it is distinguished from one that another process has put there since.
     file: (u64, u64),
 }
 

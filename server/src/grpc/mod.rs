@@ -77,20 +77,20 @@ async fn serve_within(
     let server = server(&handle, page, *connections.limits());
     let serving = TaskTracker::new();
     let Listeners { tcp, mut unix } = listeners;
-    let from_tcp = accept(accepted(tcp), connections, &draining, |io, place, address| {
+    let from_tcp = accept(accepted(tcp), connections, &draining, |io, slot, address| {
         let (server, tls) = (server.clone(), tls.clone());
         threads.serve(&serving, async move {
             let wire = io.moved_here().map(|io| Wire::new(io, tls.as_deref()));
-            serve_one(server, wire.map(|wire| Connection::new(wire, place, address))).await;
+            serve_one(server, wire.map(|wire| Connection::new(wire, slot, address))).await;
         });
     });
     let from_unix = async {
         let Some(socket) = &mut unix else { return std::future::pending().await };
-        let serve = |io: UnixStream, place, address| {
+        let serve = |io: UnixStream, slot, address| {
             let server = server.clone();
             threads.serve(&serving, async move {
                 let wire = io.moved_here().map(Wire::Unix);
-                serve_one(server, wire.map(|wire| Connection::new(wire, place, address))).await;
+                serve_one(server, wire.map(|wire| Connection::new(wire, slot, address))).await;
             });
         };
         accept(socket.accepted(), connections, &draining, serve).await;

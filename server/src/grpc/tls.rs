@@ -110,7 +110,7 @@ impl Wire {
         }
     }
 
-    fn shake_hands(&mut self, context: &mut Context<'_>) -> Poll<io::Result<()>> {
+    fn handshake(&mut self, context: &mut Context<'_>) -> Poll<io::Result<()>> {
         if let Self::Handshake(accept) = self {
             let stream = ready!(Pin::new(accept.as_mut()).poll(context))?;
             *self = Self::Tls(Box::new(stream));
@@ -125,7 +125,7 @@ impl AsyncRead for Wire {
         context: &mut Context<'_>,
         buffer: &mut ReadBuf<'_>,
     ) -> Poll<io::Result<()>> {
-        ready!(self.shake_hands(context))?;
+        ready!(self.handshake(context))?;
         match &mut *self {
             Self::Plain(io) => Pin::new(io).poll_read(context, buffer),
             Self::Unix(io) => Pin::new(io).poll_read(context, buffer),
@@ -141,7 +141,7 @@ impl AsyncWrite for Wire {
         context: &mut Context<'_>,
         bytes: &[u8],
     ) -> Poll<io::Result<usize>> {
-        ready!(self.shake_hands(context))?;
+        ready!(self.handshake(context))?;
         match &mut *self {
             Self::Plain(io) => Pin::new(io).poll_write(context, bytes),
             Self::Unix(io) => Pin::new(io).poll_write(context, bytes),

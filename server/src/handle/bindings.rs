@@ -97,11 +97,11 @@ impl SimHandle {
             let (Some(binding), ParameterChange::Move { value, .. }) = (&parameter.binding, change) else {
                 continue;
             };
-            let place = robots.iter().position(|robot| robot.robot == binding.robot).unwrap_or_else(|| {
+            let robot = robots.iter().position(|robot| robot.robot == binding.robot).unwrap_or_else(|| {
                 robots.push(RobotTargets { robot: binding.robot.clone(), ..RobotTargets::default() });
                 robots.len() - 1
             });
-            robots[place].joints.push(binding.target(*value));
+            robots[robot].joints.push(binding.target(*value));
         }
         Ok(robots)
     }

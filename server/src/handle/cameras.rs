@@ -127,7 +127,7 @@ impl SimHandle {
             return Ok(picture);
         }
         let order = order(&state, sensor)
-            .ok_or_else(|| CallError::Internal { message: "a camera has no place".into() })?;
+            .ok_or_else(|| CallError::Internal { message: "a camera has no pose".into() })?;
         self.check_size(&order.view)?;
         self.asked(order, timeout).await
     }
@@ -295,11 +295,11 @@ fn name_of(state: &Published, sensor: &WorldSensor) -> CameraName {
 
 /// A robot's camera by its name; without one the only one that it has.
 fn find<'s>(state: &'s Published, robot: &str, sensor: &str) -> Result<&'s WorldSensor, CallError> {
-    let Some((place, _)) = state.state.entity(robot) else {
+    let Some((index, _)) = state.state.entity(robot) else {
         let known = state.state.world.entities.iter().map(|entity| entity.name.clone()).collect();
         return Err(Error::RobotNotFound { robot: robot.to_owned(), known }.into());
     };
-    let cameras = || state.state.sensors.iter().filter(|of| of.robot == place && camera_of(of).is_some());
+    let cameras = || state.state.sensors.iter().filter(|of| of.robot == index && camera_of(of).is_some());
     let mut named = cameras().filter(|of| sensor.is_empty() || of.definition.name == sensor);
     match (named.next(), named.next()) {
         (Some(found), None) => Ok(found),
@@ -325,7 +325,7 @@ fn find<'s>(state: &'s Published, robot: &str, sensor: &str) -> Result<&'s World
 fn order(state: &Arc<Published>, sensor: &WorldSensor) -> Option<PictureOrder> {
     let camera = camera_of(sensor)?;
     let poses = state.state.link_poses(sensor.robot)?;
-    let place = *poses.get(sensor.definition.link)? * sensor.definition.pose;
+    let world_from_camera = *poses.get(sensor.definition.link)? * sensor.definition.pose;
     let planes = match camera.picture {
         PictureKind::Color => Planes { color: true, ..Planes::default() },
         PictureKind::Depth => Planes { depth: true, ..Planes::default() },
@@ -335,7 +335,7 @@ fn order(state: &Arc<Published>, sensor: &WorldSensor) -> Option<PictureOrder> {
     let view = PictureView {
         width: camera.width,
         height: camera.height,
-        lens: Lens::of_camera(&camera, place),
+        lens: Lens::of_camera(&camera, world_from_camera),
         planes,
         light: Light::default(),
         background: WHITE,

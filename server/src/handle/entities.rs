@@ -229,9 +229,9 @@ impl SimHandle {
         let summaries: Vec<String> = read
             .iter()
             .enumerate()
-            .map(|(place, model)| {
+            .map(|(index, model)| {
                 // Warnings are counted once.
-                if place == 0 { summary(model, &report) } else { summary(model, &LoadReport::default()) }
+                if index == 0 { summary(model, &report) } else { summary(model, &LoadReport::default()) }
             })
             .collect();
         let summary = summaries.join(". ");

@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn work_whose_caller_left_is_told_so_and_what_only_waits_is_not_begun() {
+    async fn work_whose_caller_left_is_cancelled_and_what_only_waits_is_not_begun() {
         let threads = BlockingThreads::computing().unwrap();
         let heavy = HeavyWork::with(1, 2, 2);
         let (begun, has_begun) = tokio::sync::oneshot::channel();

@@ -48,7 +48,7 @@ impl fmt::Display for Owner {
 #[derive(Debug, Default)]
 pub(super) struct SavedStateOwners {
     /// Held from the look at an owner until the state is another's.
-    turn: tokio::sync::Mutex<()>,
+    changing: tokio::sync::Mutex<()>,
     /// Held for a look or a change.
     by_name: Mutex<BTreeMap<String, Owner>>,
 }
@@ -95,13 +95,13 @@ impl SimHandle {
     /// Keeps, replaces or forgets a saved state, if it is the caller's to do. A task of its own, so that a caller who
     /// goes away leaves no state without its owner.
     pub(super) async fn change_saved_state(&self, command: Command) -> Result<Done, CallError> {
-        let changed = tokio::spawn(self.clone().change_saved_state_in_turn(command)).await;
+        let changed = tokio::spawn(self.clone().change_saved_state_alone(command)).await;
         changed.map_err(|error| CallError::Internal { message: error.to_string() })?
     }
 
-    async fn change_saved_state_in_turn(self, command: Command) -> Result<Done, CallError> {
+    async fn change_saved_state_alone(self, command: Command) -> Result<Done, CallError> {
         let owners = &self.inner.saved_state_owners;
-        let _turn = owners.turn.lock().await;
+        let _guard = owners.changing.lock().await;
         let named = match &command {
             Command::SaveState { name }
             | Command::DeleteSavedState { name }

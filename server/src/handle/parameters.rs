@@ -60,7 +60,7 @@ pub struct ParameterList {
 pub enum NameTaken {
     /// Refuse.
     Refuse,
-    /// Take the old one's place.
+    /// Replace the old one.
     Replace,
     /// Add `_1`, `_2`, ... to the name.
     Rename,
@@ -193,14 +193,14 @@ impl SimHandle {
         self.inner.parameters.change(|list| {
             let (version, owner) = (list.version, self.owner());
             let added = |name: &str| Parameter { name: name.into(), kind, version, owner, binding };
-            let added = match (list.place(name), taken) {
+            let added = match (list.index_of(name), taken) {
                 (Some(_), NameTaken::Refuse) => {
                     return Err(CallError::ParameterExists { name: name.to_owned() });
                 }
-                (Some(place), NameTaken::Replace) => {
-                    self.check_parameter(&list.parameters[place])?;
+                (Some(index), NameTaken::Replace) => {
+                    self.check_parameter(&list.parameters[index])?;
                     let added = added(name);
-                    list.parameters[place] = added.clone();
+                    list.parameters[index] = added.clone();
                     return Ok((added, true));
                 }
                 (Some(_), NameTaken::Rename) => added(&list.free_name(name)?),
@@ -230,8 +230,8 @@ impl SimHandle {
             let mut is_other = false;
             let mut set = Vec::with_capacity(changes.len());
             for (index, change) in changes.iter().enumerate() {
-                let place = list.find_place(change.name())?;
-                let parameter = &mut list.parameters[place];
+                let found = list.find_index(change.name())?;
+                let parameter = &mut list.parameters[found];
                 let kind = checked_change(parameter, change, index)?;
                 if kind != parameter.kind {
                     *parameter = Parameter { kind, version, ..parameter.clone() };
@@ -257,9 +257,9 @@ impl SimHandle {
                 return Ok((gone, is_other));
             }
             for name in names {
-                let place = list.find_place(name)?;
-                self.check_parameter(&list.parameters[place])?;
-                list.parameters.remove(place);
+                let index = list.find_index(name)?;
+                self.check_parameter(&list.parameters[index])?;
+                list.parameters.remove(index);
             }
             Ok((names.to_vec(), true))
         })
@@ -279,11 +279,11 @@ impl ParameterList {
         self.parameters.iter().find(|it| &*it.name == name).ok_or_else(|| self.not_found(name))
     }
 
-    fn find_place(&self, name: &str) -> Result<usize, CallError> {
-        self.place(name).ok_or_else(|| self.not_found(name))
+    fn find_index(&self, name: &str) -> Result<usize, CallError> {
+        self.index_of(name).ok_or_else(|| self.not_found(name))
     }
 
-    fn place(&self, name: &str) -> Option<usize> {
+    fn index_of(&self, name: &str) -> Option<usize> {
         self.parameters.iter().position(|it| &*it.name == name)
     }
 
@@ -297,7 +297,7 @@ impl ParameterList {
         loop {
             let candidate = format!("{name}_{number}");
             check_name(&candidate)?;
-            if self.place(&candidate).is_none() {
+            if self.index_of(&candidate).is_none() {
                 return Ok(candidate);
             }
             number += 1;

@@ -32,7 +32,7 @@ impl SimHandle {
             sensors: Arc::clone(&self.inner.driver.sensors),
             images: Box::new(self.camera_images()),
         };
-        let _turn = self.inner.recording_turn.lock().await;
+        let _guard = self.inner.recording_lock.lock().await;
         let recordings = self.inner.recordings.clone();
         let begin = move || recordings.begin(request, sources);
         let Running { name, tap, done: _ } = self.loader().off_thread(begin).await??;
@@ -54,7 +54,7 @@ impl SimHandle {
     /// Where none of that name is being made.
     pub async fn stop_recording(&self, name: &str) -> Result<(RecordingInfo, Moment), CallError> {
         self.check_robots(None)?;
-        let turn = self.inner.recording_turn.lock().await;
+        let guard = self.inner.recording_lock.lock().await;
         let running = self.inner.recordings.running();
         let Some(running) = running.filter(|running| name.is_empty() || *running.name == *name) else {
             let which =
@@ -62,7 +62,7 @@ impl SimHandle {
             return Err(CallError::RecordingNotPossible { message: format!("{which} is being made") });
         };
         let at = self.ask(|reply| Event::Record { tap: None, reply }).await?;
-        drop(turn);
+        drop(guard);
         running.done.cancelled().await;
         Ok((self.recording(running.name.to_string()).await?, at))
     }

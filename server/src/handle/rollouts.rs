@@ -36,7 +36,7 @@ const KIBIBYTE: u64 = 1024;
 #[derive(Debug)]
 pub(super) struct RolloutWork {
     permits: FairPermits,
-    turns: Turns,
+    compute_permits: ComputePermits,
     /// A permit for each KiB of answers.
     room: Arc<Semaphore>,
 }
@@ -50,25 +50,25 @@ impl RolloutWork {
         let room = usize::try_from(room).unwrap_or(usize::MAX).min(Semaphore::MAX_PERMITS);
         Self {
             permits: FairPermits::new(ROLLOUTS, waiting, of_one, what),
-            turns: Turns::new(threads),
+            compute_permits: ComputePermits::new(threads),
             room: Arc::new(Semaphore::new(room)),
         }
     }
 }
 
-/// Turns to compute: as many at a time as there are processors, and one less while the world follows the wall clock.
+/// Permits to compute: as many at a time as there are processors, and one less while the world follows the wall clock.
 ///
 /// Threads of low priority give way to the physics thread, though not at once under each scheduler. Where a processor is free of
 /// rollouts, the physics thread need not wait for that.
 #[derive(Debug)]
-struct Turns {
+struct ComputePermits {
     always: Arc<Semaphore>,
     /// None where there is only one processor.
     spare: Arc<Semaphore>,
     threads: usize,
 }
 
-impl Turns {
+impl ComputePermits {
     fn new(processors: usize) -> Self {
         let threads = processors.max(1);
         let always = (threads - 1).max(1);
@@ -76,11 +76,11 @@ impl Turns {
         Self { always: semaphore(always), spare: semaphore(threads - always), threads }
     }
 
-    /// A turn, once there is one; `leaves_one` of those that there are is not given.
+    /// A permit, once there is one; `leaves_one` of those that there are is not given.
     async fn next(&self, leaves_one: bool) -> Result<OwnedSemaphorePermit, CallError> {
         let spare = || Arc::clone(&self.spare).try_acquire_owned().ok();
-        if let Some(turn) = (!leaves_one).then(spare).flatten() {
-            return Ok(turn);
+        if let Some(permit) = (!leaves_one).then(spare).flatten() {
+            return Ok(permit);
         }
         Arc::clone(&self.always).acquire_owned().await.map_err(|_closed| CallError::ShuttingDown)
     }
@@ -191,8 +191,8 @@ impl Job {
                 break;
             };
             look();
-            if let Some(place) = lock(&self.results).get_mut(batch) {
-                *place = Some(result);
+            if let Some(slot) = lock(&self.results).get_mut(batch) {
+                *slot = Some(result);
             }
             self.done.fetch_add(self.rollout.copies_of(batch).len(), Ordering::Relaxed);
             if begun.elapsed() >= SLICE {
@@ -216,7 +216,7 @@ impl Running {
     /// # Errors
     /// Where it takes longer than a rollout may, and where the daemon drains.
     async fn compute(&self) -> Result<Vec<BatchResult>, CallError> {
-        let threads = self.handle.inner.rollouts.turns.threads.min(self.job.rollout.batches());
+        let threads = self.handle.inner.rollouts.compute_permits.threads.min(self.job.rollout.batches());
         try_join_all((0..threads).map(|_| self.slices())).await?;
         lock(&self.job.permit).take();
         if self.job.draining.is_cancelled() {
@@ -237,10 +237,11 @@ impl Running {
     /// One slice after the other, until there is nothing left to begin.
     async fn slices(&self) -> Result<(), CallError> {
         loop {
-            let turn = self.handle.inner.rollouts.turns.next(self.handle.follows_wall_clock()).await?;
+            let permit =
+                self.handle.inner.rollouts.compute_permits.next(self.handle.follows_wall_clock()).await?;
             let job = Arc::clone(&self.job);
             let slice = self.handle.loader().threads().run(move || {
-                let _turn = turn;
+                let _permit = permit;
                 job.slice()
             });
             let goes_on = slice.await.map_err(|error| CallError::Internal { message: error.to_string() })?;
@@ -273,7 +274,7 @@ impl SimHandle {
         let permit = self.until_drained(work.permits.acquire()).await??;
         let (saved, start) = match from {
             RolloutFrom::Present => {
-                let (saved, published) = self.ask(|reply| Event::Snapshot { reply }).await?;
+                let (saved, published) = self.ask(|reply| Event::WholeState { reply }).await?;
                 (saved, RolloutStart::Published(published))
             }
             RolloutFrom::Saved(name) => {
@@ -322,11 +323,11 @@ mod tests {
 
     use super::*;
 
-    /// Turns that are given at once.
-    fn given(turns: &Turns, leaves_one: bool) -> Vec<OwnedSemaphorePermit> {
+    /// Permits that are given at once.
+    fn given(permits: &ComputePermits, leaves_one: bool) -> Vec<OwnedSemaphorePermit> {
         let mut all = Vec::new();
-        while let Some(turn) = turns.next(leaves_one).now_or_never() {
-            all.push(turn.unwrap());
+        while let Some(permit) = permits.next(leaves_one).now_or_never() {
+            all.push(permit.unwrap());
         }
         all
     }
@@ -334,12 +335,12 @@ mod tests {
     #[test]
     fn a_world_that_follows_the_wall_clock_keeps_a_processor() {
         for (processors, kept) in [(1, 1), (2, 1), (8, 7)] {
-            let turns = Turns::new(processors);
-            assert_eq!(given(&turns, false).len(), processors, "all of them else");
-            let taken = given(&turns, true);
+            let permits = ComputePermits::new(processors);
+            assert_eq!(given(&permits, false).len(), processors, "all of them else");
+            let taken = given(&permits, true);
             assert_eq!(taken.len(), kept);
             assert_eq!(
-                given(&turns, false).len(),
+                given(&permits, false).len(),
                 processors - kept,
                 "what is left is there for another moment"
             );
@@ -347,10 +348,10 @@ mod tests {
     }
 
     #[test]
-    fn a_turn_comes_back_where_it_was_taken() {
-        let turns = Turns::new(2);
-        drop(given(&turns, false));
-        assert_eq!(given(&turns, true).len(), 1);
-        assert_eq!(given(&turns, false).len(), 2);
+    fn a_permit_comes_back_where_it_was_taken() {
+        let permits = ComputePermits::new(2);
+        drop(given(&permits, false));
+        assert_eq!(given(&permits, true).len(), 1);
+        assert_eq!(given(&permits, false).len(), 2);
     }
 }

@@ -65,7 +65,7 @@ impl SimHandle {
     /// Where there is no such robot.
     pub fn sensors(&self, robot: Option<&str>) -> Result<(Arc<Published>, Vec<NumberedSensor>), CallError> {
         let state = self.newest();
-        let only = robot.map(|robot| place(&state, robot)).transpose()?;
+        let only = robot.map(|robot| robot_index(&state, robot)).transpose()?;
         let all = state.state.sensors.iter().filter(|of| only.is_none_or(|only| of.robot == only));
         let found: Vec<WorldSensor> = all.cloned().collect();
         let last = self.inner.driver.sensors.last_sequences(found.iter().map(|of| of.id));
@@ -197,7 +197,9 @@ impl SimHandle {
         let state = self.newest();
         let wanted = cursors
             .iter()
-            .map(|cursor| Ok((find(&state, place(&state, &cursor.robot)?, &cursor.sensor)?.id, cursor.after)))
+            .map(|cursor| {
+                Ok((find(&state, robot_index(&state, &cursor.robot)?, &cursor.sensor)?.id, cursor.after))
+            })
             .collect::<Result<Vec<_>, CallError>>()?;
         let batches = self.inner.driver.sensors.after(&wanted, MOST_NEXT_BYTES);
         let named = |(cursor, batch): (&SensorCursor, ReadingBatch)| SensorReadings {
@@ -244,7 +246,7 @@ fn chosen<'a>(
     }
     let mut found = Vec::new();
     for SensorSelection { robot, sensors } in selections {
-        let robot = place(state, robot)?;
+        let robot = robot_index(state, robot)?;
         if sensors.is_empty() {
             found.extend(state.state.sensors.iter().filter(|of| of.robot == robot));
         }
@@ -256,8 +258,8 @@ fn chosen<'a>(
 }
 
 /// The index of a robot.
-fn place(state: &Published, robot: &str) -> Result<usize, CallError> {
-    let found = state.state.entity(robot).map(|(place, _)| place);
+fn robot_index(state: &Published, robot: &str) -> Result<usize, CallError> {
+    let found = state.state.entity(robot).map(|(index, _)| index);
     found.ok_or_else(|| {
         let known = state.state.world.entities.iter().map(|entity| entity.name.clone()).collect();
         Error::RobotNotFound { robot: robot.to_owned(), known }.into()

@@ -116,15 +116,6 @@ impl SimHandle {
         self.until_drained(self.ask(|reply| Event::Step { targets, steps, claim, sender, reply })).await?
     }
 
-    /// Changes how steps follow the wall clock.
-    ///
-    /// # Errors
-    /// Where the factor is not within 0.001 and 1,000.
-    pub async fn set_pace(&self, pace: Pace) -> Result<Done, CallError> {
-        let (done, _, _) = self.set_physics(PhysicsChange::default(), pace.into()).await?;
-        Ok(done)
-    }
-
     /// Changes how steps are done and how they follow the wall clock: both or,
     /// where one of them is refused, nothing. Answers with what is in force.
     ///

@@ -152,7 +152,7 @@ async fn a_world_that_panics_fails_every_call_with_the_reason() {
 }
 
 #[tokio::test]
-async fn a_world_whose_end_panics_too_leaves_nobody_waiting() {
+async fn a_world_whose_end_panics_too_leaves_no_caller_waiting() {
     let (handle, _) = handle(Toy::panicking_twice_at(3), RunState::Paused);
     let during = handle.step(10).await.unwrap_err();
     handle.driver_ended().cancelled().await;
@@ -206,7 +206,8 @@ async fn steps_and_factors_out_of_bounds_are_refused() {
     assert!(matches!(handle.step(0).await, Err(CallError::InvalidValue { .. })));
     assert!(matches!(handle.step(u64::MAX).await, Err(CallError::LimitExceeded { .. })));
     for factor in [0.0, -1.0, f64::NAN, 1001.0] {
-        let refused = handle.set_pace(Pace::AsFastAsPossible { factor }).await;
+        let pace = Pace::AsFastAsPossible { factor }.into();
+        let refused = handle.set_physics(PhysicsChange::default(), pace).await;
         assert!(matches!(refused, Err(CallError::InvalidValue { .. })), "{factor}");
     }
     let change = PhysicsChange { time_step: Some(0.01), ..PhysicsChange::default() };

@@ -23,13 +23,8 @@ pub(super) async fn mesh(
     Path(name): Path<String>,
     asked: HeaderMap,
 ) -> Response<Body> {
-    match hash_of(&name) {
-        Some(sha256) => {
-            let found = gltf(&page, MeshKey::Mesh(sha256), sha256, &asked).await;
-            found.unwrap_or_else(|| not_found("no robot uses a mesh of this hash"))
-        }
-        None => not_found("the address of a mesh is /meshes/SHA256.glb"),
-    }
+    let missing = ["the address of a mesh is /meshes/SHA256.glb", "no robot uses a mesh of this hash"];
+    gltf_of(&page, &name, MeshKey::Mesh, missing, &asked).await
 }
 
 /// `GET /colliders/SHA256.glb`: a convex collider of a robot, as binary glTF.
@@ -38,13 +33,22 @@ pub(super) async fn collider(
     Path(name): Path<String>,
     asked: HeaderMap,
 ) -> Response<Body> {
-    match hash_of(&name) {
-        Some(sha256) => {
-            let found = gltf(&page, MeshKey::Collider(sha256), sha256, &asked).await;
-            found.unwrap_or_else(|| not_found("no robot has a convex collider of this hash"))
-        }
-        None => not_found("the address of a collider is /colliders/SHA256.glb"),
-    }
+    let missing =
+        ["the address of a collider is /colliders/SHA256.glb", "no robot has a convex collider of this hash"];
+    gltf_of(&page, &name, MeshKey::Collider, missing, &asked).await
+}
+
+/// What is said where the name is no hash, and where there is nothing of that hash, is `missing`.
+async fn gltf_of(
+    page: &Page,
+    name: &str,
+    key: fn(Sha256) -> MeshKey,
+    missing: [&'static str; 2],
+    asked: &HeaderMap,
+) -> Response<Body> {
+    let [no_hash, unknown] = missing;
+    let Some(sha256) = hash_of(name) else { return not_found(no_hash) };
+    gltf(page, key(sha256), sha256, asked).await.unwrap_or_else(|| not_found(unknown))
 }
 
 fn hash_of(name: &str) -> Option<Sha256> {

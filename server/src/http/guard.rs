@@ -42,7 +42,7 @@ impl Hosts {
         Self(names.iter().map(|name| name.to_ascii_lowercase()).collect())
     }
 
-    /// Whether no other site can make a browser believe that this is where their page comes from.
+    /// Whether no other site can make a browser take it that this is where their page comes from.
     fn allow(&self, host: &str) -> bool {
         let name = without_port(host);
         let address = name.strip_prefix('[').and_then(|name| name.strip_suffix(']')).unwrap_or(name);
@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn a_name_that_a_stranger_can_point_here_is_refused() {
+    fn a_name_that_untrusted_parties_can_point_here_is_refused() {
         for host in [
             "evil.example",
             "evil.example:7400",

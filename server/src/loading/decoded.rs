@@ -122,7 +122,7 @@ fn bytes(mesh: &MeshAsset) -> u64 {
     let mut images = BTreeMap::new();
     let mut looks = size_of_val(mesh.paints.as_slice());
     for texture in mesh.paints.iter().filter_map(|paint| paint.texture.as_ref()) {
-        looks += size_of_val(texture.places.as_slice());
+        looks += size_of_val(texture.uvs.as_slice());
         images.insert(texture.image.sha256, texture.image.bytes.len());
     }
     (triangles + looks + images.into_values().sum::<usize>()) as u64

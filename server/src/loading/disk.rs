@@ -133,9 +133,9 @@ pub(super) struct DiskAssets {
 
 impl DiskAssets {
     /// Files of at most `limit` bytes each.
-    pub(super) fn new(place: &OnDisk, limit: u64) -> Self {
-        let locator = Locator::new(&place.urdf);
-        let locator = match &place.root {
+    pub(super) fn new(robot: &OnDisk, limit: u64) -> Self {
+        let locator = Locator::new(&robot.urdf);
+        let locator = match &robot.root {
             Some(root) => locator.within(root),
             None => locator.with_environment(),
         };

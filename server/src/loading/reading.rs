@@ -193,9 +193,9 @@ impl Loader {
                     let reading = |part| Reading::new(part, files.clone(), uris.clone());
                     Ok(parts.into_iter().map(reading).collect())
                 }
-                Material::Disk(place) => {
-                    let urdf = read_file(&place.urdf, limits.description_bytes)?;
-                    let files = DiskAssets::new(&place, limits.asset_bytes);
+                Material::Disk(robot) => {
+                    let urdf = read_file(&robot.urdf, limits.description_bytes)?;
+                    let files = DiskAssets::new(&robot, limits.asset_bytes);
                     let parts = read_parts(urdf, &files, &which, &options, &decoded, &reporter)?;
                     let files = files.into_files();
                     let reading = |part| Reading::new(part, files.clone(), BTreeSet::new());

@@ -4,7 +4,7 @@
 //! The numbers of the header are little-endian:
 //!
 //! ```text
-//! bytes 0 to 7    simdstate
+//! bytes 0 to 7    simdsave
 //! bytes 8 to 11   the version of this format
 //! bytes 12 to 43  the SHA-256 of all that follows
 //! bytes 44 to 45  the length of the next entry
@@ -28,7 +28,7 @@ use simd_core::simulation::{RobotParts, Saved};
 use simd_model::RobotModel;
 use simd_model::robot::Sha256;
 
-use crate::handle::CallError;
+use crate::call_error::CallError;
 
 /// What a file begins with.
 const MAGIC: &[u8; 8] = b"simdsave";
@@ -129,7 +129,7 @@ impl Content {
             if layout(model) != robot.layout {
                 return Err(invalid(format!(
                     "the saved state's robot {:?} has another layout: its description must give the links and joints \
-                     that it gave where the saved_state was exported, and this daemon reads it otherwise",
+                     that it gave where the saved state was exported, and this daemon reads it otherwise",
                     robot.state.entity.name
                 )));
             }

@@ -1,12 +1,10 @@
-//! Saved states out to a file and in from one: a state of the world with all that its robots are made of.
+//! Saved states to files and from them: a state of the world with all that its robots are made of.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use bytes::Bytes;
-use simd_core::simulation::command::SavedStateInfo;
 use simd_core::simulation::{RobotParts, Saved};
-use simd_core::{Command, Reply};
 use simd_model::robot::{Geometry, Sha256};
 use simd_model::{Asset, RobotModel};
 
@@ -14,82 +12,52 @@ use super::Loader;
 use super::progress::Reporter;
 use super::reading::{LoadedRobot, Origin};
 use super::saved_state_file::{Content, Opened, Recipe, SavedRobot, invalid, open, seal};
-use crate::convert::field::Path;
-use crate::handle::{CallError, SimHandle};
+use crate::call_error::CallError;
+use crate::info::MAX_NAME_BYTES;
 
 /// Files by their hash.
 pub(crate) type Files = BTreeMap<Sha256, Arc<[u8]>>;
 
-impl SimHandle {
-    /// Writes a kept state into a file, which is kept as an upload is; gives its hash and size.
+impl Loader {
+    /// A file of a saved state of this name, with its hash.
     ///
     /// # Errors
-    /// Where there is no such state, and where the file would be larger than an upload may be.
-    pub async fn export_saved_state(&self, name: String) -> Result<(Sha256, u64), CallError> {
-        let (sha256, file) = self.saved_state_file(&name).await?;
-        let size = file.len() as u64;
-        self.loader().insert(sha256, file)?;
-        Ok((sha256, size))
-    }
-
-    /// A kept state as a file, with its hash.
-    ///
-    /// # Errors
-    /// Where there is no such state, and where the file would be larger than an upload may be.
-    pub(crate) async fn saved_state_file(&self, name: &str) -> Result<(Sha256, Arc<[u8]>), CallError> {
-        let state = self.newest();
-        let kept = state.state.saved(name)?;
-        let (info, saved) = (kept.info(), kept.saved().clone());
-        drop(state);
-        let loader = self.loader();
-        let (recipes, files) = loader.ingredients(&saved)?;
-        let (sha256, file) = loader.off_thread(move || sealed(&info.name, &saved, recipes, files)).await?;
-        loader.check_file(file.len())?;
+    /// Where the file would be larger than an upload may be.
+    pub(crate) async fn write_saved_state(
+        &self,
+        name: String,
+        saved: Saved,
+    ) -> Result<(Sha256, Arc<[u8]>), CallError> {
+        let (recipes, files) = self.ingredients(&saved)?;
+        let (sha256, file) = self.off_thread(move || sealed(&name, &saved, recipes, files)).await?;
+        self.check_file(file.len())?;
         Ok((sha256, file))
     }
 
-    /// Keeps the state that is in an uploaded file, under this name or, where it is empty, under the
-    /// one that it had.
+    /// The saved state that is in a file, under this name or, where it is empty, under the one that it had.
     ///
     /// # Errors
-    /// Where the file is not here, is none or is damaged, and where its robots cannot be read as they were.
-    pub async fn import_saved_state(
+    /// Where the file is not a saved state or is damaged, and where its robots cannot be read as they were.
+    pub(crate) async fn read_saved_state(
         &self,
-        sha256: Sha256,
+        file: Bytes,
         name: String,
-    ) -> Result<SavedStateInfo, CallError> {
-        let loader = self.loader();
-        let file = loader.lock().store.get(&sha256);
-        let lacking = || CallError::AssetNotUploaded { uri: String::new(), sha256: sha256.to_string() };
-        self.import_saved_state_file(file.ok_or_else(lacking)?, name).await
-    }
-
-    /// The same of a file in memory.
-    ///
-    /// # Errors
-    /// Where the file is none or is damaged, and where its robots cannot be read as they were.
-    pub(crate) async fn import_saved_state_file(
-        &self,
-        file: Arc<[u8]>,
-        name: String,
-    ) -> Result<SavedStateInfo, CallError> {
-        let loader = self.loader();
-        let robots = loader.most_robots();
-        let (opened, files) = loader.off_thread(move || unpacked(&file, robots)).await??;
+    ) -> Result<(String, Saved), CallError> {
+        let robots = self.most_robots();
+        let (opened, files) = self.off_thread(move || unpacked(&file, robots)).await??;
         let Opened { written_by, content } = opened;
         let name = if name.is_empty() { content.name.clone() } else { name };
-        let name = Path::ROOT.field("name").short(name).map_err(|error| invalid(error.to_string()))?;
-        let saved = loader.saved(content, &files, &mut BTreeMap::new()).await?;
-        tracing::info!(saved_state = name, "imported a file that simd {written_by} wrote");
-        let done = self.command(Command::ImportSavedState { name, saved }).await?;
-        match done.applied.reply {
-            Reply::SavedState(info) => Ok(info),
-            other => Err(CallError::Internal { message: format!("this is not a saved state: {other:?}") }),
+        if name.len() > MAX_NAME_BYTES {
+            return Err(invalid(format!(
+                "name is {} bytes long; it must have at most {MAX_NAME_BYTES}",
+                name.len()
+            )));
         }
+        let saved = self.saved(content, &files, &mut BTreeMap::new()).await?;
+        tracing::info!(saved_state = name, "read a file that simd {written_by} wrote");
+        Ok((name, saved))
     }
-}
 
-impl Loader {
     /// Robots that a file may have.
     pub(crate) fn most_robots(&self) -> usize {
         usize::try_from(self.limits.robots).unwrap_or(usize::MAX)

@@ -213,7 +213,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn what_nobody_uses_goes_after_a_while() {
+    async fn what_is_unused_goes_after_a_while() {
         let mut store = store();
         let [used, asked, idle] = [0, 1, 2].map(|n| put(&mut store, n));
         store.pin(&[used]);

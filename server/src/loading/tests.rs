@@ -244,7 +244,7 @@ async fn files_of_robots_stay_and_those_of_deleted_robots_make_room() {
 /// Fourteen megabytes of places where a file was looked for, under its URI and under others.
 fn missing() -> BTreeMap<String, Vec<String>> {
     let places = |uri: &str| (uri.to_owned(), vec!["/nowhere/at/all".to_owned(); 200_000]);
-    [URI, "package://arm/meshes/nobody_asks.stl"].into_iter().map(places).collect()
+    [URI, "package://arm/meshes/unasked.stl"].into_iter().map(places).collect()
 }
 
 #[tokio::test]
@@ -376,7 +376,7 @@ async fn surfaces_made_of_one_mesh_in_many_scales_count_too() {
 }
 
 #[tokio::test]
-async fn whoever_waits_too_long_for_a_reading_is_refused_and_the_work_ends_all_the_same() {
+async fn a_call_that_waits_too_long_for_a_reading_is_refused_and_the_work_ends_all_the_same() {
     let limits = DaemonLimits { reading_seconds: 0, ..DaemonLimits::default() };
     let handle = daemon(limits, &[]);
     let (go, wait) = std::sync::mpsc::channel::<()>();

@@ -65,7 +65,7 @@ fn lines_come_whole_and_in_order() {
 }
 
 #[test]
-fn a_reader_that_reads_nothing_costs_bounded_memory_and_is_told_what_it_missed() {
+fn a_reader_that_reads_nothing_costs_bounded_memory_and_learns_what_it_missed() {
     let bench = Bench::new();
     bench.log("the first\n");
     let first = bench.writes.recv().unwrap();
@@ -86,7 +86,7 @@ fn a_reader_that_reads_nothing_costs_bounded_memory_and_is_told_what_it_missed()
 }
 
 #[test]
-fn what_fails_to_be_written_is_counted_and_told_of_once_it_can_be() {
+fn what_fails_to_be_written_is_counted_and_reported_once_it_can_be() {
     let bench = Bench::new();
     bench.log("lost\n");
     bench.writes.recv().unwrap();
@@ -107,7 +107,7 @@ fn what_fails_to_be_written_is_counted_and_told_of_once_it_can_be() {
 }
 
 #[test]
-fn a_loss_is_told_of_without_another_line() {
+fn a_loss_is_reported_without_another_line() {
     let bench = Bench::new();
     bench.log("the first\n");
     let first = bench.writes.recv().unwrap();
@@ -118,7 +118,7 @@ fn a_loss_is_told_of_without_another_line() {
 }
 
 #[test]
-fn a_reader_that_is_gone_fails_nobody() {
+fn a_reader_that_is_gone_makes_no_writer_fail() {
     let Bench { log, writes, answers } = Bench::new();
     drop((writes, answers));
     for _ in 0..100 {

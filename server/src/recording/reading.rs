@@ -1,4 +1,4 @@
-//! What a recording has, of which nothing is believed: records in their order, files checked against their hashes, and all
+//! What a recording has, of which nothing is trusted: records in their order, files checked against their hashes, and all
 //! that is held in memory bounded.
 
 use std::collections::BTreeMap;
@@ -6,7 +6,7 @@ use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
-use simd_mcap::{Item, Limits, Reader};
+use simd_mcap::{Item, ReadLimits, Reader};
 use simd_model::robot::Sha256;
 use simd_proto::v1;
 
@@ -58,7 +58,7 @@ pub(super) struct Recording<R> {
 impl<R: Read> Recording<R> {
     /// Reads up to what says that it is a recording.
     pub(super) fn open(input: R) -> Result<Self, Unreadable> {
-        let mut reader = Reader::new(input, Limits::default())?;
+        let mut reader = Reader::new(input, ReadLimits::default())?;
         let foreign = || {
             Unreadable::Foreign(format!(
                 "it is no recording of simd: it does not begin with the metadata {METADATA}"
@@ -151,7 +151,7 @@ pub(super) fn contents(paths: &[PathBuf], is_cancelled: &dyn Fn() -> bool) -> io
     let mut topics: BTreeMap<String, (String, u64)> = BTreeMap::new();
     let mut span: Option<(u64, u64)> = None;
     for path in paths {
-        let Ok(mut reader) = Reader::new(BufReader::new(File::open(path)?), Limits::default()) else {
+        let Ok(mut reader) = Reader::new(BufReader::new(File::open(path)?), ReadLimits::default()) else {
             continue;
         };
         // What cannot be read has nothing in it that is known.

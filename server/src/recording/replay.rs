@@ -366,7 +366,7 @@ impl<R: Read> Run<R> {
     async fn compare(&mut self, recorded: &v1::RecordedWorld) -> Result<bool, CallError> {
         let Some(world) = &self.world else { return Ok(false) };
         let is_equal = world.fingerprint() == recorded.fingerprint;
-        let present = (!is_equal).then(|| world.snapshot());
+        let present = (!is_equal).then(|| world.to_saved());
         if let Some(present) = present {
             let (saved, _) = self.decoder.state(&recorded.state_sha256, &self.recording.files).await?;
             let at = self.state.at;

@@ -70,12 +70,12 @@ impl States {
         write(file, "/clock", &Clock { clock: stamp.clone() })?;
         let mut moving = Vec::new();
         let mut versions = BTreeSet::new();
-        for (place, entity) in state.state.world.entities.iter().enumerate() {
+        for (index, entity) in state.state.world.entities.iter().enumerate() {
             versions.insert(entity.version);
             if let Some(joints) = joint_state(state, entity, &stamp) {
                 write(file, &format!("/{}/joint_states", topic_part(&entity.name)), &joints)?;
             }
-            let poses = state.state.link_poses(place).unwrap_or_default();
+            let poses = state.state.link_poses(index).unwrap_or_default();
             moving.extend(transforms(entity, &poses, &stamp, false));
             if self.described.insert(entity.version) {
                 describe(entity, &poses, &stamp, loader, file)?;
@@ -151,11 +151,11 @@ fn joint_state(state: &Published, entity: &EntityLayout, stamp: &Time) -> Option
             continue;
         }
         let position = state.state.positions.get(entity.positions.start + positions.start)?;
-        let place = entity.velocities.start + velocities.start;
+        let index = entity.velocities.start + velocities.start;
         message.name.push(joint.name.clone());
         message.position.push(*position);
-        message.velocity.push(*state.state.velocities.get(place)?);
-        message.effort.push(*state.state.efforts.get(place)?);
+        message.velocity.push(*state.state.velocities.get(index)?);
+        message.effort.push(*state.state.efforts.get(index)?);
     }
     (!message.name.is_empty()).then_some(message)
 }
@@ -165,8 +165,8 @@ pub(super) fn topic_part(name: &str) -> String {
     name.replace('-', "_")
 }
 
-/// Simulated time.
-pub(super) fn stamp(sim_time: f64) -> Time {
+/// Simulated time as ROS has it. It never is below zero.
+pub(crate) fn stamp(sim_time: f64) -> Time {
     #[allow(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,

@@ -183,9 +183,9 @@ impl SensorShape {
                 }
             }
         }
-        let field = |&(name, place): &(&str, u32)| PointField {
+        let field = |&(name, number): &(&str, u32)| PointField {
             name: name.to_owned(),
-            offset: NUMBER_BYTES * place,
+            offset: NUMBER_BYTES * number,
             datatype: PointField::FLOAT32,
             count: 1,
         };

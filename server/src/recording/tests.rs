@@ -127,7 +127,7 @@ async fn run(handle: &SimHandle) {
     handle.reload("arm".into(), None, false).await.unwrap();
     handle.step(60).await.unwrap();
     // Refused, and so not recorded.
-    handle.command(Command::Delete { robot: "nobody".into() }).await.unwrap_err();
+    handle.command(Command::Delete { robot: "missing".into() }).await.unwrap_err();
     handle
         .command(Command::SetEntityState {
             robot: "ball".into(),
@@ -200,7 +200,7 @@ async fn a_run_that_is_changed_differs_and_says_where() {
     let path = recorded(directory.path()).await;
     let file = fs::read(path).unwrap();
     // The same messages, with another target in one command.
-    let mut reader = simd_mcap::Reader::new(&file[..], simd_mcap::Limits::default()).unwrap();
+    let mut reader = simd_mcap::Reader::new(&file[..], simd_mcap::ReadLimits::default()).unwrap();
     let mut writer = simd_mcap::Writer::new(Vec::new(), "", "").unwrap();
     let mut commands = 0;
     while let Some(item) = reader.next().unwrap() {

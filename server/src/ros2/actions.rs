@@ -27,10 +27,11 @@ use tokio::sync::watch;
 
 use super::commands::trajectory;
 use super::endpoints::{Graph, Server, Topic};
-use super::robots::{Robot, stamp};
+use super::robots::Robot;
 use super::services::one;
 use crate::SimHandle;
 use crate::handle::Happened;
+use crate::recording::stamp;
 
 /// Goals that are remembered, those that ended the longest ago are forgotten first.
 pub(super) const GOALS: usize = 32;
@@ -192,14 +193,14 @@ async fn begin(
     }
     let joints = wanted.joint_names.clone();
     let mut tolerances = vec![[Tolerance::default(); 2]; joints.len()];
-    for (place, given) in [path_tolerance, goal_tolerance].into_iter().enumerate() {
+    for (kind, given) in [path_tolerance, goal_tolerance].into_iter().enumerate() {
         for JointTolerance { name, position, velocity, acceleration: _ } in given {
             let Some(joint) = joints.iter().position(|joint| *joint == name) else {
                 return Err(format!("a tolerance is of joint {name:?}, which the trajectory does not have"));
             };
             // 0 is the default, which there is none of here, and -1 any distance.
             let some = |value: f64| (value > 0.0).then_some(value);
-            tolerances[joint][place] = Tolerance { position: some(position), velocity: some(velocity) };
+            tolerances[joint][kind] = Tolerance { position: some(position), velocity: some(velocity) };
         }
     }
     let after = handle.events_after(u64::MAX).last_sequence;

@@ -10,23 +10,21 @@ use simd_core::simulation::sensors::WorldSensor;
 use simd_model::sensor::{Picture as Kind, SensorKind};
 use simd_ros2::messages::sensor_msgs::{CameraInfo, Image};
 use simd_ros2::messages::std_msgs::Header;
-use simd_ros2::wire::{Qos, word};
+use simd_ros2::wire::Qos;
 
 use super::endpoints::{Graph, Topic};
-use super::robots::{Robot, stamp};
+use super::robots::{Robot, SensorKey, sensor_topics};
 use crate::SimHandle;
 use crate::handle::{Picture, Plane};
 use crate::recording::camera_message::{ImageKind, camera_info};
-
-/// A sensor's id, and its topics' name.
-type Key = (u64, String);
+use crate::recording::stamp;
 
 /// The topics of cameras.
 #[derive(Debug, Default)]
 pub(super) struct Cameras {
     /// What there was when they were declared.
     of: Option<(Arc<Vec<WorldSensor>>, Arc<WorldLayout>)>,
-    topics: BTreeMap<Key, CameraTopics>,
+    topics: BTreeMap<SensorKey, CameraTopics>,
 }
 
 /// The topics of a camera.
@@ -59,24 +57,15 @@ impl Cameras {
         if self.of.as_ref().is_some_and(is_same) {
             return Ok(());
         }
-        let mut wanted: Vec<(Key, (&WorldSensor, Kind, &Robot))> = Vec::new();
-        for sensor in &*state.sensors {
+        let is_camera = |sensor: &&WorldSensor| matches!(sensor.definition.kind, SensorKind::Camera(_));
+        let wanted = sensor_topics(state.sensors.iter().filter(is_camera), shown);
+        self.topics.retain(|key, _| wanted.iter().any(|(wanted, ..)| wanted == key));
+        for (key, sensor, robot) in wanted {
             let SensorKind::Camera(camera) = sensor.definition.kind else { continue };
-            // Robots that are shown are the first ones.
-            let Some(robot) = shown.get(sensor.robot) else { continue };
-            let mut topic = format!("{}sensors/{}", robot.prefix, word(&sensor.definition.name));
-            // Names that differ may be one word to ROS.
-            while wanted.iter().any(|((_, taken), _)| *taken == topic) {
-                topic.push('_');
-            }
-            wanted.push(((sensor.id, topic), (sensor, camera.picture, robot)));
-        }
-        self.topics.retain(|key, _| wanted.iter().any(|(wanted, _)| wanted == key));
-        for (key, (sensor, kind, robot)) in wanted {
-            if let Entry::Vacant(place) = self.topics.entry(key) {
+            if let Entry::Vacant(entry) = self.topics.entry(key) {
                 let frame = robot.optical_frame(&sensor.definition.name);
-                let topics = CameraTopics::declare(graph, &place.key().1, kind, frame).await?;
-                place.insert(topics);
+                let topics = CameraTopics::declare(graph, &entry.key().1, camera.picture, frame).await?;
+                entry.insert(topics);
             }
         }
         self.of = Some((Arc::clone(&state.sensors), Arc::clone(&state.world)));

@@ -17,10 +17,11 @@ use super::actions::Action;
 use super::cameras::Cameras;
 use super::commands::{Commands, Inbox};
 use super::endpoints::{Graph, Topic};
-use super::robots::{MAX_ROBOTS, Robot, robots, stamp};
+use super::robots::{MAX_ROBOTS, Robot, robots};
 use super::sensors::Sensors;
 use crate::SimHandle;
 use crate::handle::Published;
+use crate::recording::stamp;
 
 /// A state that does not change is published so often, for those who come late.
 const UNCHANGED: Duration = Duration::from_secs(1);

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use glamx::{DPose3, DQuat, DVec3};
 use simd_core::simulation::published_state::{EntityLayout, PublishedState, WorldLayout};
-use simd_core::simulation::sensors::SensorDefinition;
+use simd_core::simulation::sensors::{SensorDefinition, WorldSensor};
 use simd_model::robot::JointKind;
 use simd_model::sensor::SensorKind;
 use simd_ros2::messages::builtin_interfaces::Time;
@@ -30,7 +30,7 @@ pub(super) struct Robot {
     /// What it is, and where its values lie in a state of the same layout.
     pub(super) entity: Arc<EntityLayout>,
     /// Its index in that layout.
-    pub(super) place: usize,
+    pub(super) index: usize,
     /// Before its topics: empty, or `arm/`. `None` where it has no joints, and so no topics.
     pub(super) topics: Option<String>,
     /// Before its frames, and before the topics of its sensors: empty, or `arm/`.
@@ -47,7 +47,7 @@ pub(super) fn robots(world: &WorldLayout) -> Vec<Robot> {
     let mut taken: Vec<String> = Vec::new();
     let shown = world.entities.iter().enumerate().take(MAX_ROBOTS);
     shown
-        .map(|(place, entity)| {
+        .map(|(index, entity)| {
             let joints = joints(entity);
             let is_alone = with_joints == 1 && !joints.is_empty();
             // Names that differ may be one word to ROS.
@@ -61,7 +61,7 @@ pub(super) fn robots(world: &WorldLayout) -> Vec<Robot> {
             let prefix = if is_alone { String::new() } else { format!("{name}/") };
             let frames = entity.model.links.iter().map(|link| format!("{prefix}{}", link.name)).collect();
             let topics = (!joints.is_empty()).then(|| prefix.clone());
-            Robot { entity: Arc::clone(entity), place, topics, prefix, frames, joints }
+            Robot { entity: Arc::clone(entity), index, topics, prefix, frames, joints }
         })
         .collect()
 }
@@ -98,7 +98,7 @@ impl Robot {
 
     /// Frames that move: of a free root, and of what hangs on joints that move.
     pub(super) fn moving_frames(&self, state: &PublishedState, stamp: &Time, message: &mut TFMessage) {
-        let Some(world_from_link) = state.link_poses(self.place) else { return };
+        let Some(world_from_link) = state.link_poses(self.index) else { return };
         if !self.entity.fixed_base
             && let (Some(pose), Some(root)) = (world_from_link.first(), self.frames.first())
         {
@@ -118,7 +118,7 @@ impl Robot {
     pub(super) fn fixed_frames(&self, state: &PublishedState, message: &mut TFMessage) {
         let start = Time::default();
         if self.entity.fixed_base
-            && let (Some(root), Some(frame)) = (state.roots.get(self.place), self.frames.first())
+            && let (Some(root), Some(frame)) = (state.roots.get(self.index), self.frames.first())
         {
             push(message, &start, WORLD, frame, root.pose);
         }
@@ -129,7 +129,7 @@ impl Robot {
 
     /// Frames of its sensors.
     pub(super) fn sensor_frames(&self, state: &PublishedState, message: &mut TFMessage) {
-        for sensor in state.sensors.iter().filter(|sensor| sensor.robot == self.place) {
+        for sensor in state.sensors.iter().filter(|sensor| sensor.robot == self.index) {
             let SensorDefinition { name, link, pose, .. } = &*sensor.definition;
             if let Some(frame) = self.frames.get(*link) {
                 push(message, &Time::default(), frame, &self.sensor_frame(name), *pose);
@@ -197,13 +197,24 @@ pub(super) fn pose_message(pose: DPose3) -> Pose {
     Pose { position: Point { x, y, z }, orientation: quaternion(pose) }
 }
 
-/// Simulated time as ROS has it. It never is below zero.
-pub(super) fn stamp(sim_time: f64) -> Time {
-    #[allow(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "a cast from a float saturates"
-    )]
-    let nanoseconds = (sim_time * 1e9).round() as u64;
-    Time::from_nanoseconds(nanoseconds)
+/// A sensor's id, and the name of its topic.
+pub(super) type SensorKey = (u64, String);
+
+/// The sensors of the robots that are shown, with names of topics that all differ.
+pub(super) fn sensor_topics<'s>(
+    sensors: impl Iterator<Item = &'s WorldSensor>,
+    shown: &'s [Robot],
+) -> Vec<(SensorKey, &'s WorldSensor, &'s Robot)> {
+    let mut topics: Vec<(SensorKey, &WorldSensor, &Robot)> = Vec::new();
+    for sensor in sensors {
+        // Robots that are shown are the first ones.
+        let Some(robot) = shown.get(sensor.robot) else { continue };
+        let mut topic = format!("{}sensors/{}", robot.prefix, word(&sensor.definition.name));
+        // Names that differ may be one word to ROS.
+        while topics.iter().any(|((_, taken), ..)| *taken == topic) {
+            topic.push('_');
+        }
+        topics.push(((sensor.id, topic), sensor, robot));
+    }
+    topics
 }

@@ -8,10 +8,10 @@ use simd_core::simulation::sensors::WorldSensor;
 use simd_model::sensor::SensorKind;
 use simd_ros2::messages::geometry_msgs::WrenchStamped;
 use simd_ros2::messages::sensor_msgs::{Imu, JointState, LaserScan, PointCloud2, Range};
-use simd_ros2::wire::{Qos, word};
+use simd_ros2::wire::Qos;
 
 use super::endpoints::{Graph, Topic};
-use super::robots::Robot;
+use super::robots::{Robot, SensorKey, sensor_topics};
 use crate::SimHandle;
 use crate::handle::{MOST_FOLLOWED, SensorCursor};
 use crate::recording::sensor_message::{SensorMessage, SensorShape};
@@ -22,7 +22,7 @@ pub(super) struct Sensors {
     /// What there was when they were declared.
     of: Option<(Arc<Vec<WorldSensor>>, Arc<WorldLayout>)>,
     /// By the sensor and the topic's name.
-    topics: BTreeMap<(u64, String), SensorTopic>,
+    topics: BTreeMap<SensorKey, SensorTopic>,
 }
 
 /// The topic of a sensor.
@@ -63,19 +63,9 @@ impl Sensors {
         if self.of.as_ref().is_some_and(is_same) {
             return Ok(());
         }
-        let mut wanted: Vec<((u64, String), _)> = Vec::new();
-        for sensor in &*state.sensors {
-            // Robots that are shown are the first ones.
-            let Some(robot) = shown.get(sensor.robot) else { continue };
-            let mut topic = format!("{}sensors/{}", robot.prefix, word(&sensor.definition.name));
-            // Names that differ may be one word to ROS.
-            while wanted.iter().any(|((_, taken), _)| *taken == topic) {
-                topic.push('_');
-            }
-            wanted.push(((sensor.id, topic), (sensor, robot)));
-        }
-        self.topics.retain(|key, _| wanted.iter().any(|(wanted, _)| wanted == key));
-        for (key, (sensor, robot)) in wanted {
+        let wanted = sensor_topics(state.sensors.iter(), shown);
+        self.topics.retain(|key, _| wanted.iter().any(|(wanted, ..)| wanted == key));
+        for (key, sensor, robot) in wanted {
             if self.topics.contains_key(&key) {
                 continue;
             }

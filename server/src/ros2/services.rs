@@ -17,9 +17,10 @@ use zenoh::query::Query;
 
 use super::calls::Calls;
 use super::endpoints::{Graph, Server, wall_time};
-use super::robots::{WORLD, pose_message, stamp};
+use super::robots::{WORLD, pose_message};
 use crate::SimHandle;
 use crate::handle::{CallError, RunState, Source, SpawnRequest};
+use crate::recording::stamp;
 
 /// How a call went: [`Result`] by another name, for it hides Rust's.
 type Outcome = Result;
@@ -190,7 +191,7 @@ fn selected(handle: &SimHandle, filters: &EntityFilters) -> Answer<Vec<String>> 
 async fn get_entity_state(handle: SimHandle, request: GetEntityStateRequest) -> GetEntityStateResponse {
     let newest = handle.newest();
     let state = &newest.state;
-    let Some(root) = state.entity(&request.entity).and_then(|(place, _)| state.roots.get(place)) else {
+    let Some(root) = state.entity(&request.entity).and_then(|(index, _)| state.roots.get(index)) else {
         let known = state.world.entities.iter().map(|entity| entity.name.clone()).collect();
         let error = WorldError::RobotNotFound { robot: request.entity, known };
         return GetEntityStateResponse { result: failed(error.into()), state: EntityState::default() };

@@ -5,8 +5,9 @@ use simd_core::{PhysicsSettings, Simulation, simulation::WorldLimits};
 use simd_ros2::messages::builtin_interfaces::Time;
 use simd_ros2::messages::tf2_msgs::TFMessage;
 
-use super::robots::{Robot, robots, stamp};
+use super::robots::{Robot, robots};
 use crate::convert::test_world;
+use crate::recording::stamp;
 
 fn world(names: &[&str]) -> (PublishedState, Vec<Robot>) {
     let mut simulation = Simulation::new(PhysicsSettings::default(), WorldLimits::default());

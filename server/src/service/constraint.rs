@@ -72,7 +72,7 @@ impl ConstraintService for Service {
     ) -> Result<Response<v1::ListConstraintsResponse>, Status> {
         let robot = from_proto::only(request.into_inner())?;
         let state = self.handle.newest();
-        let only = robot.map(|robot| find(&state, &robot).map(|(place, _)| place)).transpose()?;
+        let only = robot.map(|robot| find(&state, &robot).map(|(index, _)| index)).transpose()?;
         let constraints = to_proto::constraints(&state.state, only);
         Ok(Response::new(v1::ListConstraintsResponse { stamp: Some(stamp::published(&state)), constraints }))
     }

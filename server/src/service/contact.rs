@@ -36,7 +36,7 @@ impl ContactService for Service {
     ) -> Result<Response<v1::GetContactsResponse>, Status> {
         let robot = from_proto::contacts(request.into_inner())?;
         let state = self.handle.newest();
-        let only = robot.map(|robot| find(&state, &robot).map(|(place, _)| place)).transpose()?;
+        let only = robot.map(|robot| find(&state, &robot).map(|(index, _)| index)).transpose()?;
         let is_wanted = |robots: [usize; 2]| only.is_none_or(|only| robots.contains(&only));
         let contacts = to_proto::contacts(&state.state, is_wanted);
         Ok(Response::new(v1::GetContactsResponse { stamp: Some(stamp::published(&state)), contacts }))
@@ -116,16 +116,16 @@ impl ContactService for Service {
     ) -> Result<Response<v1::GetLinkBoundsResponse>, Status> {
         let robots = robots(request.into_inner().robots)?;
         let state = self.handle.newest();
-        let places: Vec<usize> = find_all(&state, &robots)?.into_iter().map(|(place, _)| place).collect();
+        let indices: Vec<usize> = find_all(&state, &robots)?.into_iter().map(|(index, _)| index).collect();
         let stamp = Some(stamp::published(&state));
         let find = move |cancelled: &Cancelled| {
-            let places = places.into_iter().take_while(|_| !cancelled.is_set());
-            let of_robot = |place: usize| {
-                let name = state.state.world.entities.get(place).map_or("", |entity| &entity.name);
-                let bounds = state.state.link_bounds(place).into_iter();
+            let indices = indices.into_iter().take_while(|_| !cancelled.is_set());
+            let of_robot = |index: usize| {
+                let name = state.state.world.entities.get(index).map_or("", |entity| &entity.name);
+                let bounds = state.state.link_bounds(index).into_iter();
                 bounds.map(|bounds| to_query::bounds(name, bounds)).collect::<Vec<_>>()
             };
-            places.flat_map(of_robot).collect()
+            indices.flat_map(of_robot).collect()
         };
         let links = self.handle.heavy(find).await?;
         Ok(Response::new(v1::GetLinkBoundsResponse { stamp, links }))

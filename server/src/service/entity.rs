@@ -39,18 +39,18 @@ impl Service {
         Self { handle }
     }
 
-    fn info(&self, state: &Published, place: usize, entity: &EntityLayout) -> v1::EntityInfo {
+    fn info(&self, state: &Published, index: usize, entity: &EntityLayout) -> v1::EntityInfo {
         let description = self.handle.description_of_model(&entity.model);
-        let info = to_proto::entity::entity_info(entity, state.state.roots.get(place), description);
-        let holder = state.state.settings.get(place).and_then(|settings| settings.claimed_by.as_deref());
+        let info = to_proto::entity::entity_info(entity, state.state.roots.get(index), description);
+        let holder = state.state.settings.get(index).and_then(|settings| settings.claimed_by.as_deref());
         v1::EntityInfo { claimed_by: holder.unwrap_or_default().to_owned(), ..info }
     }
 
     /// A robot that has just come; `None` where it is gone again by now.
     fn info_of(&self, robot: &str) -> Option<v1::EntityInfo> {
         let state = self.handle.newest();
-        let (place, entity) = state.state.entity(robot)?;
-        Some(self.info(&state, place, entity))
+        let (index, entity) = state.state.entity(robot)?;
+        Some(self.info(&state, index, entity))
     }
 
     fn spawned(&self, loaded: Loaded) -> v1::SpawnEntityResponse {
@@ -64,7 +64,7 @@ impl Service {
     }
 }
 
-/// A robot by name, with its place among the robots.
+/// A robot by name, with its index among the robots.
 pub(super) fn find<'a>(
     state: &'a Published,
     robot: &str,
@@ -206,7 +206,7 @@ impl EntityService for Service {
         let state = self.handle.newest();
         let entities = state.state.world.entities.iter().enumerate();
         Ok(Response::new(v1::ListEntitiesResponse {
-            entities: entities.map(|(place, entity)| self.info(&state, place, entity)).collect(),
+            entities: entities.map(|(index, entity)| self.info(&state, index, entity)).collect(),
             stamp: Some(stamp::published(&state)),
         }))
     }
@@ -217,8 +217,8 @@ impl EntityService for Service {
     ) -> Result<Response<v1::GetEntityInfoResponse>, Status> {
         let robot = from_proto::robot(request.into_inner().robot)?;
         let state = self.handle.newest();
-        let (place, entity) = find(&state, &robot)?;
-        let entity = Some(self.info(&state, place, entity));
+        let (index, entity) = find(&state, &robot)?;
+        let entity = Some(self.info(&state, index, entity));
         Ok(Response::new(v1::GetEntityInfoResponse { entity }))
     }
 
@@ -228,8 +228,8 @@ impl EntityService for Service {
     ) -> Result<Response<v1::GetEntityStateResponse>, Status> {
         let robot = from_proto::robot(request.into_inner().robot)?;
         let state = self.handle.newest();
-        let (place, _entity) = find(&state, &robot)?;
-        let root = state.state.roots.get(place);
+        let (index, _entity) = find(&state, &robot)?;
+        let root = state.state.roots.get(index);
         Ok(Response::new(v1::GetEntityStateResponse {
             stamp: Some(stamp::published(&state)),
             pose: root.map(|root| to_proto::geometry::pose(root.pose)),
@@ -256,7 +256,7 @@ impl EntityService for Service {
         let state = self.handle.newest();
         let robots = find_all(&state, &robots)?
             .into_iter()
-            .map(|(place, entity)| to_proto::entity::link_poses(&state.state, place, entity))
+            .map(|(index, entity)| to_proto::entity::link_poses(&state.state, index, entity))
             .collect();
         Ok(Response::new(v1::GetLinkPosesResponse { stamp: Some(stamp::published(&state)), robots }))
     }
@@ -269,7 +269,7 @@ impl EntityService for Service {
         let state = self.handle.newest();
         let robots = find_all(&state, &robots)?
             .into_iter()
-            .map(|(_place, entity)| to_proto::scene::robot_scene(entity))
+            .map(|(_index, entity)| to_proto::scene::robot_scene(entity))
             .collect();
         Ok(Response::new(v1::GetSceneResponse { robots, stamp: Some(stamp::published(&state)) }))
     }
@@ -327,8 +327,8 @@ impl EntityService for Service {
     ) -> Result<Response<v1::GetLinkPropertiesResponse>, Status> {
         let robot = from_proto::robot(request.into_inner().robot)?;
         let state = self.handle.newest();
-        let (place, entity) = find(&state, &robot)?;
-        let settings = state.state.settings.get(place);
+        let (index, entity) = find(&state, &robot)?;
+        let settings = state.state.settings.get(index);
         let of_links =
             settings.into_iter().flat_map(|settings| settings.surfaces.iter().zip(&settings.groups));
         let links = entity.model.links.iter().zip(of_links);
@@ -357,9 +357,9 @@ impl EntityService for Service {
     ) -> Result<Response<v1::GetCollisionFilterResponse>, Status> {
         let robot = from_proto::robot(request.into_inner().robot)?;
         let state = self.handle.newest();
-        let (place, _entity) = find(&state, &robot)?;
+        let (index, _entity) = find(&state, &robot)?;
         let stamp = Some(stamp::published(&state));
-        Ok(Response::new(v1::GetCollisionFilterResponse { stamp, ..collision_filter(&state.state, place) }))
+        Ok(Response::new(v1::GetCollisionFilterResponse { stamp, ..collision_filter(&state.state, index) }))
     }
 
     async fn set_collision_filter(

@@ -40,8 +40,8 @@ impl JointService for Service {
         request: Request<v1::GetJointLayoutRequest>,
     ) -> Result<Response<v1::GetJointLayoutResponse>, Status> {
         let robot = from_proto::layout_of(request.into_inner())?;
-        let PublishedRobot { state, index: place, layout: entity, joints } = joints_of(&self.handle, &robot)?;
-        let layout = Some(to_proto::joint::layout(&state.state, place, &entity, &joints));
+        let PublishedRobot { state, index, layout: entity, joints } = joints_of(&self.handle, &robot)?;
+        let layout = Some(to_proto::joint::layout(&state.state, index, &entity, &joints));
         Ok(Response::new(v1::GetJointLayoutResponse { layout }))
     }
 
@@ -183,7 +183,7 @@ impl JointService for Service {
         let caller = request.extensions().get::<Caller>().cloned();
         let presented = Presented::of(request.extensions());
         let handle = self.handle.within(request.extensions().get::<Arc<Grant>>().map(Arc::as_ref));
-        // Noted by the layer around this.
+        // Recorded by the layer around this.
         let transport = request.extensions().get().copied().unwrap_or(Transport::Handle);
         let control = Control::new(handle, transport, caller, presented, request.into_inner());
         Ok(Response::new(Box::pin(stream::try_unfold(control, Control::answer_next))))
@@ -205,15 +205,15 @@ impl JointService for Service {
         let states = selection.states(&state).map_err(CallError::World)?;
         let sensors = readings_beside(&self.handle, &wanted)?;
         let state_of_world = &state.state;
-        let places = || states.robots.iter().filter_map(|of| state_of_world.entity(&of.robot));
+        let entities = || states.robots.iter().filter_map(|of| state_of_world.entity(&of.robot));
         let mut link_poses = Vec::new();
         if request.return_link_poses {
             link_poses
-                .extend(places().map(|(place, entity)| entity_link_poses(state_of_world, place, entity)));
+                .extend(entities().map(|(index, entity)| entity_link_poses(state_of_world, index, entity)));
         }
         let mut contacts = Vec::new();
         if request.return_contacts {
-            let wanted: Vec<usize> = places().map(|(place, _entity)| place).collect();
+            let wanted: Vec<usize> = entities().map(|(index, _entity)| index).collect();
             contacts = to_proto::contact::contacts(state_of_world, |robots| {
                 all || robots.iter().any(|robot| wanted.contains(robot))
             });

@@ -112,7 +112,7 @@ impl KinematicsService for Service {
         let state = self.handle.newest();
         let robots = entity::find_all(&state, &robots)?
             .into_iter()
-            .map(|(place, entity)| to_proto::link_states(&state.state, place, entity))
+            .map(|(index, entity)| to_proto::link_states(&state.state, index, entity))
             .collect();
         Ok(Response::new(v1::GetLinkStatesResponse { stamp: Some(stamp::published(&state)), robots }))
     }
@@ -140,9 +140,9 @@ impl KinematicsService for Service {
         let (robot, link) = from_proto::link(robot, link)?;
         let point = from_proto::point(point)?;
         let state = self.handle.newest();
-        let (place, entity) = entity::find(&state, &robot)?;
+        let (index, entity) = entity::find(&state, &robot)?;
         let link = link_of(entity, &link)?;
-        let given = from_proto::configuration("configuration", configuration, &state.state, place, entity)?;
+        let given = from_proto::configuration("configuration", configuration, &state.state, index, entity)?;
         let columns = jacobian(&entity.tree, &given, link, point);
         Ok(Response::new(to_proto::jacobian(&columns, stamp::published(&state))))
     }
@@ -153,8 +153,8 @@ impl KinematicsService for Service {
     ) -> Result<Response<v1::GetMassMatrixResponse>, Status> {
         let v1::GetMassMatrixRequest { robot, configuration } = request.into_inner();
         let robot = from_proto_entity::robot(robot)?;
-        let PublishedRobot { state, index: place, layout: entity, joints } = joints_of(&self.handle, &robot)?;
-        let given = from_proto::configuration("configuration", configuration, &state.state, place, &entity)?;
+        let PublishedRobot { state, index, layout: entity, joints } = joints_of(&self.handle, &robot)?;
+        let given = from_proto::configuration("configuration", configuration, &state.state, index, &entity)?;
         let columns = u32::try_from(entity.tree.velocity_count).unwrap_or(u32::MAX);
         let resistances = resistances(&entity, &joints);
         let matrix = self.handle.heavy(move |_| inertia_matrix(&entity.tree, &given, &resistances)).await?;
@@ -168,8 +168,8 @@ impl KinematicsService for Service {
     ) -> Result<Response<v1::ComputeInverseDynamicsResponse>, Status> {
         let v1::ComputeInverseDynamicsRequest { robot, configuration, accelerations } = request.into_inner();
         let robot = from_proto_entity::robot(robot)?;
-        let PublishedRobot { state, index: place, layout: entity, joints } = joints_of(&self.handle, &robot)?;
-        let given = from_proto::configuration("configuration", configuration, &state.state, place, &entity)?;
+        let PublishedRobot { state, index, layout: entity, joints } = joints_of(&self.handle, &robot)?;
+        let given = from_proto::configuration("configuration", configuration, &state.state, index, &entity)?;
         let accelerations = from_proto::accelerations(accelerations, &entity)?;
         let (gravity, resistances) = (state.physics.gravity, resistances(&entity, &joints));
         let efforts = inverse_dynamics(&entity.tree, &given, gravity, &accelerations, &resistances);
@@ -187,8 +187,8 @@ impl KinematicsService for Service {
         let point = from_proto::point(request.point)?;
         let names = from_proto::joints(request.joints)?;
         let options = from_proto::solver_options(request.max_iterations, request.tolerance)?;
-        let PublishedRobot { state, index: place, layout: entity, joints } = joints_of(&self.handle, &robot)?;
-        let guess = from_proto::configuration("guess", request.guess, &state.state, place, &entity)?;
+        let PublishedRobot { state, index, layout: entity, joints } = joints_of(&self.handle, &robot)?;
+        let guess = from_proto::configuration("guess", request.guess, &state.state, index, &entity)?;
         let movables = movables(&entity, &joints, &names)?;
         let (position, orientation) = (target.position, target.orientation);
         let goal = Goal { link: link_of(&entity, &link)?, point, position, orientation };

@@ -108,7 +108,7 @@ impl Stage {
 /// The arrays of an answer, part by part.
 struct Parts {
     pending: Arc<Mutex<PendingAnswer>>,
-    /// Place in [`ARRAYS`].
+    /// Index in [`ARRAYS`].
     array: usize,
     batch: usize,
     /// Numbers of the batch that were given.

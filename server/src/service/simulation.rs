@@ -99,14 +99,14 @@ impl SimulationService for Service {
             let robots = states.iter().filter(|_| with_links).flat_map(|states| &states.robots);
             let state_of_world = &stepped.state.state;
             let links = |of: &v1::RobotJointStates| {
-                let (place, entity) = state_of_world.entity(&of.robot)?;
-                Some(to_proto_kinematics::link_states(state_of_world, place, entity))
+                let (index, entity) = state_of_world.entity(&of.robot)?;
+                Some(to_proto_kinematics::link_states(state_of_world, index, entity))
             };
             let link_states = robots.filter_map(links).collect();
             let mut contacts = Vec::new();
             if let Some(states) = states.as_ref().filter(|_| with_contacts) {
-                let places = states.robots.iter().filter_map(|of| state_of_world.entity(&of.robot));
-                let wanted: Vec<usize> = places.map(|(place, _entity)| place).collect();
+                let entities = states.robots.iter().filter_map(|of| state_of_world.entity(&of.robot));
+                let wanted: Vec<usize> = entities.map(|(index, _entity)| index).collect();
                 contacts = to_proto_contact::contacts(state_of_world, |robots| {
                     all || robots.iter().any(|robot| wanted.contains(robot))
                 });

@@ -200,8 +200,8 @@ fn reads() -> BTreeMap<&'static str, Vec<u8>> {
 /// From the origin along -z, a right angle wide.
 fn taken() -> v1::TakePictureRequest {
     let (mut view, mut projection) = (vec![0.0; 16], vec![0.0; 16]);
-    for place in [0, 5, 10, 15] {
-        view[place] = 1.0;
+    for index in [0, 5, 10, 15] {
+        view[index] = 1.0;
     }
     (projection[0], projection[5], projection[10], projection[11], projection[14]) =
         (1.0, 1.0, -1.5, -1.0, -2.5);

@@ -80,7 +80,7 @@ pub fn with_reason(status: Status) -> Status {
             Status::cancelled("the request ended before its message")
         }
         Code::OutOfRange => {
-            let message = because("the message is longer than DaemonLimits.max_message_bytes");
+            let message = because("the message is longer than RequestLimits.max_message_bytes");
             Explained::new(ErrorReason::LimitExceeded, message).into()
         }
         Code::ResourceExhausted => {

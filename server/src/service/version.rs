@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn a_newer_client_is_told_to_update_the_daemon() {
+    fn a_newer_client_is_asked_to_update_the_daemon() {
         for client in ["1.1", "2.0"] {
             let status = check_version(client).unwrap_err();
             assert_eq!(status.code(), Code::FailedPrecondition);
@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn an_older_client_is_told_to_update_itself() {
+    fn an_older_client_is_asked_to_update_itself() {
         let status = check_version("0.9").unwrap_err();
         assert!(status.message().ends_with("the client is older: update the client"));
     }

@@ -25,7 +25,7 @@ impl Service {
     }
 }
 
-/// Pages are told apart by their names.
+/// Pages are distinguished by their names.
 fn no_name() -> CallError {
     CallError::InvalidValue {
         element: "the client's name".into(),

@@ -94,8 +94,8 @@ pub(crate) fn joint_states(state: &Published, robot: &str) -> Option<Vec<u8>> {
 
 /// The poses of its links.
 pub(crate) fn link_poses(state: &Published, robot: &str) -> Option<Vec<u8>> {
-    let (place, entity) = state.state.entity(robot)?;
-    let robots = vec![to_proto::entity::link_poses(&state.state, place, entity)];
+    let (index, entity) = state.state.entity(robot)?;
+    let robots = vec![to_proto::entity::link_poses(&state.state, index, entity)];
     let stamp = Some(to_proto::stamp::published(state));
     Some(v1::GetLinkPosesResponse { stamp, robots }.encode_to_vec())
 }

@@ -82,7 +82,7 @@ pub(super) async fn serve(
 }
 
 /// Of a query under way: one of so many, and its bytes.
-type Place = (OwnedSemaphorePermit, OwnedSemaphorePermit);
+type Permits = (OwnedSemaphorePermit, OwnedSemaphorePermit);
 
 /// What queries are answered with.
 struct Calls {
@@ -106,10 +106,11 @@ impl Calls {
     /// On Zenoh's own thread, which reads for others too: nothing is done here.
     fn take(self: &Arc<Self>, query: Query) {
         let refusal = match self.admit(&query) {
-            Ok(place) => {
+            Ok(permits) => {
                 let proven = proven(&self.handle, query.key_expr(), query.payload(), query.attachment());
                 let calls = self.clone();
-                self.answers.spawn_on(async move { calls.answer(query, proven, place).await }, &self.runtime);
+                self.answers
+                    .spawn_on(async move { calls.answer(query, proven, permits).await }, &self.runtime);
                 return;
             }
             Err(refusal) => refusal,
@@ -118,27 +119,27 @@ impl Calls {
         if let Some(method) = method.and_then(|(service, method)| methods::find(service, method)) {
             self.handle.refused_beside_calls(method, Transport::Zenoh, refusal.how());
         }
-        if let Ok(place) = self.refusals.clone().try_acquire_owned() {
+        if let Ok(permit) = self.refusals.clone().try_acquire_owned() {
             let calls = self.clone();
             let refuse = async move {
                 calls.end(query, Some(Err(refusal.into()))).await;
-                drop(place);
+                drop(permit);
             };
             self.answers.spawn_on(refuse, &self.runtime);
         }
     }
 
-    /// A place and room for a query, until it is answered.
-    fn admit(&self, query: &Query) -> Result<Place, Explained> {
+    /// What a query has until it is answered: one of the queries, and its bytes.
+    fn admit(&self, query: &Query) -> Result<Permits, Explained> {
         let bytes = query.payload().map_or(0, ZBytes::len) + query.attachment().map_or(0, ZBytes::len);
         if bytes > self.limit {
             let message = format!(
-                "the message is longer than DaemonLimits.max_message_bytes: it has {bytes} bytes, the limit is {}",
+                "the message is longer than RequestLimits.max_message_bytes: it has {bytes} bytes, the limit is {}",
                 self.limit
             );
             return Err(Explained::new(ErrorReason::LimitExceeded, message));
         }
-        let place = self.under_way.clone().try_acquire_owned().ok();
+        let permit = self.under_way.clone().try_acquire_owned().ok();
         let bytes = u32::try_from(bytes).ok();
         let room = bytes.and_then(|bytes| self.room.clone().try_acquire_many_owned(bytes).ok());
         let full = || {
@@ -148,10 +149,10 @@ impl Calls {
             );
             Explained::new(ErrorReason::MailboxFull, message)
         };
-        place.zip(room).ok_or_else(full)
+        permit.zip(room).ok_or_else(full)
     }
 
-    async fn answer(&self, query: Query, proven: Proven, _place: Place) {
+    async fn answer(&self, query: Query, proven: Proven, _permits: Permits) {
         let last = match self.call(&query, proven).await {
             Ok((method, answers)) if method.gives_many => self.stream_to(&query, method, answers).await,
             Ok((method, mut answers)) => Some(match answers.message().await {
@@ -250,8 +251,8 @@ impl Calls {
         };
         // Where each query is one credit it ends with its answer.
         let is_credit = method.takes_many;
-        let place = if is_credit { None } else { self.streams.try_acquire().ok() };
-        if place.is_none() && !is_credit {
+        let permit = if is_credit { None } else { self.streams.try_acquire().ok() };
+        if permit.is_none() && !is_credit {
             let streams = self.handle.info().limits.zenoh_streams;
             let message = format!("{streams} streams are under way already; try again");
             return Some(Err(Explained::new(ErrorReason::MailboxFull, message).into()));

@@ -45,8 +45,8 @@ impl Senders {
 
     /// Sends, while other tasks go on: it may wait for a receiver that does not read.
     pub(super) async fn send(&self, send: impl FnOnce() + Send + 'static) {
-        let _waits = Waits::new(self);
-        if let Ok(_place) = self.in_place.try_acquire() {
+        let _counted = CountWaiting::new(self);
+        if let Ok(_permit) = self.in_place.try_acquire() {
             return tokio::task::block_in_place(send);
         }
         if let Err(error) = self.threads.run(send).await {
@@ -62,16 +62,16 @@ impl Senders {
 }
 
 /// A reply that is being sent.
-struct Waits<'a>(&'a Senders);
+struct CountWaiting<'a>(&'a Senders);
 
-impl<'a> Waits<'a> {
+impl<'a> CountWaiting<'a> {
     fn new(senders: &'a Senders) -> Self {
         senders.waiting.fetch_add(1, Ordering::Relaxed);
         Self(senders)
     }
 }
 
-impl Drop for Waits<'_> {
+impl Drop for CountWaiting<'_> {
     fn drop(&mut self) {
         self.0.waiting.fetch_sub(1, Ordering::Relaxed);
         self.0.sent.fetch_add(1, Ordering::Relaxed);

@@ -122,7 +122,7 @@ fn in_the_core(
         ..RolloutRequest::default()
     };
     let begun = Instant::now();
-    let rollout = Rollout::new(world.snapshot(), request, u64::MAX).expect("it can be");
+    let rollout = Rollout::new(world.to_saved(), request, u64::MAX).expect("it can be");
     let rollout = if has_lanes { rollout } else { rollout.without_lanes() };
     let next = AtomicUsize::new(0);
     std::thread::scope(|scope| {

@@ -24,7 +24,7 @@ pub(crate) fn print() {
     for (name, arms, driven, observed) in [
         ("passive, swinging into limits", 1, false, false),
         ("actuators and limits", 1, true, false),
-        ("actuators, limits, snapshot", 1, true, true),
+        ("actuators, limits, published state", 1, true, true),
         ("the same, 10 arms", 10, true, true),
         ("the same, 100 arms", 100, true, true),
     ] {

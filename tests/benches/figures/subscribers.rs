@@ -79,7 +79,7 @@ fn processor_time() -> f64 {
     // What is before the last parenthesis is the program's name, which may have spaces.
     let (_name, fields) = stat.rsplit_once(')').expect("a name in parentheses");
     let ticks =
-        |place| fields.split_whitespace().nth(place).and_then(|field: &str| field.parse::<f64>().ok());
+        |index| fields.split_whitespace().nth(index).and_then(|field: &str| field.parse::<f64>().ok());
     // utime and stime: see proc(5).
     (ticks(11).expect("utime") + ticks(12).expect("stime")) * TICK
 }

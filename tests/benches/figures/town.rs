@@ -62,7 +62,7 @@ fn town(model: &Arc<RobotModel>, shapes: Vec<(DPose3, Geometry)>) -> Simulation 
 /// Of a metre, in a square and three metres apart; the quadruped stands between four of them.
 fn boxes(count: usize) -> Vec<(DPose3, Geometry)> {
     let side = (count as f64).sqrt().ceil() as usize;
-    let at = |place: usize| 3.0 * (place as f64 - (side / 2) as f64) + 1.5;
+    let at = |index: usize| 3.0 * (index as f64 - (side / 2) as f64) + 1.5;
     let house = |i: usize| {
         let place = DVec3::new(at(i % side), at(i / side), 0.5);
         (DPose3::from_translation(place), Geometry::Box { size: DVec3::ONE })

@@ -19,7 +19,7 @@ pub use commands::commands;
 #[cfg(feature = "commands")]
 pub use recordings::recordings;
 #[cfg(feature = "commands")]
-pub use requests::requests_of_strangers;
+pub use requests::untrusted_requests;
 #[cfg(feature = "commands")]
 pub use saved_states::saved_states;
 use simd_assets::Locator;
@@ -51,7 +51,7 @@ pub const TARGETS: &[Target] = &[
         recordings::recordings(bytes);
     }),
     #[cfg(feature = "commands")]
-    ("requests", requests::requests_of_strangers),
+    ("requests", requests::untrusted_requests),
     #[cfg(feature = "commands")]
     ("saved_states", |bytes| {
         saved_states::saved_states(bytes);
@@ -167,9 +167,9 @@ fn check_mesh(mesh: &MeshAsset) {
             "a paint is on triangles"
         );
         if let Some(texture) = &paint.texture {
-            assert!(paint.first + texture.places.len() <= mesh.triangles.len(), "and so is a picture");
-            let mut places = texture.places.iter().flatten().flatten();
-            assert!(places.all(|place| place.is_finite()), "of which each corner has its place");
+            assert!(paint.first + texture.uvs.len() <= mesh.triangles.len(), "and so is a picture");
+            let mut uvs = texture.uvs.iter().flatten().flatten();
+            assert!(uvs.all(|uv| uv.is_finite()), "of which each corner has finite coordinates");
         }
     }
     if let Some(Grid { rows, columns }) = mesh.grid {

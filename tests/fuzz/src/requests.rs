@@ -3,7 +3,7 @@
 use simd_proto::checked::{Refused, requests};
 
 /// A message is decoded, or refused in a sentence before that.
-pub fn requests_of_strangers(bytes: &[u8]) {
+pub fn untrusted_requests(bytes: &[u8]) {
     let Some((which, message)) = bytes.split_first() else { return };
     let known = requests();
     let Some((_name, decode)) = known.get(usize::from(*which) % known.len().max(1)) else { return };

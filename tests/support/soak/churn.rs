@@ -56,11 +56,11 @@ impl Churn {
         self.turn += 1;
         let world = self.stage.world.clone();
         if self.turn % 20 == 10 {
-            let _nobody_checks = world.write().await;
+            let _no_checks = world.write().await;
             self.worlds().await;
             return;
         }
-        let _nobody_restores = world.read().await;
+        let _no_restores = world.read().await;
         // Each kind once, so that a run of seconds on a slow machine has seen them all.
         let kind = if self.turn < 10 { self.turn - 1 } else { self.random.u64(0..9) };
         match kind {

@@ -53,10 +53,10 @@ pub(super) fn start(stage: &Stage, actors: &mut JoinSet<()>) {
 
 /// One request that is refused, each for another reason.
 async fn refused(stage: &Stage, client: &Client, number: usize) {
-    let (tally, nobody) = (&stage.tally, "nobody");
+    let (tally, missing) = (&stage.tally, "missing");
     let target = |joint: &str, value: f64| vec![joint_target(joint, Target::position(value))];
     let accepted = match number % 8 {
-        0 => tally.note("flood", client.delete_robot(nobody).await).is_some(),
+        0 => tally.note("flood", client.delete_robot(missing).await).is_some(),
         1 => {
             tally.note("flood", client.set_robot_targets("writer_0", target("no joint", 0.0)).await).is_some()
         }
@@ -64,12 +64,12 @@ async fn refused(stage: &Stage, client: &Client, number: usize) {
             .note("flood", client.set_robot_targets("writer_0", target("shoulder", f64::NAN)).await)
             .is_some(),
         3 => tally.note("flood", client.step(u64::MAX).await).is_some(),
-        4 => tally.note("flood", client.restore_state(nobody).await).is_some(),
-        5 => tally.note("flood", client.release_joints("1.nobody").await).is_some(),
-        6 => tally.note("flood", client.set_parameters([slide(nobody, 1.0)]).await).is_some(),
+        4 => tally.note("flood", client.restore_state(missing).await).is_some(),
+        5 => tally.note("flood", client.release_joints("1.missing").await).is_some(),
+        6 => tally.note("flood", client.set_parameters([slide(missing, 1.0)]).await).is_some(),
         _ => {
             let robots = vec![robot_targets("writer_0", target("shoulder", 0.1))];
-            let request = SetJointTargetsRequest { robots, claim: "1.nobody".into(), ..Default::default() };
+            let request = SetJointTargetsRequest { robots, claim: "1.missing".into(), ..Default::default() };
             tally.note("flood", client.set_targets(request).await).is_some()
                 || in_a_stream(stage, client).await
         }

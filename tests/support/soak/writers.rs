@@ -81,7 +81,7 @@ async fn set_and_ask(stage: &Stage, client: &Client, robot: &str) {
         if !stage.is_on() {
             break;
         }
-        let _nobody_restores = stage.world.read().await;
+        let _no_restores = stage.world.read().await;
         let robots = vec![robot_targets(robot, [joint_target(JOINT, Target::position(position))])];
         let request = SetJointTargetsRequest { robots, claim: secret.clone(), ..Default::default() };
         let Some(set) = stage.tally.note("targets", client.set_targets(request).await) else { break };
@@ -111,7 +111,7 @@ async fn exchange(stage: &Stage, client: &Client, robot: &str) {
         if !stage.is_on() {
             break;
         }
-        let _nobody_restores = stage.world.read().await;
+        let _no_restores = stage.world.read().await;
         let targets = [joint_target(JOINT, Target::position(position))];
         let reply = control.exchange(robot, targets).await.and_then(|reply| reply.accepted());
         let Some(states) = stage.tally.note("exchange", reply) else { break };

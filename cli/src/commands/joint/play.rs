@@ -119,19 +119,19 @@ fn parse(text: &str) -> anyhow::Result<(Vec<String>, Vec<TrajectoryPoint>)> {
         columns.iter().filter(|name| !has_kind(name)).map(|&name| name.to_owned()).collect();
     let Some(first) = joints.first() else { bail!("it names no joint after time") };
     // Where the numbers of each quantity are, in the order of the joints; of none where the first joint has none.
-    let place = |wanted: &str| columns.iter().position(|name| *name == wanted).map(|at| at + 1);
-    let mut places = Vec::new();
+    let column = |wanted: &str| columns.iter().position(|name| *name == wanted).map(|at| at + 1);
+    let mut indices = Vec::new();
     for kind in std::iter::once("").chain(KINDS) {
-        if place(&format!("{first}{kind}")).is_none() {
-            places.push(Vec::new());
+        if column(&format!("{first}{kind}")).is_none() {
+            indices.push(Vec::new());
             continue;
         }
         let all = joints.iter().map(|joint| {
-            place(&format!("{joint}{kind}")).with_context(|| format!("column {joint}{kind} is missing"))
+            column(&format!("{joint}{kind}")).with_context(|| format!("column {joint}{kind} is missing"))
         });
-        places.push(all.collect::<anyhow::Result<Vec<usize>>>()?);
+        indices.push(all.collect::<anyhow::Result<Vec<usize>>>()?);
     }
-    let used: usize = places.iter().map(Vec::len).sum();
+    let used: usize = indices.iter().map(Vec::len).sum();
     if used != columns.len() {
         bail!(
             "{} columns follow time, and {used} belong to the joints: a name is of no joint",
@@ -155,13 +155,13 @@ fn parse(text: &str) -> anyhow::Result<(Vec<String>, Vec<TrajectoryPoint>)> {
                 count(names.len(), "column")
             );
         }
-        let of = |places: &[usize]| places.iter().map(|&at| values[at]).collect();
+        let of = |indices: &[usize]| indices.iter().map(|&at| values[at]).collect();
         points.push(TrajectoryPoint {
             time: values[0],
-            positions: of(&places[0]),
-            velocities: of(&places[1]),
-            accelerations: of(&places[2]),
-            efforts: of(&places[3]),
+            positions: of(&indices[0]),
+            velocities: of(&indices[1]),
+            accelerations: of(&indices[2]),
+            efforts: of(&indices[3]),
         });
     }
     Ok((joints, points))

@@ -7,7 +7,7 @@ use std::io::{BufReader, BufWriter, Write as _};
 use std::path::Path;
 
 use anyhow::{Context as _, bail};
-use simd_mcap::{Item, Limits, Reader, Writer};
+use simd_mcap::{Item, ReadLimits, Reader, Writer};
 use simd_ros2::Message as _;
 use simd_ros2::messages::sensor_msgs::JointState;
 
@@ -27,7 +27,7 @@ pub(super) struct Written {
 fn open(recording: &Path) -> anyhow::Result<Reader<BufReader<File>>> {
     let named = || recording.display().to_string();
     let file = File::open(recording).with_context(named)?;
-    Reader::new(BufReader::new(file), Limits::default()).with_context(named)
+    Reader::new(BufReader::new(file), ReadLimits::default()).with_context(named)
 }
 
 /// A row for each joint of each state: simulated time in seconds, robot, joint, position, velocity and effort.

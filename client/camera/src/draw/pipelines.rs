@@ -8,9 +8,9 @@ pub(super) const BUFFERED_DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Dept
 pub(super) const DISTANCE: wgpu::TextureFormat = wgpu::TextureFormat::R32Float;
 pub(super) const NUMBER: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
 
-/// Bytes of a corner: position, normal, place in the image.
+/// Bytes of a corner: position, normal, texture coordinates.
 pub(super) const CORNER_BYTES: u64 = 32;
-/// Bytes of an item: rows of a place, rows of a turn, colour, number.
+/// Bytes of an item: rows of a position, rows of a rotation, colour, number.
 pub(super) const ITEM_BYTES: u64 = 104;
 /// Bytes of what all triangles of a picture share.
 pub(super) const CAMERA_BYTES: u64 = 176;

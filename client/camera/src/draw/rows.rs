@@ -59,10 +59,10 @@ impl Rows {
         self.drawn.clear();
         self.order.clear();
         let camera_from_world = DAffine3::from_mat4(scene.view);
-        for (place, item) in scene.items.iter().enumerate() {
+        for (index, item) in scene.items.iter().enumerate() {
             let (center, radius) = ball_of(item, &camera_from_world);
             if takes(center, radius, item) {
-                self.sort_in(place, item, center);
+                self.sort_in(index, item, center);
             }
         }
         self.order.sort_unstable_by_key(|entry| {
@@ -102,7 +102,7 @@ impl Rows {
         &self.bytes
     }
 
-    fn sort_in(&mut self, place: usize, item: &Item, center: DVec3) {
+    fn sort_in(&mut self, index: usize, item: &Item, center: DVec3) {
         for (part, _) in item.surface.parts.iter().enumerate() {
             let alpha = color_of(item, part).map_or(0.0, |color| color[3]);
             if alpha <= 0.0 {
@@ -112,16 +112,16 @@ impl Rows {
             // Positive floats sort as their bits.
             let depth = if is_translucent { (-center.z).max(0.0).to_bits() } else { 0 };
             let surface = Arc::as_ptr(&item.surface) as usize;
-            self.order.push(Entry { item: place, part, is_translucent, depth, surface });
+            self.order.push(Entry { item: index, part, is_translucent, depth, surface });
         }
     }
 
     /// Appends a row, and gives its number.
     fn write(&mut self, item: &Item, part: usize, camera_from_mesh: DAffine3) -> u32 {
         let row = u32::try_from(self.bytes.len() as u64 / ITEM_BYTES).unwrap_or(u32::MAX);
-        let place = camera_from_mesh.matrix3.transpose();
+        let linear = camera_from_mesh.matrix3.transpose();
         let shift = camera_from_mesh.translation;
-        for (axis, shift) in [(place.x_axis, shift.x), (place.y_axis, shift.y), (place.z_axis, shift.z)] {
+        for (axis, shift) in [(linear.x_axis, shift.x), (linear.y_axis, shift.y), (linear.z_axis, shift.z)] {
             self.put(&[axis.x, axis.y, axis.z, shift].map(|value| value as f32));
         }
         let turn = turn_of_normals(camera_from_mesh.matrix3).transpose();

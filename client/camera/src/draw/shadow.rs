@@ -35,7 +35,7 @@ pub(super) struct LightView {
 #[derive(Debug)]
 pub(super) struct Shadows {
     map: Option<(wgpu::TextureView, wgpu::BindGroup)>,
-    /// In the place of the map where there is no shadow.
+    /// Instead of the map where there is no shadow.
     none: wgpu::BindGroup,
     rows: Rows,
     items: wgpu::Buffer,

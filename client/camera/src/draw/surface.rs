@@ -53,7 +53,7 @@ impl Surface {
         let parts =
             mesh.parts.iter().filter(|part| part.count > 0 && part.first.saturating_add(part.count) <= last);
         let parts = parts.map(|part| {
-            let image = part.image.and_then(|place| images.get(place));
+            let image = part.image.and_then(|index| images.get(index));
             SurfacePart {
                 first: part.first,
                 count: part.count,
@@ -132,8 +132,8 @@ impl Level {
         let (width, height) = ((self.width / 2).max(1), (self.height / 2).max(1));
         let at = |x: u32, y: u32, part: usize| {
             let (x, y) = (x.min(self.width.saturating_sub(1)), y.min(self.height.saturating_sub(1)));
-            let place = 4 * (y as usize * self.width as usize + x as usize) + part;
-            u32::from(self.rgba.get(place).copied().unwrap_or(0))
+            let offset = 4 * (y as usize * self.width as usize + x as usize) + part;
+            u32::from(self.rgba.get(offset).copied().unwrap_or(0))
         };
         let mut rgba = Vec::with_capacity(4 * width as usize * height as usize);
         for y in 0..height {

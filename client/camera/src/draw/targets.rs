@@ -63,7 +63,7 @@ impl KeptTargets {
     ) -> &Targets {
         let known = self.0.iter().position(|kept| (kept.width, kept.height) == (width, height));
         let mut targets = match known {
-            Some(place) => self.0.remove(place),
+            Some(index) => self.0.remove(index),
             None => Targets { width, height, color: None, exact: None },
         };
         if color && targets.color.is_none() {

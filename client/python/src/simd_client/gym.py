@@ -128,8 +128,8 @@ class RolloutEnv(VectorEnv[FloatArray, FloatArray, npt.NDArray[Any]]):
         # Of what was reset, or has no state any more, where it began.
         stays = again | failed
         observations = np.where(stays[:, None], self._rows(found, 0), self._rows(found, -1))
-        for place, part in enumerate(found.observations[: self._state_parts]):
-            self._state[place] = np.where(stays[:, None], part[:, 0], part[:, -1])
+        for index, part in enumerate(found.observations[: self._state_parts]):
+            self._state[index] = np.where(stays[:, None], part[:, 0], part[:, -1])
         self._age[~again] += 1
         over = np.zeros(self.num_envs, dtype=np.bool_)
         if self._is_over is not None:
@@ -151,11 +151,11 @@ class RolloutEnv(VectorEnv[FloatArray, FloatArray, npt.NDArray[Any]]):
 
     def _put_back(self, which: BoolArray) -> None:
         """Puts environments to where episodes begin."""
-        for place, begin in enumerate(self._begin):
+        for index, begin in enumerate(self._begin):
             begins = begin.copy()
-            if place < 2:
+            if index < 2:
                 begins += self.np_random.normal(0.0, self._spread, begin.shape) if self._spread > 0.0 else 0.0
-            self._state[place] = np.where(which[:, None], begins, self._state[place])
+            self._state[index] = np.where(which[:, None], begins, self._state[index])
         self._age[which] = 0
         self._done[which] = False
 

@@ -78,7 +78,7 @@ class InverseKinematics:
 
 @dataclass(frozen=True, eq=False)
 class Configuration:
-    """A configuration to compute with in the place of the current one."""
+    """A configuration to compute with instead of the current one."""
 
     positions: npt.ArrayLike | None = None
     """In joint order. Default: everything is taken from the newest state."""

@@ -185,11 +185,6 @@ class Layout:
         """Those that can move."""
         return tuple(joint for joint in self.joints if joint.dof > 0)
 
-    @cached_property
-    def has_floating(self) -> bool:
-        """Whether positions and velocities have different lengths."""
-        return self.position_count != self.velocity_count
-
 
 def layout_from_proto(message: proto.JointLayout) -> Layout:
     """A layout from its message."""

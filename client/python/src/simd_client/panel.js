@@ -6,7 +6,7 @@ function render({ model, el }) {
   head.style.cssText = "grid-column:1/-1;font-weight:600";
   box.append(head);
   let moves = 0;
-  const rows = model.get("joints").map((joint, place) => {
+  const rows = model.get("joints").map((joint, index) => {
     const name = document.createElement("span");
     name.textContent = joint.name;
     const middle = document.createElement("div");
@@ -27,7 +27,7 @@ function render({ model, el }) {
     slider.addEventListener("pointerup", () => (held = false));
     slider.addEventListener("input", () => {
       moves += 1;
-      model.set("wanted", [place, Number(slider.value), moves]);
+      model.set("wanted", [index, Number(slider.value), moves]);
       model.save_changes();
     });
     middle.append(slider, bar);
@@ -42,11 +42,11 @@ function render({ model, el }) {
     const targets = model.get("targets");
     head.textContent = `${model.get("robot")}, ${model.get("time").toFixed(2)} s`;
     problem.textContent = model.get("problem");
-    rows.forEach(({ joint, slider, bar, number, isHeld }, place) => {
-      const position = positions[place] ?? 0;
+    rows.forEach(({ joint, slider, bar, number, isHeld }, index) => {
+      const position = positions[index] ?? 0;
       bar.value = Math.min(1, Math.max(0, (position - joint.lower) / (joint.upper - joint.lower)));
       number.textContent = `${position.toFixed(3)} ${joint.unit}`;
-      if (!isHeld()) slider.value = targets[place] ?? position;
+      if (!isHeld()) slider.value = targets[index] ?? position;
     });
   };
   for (const name of ["positions", "targets", "time", "problem"]) model.on(`change:${name}`, show);

@@ -26,17 +26,17 @@ _ADDED = ("joint_positions", "joint_velocities", "push")
 """What has numbers that are no factors."""
 
 
-def drawn(variation: Variation, place: int, seed: int, copies: range, width: int) -> Variation:
-    """A variation that is drawn, with the numbers of these copies given. `place` is its index in the list of the rollout,
+def drawn(variation: Variation, index: int, seed: int, copies: range, width: int) -> Variation:
+    """A variation that is drawn, with the numbers of these copies given. `index` is the one that it has in the list of the rollout,
     `width` how many numbers a copy has."""
     if variation.uniform is not None:
         low, high = variation.uniform
-        part = _units(seed, copies, place, width, 0)
+        part = _units(seed, copies, index, width, 0)
         values = low * (1.0 - part) + high * part
     elif variation.normal is not None:
         mean, deviation = variation.normal
-        radius = 1.0 - _units(seed, copies, place, width, 1)
-        angle = tau * _units(seed, copies, place, width, 2)
+        radius = 1.0 - _units(seed, copies, index, width, 1)
+        angle = tau * _units(seed, copies, index, width, 2)
         # numpy's own logarithms and cosines have other last bits.
         values = mean + deviation * np.sqrt(-2.0 * _each(log, radius)) * _each(cos, angle)
     else:
@@ -51,12 +51,12 @@ def _each(function: Callable[[float], float], values: FloatArray) -> FloatArray:
     return np.fromiter(map(function, numbers), np.float64, len(numbers)).reshape(values.shape)
 
 
-def _units(seed: int, copies: range, place: int, width: int, draw: int) -> FloatArray:
+def _units(seed: int, copies: range, index: int, width: int, draw: int) -> FloatArray:
     """(copies, width): between 0 and 1, of 53 bits; never 1."""
     rows = np.array(copies, dtype=np.uint64)[:, None]
     columns = np.arange(width, dtype=np.uint64)[None, :]
     words = _taken_in(np.zeros((1, 1), dtype=np.uint64), _word(seed))
-    for word in (rows, _word(place), columns, _word(draw)):
+    for word in (rows, _word(index), columns, _word(draw)):
         words = _taken_in(words, word)
     return (words >> np.uint64(11)).astype(np.float64) / 2.0**53
 

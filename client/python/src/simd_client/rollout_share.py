@@ -67,8 +67,8 @@ class Asked:
             replace(each, values=_rows(each.values, 2, copies))
             # A daemon counts copies from 0: it draws for the first ones itself, and refuses in its own words.
             if copies.start == 0 or each.values is not None
-            else drawn(each, place, self.seed, copies, width)
-            for place, (each, width) in enumerate(zip(self.variations, widths, strict=True))
+            else drawn(each, index, self.seed, copies, width)
+            for index, (each, width) in enumerate(zip(self.variations, widths, strict=True))
         ]
         return replace(
             self,

@@ -162,7 +162,7 @@ class OdometrySensor(SensorKind[MotionMeasurement]):
 
 @dataclass(frozen=True)
 class CameraSensor(SensorKind[None]):
-    """A pinhole camera that looks along x. It has pictures in the place of readings: see `Robot.cameras`."""
+    """A pinhole camera that looks along x. It has pictures instead of readings: see `Robot.cameras`."""
 
     width: int
     """Pixels."""

@@ -156,7 +156,7 @@ class RobotState:
 
     def __getitem__(self, joint: str) -> JointState:
         """One joint's state. Raises `JointNotFound`, also for one that was not selected."""
-        info, positions, velocities = self._place(joint)
+        info, positions, velocities = self._slices(joint)
         return JointState(
             name=info.name,
             positions=self.position[positions],
@@ -171,7 +171,7 @@ class RobotState:
         names = self.selected or tuple(joint.name for joint in self.layout.joints)
         return (self[name] for name in names)
 
-    def _place(self, joint: str) -> tuple[JointInfo, slice, slice]:
+    def _slices(self, joint: str) -> tuple[JointInfo, slice, slice]:
         if self.layout_version != self.layout.version:
             raise layout_changed(self.robot)
         info = self.layout.by_name.get(joint)

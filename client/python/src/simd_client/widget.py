@@ -48,7 +48,7 @@ def panel(robot: Robot, rate: float = 10.0) -> Any:
         "positions": wire(traitlets.List, []),
         "targets": wire(traitlets.List, []),
         "time": wire(traitlets.Float, 0.0),
-        # Set by a slider: the joint's place, the value, and a number that is another each time.
+        # Set by a slider: the joint's index, the value, and a number that is another each time.
         "wanted": wire(traitlets.List, []),
         "problem": wire(traitlets.Unicode, ""),
     }
@@ -64,9 +64,9 @@ def panel(robot: Robot, rate: float = 10.0) -> Any:
     def move(change: Any) -> None:
         if not change["new"]:
             return
-        place, value, _ = change["new"]
+        index, value, _ = change["new"]
         try:
-            robot.set_positions({names[int(place)]: float(value)})
+            robot.set_positions({names[int(index)]: float(value)})
             widget.problem = ""
         except (SimdError, ValueError, IndexError) as problem:
             widget.problem = str(problem)

@@ -20,7 +20,7 @@ Item = TypeVar("Item")
 _RETURN_SECONDS = 0.002
 # How long who drops a session waits until it is closed.
 _CLOSE_SECONDS = 0.5
-# In the place of a thread that closes a session, which has no number yet.
+# Instead of a thread that closes a session, which has no number yet.
 _CLOSER = 0
 
 

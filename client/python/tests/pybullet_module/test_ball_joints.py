@@ -25,7 +25,7 @@ def turned(tmp_path: Path) -> str:
     return str(urdf)
 
 
-def test_a_spherical_joint_is_told_of_as_pybullet_does(script: ModuleType, bullet: Any, turned: str) -> None:
+def test_a_spherical_joint_is_reported_as_pybullet_does(script: ModuleType, bullet: Any, turned: str) -> None:
     ours, theirs = (each.loadURDF(turned, useFixedBase=True) for each in (script, bullet))
     got, wanted = (each.getJointInfo(body, 0) for each, body in ((script, ours), (bullet, theirs)))
     assert got[:5] == wanted[:5] and got[2] == script.JOINT_SPHERICAL

@@ -90,7 +90,7 @@ def linked(script: ModuleType) -> int:
     return body
 
 
-def test_links_of_a_body_are_told_as_pybullet_names_them(script: ModuleType) -> None:
+def test_links_of_a_body_are_named_as_pybullet_names_them(script: ModuleType) -> None:
     body = linked(script)
     assert [script.getJointInfo(body, j)[1] for j in range(2)] == [b"joint1", b"joint2"]
     assert [script.getJointInfo(body, j)[12] for j in range(2)] == [b"link1", b"link2"]

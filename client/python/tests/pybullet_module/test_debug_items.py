@@ -149,7 +149,7 @@ def test_a_thousand_lines_are_few_calls(
     for line in lines:
         script.addUserDebugLine([0, 0, 0], [0, 1, 0], replaceItemUniqueId=line)
     markers = drawn(page)
-    # The second line stands in the place of the first, whether that was sent or still waited.
+    # The second line stands instead of the first, whether that was sent or still waited.
     assert len(markers) == 1_000 and all(each.points.tolist() == [[[0, 0, 0], [0, 1, 0]]] for each in markers)
     assert 1 <= len(called) <= 200
 
@@ -183,7 +183,7 @@ def test_drawings_go_with_the_script(daemon: DaemonProcess, script: ModuleType) 
         assert other.view.markers() == ()
 
 
-def test_keys_are_told_as_pybullets_window_tells_them(script: ModuleType, page: Simulation) -> None:
+def test_keys_are_reported_as_pybullets_window_does(script: ModuleType, page: Simulation) -> None:
     assert script.getKeyboardEvents() == {}
     down, triggered, released = script.KEY_IS_DOWN, script.KEY_WAS_TRIGGERED, script.KEY_WAS_RELEASED
     report(page, key("a", "KeyA", True), key("ArrowLeft", "ArrowLeft", True))
@@ -213,7 +213,7 @@ def test_keys_are_told_as_pybullets_window_tells_them(script: ModuleType, page: 
     assert script.getKeyboardEvents() == {code: down | triggered for code in [*named.values(), ord("1")]}
 
 
-def test_the_mouse_is_told_as_pybullets_window_tells_it(script: ModuleType, page: Simulation) -> None:
+def test_the_mouse_is_reported_as_pybullets_window_does(script: ModuleType, page: Simulation) -> None:
     assert script.getMouseEvents() == ()
     left = proto.MouseButton.MOUSE_BUTTON_LEFT
     report(
@@ -259,5 +259,5 @@ def test_the_camera_of_the_page_is_moved_and_read(bullet: Any, script: ModuleTyp
     assert projection == pytest.approx(theirs, abs=1e-5)
     assert forward == pytest.approx([-view[2], -view[6], -view[10]], abs=1e-9)
     tangent = math.tan(0.5)
-    assert side == pytest.approx([20000 * 1.5 * tangent * view[place] for place in (0, 4, 8)], abs=1e-6)
-    assert top == pytest.approx([20000 * tangent * view[place] for place in (1, 5, 9)], abs=1e-6)
+    assert side == pytest.approx([20000 * 1.5 * tangent * view[index] for index in (0, 4, 8)], abs=1e-6)
+    assert top == pytest.approx([20000 * tangent * view[index] for index in (1, 5, 9)], abs=1e-6)

@@ -61,7 +61,7 @@ def test_the_search_ends_at_the_limits_and_as_near_as_can_be(script: ModuleType,
     assert script.calculateInverseKinematics2(pillar, [0], [[0, 0, 1.1]], currentPositions=[0.1]) == (0.1,)
 
 
-def test_requests_that_cannot_be_are_told(script: ModuleType) -> None:
+def test_requests_that_cannot_be_are_refused(script: ModuleType) -> None:
     arm = script.loadURDF(str(SEVEN_ARM), useFixedBase=1)
     for links, goals, more, said in (
         ([3], [], {}, "0 target positions for 1 links"),

@@ -75,7 +75,7 @@ def without_impossible_limits(joint: tuple[Any, ...], continuous: set[str]) -> t
 
 
 @pytest.mark.parametrize("path", ROBOTS, ids=lambda path: path.stem)
-def test_joints_are_told_as_pybullet_tells_them(path: Path, theirs: Any, script: ModuleType) -> None:
+def test_joints_are_reported_as_pybullet_does(path: Path, theirs: Any, script: ModuleType) -> None:
     wanted = theirs.loadURDF(str(path), useFixedBase=1)
     ours = script.loadURDF(str(path), useFixedBase=1)
     assert script.getNumJoints(ours) == theirs.getNumJoints(wanted)
@@ -189,4 +189,4 @@ def test_joints_are_numbered_as_pybullet_numbers_them(order: int, theirs: Any, s
     assert script.getNumJoints(ours) == theirs.getNumJoints(right)
     for joint in range(theirs.getNumJoints(right)):
         got, wanted = script.getJointInfo(ours, joint), theirs.getJointInfo(right, joint)
-        assert [got[place] for place in (0, 1, 2, 3, 4, 12, 16)] == [wanted[place] for place in (0, 1, 2, 3, 4, 12, 16)]
+        assert [got[index] for index in (0, 1, 2, 3, 4, 12, 16)] == [wanted[index] for index in (0, 1, 2, 3, 4, 12, 16)]

@@ -160,9 +160,9 @@ def minitaur(folder: Path) -> Path:
     inertia = "<inertia ixx='0.01' iyy='0.02' izz='0.03' ixy='0' ixz='0' iyz='0'/>"
     inertial = f"<inertial><mass value='1'/>{inertia}</inertial>"
     text = f"<robot name='eight'><link name='base'>{inertial}</link>"
-    for place, name in enumerate(MINITAUR):
-        text += f"<link name='l{place}'>{inertial}</link><joint name='{name}' type='continuous'><parent link='base'/>"
-        text += f"<child link='l{place}'/><origin xyz='{place} 0 0'/><axis xyz='0 1 0'/></joint>"
+    for index, name in enumerate(MINITAUR):
+        text += f"<link name='l{index}'>{inertial}</link><joint name='{name}' type='continuous'><parent link='base'/>"
+        text += f"<child link='l{index}'/><origin xyz='{index} 0 0'/><axis xyz='0 1 0'/></joint>"
     (folder / "eight.urdf").write_text(text + "</robot>")
     return folder / "eight.urdf"
 
@@ -203,7 +203,7 @@ def test_a_log_of_contacts_is_pybullets(bullet: Any, script: ModuleType, tmp_pat
         first, second = (p.createMultiBody(2, ball, -1, [x, 0, 0.1]) for x in (0, 3))
         for body in (ground, first, second):
             p.changeDynamics(body, -1, lateralFriction=0.5)
-        files = [tmp_path / f"{p.__name__}{place}.bin" for place in range(3)]
+        files = [tmp_path / f"{p.__name__}{index}.bin" for index in range(3)]
         kind = p.STATE_LOGGING_CONTACT_POINTS
         numbers = [
             p.startStateLogging(kind, str(files[0])),
@@ -220,9 +220,9 @@ def test_a_log_of_contacts_is_pybullets(bullet: Any, script: ModuleType, tmp_pat
         assert ours[:2] == theirs[:2]
         assert {row[0] for row in ours[2]} == {row[0] for row in theirs[2]}
     # The last step: where, which way, and with how much force, on whichever of the two sides.
-    for place in (0, 1):
-        theirs, ours = ([row for row in log[place][2] if row[0] == 119] for log in logs)
-        assert len(theirs) == len(ours) == 2 - place
+    for index in (0, 1):
+        theirs, ours = ([row for row in log[index][2] if row[0] == 119] for log in logs)
+        assert len(theirs) == len(ours) == 2 - index
         for a, b in zip(sorted(theirs, key=lambda r: r[7]), sorted(ours, key=lambda r: r[7]), strict=True):
             assert b[1:3] == pytest.approx(a[1:3], abs=1e-5)
             swapped = b[3:5] != a[3:5]
@@ -242,7 +242,7 @@ def test_a_log_of_virtual_reality_without_any_is_pybullets(bullet: Any, script: 
     assert ours == theirs and ours.count(b"\n") == 2
 
 
-def test_logs_that_only_bullet_can_write_are_accepted_or_told(
+def test_logs_that_only_bullet_can_write_are_accepted_or_refused(
     script: ModuleType, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     for kind in (

@@ -78,13 +78,13 @@ def test_joints_that_are_put_elsewhere_one_by_one_are_one_round_trip(script: Mod
     script.stepSimulation()
     calls.clear()
     for arm in arms:
-        for place, joint in enumerate(turning):
-            script.resetJointState(arm, joint, 0.1 * place, 0.5)
-            script.resetJointState(arm, joint, 0.05 * place, 0.25)
+        for index, joint in enumerate(turning):
+            script.resetJointState(arm, joint, 0.1 * index, 0.5)
+            script.resetJointState(arm, joint, 0.05 * index, 0.25)
     assert calls == {}
     for arm in arms:
         rows = [script.getJointState(arm, joint)[:2] for joint in turning]
-        assert rows == [pytest.approx((0.05 * place, 0.25)) for place in range(len(turning))]
+        assert rows == [pytest.approx((0.05 * index, 0.25)) for index in range(len(turning))]
     assert calls == {"JointService/ResetJoints": 1, "JointService/GetJointStates": 1}
     # Before the step, and before a robot goes.
     script.resetJointState(arms[0], turning[0], 0.5)
@@ -147,7 +147,7 @@ def test_a_position_is_approached_as_pybullet_does(script: ModuleType) -> None:
         assert 0.3 - script.getJointState(arm, 0)[0] == pytest.approx(left, rel=0.02)
 
 
-def test_a_motor_goes_on_without_being_told_again(script: ModuleType) -> None:
+def test_a_motor_goes_on_without_another_command(script: ModuleType) -> None:
     arm = script.loadURDF(str(BENCH_ARM), useFixedBase=1)
     script.setGravity(0, 0, -9.81)
     script.setJointMotorControl2(arm, 0, script.VELOCITY_CONTROL, targetVelocity=1.5)

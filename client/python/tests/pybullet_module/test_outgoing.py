@@ -29,7 +29,7 @@ def joint(index: int, ball: BallMotor | None = None) -> BodyJoint:
         velocity_index=index,
         width=1 if ball is None else 3,
         count=1 if ball is None else 4,
-        place=index,
+        index=index,
         driven=ball is None,
         inertia=0.5,
         limits=(None, None, None, None),
@@ -52,7 +52,7 @@ def arm(number: int) -> Body:
         base_link="base",
         joints=joints,
         by_joint={},
-        link_places={},
+        link_indices={},
         links=[],
         frames={},
     )

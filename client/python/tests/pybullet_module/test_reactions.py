@@ -88,7 +88,7 @@ def test_efforts_of_a_script_are_in_the_reactions_and_those_of_motors_are_not(
         assert ours == pytest.approx(theirs, abs=0.05)
 
 
-def test_without_a_sensor_a_joint_tells_zeros(script: ModuleType, tmp_path: Path) -> None:
+def test_without_a_sensor_a_joint_reports_zeros(script: ModuleType, tmp_path: Path) -> None:
     arm = hung(script, tmp_path / "arm.urdf")
     assert any(script.getJointState(arm, 1)[2])
     script.enableJointForceTorqueSensor(arm, 1, 0)

@@ -51,7 +51,7 @@ def bodies(p: Any, mesh: Path) -> list[int]:
     return made
 
 
-def test_visual_shapes_are_told_as_pybullet_tells_them(bullet: Any, script: ModuleType, tmp_path: Path) -> None:
+def test_visual_shapes_are_reported_as_pybullet_does(bullet: Any, script: ModuleType, tmp_path: Path) -> None:
     mesh = tmp_path / "corner.obj"
     mesh.write_text(OBJ)
     drawn = {"fileName": str(mesh), "meshScale": [1, 2, 3], "rgbaColor": [0, 1, 0, 1]}
@@ -72,7 +72,7 @@ def test_visual_shapes_are_told_as_pybullet_tells_them(bullet: Any, script: Modu
             assert (len(a) == 9) == textures
 
 
-def test_collision_shapes_and_boxes_are_told_as_pybullet_tells_them(
+def test_collision_shapes_and_boxes_are_reported_as_pybullet_does(
     bullet: Any, script: ModuleType, tmp_path: Path
 ) -> None:
     mesh = tmp_path / "corner.obj"
@@ -159,8 +159,8 @@ def test_a_mesh_of_a_file_and_of_arrays_falls_onto_its_hull(bullet: Any, script:
         p.createMultiBody(0, p.createCollisionShape(p.GEOM_BOX, halfExtents=[50, 50, 1]), -1, [0, 0, -1])
         p.setAdditionalSearchPath(str(tmp_path))
         made = [
-            p.createMultiBody(1, p.createCollisionShape(p.GEOM_MESH, **mesh), -1, [3 * place, 0, 0.05])
-            for place, mesh in enumerate([{"fileName": "pyramid.obj"}, {"vertices": corners}])
+            p.createMultiBody(1, p.createCollisionShape(p.GEOM_MESH, **mesh), -1, [3 * index, 0, 0.05])
+            for index, mesh in enumerate([{"fileName": "pyramid.obj"}, {"vertices": corners}])
         ]
         for _ in range(240):
             p.stepSimulation()
@@ -195,7 +195,7 @@ def test_a_batch_of_bodies_is_made_by_one_call(bullet: Any, script: ModuleType) 
         assert [list(p.getBasePositionAndOrientation(body)[0]) for body in made] == places
 
 
-def test_meshes_that_cannot_be_are_told(script: ModuleType, tmp_path: Path) -> None:
+def test_meshes_that_cannot_be_are_refused(script: ModuleType, tmp_path: Path) -> None:
     for mesh, said in (
         ({}, "needs fileName or vertices"),
         ({"fileName": "lost.obj"}, "could not load the mesh"),
@@ -259,7 +259,7 @@ def test_a_body_of_parts_keeps_them_where_it_is_fixed_and_freed(script: ModuleTy
     assert script.getBasePositionAndOrientation(ball)[0][2] < 0.0
 
 
-def test_colours_that_a_script_changes_are_told_as_pybullet_tells_them(
+def test_colours_that_a_script_changes_are_reported_as_pybullet_does(
     bullet: Any, script: ModuleType, tmp_path: Path
 ) -> None:
     picture = tmp_path / "picture.png"

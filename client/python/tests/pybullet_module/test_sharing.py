@@ -84,7 +84,7 @@ def test_a_killed_script_leaves_no_daemon_behind() -> None:
     ) as script:
         assert script.stdout is not None
         daemon = int(script.stdout.readline())
-        # Whoever holds this end of the pipe sees the daemon go: it inherited none of ours.
+        # The holder of this end of the pipe sees the daemon go: it inherited none of ours.
         script.kill()
         script.wait()
     assert ended(daemon)
@@ -141,7 +141,7 @@ def test_on_a_world_that_plays_motors_are_sent_at_once_and_states_arrive(daemon:
     assert p.getJointState(arm, 0) == stopped
 
 
-def test_a_script_that_steps_goes_on_when_somebody_presses_play(daemon: DaemonProcess) -> None:
+def test_a_script_that_steps_goes_on_when_a_user_presses_play(daemon: DaemonProcess) -> None:
     p.connect(p.DIRECT, endpoint=daemon.endpoint)
     arm = p.loadURDF(str(BENCH_ARM), useFixedBase=1)
     with simd_client.connect(daemon.endpoint) as other:
@@ -227,7 +227,7 @@ def test_after_a_restored_state_a_motor_has_its_friction_again(daemon: DaemonPro
     assert friction() == own + 3.0
 
 
-def test_a_step_is_logged_once_also_where_somebody_paused_the_world(daemon: DaemonProcess, tmp_path: Path) -> None:
+def test_a_step_is_logged_once_also_where_another_client_paused_the_world(daemon: DaemonProcess, tmp_path: Path) -> None:
     with simd_client.connect(daemon.endpoint) as other:
         number = p.connect(p.DIRECT, endpoint=daemon.endpoint)
         p.loadURDF(str(BENCH_ARM), useFixedBase=1)

@@ -142,7 +142,7 @@ def test_a_page_is_shown_only_if_it_is_the_daemons_own(
 ) -> None:
     assert daemon.viewer is not None
     address, _, port = daemon.viewer.rpartition(":")
-    # The port of the daemon is any free one, in the place of the default.
+    # The port of the daemon is any free one, instead of the default.
     monkeypatch.setattr(page, "_PORT", int(port))
     name = daemon.endpoint.partition("#")[2]
     assert page.of("127.0.0.1", name) == f"{address}:{port}"

@@ -158,7 +158,7 @@ def test_terrain_gets_other_heights_in_place(bullet: Any, script: ModuleType) ->
             )
 
 
-def test_files_that_are_no_terrain_are_told(script: ModuleType, tmp_path: Path) -> None:
+def test_files_that_are_no_terrain_are_refused(script: ModuleType, tmp_path: Path) -> None:
     whole = pictures(tmp_path)["colours"].read_bytes()
     huge = struct.pack(">IIBBBBB", 1 << 20, 1 << 20, 8, 0, 0, 0, 0)
     laced = struct.pack(">IIBBBBB", 7, 6, 8, 2, 0, 0, 1)

@@ -91,7 +91,7 @@ def test_without_a_daemon_the_runner_starts_one_and_says_so(data_folder: str) ->
     )
 
 
-def test_a_script_that_is_not_there_is_told(tmp_path: Path) -> None:
+def test_a_script_that_is_not_there_is_reported(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "simd_client.pybullet", str(tmp_path / "lost.py")]
     ran = subprocess.run(command, capture_output=True, text=True, timeout=60)
     assert ran.returncode == 2

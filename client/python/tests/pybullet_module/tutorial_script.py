@@ -61,7 +61,7 @@ for turn in range(turns):
         joint_position, joint_velocity = drive_velocity(velocity_slider)
     if turn == ready:
         print("ready", flush=True)
-        # Whoever moves the slider says so here.
+        # A client that moves the slider is shown here.
         sys.stdin.readline()
     pybullet.stepSimulation()
 print("at", joint_position, joint_velocity)

@@ -24,7 +24,7 @@ pub(crate) use channel::ZenohChannel;
 use self::claims::Counter;
 use self::daemons::Daemons;
 use self::tokens::Tokens;
-use crate::endpoint::Place;
+use crate::endpoint::DaemonEndpoint;
 use crate::{Client, ConnectOptions, Error, tls};
 
 /// Answers larger than this are refused before they are read.
@@ -63,8 +63,8 @@ impl Network {
     /// [`Client::connect`].
     pub async fn join(locator: &str, options: ConnectOptions) -> Result<Self, Error> {
         match crate::endpoint::read(locator)? {
-            Place::Zenoh { locator, name: _ } => Self::open(&locator, options).await,
-            Place::Grpc { url: _ } => Err(Error::Endpoint {
+            DaemonEndpoint::Zenoh { locator, name: _ } => Self::open(&locator, options).await,
+            DaemonEndpoint::Grpc { url: _ } => Err(Error::Endpoint {
                 endpoint: locator.to_owned(),
                 reason: "it must be a Zenoh locator like tcp/127.0.0.1:7447".to_owned(),
             }),

@@ -92,7 +92,7 @@ function Parts({ robot, wanted }: { robot: Robot; wanted: Placing }): JSX.Elemen
   );
 }
 
-const PLACES = ["x", "y", "z"] as const;
+const AXES = ["x", "y", "z"] as const;
 const ANGLES = ["roll", "pitch", "yaw"] as const;
 
 /** Where it is, in numbers that can be set: of a link only the place. */
@@ -112,7 +112,7 @@ function Numbers({ robot, link }: { robot: Robot; link: string | undefined }): J
   return (
     <>
       <div class="build-row">
-        {PLACES.map((axis, index) => (
+        {AXES.map((axis, index) => (
           <NumberField key={axis} label={axis} testId={`place-${axis}`} value={now[index] ?? 0} onChange={(value) => set(now.map((old, at) => (at === index ? value : old)) as unknown as Pose)} />
         ))}
       </div>

@@ -147,12 +147,12 @@ export class DaemonPoller {
 
 /** Adds events to those that happened, in words, and returns these. */
 function tell(events: Event[]): { text: string; isWarning: boolean }[] {
-  const told = events.map((event) => ({ sequence: event.sequence, simTime: event.stamp?.simTime ?? 0, ...wordsOf(event) }));
-  addHappenings(told);
+  const described = events.map((event) => ({ sequence: event.sequence, simTime: event.stamp?.simTime ?? 0, ...wordsOf(event) }));
+  addHappenings(described);
   for (const { kind, stamp } of events) {
     if (kind.case === "recordingStarted") recordingSince.value = stamp?.wallTime ? timestampMs(stamp.wallTime) : null;
   }
-  return told;
+  return described;
 }
 
 /** What has to be fetched again after these events: physics settings, constraints, sensors, recordings, and which robots. */

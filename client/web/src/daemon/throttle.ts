@@ -9,7 +9,7 @@ export class Throttle {
   /** Milliseconds from the beginning of a call to that of the next one, at least. */
   constructor(private readonly interval: number) {}
 
-  /** Asks for a call in the place of the one that waits. `call` must not reject. */
+  /** Asks for a call instead of the one that waits. `call` must not reject. */
   next(call: () => Promise<unknown>): void {
     this.waiting = call;
     if (!this.busy) void this.run();

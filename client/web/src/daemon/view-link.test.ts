@@ -97,7 +97,7 @@ test("a camera that moves is reported at most ten times a second, and once it is
   expect(reports.length).toBe(before);
 });
 
-test("a camera that was set before the page was opened is told from one that is set now", async () => {
+test("a camera that was set before the page was opened is distinguished from one that is set now", async () => {
   const camera = { version: 4n, position: { x: 1, y: 0, z: 1 }, target: {}, fieldOfView: 0 };
   answer = { version: 2n, whole: true, camera };
   link.setVisible(true);

@@ -11,11 +11,11 @@ export function CameraPicture({ robot, sensor }: { robot: string; sensor: string
     () =>
       followPicture(robot, sensor, (picture, problem) => {
         setSaid(picture ? `at ${picture.time.toFixed(3)} s` : problem);
-        const place = canvas.current;
-        if (!place || !picture) return;
-        place.width = picture.width;
-        place.height = picture.height;
-        place.getContext("2d")?.putImageData(new ImageData(picture.pixels, picture.width, picture.height), 0, 0);
+        const element = canvas.current;
+        if (!element || !picture) return;
+        element.width = picture.width;
+        element.height = picture.height;
+        element.getContext("2d")?.putImageData(new ImageData(picture.pixels, picture.width, picture.height), 0, 0);
       }),
     [robot, sensor],
   );

@@ -101,16 +101,16 @@ function TimeLine({ player, markers }: { player: Player; markers: readonly Marke
 
 /** Where it is, and the simulated time there. */
 function Time({ player }: { player: Player }): JSX.Element {
-  const place = useRef<HTMLSpanElement>(null);
+  const position = useRef<HTMLSpanElement>(null);
   const simulated = useRef<HTMLSpanElement>(null);
   useSignalEffect(() => {
-    if (place.current) place.current.textContent = timeText(player, player.position.value);
+    if (position.current) position.current.textContent = timeText(player, player.position.value);
     const time = player.shown.value?.simTime ?? NaN;
     if (simulated.current) simulated.current.textContent = Number.isNaN(time) ? "" : `t ${time.toFixed(3)} s`;
   });
   return (
     <span class="playback-time">
-      <span ref={place} data-testid="playback-time" title="In the recording" /> <span ref={simulated} class="hint" data-testid="playback-sim-time" title="Simulated time then" />
+      <span ref={position} data-testid="playback-time" title="In the recording" /> <span ref={simulated} class="hint" data-testid="playback-sim-time" title="Simulated time then" />
     </span>
   );
 }

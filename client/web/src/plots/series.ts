@@ -19,15 +19,15 @@ export interface Series {
 /** Links of a robot beyond this many are not offered. */
 const MOST_LINKS = 200;
 
-const PLACES = ["x", "y", "z"] as const;
+const AXES = ["x", "y", "z"] as const;
 const ANGLES = ["roll", "pitch", "yaw"] as const;
 
-const MOTION: readonly (readonly [string, string])[] = [...PLACES.map((axis) => [axis, "m"] as const), ...PLACES.map((axis) => [`linear ${axis}`, "m/s"] as const)];
+const MOTION: readonly (readonly [string, string])[] = [...AXES.map((axis) => [axis, "m"] as const), ...AXES.map((axis) => [`linear ${axis}`, "m/s"] as const)];
 
 /** Names of the numbers of a sensor, with their units. */
 const CHANNELS: Partial<Record<SensorKind, readonly (readonly [string, string])[]>> = {
-  imu: [...PLACES.map((axis) => [`acceleration ${axis}`, "m/s²"] as const), ...PLACES.map((axis) => [`angular ${axis}`, "rad/s"] as const)],
-  "force-torque": [...PLACES.map((axis) => [`force ${axis}`, "N"] as const), ...PLACES.map((axis) => [`torque ${axis}`, "N m"] as const)],
+  imu: [...AXES.map((axis) => [`acceleration ${axis}`, "m/s²"] as const), ...AXES.map((axis) => [`angular ${axis}`, "rad/s"] as const)],
+  "force-torque": [...AXES.map((axis) => [`force ${axis}`, "N"] as const), ...AXES.map((axis) => [`torque ${axis}`, "N m"] as const)],
   contact: [["normal force", "N"]],
   range: [["range", "m"]],
   lidar: [["nearest", "m"]],
@@ -42,11 +42,11 @@ const CHANNELS: Partial<Record<SensorKind, readonly (readonly [string, string])[
 /** All that can be plotted now: the bases of all robots, and links and sensors of the one in the panel. */
 export const catalogue = computed<Series[]>(() => [
   ...robots.value.flatMap(({ name, links }) => [
-    ...PLACES.map((axis): Series => ({ key: key("base", name, axis), group: name, label: `base ${axis}`, unit: "m" })),
+    ...AXES.map((axis): Series => ({ key: key("base", name, axis), group: name, label: `base ${axis}`, unit: "m" })),
     ...ANGLES.map((axis): Series => ({ key: key("base", name, axis), group: name, label: `base ${axis}`, unit: "rad" })),
     ...(name === shownRobot.value?.name ? links.slice(0, MOST_LINKS) : []).flatMap((link): Series[] => [
-      ...PLACES.map((axis) => ({ key: key("link", name, link, axis), group: `${name}: links`, label: `${link} ${axis}`, unit: "m" })),
-      ...PLACES.map((axis) => ({ key: key("link", name, link, `v${axis}`), group: `${name}: links`, label: `${link} velocity ${axis}`, unit: "m/s" })),
+      ...AXES.map((axis) => ({ key: key("link", name, link, axis), group: `${name}: links`, label: `${link} ${axis}`, unit: "m" })),
+      ...AXES.map((axis) => ({ key: key("link", name, link, `v${axis}`), group: `${name}: links`, label: `${link} velocity ${axis}`, unit: "m/s" })),
       { key: key("contact", name, link), group: `${name}: contacts`, label: `${link} contact force`, unit: "N" },
     ]),
   ]),
@@ -94,8 +94,8 @@ export function valueOf(text: string, now: Frame, before: Frame | null): number 
 
 function ofPose(pose: Float64Array | undefined, name: string): number {
   if (pose?.length !== 7) return NaN;
-  const place = PLACES.findIndex((axis) => axis === name);
-  if (place >= 0) return pose[place] ?? NaN;
+  const index = AXES.findIndex((axis) => axis === name);
+  if (index >= 0) return pose[index] ?? NaN;
   const [, , , x = 0, y = 0, z = 0, w = 1] = pose;
   return rollPitchYaw([x, y, z, w])[ANGLES.findIndex((axis) => axis === name)] ?? NaN;
 }
@@ -121,7 +121,7 @@ function contactForce({ contacts }: Frame, robot: string, link: string): number 
 
 function channelOf(measured: Measurement, channel: string): number {
   const [what = "", axis = ""] = channel.split(" ");
-  const index = PLACES.findIndex((each) => each === axis);
+  const index = AXES.findIndex((each) => each === axis);
   switch (measured.kind) {
     case "imu":
       return (what === "acceleration" ? measured.acceleration : measured.angular)[index] ?? NaN;
@@ -136,7 +136,7 @@ function channelOf(measured: Measurement, channel: string): number {
     case "encoder":
       return what === "position" ? measured.position : measured.velocity;
     case "motion":
-      return (what === "linear" ? measured.linear[index] : measured.position[PLACES.findIndex((each) => each === what)]) ?? NaN;
+      return (what === "linear" ? measured.linear[index] : measured.position[AXES.findIndex((each) => each === what)]) ?? NaN;
     case "unknown":
       return NaN;
   }

@@ -1,5 +1,5 @@
 // Decompresses frames of LZ4, in which the chunks of recordings are. A page of the daemon may not run WebAssembly, which the
-// maintained packages are; nothing in a frame is believed: it is written where there is room, and read where there is more.
+// maintained packages are; nothing in a frame is trusted: it is written where there is room, and read where there is more.
 
 /** As the frame format has it, in its first four bytes. */
 const MAGIC = 0x184d2204;

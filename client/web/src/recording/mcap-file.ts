@@ -1,4 +1,4 @@
-// One file of a recording: where its chunks are, and what is in one of them. Nothing in it is believed.
+// One file of a recording: where its chunks are, and what is in one of them. Nothing in it is trusted.
 import { McapIndexedReader, McapRecordBuilder, McapStreamReader, MCAP_MAGIC, Opcode, type TypedMcapRecords } from "@mcap/core";
 import { decompress } from "./lz4";
 import type { Source } from "./source";
@@ -19,7 +19,7 @@ const INDEX_HEAD = RECORD_HEAD + 2 + 4;
 const INDEX_ENTRY = 16;
 
 /** Where a chunk is. */
-export interface ChunkPlace {
+export interface ChunkRange {
   offset: number;
   length: number;
   /** How many messages it has, by topic. */
@@ -38,7 +38,7 @@ export interface Message {
 export class McapFile {
   private constructor(
     readonly source: Source,
-    readonly chunks: readonly ChunkPlace[],
+    readonly chunks: readonly ChunkRange[],
     /** By their numbers. A channel is said once, in the chunk with its first message. */
     private readonly channels: Map<number, TypedMcapRecords["Channel"]>,
     /** Whether it was completed; else it is read as far as it goes. */
@@ -59,9 +59,9 @@ export class McapFile {
       const end = Number(index.chunkStartOffset + index.chunkLength + index.messageIndexLength);
       const starts = [...index.messageIndexOffsets].map(([channel, at]) => ({ channel, at: Number(at) })).sort((a, b) => a.at - b.at);
       const messages = new Map<string, number>();
-      starts.forEach(({ channel, at }, place) => {
+      starts.forEach(({ channel, at }, number) => {
         // Each record of the index is as long as there are messages.
-        const count = ((starts[place + 1]?.at ?? end) - at - INDEX_HEAD) / INDEX_ENTRY;
+        const count = ((starts[number + 1]?.at ?? end) - at - INDEX_HEAD) / INDEX_ENTRY;
         if (!Number.isInteger(count) || count < 0 || count > MAX_CHUNK) throw new Error("its index is damaged");
         addTo(messages, channels.get(channel)?.topic ?? "", count);
       });
@@ -72,7 +72,7 @@ export class McapFile {
 
   /** Goes from chunk to chunk, without reading what is in them. */
   private static async scanned(source: Source): Promise<McapFile> {
-    const found: (Omit<ChunkPlace, "messages"> & { counts: Map<number, number> })[] = [];
+    const found: (Omit<ChunkRange, "messages"> & { counts: Map<number, number> })[] = [];
     const window = new Window(source);
     for (let at = MCAP_MAGIC.length; found.length < MAX_SCANNED; ) {
       const head = await window.view(at, RECORD_HEAD);
@@ -91,19 +91,19 @@ export class McapFile {
     // Its index is missing, so that it is not known how much of it is there.
     if (last?.counts.size === 0) found.pop();
     const file = new McapFile(source, [], new Map(), false);
-    const chunks: ChunkPlace[] = [];
+    const chunks: ChunkRange[] = [];
     for (const { offset, length, counts } of found) {
-      const place = { offset, length };
-      if ([...counts.keys()].some((channel) => !file.channels.has(channel))) await file.read(place);
+      const range = { offset, length };
+      if ([...counts.keys()].some((channel) => !file.channels.has(channel))) await file.read(range);
       const messages = new Map<string, number>();
       for (const [channel, count] of counts) addTo(messages, file.channels.get(channel)?.topic ?? "", count);
-      chunks.push({ ...place, messages });
+      chunks.push({ ...range, messages });
     }
     return new McapFile(source, chunks, file.channels, false);
   }
 
   /** The messages of a chunk, in their order. Rejects where it is damaged. */
-  async read({ offset, length }: Pick<ChunkPlace, "offset" | "length">): Promise<Message[]> {
+  async read({ offset, length }: Pick<ChunkRange, "offset" | "length">): Promise<Message[]> {
     const bytes = await this.source.read(offset, length);
     const reader = new McapStreamReader({ noMagicPrefix: true, decompressHandlers: { lz4: decompressChunk } });
     const messages: Message[] = [];

@@ -1,7 +1,7 @@
 // A recording as a row of states: how many there are is known from the index, and a chunk is read when a state in it is wanted.
 import { clock, jointState, string, transforms, type JointState, type Transform } from "./cdr";
 import { worldPoses, type RobotPoses } from "./frames";
-import { McapFile, type ChunkPlace, type Message } from "./mcap-file";
+import { McapFile, type ChunkRange, type Message } from "./mcap-file";
 import type { Source } from "./source";
 
 /** Bytes of chunks that are kept, decompressed. The one that is shown is kept in any case. */
@@ -28,7 +28,7 @@ interface RawState {
 /** A part of the row. */
 interface Part {
   file: McapFile;
-  place: ChunkPlace;
+  chunk: ChunkRange;
   /** The number of its first state, from 0. */
   first: number;
   states: number;
@@ -79,9 +79,9 @@ export class Timeline {
     let first = 0;
     for (const file of files) {
       if (!file.isComplete) this.problems.add(`${file.source.name} was not completed: it is shown as far as it goes.`);
-      for (const place of file.chunks) {
-        const states = place.messages.get("/tf") ?? 0;
-        this.parts.push({ file, place, first, states });
+      for (const chunk of file.chunks) {
+        const states = chunk.messages.get("/tf") ?? 0;
+        this.parts.push({ file, chunk, first, states });
         first += states;
       }
     }
@@ -140,7 +140,7 @@ export class Timeline {
 
   /** Parts of the row with states, as the number of the first and how many. */
   spans(): { first: number; states: number; bytes: number }[] {
-    return this.parts.filter(({ states }) => states > 0).map(({ first, states, place }) => ({ first, states, bytes: place.length }));
+    return this.parts.filter(({ states }) => states > 0).map(({ first, states, chunk }) => ({ first, states, bytes: chunk.length }));
   }
 
   /** Joint states of a span, which is read and not kept: one for each that was written. */
@@ -154,13 +154,13 @@ export class Timeline {
   async events(): Promise<RecordedEvent[]> {
     const events: RecordedEvent[] = [];
     let read = 0;
-    for (const { file, place, first, states } of this.parts) {
-      if ((place.messages.get("/simd/events") ?? 0) === 0) continue;
+    for (const { file, chunk, first, states } of this.parts) {
+      if ((chunk.messages.get("/simd/events") ?? 0) === 0) continue;
       read += 1;
       if (read > MAX_SAID) break;
       try {
         let seen = 0;
-        for (const { topic, data } of await file.read(place)) {
+        for (const { topic, data } of await file.read(chunk)) {
           if (topic === "/tf") seen += 1;
           if (topic === "/simd/events") events.push({ at: this.clamp(first + Math.min(seen, states) - 1), data });
           if (events.length >= MAX_EVENTS) return events;
@@ -211,12 +211,12 @@ export class Timeline {
 
   /** The messages of a chunk, behind those of its first state that are in the chunk before. */
   private async messagesOf(part: Part): Promise<Message[]> {
-    const messages = await part.file.read(part.place);
+    const messages = await part.file.read(part.chunk);
     const isBegun = messages.find(({ topic }) => topic === "/clock" || topic === "/tf" || topic.endsWith(JOINTS))?.topic !== "/clock";
     const before = this.parts[this.parts.indexOf(part) - 1];
     if (!isBegun || part.states === 0 || before?.file !== part.file) return messages;
     // Where that is damaged the state lacks its joints, and the frames are there.
-    const earlier = await before.file.read(before.place).catch(() => []);
+    const earlier = await before.file.read(before.chunk).catch(() => []);
     const rest = earlier.slice(earlier.findLastIndex(({ topic }) => topic === "/tf") + 1);
     // Copies, which do not keep all of that chunk.
     return [...rest.map((message) => ({ ...message, data: message.data.slice() })), ...messages];
@@ -253,15 +253,15 @@ export class Timeline {
   private async readWhatIsSaidOnce(): Promise<void> {
     const isSaidOnce = (topic: string): boolean => topic === "/tf_static" || topic.endsWith("/robot_description");
     let read = 0;
-    for (const { file, place } of this.parts) {
-      if (![...place.messages].some(([topic, count]) => count > 0 && isSaidOnce(topic))) continue;
+    for (const { file, chunk } of this.parts) {
+      if (![...chunk.messages].some(([topic, count]) => count > 0 && isSaidOnce(topic))) continue;
       read += 1;
       if (read > MAX_SAID) {
         this.problems.add(`Robots that came after the first ${MAX_SAID} are not shown.`);
         return;
       }
       try {
-        for (const { topic, time, data } of await file.read(place)) {
+        for (const { topic, time, data } of await file.read(chunk)) {
           if (topic === "/tf_static") this.fixed.push({ time, transforms: transforms(data) });
           else if (isSaidOnce(topic)) this.descriptions.set(topic.slice(1, -"/robot_description".length), string(data));
         }

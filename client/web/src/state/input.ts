@@ -20,7 +20,7 @@ export const inputCount = signal(0);
 
 let waiting: PageInput[] = [];
 
-/** Adds an event. A move of the mouse takes the place of one right before it. */
+/** Adds an event. A move of the mouse replaces one right before it. */
 export function pushInput(input: PageInput): void {
   const isMove = (it: PageInput | undefined): boolean => it?.kind === "mouse" && it.button === null;
   if (isMove(input) && isMove(waiting.at(-1))) waiting.pop();

@@ -3,7 +3,7 @@ import type { Frame, JointValues } from "./world";
 
 /** Metres, and components of a quaternion: smaller motions are not drawn. */
 export const MIN_MOTION = 1e-6;
-/** Less than what the panel shows: radians or metres, and their rates; newton metres or newtons. */
+/** Less than what the panel shows: radians or metres, and their velocities; newton metres or newtons. */
 const MIN_POSITION = 1e-4;
 const MIN_VELOCITY = 1e-3;
 const MIN_EFFORT = 1e-2;

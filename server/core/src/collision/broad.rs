@@ -85,8 +85,8 @@ impl Broad {
             near.clear();
             tree.candidates(&a.bounds, near);
             for &other in &*near {
-                let place = still.binary_search_by_key(&other, |(robot, _)| *robot);
-                let meets = place.is_ok_and(|place| still[place].1.meets(&a.bounds));
+                let found = still.binary_search_by_key(&other, |(robot, _)| *robot);
+                let meets = found.is_ok_and(|index| still[index].1.meets(&a.bounds));
                 if meets {
                     pairs.push([a.robot.min(other), a.robot.max(other)]);
                 }

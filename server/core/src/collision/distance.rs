@@ -20,7 +20,7 @@ pub const MOST_DISTANCES: usize = 100_000;
 /// The nearest points of two links.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Closest {
-    /// As they were given to [`place`](super::scene::place).
+    /// As they were given to [`posed_shapes`](super::scene::posed_shapes).
     pub robots: [usize; 2],
     /// Indices of the links.
     pub links: [usize; 2],

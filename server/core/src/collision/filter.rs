@@ -74,8 +74,8 @@ impl<'a> Filter<'a> {
 
     /// Whether two links were switched on or off.
     pub fn switched(&self, links: [usize; 2]) -> Option<bool> {
-        let place = self.pairs.binary_search_by_key(&links, |of| of.pair.links).ok()?;
-        Some(self.pairs[place].pair.enabled)
+        let index = self.pairs.binary_search_by_key(&links, |of| of.pair.links).ok()?;
+        Some(self.pairs[index].pair.enabled)
     }
 
     pub(super) fn allows(&self, a: &Placed, b: &Placed) -> bool {
@@ -99,7 +99,7 @@ impl RobotColliders {
                 let links = [a.link.min(b.link), a.link.max(b.link)];
                 let switched = pairs.binary_search_by_key(&links, |pair| pair.links).ok();
                 let allowed = match switched {
-                    Some(place) => pairs[place].enabled,
+                    Some(index) => pairs[index].enabled,
                     None => !is_joined(tree, a.body, b.body) && a.groups.allow(b.groups),
                 };
                 if allowed && a.body != b.body {
@@ -124,7 +124,7 @@ impl RobotColliders {
     }
 
     /// Whether two colliders of this robot may touch; the smaller index comes first.
-    pub fn may_touch_itself(&self, colliders: [usize; 2]) -> bool {
+    pub fn may_self_collide(&self, colliders: [usize; 2]) -> bool {
         self.own_pairs.binary_search(&colliders).is_ok()
     }
 }

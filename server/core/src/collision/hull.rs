@@ -133,9 +133,9 @@ fn cell(direction: DVec3) -> usize {
         _ => (direction.z, direction.x, direction.y),
     };
     let part = |at: f64| {
-        let place = (at / out.abs() + 1.0) * 0.5 * SIDE as f64;
+        let cell = (at / out.abs() + 1.0) * 0.5 * SIDE as f64;
         // What is not a number begins anywhere.
-        (place as usize).min(SIDE - 1)
+        (cell as usize).min(SIDE - 1)
     };
     let face = 2 * axis + usize::from(out < 0.0);
     (face * SIDE + part(u)) * SIDE + part(v)

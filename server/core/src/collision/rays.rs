@@ -10,7 +10,7 @@ use super::scene::{PlacedShape, Scene};
 /// Where a ray meets a robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RayHit {
-    /// As it was given to [`place`](super::scene::place).
+    /// As it was given to [`posed_shapes`](super::scene::posed_shapes).
     pub robot: usize,
     /// Index of the link.
     pub link: usize,

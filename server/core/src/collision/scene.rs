@@ -33,7 +33,7 @@ pub const NO_ROBOT: usize = usize::MAX;
 /// A shape of a robot's link, in the world.
 #[derive(Clone)]
 pub struct PlacedShape {
-    /// As it was given to [`place`], or [`NO_ROBOT`].
+    /// As it was given to [`posed_shapes`], or [`NO_ROBOT`].
     pub robot: usize,
     /// Index of the link.
     pub link: usize,
@@ -97,7 +97,7 @@ impl PlacedShape {
 
 /// The shapes of a robot, of all its links or of one, with `world_from_link` of each link. A plane that could move
 /// touches nothing, and is left out.
-pub fn place(
+pub fn posed_shapes(
     robot: usize,
     tree: &Tree,
     shapes: &Shapes,

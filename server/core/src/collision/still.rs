@@ -20,7 +20,7 @@ pub(super) struct Still {
 }
 
 impl Still {
-    /// Takes these in the place of what there was.
+    /// Takes these instead of what there was.
     pub(super) fn replace(&mut self, boxes: impl Iterator<Item = (usize, Bounds)>) {
         self.leaves.clear();
         self.others.clear();

@@ -71,7 +71,7 @@ pub fn gather_inertia(
         // Of an axis of a ball joint only its spring needs it; the laws of targets read where it is from what it is not.
         let is_sprung_ball =
             settings.spring_stiffness > 0.0 && matches!(body.joint_type, JointType::Spherical { .. });
-        let of_spring = if is_sprung_ball { tree.place_of_axis(i, q) } else { position };
+        let of_spring = if is_sprung_ball { tree.position_of_axis(i, q) } else { position };
         at.implicitness = match integrator {
             Integrator::Euler => Implicitness::BACKWARD,
             Integrator::Leapfrog => {

@@ -380,8 +380,8 @@ impl Articulation {
     /// Makes a joint hold the position that it has.
     pub fn hold(&mut self, body: usize) {
         let velocity = self.tree.bodies[body].velocity;
-        let place = self.tree.place_of_axis(body, &self.state.positions);
-        let actuator = Actuator::hold(place, self.state.velocities[velocity]);
+        let position = self.tree.position_of_axis(body, &self.state.positions);
+        let actuator = Actuator::hold(position, self.state.velocities[velocity]);
         self.set_actuator(velocity, actuator);
     }
 }

@@ -37,10 +37,10 @@ pub struct BlockCholesky {
     neighbours: Vec<Set>,
     /// Of each node, the rows of its neighbours that are left.
     degrees: Vec<usize>,
-    /// Nodes as they are eliminated, and the place of each.
+    /// Nodes as they are eliminated, and the index of each in that order.
     order: Vec<usize>,
-    places: Vec<usize>,
-    /// Of each place, the nodes below its diagonal block, in their order; one list after the other.
+    ranks: Vec<usize>,
+    /// For each node in that order, the nodes below its diagonal block, in their order; one list after the other.
     below: Vec<usize>,
     ends: Vec<usize>,
     /// Where the block of two nodes begins, by the later one's and the earlier one's index.
@@ -94,7 +94,7 @@ impl BlockCholesky {
     /// Finds the order of elimination; blocks mean nothing then until they are [cleared](Self::clear). How many
     /// multiplications a factorisation takes, roughly; `None` beyond `most`, and then there is no plan.
     pub fn plan(&mut self, most: usize) -> Option<usize> {
-        let Self { sizes, is_joined, neighbours, degrees, order, places, below, ends, .. } = self;
+        let Self { sizes, is_joined, neighbours, degrees, order, ranks, below, ends, .. } = self;
         let count = sizes.len();
         let rows = |set: &Set| members(set).map(|node| sizes[node]).sum::<usize>();
         degrees.clear();
@@ -102,13 +102,13 @@ impl BlockCholesky {
         order.clear();
         below.clear();
         ends.clear();
-        places.clear();
-        places.resize(count, usize::MAX);
+        ranks.clear();
+        ranks.resize(count, usize::MAX);
         let mut cost = 0usize;
-        for place in 0..count {
-            let left = (0..count).filter(|&node| places[node] == usize::MAX);
+        for rank in 0..count {
+            let left = (0..count).filter(|&node| ranks[node] == usize::MAX);
             let node = left.min_by_key(|&node| (degrees[node], node))?;
-            places[node] = place;
+            ranks[node] = rank;
             order.push(node);
             let (own, others) = (sizes[node], neighbours[node]);
             let degree = degrees[node];
@@ -148,16 +148,16 @@ impl BlockCholesky {
     }
 
     fn lay_out(&mut self) {
-        let Self { sizes, order, places, below, ends, offsets, values, inverse_diagonal, firsts, .. } = self;
+        let Self { sizes, order, ranks, below, ends, offsets, values, inverse_diagonal, firsts, .. } = self;
         let count = sizes.len();
         if offsets.len() < count * count {
             offsets.resize(count * count, 0);
         }
         let mut at = 0;
-        for (place, &node) in order.iter().enumerate() {
-            let begin = if place == 0 { 0 } else { ends[place - 1] };
-            let list = &mut below[begin..ends[place]];
-            list.sort_unstable_by_key(|&other| places[other]);
+        for (rank, &node) in order.iter().enumerate() {
+            let begin = if rank == 0 { 0 } else { ends[rank - 1] };
+            let list = &mut below[begin..ends[rank]];
+            list.sort_unstable_by_key(|&other| ranks[other]);
             for &row in std::iter::once(&node).chain(&*list) {
                 offsets[row * count + node] = at;
                 at += sizes[row] * sizes[node];
@@ -183,7 +183,7 @@ impl BlockCholesky {
 
     /// The block of two nodes that were [joined](Self::join), row by row; and whether its rows are the second's.
     pub fn block_mut(&mut self, a: usize, b: usize) -> (&mut [f64], bool) {
-        let is_swapped = self.places[a] < self.places[b];
+        let is_swapped = self.ranks[a] < self.ranks[b];
         let (row, column) = if is_swapped { (b, a) } else { (a, b) };
         let at = self.offsets[row * self.sizes.len() + column];
         (&mut self.values[at..at + self.sizes[a] * self.sizes[b]], is_swapped)
@@ -206,9 +206,9 @@ impl BlockCholesky {
             ..
         } = self;
         let count = sizes.len();
-        for (place, &node) in order.iter().enumerate() {
-            let begin = if place == 0 { 0 } else { ends[place - 1] };
-            let list = &below[begin..ends[place]];
+        for (rank, &node) in order.iter().enumerate() {
+            let begin = if rank == 0 { 0 } else { ends[rank - 1] };
+            let list = &below[begin..ends[rank]];
             let n = sizes[node];
             let at = offsets[node * count + node];
             let height: usize = list.iter().map(|&other| sizes[other]).sum();
@@ -253,17 +253,17 @@ impl BlockCholesky {
             sizes, firsts, parents, heads, order, below, ends, offsets, values, inverse_diagonal, ..
         } = self;
         let count = sizes.len();
-        let column = |place: usize| {
-            let node = order[place];
-            let begin = if place == 0 { 0 } else { ends[place - 1] };
+        let column = |rank: usize| {
+            let node = order[rank];
+            let begin = if rank == 0 { 0 } else { ends[rank - 1] };
             let own = firsts[node]..firsts[node] + sizes[node];
             let branches = Branches { parents: &parents[own.clone()], heads: &heads[own.clone()] };
             let values = &values[offsets[node * count + node]..];
             let (diagonal, rows) = values.split_at(own.len() * own.len());
-            (own, branches, diagonal, rows, &below[begin..ends[place]])
+            (own, branches, diagonal, rows, &below[begin..ends[rank]])
         };
-        for place in 0..count {
-            let (own, branches, diagonal, rows, list) = column(place);
+        for rank in 0..count {
+            let (own, branches, diagonal, rows, list) = column(rank);
             branches.rise(diagonal, &mut x[own.clone()]);
             let mut rows = rows.chunks_exact(own.len());
             for &other in list {
@@ -273,8 +273,8 @@ impl BlockCholesky {
             }
         }
         x.iter_mut().zip(inverse_diagonal).for_each(|(x, inverse)| *x *= inverse);
-        for place in (0..count).rev() {
-            let (own, branches, diagonal, rows, list) = column(place);
+        for rank in (0..count).rev() {
+            let (own, branches, diagonal, rows, list) = column(rank);
             let mut rows = rows.chunks_exact(own.len());
             for &other in list {
                 for (i, row) in (firsts[other]..firsts[other] + sizes[other]).zip(&mut rows) {

@@ -53,7 +53,7 @@ impl Default for Surface {
 }
 
 impl Surface {
-    /// With what a material gives in the place of its own.
+    /// With what a material gives instead of its own.
     pub fn with(self, material: &Material) -> Self {
         Self {
             friction: material.friction.unwrap_or(self.friction),

@@ -16,7 +16,7 @@ use super::tree::{Body, JointType, Tree};
 const LOCKED: f64 = 1e30;
 
 /// Writes M with what actuators, damping and armature add to its diagonal, `velocity_count` squared, row by row, on and
-/// below the diagonal: the composite-rigid-body algorithm (Featherstone table 6.2) with the places and the 1 / D that this
+/// below the diagonal: the composite-rigid-body algorithm (Featherstone table 6.2) with the poses and the 1 / D that this
 /// step's passes found. False where a free body has a direction without inertia: then there is no such matrix.
 pub fn implicit_inertia(
     tree: &Tree,

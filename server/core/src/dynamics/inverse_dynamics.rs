@@ -76,7 +76,7 @@ pub fn inverse_dynamics(
             JointType::Revolute | JointType::Prismatic | JointType::Spherical { .. } => {
                 out[0] = along(body.joint_type, force, scratch[i].rotation.z_axis);
                 if let Some(spring) = resistance.get(body.velocity).filter(|of| of.spring_stiffness > 0.0) {
-                    out[0] += spring.spring_stiffness * (tree.place_of_axis(i, &q) - spring.spring_rest);
+                    out[0] += spring.spring_stiffness * (tree.position_of_axis(i, &q) - spring.spring_rest);
                 }
             }
             JointType::Free { .. } => {

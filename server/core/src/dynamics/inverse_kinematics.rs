@@ -248,7 +248,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// A place beside another, further from it each time. The golden ratio spreads
+    /// A point beside another, further from it each time. The golden ratio spreads
     /// the numbers evenly (Weyl's sequence), without chance.
     fn beside(&self, q: &[f64], time: u32) -> Vec<f64> {
         const GOLDEN: f64 = 0.618_033_988_749_894_9;

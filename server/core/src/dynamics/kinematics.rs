@@ -18,7 +18,7 @@ pub struct BodyMotion {
     pub angular: DVec3,
 }
 
-/// Places and velocities of all bodies (Featherstone table 7.1, first loop), in the
+/// Poses and velocities of all bodies (Featherstone table 7.1, first loop), in the
 /// base's axes.
 ///
 /// v_i = X v_parent + S qd,  c_i = v_i x S qd
@@ -47,7 +47,7 @@ pub fn update_kinematics(tree: &Tree, positions: &[f64], velocities: &[f64], scr
             JointType::Spherical { axis } => {
                 let frame = Placement { rotation: zero, origin: reach };
                 let parent = (parent_origin, parent_velocity);
-                place_axis_of_ball(axis, frame, parent, q, &velocities[..body.velocity + 1], at);
+                update_ball_axis(axis, frame, parent, q, &velocities[..body.velocity + 1], at);
                 continue;
             }
             JointType::Free { .. } => {
@@ -69,7 +69,7 @@ pub fn update_kinematics(tree: &Tree, positions: &[f64], velocities: &[f64], scr
 /// The same for one of the three bodies of a ball joint. `frame` is that of the joint at zero, or of the body before; `velocities`
 /// end with the body's own.
 #[inline(never)]
-fn place_axis_of_ball(
+fn update_ball_axis(
     axis: u8,
     frame: Placement,
     (parent_origin, parent_velocity): (DVec3, Spatial),

@@ -13,16 +13,16 @@ use super::tree::Tree;
 /// force, of the parent on the child. Newton's and Euler's equations of each link, summed
 /// over what hangs on the joint (Featherstone section 5.3, with links in place of bodies).
 ///
-/// `gravity` and `pushes` are in base axes; a push is a link, and what acts on it from
+/// `gravity` and `external` are in base axes; each of them is a link, and what acts on it from
 /// outside with its torque about the link's origin.
 pub fn joint_reactions(
     model: &RobotModel,
     tree: &Tree,
     motion: Motion<'_>,
     gravity: DVec3,
-    pushes: &[(usize, Spatial)],
+    external: &[(usize, Spatial)],
 ) -> Vec<Spatial> {
-    reactions_of(model, &link_motions(tree, motion), gravity, pushes)
+    reactions_of(model, &link_motions(tree, motion), gravity, external)
 }
 
 /// The same of links that move so.
@@ -30,7 +30,7 @@ pub fn reactions_of(
     model: &RobotModel,
     links: &[LinkMotion],
     gravity: DVec3,
-    pushes: &[(usize, Spatial)],
+    external: &[(usize, Spatial)],
 ) -> Vec<Spatial> {
     // What is needed to move each link, about the base's origin.
     let mut needed: Vec<Spatial> = model
@@ -46,9 +46,9 @@ pub fn reactions_of(
             Spatial::new(torque, force).force_from(at.origin + reach)
         })
         .collect();
-    for &(link, push) in pushes {
+    for &(link, wrench) in external {
         if let (Some(needed), Some(at)) = (needed.get_mut(link), links.get(link)) {
-            *needed -= push.force_from(at.origin);
+            *needed -= wrench.force_from(at.origin);
         }
     }
     let mut reactions = vec![Spatial::ZERO; model.joints.len()];

@@ -72,11 +72,11 @@ pub struct SixTrips {
     /// As [`BodyScratch::impulse`].
     pub impulse: [f64; 6],
     /// An impulse acts on it or on what hangs on it; else `delta` means nothing before the way down.
-    pub is_pushed: bool,
+    pub has_impulse: bool,
 }
 
 /// Of all bodies of a robot.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub struct Scratch {
     /// One a body.
     pub bodies: Vec<BodyScratch>,

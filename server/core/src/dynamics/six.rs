@@ -100,14 +100,14 @@ mod tests {
         (0..6).for_each(|k| six.set(k, vector(k)));
         let mut moved = six.motion_at(reach);
         moved.add_multiples(other, &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
-        let mut pushed = six.force_from(reach);
-        pushed.add(&six);
+        let mut shifted = six.force_from(reach);
+        shifted.add(&six);
         for k in 0..6 {
             let near = |a: Spatial, b: Spatial| {
                 (a.angular - b.angular).length() + (a.linear - b.linear).length() < 1e-12
             };
             assert!(near(moved.get(k), vector(k).motion_at(reach) + other * (k + 1) as f64));
-            assert!(near(pushed.get(k), vector(k).force_from(reach) + vector(k)));
+            assert!(near(shifted.get(k), vector(k).force_from(reach) + vector(k)));
             assert!((six.dot(other)[k] - vector(k).dot(other)).abs() < 1e-12);
         }
     }

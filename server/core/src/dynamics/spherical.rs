@@ -65,8 +65,8 @@ pub fn turn_by(q: &mut [f64], vector: DVec3) {
     write_orientation(q, turned.normalize());
 }
 
-/// Whether an axis is driven to a position.
-fn has_place(axis: &Axis) -> bool {
+/// Whether an axis has a setpoint.
+fn has_setpoint(axis: &Axis) -> bool {
     matches!(axis.actuator.mode, Mode::Position | Mode::Hold)
 }
 
@@ -85,13 +85,13 @@ pub fn set_drives(
     let here = orientation(q);
     let saturated: [Option<f64>; 3] = std::array::from_fn(|k| drives[k].saturated);
     let mut to_setpoint = DVec3::ZERO;
-    if axes.iter().any(has_place) {
-        // Axes that are not driven to a place are at theirs.
-        let place = rotation_vector(here);
+    if axes.iter().any(has_setpoint) {
+        // The setpoint of other axes is where they are.
+        let position = rotation_vector(here);
         let vector = |get: fn(&Axis) -> f64| {
-            DVec3::from_array(std::array::from_fn(
-                |k| if has_place(&axes[k]) { get(&axes[k]) } else { place[k] },
-            ))
+            DVec3::from_array(std::array::from_fn(|k| {
+                if has_setpoint(&axes[k]) { get(&axes[k]) } else { position[k] }
+            }))
         };
         let target = vector(|axis| axis.actuator.target);
         let before = vector(|axis| axis.actuator.setpoint);
@@ -101,7 +101,7 @@ pub fn set_drives(
         }
         setpoint = advance(setpoint, target, axes, h);
         if setpoint != before {
-            for (k, axis) in axes.iter_mut().enumerate().filter(|(_, axis)| has_place(axis)) {
+            for (k, axis) in axes.iter_mut().enumerate().filter(|(_, axis)| has_setpoint(axis)) {
                 axis.actuator.setpoint = setpoint[k];
             }
         }
@@ -125,7 +125,7 @@ fn keep_near(
 ) -> DVec3 {
     let from_child = rotation_vector(here.inverse() * turn(setpoint));
     let mut kept = from_child;
-    for (k, axis) in axes.iter_mut().enumerate().filter(|(_, axis)| has_place(axis)) {
+    for (k, axis) in axes.iter_mut().enumerate().filter(|(_, axis)| has_setpoint(axis)) {
         if saturated[k].is_some() {
             axis.actuator.setpoint = from_child[k];
             axis.anti_windup(&drives[k], 0.0, half[k], h, integrator);
@@ -144,7 +144,7 @@ fn advance(setpoint: DVec3, target: DVec3, axes: &mut [Axis], h: f64) -> DVec3 {
     }
     let left = rotation_vector(turn(setpoint).inverse() * turn(target));
     let mut moved = left;
-    for (k, axis) in axes.iter_mut().enumerate().filter(|(_, axis)| has_place(axis)) {
+    for (k, axis) in axes.iter_mut().enumerate().filter(|(_, axis)| has_setpoint(axis)) {
         let (own_target, own_setpoint) = (axis.actuator.target, axis.actuator.setpoint);
         (axis.actuator.target, axis.actuator.setpoint) = (left[k], 0.0);
         axis.advance_setpoint(h);
@@ -157,7 +157,7 @@ fn advance(setpoint: DVec3, target: DVec3, axes: &mut [Axis], h: f64) -> DVec3 {
 impl Tree {
     /// What a target has to be so that the axis of a body is there: its position; of an axis of a ball joint its component of the
     /// rotation vector. `q` are all positions. Not for bodies with six degrees of freedom.
-    pub fn place_of_axis(&self, body: usize, q: &[f64]) -> f64 {
+    pub fn position_of_axis(&self, body: usize, q: &[f64]) -> f64 {
         let body = &self.bodies[body];
         match body.joint_type {
             JointType::Spherical { axis } => {

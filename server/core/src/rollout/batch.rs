@@ -44,8 +44,8 @@ pub struct Ended {
     pub reason: String,
 }
 
-/// The places of a copy in the arrays of a batch.
-pub(super) struct Places<'r> {
+/// What a copy writes into the arrays of a batch.
+pub(super) struct CopyResult<'r> {
     pub(super) states: &'r mut [f64],
     pub(super) costs: &'r mut [f64],
     pub(super) step_costs: &'r mut [f64],
@@ -78,8 +78,8 @@ impl Worker {
 }
 
 /// The part of an array that is a copy's.
-pub(super) fn part(array: &mut [f64], place: usize, length: usize) -> &mut [f64] {
-    &mut array[place * length..(place + 1) * length]
+pub(super) fn part(array: &mut [f64], index: usize, length: usize) -> &mut [f64] {
+    &mut array[index * length..(index + 1) * length]
 }
 
 impl Rollout {
@@ -128,17 +128,17 @@ impl Rollout {
     ) -> Option<()> {
         let states = self.shape.rows * self.shape.columns();
         let steps = result.step_costs.len() / result.steps_done.len().max(1);
-        for (place, copy) in copies.enumerate() {
-            let places = Places {
-                states: part(&mut result.states, place, states),
-                costs: part(&mut result.costs, place, self.shape.terms),
-                step_costs: part(&mut result.step_costs, place, steps),
+        for (index, copy) in copies.enumerate() {
+            let copy_result = CopyResult {
+                states: part(&mut result.states, index, states),
+                costs: part(&mut result.costs, index, self.shape.terms),
+                step_costs: part(&mut result.step_costs, index, steps),
             };
-            match self.run(worker, copy, &mut result.steps_done[place], places, interrupt) {
+            match self.run(worker, copy, &mut result.steps_done[index], copy_result, interrupt) {
                 Ok(()) => {}
                 Err(Stop::Interrupted) => return None,
                 Err(Stop::Ended(reason)) => {
-                    part(&mut result.costs, place, self.shape.terms).fill(f64::INFINITY);
+                    part(&mut result.costs, index, self.shape.terms).fill(f64::INFINITY);
                     result.ended.push(Ended { copy, reason });
                 }
             }
@@ -152,14 +152,14 @@ impl Rollout {
         worker: &mut Worker,
         copy: usize,
         done: &mut u64,
-        mut places: Places<'_>,
+        mut copy_result: CopyResult<'_>,
         interrupt: &dyn Fn() -> bool,
     ) -> Result<(), Stop> {
         self.begin(worker, copy)?;
         let mut rows = 0;
         if self.is_row(0) {
             worker.look();
-            self.read(worker, &mut rows, &mut places);
+            self.read(worker, &mut rows, &mut copy_result);
         }
         for step in 0..self.shape.steps {
             if interrupt() {
@@ -173,9 +173,9 @@ impl Rollout {
                 worker.look();
             }
             if is_row {
-                self.read(worker, &mut rows, &mut places);
+                self.read(worker, &mut rows, &mut copy_result);
             }
-            self.weigh(worker, step, &mut places, interrupt)?;
+            self.weigh(worker, step, &mut copy_result, interrupt)?;
         }
         Ok(())
     }
@@ -217,8 +217,8 @@ impl Rollout {
     }
 
     /// Writes the quantities of the next row.
-    pub(super) fn read(&self, worker: &mut Worker, rows: &mut usize, places: &mut Places<'_>) {
-        let mut row = part(places.states, *rows, self.shape.columns());
+    pub(super) fn read(&self, worker: &mut Worker, rows: &mut usize, copy_result: &mut CopyResult<'_>) {
+        let mut row = part(copy_result.states, *rows, self.shape.columns());
         *rows += 1;
         for quantity in &self.quantities {
             let (own, others) = row.split_at_mut(quantity.width());
@@ -232,19 +232,19 @@ impl Rollout {
         &self,
         worker: &mut Worker,
         step: u64,
-        places: &mut Places<'_>,
+        copy_result: &mut CopyResult<'_>,
         interrupt: &dyn Fn() -> bool,
     ) -> Result<(), Error> {
         let is_last = step + 1 == self.shape.steps;
         let mut of_step = 0.0;
-        for (term, sum) in self.costs.iter().zip(&mut *places.costs) {
+        for (term, sum) in self.costs.iter().zip(&mut *copy_result.costs) {
             let weight = if is_last { term.weight + term.final_weight } else { term.weight };
             let cost = weight * term.value(&mut worker.view, interrupt)?;
             *sum += cost;
             of_step += cost;
         }
-        if let Some(place) = usize::try_from(step).ok().and_then(|step| places.step_costs.get_mut(step)) {
-            *place = of_step;
+        if let Some(slot) = usize::try_from(step).ok().and_then(|step| copy_result.step_costs.get_mut(step)) {
+            *slot = of_step;
         }
         Ok(())
     }

@@ -39,7 +39,7 @@ pub(super) struct ControlMemory {
 }
 
 impl ControlPlan {
-    /// Finds names and counts numbers; `index` is the control's place in the request.
+    /// Finds names and counts numbers; `index` is the control's index in the request.
     pub(super) fn new(
         layout: &WorldLayout,
         index: usize,

@@ -21,15 +21,15 @@ pub(super) struct CostPlan {
 
 #[derive(Debug)]
 enum Weighted {
-    /// Places among the positions of all robots, and where they are to be.
+    /// Indices among the positions of all robots, and where they are to be.
     Positions {
-        places: Vec<usize>,
+        indices: Vec<usize>,
         targets: Vec<f64>,
         wrapped: bool,
     },
     /// The same of velocities.
     Velocities {
-        places: Vec<usize>,
+        indices: Vec<usize>,
         targets: Vec<f64>,
     },
     Efforts(Vec<usize>),
@@ -53,14 +53,14 @@ fn wrapped(difference: f64) -> f64 {
     (difference + PI).rem_euclid(TAU) - PI
 }
 
-/// The sum of the squares of what numbers at some places differ by.
-fn squares(places: &[usize], targets: &[f64], from: &[f64], difference: impl Fn(f64) -> f64) -> f64 {
-    let pairs = places.iter().zip(targets);
-    pairs.map(|(place, target)| difference(from[*place] - target).powi(2)).sum()
+/// The sum of the squares of what numbers of some indices differ by.
+fn squares(indices: &[usize], targets: &[f64], from: &[f64], difference: impl Fn(f64) -> f64) -> f64 {
+    let pairs = indices.iter().zip(targets);
+    pairs.map(|(index, target)| difference(from[*index] - target).powi(2)).sum()
 }
 
 impl CostPlan {
-    /// Finds names; `index` is the term's place in the request.
+    /// Finds names; `index` is the term's index in the request.
     pub(super) fn new(layout: &WorldLayout, index: usize, term: CostTerm) -> Result<Self, Error> {
         let field = |name: &str| format!("costs[{index}].{name}");
         let CostTerm { weight, final_weight, of } = term;
@@ -69,7 +69,7 @@ impl CostPlan {
                 return Err(refuse(field(name), value, "it must be finite"));
             }
         }
-        // Places of joints of one axis, and a number for each.
+        // Indices of joints of one axis, and a number for each.
         let joints = |named: &Named, targets: Vec<f64>, of_positions: bool| {
             let (robot, axes) = axes_of(layout, named)?;
             let entity = &layout.entities[robot];
@@ -77,11 +77,11 @@ impl CostPlan {
                 true => (entity.positions.start, &entity.joint_positions),
                 false => (entity.velocities.start, &entity.joint_velocities),
             };
-            let places: Vec<usize> = axes.iter().map(|axis| first + ranges[axis.joint].start).collect();
-            sized(&field("targets"), targets.len(), &[(0, "zero for all"), (places.len(), "one a joint")])?;
+            let indices: Vec<usize> = axes.iter().map(|axis| first + ranges[axis.joint].start).collect();
+            sized(&field("targets"), targets.len(), &[(0, "zero for all"), (indices.len(), "one a joint")])?;
             moderate(&field("targets"), &targets)?;
-            let targets = if targets.is_empty() { vec![0.0; places.len()] } else { targets };
-            Ok::<_, Error>((places, targets))
+            let targets = if targets.is_empty() { vec![0.0; indices.len()] } else { targets };
+            Ok::<_, Error>((indices, targets))
         };
         let one_link = |name: &str, of: &str| {
             let (index, entity) = robot(layout, name)?;
@@ -89,12 +89,12 @@ impl CostPlan {
         };
         let of = match of {
             Cost::JointPositions { joints: named, targets, wrapped } => {
-                let (places, targets) = joints(&named, targets, true)?;
-                Weighted::Positions { places, targets, wrapped }
+                let (indices, targets) = joints(&named, targets, true)?;
+                Weighted::Positions { indices, targets, wrapped }
             }
             Cost::JointVelocities { joints: named, targets } => {
-                let (places, targets) = joints(&named, targets, false)?;
-                Weighted::Velocities { places, targets }
+                let (indices, targets) = joints(&named, targets, false)?;
+                Weighted::Velocities { indices, targets }
             }
             Cost::JointEfforts(named) => Weighted::Efforts(joints(&named, Vec::new(), false)?.0),
             Cost::LinkPosition { robot, link, point, target } => {
@@ -152,16 +152,16 @@ impl CostPlan {
     pub(super) fn value(&self, view: &mut View, is_cancelled: &dyn Fn() -> bool) -> Result<f64, Error> {
         let state: &PublishedState = &view.state;
         Ok(match &self.of {
-            Weighted::Positions { places, targets, wrapped: false } => {
-                squares(places, targets, &state.positions, |lack| lack)
+            Weighted::Positions { indices, targets, wrapped: false } => {
+                squares(indices, targets, &state.positions, |lack| lack)
             }
-            Weighted::Positions { places, targets, wrapped: true } => {
-                squares(places, targets, &state.positions, wrapped)
+            Weighted::Positions { indices, targets, wrapped: true } => {
+                squares(indices, targets, &state.positions, wrapped)
             }
-            Weighted::Velocities { places, targets } => {
-                squares(places, targets, &state.velocities, |lack| lack)
+            Weighted::Velocities { indices, targets } => {
+                squares(indices, targets, &state.velocities, |lack| lack)
             }
-            Weighted::Efforts(places) => places.iter().map(|place| state.efforts[*place].powi(2)).sum(),
+            Weighted::Efforts(indices) => indices.iter().map(|index| state.efforts[*index].powi(2)).sum(),
             Weighted::LinkPosition { robot, link, point, target } => {
                 (view.link_pose(*robot, *link).transform_point(*point) - *target).length_squared()
             }

@@ -13,23 +13,23 @@ fn mixed(value: u64) -> u64 {
 }
 
 /// Between 0 and 1, of 53 bits; never 1.
-fn unit(place: &[u64]) -> f64 {
-    let bits = place
+fn unit(counter: &[u64]) -> f64 {
+    let bits = counter
         .iter()
         .fold(0, |hash: u64, word| mixed(hash.wrapping_add(GOLDEN) ^ mixed(word.wrapping_add(GOLDEN))));
     (bits >> 11) as f64 / (1u64 << 53) as f64
 }
 
 /// Equally likely between two numbers.
-pub(super) fn uniform(place: [u64; 4], low: f64, high: f64) -> f64 {
-    let [seed, copy, variation, element] = place;
+pub(super) fn uniform(counter: [u64; 4], low: f64, high: f64) -> f64 {
+    let [seed, copy, variation, element] = counter;
     let part = unit(&[seed, copy, variation, element, 0]);
     low * (1.0 - part) + high * part
 }
 
 /// Of a normal distribution (Box and Muller, 1958).
-pub(super) fn normal(place: [u64; 4], mean: f64, deviation: f64) -> f64 {
-    let [seed, copy, variation, element] = place;
+pub(super) fn normal(counter: [u64; 4], mean: f64, deviation: f64) -> f64 {
+    let [seed, copy, variation, element] = counter;
     let [radius, angle] = [1, 2].map(|draw| unit(&[seed, copy, variation, element, draw]));
     mean + deviation * (-2.0 * (1.0 - radius).ln()).sqrt() * (TAU * angle).cos()
 }
@@ -46,8 +46,8 @@ mod tests {
     #[test]
     fn draws_have_the_mean_and_the_deviation_that_they_should() {
         for (draws, mean, deviation) in [
-            (all(|place| uniform(place, 2.0, 4.0)), 3.0, 2.0 / 12.0f64.sqrt()),
-            (all(|place| normal(place, -1.0, 0.5)), -1.0, 0.5),
+            (all(|counter| uniform(counter, 2.0, 4.0)), 3.0, 2.0 / 12.0f64.sqrt()),
+            (all(|counter| normal(counter, -1.0, 0.5)), -1.0, 0.5),
         ] {
             let count = draws.len() as f64;
             let found = draws.iter().sum::<f64>() / count;
@@ -55,7 +55,7 @@ mod tests {
             let spread = (draws.iter().map(|x| (x - found).powi(2)).sum::<f64>() / count).sqrt();
             assert!((spread / deviation - 1.0).abs() < 0.05, "{spread}");
         }
-        assert!(all(|place| uniform(place, 2.0, 4.0)).iter().all(|x| (2.0..4.0).contains(x)));
+        assert!(all(|counter| uniform(counter, 2.0, 4.0)).iter().all(|x| (2.0..4.0).contains(x)));
     }
 
     #[test]

@@ -8,7 +8,7 @@ use std::ops::Range;
 use pulp::{Arch, Simd, WithSimd};
 
 use super::Rollout;
-use super::batch::{BatchResult, Ended, Places, Stop, Worker, part};
+use super::batch::{BatchResult, CopyResult, Ended, Stop, Worker, part};
 use crate::dynamics::lanes::LaneRobot;
 use crate::simulation::{PhysicsSettings, Simulation};
 
@@ -42,7 +42,7 @@ impl WithSimd for Batch<'_> {
 struct Running {
     copy: usize,
     /// Among those of the batch.
-    place: usize,
+    index: usize,
     /// Rows that are read.
     rows: usize,
     /// Its view has all of its world, but for what a step of lanes changes.
@@ -90,7 +90,7 @@ impl Rollout {
             first = group.end;
             let group = group.map(|copy| Running {
                 copy,
-                place: copy - begun,
+                index: copy - begun,
                 rows: 0,
                 is_seen: false,
                 pause: 0,
@@ -116,7 +116,7 @@ impl Rollout {
                 Ok(()) if self.is_row(0) => {
                     worker.look();
                     running.is_seen = true;
-                    self.read(worker, &mut running.rows, &mut self.places(result, running.place));
+                    self.read(worker, &mut running.rows, &mut self.copy_result(result, running.index));
                 }
                 Ok(()) => {}
                 Err(error) => running.stop = Some(error.into()),
@@ -135,11 +135,11 @@ impl Rollout {
                 break;
             }
             let is_due = self.controls.iter().any(|control| control.drives_at(step));
-            let is_pushed = self.variations.iter().any(|variation| variation.pushes_at(step));
+            let has_wrench = self.variations.iter().any(|variation| variation.pushes_at(step));
             for (lane, running) in group.iter_mut().enumerate().filter(|(_, running)| running.stop.is_none())
             {
                 let worker = &mut workers[lane];
-                if is_pushed && lanes.has(lane) {
+                if has_wrench && lanes.has(lane) {
                     // What is pushed steps by itself for as long as it is.
                     lanes.give_back(lane, worker.world.body_mut(robot));
                     lanes.leave(lane);
@@ -167,14 +167,14 @@ impl Rollout {
                 let worker = &mut workers[lane];
                 let done = self.complete_step(&mut lanes, (lane, robot), worker, step, running);
                 if done.is_ok() {
-                    result.steps_done[running.place] = step + 1;
+                    result.steps_done[running.index] = step + 1;
                 }
-                let mut places = self.places(result, running.place);
+                let mut copy_result = self.copy_result(result, running.index);
                 let weighed = done.and_then(|()| {
                     if self.is_row(step + 1) {
-                        self.read(worker, &mut running.rows, &mut places);
+                        self.read(worker, &mut running.rows, &mut copy_result);
                     }
-                    Ok(self.weigh(worker, step, &mut places, interrupt)?)
+                    Ok(self.weigh(worker, step, &mut copy_result, interrupt)?)
                 });
                 if let Err(stop) = weighed {
                     running.stop = Some(stop);
@@ -182,12 +182,12 @@ impl Rollout {
                 }
             }
         }
-        for Running { copy, place, stop, .. } in group {
+        for Running { copy, index, stop, .. } in group {
             match stop {
                 None => {}
                 Some(Stop::Interrupted) => return None,
                 Some(Stop::Ended(reason)) => {
-                    part(&mut result.costs, place, self.shape.terms).fill(f64::INFINITY);
+                    part(&mut result.costs, index, self.shape.terms).fill(f64::INFINITY);
                     result.ended.push(Ended { copy, reason });
                 }
             }
@@ -231,23 +231,23 @@ impl Rollout {
         lanes.leave(lane);
         running.alone = running.alone.saturating_sub(1);
         if running.alone == 0 && worker.world.lane_robot() == Some(robot) {
-            let room = worker.world.lane_room(robot);
+            let clearance = worker.world.lane_clearance(robot);
             // Else the next step is none of lanes.
-            if room.around.min(room.own) > room.slack {
-                lanes.set_room(lane, &room);
+            if clearance.around.min(clearance.own) > clearance.slack {
+                lanes.set_clearance(lane, &clearance);
                 lanes.take(lane, worker.world.body(robot));
             }
         }
         Ok(())
     }
 
-    /// The places of a copy in the arrays of its batch.
-    fn places<'r>(&self, result: &'r mut BatchResult, place: usize) -> Places<'r> {
+    /// What a copy writes into the arrays of its batch.
+    fn copy_result<'r>(&self, result: &'r mut BatchResult, index: usize) -> CopyResult<'r> {
         let steps = result.step_costs.len() / result.steps_done.len().max(1);
-        Places {
-            states: part(&mut result.states, place, self.shape.rows * self.shape.columns()),
-            costs: part(&mut result.costs, place, self.shape.terms),
-            step_costs: part(&mut result.step_costs, place, steps),
+        CopyResult {
+            states: part(&mut result.states, index, self.shape.rows * self.shape.columns()),
+            costs: part(&mut result.costs, index, self.shape.terms),
+            step_costs: part(&mut result.step_costs, index, steps),
         }
     }
 }
@@ -262,8 +262,8 @@ impl Worker {
         }
         let layout = &state.world.entities[robot];
         let (positions, velocities) = (layout.positions.clone(), layout.velocities.clone());
-        let places = positions.zip(velocities).enumerate();
-        for (joint, (position, velocity)) in places {
+        let joints = positions.zip(velocities).enumerate();
+        for (joint, (position, velocity)) in joints {
             [state.positions[position], state.velocities[velocity], state.efforts[velocity]] =
                 lanes.joint(lane, joint);
         }

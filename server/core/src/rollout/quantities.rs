@@ -43,9 +43,9 @@ impl View {
 /// A quantity whose names were found.
 #[derive(Debug)]
 pub(super) enum QuantityPlan {
-    /// Of these places among the positions of all robots.
+    /// Of these indices among the positions of all robots.
     Positions(Vec<usize>),
-    /// Of these places among their velocities.
+    /// Of these indices among their velocities.
     Velocities(Vec<usize>),
     Efforts(Vec<usize>),
     RootPose(usize),
@@ -55,8 +55,8 @@ pub(super) enum QuantityPlan {
     ContactForce(usize, Vec<usize>),
 }
 
-/// The places of the joints of a robot.
-fn places(
+/// The indices of the joints of a robot.
+fn indices(
     layout: &WorldLayout,
     named: &Named,
     of: impl Fn(&EntityLayout) -> (usize, &[std::ops::Range<usize>]),
@@ -64,14 +64,14 @@ fn places(
     let (_, entity) = robot(layout, &named.robot)?;
     let joints = joints(entity, &named.names)?;
     let (first, ranges) = of(entity);
-    Ok(joints.into_iter().flat_map(|joint| ranges[joint].clone()).map(|place| first + place).collect())
+    Ok(joints.into_iter().flat_map(|joint| ranges[joint].clone()).map(|index| first + index).collect())
 }
 
 impl QuantityPlan {
     /// Finds names.
     pub(super) fn new(layout: &WorldLayout, quantity: &Quantity) -> Result<Self, Error> {
         let velocities = |named: &Named| {
-            places(layout, named, |entity| (entity.velocities.start, &entity.joint_velocities[..]))
+            indices(layout, named, |entity| (entity.velocities.start, &entity.joint_velocities[..]))
         };
         let index = |name: &str| robot(layout, name).map(|(index, _)| index);
         let of_links = |named: &Named| {
@@ -79,7 +79,7 @@ impl QuantityPlan {
             Ok::<_, Error>((index, links(entity, &named.names)?))
         };
         Ok(match quantity {
-            Quantity::JointPositions(named) => Self::Positions(places(layout, named, |entity| {
+            Quantity::JointPositions(named) => Self::Positions(indices(layout, named, |entity| {
                 (entity.positions.start, &entity.joint_positions[..])
             })?),
             Quantity::JointVelocities(named) => Self::Velocities(velocities(named)?),
@@ -101,7 +101,7 @@ impl QuantityPlan {
     /// How many numbers it is.
     pub(super) fn width(&self) -> usize {
         match self {
-            Self::Positions(places) | Self::Velocities(places) | Self::Efforts(places) => places.len(),
+            Self::Positions(indices) | Self::Velocities(indices) | Self::Efforts(indices) => indices.len(),
             Self::RootPose(_) => 7,
             Self::RootTwist(_) => 6,
             Self::LinkPoses(_, links) => 7 * links.len(),
@@ -115,13 +115,13 @@ impl QuantityPlan {
             into[..3].copy_from_slice(&pose.translation.to_array());
             into[3..].copy_from_slice(&pose.rotation.to_array());
         };
-        let chosen = |places: &[usize], from: &[f64], into: &mut [f64]| {
-            into.iter_mut().zip(places).for_each(|(value, place)| *value = from[*place]);
+        let chosen = |indices: &[usize], from: &[f64], into: &mut [f64]| {
+            into.iter_mut().zip(indices).for_each(|(value, index)| *value = from[*index]);
         };
         match self {
-            Self::Positions(places) => chosen(places, &view.state.positions, into),
-            Self::Velocities(places) => chosen(places, &view.state.velocities, into),
-            Self::Efforts(places) => chosen(places, &view.state.efforts, into),
+            Self::Positions(indices) => chosen(indices, &view.state.positions, into),
+            Self::Velocities(indices) => chosen(indices, &view.state.velocities, into),
+            Self::Efforts(indices) => chosen(indices, &view.state.efforts, into),
             Self::RootPose(robot) => pose(view.state.roots[*robot].pose, into),
             Self::RootTwist(robot) => {
                 let root = &view.state.roots[*robot];

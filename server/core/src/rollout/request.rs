@@ -94,7 +94,7 @@ pub struct Named {
     pub names: Vec<String>,
 }
 
-/// Where the numbers of a variation come from. What is drawn depends on the seed, the copy and the variation's place alone.
+/// Where the numbers of a variation come from. What is drawn depends on the seed, the copy and the variation's index alone.
 #[derive(Clone, Debug)]
 pub enum Values {
     /// Given for each copy.

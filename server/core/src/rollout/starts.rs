@@ -30,13 +30,13 @@ pub(super) fn reset(
     world: &mut Simulation,
     (robot, name): (usize, &str),
     (joints, axes): (&[String], &[Axis]),
-    mut place: impl FnMut(usize, (f64, f64)) -> (f64, f64),
+    mut start: impl FnMut(usize, (f64, f64)) -> (f64, f64),
 ) -> Result<(), Error> {
     if joints.is_empty() {
         return Ok(());
     }
     let resets = joints.iter().zip(axes).enumerate().map(|(index, (joint, axis))| {
-        let (position, velocity) = place(index, world.axis_state(robot, axis.body));
+        let (position, velocity) = start(index, world.axis_state(robot, axis.body));
         JointReset { joint: joint.clone(), position, velocity, ..JointReset::default() }
     });
     let joints = resets.collect();
@@ -45,7 +45,7 @@ pub(super) fn reset(
 }
 
 impl StartPlan {
-    /// Finds names and counts numbers; `index` is the start's place in the request.
+    /// Finds names and counts numbers; `index` is the start's index in the request.
     pub(super) fn new(
         layout: &WorldLayout,
         index: usize,
@@ -62,8 +62,8 @@ impl StartPlan {
             |name: &str, values: Vec<f64>, width: usize| Knots::of_start(&field(name), values, width, copies);
         let roots = rows("roots", roots, 7)?;
         let bad = |row: &[f64]| (row[3..].iter().map(|q| q * q).sum::<f64>() - 1.0).abs() > UNIT;
-        if let Some(place) = roots.as_ref().and_then(|roots| roots.numbers().chunks_exact(7).position(bad)) {
-            let value = format!("a row {place} without a rotation");
+        if let Some(row) = roots.as_ref().and_then(|roots| roots.numbers().chunks_exact(7).position(bad)) {
+            let value = format!("a row {row} without a rotation");
             return Err(refuse(
                 field("roots"),
                 value,
@@ -106,13 +106,13 @@ impl StartPlan {
         if positions.is_none() && velocities.is_none() {
             return Ok(());
         }
-        let place = |index: usize, (position, velocity): (f64, f64)| {
+        let start = |index: usize, (position, velocity): (f64, f64)| {
             let at_rest = if positions.is_some() { 0.0 } else { velocity };
             (
                 positions.as_ref().map_or(position, |row| row[index]),
                 velocities.as_ref().map_or(at_rest, |row| row[index]),
             )
         };
-        reset(world, (self.robot, &self.name), (&self.joints, &self.axes), place)
+        reset(world, (self.robot, &self.name), (&self.joints, &self.axes), start)
     }
 }

@@ -21,8 +21,8 @@ const LEAST_MASS: f64 = 0.01;
 /// A variation whose names were found.
 #[derive(Debug)]
 pub(super) struct VariationPlan {
-    /// Its place in the request.
-    place: u64,
+    /// Its index in the request.
+    index: u64,
     seed: u64,
     of: VariedPlan,
     /// Numbers of a copy.
@@ -86,7 +86,7 @@ impl Setting {
 }
 
 impl VariationPlan {
-    /// Finds names and counts numbers, for copies of a world in this state; `index` is the variation's place in the request.
+    /// Finds names and counts numbers, for copies of a world in this state; `index` is the variation's index in the request.
     pub(super) fn new(
         state: &PublishedState,
         time_step: f64,
@@ -131,16 +131,16 @@ impl VariationPlan {
                 }
             }
         }
-        Ok(Self { place: index as u64, seed, of, width, values })
+        Ok(Self { index: index as u64, seed, of, width, values })
     }
 
     /// A number of a copy.
     fn number(&self, copy: usize, element: usize) -> f64 {
-        let place = [self.seed, copy as u64, self.place, element as u64];
+        let counter = [self.seed, copy as u64, self.index, element as u64];
         match &self.values {
             Values::Given(values) => values[copy * self.width + element],
-            Values::Uniform { low, high } => uniform(place, *low, *high),
-            Values::Normal { mean, deviation } => normal(place, *mean, *deviation),
+            Values::Uniform { low, high } => uniform(counter, *low, *high),
+            Values::Normal { mean, deviation } => normal(counter, *mean, *deviation),
         }
     }
 

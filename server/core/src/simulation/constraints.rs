@@ -9,7 +9,7 @@ use crate::dynamics::constraint::link_constraint::{
 use crate::valid::{finite, pose};
 
 /// Robots and links that a constraint keeps from touching, the smaller robot, or link of one robot, first.
-pub(super) type LinksApart = ([usize; 2], [usize; 2]);
+pub(super) type ExcludedLinks = ([usize; 2], [usize; 2]);
 
 /// The constraints of a world, in the order in which they were made.
 #[derive(Debug, Default)]
@@ -18,22 +18,22 @@ pub(super) struct LinkConstraints {
     /// What they are. Shared with what is published.
     pub(super) definitions: Arc<Vec<ConstraintDefinition>>,
     /// What does not touch for their sake, in order.
-    pub(super) apart: Vec<LinksApart>,
+    pub(super) excluded: Vec<ExcludedLinks>,
 }
 
 impl LinkConstraints {
     /// To be called when the list has changed.
     pub(super) fn changed(&mut self) {
         self.definitions = Arc::new(self.list.iter().map(|of| of.definition.clone()).collect());
-        self.apart.clear();
+        self.excluded.clear();
         for of in self.list.iter().filter(|of| of.definition.disable_collisions) {
             if let [Some(a), Some(b)] = of.definition.ends.map(|end| end.link) {
                 let (a, b) = (a.min(b), a.max(b));
-                self.apart.push(([a.0, b.0], [a.1, b.1]));
+                self.excluded.push(([a.0, b.0], [a.1, b.1]));
             }
         }
-        self.apart.sort_unstable();
-        self.apart.dedup();
+        self.excluded.sort_unstable();
+        self.excluded.dedup();
     }
 
     /// Takes over those of another state.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glamx::DVec3;
 
-use super::constraints::LinksApart;
+use super::constraints::ExcludedLinks;
 use super::entity::Entity;
 use super::sleep::{Busy, acts};
 use super::world_state::Pair;
@@ -46,7 +46,7 @@ struct Search {
 #[derive(Clone, Copy)]
 struct Among<'a> {
     robots: &'a [Entity],
-    apart: &'a [LinksApart],
+    excluded: &'a [ExcludedLinks],
     collision_pairs: &'a [RobotLinkPair],
     before: &'a [Contact],
     slack: f64,
@@ -54,10 +54,10 @@ struct Among<'a> {
 }
 
 /// Whether links do not touch for the sake of a constraint.
-fn is_apart(apart: &[LinksApart], robots: [usize; 2], links: [usize; 2]) -> bool {
+fn is_excluded(excluded: &[ExcludedLinks], robots: [usize; 2], links: [usize; 2]) -> bool {
     let is_swapped = robots[0] == robots[1] && links[0] > links[1];
     let links = if is_swapped { [links[1], links[0]] } else { links };
-    apart.binary_search(&(robots, links)).is_ok()
+    excluded.binary_search(&(robots, links)).is_ok()
 }
 
 /// What orders contacts.
@@ -83,7 +83,7 @@ impl Contacts {
     }
 
     /// Finds what touches, of robots whose colliders are in place; false where it was interrupted. Contacts are looked
-    /// for at least `slack` metres from what moves, and not between links that are `apart`.
+    /// for at least `slack` metres from what moves, and not between `excluded` links.
     ///
     /// An overlap between links of one robot, or of two robots that are fixed to the world, is ignored if it exists
     /// right after one of them was teleported, until the links have separated. A user may load two arms at the origin,
@@ -93,7 +93,7 @@ impl Contacts {
         &mut self,
         robots: &[Entity],
         busy: &Busy,
-        apart: &[LinksApart],
+        excluded: &[ExcludedLinks],
         slack: f64,
         pool: Option<&dyn Pool>,
         interrupt: &Interrupt<'_>,
@@ -111,7 +111,7 @@ impl Contacts {
             searches.resize_with(count, Search::default);
         }
         searches.iter_mut().for_each(Search::begin);
-        let among = Among { robots, apart, collision_pairs, before, slack, interrupt };
+        let among = Among { robots, excluded, collision_pairs, before, slack, interrupt };
         if !among.search(pool, &mut searches[..count], pairs, fixed_before) {
             return false;
         }
@@ -147,7 +147,7 @@ impl Contacts {
             let ([a, b], [i, j]) = key(contact);
             let [first, second] = [&robots[a].colliders, &robots[b].colliders];
             if a == b {
-                first.may_touch_itself([i, j])
+                first.may_self_collide([i, j])
             } else {
                 first.may_touch(i, second, j, Filter::between([a, b], pairs))
             }
@@ -155,9 +155,9 @@ impl Contacts {
         self.fixed.iter_mut().for_each(FixedPair::forget_distances);
     }
 
-    /// Takes out contacts between links that are apart.
-    pub(super) fn forget_apart(&mut self, apart: &[LinksApart]) {
-        self.list.retain(|contact| !is_apart(apart, contact.robots, contact.point.links));
+    /// Takes out contacts between excluded links.
+    pub(super) fn forget_excluded(&mut self, excluded: &[ExcludedLinks]) {
+        self.list.retain(|contact| !is_excluded(excluded, contact.robots, contact.point.links));
     }
 
     /// Takes over the contacts and the ignored overlaps of another state.
@@ -236,7 +236,7 @@ impl Search {
 
     /// Finds the contacts of these pairs. False where it was interrupted.
     fn look(&mut self, among: Among<'_>, pairs: &[[usize; 2]], known: &mut [FixedPair]) -> bool {
-        let Among { robots, apart, collision_pairs, slack, interrupt, .. } = among;
+        let Among { robots, excluded, collision_pairs, slack, interrupt, .. } = among;
         let Self { narrow, found: list, fixed } = self;
         let mut known = known.iter_mut().peekable();
         for &pair in pairs {
@@ -247,7 +247,7 @@ impl Search {
             let colliders = [&a.colliders, &b.colliders];
             let filter = Filter::between(pair, collision_pairs);
             let found = |point: ContactPoint| {
-                if !apart.is_empty() && is_apart(apart, pair, point.links) {
+                if !excluded.is_empty() && is_excluded(excluded, pair, point.links) {
                     return;
                 }
                 list.push(Contact {

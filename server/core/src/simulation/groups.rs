@@ -225,7 +225,7 @@ impl Group<'_, '_> {
             return false;
         }
         let Self { robots, indices, contacts, links } = self;
-        let member = |robot: usize| indices.binary_search(&robot).ok().map(|place| &*robots[place].robot);
+        let member = |robot: usize| indices.binary_search(&robot).ok().map(|index| &*robots[index].robot);
         let is_awake = |robot: usize| member(robot).is_some_and(Entity::is_awake);
         let moves = |(robot, link): (usize, usize)| {
             member(robot).is_some_and(|it| it.is_awake() && it.body.tree().links[link].body.is_some())

@@ -9,7 +9,7 @@ use super::published_state::PublishedState;
 use super::rays::{RayReport, weigh};
 use crate::collision::distance::{Closest, TooMany, Wanted, closest_points};
 use crate::collision::filter::{Filter, is_joined};
-use crate::collision::scene::{NO_ROBOT, PlacedShape, QueryShape, Scene, link_bounds, place};
+use crate::collision::scene::{NO_ROBOT, PlacedShape, QueryShape, Scene, link_bounds, posed_shapes};
 use crate::dynamics::Configuration;
 
 /// Bytes of a distance without its names: ten numbers, and what is around them.
@@ -95,7 +95,7 @@ impl PublishedState {
             return Vec::new();
         };
         let poses = self.link_poses(robot).unwrap_or_default();
-        place(robot, &entity.tree, &entity.shapes, &poses, link)
+        posed_shapes(robot, &entity.tree, &entity.shapes, &poses, link)
     }
 
     /// The same where it is asked for.
@@ -105,7 +105,7 @@ impl PublishedState {
             return self.placed(*robot, *link);
         };
         let poses = entity.tree.link_poses(at.root, &at.positions);
-        place(*robot, &entity.tree, &entity.shapes, &poses, *link)
+        posed_shapes(*robot, &entity.tree, &entity.shapes, &poses, *link)
     }
 
     /// The shapes of a side of a distance, which is the field of this name of its request.
@@ -162,9 +162,9 @@ impl PublishedState {
                             convex hulls (`collision` hull)";
             return Err(check::refuse("b", "a mesh of triangles", expected));
         }
-        // Two places of one robot are as two robots; of one place each pair comes once.
+        // Two configurations of one robot are as two robots; of one configuration each pair comes once.
         let bodies = body(a).zip(b.as_ref().and_then(body)).filter(|(a, b)| a.robot == b.robot);
-        let same_place = bodies
+        let same_pose = bodies
             .as_ref()
             .is_some_and(|(a, b)| a.configuration.is_none() && b.configuration.is_none() && a.link == b.link);
         let one_state =
@@ -174,7 +174,7 @@ impl PublishedState {
                 || !one_state
                 || x.is_of_no_robot()
                 || (x.body != y.body && x.link != y.link);
-            apart && (!same_place || x.link < y.link) && (!filtered || self.may_touch(x, y))
+            apart && (!same_pose || x.link < y.link) && (!filtered || self.may_touch(x, y))
         };
         let wanted = Wanted { within: *within, nearest_only: *nearest_only };
         let found = closest_points([&first, &second], wanted, is_wanted, is_cancelled);
@@ -210,7 +210,7 @@ impl PublishedState {
             return Filter::between(robots, &self.collision_pairs).switched(links).unwrap_or_else(groups);
         }
         match first.collision_pairs.binary_search_by_key(&links, |pair| pair.links) {
-            Ok(place) => first.collision_pairs[place].enabled,
+            Ok(index) => first.collision_pairs[index].enabled,
             Err(_) => {
                 let tree = self.world.entities.get(robots[0]).map(|entity| &entity.tree);
                 groups() && !tree.is_some_and(|tree| is_joined(tree, a.body, b.body))
@@ -297,7 +297,7 @@ impl PublishedState {
                         (self.link_name(body.robot, body.link), self.link_name(ground.robot, ground.link));
                     let (Some(link), Some(terrain)) = names else { continue };
                     let known = found.iter().position(|known| known.link == link && known.terrain == terrain);
-                    match known.and_then(|place| found.get_mut(place)) {
+                    match known.and_then(|index| found.get_mut(index)) {
                         Some(known) => known.depth = known.depth.max(depth),
                         None => found.push(Sunk { link, terrain, depth }),
                     }

@@ -232,21 +232,21 @@ impl ActiveTrajectory {
         }
     }
 
-    /// Where one of its joints is to be now, by its place among them. At rest at the last point after the end.
-    pub fn sample(&self, place: usize) -> Sample {
+    /// Where one of its joints is to be now, by its index among them. At rest at the last point after the end.
+    pub fn sample(&self, joint: usize) -> Sample {
         let Some(to) = self.points.get(self.next) else {
-            let last = self.knot(self.points.len().saturating_sub(1), place);
+            let last = self.knot(self.points.len().saturating_sub(1), joint);
             return Sample {
                 position: last.position,
                 effort: last.effort.unwrap_or_default(),
                 ..Sample::default()
             };
         };
-        let goal = self.knot(self.next, place);
+        let goal = self.knot(self.next, joint);
         let (from, since) = match self.next.checked_sub(1) {
-            Some(before) => (self.knot(before, place), self.points[before].time),
+            Some(before) => (self.knot(before, joint), self.points[before].time),
             None => {
-                let (position, velocity) = self.joints[place].start;
+                let (position, velocity) = self.joints[joint].start;
                 // Of the degree of the segments that follow.
                 let start = Knot {
                     position,
@@ -264,9 +264,9 @@ impl ActiveTrajectory {
         between(from, goal, self.elapsed - since, to.time - since)
     }
 
-    fn knot(&self, index: usize, place: usize) -> Knot {
-        let point = &self.points[index];
-        let value = |values: &[f64]| values.get(place).copied();
+    fn knot(&self, point: usize, joint: usize) -> Knot {
+        let point = &self.points[point];
+        let value = |values: &[f64]| values.get(joint).copied();
         Knot {
             position: value(&point.positions).unwrap_or_default(),
             velocity: value(&point.velocities),

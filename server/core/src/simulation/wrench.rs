@@ -14,7 +14,7 @@ pub enum WrenchDuration {
     /// For the next step, together with all others of it.
     #[default]
     NextStep,
-    /// For so many simulated seconds, to the nearest step and for one at least: in the place of
+    /// For so many simulated seconds, to the nearest step and for one at least: instead of
     /// the last one of this kind on the link, and of what is there until it is cleared, which acts
     /// again afterwards. A wrench of zero ends it at once.
     For(f64),

@@ -30,7 +30,8 @@ type Read = (String, u64, Vec<u8>);
 fn read(file: &[u8]) -> (Vec<Read>, Result<(), Error>) {
     let mut messages = Vec::new();
     let ended = (|| {
-        let mut reader = Reader::new(file, Limits { record: 1 << 20, chunk: 1 << 20, definitions: 1 << 16 })?;
+        let mut reader =
+            Reader::new(file, ReadLimits { record: 1 << 20, chunk: 1 << 20, definitions: 1 << 16 })?;
         while let Some(item) = reader.next()? {
             if let Item::Message { channel, time, data } = item {
                 messages.push((channel.topic.clone(), time, data.to_vec()));
@@ -50,7 +51,7 @@ fn what_was_written_is_read_in_its_order() {
     assert_eq!(messages[0], ("/first".into(), 1000, vec![0; 8]));
     assert_eq!(messages[1], ("/second".into(), 1000, vec![]));
     assert_eq!(messages[265], ("/second".into(), 1198, vec![7; 198]));
-    let mut reader = Reader::new(&file[..], Limits::default()).unwrap();
+    let mut reader = Reader::new(&file[..], ReadLimits::default()).unwrap();
     let Some(Item::Metadata { name, metadata }) = reader.next().unwrap() else { panic!("no metadata") };
     assert_eq!((&*name, &*metadata["key"]), ("it", "value"));
     let Some(Item::Message { channel, .. }) = reader.next().unwrap() else { panic!("no message") };

@@ -126,7 +126,7 @@ impl Beside {
         }
     }
 
-    /// Whether there is a picture, without which places in pictures are of no use.
+    /// Whether there is a picture, without which texture coordinates are of no use.
     pub(super) fn has_images(&self) -> bool {
         !self.images.is_empty() || self.cover.is_some()
     }
@@ -210,12 +210,12 @@ fn collada(bytes: &[u8]) -> Vec<Named> {
         if !image.first().is_some_and(|next| next.is_ascii_whitespace() || *next == b'>') {
             continue;
         }
-        let end = place(image, b"</image").unwrap_or(image.len());
+        let end = find(image, b"</image").unwrap_or(image.len());
         rest = image.get(end..).unwrap_or_default();
         let Some(file) = image.get(..end).and_then(|image| after(image, b"<init_from")) else { continue };
         // COLLADA 1.5 has the name in a <ref>.
         let file = after(file, b"<ref").unwrap_or(file);
-        let text = after(file, b">").and_then(|text| text.get(..place(text, b"<")?));
+        let text = after(file, b">").and_then(|text| text.get(..find(text, b"<")?));
         let text = text.map(|text| unescaped(&String::from_utf8_lossy(text)));
         if let Some(name) = text.as_deref().and_then(relative) {
             found.push(Named { name, role: Role::Image });
@@ -234,11 +234,11 @@ fn unescaped(text: &str) -> String {
 }
 
 fn after<'a>(bytes: &'a [u8], word: &[u8]) -> Option<&'a [u8]> {
-    bytes.get(place(bytes, word)? + word.len()..)
+    bytes.get(find(bytes, word)? + word.len()..)
 }
 
 /// Where a word stands first.
-fn place(bytes: &[u8], word: &[u8]) -> Option<usize> {
+fn find(bytes: &[u8], word: &[u8]) -> Option<usize> {
     let first = *word.first()?;
     let mut from = 0;
     loop {

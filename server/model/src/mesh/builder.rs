@@ -25,12 +25,12 @@ impl Default for Look {
     }
 }
 
-/// A corner of a face, and its place in a picture.
+/// A corner of a face, and its texture coordinates.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct FaceCorner {
     pub(super) index: u32,
     /// From the left and from the top, 0 to 1.
-    pub(super) place: [f32; 2],
+    pub(super) uv: [f32; 2],
 }
 
 /// Corners and triangles so far.
@@ -39,10 +39,10 @@ pub(super) struct Builder {
     vertices: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
     /// Of the first triangles; those behind have none.
-    places: Vec<[[f32; 2]; 3]>,
+    uvs: Vec<[[f32; 2]; 3]>,
     /// Each from a triangle on.
     looks: Vec<(usize, Look)>,
-    /// The picture for what has places in pictures and no picture.
+    /// The picture for what has texture coordinates and no picture.
     cover: Option<Arc<Image>>,
 }
 
@@ -56,7 +56,7 @@ impl Builder {
         }
     }
 
-    /// With a picture for what has places in pictures and no picture of its own.
+    /// With a picture for what has texture coordinates and no picture of its own.
     pub(super) fn covered_by(self, cover: Option<&Arc<Image>>) -> Self {
         Self { cover: cover.cloned(), ..self }
     }
@@ -90,12 +90,12 @@ impl Builder {
         self.triangles.len()
     }
 
-    /// Adds a triangle of corners that have places in a picture.
+    /// Adds a triangle of corners that have texture coordinates.
     pub(super) fn face(&mut self, corners: [FaceCorner; 3]) -> Result<(), String> {
-        let places = corners.map(|corner| corner.place);
-        if places != [[0.0; 2]; 3] {
-            self.places.resize(self.triangles.len(), [[0.0; 2]; 3]);
-            self.places.push(places);
+        let uvs = corners.map(|corner| corner.uv);
+        if uvs != [[0.0; 2]; 3] {
+            self.uvs.resize(self.triangles.len(), [[0.0; 2]; 3]);
+            self.uvs.push(uvs);
         }
         self.triangle(corners.map(|corner| corner.index))
     }
@@ -110,14 +110,14 @@ impl Builder {
         }
     }
 
-    /// The places in pictures, which [`Builder::finish`] does not give: of the first triangles, in order.
-    pub(super) fn take_places(&mut self) -> Vec<[[f32; 2]; 3]> {
-        std::mem::take(&mut self.places)
+    /// The texture coordinates, which [`Builder::finish`] does not give: of the first triangles, in order.
+    pub(super) fn take_uvs(&mut self) -> Vec<[[f32; 2]; 3]> {
+        std::mem::take(&mut self.uvs)
     }
 
     /// What was painted, which [`Builder::finish`] does not give.
     pub(super) fn take_paints(&mut self) -> Vec<Paint> {
-        let (mut looks, places) = (std::mem::take(&mut self.looks), self.take_places());
+        let (mut looks, uvs) = (std::mem::take(&mut self.looks), self.take_uvs());
         if self.cover.is_some() && looks.first().is_none_or(|(first, _)| *first > 0) {
             looks.insert(0, (0, Look::default()));
         }
@@ -125,16 +125,16 @@ impl Builder {
         let ends: Vec<usize> = ends.collect();
         let paint = |((first, mut look), end): ((usize, Look), usize)| {
             if let Some(cover) = self.cover.as_ref().filter(|_| look.image.is_none()) {
-                let own = places.get(first..end.min(places.len())).unwrap_or_default();
+                let own = uvs.get(first..end.min(uvs.len())).unwrap_or_default();
                 if own.iter().any(|own| *own != [[0.0; 2]; 3]) {
                     // The picture as it is: the colour stood for it.
                     look = Look { color: None, alpha: look.alpha, image: Some(Arc::clone(cover)) };
                 }
             }
             let texture = look.image.map(|image| {
-                let mut own = places.get(first..end.min(places.len())).unwrap_or_default().to_vec();
+                let mut own = uvs.get(first..end.min(uvs.len())).unwrap_or_default().to_vec();
                 own.resize(end - first, [[0.0; 2]; 3]);
-                Texture { image, places: own }
+                Texture { image, uvs: own }
             });
             Paint { first, color: look.color, alpha: look.alpha, texture }
         };
@@ -154,25 +154,25 @@ impl Builder {
     pub(super) fn pruned(self) -> Result<Triangles, String> {
         const UNUSED: u32 = u32::MAX;
         let Self { mut vertices, mut triangles, .. } = self;
-        let mut places = vec![UNUSED; vertices.len()];
+        let mut new_indices = vec![UNUSED; vertices.len()];
         for corner in triangles.iter().flatten() {
-            let place = places.get_mut(*corner as usize);
-            *place.ok_or("a face names a corner that it does not have")? = 0;
+            let slot = new_indices.get_mut(*corner as usize);
+            *slot.ok_or("a face names a corner that it does not have")? = 0;
         }
-        let mut used = places.iter().map(|place| *place != UNUSED);
+        let mut used = new_indices.iter().map(|index| *index != UNUSED);
         vertices.retain(|_| used.next().unwrap_or(false));
-        for (index, place) in (0_u32..).zip(places.iter_mut().filter(|place| **place != UNUSED)) {
-            *place = index;
+        for (index, slot) in (0_u32..).zip(new_indices.iter_mut().filter(|slot| **slot != UNUSED)) {
+            *slot = index;
         }
         for corner in triangles.iter_mut().flatten() {
-            *corner = places.get(*corner as usize).copied().unwrap_or_default();
+            *corner = new_indices.get(*corner as usize).copied().unwrap_or_default();
         }
         vertices.shrink_to_fit();
         triangles.shrink_to_fit();
         Ok((vertices, triangles))
     }
 
-    /// The mesh, if there is one, and each corner of it is at a place.
+    /// The mesh, if there is one, and the coordinates of each corner of it are finite.
     pub(super) fn finish(self) -> Result<Triangles, String> {
         if self.triangles.is_empty() {
             return Err("it has no triangles".to_owned());
@@ -210,8 +210,8 @@ impl Fan {
     }
 }
 
-/// A coordinate in a picture as it can be drawn.
-pub(super) fn place(value: f64) -> f32 {
+/// A texture coordinate as it can be drawn.
+pub(super) fn texture_coordinate(value: f64) -> f32 {
     const MOST: f64 = 1e6;
     if value.is_finite() { value.clamp(-MOST, MOST) as f32 } else { 0.0 }
 }

@@ -1,4 +1,4 @@
-//! MSH, MuJoCo's binary meshes: four counts, corners, normals, places in a texture, triangles.
+//! MSH, MuJoCo's binary meshes: four counts, corners, normals, texture coordinates, triangles.
 
 use glamx::DVec3;
 
@@ -9,13 +9,13 @@ use crate::limits;
 const HEADER: usize = 16;
 
 pub(super) fn parse(bytes: &[u8]) -> Result<Triangles, String> {
-    let count = |place: usize| -> Result<usize, String> {
-        let word = bytes.get(4 * place..4 * place + 4).and_then(|word| word.try_into().ok());
+    let count = |number: usize| -> Result<usize, String> {
+        let word = bytes.get(4 * number..4 * number + 4).and_then(|word| word.try_into().ok());
         let word = word.ok_or_else(|| format!("not an MSH: it has only {} bytes", bytes.len()))?;
         usize::try_from(i32::from_le_bytes(word))
             .map_err(|_negative| "not an MSH: a count is negative".to_owned())
     };
-    let [corners, normals, places, triangles] = [count(0)?, count(1)?, count(2)?, count(3)?];
+    let [corners, normals, uvs, triangles] = [count(0)?, count(1)?, count(2)?, count(3)?];
     for (what, count, cap) in
         [("corners", corners, limits::MESH_VERTICES), ("triangles", triangles, limits::MESH_TRIANGLES)]
     {
@@ -24,7 +24,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Triangles, String> {
         }
     }
     // Within the limits of the file's size none of these overflows.
-    let numbers = 3_u64 * corners as u64 + 3 * normals as u64 + 2 * places as u64 + 3 * triangles as u64;
+    let numbers = 3_u64 * corners as u64 + 3 * normals as u64 + 2 * uvs as u64 + 3 * triangles as u64;
     let size = HEADER as u64 + 4 * numbers;
     if size != bytes.len() as u64 {
         return Err(format!("not an MSH: it says it has {size} bytes, and has {}", bytes.len()));
@@ -40,15 +40,15 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Triangles, String> {
     for point in points {
         indices.push(mesh.corner(DVec3::from_array(point.map(|word| f64::from(f32::from_le_bytes(word)))))?);
     }
-    let faces = rest.get(3 * normals + 2 * places..).ok_or("not an MSH: it ends early")?;
+    let faces = rest.get(3 * normals + 2 * uvs..).ok_or("not an MSH: it ends early")?;
     let (faces, _) = faces.as_chunks::<3>();
-    for (place, face) in faces.iter().enumerate() {
+    for (number, face) in faces.iter().enumerate() {
         let corner = |word: [u8; 4]| {
             let index = usize::try_from(i32::from_le_bytes(word)).ok();
             index.and_then(|index| indices.get(index).copied())
         };
         let [Some(a), Some(b), Some(c)] = face.map(corner) else {
-            return Err(format!("triangle {place} names a corner that is not there"));
+            return Err(format!("triangle {number} names a corner that is not there"));
         };
         mesh.triangle([a, b, c])?;
     }

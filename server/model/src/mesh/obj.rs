@@ -6,7 +6,7 @@
 use glamx::DVec3;
 
 use super::beside::Beside;
-use super::builder::{Builder, FaceCorner, Fan, place};
+use super::builder::{Builder, FaceCorner, Fan, texture_coordinate};
 use super::{Triangles, mtl};
 use crate::limits;
 use crate::robot::Paint;
@@ -15,8 +15,8 @@ use crate::robot::Paint;
 #[derive(Clone, Copy, PartialEq)]
 enum Element {
     Corner,
-    /// A place in a picture.
-    Place,
+    /// Texture coordinates.
+    Uv,
     Face,
 }
 
@@ -25,7 +25,7 @@ impl Element {
         let end = line.iter().position(u8::is_ascii_whitespace)?;
         match line.get(..end)? {
             b"v" => Some(Self::Corner),
-            b"vt" => Some(Self::Place),
+            b"vt" => Some(Self::Uv),
             b"f" => Some(Self::Face),
             _ => None,
         }
@@ -37,7 +37,7 @@ pub(super) fn parse(bytes: &[u8], beside: &Beside) -> Result<(Triangles, Vec<Pai
     let mut mesh = Builder::default().covered_by(beside.cover());
     let looks = mtl::read(bytes, beside);
     // Of use only where there is a picture.
-    let mut places: Option<Vec<[f32; 2]>> = beside.has_images().then(Vec::new);
+    let mut uvs: Option<Vec<[f32; 2]>> = beside.has_images().then(Vec::new);
     let mut number = 0_usize;
     // The furthest corner that a face names before it is there, and the face's line.
     let mut ahead: Option<(u32, usize)> = None;
@@ -53,11 +53,11 @@ pub(super) fn parse(bytes: &[u8], beside: &Beside) -> Result<(Triangles, Vec<Pai
             }
             continue;
         };
-        if element == Element::Place && places.is_none() {
+        if element == Element::Uv && uvs.is_none() {
             continue;
         }
         let is_face = element == Element::Face;
-        line = line.get(if element == Element::Place { 2.. } else { 1.. }).unwrap_or_default();
+        line = line.get(if element == Element::Uv { 2.. } else { 1.. }).unwrap_or_default();
         let mut fan = Fan::default();
         let mut corner = [0.0; 3];
         let mut given = 0;
@@ -76,10 +76,10 @@ pub(super) fn parse(bytes: &[u8], beside: &Beside) -> Result<(Triangles, Vec<Pai
                     if index as usize >= mesh.corners() && ahead.is_none_or(|(most, _)| index > most) {
                         ahead = Some((index, at));
                     }
-                    let place = places.as_deref().and_then(|places| texture_place(token, places));
-                    let corner = FaceCorner { index, place: place.unwrap_or_default() };
+                    let uv = uvs.as_deref().and_then(|uvs| texture_coordinates(token, uvs));
+                    let corner = FaceCorner { index, uv: uv.unwrap_or_default() };
                     fan.corner(corner, &mut mesh).map_err(|why| format!("line {at}: {why}"))?;
-                } else if element == Element::Place {
+                } else if element == Element::Uv {
                     // What is no number is no reason to refuse a mesh.
                     corner
                         .get_mut(given)
@@ -101,10 +101,10 @@ pub(super) fn parse(bytes: &[u8], beside: &Beside) -> Result<(Triangles, Vec<Pai
             // Points and edges are written as faces by some; they have no area.
             continue;
         }
-        if element == Element::Place {
+        if element == Element::Uv {
             let [across, up, _] = corner;
-            if let Some(places) = places.as_mut().filter(|places| places.len() < limits::MESH_VERTICES) {
-                places.push([place(across), place(1.0 - up)]);
+            if let Some(uvs) = uvs.as_mut().filter(|uvs| uvs.len() < limits::MESH_VERTICES) {
+                uvs.push([texture_coordinate(across), texture_coordinate(1.0 - up)]);
             }
             continue;
         }
@@ -127,10 +127,10 @@ pub(super) fn parse(bytes: &[u8], beside: &Beside) -> Result<(Triangles, Vec<Pai
     }
 }
 
-/// The place in a picture that `7/1`, `7/1/3` or `-2/-1` means, of those so far.
-fn texture_place(token: &[u8], places: &[[f32; 2]]) -> Option<[f32; 2]> {
+/// The texture coordinates that `7/1`, `7/1/3` or `-2/-1` means, of those so far.
+fn texture_coordinates(token: &[u8], uvs: &[[f32; 2]]) -> Option<[f32; 2]> {
     let digits = token.split(|byte| *byte == b'/').nth(1)?;
-    places.get(index(digits, places.len())? as usize).copied()
+    uvs.get(index(digits, uvs.len())? as usize).copied()
 }
 
 /// The corner that `7`, `7/1`, `7//3` or `-2` means, of `corners` so far.

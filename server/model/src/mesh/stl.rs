@@ -25,17 +25,17 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Triangles, String> {
         corners.extend(triangle.map_err(not_stl)?.vertices.map(|vertex| vertex.0));
         check_count(corners.len() / 3)?;
     }
-    // First the place of the first corner that is alike, then the corner's index.
+    // First the index of the first corner that is alike, then the corner's index.
     let mut indices = first_alike(&corners);
-    let distinct = (0_u32..).zip(&indices).filter(|(place, first)| place == *first).count();
+    let distinct = (0_u32..).zip(&indices).filter(|(number, first)| number == *first).count();
     let mut mesh = Builder::with_capacity(distinct, corners.len() / 3);
-    for (place, corner) in corners.iter().enumerate() {
-        let first = indices.get(place).map_or(place, |first| *first as usize);
+    for (number, corner) in corners.iter().enumerate() {
+        let first = indices.get(number).map_or(number, |first| *first as usize);
         let index = match indices.get(first) {
-            Some(index) if first < place => *index,
+            Some(index) if first < number => *index,
             _ => mesh.corner(DVec3::from_array(corner.map(f64::from)))?,
         };
-        indices.get_mut(place).into_iter().for_each(|slot| *slot = index);
+        indices.get_mut(number).into_iter().for_each(|slot| *slot = index);
     }
     drop(corners);
     let (triangles, _) = indices.as_chunks::<3>();
@@ -46,14 +46,14 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Triangles, String> {
 /// For each corner the first one with the same coordinates: STL repeats a corner in each of
 /// its triangles. By sorting, which needs a third of the memory that a map of corners does.
 fn first_alike(corners: &[[f32; 3]]) -> Vec<u32> {
-    // 0.0 and -0.0 are one place.
-    let key = |place: u32| corners.get(place as usize).map(|corner| corner.map(|x| (x + 0.0).to_bits()));
+    // 0.0 and -0.0 are equal.
+    let key = |number: u32| corners.get(number as usize).map(|corner| corner.map(|x| (x + 0.0).to_bits()));
     let mut order: Vec<u32> = (0..u32::try_from(corners.len()).unwrap_or(u32::MAX)).collect();
-    order.sort_unstable_by_key(|place| (key(*place), *place));
+    order.sort_unstable_by_key(|number| (key(*number), *number));
     let mut firsts = vec![0; order.len()];
     for alike in order.chunk_by(|a, b| key(*a) == key(*b)) {
-        for place in alike {
-            if let (Some(slot), Some(first)) = (firsts.get_mut(*place as usize), alike.first()) {
+        for number in alike {
+            if let (Some(slot), Some(first)) = (firsts.get_mut(*number as usize), alike.first()) {
                 *slot = *first;
             }
         }

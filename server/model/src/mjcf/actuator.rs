@@ -130,7 +130,7 @@ fn general(actuator: &Classed) -> Result<Option<Law>, Stop> {
     }
     let gain = actuator.list("gainprm", 10)?.and_then(|gain| gain.first().copied()).unwrap_or(1.0);
     let bias = actuator.list("biasprm", 10)?.unwrap_or_default();
-    let bias = |place: usize| bias.get(place).copied().unwrap_or(0.0);
+    let bias = |index: usize| bias.get(index).copied().unwrap_or(0.0);
     let near = |a: f64, b: f64| (a - b).abs() <= 1e-9 * a.abs().max(b.abs());
     Ok(match actuator.word("biastype").unwrap_or("none") {
         "none" => Some(Law::Motor(gain)),

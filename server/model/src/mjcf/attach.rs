@@ -20,9 +20,9 @@ const MOST_NESTED: usize = 100;
 /// Files that may be attached, and what was found in them.
 #[derive(Default)]
 pub(super) struct Attachable<'a> {
-    /// Read so far, by the place of the file.
+    /// Read so far, by the index of the file.
     scopes: BTreeMap<usize, Scope<'a>>,
-    /// By the place of the file. Each is walked through once, however many of its parts are attached.
+    /// By the index of the file. Each is walked through once, however many of its parts are attached.
     worlds: BTreeMap<usize, Rc<World<'a>>>,
 }
 
@@ -42,26 +42,26 @@ impl<'a> Reader<'a> {
         inside: Inside<'_>,
     ) -> Result<(), Stop> {
         self.count_element(element)?;
-        let place = match element.word("model") {
-            Some(model) => self.place_of_model(element, model)?,
+        let file_index = match element.word("model") {
+            Some(model) => self.file_of_model(element, model)?,
             None => element.file,
         };
         let prefix = format!("{}{}", inside.prefix, element.word("prefix").unwrap_or_default());
         let inner = Inside { class: None, prefix: &prefix, depth: inside.depth + 1, ..inside };
         let own = match element.word("model") {
             Some(_) => {
-                let scope = match self.attachable.scopes.remove(&place) {
+                let scope = match self.attachable.scopes.remove(&file_index) {
                     Some(scope) => scope,
-                    None => self.read_scope(place)?,
+                    None => self.read_scope(file_index)?,
                 };
                 Some(std::mem::replace(&mut self.scope, scope))
             }
             None => None,
         };
-        let read = self.attach_of(element, place, body, inner);
+        let read = self.attach_of(element, file_index, body, inner);
         if let Some(own) = own {
             let scope = std::mem::replace(&mut self.scope, own);
-            self.attachable.scopes.insert(place, scope);
+            self.attachable.scopes.insert(file_index, scope);
         }
         read
     }
@@ -69,11 +69,11 @@ impl<'a> Reader<'a> {
     fn attach_of(
         &mut self,
         element: Element<'a>,
-        place: usize,
+        file_index: usize,
         body: usize,
         inside: Inside<'_>,
     ) -> Result<(), Stop> {
-        let world = self.world(place)?;
+        let world = self.world(file_index)?;
         let named = ["body", "frame"].into_iter().find_map(|tag| Some((tag, element.word(tag)?)));
         let Some((tag, name)) = named else {
             if element.word("model").is_none() {
@@ -92,17 +92,17 @@ impl<'a> Reader<'a> {
         self.one(found, body, inside)
     }
 
-    /// Where the file of a model is that the assets name.
-    fn place_of_model(&self, at: Element<'a>, model: &str) -> Result<usize, Stop> {
-        let place = self.scope.models.get(model).copied();
-        place.ok_or_else(|| Stop::at(at, format!("there is no model {model:?} among the assets")))
+    /// The index of the file of a model that the assets name.
+    fn file_of_model(&self, at: Element<'a>, model: &str) -> Result<usize, Stop> {
+        let file_index = self.scope.models.get(model).copied();
+        file_index.ok_or_else(|| Stop::at(at, format!("there is no model {model:?} among the assets")))
     }
 
     /// Settings, classes and assets of a file.
-    pub(super) fn read_scope(&mut self, place: usize) -> Result<Scope<'a>, Stop> {
+    pub(super) fn read_scope(&mut self, file_index: usize) -> Result<Scope<'a>, Stop> {
         let mut scope = Scope::default();
-        let Some(root) = Element::root(self.sources, place) else { return Ok(scope) };
-        let sections = files::expanded(root, self.sources, self.places)?;
+        let Some(root) = Element::root(self.sources, file_index) else { return Ok(scope) };
+        let sections = files::expanded(root, self.sources, self.file_indices)?;
         let of = |tag: &'static str| sections.iter().copied().filter(move |section| section.tag() == tag);
         for section in of("compiler") {
             scope.compiler.read(section, &mut self.notes)?;
@@ -113,22 +113,22 @@ impl<'a> Reader<'a> {
             scope.classes.read(section, &mut self.notes)?;
         }
         for section in of("asset") {
-            let elements = files::expanded(section, self.sources, self.places)?;
+            let elements = files::expanded(section, self.sources, self.file_indices)?;
             let Scope { library, compiler, classes, .. } = &mut scope;
             library.read(&elements, compiler, classes, &mut self.made, &mut self.notes)?;
             for element in elements.iter().filter(|element| element.tag() == "model") {
                 let Some(file) = element.word("file") else { continue };
-                let place = self.places.models.get(file).copied();
-                let place =
-                    place.ok_or_else(|| Stop::at(*element, format!("the file {file:?} is not found")))?;
-                let own = || Element::root(self.sources, place)?.word("model");
+                let file_index = self.file_indices.models.get(file).copied();
+                let file_index = file_index
+                    .ok_or_else(|| Stop::at(*element, format!("the file {file:?} is not found")))?;
+                let own = || Element::root(self.sources, file_index)?.word("model");
                 if let Some(name) = element.word("name").or_else(own) {
-                    scope.models.insert(name, place);
+                    scope.models.insert(name, file_index);
                 }
             }
         }
         // The first file is read whole.
-        if place > 0 {
+        if file_index > 0 {
             for section in sections.iter().filter(|section| LEFT_OUT.contains(&section.tag())) {
                 if section.elements().next().is_some() {
                     let message = "not read by simd of a file that is attached: its bodies are without it";
@@ -139,13 +139,13 @@ impl<'a> Reader<'a> {
         Ok(scope)
     }
 
-    fn world(&mut self, place: usize) -> Result<Rc<World<'a>>, Stop> {
-        if let Some(world) = self.attachable.worlds.get(&place) {
+    fn world(&mut self, file_index: usize) -> Result<Rc<World<'a>>, Stop> {
+        if let Some(world) = self.attachable.worlds.get(&file_index) {
             return Ok(Rc::clone(world));
         }
         let mut world = World::default();
-        if let Some(root) = Element::root(self.sources, place) {
-            world.sections = files::expanded(root, self.sources, self.places)?;
+        if let Some(root) = Element::root(self.sources, file_index) {
+            world.sections = files::expanded(root, self.sources, self.file_indices)?;
             world.sections.retain(|section| section.tag() == "worldbody");
         }
         let mut open: Vec<(Element<'a>, usize)> =
@@ -155,7 +155,7 @@ impl<'a> Reader<'a> {
             if let Some(name) = section.word("name") {
                 world.named.entry((section.tag(), name)).or_insert(section);
             }
-            let inside = files::expanded(section, self.sources, self.places)?;
+            let inside = files::expanded(section, self.sources, self.file_indices)?;
             let inside =
                 inside.into_iter().filter(|inner| matches!(inner.tag(), "body" | "frame" | "replicate"));
             let first = open.len();
@@ -164,7 +164,7 @@ impl<'a> Reader<'a> {
             open.get_mut(first..).unwrap_or_default().reverse();
         }
         let world = Rc::new(world);
-        self.attachable.worlds.insert(place, Rc::clone(&world));
+        self.attachable.worlds.insert(file_index, Rc::clone(&world));
         Ok(world)
     }
 }

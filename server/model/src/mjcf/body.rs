@@ -87,7 +87,7 @@ impl<'a> Reader<'a> {
             let message = format!("bodies stand inside one another, deeper than {MOST_NESTED} levels");
             return Err(Stop::at(section, message));
         }
-        for element in files::expanded(section, self.sources, self.places)? {
+        for element in files::expanded(section, self.sources, self.file_indices)? {
             self.one(element, body, inside)?;
         }
         Ok(())
@@ -295,7 +295,7 @@ impl<'a> Reader<'a> {
                     (inertial.inertia.x_axis.x + inertial.inertia.y_axis.y + inertial.inertia.z_axis.z) / 3.0;
                 inertial.inertia = DMat3::from_diagonal(DVec3::splat(mean));
                 let message = format!("the inertia of {:?} is none that a body has: balanced", body.name);
-                self.notes.of_place(Repaired, body.at, message);
+                self.notes.warn_at_line(Repaired, body.at, message);
             }
         }
         let all: f64 = self.bodies.iter().map(|body| body.inertial.mass).sum();

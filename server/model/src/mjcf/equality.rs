@@ -136,7 +136,7 @@ fn follow<'a>(
         Some((at, text)) => value::list(at, "polycoef", text, 5)?,
         None => vec![0.0, 1.0],
     };
-    let of = |place: usize| polynomial.get(place).copied().unwrap_or(0.0);
+    let of = |index: usize| polynomial.get(index).copied().unwrap_or(0.0);
     let (offset, factor) = (of(0), of(1));
     let known = |name: &str| joints.known.get(name).copied().filter(|(kind, _)| *kind != Kind::Ball);
     let Some((_, first)) = known(follower) else {
@@ -150,7 +150,7 @@ fn follow<'a>(
         reader.notes.warn(element, Ignored, "it names a joint that is not there or is a ball: left out");
         return Ok(());
     };
-    if (2..5).any(|place| of(place) != 0.0) {
+    if (2..5).any(|index| of(index) != 0.0) {
         let message = "joints follow one another by a factor in simd: the first two coefficients are taken";
         reader.notes.warn(element, Repaired, message);
     }

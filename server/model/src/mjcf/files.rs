@@ -1,4 +1,4 @@
-//! Other files: `<include>`, of which the content stands in its place, and `<model>` of the assets, of which parts are attached. As
+//! Other files: `<include>`, of which the content stands instead of it, and `<model>` of the assets, of which parts are attached. As
 //! in MuJoCo each file is included once, and names are from the folder of the main file.
 
 use std::collections::BTreeMap;
@@ -14,21 +14,25 @@ use crate::urdf::Assets;
 /// Includes inside one another.
 const MOST_NESTED: usize = 50;
 
-/// Places of other files, by their names.
+/// Indices of other files, by their names.
 #[derive(Default)]
-pub(super) struct Places {
+pub(super) struct FileIndices {
     pub(super) includes: BTreeMap<String, usize>,
     pub(super) models: BTreeMap<String, usize>,
 }
 
 /// Asks for what the file and what it includes or attaches name.
-pub(super) fn gather(texts: &mut Texts, assets: &dyn Assets, limits: &LoadLimits) -> Result<Places, Stop> {
-    let mut places = Places::default();
+pub(super) fn gather(
+    texts: &mut Texts,
+    assets: &dyn Assets,
+    limits: &LoadLimits,
+) -> Result<FileIndices, Stop> {
+    let mut file_indices = FileIndices::default();
     let mut count = 1;
-    let mut place = 0;
-    while place < count {
+    let mut index = 0;
+    while index < count {
         let named: Vec<(String, u32, bool)> = {
-            let source = texts.parse_one(place, limits)?;
+            let source = texts.parse_one(index, limits)?;
             let is_model = |node: &Node| {
                 let above = node.parent_element().map(|above| above.tag_name().name());
                 node.tag_name().name() == "model" && above == Some("asset") && node.has_attribute("file")
@@ -42,21 +46,21 @@ pub(super) fn gather(texts: &mut Texts, assets: &dyn Assets, limits: &LoadLimits
         };
         for (file, line, is_model) in named {
             if is_model && !file.is_empty() {
-                if places.models.contains_key(&file) {
+                if file_indices.models.contains_key(&file) {
                     continue;
                 }
-                let known = places.includes.get(&file).copied();
+                let known = file_indices.includes.get(&file).copied();
                 if known.is_some() || texts.include(&file, assets, limits)? {
-                    places.models.insert(file, known.unwrap_or(count));
+                    file_indices.models.insert(file, known.unwrap_or(count));
                     count += usize::from(known.is_none());
                 }
                 continue;
             }
-            let of = texts.get(place).map(|(uri, _)| uri.to_owned()).filter(|uri| !uri.is_empty());
+            let of = texts.get(index).map(|(uri, _)| uri.to_owned()).filter(|uri| !uri.is_empty());
             if file.is_empty() {
                 return Err(Stop::of_file(of, Some(line), "it does not name its file".to_owned()));
             }
-            if places.includes.contains_key(&file) {
+            if file_indices.includes.contains_key(&file) {
                 let message = format!("the file {file:?} is included twice, which MJCF does not allow");
                 return Err(Stop::of_file(of, Some(line), message));
             }
@@ -65,20 +69,20 @@ pub(super) fn gather(texts: &mut Texts, assets: &dyn Assets, limits: &LoadLimits
                 continue;
             }
             // It may be there as a model.
-            let known = places.models.get(&file).copied();
-            places.includes.insert(file, known.unwrap_or(count));
+            let known = file_indices.models.get(&file).copied();
+            file_indices.includes.insert(file, known.unwrap_or(count));
             count += usize::from(known.is_none());
         }
-        place += 1;
+        index += 1;
     }
-    Ok(places)
+    Ok(file_indices)
 }
 
-/// The elements of a section, with those of included files in the place of each include.
+/// The elements of a section, with those of included files in place of each include.
 pub(super) fn expanded<'a>(
     section: Element<'a>,
     sources: &'a [Source<'a>],
-    places: &Places,
+    file_indices: &FileIndices,
 ) -> Result<Vec<Element<'a>>, Stop> {
     let mut all = Vec::new();
     // The last one is read next.
@@ -90,7 +94,7 @@ pub(super) fn expanded<'a>(
             continue;
         }
         let file = element.word("file").unwrap_or_default();
-        let root = places.includes.get(file).and_then(|place| Element::root(sources, *place));
+        let root = file_indices.includes.get(file).and_then(|index| Element::root(sources, *index));
         let Some(root) = root else {
             return Err(Stop::at(element, format!("the file {file:?} is not found")));
         };

@@ -56,7 +56,7 @@ pub(super) fn read(
     let element = geom.element;
     let kind = geom.word("type").unwrap_or(if geom.word("mesh").is_some() { "mesh" } else { "sphere" });
     let size = geom.list("size", 3)?.unwrap_or_default();
-    let size = |place: usize| size.get(place).copied().unwrap_or(0.0);
+    let size = |index: usize| size.get(index).copied().unwrap_or(0.0);
     let mut pose = geom.pose(context.compiler, notes)?;
     let mut half = size(1);
     if let Some([a, b, c, d, e, f]) = geom.numbers("fromto", notes)? {
@@ -269,7 +269,7 @@ fn read_mesh(uri: &str, file: &Asset, context: &Context) -> Option<std::sync::Ar
 /// MuJoCo's friction: sliding, turning, rolling, of which `condim` says which there are.
 fn material(geom: &Classed) -> Result<Material, Stop> {
     let friction = geom.list("friction", 3)?.unwrap_or_default();
-    let of = |place: usize, default: f64| friction.get(place).copied().unwrap_or(default).max(0.0);
+    let of = |index: usize, default: f64| friction.get(index).copied().unwrap_or(default).max(0.0);
     let condim = geom.number("condim")?.unwrap_or(3.0);
     let mut material =
         Material { friction: Some(if condim >= 3.0 { of(0, 1.0) } else { 0.0 }), ..Material::default() };

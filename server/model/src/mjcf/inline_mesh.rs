@@ -86,18 +86,18 @@ pub(super) fn obj(mesh: Element, made: &Made, notes: &mut Notes) -> Result<Optio
         return hull(mesh, &corners, notes);
     };
     let faces = indices(mesh, "face", &faces, corners.len())?;
-    let places = rows::<2>(mesh, "texcoord")?.unwrap_or_default();
-    let of_places = match rows::<3>(mesh, "facetexcoord")? {
-        Some(of_places) => indices(mesh, "facetexcoord", &of_places, places.len())?,
+    let uvs = rows::<2>(mesh, "texcoord")?.unwrap_or_default();
+    let uv_indices = match rows::<3>(mesh, "facetexcoord")? {
+        Some(uv_indices) => indices(mesh, "facetexcoord", &uv_indices, uvs.len())?,
         None => faces.clone(),
     };
-    let is_beyond = |index: &u32| *index as usize >= places.len();
-    if !places.is_empty() && (of_places.len() != faces.len() || of_places.iter().flatten().any(is_beyond)) {
+    let is_beyond = |index: &u32| *index as usize >= uvs.len();
+    if !uvs.is_empty() && (uv_indices.len() != faces.len() || uv_indices.iter().flatten().any(is_beyond)) {
         // A picture is looks alone.
         notes.warn(mesh, Ignored, "texcoord does not have as many rows as vertex, or facetexcoord as face");
         return Ok(Some(written(&corners, &[], &faces, &faces)));
     }
-    Ok(Some(written(&corners, &places, &faces, &of_places)))
+    Ok(Some(written(&corners, &uvs, &faces, &uv_indices)))
 }
 
 fn hull(mesh: Element, corners: &[[f64; 3]], notes: &mut Notes) -> Result<Option<String>, Stop> {
@@ -151,18 +151,18 @@ fn indices(mesh: Element, name: &str, rows: &[[f64; 3]], count: usize) -> Result
     Ok(found)
 }
 
-/// Places in a picture are from the top in MJCF, and from the bottom in OBJ.
-fn written(corners: &[[f64; 3]], places: &[[f64; 2]], faces: &[[u32; 3]], of_places: &[[u32; 3]]) -> String {
+/// Texture coordinates are from the top in MJCF, and from the bottom in OBJ.
+fn written(corners: &[[f64; 3]], uvs: &[[f64; 2]], faces: &[[u32; 3]], uv_indices: &[[u32; 3]]) -> String {
     let mut text = String::new();
     // Writing to a string cannot fail. `{:?}` writes very small numbers with an exponent.
     for [x, y, z] in corners {
         let _ = writeln!(text, "v {x:?} {y:?} {z:?}");
     }
-    for [across, down] in places {
+    for [across, down] in uvs {
         let _ = writeln!(text, "vt {across:?} {:?}", 1.0 - down);
     }
-    for ([a, b, c], [p, q, r]) in faces.iter().zip(of_places) {
-        let _ = if places.is_empty() {
+    for ([a, b, c], [p, q, r]) in faces.iter().zip(uv_indices) {
+        let _ = if uvs.is_empty() {
             writeln!(text, "f {} {} {}", a + 1, b + 1, c + 1)
         } else {
             writeln!(text, "f {}/{} {}/{} {}/{}", a + 1, p + 1, b + 1, q + 1, c + 1, r + 1)

@@ -43,13 +43,13 @@ use attach::Attachable;
 use body::Body;
 use compiler::Compiler;
 use defaults::Classes;
-use files::Places;
+use files::FileIndices;
 use inline_mesh::Made;
 
 /// What reading an MJCF needs.
 struct Reader<'a> {
     sources: &'a [Source<'a>],
-    places: &'a Places,
+    file_indices: &'a FileIndices,
     limits: &'a LoadLimits,
     assets: &'a dyn Assets,
     /// Of the file whose elements are read.
@@ -74,7 +74,7 @@ struct Scope<'a> {
     compiler: Compiler,
     classes: Classes<'a>,
     library: Library,
-    /// Places of the files that may be attached, by the names of the models.
+    /// Indices of the files that may be attached, by the names of the models.
     models: BTreeMap<&'a str, usize>,
 }
 
@@ -89,11 +89,11 @@ pub(crate) fn translate(
 ) -> Result<Translation, Refused> {
     let empty = || Notes::new(limits.findings);
     let mut texts = Texts::new(bytes, "MJCF", limits).map_err(|stop| empty().refused(stop))?;
-    let places = files::gather(&mut texts, assets, limits).map_err(|stop| empty().refused(stop))?;
+    let file_indices = files::gather(&mut texts, assets, limits).map_err(|stop| empty().refused(stop))?;
     let sources = texts.parse(limits).map_err(|stop| empty().refused(stop))?;
     let mut reader = Reader {
         sources: &sources,
-        places: &places,
+        file_indices: &file_indices,
         limits,
         assets,
         scope: Scope::default(),
@@ -124,7 +124,7 @@ impl<'a> Reader<'a> {
     /// All robots of the file.
     fn all(&mut self) -> Result<Vec<Draft>, Stop> {
         let Some(root) = Element::root(self.sources, 0) else { return Ok(Vec::new()) };
-        let sections = files::expanded(root, self.sources, self.places)?;
+        let sections = files::expanded(root, self.sources, self.file_indices)?;
         let of = |tag: &'static str| sections.iter().copied().filter(move |section| section.tag() == tag);
         self.scope = self.read_scope(0)?;
         self.report_sections(&sections);
@@ -136,27 +136,27 @@ impl<'a> Reader<'a> {
         spring_damper::set(&mut self.bodies, &mut self.notes);
         let mut joints = joint::Joints::of(&self.bodies);
         for section in of("actuator") {
-            let elements = files::expanded(section, self.sources, self.places)?;
+            let elements = files::expanded(section, self.sources, self.file_indices)?;
             actuator::read(&elements, self, &mut joints)?;
         }
         let mut held = Vec::new();
         for section in of("equality") {
-            let elements = files::expanded(section, self.sources, self.places)?;
+            let elements = files::expanded(section, self.sources, self.file_indices)?;
             equality::read(&elements, self, &mut joints, &mut held)?;
         }
         let mut keys = Vec::new();
         for section in of("keyframe") {
-            let elements = files::expanded(section, self.sources, self.places)?;
+            let elements = files::expanded(section, self.sources, self.file_indices)?;
             keys.extend(keyframe::read(&elements, &self.bodies, &mut self.notes)?);
         }
         let mut excluded = Vec::new();
         for section in of("contact") {
-            let elements = files::expanded(section, self.sources, self.places)?;
+            let elements = files::expanded(section, self.sources, self.file_indices)?;
             excluded.extend(self.excludes(&elements));
         }
         let mut measured = Vec::new();
         for section in of("sensor") {
-            let elements = files::expanded(section, self.sources, self.places)?;
+            let elements = files::expanded(section, self.sources, self.file_indices)?;
             measured.extend(sensor::read(&elements, self));
         }
         let name = root.word("model").unwrap_or_default();

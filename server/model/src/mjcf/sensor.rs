@@ -1,4 +1,4 @@
-//! `<sensor>`: MuJoCo's sensors as SDFormat's. What several elements measure at one place is one sensor.
+//! `<sensor>`: MuJoCo's sensors as SDFormat's. What several elements measure at one pose is one sensor.
 
 use std::collections::BTreeMap;
 
@@ -15,7 +15,7 @@ use crate::urdf::findings::quoted;
 const MOST: usize = 4096;
 
 /// What a sensor is on.
-enum Place {
+enum Mount {
     /// A body, by its name.
     Body(String),
     /// What holds a body, by its name.
@@ -26,7 +26,7 @@ enum Place {
 
 /// A sensor, before it is known of which robot.
 pub(super) struct Measured {
-    place: Place,
+    mount: Mount,
     sensor: DraftSensor,
 }
 
@@ -48,7 +48,7 @@ pub(super) fn read<'a>(elements: &[Element<'a>], reader: &mut Reader<'a>) -> Vec
             reader.notes.info(element, Used, message);
             continue;
         }
-        let Some((place, pose)) = placed(kind, object, target, reader) else {
+        let Some((mount, pose)) = placed(kind, object, target, reader) else {
             let message = format!("{} is not there: left out", quoted(target));
             reader.notes.warn(element, Ignored, message);
             continue;
@@ -81,7 +81,7 @@ pub(super) fn read<'a>(elements: &[Element<'a>], reader: &mut Reader<'a>) -> Vec
         let name = element.word("name").map_or_else(|| format!("{}_{target}", element.tag()), str::to_owned);
         known.insert((kind, object, target), measured.len());
         let sensor = DraftSensor { name, at, kind: kind.to_owned(), pose, lines };
-        measured.push(Measured { place, sensor });
+        measured.push(Measured { mount, sensor });
     }
     measured
 }
@@ -141,13 +141,13 @@ fn target<'a>(element: Element<'a>, notes: &mut Notes) -> Option<Target<'a>> {
 }
 
 /// What a sensor is on, and where it is there. `None` where there is no such thing.
-fn placed(kind: &str, object: &str, target: &str, reader: &Reader) -> Option<(Place, DPose3)> {
+fn placed(kind: &str, object: &str, target: &str, reader: &Reader) -> Option<(Mount, DPose3)> {
     let (body, pose) = match object {
         "joint" => {
             let mut joints = reader.bodies.iter().flat_map(|body| &body.joints);
             return joints
                 .any(|joint| joint.name == target)
-                .then(|| (Place::Joint(target.to_owned()), DPose3::IDENTITY));
+                .then(|| (Mount::Joint(target.to_owned()), DPose3::IDENTITY));
         }
         "site" => *reader.sites.get(target)?,
         "xbody" | "body" => {
@@ -161,12 +161,12 @@ fn placed(kind: &str, object: &str, target: &str, reader: &Reader) -> Option<(Pl
     };
     let name = reader.bodies.get(body)?.name.clone();
     Some(match kind {
-        "force_torque" => (Place::Above(name), pose),
+        "force_torque" => (Mount::Above(name), pose),
         // MuJoCo's ray goes along z, and that of SDFormat along x.
         "range" => {
-            (Place::Body(name), pose * DPose3::from_rotation(DQuat::from_rotation_arc(DVec3::X, DVec3::Z)))
+            (Mount::Body(name), pose * DPose3::from_rotation(DQuat::from_rotation_arc(DVec3::X, DVec3::Z)))
         }
-        _ => (Place::Body(name), pose),
+        _ => (Mount::Body(name), pose),
     })
 }
 
@@ -176,23 +176,23 @@ pub(super) fn give(measured: Vec<Measured>, drafts: &mut [Draft], notes: &mut No
     let mut links: BTreeMap<String, (usize, usize)> = BTreeMap::new();
     let mut joints: BTreeMap<String, (usize, usize)> = BTreeMap::new();
     let mut above: BTreeMap<String, (usize, usize)> = BTreeMap::new();
-    for (place, draft) in drafts.iter().enumerate() {
+    for (robot, draft) in drafts.iter().enumerate() {
         for (index, link) in draft.links.iter().enumerate() {
-            links.insert(link.name.clone(), (place, index));
+            links.insert(link.name.clone(), (robot, index));
         }
         for (index, joint) in draft.joints.iter().enumerate() {
-            joints.insert(joint.name.clone(), (place, index));
-            above.insert(joint.child.clone(), (place, index));
+            joints.insert(joint.name.clone(), (robot, index));
+            above.insert(joint.child.clone(), (robot, index));
         }
     }
-    for Measured { place, sensor } in measured {
-        let (found, is_link) = match &place {
-            Place::Body(name) => (links.get(name), true),
-            Place::Above(name) => (above.get(name), false),
-            Place::Joint(name) => (joints.get(name), false),
+    for Measured { mount, sensor } in measured {
+        let (found, is_link) = match &mount {
+            Mount::Body(name) => (links.get(name), true),
+            Mount::Above(name) => (above.get(name), false),
+            Mount::Joint(name) => (joints.get(name), false),
         };
-        let slot = found.and_then(|(place, index)| {
-            let draft = drafts.get_mut(*place)?;
+        let slot = found.and_then(|(robot, index)| {
+            let draft = drafts.get_mut(*robot)?;
             if is_link {
                 draft.links.get_mut(*index).map(|link| &mut link.sensors)
             } else {
@@ -204,7 +204,7 @@ pub(super) fn give(measured: Vec<Measured>, drafts: &mut [Draft], notes: &mut No
             None => {
                 let message =
                     format!("the sensor {} is on nothing that a robot has: left out", quoted(&sensor.name));
-                notes.of_place(Ignored, sensor.at, message);
+                notes.warn_at_line(Ignored, sensor.at, message);
             }
         }
     }

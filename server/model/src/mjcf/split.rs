@@ -59,18 +59,18 @@ pub(super) fn robots(
     let still = members.remove(&0).unwrap_or_default();
     let mut drafts: Vec<Draft> = Vec::new();
     let mut names = Names::default();
-    let mut place_of_top: BTreeMap<usize, usize> = BTreeMap::new();
+    let mut robot_of_top: BTreeMap<usize, usize> = BTreeMap::new();
     for (top, members_of) in &members {
         let Some(body) = bodies.get(*top) else { continue };
-        place_of_top.insert(*top, drafts.len());
+        robot_of_top.insert(*top, drafts.len());
         let own = if members.len() == 1 && !name.is_empty() { name } else { &body.name };
         let draft = robot(own, *top, members_of, bodies, joints, has_groups);
         drafts.push(Draft { name: names.unique(&draft.name), ..draft });
     }
     give_states(keys, &mut drafts);
-    let place = |body: usize| tops.get(body).and_then(|top| place_of_top.get(top)).copied();
+    let robot_of = |body: usize| tops.get(body).and_then(|top| robot_of_top.get(top)).copied();
     for held in held {
-        hold(held, bodies, &place, &mut drafts, notes);
+        hold(held, bodies, &robot_of, &mut drafts, notes);
     }
     let has_content =
         |index: &usize| bodies.get(*index).is_some_and(|body| *index > 0 || !body.geoms.is_empty());
@@ -94,18 +94,18 @@ pub(super) fn robots(
 fn hold(
     held: &Held,
     bodies: &[Body],
-    place: &dyn Fn(usize) -> Option<usize>,
+    robot_of: &dyn Fn(usize) -> Option<usize>,
     drafts: &mut [Draft],
     notes: &mut Notes,
 ) {
-    let places = held.ends.each_ref().map(|end| place(end.body));
-    let Some(own) = places[0].or(places[1]) else {
+    let robots = held.ends.each_ref().map(|end| robot_of(end.body));
+    let Some(own) = robots[0].or(robots[1]) else {
         let message = format!("both ends of {} stand still: left out", quoted(&held.name));
-        return notes.of_place(Ignored, held.at, message);
+        return notes.warn_at_line(Ignored, held.at, message);
     };
     let root_from_world = drafts.get(own).map_or(DPose3::IDENTITY, |draft| draft.pose.inverse());
     let end = |end: &End| {
-        let Some(at) = place(end.body) else {
+        let Some(at) = robot_of(end.body) else {
             let pose = root_from_world * world_from_body(bodies, end.body) * end.pose;
             return DraftEnd { robot: None, name: None, pose };
         };
@@ -129,19 +129,19 @@ fn hold(
 
 /// Gives each robot the positions of its own joints.
 fn give_states(keys: &[DraftState], drafts: &mut [Draft]) {
-    let mut places: BTreeMap<String, usize> = BTreeMap::new();
-    for (place, draft) in drafts.iter().enumerate() {
-        places.extend(draft.joints.iter().map(|joint| (joint.name.clone(), place)));
+    let mut robots: BTreeMap<String, usize> = BTreeMap::new();
+    for (robot, draft) in drafts.iter().enumerate() {
+        robots.extend(draft.joints.iter().map(|joint| (joint.name.clone(), robot)));
     }
     for key in keys {
         let mut of: BTreeMap<usize, Vec<(String, f64)>> = BTreeMap::new();
         for position in &key.positions {
-            if let Some(place) = places.get(&position.0) {
-                of.entry(*place).or_default().push(position.clone());
+            if let Some(robot) = robots.get(&position.0) {
+                of.entry(*robot).or_default().push(position.clone());
             }
         }
-        for (place, positions) in of {
-            if let Some(draft) = drafts.get_mut(place) {
+        for (robot, positions) in of {
+            if let Some(draft) = drafts.get_mut(robot) {
                 draft.states.push(DraftState { name: key.name.clone(), at: key.at, positions });
             }
         }
@@ -153,8 +153,8 @@ fn moving(bodies: &[Body]) -> Vec<bool> {
     let mut moves = vec![false; bodies.len()];
     for (index, body) in bodies.iter().enumerate().rev() {
         let own = body.is_free || !body.joints.is_empty() || moves.get(index) == Some(&true);
-        for place in [index, body.parent] {
-            if let Some(slot) = moves.get_mut(place).filter(|_| own && place > 0) {
+        for moved in [index, body.parent] {
+            if let Some(slot) = moves.get_mut(moved).filter(|_| own && moved > 0) {
                 *slot = true;
             }
         }
@@ -252,8 +252,8 @@ fn hang(draft: &mut Draft, body: &Body, parent: String, said: &Joints, taken: &m
     let mut pose = body.parent_from_body;
     let mut anchor = DVec3::ZERO;
     let is_chain = body.joints.len() > 1 || body.joints.iter().any(|joint| joint.anchor != DVec3::ZERO);
-    for (place, joint) in body.joints.iter().enumerate() {
-        let is_last = place + 1 == body.joints.len();
+    for (index, joint) in body.joints.iter().enumerate() {
+        let is_last = index + 1 == body.joints.len();
         let child =
             if is_last && joint.anchor == DVec3::ZERO { body.name.clone() } else { between(draft, joint) };
         // At the reference position the body is where the file puts it.
@@ -309,14 +309,14 @@ fn exclude(excluded: &[([String; 2], At)], drafts: &mut [Draft], root: Element, 
         return;
     }
     // Names of bodies differ, those of links between joints are not named in the file.
-    let mut places: BTreeMap<String, usize> = BTreeMap::new();
-    for (place, draft) in drafts.iter().enumerate() {
-        places.extend(draft.links.iter().map(|link| (link.name.clone(), place)));
+    let mut robots: BTreeMap<String, usize> = BTreeMap::new();
+    for (robot, draft) in drafts.iter().enumerate() {
+        robots.extend(draft.links.iter().map(|link| (link.name.clone(), robot)));
     }
     for (pair, at) in excluded {
-        let [one, other] = pair.each_ref().map(|name| places.get(name).copied());
+        let [one, other] = pair.each_ref().map(|name| robots.get(name).copied());
         let draft =
-            one.filter(|_| one == other && pair[0] != pair[1]).and_then(|place| drafts.get_mut(place));
+            one.filter(|_| one == other && pair[0] != pair[1]).and_then(|robot| drafts.get_mut(robot));
         match draft {
             Some(draft) => draft.excluded.push((pair.clone(), *at)),
             None => {

@@ -51,7 +51,7 @@ pub(super) fn set(bodies: &mut [Body], notes: &mut Notes) {
             if !(mean.is_finite() && mean > 0.0) {
                 let name = quoted(&joint.name);
                 let message = format!("springdamper of joint {name} needs a mass that it moves: left out");
-                notes.of_place(Ignored, joint.at, message);
+                notes.warn_at_line(Ignored, joint.at, message);
                 continue;
             }
             joint.damping = 2.0 / (mean * time_constant);
@@ -137,15 +137,15 @@ fn outwards(axis: &Axis, mobility: &mut Spatial2) -> f64 {
 /// A free body moves along three axes and turns about three.
 fn axes_of_body(body: &Body, world_from_body: &DPose3, origin: DVec3) -> Vec<Axis> {
     let axis = |subspace: Spatial, armature: f64| Axis { subspace, armature, force: [0.0; 6], inertia: 0.0 };
-    let place = |point: DVec3| world_from_body.transform_point(point) - origin;
+    let relative = |point: DVec3| world_from_body.transform_point(point) - origin;
     let mut axes = Vec::new();
     if body.is_free {
         axes.extend(DVec3::AXES.map(|along| axis(spatial(DVec3::ZERO, along), 0.0)));
-        let center = place(body.inertial.center_of_mass);
+        let center = relative(body.inertial.center_of_mass);
         axes.extend(DVec3::AXES.map(|about| axis(spatial(about, center.cross(about)), 0.0)));
     }
     for joint in &body.joints {
-        let (anchor, armature) = (place(joint.anchor), joint.armature);
+        let (anchor, armature) = (relative(joint.anchor), joint.armature);
         let turn = |about: DVec3| {
             let about = world_from_body.rotation * about;
             axis(spatial(about, anchor.cross(about)), armature)
@@ -173,18 +173,18 @@ fn spatial_inertia(inertial: &Inertial, world_from_body: &DPose3, origin: DVec3)
     for (column, (about, cross)) in about.iter().zip(&cross).enumerate() {
         for (row, (about, cross)) in about.iter().zip(cross).enumerate() {
             // Tensors are symmetric, and a cross product's matrix is minus its transpose.
-            if let Some(place) = all.get_mut(row).and_then(|row| row.get_mut(column)) {
-                *place = *about;
+            if let Some(entry) = all.get_mut(row).and_then(|row| row.get_mut(column)) {
+                *entry = *about;
             }
-            if let Some(place) = all.get_mut(row).and_then(|row| row.get_mut(column + 3)) {
-                *place = *cross;
+            if let Some(entry) = all.get_mut(row).and_then(|row| row.get_mut(column + 3)) {
+                *entry = *cross;
             }
-            if let Some(place) = all.get_mut(row + 3).and_then(|row| row.get_mut(column)) {
-                *place = -*cross;
+            if let Some(entry) = all.get_mut(row + 3).and_then(|row| row.get_mut(column)) {
+                *entry = -*cross;
             }
         }
-        if let Some(place) = all.get_mut(column + 3).and_then(|row| row.get_mut(column + 3)) {
-            *place = mass;
+        if let Some(entry) = all.get_mut(column + 3).and_then(|row| row.get_mut(column + 3)) {
+            *entry = mass;
         }
     }
     all
@@ -205,6 +205,6 @@ fn product(matrix: &Spatial2, vector: &Spatial) -> Spatial {
 /// `matrix += factor a b'`.
 fn add_outer(matrix: &mut Spatial2, a: &Spatial, b: &Spatial, factor: f64) {
     for (row, a) in matrix.iter_mut().zip(a) {
-        row.iter_mut().zip(b).for_each(|(place, b)| *place += factor * a * b);
+        row.iter_mut().zip(b).for_each(|(entry, b)| *entry += factor * a * b);
     }
 }

@@ -9,13 +9,13 @@ use crate::translation::notes::Stop;
 use crate::translation::sources::Texts;
 use crate::urdf::Assets;
 
-/// The place among the files of what each include means, by the folder of the file that it stands in and its URI.
+/// The index among the files of what each include means, by the folder of the file that it stands in and its URI.
 #[derive(Default)]
-pub(super) struct Places {
+pub(super) struct FileIndices {
     by_uri: BTreeMap<(String, String), usize>,
 }
 
-impl Places {
+impl FileIndices {
     /// The file that an include of a file means, if it is there.
     pub(super) fn get(&self, folder: &str, uri: &str) -> Option<usize> {
         self.by_uri.get(&(folder.to_owned(), uri.to_owned())).copied()
@@ -23,14 +23,18 @@ impl Places {
 }
 
 /// Asks for what the file and what it includes include.
-pub(super) fn gather(texts: &mut Texts, assets: &dyn Assets, limits: &LoadLimits) -> Result<Places, Stop> {
-    let mut places = Places::default();
+pub(super) fn gather(
+    texts: &mut Texts,
+    assets: &dyn Assets,
+    limits: &LoadLimits,
+) -> Result<FileIndices, Stop> {
+    let mut file_indices = FileIndices::default();
     let mut by_name: BTreeMap<String, usize> = BTreeMap::new();
     let mut count = 1;
-    let mut place = 0;
-    while place < count {
+    let mut index = 0;
+    while index < count {
         let (folder, uris) = {
-            let source = texts.parse_one(place, limits)?;
+            let source = texts.parse_one(index, limits)?;
             let end = source.uri.rfind('/').map_or(0, |end| end + 1);
             let folder = source.uri.get(..end).unwrap_or_default().to_owned();
             let is_include = |node: &Node| node.is_element() && node.tag_name().name() == "include";
@@ -44,20 +48,20 @@ pub(super) fn gather(texts: &mut Texts, assets: &dyn Assets, limits: &LoadLimits
         };
         for uri in uris {
             let key = (folder.clone(), uri);
-            if places.by_uri.contains_key(&key) || key.1.is_empty() {
+            if file_indices.by_uri.contains_key(&key) || key.1.is_empty() {
                 continue;
             }
             let found = find(&joined(&folder, &key.1), texts, assets, limits)?;
             let Some(name) = found else { continue };
-            let place = *by_name.entry(name).or_insert_with(|| {
+            let index = *by_name.entry(name).or_insert_with(|| {
                 count += 1;
                 count - 1
             });
-            places.by_uri.insert(key, place);
+            file_indices.by_uri.insert(key, index);
         }
-        place += 1;
+        index += 1;
     }
-    Ok(places)
+    Ok(file_indices)
 }
 
 /// The name under which the file of a URI is there now.

@@ -62,7 +62,7 @@ const KNOWN: [&str; 11] = [
 ];
 
 impl Joint {
-    /// In a model that holds its own: other names, another place.
+    /// In a model that holds its own: other names, another pose.
     pub(super) fn moved(&mut self, full: &impl Fn(&str) -> String, outer_from_model: &DPose3) {
         self.name = full(&self.name);
         self.child = full(&self.child);

@@ -24,7 +24,7 @@ use crate::translation::notes::{Notes, Stop};
 use crate::translation::sources::{Source, Texts};
 use crate::translation::{Format, Translation, write};
 use crate::urdf::{Assets, Refused};
-use files::Places;
+use files::FileIndices;
 use model::{Model, Placement};
 
 /// Elements of all files that may be read, includes counted as often as they are used.
@@ -33,7 +33,7 @@ const BUDGET: usize = 300_000;
 /// What reading an SDF needs.
 struct Reader<'a> {
     sources: &'a [Source<'a>],
-    places: &'a Places,
+    file_indices: &'a FileIndices,
     limits: &'a LoadLimits,
     notes: Notes,
     /// Elements that may still be read.
@@ -53,10 +53,11 @@ pub(crate) fn translate(
 ) -> Result<Translation, Refused> {
     let empty = || Notes::new(limits.findings);
     let mut texts = Texts::new(bytes, "SDF", limits).map_err(|stop| empty().refused(stop))?;
-    let places = files::gather(&mut texts, assets, limits).map_err(|stop| empty().refused(stop))?;
+    let file_indices = files::gather(&mut texts, assets, limits).map_err(|stop| empty().refused(stop))?;
     let sources = texts.parse(limits).map_err(|stop| empty().refused(stop))?;
     let notes = empty();
-    let mut reader = Reader { sources: &sources, places: &places, limits, notes, left: BUDGET, links: 0 };
+    let mut reader =
+        Reader { sources: &sources, file_indices: &file_indices, limits, notes, left: BUDGET, links: 0 };
     let drafts = match reader.all() {
         Ok(drafts) => drafts,
         Err(stop) => return Err(reader.notes.refused(stop)),

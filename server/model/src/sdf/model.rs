@@ -277,7 +277,7 @@ impl<'a> Reader<'a> {
             return Err(Stop::at(include, "it has no uri"));
         };
         let root =
-            self.places.get(include.folder(), uri).and_then(|place| Element::root(self.sources, place));
+            self.file_indices.get(include.folder(), uri).and_then(|index| Element::root(self.sources, index));
         let Some(root) = root else {
             let message = format!("{} is not found", quoted(&files::joined(include.folder(), uri)));
             if include.says("optional") == Some(true) {

@@ -19,7 +19,7 @@ use crate::translation::notes::Notes;
 pub(super) fn robots(model: Model, world_from_model: DPose3, notes: &mut Notes) -> Vec<Draft> {
     let Model { name, at, is_static, self_collide, links, mut joints, .. } = model;
     if links.is_empty() {
-        notes.of_place(Ignored, at, format!("the model {name:?} has no links; left out"));
+        notes.warn_at_line(Ignored, at, format!("the model {name:?} has no links; left out"));
         return Vec::new();
     }
     if is_static {
@@ -89,8 +89,8 @@ pub(super) fn robots(model: Model, world_from_model: DPose3, notes: &mut Notes) 
             draft.links.extend(links.get(*member).map(|(link, _)| link.clone()));
         }
         // The root comes first.
-        if let Some(place) = members.iter().position(|member| *member == root) {
-            draft.links.swap(0, place);
+        if let Some(first) = members.iter().position(|member| *member == root) {
+            draft.links.swap(0, first);
         }
         for joint in joints_of.get(&root).into_iter().flatten() {
             let pose_of =
@@ -102,13 +102,13 @@ pub(super) fn robots(model: Model, world_from_model: DPose3, notes: &mut Notes) 
         }
         drafts.push(draft);
     }
-    let mut place_of: BTreeMap<String, (usize, DPose3)> = BTreeMap::new();
-    for (place, draft) in drafts.iter().enumerate() {
+    let mut robot_of: BTreeMap<String, (usize, DPose3)> = BTreeMap::new();
+    for (robot, draft) in drafts.iter().enumerate() {
         let own = draft.links.iter().filter_map(|link| index.get(&link.name)).filter_map(|at| links.get(*at));
-        place_of.extend(own.map(|(link, pose)| (link.name.clone(), (place, *pose))));
+        robot_of.extend(own.map(|(link, pose)| (link.name.clone(), (robot, *pose))));
     }
     for joint in &closing {
-        close(joint, &mut drafts, &place_of, world_from_model, notes);
+        close(joint, &mut drafts, &robot_of, world_from_model, notes);
     }
     drafts
 }
@@ -117,7 +117,7 @@ pub(super) fn robots(model: Model, world_from_model: DPose3, notes: &mut Notes) 
 fn close(
     joint: &Joint,
     drafts: &mut [Draft],
-    place_of: &BTreeMap<String, (usize, DPose3)>,
+    robot_of: &BTreeMap<String, (usize, DPose3)>,
     world_from_model: DPose3,
     notes: &mut Notes,
 ) {
@@ -128,7 +128,7 @@ fn close(
         ([axis], false) => DraftConstraintKind::Hinge(axis.direction),
         _ => {
             let message = format!("the joint {:?} closes a loop, and has two axes: left out", joint.name);
-            return notes.of_place(Ignored, joint.at, message);
+            return notes.warn_at_line(Ignored, joint.at, message);
         }
     };
     let has_more = |axis: &super::joint::Axis| {
@@ -144,9 +144,9 @@ fn close(
             "the joint {:?} closes a loop: what holds its links together has no limits, damping or friction",
             joint.name
         );
-        notes.of_place(Ignored, joint.at, message);
+        notes.warn_at_line(Ignored, joint.at, message);
     }
-    let Some((own, model_from_child)) = place_of.get(&joint.child).copied() else { return };
+    let Some((own, model_from_child)) = robot_of.get(&joint.child).copied() else { return };
     let child = DraftEnd {
         robot: None,
         name: Some(joint.child.clone()),
@@ -154,8 +154,8 @@ fn close(
     };
     let parent = match joint.parent.as_ref() {
         Some(name) => {
-            let Some((place, model_from_parent)) = place_of.get(name).copied() else { return };
-            let robot = drafts.get(place).filter(|_| place != own).map(|draft| draft.name.clone());
+            let Some((other, model_from_parent)) = robot_of.get(name).copied() else { return };
+            let robot = drafts.get(other).filter(|_| other != own).map(|draft| draft.name.clone());
             let pose = model_from_parent.inverse() * joint.model_from_joint;
             DraftEnd { robot, name: Some(name.clone()), pose }
         }
@@ -256,19 +256,19 @@ fn add_joint(
     }
     ends.push(if is_apart { between("frame") } else { child.clone() });
     let mut poses = std::iter::once(parent_from_joint).chain(std::iter::repeat(DPose3::IDENTITY));
-    for (place, pair) in ends.windows(2).enumerate() {
+    for (index, pair) in ends.windows(2).enumerate() {
         let [from, to] = pair else { continue };
-        let name = if place == 0 { joint.name.clone() } else { format!("{}_axis2", joint.name) };
+        let name = if index == 0 { joint.name.clone() } else { format!("{}_axis2", joint.name) };
         let pose = poses.next().unwrap_or(DPose3::IDENTITY);
         let mut written = DraftJoint::fixed(name, joint.at, [from.clone(), to.clone()], pose);
         written.kind = "spherical";
-        if let Some(axis) = joint.axes.get(place) {
+        if let Some(axis) = joint.axes.get(index) {
             written.kind = axis.kind;
             written.axis = axis.direction;
             written.limits = axis.limits;
             (written.damping, written.friction, written.spring) = (axis.damping, axis.friction, axis.spring);
         }
-        if place == 0 {
+        if index == 0 {
             written.mimic.clone_from(&joint.mimic);
             // The child of the first one has the joint's frame.
             written.sensors.clone_from(&joint.sensors);

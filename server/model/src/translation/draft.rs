@@ -6,7 +6,7 @@ use glamx::{DPose3, DVec3};
 
 use crate::robot::{Inertial, JointLimits, Material};
 
-/// Where something stands: place of the file, and line; 0 is none.
+/// Where something stands: index of the file, and line; 0 is none.
 pub(crate) type At = (usize, u32);
 
 /// A robot.

@@ -13,7 +13,7 @@ use crate::urdf::numbers::{self, Shape};
 pub(crate) struct Element<'a> {
     pub(crate) node: Node<'a, 'a>,
     source: &'a Source<'a>,
-    /// Place of its file among the description's.
+    /// Index of its file among the description's.
     pub(crate) file: usize,
 }
 

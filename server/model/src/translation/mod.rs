@@ -65,7 +65,7 @@ pub struct TranslatedModel {
     pub pose: DPose3,
     /// Its root link does not move.
     pub fixed: bool,
-    /// For each line of `urdf` the file, by its place among the files, and the line there. 0 is none.
+    /// For each line of `urdf` the file, by its index among the files, and the line there. 0 is none.
     pub(crate) lines: Vec<(usize, u32)>,
     /// The names of the files: empty is the one that was sent.
     pub(crate) files: Vec<String>,

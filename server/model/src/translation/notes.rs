@@ -44,8 +44,8 @@ impl Notes {
         self.push(Severity::Warning, disposition, at, message.into());
     }
 
-    /// A warning of a place of which the element is not at hand.
-    pub(crate) fn of_place(&mut self, disposition: Disposition, (file, line): At, message: String) {
+    /// A warning of a line of which the element is not at hand.
+    pub(crate) fn warn_at_line(&mut self, disposition: Disposition, (file, line): At, message: String) {
         let (element, message) = ("file".to_owned(), cut(message, SENTENCE));
         let file = (file > 0).then(|| format!("included file {file}"));
         let line = Some(line).filter(|line| *line > 0);
@@ -57,12 +57,12 @@ impl Notes {
     }
 
     fn keep(&mut self, finding: Finding) {
-        let room = usize::from(finding.severity >= Severity::Warning);
-        if self.taken[room] >= self.most || self.bytes > ALL {
-            self.left_out[room] += 1;
+        let kind = usize::from(finding.severity >= Severity::Warning);
+        if self.taken[kind] >= self.most || self.bytes > ALL {
+            self.left_out[kind] += 1;
             return;
         }
-        self.taken[room] += 1;
+        self.taken[kind] += 1;
         self.bytes += finding.message.len() + finding.element.len() + size_of::<Finding>();
         self.list.push(finding);
     }

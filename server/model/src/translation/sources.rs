@@ -109,19 +109,19 @@ impl Texts {
         }
     }
 
-    /// The text at a place; the places are in the order of the includes.
-    pub(crate) fn get(&self, place: usize) -> Option<(&str, &str)> {
-        self.list.get(place).map(|(uri, text)| (uri.as_str(), text.as_str()))
+    /// The text at an index; texts are in the order of the includes.
+    pub(crate) fn get(&self, index: usize) -> Option<(&str, &str)> {
+        self.list.get(index).map(|(uri, text)| (uri.as_str(), text.as_str()))
     }
 
     /// All of them, parsed.
     pub(crate) fn parse(&self, limits: &LoadLimits) -> Result<Vec<Source<'_>>, Stop> {
-        (0..self.list.len()).map(|place| self.parse_one(place, limits)).collect()
+        (0..self.list.len()).map(|index| self.parse_one(index, limits)).collect()
     }
 
     /// One of them, parsed.
-    pub(crate) fn parse_one(&self, place: usize, limits: &LoadLimits) -> Result<Source<'_>, Stop> {
-        let (uri, text) = self.get(place).unwrap_or_default();
+    pub(crate) fn parse_one(&self, index: usize, limits: &LoadLimits) -> Result<Source<'_>, Stop> {
+        let (uri, text) = self.get(index).unwrap_or_default();
         let stop = |refusal| self.stop(uri, Findings::new(1), refusal);
         let document = parse_xml(text, limits).map_err(|error| stop(syntax(error, limits)))?;
         check_depth(&document, limits.xml_depth).map_err(stop)?;

@@ -225,8 +225,9 @@ fn write_sensors(text: &mut Text, reference: &str, sensors: &[DraftSensor]) {
         text.line(*at, 1, &format!("<gazebo reference=\"{}\">", escaped(reference)));
         text.line(*at, 2, &format!("<sensor name=\"{}\" type=\"{}\">", escaped(name), escaped(kind)));
         if *pose != DPose3::IDENTITY {
-            let (place, turn) = (numbers(pose.translation.to_array()), numbers(pose.rotation.to_array()));
-            text.line(*at, 3, &format!("<pose rotation_format=\"quat_xyzw\">{place} {turn}</pose>"));
+            let (position, rotation) =
+                (numbers(pose.translation.to_array()), numbers(pose.rotation.to_array()));
+            text.line(*at, 3, &format!("<pose rotation_format=\"quat_xyzw\">{position} {rotation}</pose>"));
         }
         for (at, depth, line) in lines {
             text.line(*at, 3 + depth, line);

@@ -19,7 +19,7 @@ impl Refusal {
         Self { element: "file".to_owned(), line: None, message }
     }
 
-    /// Of a place where there is no element yet.
+    /// Where there is no element yet.
     pub(crate) fn at(line: u32, message: String) -> Self {
         Self { element: "file".to_owned(), line: Some(line), message }
     }
@@ -33,35 +33,35 @@ pub(crate) struct Findings {
     /// Which of the list a strict load refuses.
     serious: Vec<usize>,
     serious_left_out: usize,
-    /// How many of each room are kept.
+    /// How many of each quota are kept.
     most: usize,
-    rooms: [Room; 3],
+    quotas: [Quota; 3],
 }
 
-/// Bytes of the findings of one room.
-const ROOM_BYTES: usize = 512 << 10;
+/// Bytes of the findings of one quota.
+const QUOTA_BYTES: usize = 512 << 10;
 /// Bytes of a finding's sentence; a longer one is cut.
 const SENTENCE: usize = 2000;
 /// Bytes of what an element is called; a longer name is cut.
 const ELEMENT: usize = 500;
 
-/// Each kind has its own room, so that no crowd of trifles hides a warning.
+/// Each kind has its own quota, so that many notes hide no warning.
 #[derive(Clone, Copy, Default)]
-struct Room {
+struct Quota {
     taken: usize,
     /// Of those that were taken.
     bytes: usize,
     left_out: usize,
 }
 
-impl Room {
+impl Quota {
     fn is_full(&self, most: usize) -> bool {
-        self.taken >= most || self.bytes >= ROOM_BYTES
+        self.taken >= most || self.bytes >= QUOTA_BYTES
     }
 }
 
 /// What [`Findings`] keeps of one finding until it is written down.
-struct Place<'n, 'a, 'i> {
+struct Location<'n, 'a, 'i> {
     node: Node<'a, 'i>,
     file: Option<&'n str>,
 }
@@ -75,7 +75,7 @@ impl Findings {
             serious: Vec::new(),
             serious_left_out: 0,
             most,
-            rooms: Default::default(),
+            quotas: Default::default(),
         }
     }
 
@@ -91,30 +91,30 @@ impl Findings {
         u32::try_from(self.line_starts.partition_point(|line| *line <= start) + 1).unwrap_or(u32::MAX)
     }
 
-    /// Whether there is no more room for trifles.
+    /// Whether there is no more room for notes.
     pub(crate) fn is_full(&self) -> bool {
-        let [_, infos, _] = &self.rooms;
+        let [_, infos, _] = &self.quotas;
         infos.is_full(self.most)
     }
 
     /// What was taken from an element as it is.
     pub(crate) fn used(&mut self, node: Node, message: impl FnOnce() -> String) {
-        self.push(Severity::Info, Disposition::Used, Place { node, file: None }, false, message);
+        self.push(Severity::Info, Disposition::Used, Location { node, file: None }, false, message);
     }
 
     /// What was taken from a file that an element names.
     pub(crate) fn used_file(&mut self, node: Node, file: &str, message: impl FnOnce() -> String) {
-        self.push(Severity::Info, Disposition::Used, Place { node, file: Some(file) }, false, message);
+        self.push(Severity::Info, Disposition::Used, Location { node, file: Some(file) }, false, message);
     }
 
     /// Something that needs no attention.
     pub(crate) fn info(&mut self, node: Node, disposition: Disposition, message: impl Into<String>) {
-        self.push(Severity::Info, disposition, Place { node, file: None }, false, || message.into());
+        self.push(Severity::Info, disposition, Location { node, file: None }, false, || message.into());
     }
 
     /// Something that the author may not have meant.
     pub(crate) fn warn(&mut self, node: Node, disposition: Disposition, message: impl Into<String>) {
-        self.push(Severity::Warning, disposition, Place { node, file: None }, true, || message.into());
+        self.push(Severity::Warning, disposition, Location { node, file: None }, true, || message.into());
     }
 
     /// The same of a file that an element names; a strict load may forgive it.
@@ -126,8 +126,8 @@ impl Findings {
         serious: bool,
         message: impl Into<String>,
     ) {
-        let place = Place { node, file: Some(file) };
-        self.push(Severity::Warning, disposition, place, serious, || message.into());
+        let location = Location { node, file: Some(file) };
+        self.push(Severity::Warning, disposition, location, serious, || message.into());
     }
 
     /// Something about the text, before there are elements.
@@ -172,25 +172,25 @@ impl Findings {
         &mut self,
         severity: Severity,
         disposition: Disposition,
-        place: Place,
+        location: Location,
         serious: bool,
         message: impl FnOnce() -> String,
     ) {
-        let [used, infos, warnings] = &mut self.rooms;
-        let room = match (severity, disposition) {
+        let [used, infos, warnings] = &mut self.quotas;
+        let quota = match (severity, disposition) {
             (Severity::Info, Disposition::Used) => used,
             (Severity::Info, _) => infos,
             (Severity::Warning | Severity::Error, _) => warnings,
         };
-        if room.is_full(self.most) {
-            room.left_out += 1;
+        if quota.is_full(self.most) {
+            quota.left_out += 1;
             self.serious_left_out += usize::from(serious);
             return;
         }
-        let Place { node, file } = place;
+        let Location { node, file } = location;
         let (element, message) = (cut(label(node), ELEMENT), cut(message(), SENTENCE));
-        room.taken += 1;
-        room.bytes += size_of::<Finding>() + element.len() + message.len() + file.map_or(0, str::len);
+        quota.taken += 1;
+        quota.bytes += size_of::<Finding>() + element.len() + message.len() + file.map_or(0, str::len);
         if serious {
             self.serious.push(self.list.len());
         }
@@ -201,7 +201,7 @@ impl Findings {
     /// The report of a robot that was read, in the order of the file.
     pub(crate) fn into_report(mut self) -> LoadReport {
         self.list.sort_by_key(|finding| finding.line);
-        let [used, infos, warnings] = self.rooms;
+        let [used, infos, warnings] = self.quotas;
         let left_out = [
             (Severity::Info, Disposition::Used, used.left_out),
             (Severity::Info, Disposition::Ignored, infos.left_out),

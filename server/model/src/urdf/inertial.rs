@@ -28,8 +28,8 @@ pub(super) fn resolve<'a, 'i>(
     findings: &mut Findings,
 ) {
     let mut massless = Vec::new();
-    let places = tree.links.iter().zip(&tree.link_nodes);
-    for (index, (link, (in_file, node))) in links.iter_mut().zip(places).enumerate() {
+    let read_links = tree.links.iter().zip(&tree.link_nodes);
+    for (index, (link, (in_file, node))) in links.iter_mut().zip(read_links).enumerate() {
         let Some(read) = mended.robot.links.get(*in_file) else { continue };
         let said = Said::of(mended, &read.inertial, *node, findings);
         link.inertial = said.as_ref().map_or(Inertial::ZERO, |said| said.judged(link, findings));

@@ -19,15 +19,15 @@ pub(super) fn read_all<'a, 'i>(
     findings: &mut Findings,
 ) -> Result<Vec<Joint>, Refusal> {
     let mut joints = Vec::with_capacity(tree.joints.len());
-    for (index, (place, node)) in tree.joints.iter().zip(&tree.joint_nodes).enumerate() {
-        let Some(joint) = mended.robot.joints.get(place.in_file) else { continue };
+    for (index, (tree_joint, node)) in tree.joints.iter().zip(&tree.joint_nodes).enumerate() {
+        let Some(joint) = mended.robot.joints.get(tree_joint.in_file) else { continue };
         let kind = kind(&joint.joint_type);
         let dynamics = mended.child(*node, "dynamics");
         let (damping, friction) = joint.dynamics.as_ref().map_or((0.0, 0.0), |it| (it.damping, it.friction));
         joints.push(Joint {
             name: joint.name.clone(),
             kind,
-            parent: place.parent,
+            parent: tree_joint.parent,
             child: index + 1,
             parent_from_joint: pose(&joint.origin, mended.child(*node, "origin"), findings),
             axis: axis(joint, kind, *node, mended.child(*node, "axis"), findings),

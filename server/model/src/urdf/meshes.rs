@@ -26,7 +26,7 @@ type Found = Result<Arc<MeshAsset>, String>;
 
 /// A mesh, and what there is to say of its files.
 #[derive(Clone)]
-struct Noted {
+struct KnownMesh {
     found: Found,
     /// What the file says of itself that is not so.
     lie: Option<String>,
@@ -39,9 +39,9 @@ pub(super) struct Meshes<'s> {
     assets: &'s dyn Assets,
     limits: &'s LoadLimits,
     /// With the picture that is put on it.
-    by_uri: HashMap<(String, Option<Sha256>), Noted>,
+    by_uri: HashMap<(String, Option<Sha256>), KnownMesh>,
     /// By what is in the file and by its format.
-    by_content: HashMap<(Sha256, String), Noted>,
+    by_content: HashMap<(Sha256, String), KnownMesh>,
     /// Those to draw and those to touch.
     reported: HashSet<(String, bool)>,
     triangles: usize,
@@ -76,7 +76,7 @@ impl<'s> Meshes<'s> {
             Use::Collision => (false, None),
         };
         let key = (uri.to_owned(), cover.map(|cover| cover.sha256));
-        let Noted { found, lie, looks } = match self.by_uri.get(&key) {
+        let KnownMesh { found, lie, looks } = match self.by_uri.get(&key) {
             Some(found) => found.clone(),
             None => {
                 let found = self.find(uri, cover);
@@ -151,19 +151,19 @@ impl<'s> Meshes<'s> {
         image
     }
 
-    fn find(&mut self, uri: &str, cover: Option<&Arc<Image>>) -> Noted {
+    fn find(&mut self, uri: &str, cover: Option<&Arc<Image>>) -> KnownMesh {
         let asset = match self.assets.find(uri) {
             Ok(asset) => asset,
             Err(places) => {
                 let found = Err(format!("mesh {} {}", quoted(uri), absent(uri, places)));
-                return Noted { found, lie: None, looks: Vec::new() };
+                return KnownMesh { found, lie: None, looks: Vec::new() };
             }
         };
         let (size, cap) = (asset.bytes.len(), self.limits.mesh_bytes);
         if size > cap {
             let found =
                 Err(format!("mesh {} is not read: it has {size} bytes; the most is {cap}", quoted(uri)));
-            return Noted { found, lie: None, looks: Vec::new() };
+            return KnownMesh { found, lie: None, looks: Vec::new() };
         }
         let beside = Beside::gather(uri, &asset.bytes, self.assets).covered_by(cover);
         let content = (look_of(asset.sha256, &beside.files), mesh::format(uri));
@@ -178,10 +178,11 @@ impl<'s> Meshes<'s> {
         if let (Ok(mesh), Some(_)) = (&found, cover)
             && mesh.paints.iter().all(|paint| paint.texture.is_none())
         {
-            looks
-                .push("its material's texture is not drawn: its file gives no places in pictures".to_owned());
+            looks.push(
+                "its material's texture is not drawn: its file gives no texture coordinates".to_owned(),
+            );
         }
-        let found = Noted { found, lie: mesh::note(uri, &asset.bytes), looks };
+        let found = KnownMesh { found, lie: mesh::note(uri, &asset.bytes), looks };
         self.by_content.insert(content, found.clone());
         found
     }

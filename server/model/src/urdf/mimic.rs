@@ -13,8 +13,8 @@ pub(super) fn resolve(mended: &Mended, tree: &Tree, joints: &mut [Joint], findin
     let kinds: HashMap<String, (usize, JointKind)> =
         joints.iter().enumerate().map(|(index, joint)| (joint.name.clone(), (index, joint.kind))).collect();
     let mut nodes = Vec::with_capacity(joints.len());
-    for ((joint, place), node) in joints.iter_mut().zip(&tree.joints).zip(&tree.joint_nodes) {
-        let mimic = mended.robot.joints.get(place.in_file).and_then(|joint| joint.mimic.as_ref());
+    for ((joint, tree_joint), node) in joints.iter_mut().zip(&tree.joints).zip(&tree.joint_nodes) {
+        let mimic = mended.robot.joints.get(tree_joint.in_file).and_then(|joint| joint.mimic.as_ref());
         let node = mended.child(*node, "mimic").unwrap_or(*node);
         nodes.push(node);
         let Some(mimic) = mimic else { continue };

@@ -81,7 +81,7 @@ fn default_of_optenv(value: &str) -> Option<&str> {
     Some(default)
 }
 
-/// Commas between numbers or in the place of points, and points too many: whichever
+/// Commas between numbers or instead of points, and points too many: whichever
 /// reading gives as many numbers as there should be.
 fn forgiven(text: &str, words: &[&str], shape: Shape) -> Option<(Vec<f64>, &'static str)> {
     let separated = |c: char| c.is_whitespace() || c == ',' || c == ';';

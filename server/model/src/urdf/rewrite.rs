@@ -23,9 +23,9 @@ pub fn readdress(
     let mut findings = Findings::new(limits.findings);
     let text = document::open(urdf, limits, &mut findings, |root, _| {
         let names = prescan::meshes(root).filter_map(|mesh| mesh.attribute_node("filename"));
-        let places = names.filter_map(|name| Some((name.range(), address(name.value())?)));
-        let places: Vec<(Range<usize>, String)> = places.collect();
-        Ok(replaced(root.document().input_text(), &places))
+        let replacements = names.filter_map(|name| Some((name.range(), address(name.value())?)));
+        let replacements: Vec<(Range<usize>, String)> = replacements.collect();
+        Ok(replaced(root.document().input_text(), &replacements))
     });
     text.map_err(|refusal| findings.refused(refusal))
 }
@@ -63,10 +63,10 @@ pub fn with_states(
 }
 
 /// The text with whole attributes replaced by file names. They are in the order of the text.
-fn replaced(text: &str, places: &[(Range<usize>, String)]) -> String {
+fn replaced(text: &str, replacements: &[(Range<usize>, String)]) -> String {
     let mut written = String::with_capacity(text.len());
     let mut from = 0;
-    for (range, address) in places {
+    for (range, address) in replacements {
         written += text.get(from..range.start).unwrap_or_default();
         written += &format!("filename=\"{}\"", escaped(address));
         from = range.end;

@@ -212,19 +212,22 @@ fn pose(node: Node, findings: &mut Findings) -> Result<DPose3, String> {
         return Ok(DPose3::IDENTITY);
     };
     let of = |name: &str| origin.attribute(name).filter(|text| !text.trim().is_empty());
-    let place = of("xyz").map(|text| values(text, "xyz")).transpose()?.map_or(DVec3::ZERO, DVec3::from_array);
+    let translation =
+        of("xyz").map(|text| values(text, "xyz")).transpose()?.map_or(DVec3::ZERO, DVec3::from_array);
     match (of("quat_xyzw"), of("rpy")) {
-        (Some(text), _) => turned(place, DQuat::from_array(values(text, "quat_xyzw")?), "its quat_xyzw"),
-        (None, Some(text)) => Ok(DPose3::from_parts(place, rotation(values(text, "rpy")?))),
-        (None, None) => Ok(DPose3::from_translation(place)),
+        (Some(text), _) => {
+            turned(translation, DQuat::from_array(values(text, "quat_xyzw")?), "its quat_xyzw")
+        }
+        (None, Some(text)) => Ok(DPose3::from_parts(translation, rotation(values(text, "rpy")?))),
+        (None, None) => Ok(DPose3::from_translation(translation)),
     }
 }
 
-fn turned(place: DVec3, quaternion: DQuat, what: &str) -> Result<DPose3, String> {
+fn turned(translation: DVec3, quaternion: DQuat, what: &str) -> Result<DPose3, String> {
     if !(quaternion.length() > 1e-6 && quaternion.length().is_finite()) {
         return Err(format!("{what} has a quaternion that is 0"));
     }
-    Ok(DPose3::from_parts(place, quaternion.normalize()))
+    Ok(DPose3::from_parts(translation, quaternion.normalize()))
 }
 
 /// The name as it can go on the wire, and as no other sensor of the robot is called.

@@ -21,7 +21,7 @@ pub(super) struct Tree<'a, 'i> {
     pub(super) joint_nodes: Vec<Node<'a, 'i>>,
 }
 
-/// A joint's place in the tree.
+/// A joint as the tree has it.
 pub(super) struct TreeJoint {
     /// Index in the file.
     pub(super) in_file: usize,
@@ -47,9 +47,9 @@ pub(super) fn build<'a, 'i>(mended: &Mended<'a, 'i>, findings: &Findings) -> Res
     let mut links = vec![root];
     let mut joints = Vec::new();
     let mut open: Vec<(usize, usize, usize)> = Vec::new();
-    let hang = |open: &mut Vec<_>, link: usize, place: usize| {
+    let hang = |open: &mut Vec<_>, link: usize, parent: usize| {
         let below = hanging.get(link).into_iter().flatten().rev();
-        open.extend(below.map(|(joint, child)| (*joint, *child, place)));
+        open.extend(below.map(|(joint, child)| (*joint, *child, parent)));
     };
     hang(&mut open, root, 0);
     while let Some((in_file, child, parent)) = open.pop() {

@@ -1,4 +1,4 @@
-//! Places and movements. Metres, radians, seconds, newtons; quaternions x y z w.
+//! Poses and movements. Metres, radians, seconds, newtons; quaternions x y z w.
 
 use super::std_msgs::Header;
 use crate::message::messages;
@@ -11,7 +11,7 @@ messages! {
         z: f64,
     }
 
-    /// A place.
+    /// A point.
     Point = "geometry_msgs/msg/Point" {
         x: f64,
         y: f64,
@@ -26,7 +26,7 @@ messages! {
         w: f64,
     }
 
-    /// A place and a rotation.
+    /// A position and a rotation.
     Pose = "geometry_msgs/msg/Pose" {
         position: Point,
         orientation: Quaternion,

@@ -118,7 +118,7 @@ fn service() -> Vec<Key> {
         count(
             "service.events",
             16..=100_000,
-            "events that are kept; readers are told how many they missed",
+            "events that are kept; readers learn how many they missed",
             |draft| &mut draft.config.driver.events,
         ),
         count(

@@ -164,7 +164,7 @@ pub fn follow_trajectory(request: v1::FollowTrajectoryRequest) -> Result<FollowT
         .enumerate()
         .map(|(index, joint)| Path::ROOT.item("joints", index).name(joint))
         .collect::<Result<Vec<_>, _>>()?;
-    let begin = match (queued, Path::ROOT.field("delay").at_least_zero(delay)?) {
+    let begin = match (queued, delay) {
         (true, 0.0) => Begin::Queued,
         (true, _) => {
             return Err(Path::ROOT.field("delay").refuse(delay, "it must be 0 where queued is given"));
@@ -173,7 +173,7 @@ pub fn follow_trajectory(request: v1::FollowTrajectoryRequest) -> Result<FollowT
         (false, delay) => Begin::After(delay),
     };
     let mut tolerances = vec![[Tolerance::default(); 2]; joints.len()];
-    for (place, (field, given)) in
+    for (kind, (field, given)) in
         [("path_tolerances", path_tolerances), ("goal_tolerances", goal_tolerances)].into_iter().enumerate()
     {
         for (index, v1::TrajectoryTolerance { joint, position, velocity }) in given.into_iter().enumerate() {
@@ -181,7 +181,7 @@ pub fn follow_trajectory(request: v1::FollowTrajectoryRequest) -> Result<FollowT
                 let at = Path::ROOT.item(field, index);
                 return Err(at.field("joint").refuse(format!("{joint:?}"), "it must be one of joints"));
             };
-            tolerances[known][place] = Tolerance { position, velocity };
+            tolerances[known][kind] = Tolerance { position, velocity };
         }
     }
     let points = points.into_iter().map(|point| {

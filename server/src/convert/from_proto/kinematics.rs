@@ -34,10 +34,10 @@ pub fn configuration(
     field: &str,
     given: Option<v1::Configuration>,
     state: &PublishedState,
-    place: usize,
+    index: usize,
     entity: &EntityLayout,
 ) -> Result<Configuration, BadField> {
-    configuration_at(&Path::ROOT.field(field), given, state, place, entity)
+    configuration_at(&Path::ROOT.field(field), given, state, index, entity)
 }
 
 /// The same of a field that is not the request's own.
@@ -45,10 +45,10 @@ pub fn configuration_at(
     at: &Path<'_>,
     given: Option<v1::Configuration>,
     state: &PublishedState,
-    place: usize,
+    index: usize,
     entity: &EntityLayout,
 ) -> Result<Configuration, BadField> {
-    let present = state.configuration(place).unwrap_or_default();
+    let present = state.configuration(index).unwrap_or_default();
     let Some(given) = given else { return Ok(present) };
     let mut positions = numbers(at, "positions", given.positions, entity.positions.len())?;
     for range in entity.joint_positions.iter().filter(|range| matches!(range.len(), 4 | 7)) {
@@ -87,7 +87,7 @@ fn moderate(at: &Path<'_>, vector: DVec3) -> Result<DVec3, BadField> {
     Err(at.refuse(vector, format!("no part of it may be beyond {LARGEST:e}")))
 }
 
-/// As many finite numbers as there are places for.
+/// As many finite numbers as are wanted.
 fn numbers(at: &Path<'_>, name: &str, given: Vec<f64>, count: usize) -> Result<Vec<f64>, BadField> {
     if given.len() != count {
         let value = format!("{} values", given.len());

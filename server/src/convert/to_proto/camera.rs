@@ -115,7 +115,7 @@ pub fn task(task: &PictureTask, message_bytes: u64) -> v1::PictureTask {
         light: Some(self::light(light)),
         background: Some(opaque(*background)),
         stamp: Some(stamp::published(&order.state)),
-        robots: robots.map(|(place, robot)| entity::link_poses(state, place, robot)).collect(),
+        robots: robots.map(|(index, robot)| entity::link_poses(state, index, robot)).collect(),
         time_left: time_left.as_secs_f64(),
         max_bytes: message_bytes.saturating_sub(BESIDE_PLANES),
     }

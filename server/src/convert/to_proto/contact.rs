@@ -67,7 +67,7 @@ pub fn link_properties(link: &str, surface: Option<Surface>, groups: Groups) -> 
 }
 
 /// What a robot touches: its own pairs that are switched off or on, then those with others.
-pub fn collision_filter(state: &PublishedState, place: usize) -> v1::GetCollisionFilterResponse {
+pub fn collision_filter(state: &PublishedState, robot_index: usize) -> v1::GetCollisionFilterResponse {
     let link = |robot: usize, link: usize| {
         let entity = state.world.entities.get(robot)?;
         Some(entity.model.links.get(link)?.name.clone())
@@ -76,20 +76,20 @@ pub fn collision_filter(state: &PublishedState, place: usize) -> v1::GetCollisio
         true => v1::PairCollision::Enabled,
         false => v1::PairCollision::Disabled,
     };
-    let settings = state.settings.get(place);
+    let settings = state.settings.get(robot_index);
     let own = settings.into_iter().flat_map(|settings| &*settings.collision_pairs).filter_map(|pair| {
         Some(v1::CollisionPair {
-            link: link(place, pair.links[0])?,
+            link: link(robot_index, pair.links[0])?,
             other_robot: String::new(),
-            other_link: link(place, pair.links[1])?,
+            other_link: link(robot_index, pair.links[1])?,
             collision: collision(pair.enabled).into(),
         })
     });
     let others = state.collision_pairs.iter().filter_map(|of| {
-        let side = of.robots.iter().position(|robot| *robot == place)?;
+        let side = of.robots.iter().position(|robot| *robot == robot_index)?;
         let other = of.robots[1 - side];
         Some(v1::CollisionPair {
-            link: link(place, of.pair.links[side])?,
+            link: link(robot_index, of.pair.links[side])?,
             other_robot: state.world.entities.get(other)?.name.clone(),
             other_link: link(other, of.pair.links[1 - side])?,
             collision: collision(of.pair.enabled).into(),

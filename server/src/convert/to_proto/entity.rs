@@ -89,8 +89,8 @@ fn link_info(link: &Link, parent: &str) -> v1::LinkInfo {
 }
 
 /// World poses of a robot's links.
-pub fn link_poses(state: &PublishedState, place: usize, entity: &EntityLayout) -> v1::RobotLinkPoses {
-    let poses = state.link_poses(place).unwrap_or_default();
+pub fn link_poses(state: &PublishedState, index: usize, entity: &EntityLayout) -> v1::RobotLinkPoses {
+    let poses = state.link_poses(index).unwrap_or_default();
     v1::RobotLinkPoses {
         robot: entity.name.clone(),
         layout_version: entity.version,

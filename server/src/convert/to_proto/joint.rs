@@ -15,11 +15,11 @@ use super::simulation::count;
 /// joint of the robot's model.
 pub fn layout(
     state: &PublishedState,
-    place: usize,
+    robot_index: usize,
     entity: &EntityLayout,
     status: &[JointStatus],
 ) -> v1::JointLayout {
-    let world_from_link = state.link_poses(place).unwrap_or_default();
+    let world_from_link = state.link_poses(robot_index).unwrap_or_default();
     let joints = entity
         .model
         .joints

@@ -11,9 +11,9 @@ use super::geometry::pose_values;
 use super::simulation::count;
 
 /// Where the links of the robot at an index of a published state are and how they move.
-pub fn link_states(state: &PublishedState, place: usize, entity: &EntityLayout) -> v1::RobotLinkStates {
-    let poses = state.link_poses(place).unwrap_or_default();
-    let twists = state.link_twists(place).unwrap_or_default();
+pub fn link_states(state: &PublishedState, index: usize, entity: &EntityLayout) -> v1::RobotLinkStates {
+    let poses = state.link_poses(index).unwrap_or_default();
+    let twists = state.link_twists(index).unwrap_or_default();
     v1::RobotLinkStates {
         robot: entity.name.clone(),
         layout_version: entity.version,

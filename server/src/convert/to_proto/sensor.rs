@@ -10,11 +10,13 @@ use simd_proto::v1::{self, sensor::Kind, sensor_reading::Measurement};
 
 use super::geometry::{pose, twist, vector};
 use super::stamp;
-use crate::handle::{LoggedReading, Measured, Published, ReadingBatch, SensorReadings, Touch, TouchPartner};
+use crate::handle::{
+    ContactReading, LoggedReading, Measured, NamedContactPartner, Published, ReadingBatch, SensorReadings,
+};
 
 /// Why a camera has no readings.
 const PICTURES: &str =
-    "a camera has pictures in the place of readings: ask for them with GetPicture, or `simctl camera view`";
+    "a camera has pictures instead of readings: ask for them with GetPicture, or `simctl camera view`";
 
 /// A sensor of a published state, and the number of its newest reading.
 pub fn info(state: &Published, sensor: &WorldSensor, last_sequence: u64) -> v1::SensorInfo {
@@ -187,11 +189,11 @@ fn measurement(measured: &Measured) -> Measurement {
     }
 }
 
-fn contact(touch: &Touch) -> v1::ContactReading {
-    let Touch { touching, force, normal_force, partners, more_partners } = touch;
+fn contact(touch: &ContactReading) -> v1::ContactReading {
+    let ContactReading { touching, force, normal_force, partners, more_partners } = touch;
     let count = |number: usize| u32::try_from(number).unwrap_or(u32::MAX);
-    let partner = |partner: &TouchPartner| {
-        let TouchPartner { robot, link, force, normal_force, depth, points } = partner;
+    let partner = |partner: &NamedContactPartner| {
+        let NamedContactPartner { robot, link, force, normal_force, depth, points } = partner;
         v1::ContactPartner {
             robot: robot.clone(),
             link: link.clone(),

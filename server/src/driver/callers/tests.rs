@@ -69,7 +69,7 @@ fn a_caller_does_no_step_of_a_world_that_plays() {
 }
 
 #[test]
-fn a_driver_that_is_asked_to_end_ends_by_whoever_has_it() {
+fn a_driver_that_is_asked_to_end_is_ended_by_the_thread_that_has_it() {
     let (shared, link) = shared(RunState::Paused);
     link.mailbox.close();
     shared.drive(&mut || false);

@@ -38,7 +38,7 @@ pub enum Measured {
     /// Of a sensor of force and torque.
     ForceTorque(WrenchMeasurement),
     /// Of a sensor of contact.
-    Contact(Arc<Touch>),
+    Contact(Arc<ContactReading>),
     /// Of a range finder, metres.
     Range(f64),
     /// Of a lidar.
@@ -58,7 +58,7 @@ pub enum Measured {
 
 /// [`ContactMeasurement`] with the names of who touches.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Touch {
+pub struct ContactReading {
     /// The sum of all normal forces is above the sensor's threshold.
     pub touching: bool,
     /// On the link, world axes, N.
@@ -66,14 +66,14 @@ pub struct Touch {
     /// The sum of the normal forces, N.
     pub normal_force: f64,
     /// Who touches it.
-    pub partners: Vec<TouchPartner>,
+    pub partners: Vec<NamedContactPartner>,
     /// Those that are not listed.
     pub more_partners: usize,
 }
 
 /// [`ContactPartner`] with its names.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct TouchPartner {
+pub struct NamedContactPartner {
     /// Its robot.
     pub robot: String,
     /// Its name.
@@ -123,9 +123,9 @@ impl LoggedReading {
     pub(crate) fn bytes(&self) -> usize {
         let beside = match &self.measured {
             Measured::Contact(touch) => {
-                let names = |partner: &TouchPartner| partner.robot.len() + partner.link.len();
+                let names = |partner: &NamedContactPartner| partner.robot.len() + partner.link.len();
                 let names: usize = touch.partners.iter().map(names).sum();
-                size_of::<Touch>() + touch.partners.len() * size_of::<TouchPartner>() + names
+                size_of::<ContactReading>() + touch.partners.len() * size_of::<NamedContactPartner>() + names
             }
             Measured::Lidar { ranges, columns: _ } => size_of_val(&**ranges),
             _ => 0,
@@ -134,12 +134,12 @@ impl LoggedReading {
     }
 }
 
-fn touch(of: ContactMeasurement, world: &WorldLayout) -> Touch {
+fn touch(of: ContactMeasurement, world: &WorldLayout) -> ContactReading {
     let ContactMeasurement { touching, force, normal_force, partners, more_partners } = of;
     let partner = |of: ContactPartner| {
         let ContactPartner { robot, link, force, normal_force, depth, points } = of;
         let entity = world.entities.get(robot);
-        TouchPartner {
+        NamedContactPartner {
             robot: entity.map(|entity| entity.name.clone()).unwrap_or_default(),
             link: entity
                 .and_then(|entity| entity.model.links.get(link))
@@ -152,5 +152,5 @@ fn touch(of: ContactMeasurement, world: &WorldLayout) -> Touch {
         }
     };
     let partners = partners.into_iter().map(partner).collect();
-    Touch { touching, force, normal_force, partners, more_partners }
+    ContactReading { touching, force, normal_force, partners, more_partners }
 }

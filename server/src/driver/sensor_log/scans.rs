@@ -55,13 +55,13 @@ impl Scans {
     /// of which none ever was the oldest.
     pub(super) fn begin(&mut self) -> Option<(Arc<Published>, CountedSample)> {
         let samples = self.waiting.iter().enumerate().flat_map(|(group, due)| {
-            due.samples.iter().enumerate().map(move |(place, counted)| (group, place, counted.sample.id))
+            due.samples.iter().enumerate().map(move |(index, counted)| (group, index, counted.sample.id))
         });
-        let (group, place, id) = samples
+        let (group, index, id) = samples
             .filter(|(_, _, id)| !self.under_way.contains_key(id))
             .min_by_key(|(_, _, id)| self.begun.get(id).copied())?;
         let due = self.waiting.get_mut(group)?;
-        let sample = due.samples.remove(place);
+        let sample = due.samples.remove(index);
         let state = Arc::clone(&due.state);
         if due.samples.is_empty() {
             self.waiting.remove(group);

@@ -65,14 +65,14 @@ impl SensorWriter {
         self.announce();
     }
 
-    /// Hands over these readings of a state.
+    /// Passes on these readings of a state.
     #[cfg(test)]
     pub(super) fn put(&mut self, of: OfState, readings: Vec<SensorReading>) {
         self.measured = readings;
         self.hand_over(of);
     }
 
-    /// Hands over what was measured. What is older gives way where there is no room.
+    /// Passes on what was measured. What is older gives way where there is no room.
     fn hand_over(&mut self, of: OfState) {
         let mut readings = self.log.emptied.pop().unwrap_or_default();
         let counts = &mut self.counts;

@@ -24,7 +24,7 @@ fn stop_is_a_pause_at_the_start_and_the_first_step_leaves_it() {
 }
 
 #[test]
-fn physics_and_pace_change_together_and_are_told_of_once() {
+fn physics_and_pace_change_together_and_are_reported_once() {
     let mut bench = Bench::paused();
     let pace = Pace::RealTime { factor: 2.0 };
     let change = PhysicsChange { time_step: Some(0.01), ..PhysicsChange::default() };
@@ -69,7 +69,7 @@ fn halves_of_a_pace_from_two_callers_make_a_whole() {
 }
 
 #[test]
-fn dropped_lag_is_counted_and_told_of() {
+fn dropped_lag_is_counted_and_reported() {
     let mut bench = Bench::new(RunState::Playing, Pace::default());
     let long_ago = Instant::now() - Duration::from_secs(5);
     bench.driver.pacer = Pacer::new(Some(1e-3), Duration::from_millis(200), long_ago);

@@ -33,17 +33,17 @@ impl Coming {
         Self { connections: Connections::new(LIMITS, Arc::default()), number: 0 }
     }
 
-    async fn next(&mut self, address: Address) -> Result<Place, Full> {
+    async fn next(&mut self, address: Address) -> Result<Slot, Full> {
         advance(Duration::from_secs(1)).await;
         self.number += 1;
         self.connections.admit(self.number, address, &CancellationToken::new())
     }
 
     /// That has a call at work.
-    async fn busy(&mut self, address: Address) -> (Place, Arc<Call>) {
-        let place = self.next(address).await.unwrap();
-        let call = Call::begin(&place.activity);
-        (place, call)
+    async fn busy(&mut self, address: Address) -> (Slot, Arc<Call>) {
+        let slot = self.next(address).await.unwrap();
+        let call = Call::begin(&slot.activity);
+        (slot, call)
     }
 }
 
@@ -81,7 +81,7 @@ async fn others_leave_what_is_reserved_for_the_loopback_address() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn the_loopback_address_may_have_all_places() {
+async fn the_loopback_address_may_have_all_slots() {
     let mut coming = Coming::new();
     let mut held = Vec::new();
     for _ in 0..10 {
@@ -106,7 +106,7 @@ async fn a_peer_has_no_more_than_its_share_and_loses_its_own_idle_connection_fir
 }
 
 #[tokio::test(start_paused = true)]
-async fn who_never_called_is_closed_first_then_who_is_idle_for_longest_and_nobody_who_works() {
+async fn connections_without_calls_are_closed_first_then_the_longest_idle_and_none_that_work() {
     let mut coming = Coming::new();
     let (between, call) = coming.busy(Address::Loopback).await;
     let (waits, waiting) = coming.busy(Address::Loopback).await;
@@ -133,9 +133,9 @@ async fn connections_of_http_1_have_shares_of_their_own() {
     // 5 of 10, so that a peer has 2 of its 4, and others 3 of their 7.
     let held = Mutex::new(Vec::new());
     let browser = async |coming: &mut Coming, address| {
-        let (place, call) = coming.busy(address).await;
-        let room = place.becomes_http1();
-        held.lock().unwrap().push((place, call));
+        let (slot, call) = coming.busy(address).await;
+        let room = slot.becomes_http1();
+        held.lock().unwrap().push((slot, call));
         room
     };
     browser(&mut coming, peer(2)).await.unwrap();
@@ -149,7 +149,7 @@ async fn connections_of_http_1_have_shares_of_their_own() {
     // The one of them that waits for its client goes, and no program's.
     held.lock().unwrap()[1].1.wait();
     browser(&mut coming, Address::Loopback).await.unwrap();
-    let closing: Vec<_> = held.lock().unwrap().iter().map(|(place, _)| place.end.is_cancelled()).collect();
+    let closing: Vec<_> = held.lock().unwrap().iter().map(|(slot, _)| slot.end.is_cancelled()).collect();
     assert_eq!(closing, [false, true, false, false, false, false, false, false, false]);
 }
 
@@ -181,10 +181,10 @@ async fn a_flood_does_not_open_more_than_the_limit_and_some_that_are_closing() {
         held.extend(coming.next(Address::Loopback).await);
     }
     assert_eq!(coming.connections.count(), LIMITS.max + 2 * CLOSING);
-    let count = |is: fn(&&Place) -> bool| held.iter().filter(is).count();
-    let (closing, cut) = (count(|place| place.end.is_cancelled()), count(|place| place.cut.is_cancelled()));
+    let count = |is: fn(&&Slot) -> bool| held.iter().filter(is).count();
+    let (closing, cut) = (count(|slot| slot.end.is_cancelled()), count(|slot| slot.cut.is_cancelled()));
     assert!(closing - cut <= CLOSING && closing >= 2 * CLOSING, "{closing} {cut}");
-    // Places are free again once connections end.
+    // Slots are free again once connections end.
     held.clear();
     assert_eq!(coming.connections.count(), 0);
     coming.next(Address::Loopback).await.unwrap();

@@ -41,7 +41,7 @@ async fn every_stream_ends_with_ok_and_the_server_returns() {
 }
 
 #[tokio::test]
-async fn a_call_that_waits_is_told_that_the_daemon_goes_down() {
+async fn a_call_that_waits_learns_that_the_daemon_goes_down() {
     let daemon = Daemon::start(RunState::Paused).await;
     let newest = daemon.handle.newest().sequence;
     let request = v1::NextJointStatesRequest { after_sequence: newest, timeout: 60.0, ..Default::default() };
@@ -55,7 +55,7 @@ async fn a_call_that_waits_is_told_that_the_daemon_goes_down() {
 }
 
 #[tokio::test]
-async fn a_stream_that_somebody_holds_open_does_not_hold_the_server() {
+async fn a_stream_that_a_client_holds_open_does_not_hold_the_server() {
     use tonic_reflection::pb::v1::server_reflection_client::ServerReflectionClient;
     let mut daemon = Daemon::start(RunState::Paused).await;
     let (_requests, receiver) = tokio::sync::mpsc::channel(1);

@@ -37,7 +37,7 @@ async fn accepted(
     let connections = Connections::new(limits(), std::sync::Arc::default());
     let mut served = Vec::new();
     let source = tokio_stream::iter(source.collect::<Vec<_>>());
-    let serve = |io, place, address| served.push(Connection::new(io, place, address));
+    let serve = |io, slot, address| served.push(Connection::new(io, slot, address));
     accept(source, &connections, &CancellationToken::new(), serve).await;
     served
 }

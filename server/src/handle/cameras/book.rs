@@ -146,7 +146,7 @@ impl Book {
         Ok(self.add(order, false, now))
     }
 
-    /// A picture of a camera's own rate is due, after so many that never were: it takes the place of one that no renderer has begun.
+    /// A picture of a camera's own rate is due, after so many that never were: it replaces one that no renderer has begun.
     pub(super) fn due(&mut self, order: PictureOrder, missed_before: u64, now: Instant) {
         self.expire(now);
         let Some((id, _)) = order.camera else { return };

@@ -177,8 +177,8 @@ mod tests {
 
     #[test]
     fn a_camera_looks_along_x_with_z_up() {
-        let place = DPose3::new(DVec3::new(1.0, 2.0, 3.0), DVec3::Z * std::f64::consts::FRAC_PI_2);
-        let lens = Lens::of_camera(&camera(), place);
+        let pose = DPose3::new(DVec3::new(1.0, 2.0, 3.0), DVec3::Z * std::f64::consts::FRAC_PI_2);
+        let lens = Lens::of_camera(&camera(), pose);
         // Turned to the left by a quarter it looks along y of the world.
         let (x, y, z) = seen(&lens, DVec3::new(1.0, 2.1, 3.0));
         assert!(x.abs() < 1e-9 && y.abs() < 1e-9 && (z + 1.0).abs() < 1e-9, "{x} {y} {z}");

@@ -16,10 +16,10 @@ fn bounds() -> Bounds {
 
 fn order(state: &Arc<Published>, camera: Option<u64>) -> PictureOrder {
     let mut projection = [0.0; 16];
-    for (place, number) in [(0, 1.0), (5, 1.0), (10, -1.5), (11, -1.0), (14, -2.5)] {
-        projection[place] = number;
+    for (index, number) in [(0, 1.0), (5, 1.0), (10, -1.5), (11, -1.0), (14, -2.5)] {
+        projection[index] = number;
     }
-    let view = std::array::from_fn(|place| if place % 5 == 0 { 1.0 } else { 0.0 });
+    let view = std::array::from_fn(|index| if index % 5 == 0 { 1.0 } else { 0.0 });
     PictureOrder {
         camera: camera.map(|id| (id, CameraName { robot: "arm".into(), sensor: id.to_string() })),
         view: PictureView {

@@ -34,7 +34,7 @@ struct Surface {
     positions: Vec<[f32; 3]>,
     normals: Vec<[f32; 3]>,
     /// In pictures; empty where there is none.
-    places: Vec<[f32; 2]>,
+    uvs: Vec<[f32; 2]>,
     indices: Vec<u32>,
 }
 
@@ -46,7 +46,7 @@ pub(super) fn write(mesh: &MeshAsset) -> Vec<u8> {
     let surface = Surface { indices: ordered, ..surface };
     let vectors = size_of_val(surface.positions.as_slice());
     let indices = size_of_val(surface.indices.as_slice());
-    let places = size_of_val(surface.places.as_slice());
+    let uvs = size_of_val(surface.uvs.as_slice());
     let view = |offset: usize, length: usize| serde_json::json!({ "buffer": 0, "byteOffset": offset, "byteLength": length });
     let target = |mut view: serde_json::Value, target: u32| {
         view["target"] = serde_json::json!(target);
@@ -58,9 +58,9 @@ pub(super) fn write(mesh: &MeshAsset) -> Vec<u8> {
         target(view(2 * vectors, indices), ELEMENT_ARRAY_BUFFER),
     ];
     let mut bytes = 2 * vectors + indices;
-    if places > 0 {
-        views.push(target(view(bytes, places), ARRAY_BUFFER));
-        bytes += places;
+    if uvs > 0 {
+        views.push(target(view(bytes, uvs), ARRAY_BUFFER));
+        bytes += uvs;
     }
     let mut materials = Materials::default();
     let accessor = |view: usize, component: u32, count: usize, kind: &str| serde_json::json!({ "bufferView": view, "componentType": component, "count": count, "type": kind });
@@ -69,7 +69,7 @@ pub(super) fn write(mesh: &MeshAsset) -> Vec<u8> {
     positions["max"] = serde_json::json!(most);
     let mut accessors = vec![positions, accessor(1, FLOAT, surface.normals.len(), "VEC3")];
     let mut attributes = serde_json::json!({ "POSITION": 0, "NORMAL": 1 });
-    if places > 0 {
+    if uvs > 0 {
         // Behind those of all groups.
         attributes["TEXCOORD_0"] = serde_json::json!(2 + groups.len());
     }
@@ -85,8 +85,8 @@ pub(super) fn write(mesh: &MeshAsset) -> Vec<u8> {
         accessors.push(indices);
         first += count;
     }
-    if places > 0 {
-        accessors.push(accessor(3, FLOAT, surface.places.len(), "VEC2"));
+    if uvs > 0 {
+        accessors.push(accessor(3, FLOAT, surface.uvs.len(), "VEC2"));
     }
     let first_image = views.len();
     for image in &materials.images {
@@ -157,7 +157,7 @@ fn assemble(json: &[u8], surface: &Surface, images: &[Arc<Image>], bytes: usize)
     for index in &surface.indices {
         file.extend_from_slice(&index.to_le_bytes());
     }
-    for value in surface.places.iter().flatten() {
+    for value in surface.uvs.iter().flatten() {
         file.extend_from_slice(&value.to_le_bytes());
     }
     for image in images {
@@ -181,7 +181,7 @@ fn bounds(positions: &[[f32; 3]]) -> ([f32; 3], [f32; 3]) {
 }
 
 /// Gives each corner a normal: the mean of those triangles about it that are not bent away from
-/// the corner's own, by their areas. A corner with several normals or places in a picture becomes several.
+/// the corner's own, by their areas. A corner with several normals or texture coordinates becomes several.
 fn surface(mesh: &MeshAsset) -> Surface {
     let corner = |index: u32| mesh.vertices.get(index as usize).copied().unwrap_or_default();
     // Twice the area as its length.
@@ -195,10 +195,10 @@ fn surface(mesh: &MeshAsset) -> Surface {
         .collect();
     let about = About::new(mesh);
     let mut surface = Surface { indices: vec![0; 3 * mesh.triangles.len()], ..Surface::default() };
-    let places = places(mesh);
+    let uvs = uvs(mesh);
     let mut known: Vec<(DVec3, [f32; 2], u32)> = Vec::new();
-    for (place, vertex) in mesh.vertices.iter().enumerate() {
-        let corners = about.corners(place);
+    for (number, vertex) in mesh.vertices.iter().enumerate() {
+        let corners = about.corners(number);
         known.clear();
         for &at in corners {
             let own = faces.get(at as usize / 3).and_then(|area| area.try_normalize());
@@ -206,19 +206,19 @@ fn surface(mesh: &MeshAsset) -> Surface {
                 Some(own) if corners.len() > PAIRED => own,
                 _ => smooth(own, corners, &faces),
             };
-            let place = places.get(at as usize).copied().unwrap_or_default();
+            let uv = uvs.get(at as usize).copied().unwrap_or_default();
             let is_alike =
-                |(other, there, _): &&(DVec3, [f32; 2], u32)| *there == place && other.dot(normal) > 0.9999;
+                |(other, there, _): &&(DVec3, [f32; 2], u32)| *there == uv && other.dot(normal) > 0.9999;
             let alike = known.iter().find(is_alike).map(|(_, _, index)| *index);
             let index = alike.unwrap_or_else(|| {
                 let index = u32::try_from(surface.positions.len()).unwrap_or(u32::MAX);
                 surface.positions.push(single(*vertex));
                 surface.normals.push(single(normal));
-                if !places.is_empty() {
-                    surface.places.push(place);
+                if !uvs.is_empty() {
+                    surface.uvs.push(uv);
                 }
                 if known.len() < PAIRED {
-                    known.push((normal, place, index));
+                    known.push((normal, uv, index));
                 }
                 index
             });
@@ -231,19 +231,19 @@ fn surface(mesh: &MeshAsset) -> Surface {
 }
 
 /// Where each corner of each triangle is in a picture; empty where there is none.
-fn places(mesh: &MeshAsset) -> Vec<[f32; 2]> {
-    let mut places = Vec::new();
+fn uvs(mesh: &MeshAsset) -> Vec<[f32; 2]> {
+    let mut uvs = Vec::new();
     for paint in &mesh.paints {
         let Some(texture) = &paint.texture else { continue };
-        if places.is_empty() {
-            places.resize(3 * mesh.triangles.len(), [0.0; 2]);
+        if uvs.is_empty() {
+            uvs.resize(3 * mesh.triangles.len(), [0.0; 2]);
         }
-        let own = places.get_mut(3 * paint.first..).unwrap_or_default();
-        for (slot, place) in own.iter_mut().zip(texture.places.iter().flatten()) {
-            *slot = *place;
+        let own = uvs.get_mut(3 * paint.first..).unwrap_or_default();
+        for (slot, uv) in own.iter_mut().zip(texture.uvs.iter().flatten()) {
+            *slot = *uv;
         }
     }
-    places
+    uvs
 }
 
 /// The mean of the first triangles about a corner that are not bent away from one of them; of

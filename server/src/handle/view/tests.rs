@@ -86,7 +86,7 @@ async fn who_comes_from_another_life_of_the_daemon_or_late_gets_all_of_it() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_marker_goes_when_its_time_is_over_and_who_waits_is_told() {
+async fn a_marker_goes_when_its_time_is_over_and_those_that_wait_are_notified() {
     let handle = paused();
     handle.add_markers(vec![lasting(2), lines(1), lasting(5)], None).unwrap();
     let began = Instant::now();

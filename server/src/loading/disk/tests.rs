@@ -38,7 +38,7 @@ fn without_a_root_the_refusal_says_how_to_have_one() {
 }
 
 #[test]
-fn outside_of_the_roots_nobody_learns_what_exists() {
+fn outside_of_the_roots_a_client_does_not_learn_what_exists() {
     let (dir, roots) = disk();
     let there = dir.path().join("secret/secret.urdf");
     let not_there = dir.path().join("secret/other.urdf");
@@ -66,7 +66,7 @@ fn a_symbolic_link_out_of_a_root_is_refused() {
 
 #[cfg(unix)]
 #[test]
-fn through_a_link_out_of_a_root_nobody_learns_what_exists() {
+fn through_a_link_out_of_a_root_a_client_does_not_learn_what_exists() {
     let (dir, roots) = disk();
     std::os::unix::fs::symlink(dir.path().join("secret"), dir.path().join("root/folder")).unwrap();
     let [there, not_there] =

@@ -75,7 +75,7 @@ impl Changes {
         let (path, property) = key.rsplit_once('.').ok_or_else(unknown)?;
         let (robot, joint) = path.split_once('/').ok_or_else(unknown)?;
         let known = self.joints.iter().position(|change| change.robot == robot && change.joint == joint);
-        let place = known.unwrap_or_else(|| {
+        let index = known.unwrap_or_else(|| {
             self.joints.push(JointChange {
                 robot: robot.to_owned(),
                 joint: joint.to_owned(),
@@ -86,7 +86,7 @@ impl Changes {
             });
             self.joints.len() - 1
         });
-        let JointChange { stiffness, gain_damping, properties, .. } = &mut self.joints[place];
+        let JointChange { stiffness, gain_damping, properties, .. } = &mut self.joints[index];
         match property {
             "stiffness" => *stiffness = Some(number()?),
             "gain_damping" => *gain_damping = Some(number()?),

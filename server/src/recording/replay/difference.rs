@@ -24,12 +24,12 @@ pub(super) fn what_differs(recorded: &Saved, present: &WorldState, state: &Publi
             ("effort", &before.efforts, &now.efforts, root_velocities, &layout.joint_velocities),
         ] {
             let differ = |(before, now): (&f64, &f64)| before.to_bits() != now.to_bits();
-            let Some(place) = before.iter().zip(now).position(differ) else { continue };
+            let Some(index) = before.iter().zip(now).position(differ) else { continue };
             let values =
-                (now.get(place).copied().unwrap_or(f64::NAN), before.get(place).copied().unwrap_or(f64::NAN));
-            let joint = place
+                (now.get(index).copied().unwrap_or(f64::NAN), before.get(index).copied().unwrap_or(f64::NAN));
+            let joint = index
                 .checked_sub(root)
-                .and_then(|place| ranges.iter().position(|range| range.contains(&place)));
+                .and_then(|index| ranges.iter().position(|range| range.contains(&index)));
             let joint = joint.and_then(|joint| layout.model.joints.get(joint));
             let whose = joint.map_or_else(|| "root".to_owned(), |joint| format!("joint {:?}", joint.name));
             return format!(

@@ -215,11 +215,11 @@ impl SecondRun {
 
 fn note(
     rows: &mut BTreeMap<(String, usize), Difference>,
-    (robot, place, joint): (&str, usize, &str),
+    (robot, index, joint): (&str, usize, &str),
     difference: f64,
     time: f64,
 ) {
-    let key = (robot.to_owned(), place);
+    let key = (robot.to_owned(), index);
     if rows.len() >= MOST_ROWS && !rows.contains_key(&key) {
         return;
     }

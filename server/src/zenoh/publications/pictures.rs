@@ -37,11 +37,11 @@ pub(super) async fn publish(world: World, mut demand: Demand) {
         topics.retain(|id, _| cameras.iter().any(|(of, _)| of == id));
         let mut pictures = Vec::new();
         for (id, name) in cameras {
-            if let Entry::Vacant(place) = topics.entry(id) {
+            if let Entry::Vacant(entry) = topics.entry(id) {
                 let key = keys::pictures(&world.name, &name.robot, &name.sensor);
                 match publisher(&world.session, key, MESSAGE).await {
                     Ok(publisher) => {
-                        place.insert(Topic { publisher, after: 0 });
+                        entry.insert(Topic { publisher, after: 0 });
                     }
                     Err(error) => {
                         tracing::warn!(

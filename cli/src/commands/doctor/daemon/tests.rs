@@ -114,7 +114,7 @@ fn a_world_that_is_late_is_a_warning() {
 }
 
 #[tokio::test]
-async fn an_empty_port_and_one_of_another_program_are_told_apart() {
+async fn an_empty_port_and_one_of_another_program_are_distinguished() {
     let options = ConnectOptions { timeout: Duration::from_secs(1), ..ConnectOptions::default() };
     let listener = tokio::net::TcpListener::bind("127.0.0.1:0").await.unwrap();
     let endpoint = listener.local_addr().unwrap().to_string();

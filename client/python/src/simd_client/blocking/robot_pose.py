@@ -81,7 +81,7 @@ class RobotPose(RobotContacts):
         duration: float | None = None,
     ) -> Stamp:
         """Pulls `point` of a link (in the link's frame, metres; its origin by default) to `target` (world, metres) by a
-        spring with a critical damper, in the place of the pull before on that link; None lets go. Each step
+        spring with a critical damper, instead of the pull before on that link; None lets go. Each step
         computes the force for where the link is by then.
 
         `stiffness` (N/m) and `max_force` (N) are by default 60 for each kilogram of the link and of what it carries.

@@ -158,7 +158,7 @@ class Background:
 
     @property
     def is_done(self) -> bool:
-        """Whether it has ended, or has been told to."""
+        """Whether it has ended, or has been asked to."""
         return self.is_stopped or not self._thread.is_alive()
 
     def call(self, function: Callable[[Item], object], item: Item) -> None:

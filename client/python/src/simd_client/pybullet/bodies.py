@@ -67,7 +67,7 @@ class BodyJoint:
     # The number of its positions there: 4 of a spherical joint.
     count: int
     # The daemon's number of it: parents come before what hangs on them.
-    place: int
+    index: int
     # It turns or slides, and nothing else drives it.
     driven: bool
     # What its actuator sees, kg m^2 or kg.
@@ -108,7 +108,7 @@ class Body:
     joints: list[BodyJoint]
     by_joint: dict[str, int]
     # Names of the links in the order of the daemon's poses, with the index of each.
-    link_places: dict[str, int]
+    link_indices: dict[str, int]
     links: list[Any]
     # link_from_inertia, by link.
     frames: dict[str, Pose]
@@ -138,7 +138,7 @@ class Body:
         default_factory=dict[int, tuple[float, float, float, float]]
     )
     # Settings of `changeDynamics` that the daemon does not have.
-    noted: dict[int, dict[str, Any]] = field(default_factory=dict[int, dict[str, Any]])
+    kept: dict[int, dict[str, Any]] = field(default_factory=dict[int, dict[str, Any]])
     # Of getJointStates: how the states of several joints are taken out of those of all, by their indices.
     readers: dict[tuple[int, ...], Reader] = field(default_factory=dict[tuple[int, ...], "Reader"])
 
@@ -148,7 +148,7 @@ class Body:
 
     def from_base(self) -> list[int]:
         """Numbers of the joints, with parents before what hangs on them."""
-        return sorted(range(len(self.joints)), key=lambda index: self.joints[index].place)
+        return sorted(range(len(self.joints)), key=lambda index: self.joints[index].index)
 
     def link_name(self, index: int) -> str | None:
         """Of PyBullet's link number: -1 is the base."""
@@ -173,9 +173,9 @@ def body(
         center = (link.center_of_mass.x, link.center_of_mass.y, link.center_of_mass.z)
         known[link.name] = frames.get(link.name, (center, UPRIGHT) if not frames else (ORIGIN, UPRIGHT))
     base = entity.links[0].name if entity.links else ""
-    places = {link: place for place, link in enumerate(link_order)}
-    # A sort keeps the daemon's order of what has no place.
-    ordered = sorted(layout.joints, key=lambda joint: places.get(joint.child_link, len(places)))
+    ranks = {link: rank for rank, link in enumerate(link_order)}
+    # A sort keeps the daemon's order of what is not named.
+    ordered = sorted(layout.joints, key=lambda joint: ranks.get(joint.child_link, len(ranks)))
     numbers = {joint.child_link: number for number, joint in enumerate(ordered)}
     joints: list[BodyJoint] = []
     q, u = 7, 6
@@ -192,7 +192,7 @@ def body(
         base_link=base,
         joints=joints,
         by_joint={joint.name: index for index, joint in enumerate(joints)},
-        link_places={link.name: place for place, link in enumerate(entity.links)},
+        link_indices={link.name: index for index, link in enumerate(entity.links)},
         links=list(entity.links),
         frames=known,
         link_order=tuple(link_order),
@@ -212,7 +212,7 @@ def _joint(joint: JointInfo, frames: Mapping[str, Pose], number: int, parent: in
     )
     lower, upper, effort, velocity = limits
     bounded = lower is not None and upper is not None
-    place, turn = _parent_frame(joint, frames)
+    position, turn = _parent_frame(joint, frames)
     moves = kind != constants.JOINT_FIXED
     gains = joint.default_gains
     # Default gains are critical: damping^2 = 4 stiffness inertia.
@@ -233,7 +233,7 @@ def _joint(joint: JointInfo, frames: Mapping[str, Pose], number: int, parent: in
         velocity or 0.0,
         joint.child_link.encode(),
         _axis(joint, frames) if single else ORIGIN,
-        place,
+        position,
         turn,
         parent,
     )
@@ -246,7 +246,7 @@ def _joint(joint: JointInfo, frames: Mapping[str, Pose], number: int, parent: in
         velocity_index=joint.velocity_index,
         width=width,
         count=joint.position_count,
-        place=joint.index,
+        index=joint.index,
         driven=single and not mimic,
         inertia=inertia or _UNKNOWN_INERTIA,
         limits=limits,
@@ -268,9 +268,9 @@ def _parent_frame(joint: JointInfo, frames: Mapping[str, Pose]) -> Pose:
     """Bullet's frame of a joint: its position in the parent's inertial frame, and the rotation
     from there into the child's inertial frame."""
     inertia = frames.get(joint.parent_link, (ORIGIN, UPRIGHT))
-    place, rotation = compose(inverse(inertia), _wire_pose(joint))
+    position, rotation = compose(inverse(inertia), _wire_pose(joint))
     child = frames.get(joint.child_link, (ORIGIN, UPRIGHT))[1]
-    return place, product(conjugate(child), conjugate(rotation))
+    return position, product(conjugate(child), conjugate(rotation))
 
 
 def _axis(joint: JointInfo, frames: Mapping[str, Pose]) -> Vector:

@@ -66,8 +66,8 @@ def getContactPoints(
     return tuple(found)
 
 
-def _asked(place: tuple[int, int], body: int, link: int) -> bool:
-    return body in (-1, place[0]) and link in (_ANY, place[1])
+def _asked(end: tuple[int, int], body: int, link: int) -> bool:
+    return body in (-1, end[0]) and link in (_ANY, end[1])
 
 
 def _reported(contact: Contact, a: tuple[int, int], b: tuple[int, int], sign: float) -> tuple[Any, ...]:
@@ -110,7 +110,7 @@ def getClosestPoints(
     physicsClientId: int = 0,
 ) -> tuple[tuple[Any, ...], ...]:
     """The nearest points of each pair of links that are at most so far apart, as `getContactPoints` gives contacts, with
-    forces of zero. A shape of createCollisionShape can be in the place of a body, and beside it: as in PyBullet it is link -2, and
+    forces of zero. A shape of createCollisionShape can be instead of a body, and beside it: as in PyBullet it is link -2, and
     one of several parts has a point for each."""
     world = connected(physicsClientId)
     poses = [
@@ -228,8 +228,8 @@ def rayTestBatch(
         part = slice(start, start + _MOST_RAYS)
         for begin, end in zip(rayFromPositions[part], rayToPositions[part], strict=True):
             ray = request.rays.add()
-            for wire, place in ((getattr(ray, "from"), begin), (ray.to, end)):
-                wire.x, wire.y, wire.z = _placed(frame, vector(place, "a ray's ends need 3 numbers each"))
+            for wire, point in ((getattr(ray, "from"), begin), (ray.to, end)):
+                wire.x, wire.y, wire.z = _placed(frame, vector(point, "a ray's ends need 3 numbers each"))
         hits = world.wire.call(methods.CastRays, request).hits
         answers.extend(_hit(hit, numbers) for hit in hits)
     return tuple(answers)
@@ -246,16 +246,16 @@ def _frame(world: World, number: int, link: int) -> Pose | None:
     return link_pose(body, world.link_poses(body), name)
 
 
-def _placed(frame: Pose | None, place: Vector) -> Vector:
-    return place if frame is None else compose(frame, (place, (0.0, 0.0, 0.0, 1.0)))[0]
+def _placed(frame: Pose | None, point: Vector) -> Vector:
+    return point if frame is None else compose(frame, (point, (0.0, 0.0, 0.0, 1.0)))[0]
 
 
 def _hit(hit: RayHit, numbers: Mapping[tuple[str, str], tuple[int, int]]) -> tuple[Any, ...]:
     if not hit.hit:
         return _MISS
     body, link = numbers.get((hit.robot, hit.link), (-1, -1))
-    place, normal = hit.point, hit.normal
-    return (body, link, hit.fraction, (place.x, place.y, place.z), (normal.x, normal.y, normal.z))
+    point, normal = hit.point, hit.normal
+    return (body, link, hit.fraction, (point.x, point.y, point.z), (normal.x, normal.y, normal.z))
 
 
 __all__ = ["getClosestPoints", "getContactPoints", "performCollisionDetection", "rayTest", "rayTestBatch"]

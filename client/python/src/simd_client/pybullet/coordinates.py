@@ -3,7 +3,7 @@
 PyBullet has three ways. In the short one each joint has as many positions as velocities: three angles of a spherical joint,
 and a base is at the origin. In the placed one, of inverse dynamics, a free base's seven positions or six velocities come before
 those of the short one. In the long one, which DeepMimic's controllers use, a base has seven positions and a spherical joint
-four, of which the last four are a quaternion; velocities are as many, with a number in the fourth place that means nothing.
+four, of which the last four are a quaternion; velocities are as many, with a number in the fourth column that means nothing.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def short(body: Body, positions: Sequence[float], velocities: Sequence[float] | 
     if len(positions) != wanted or any(joint.width == 6 for joint in body.joints):
         raise error(f"{len(positions)} joint positions for {wanted} degrees of freedom of {body.robot}")
     placed = [0.0] * sum(joint.count for joint in body.joints)
-    for joint, at in _places(body, wide=False):
+    for joint, at in _joint_columns(body, wide=False):
         values = positions[at : at + joint.width]
         if joint.ball is not None:
             # Bullet turns about x, then y, then z of the child's axes.
@@ -132,7 +132,7 @@ def long_width(body: Body) -> int:
 def long(body: Body, positions: Sequence[float], velocities: Sequence[float] | None = None) -> Configuration:
     """The daemon's configuration of a robot with a free base, from PyBullet's long way."""
     placed = [0.0] * (long_width(body) - _BASE)
-    for joint, at in _places(body, wide=True):
+    for joint, at in _joint_columns(body, wide=True):
         values: Sequence[float] = positions[_BASE + at : _BASE + at + joint.count]
         if joint.ball is not None:
             values = to_simd(unit(values), body.frame(joint.link)[1])
@@ -160,13 +160,13 @@ def from_long(body: Body, positions: Sequence[float]) -> Array:
     return change
 
 
-def empty_places(body: Body) -> list[int]:
+def unused_columns(body: Body) -> list[int]:
     """Where PyBullet's long velocities mean nothing."""
-    balls = [_BASE + at + 3 for joint, at in _places(body, wide=True) if joint.ball is not None]
+    balls = [_BASE + at + 3 for joint, at in _joint_columns(body, wide=True) if joint.ball is not None]
     return [_BASE - 1, *balls]
 
 
-def _places(body: Body, wide: bool) -> Iterator[tuple[BodyJoint, int]]:
+def _joint_columns(body: Body, wide: bool) -> Iterator[tuple[BodyJoint, int]]:
     """Each joint, and where its first value is behind the base's."""
     at = 0
     for joint in body.joints:
@@ -176,7 +176,7 @@ def _places(body: Body, wide: bool) -> Iterator[tuple[BodyJoint, int]]:
 
 def _put_joints(change: Array, body: Body, root: int, wide: bool) -> None:
     base = _BASE if wide else root
-    for joint, at in _places(body, wide):
+    for joint, at in _joint_columns(body, wide):
         row, column = root + joint.velocity_index, base + at
         block: Array = np.eye(joint.width)
         if joint.ball is not None:

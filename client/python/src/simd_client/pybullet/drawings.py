@@ -1,7 +1,7 @@
 """The drawings of one script: markers of the daemon, by PyBullet's item number.
 
 A script that draws a line for each of a thousand rays would wait for the daemon at each. So drawings are gathered for some
-milliseconds, and a thread sends them. One that takes the place of a drawing that still waits goes instead of it.
+milliseconds, and a thread sends them. One that replaces a drawing that still waits goes instead of it.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class Drawings:
         self._is_due = False
 
     def draw(self, number: int, marker: Marker) -> None:
-        """Draws an item soon, in the place of the one of that number if there is one. Where the daemon takes no more, the
+        """Draws an item soon, instead of the one of that number if there is one. Where the daemon takes no more, the
         script's oldest go."""
         with self._lock:
             old = self._waiting.pop(number, None)

@@ -39,7 +39,7 @@ _CONTACT = {
     "collisionMargin": 0.001,
 }
 # Kept for getDynamicsInfo only.
-_NOTED = (
+_KEPT = (
     *_CONTACT,
     "linearDamping",
     "angularDamping",
@@ -61,21 +61,21 @@ def getDynamicsInfo(bodyUniqueId: int, linkIndex: int, physicsClientId: int = 0)
     name = body.link_name(linkIndex)
     if name is None:
         raise error("invalid linkIndex.")
-    link = body.links[body.link_places[name]]
-    noted = {**_CONTACT, **body.noted.get(linkIndex, {}), **_surface(world, body, name)}
+    link = body.links[body.link_indices[name]]
+    kept = {**_CONTACT, **body.kept.get(linkIndex, {}), **_surface(world, body, name)}
     part_of_the_world = linkIndex == -1 and body.fixed
     return (
         0.0 if part_of_the_world else link.mass,
-        noted["lateralFriction"],
+        kept["lateralFriction"],
         (0.0, 0.0, 0.0) if part_of_the_world else _diagonal(body, link),
         *body.frame(name),
-        noted["restitution"],
-        noted["rollingFriction"],
-        noted["spinningFriction"],
-        noted["contactDamping"],
-        noted["contactStiffness"],
+        kept["restitution"],
+        kept["rollingFriction"],
+        kept["spinningFriction"],
+        kept["contactDamping"],
+        kept["contactStiffness"],
         _MULTI_BODY,
-        noted["collisionMargin"],
+        kept["collisionMargin"],
     )
 
 
@@ -137,10 +137,10 @@ def changeDynamics(
     body = world.body(bodyUniqueId, "changeDynamics failed: there is no such body")
     if body.link_name(linkIndex) is None:
         raise error("changeDynamics: invalid linkIndex.")
-    noted = {name: given[name] for name in _NOTED if given[name] is not None}
-    if noted:
-        body.noted.setdefault(linkIndex, {}).update(noted)
-        world.say_once(f"changeDynamics: {', '.join(noted)} are kept, and do nothing")
+    kept = {name: given[name] for name in _KEPT if given[name] is not None}
+    if kept:
+        body.kept.setdefault(linkIndex, {}).update(kept)
+        world.say_once(f"changeDynamics: {', '.join(kept)} are kept, and do nothing")
     surface = {field: float(given[name]) for name, field in _SURFACE_FIELDS.items() if given[name] is not None}
     if surface:
         _set_surface(world, body, linkIndex, surface)
@@ -223,7 +223,7 @@ def _set_mass(world: World, body: Body, index: int, mass: float | None, diagonal
     link = None if robot is None else next((l for l in robot.iter("link") if l.get("name") == name), None)
     if robot is None or link is None:
         raise error(f"changeDynamics: the description of {body.robot} cannot be edited")
-    old = body.links[body.link_places[name or ""]]
+    old = body.links[body.link_indices[name or ""]]
     weight = old.mass if mass is None else float(mass)
     if diagonal is not None:
         x, y, z = vector(diagonal, "localInertiaDiagonal needs three numbers")

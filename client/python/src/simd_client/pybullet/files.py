@@ -40,12 +40,12 @@ def saveWorld(worldFileName: str, clientServerMode: int = 0, physicsClientId: in
     for _, body in sorted(world.bodies.items()):
         if body.file:
             lines += _loading(world, body)
-    for place, made in enumerate(world.constraints.values()):
+    for number, made in enumerate(world.constraints.values()):
         ends = (made.parent_frame[0], made.child_frame[0], made.parent_frame[1], made.child_frame[1])
-        places = (made.body, made.parent_link, made.child, made.child_link, made.kind)
+        arguments = (made.body, made.parent_link, made.child, made.child_link, made.kind)
         text = ",".join(f"[{_numbers(each)}]" for each in (made.axis, *ends))
-        lines.append(f"cid{place} = p.createConstraint({','.join(map(str, places))},{text})")
-        lines.append(f"p.changeConstraint(cid{place},maxForce={made.force:f})")
+        lines.append(f"cid{number} = p.createConstraint({','.join(map(str, arguments))},{text})")
+        lines.append(f"p.changeConstraint(cid{number},maxForce={made.force:f})")
     lines += [f"p.setGravity({_numbers(world.gravity)})", "p.stepSimulation()", "p.disconnect()", ""]
     try:
         Path(worldFileName).write_text("\n".join(lines))

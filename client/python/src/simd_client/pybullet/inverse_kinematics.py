@@ -97,14 +97,14 @@ def calculateInverseKinematics2(
     if any(joint.width > 1 for joint in body.joints):
         raise unsupported("calculateInverseKinematics2", "joints must turn about one axis or slide along one")
     states = world.joint_states(body)
-    moving = [place for place, joint in enumerate(body.joints) if joint.width == 1]
-    q = np.array([states.position[body.joints[place].position_index] for place in moving])
+    moving = [index for index, joint in enumerate(body.joints) if joint.width == 1]
+    q = np.array([states.position[body.joints[index].position_index] for index in moving])
     given = _start(currentPositions, restPoses, "calculateInverseKinematics2: positions must be sequences of numbers")
     if given:
         if len(given) != len(moving):
             raise error(f"calculateInverseKinematics2: {len(given)} joint positions for {len(moving)} degrees of freedom")
         # What follows another joint stays where it is.
-        q = np.where([body.joints[place].driven for place in moving], given, q)
+        q = np.where([body.joints[index].driven for index in moving], given, q)
     chains = _Chains(world, body, moving, links)
     found = _solve(chains, q, np.array(goals), _iterations(maxNumIterations), float(residualThreshold))
     return tuple(found.tolist())
@@ -140,35 +140,35 @@ class _Chains:
         self._moving = moving
         self._links = links
         self._root = world.root(body)[0]
-        limits = [body.joints[place].limits for place in moving]
+        limits = [body.joints[index].limits for index in moving]
         self.lower = np.array([-np.inf if low is None else low for low, _, _, _ in limits])
         self.upper = np.array([np.inf if high is None else high for _, high, _, _ in limits])
 
     def at(self, q: Array) -> tuple[Array, Array]:
-        """Places, a row each, and three rows of the Jacobian for each."""
+        """Positions, a row each, and three rows of the Jacobian for each."""
         body = self._body
         values = dict(zip(self._moving, q.tolist(), strict=True))
         frames: dict[int, Pose] = {}
-        for place in body.from_base():
-            joint = body.joints[place]
+        for index in body.from_base():
+            joint = body.joints[index]
             parent = joint.info[16]
             frame = compose(self._root if parent < 0 else frames[parent], joint.parent_from_joint)
-            frames[place] = compose(frame, _moved(joint.kind, joint.axis, values.get(place, 0.0)))
-        places, rows = np.zeros((len(self._links), 3)), np.zeros((3 * len(self._links), len(q)))
+            frames[index] = compose(frame, _moved(joint.kind, joint.axis, values.get(index, 0.0)))
+        positions, rows = np.zeros((len(self._links), 3)), np.zeros((3 * len(self._links), len(q)))
         for row, link in enumerate(self._links):
-            places[row] = frames[link][0]
+            positions[row] = frames[link][0]
             above = link
             while above >= 0:
                 joint = body.joints[above]
                 if above in values and joint.driven:
                     (x, y, z), turn = frames[above]
                     axis = rotate(turn, joint.axis)
-                    a, b, c = places[row].tolist()
+                    a, b, c = positions[row].tolist()
                     column = self._moving.index(above)
                     slides = joint.kind == constants.JOINT_PRISMATIC
                     rows[3 * row : 3 * row + 3, column] = axis if slides else cross(axis, (a - x, b - y, c - z))
                 above = joint.info[16]
-        return places, rows
+        return positions, rows
 
 
 def _moved(kind: int, axis: Vector, value: float) -> Pose:
@@ -184,16 +184,16 @@ def _moved(kind: int, axis: Vector, value: float) -> Pose:
 def _solve(chains: _Chains, q: Array, goals: Array, most: int, threshold: float) -> Array:
     """Levenberg and Marquardt's method, with each step cut off at the limits."""
     q = np.clip(q, chains.lower, chains.upper)
-    places, rows = chains.at(q)
-    off = (goals - places).reshape(-1)
+    positions, rows = chains.at(q)
+    off = (goals - positions).reshape(-1)
     damping = _DAMPING
     for _ in range(most):
         if np.linalg.norm(off.reshape(-1, 3), axis=1).max() <= threshold or damping > _MOST_DAMPING:
             break
         step = rows.T @ np.linalg.solve(rows @ rows.T + damping * np.eye(len(off)), off)
         tried = np.clip(q + step, chains.lower, chains.upper)
-        places, next_rows = chains.at(tried)
-        left = (goals - places).reshape(-1)
+        positions, next_rows = chains.at(tried)
+        left = (goals - positions).reshape(-1)
         if left @ left < off @ off:
             q, rows, off, damping = tried, next_rows, left, max(damping * _BETTER, 1e-9)
         else:

@@ -154,21 +154,21 @@ def setJointMotorControlMultiDofArray(
     if any(body.joints[index].width > 1 and body.joints[index].ball is None for index in wanted):
         raise unsupported("setJointMotorControlMultiDof", "planar and floating joints have no motors here")
     no_force = 0.0 if controlMode == constants.TORQUE_CONTROL else NO_LIMIT
-    for place, index in enumerate(wanted):
+    for number, index in enumerate(wanted):
         if body.joints[index].width == 0:
             continue
         if body.joints[index].ball is not None:
             all_given = (targetPositions, targetVelocities, forces, positionGains, velocityGains, maxVelocities)
-            given = [None if values is None else values[place] for values in all_given]
+            given = [None if values is None else values[number] for values in all_given]
             _command_ball(world, body, index, controlMode, *given)
             continue
         setting = (
-            _first(targetPositions, place, 0.0),
-            _first(targetVelocities, place, 0.0),
-            _first(forces, place, no_force),
-            _first(positionGains, place, 0.1),
-            _first(velocityGains, place, 1.0),
-            _first(maxVelocities, place, -1.0),
+            _first(targetPositions, number, 0.0),
+            _first(targetVelocities, number, 0.0),
+            _first(forces, number, no_force),
+            _first(positionGains, number, 0.1),
+            _first(velocityGains, number, 1.0),
+            _first(maxVelocities, number, -1.0),
         )
         _command(world, body, [index], controlMode, [setting])
     world.sent_if_playing()
@@ -261,11 +261,11 @@ def _three(given: Any, default: Vector) -> Vector:
     return (x, y, z)
 
 
-def _first(given: Any, place: int, default: float) -> float:
+def _first(given: Any, number: int, default: float) -> float:
     """A value, or the only one of a sequence."""
     if given is None:
         return default
-    value = given[place]
+    value = given[number]
     return float(value[0]) if hasattr(value, "__len__") else float(value)
 
 

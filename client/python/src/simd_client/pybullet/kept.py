@@ -33,8 +33,8 @@ class Note:
     value: str
 
     @property
-    def place(self) -> tuple[str, int, int, int]:
-        """There is one note at a place."""
+    def full_key(self) -> tuple[str, int, int, int]:
+        """Of which there is one note."""
         return self.key, self.body, self.link, self.shape
 
 
@@ -49,6 +49,6 @@ class Notes:
         """The body is gone."""
         self.by_number = {number: note for number, note in self.by_number.items() if note.body != body}
 
-    def number(self, place: tuple[str, int, int, int]) -> int:
+    def number(self, full_key: tuple[str, int, int, int]) -> int:
         """The number of the note there; -1 for none."""
-        return next((number for number, note in self.by_number.items() if note.place == place), -1)
+        return next((number for number, note in self.by_number.items() if note.full_key == full_key), -1)

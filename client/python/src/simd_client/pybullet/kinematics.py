@@ -66,7 +66,7 @@ def _link_states(world: World, body: Body, wanted: list[int], moving: bool) -> l
         frame, inertia = link_pose(body, poses, link), body.frame(link)
         answer = (*compose(frame, inertia), *inertia, *frame)
         if twists is not None:
-            at = 6 * body.link_places[link]
+            at = 6 * body.link_indices[link]
             x, y, z, a, b, c = twists[at : at + 6]
             answer = (*answer, *_at_center(frame, inertia, (x, y, z), (a, b, c)))
         answers.append(answer)
@@ -75,7 +75,7 @@ def _link_states(world: World, body: Body, wanted: list[int], moving: bool) -> l
 
 def link_pose(body: Body, states: RobotLinkPoses | RobotLinkStates, link: str) -> Pose:
     """world_from_link."""
-    at = 7 * body.link_places[link]
+    at = 7 * body.link_indices[link]
     x, y, z, i, j, k, w = states.poses[at : at + 7]
     return (x, y, z), (i, j, k, w)
 
@@ -153,8 +153,8 @@ def applyExternalForce(
     """A force on a link for the next step: in world axes at a world position, or in the axes of
     the link's inertia at a position from its centre of mass."""
     text = "force and position need 3 coordinates [x,y,z]."
-    force, place = vector(forceObj, text), vector(posObj, text)
-    _push(physicsClientId, objectUniqueId, linkIndex, force, None, place, flags)
+    force, position = vector(forceObj, text), vector(posObj, text)
+    _push(physicsClientId, objectUniqueId, linkIndex, force, None, position, flags)
 
 
 def applyExternalTorque(
@@ -171,7 +171,7 @@ def _push(
     index: int,
     force: Vector | None,
     torque: Vector | None,
-    place: Vector | None,
+    position: Vector | None,
     flags: int,
 ) -> None:
     if flags not in (constants.WORLD_FRAME, constants.LINK_FRAME):
@@ -186,14 +186,14 @@ def _push(
     if flags == constants.LINK_FRAME:
         request.frame = WrenchFrame.WRENCH_FRAME_LINK
         turn = inertia[1]
-        point = compose(inertia, (place, turn))[0] if place is not None else None
+        point = compose(inertia, (position, turn))[0] if position is not None else None
     else:
         request.frame = WrenchFrame.WRENCH_FRAME_WORLD
         turn = (0.0, 0.0, 0.0, 1.0)
         point = None
-        if place is not None:
+        if position is not None:
             frame = link_pose(body, world.link_poses(body), link)
-            point = compose(inverse(frame), (place, turn))[0]
+            point = compose(inverse(frame), (position, turn))[0]
     if force is not None:
         wire = request.wrench.force
         wire.x, wire.y, wire.z = rotate(turn, force)

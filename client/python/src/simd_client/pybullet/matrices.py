@@ -77,7 +77,7 @@ def calculateMassMatrix(
     answer = world.wire.call(methods.GetMassMatrix, request)
     inertia = np.transpose(change) @ _matrix(answer.matrix, answer.columns) @ change
     if flags & _LONG:
-        empty = coordinates.empty_places(body)
+        empty = coordinates.unused_columns(body)
         inertia[empty, empty] = 1.0
     return _rows(inertia)
 

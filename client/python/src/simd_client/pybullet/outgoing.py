@@ -26,7 +26,7 @@ Friction = tuple[Body, list[tuple[BodyJoint, float]]]
 
 @dataclass(slots=True)
 class _Row:
-    """One motor, and its place in the request."""
+    """One motor, and its index in the request."""
 
     joint: BodyJoint
     target: JointTarget

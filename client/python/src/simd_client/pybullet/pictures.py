@@ -120,11 +120,11 @@ def _bodies(world: World, seen: picture.CameraPicture, with_links: bool) -> npt.
         if body is None:
             # One that another client brought since: syncBodyInfo adds it.
             continue
-        for link, place in body.link_places.items():
+        for link, link_index in body.link_indices.items():
             found = numbers.get((robot.robot, link))
-            if found is not None and place < robot.links:
+            if found is not None and link_index < robot.links:
                 unique_id, index = found
-                table[robot.first_link + place] = unique_id + ((index + 1) << 24 if with_links else 0)
+                table[robot.first_link + link_index] = unique_id + ((index + 1) << 24 if with_links else 0)
     # What no link has the number of is nothing.
     known = np.where(seen.segmentation < count, seen.segmentation, 0)
     return table[known]

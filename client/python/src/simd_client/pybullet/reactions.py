@@ -43,8 +43,8 @@ def reaction(world: World, body: Body, states: RobotJointStates, index: int) -> 
     if joint.width == 1:
         motor = states.effort[joint.velocity_index] - joint.torque_sent
         first = 0 if joint.kind == constants.JOINT_PRISMATIC else 3
-        for place, along in enumerate(joint.info[13], start=first):
-            reaction[place] -= motor * along
+        for column, along in enumerate(joint.info[13], start=first):
+            reaction[column] -= motor * along
     return tuple(reaction)
 
 

@@ -199,9 +199,9 @@ class Readings:
     def forget_states(self) -> None:
         """Marks the states as old: something changed other than by a step."""
         self._joint_states = None
-        self._forget_places()
+        self._forget_rest()
 
-    def _forget_places(self) -> None:
+    def _forget_rest(self) -> None:
         self._link_poses, self._link_states, self._roots, self._reactions = {}, {}, {}, {}
         self._contacts = None
         self._properties = {}
@@ -221,7 +221,7 @@ class Readings:
         self.sequence = states.stamp.sequence
         self.sim_time = states.stamp.sim_time
         self._joint_states = {robot.robot: robot for robot in states.robots}
-        self._forget_places()
+        self._forget_rest()
 
 
 def _of(found: Mapping[str, State], body: Body) -> State:

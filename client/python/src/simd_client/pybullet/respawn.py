@@ -38,8 +38,8 @@ def respawn(world: World, body: Body, function: str, fixed: bool, pose: Pose, ur
     )
     entity = world.wire.spawn(DescriptionSource(urdf=text, assets=body.files), spawn)
     # As in PyBullet, whatever groups the base was in before.
-    place = filters.of_the_world if fixed else filters.of_what_moves
-    body.surfaces[body.base_link] = place(body.surfaces.get(body.base_link, Surface()))
+    adapt = filters.of_the_world if fixed else filters.of_what_moves
+    body.surfaces[body.base_link] = adapt(body.surfaces.get(body.base_link, Surface()))
     world.replaced(body, entity, body.frames, text)
     filters.put(world, body.unique_id)
     if balls or any(velocities.values()):

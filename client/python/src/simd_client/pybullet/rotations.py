@@ -157,8 +157,8 @@ def invertTransform(position: Any, orientation: Any, physicsClientId: int = 0) -
     """b_from_a of a_from_b."""
     del physicsClientId
     text = "Invalid input: expected position [x,y,z] and orientation [x,y,z,w]."
-    place, turn = inverse((vector(position, text), _quaternion(orientation, text)))
-    return place, from_matrix(matrix(turn))
+    origin, turn = inverse((vector(position, text), _quaternion(orientation, text)))
+    return origin, from_matrix(matrix(turn))
 
 
 def getDifferenceQuaternion(quaternionStart: Any, quaternionEnd: Any, physicsClientId: int = 0) -> Quaternion:

@@ -35,7 +35,7 @@ _TEXTURES = constants.VISUAL_SHAPE_DATA_TEXTURE_UNIQUE_IDS
 
 
 def getVisualShapeData(objectUniqueId: int, flags: int = 0, physicsClientId: int = 0) -> tuple[tuple[Any, ...], ...]:
-    """What is drawn of a body: body, link, kind, sizes, file, place and turn in the link's frame, colour."""
+    """What is drawn of a body: body, link, kind, sizes, file, position and rotation in the link's frame, colour."""
     world = connected(physicsClientId)
     body = world.bodies.get(objectUniqueId)
     if body is None:
@@ -55,7 +55,7 @@ def getVisualShapeData(objectUniqueId: int, flags: int = 0, physicsClientId: int
 def getCollisionShapeData(
     objectUniqueId: int, linkIndex: int, physicsClientId: int = 0
 ) -> tuple[tuple[Any, ...], ...]:
-    """What a link touches with: body, link, kind, sizes, file, place and turn in the frame of the link's inertia."""
+    """What a link touches with: body, link, kind, sizes, file, position and rotation in the frame of the link's inertia."""
     world = connected(physicsClientId)
     refusal = "Error receiving collision shape info"
     body = world.body(objectUniqueId, refusal)
@@ -85,8 +85,8 @@ def getAABB(bodyUniqueId: int, linkIndex: int = -1, physicsClientId: int = 0) ->
     shapes = _shapes(world, body, name)
     if not shapes:
         # As in PyBullet, a point.
-        place, _ = compose(link_pose(body, world.link_poses(body), name), body.frame(name))
-        return place, place
+        origin, _ = compose(link_pose(body, world.link_poses(body), name), body.frame(name))
+        return origin, origin
     if all(shape.WhichOneof("geometry") == "plane" for shape in shapes):
         return (-_ENDLESS, -_ENDLESS, -_ENDLESS), (_ENDLESS, _ENDLESS, _ENDLESS)
     raise error(refusal)
@@ -126,14 +126,14 @@ def _scene(world: World, body: Body) -> Any:
 
 
 def _numbers(body: Body) -> dict[int, int]:
-    """PyBullet's link number by the daemon's place of the link."""
-    numbers = {body.link_places[body.base_link]: -1} if body.base_link else {}
-    return {**numbers, **{body.link_places[joint.link]: number for number, joint in enumerate(body.joints)}}
+    """PyBullet's link number by the daemon's index of the link."""
+    numbers = {body.link_indices[body.base_link]: -1} if body.base_link else {}
+    return {**numbers, **{body.link_indices[joint.link]: number for number, joint in enumerate(body.joints)}}
 
 
 def _shapes(world: World, body: Body, link: str) -> list[Shape]:
-    place = body.link_places[link]
-    return [shape for shape in _scene(world, body).collisions if shape.link == place]
+    index = body.link_indices[link]
+    return [shape for shape in _scene(world, body).collisions if shape.link == index]
 
 
 def _pose(shape: Shape) -> Pose:

@@ -73,8 +73,8 @@ def _spawned(world: World, model: Model) -> int:
         files[uri] = hashlib.sha256(data).hexdigest()
         sent[files[uri]] = data
     world.wire.send(model.urdf, files, sent)
-    place: Vector = (model.pose[0][0] * scale, model.pose[0][1] * scale, model.pose[0][2] * scale)
-    spawn = Spawn(place, model.pose[1], fixed=model.fixed, scale=scale)
+    position: Vector = (model.pose[0][0] * scale, model.pose[0][1] * scale, model.pose[0][2] * scale)
+    spawn = Spawn(position, model.pose[1], fixed=model.fixed, scale=scale)
     try:
         entity = world.wire.spawn(DescriptionSource(urdf=model.urdf, assets=files), spawn)
     except error as refusal:

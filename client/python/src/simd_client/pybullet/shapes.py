@@ -185,25 +185,25 @@ def _several(
     orientations: Any,
     colors: Any,
 ) -> list[Primitive]:
-    def at(values: Any, place: int, default: Any) -> Any:
-        return default if values is None or place >= len(values) else values[place]
+    def at(values: Any, index: int, default: Any) -> Any:
+        return default if values is None or index >= len(values) else values[index]
 
     made: list[Primitive] = []
-    for place, kind in enumerate(indices(types, "expected a sequence of shape types")):
-        frame = pose(at(positions, place, None), at(orientations, place, None))
-        color = at(colors, place, None)
+    for index, kind in enumerate(indices(types, "expected a sequence of shape types")):
+        frame = pose(at(positions, index, None), at(orientations, index, None))
+        color = at(colors, index, None)
         if kind == constants.GEOM_MESH:
-            mesh = _mesh(world, function, at(files, place, ""), None, None, False)
-            made.append(_scaled(mesh, at(scales, place, None), frame, _color(color)))
+            mesh = _mesh(world, function, at(files, index, ""), None, None, False)
+            made.append(_scaled(mesh, at(scales, index, None), frame, _color(color)))
             continue
         made.append(
             _primitive(
                 function,
                 kind,
-                at(radii, place, 0.5),
-                at(extents, place, (1.0, 1.0, 1.0)),
-                at(lengths, place, 1.0),
-                at(normals, place, (0.0, 0.0, 1.0)),
+                at(radii, index, 0.5),
+                at(extents, index, (1.0, 1.0, 1.0)),
+                at(lengths, index, 1.0),
+                at(normals, index, (0.0, 0.0, 1.0)),
                 frame,
                 color,
             )
@@ -311,8 +311,8 @@ def createMultiBody(
     if any(len(column) != len(linkMasses) for column in columns):
         raise error("All link arrays need to be same size.")
     parts = [base]
-    for place, row in enumerate(zip(linkMasses, *columns, strict=True), start=1):
-        parts.append(_linked(world, place, len(linkMasses), row))
+    for index, row in enumerate(zip(linkMasses, *columns, strict=True), start=1):
+        parts.append(_linked(world, index, len(linkMasses), row))
     text = urdf("body", parts)
     drawn = {shape.mesh.uri: shape.mesh for part in parts for shape in part.visuals if shape.mesh}
     touched = {shape.mesh.uri: shape.mesh for part in parts for shape in part.collisions if shape.mesh}
@@ -345,20 +345,20 @@ def createMultiBody(
     return tuple(numbers) if is_batch else numbers[0]
 
 
-def _linked(world: World, place: int, count: int, row: Sequence[Any]) -> Part:
+def _linked(world: World, index: int, count: int, row: Sequence[Any]) -> Part:
     mass, collision, visual, position, orientation, at, turn, parent, kind, axis = row
     if kind not in (constants.JOINT_REVOLUTE, constants.JOINT_PRISMATIC, constants.JOINT_FIXED):
         raise unsupported("createMultiBody", "revolute, prismatic and fixed joints only")
-    if not 0 <= int(parent) <= count or int(parent) == place:
+    if not 0 <= int(parent) <= count or int(parent) == index:
         raise error("createMultiBody: a link's parent is 0 for the base, or the number of a link from 1")
-    part = _part(world, f"link{place}", float(mass), collision, visual, pose(at, turn))
+    part = _part(world, f"link{index}", float(mass), collision, visual, pose(at, turn))
     return Part(
         name=part.name,
         mass=part.mass,
         collisions=part.collisions,
         visuals=part.visuals,
         inertia=part.inertia,
-        joint=f"joint{place}",
+        joint=f"joint{index}",
         parent=f"link{int(parent)}",
         pose=pose(position, orientation),
         type=int(kind),

@@ -33,8 +33,8 @@ _MOST_JOINTS = 12
 # Wall seconds that the daemon may take to complete a recording.
 _SECONDS = 60.0
 _MINITAUR = [
-    f"motor_{place}_joint"
-    for place in ("front_leftR", "front_leftL", "back_leftR", "back_leftL")
+    f"motor_{leg}_joint"
+    for leg in ("front_leftR", "front_leftL", "back_leftR", "back_leftL")
     + ("front_rightL", "front_rightR", "back_rightL", "back_rightR")
 ]
 
@@ -143,9 +143,9 @@ class ContactLog(StateLog):
     def __init__(self, client: int, path: Path, bodies: tuple[int, int], links: tuple[int, int]) -> None:
         self._asked = [body for body in bodies if body >= 0]
         self._links = links
-        places = [f"position{side}{axis}" for side in ("OnA", "OnB") for axis in "XYZ"]
+        points = [f"position{side}{axis}" for side in ("OnA", "OnB") for axis in "XYZ"]
         names = ["stepCount", "timeStamp", "contactFlag", "bodyUniqueIdA", "bodyUniqueIdB", "linkIndexA", "linkIndexB"]
-        names += [*places, *(f"contactNormalOnB{axis}" for axis in "XYZ"), "contactDistance", "normalForce"]
+        names += [*points, *(f"contactNormalOnB{axis}" for axis in "XYZ"), "contactDistance", "normalForce"]
         super().__init__(client, path, names, "IfIiiii" + "f" * 11)
 
     def _rows(self, world: World) -> Iterable[list[Any]]:

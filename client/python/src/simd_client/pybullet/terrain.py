@@ -151,8 +151,8 @@ class _Picture:
         if self.depth == 8:
             first = lines[:, :: bits // 8]
         else:
-            places = np.unpackbits(lines, axis=1).reshape(self.height, -1, self.depth)[:, : self.width]
-            first = (places * (1 << np.arange(self.depth - 1, -1, -1))).sum(axis=2).astype(np.uint8)
+            bits = np.unpackbits(lines, axis=1).reshape(self.height, -1, self.depth)[:, : self.width]
+            first = (bits * (1 << np.arange(self.depth - 1, -1, -1))).sum(axis=2).astype(np.uint8)
         if self.color == _PALETTE:
             colors = np.frombuffer(self.palette, dtype=np.uint8)[::3]
             return colors[first]

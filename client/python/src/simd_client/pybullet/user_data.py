@@ -15,14 +15,14 @@ def addUserData(
     visualShapeIndex: int = -1,
     physicsClientId: int = 0,
 ) -> int:
-    """Keeps a text on a body, a link or a shape, in the place of one of the same key. Returns its number."""
+    """Keeps a text on a body, a link or a shape, instead of one of the same key. Returns its number."""
     world = connected(physicsClientId)
     body = world.body(bodyUniqueId, "Error in addUserData command.")
     if body.link_name(linkIndex) is None:
         raise error("Error in addUserData command.")
     note = Note(str(key), bodyUniqueId, int(linkIndex), int(visualShapeIndex), str(value))
     notes = world.notes
-    number = notes.number(note.place)
+    number = notes.number(note.full_key)
     if number < 0:
         number = notes.next
         notes.next += 1
@@ -46,8 +46,8 @@ def getUserDataId(
     bodyUniqueId: int, key: str, linkIndex: int = -1, visualShapeIndex: int = -1, physicsClientId: int = 0
 ) -> int:
     """The number of a text; -1 if there is none."""
-    place = (str(key), bodyUniqueId, int(linkIndex), int(visualShapeIndex))
-    return connected(physicsClientId).notes.number(place)
+    full_key = (str(key), bodyUniqueId, int(linkIndex), int(visualShapeIndex))
+    return connected(physicsClientId).notes.number(full_key)
 
 
 def getNumUserData(bodyUniqueId: int, physicsClientId: int = 0) -> int:

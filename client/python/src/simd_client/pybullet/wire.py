@@ -1,4 +1,4 @@
-"""The connection of a script to the daemon, with PyBullet's exception in the place of the client's."""
+"""The connection of a script to the daemon, with PyBullet's exception instead of the client's."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ class Spawn:
     self_collision: bool = False
     # Its collision meshes become convex parts, and not their hulls.
     divided: bool = False
-    # Of links, in the place of what the description says.
+    # Of links, instead of what the description says.
     surfaces: dict[str, Surface] = field(default_factory=dict[str, Surface])
 
 

@@ -170,17 +170,17 @@ class World(Loop):
         """The same robot with another description; motors are kept by joint name."""
         layout = self._layout(entity)
         made = bodies.body(body.unique_id, entity, layout, frames, body.own, urdf, body.link_order)
-        made.files, made.noted, made.scale = body.files, body.noted, body.scale
+        made.files, made.kept, made.scale = body.files, body.kept, body.scale
         made.paths, made.file, made.made_of = body.paths, body.file, body.made_of
         made.colors = body.colors
         made.self_collision, made.divided = body.self_collision, body.divided
         made.parent_flags = body.parent_flags
         self.set_surfaces(made, body.surfaces)
         for joint in made.joints:
-            place = body.by_joint.get(joint.name)
-            if place is not None:
-                joint.motor, joint.sensor = body.joints[place].motor, body.joints[place].sensor
-                joint.ball = joint.ball and (body.joints[place].ball or joint.ball)
+            index = body.by_joint.get(joint.name)
+            if index is not None:
+                joint.motor, joint.sensor = body.joints[index].motor, body.joints[index].sensor
+                joint.ball = joint.ball and (body.joints[index].ball or joint.ball)
         self.bodies[body.unique_id] = made
         self._numbers = None
         for key in [(n, i) for n, i in self._waiting if n == made.unique_id]:
@@ -192,7 +192,7 @@ class World(Loop):
 
     def set_surfaces(self, body: Body, surfaces: Mapping[str, Surface]) -> None:
         """Sets friction and restitution of links, also for when the robot is loaded again."""
-        known = {link: surface for link, surface in surfaces.items() if link in body.link_places}
+        known = {link: surface for link, surface in surfaces.items() if link in body.link_indices}
         if known:
             request = SetLinkPropertiesRequest(robot=body.robot, links=surfaces_to_proto(known))
             self.wire.call(methods.SetLinkProperties, request)

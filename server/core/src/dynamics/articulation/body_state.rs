@@ -181,8 +181,9 @@ impl BodyState {
         if !tree.fixed_base && *base != DPose3::IDENTITY {
             return Err("a base that is not the world's, though its root is free".into());
         }
-        let pushes = external.iter().chain(external_before).flat_map(|push| [push.angular, push.linear]);
-        finite("forces from outside", pushes.flat_map(|vector| vector.to_array()))?;
+        let wrenches =
+            external.iter().chain(external_before).flat_map(|wrench| [wrench.angular, wrench.linear]);
+        finite("forces from outside", wrenches.flat_map(|vector| vector.to_array()))?;
         finite("impulses", impulses.values())?;
         axes.iter().try_for_each(check_axis)?;
         drives.iter().try_for_each(check_drive)

@@ -69,7 +69,7 @@ impl Row {
 pub enum RowKey {
     /// Dry friction of an axis.
     Friction(usize),
-    /// A pair of joints, by its place in the tree's list.
+    /// A pair of joints, by its index in the tree's list.
     Mimic(usize),
     /// A lower limit.
     Lower(usize),

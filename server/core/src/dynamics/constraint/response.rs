@@ -71,15 +71,15 @@ pub fn respond_to_joints(tree: &Tree, q: &[f64], rows: &[Row], scratch: &mut Scr
 
 fn begin_six(six: &mut [SixTrips]) {
     for at in six {
-        (at.impulse, at.is_pushed) = ([0.0; 6], false);
+        (at.impulse, at.has_impulse) = ([0.0; 6], false);
     }
 }
 
 /// A body that an impulse acts on.
 fn push(six: &mut [SixTrips], body: usize) -> &mut SixTrips {
     let at = &mut six[body];
-    if !at.is_pushed {
-        (at.delta, at.is_pushed) = (Six::default(), true);
+    if !at.has_impulse {
+        (at.delta, at.has_impulse) = (Six::default(), true);
     }
     at
 }
@@ -90,7 +90,7 @@ fn respond_to_six(tree: &Tree, q: &[f64], highest: usize, scratch: &mut Scratch,
     // Children come after their parents.
     for i in (0..=highest).rev() {
         let Body { joint_type, parent, .. } = tree.bodies[i];
-        if !six[i].is_pushed || matches!(joint_type, JointType::Free { .. }) {
+        if !six[i].has_impulse || matches!(joint_type, JointType::Free { .. }) {
             continue;
         }
         let lifted = lift(&mut six[i], &bodies[i], axis_of(joint_type, &bodies[i]));
@@ -115,7 +115,7 @@ fn respond_to_six(tree: &Tree, q: &[f64], highest: usize, scratch: &mut Scratch,
             JointType::Free { slot } => {
                 let (_, rotation) = free_pose(&q[body.position..]);
                 let carried = above.map(|above| above.motion_at(at.reach)).unwrap_or_default();
-                let forces = if own.is_pushed { own.delta } else { Six::default() };
+                let forces = if own.has_impulse { own.delta } else { Six::default() };
                 for k in 0..count {
                     let delta = free[slot].solve(-forces.get(k));
                     own.delta.set(k, delta);
@@ -198,8 +198,8 @@ pub fn project_onto(
     while let Some(i) = next {
         let (body, at) = (&tree.bodies[i], &scratch[i]);
         let mut add = |velocity: usize, entries: [f64; 3]| {
-            let places = side.places(velocity).into_iter().flatten();
-            places.zip(entries).for_each(|(place, entry)| jacobian[place] += entry);
+            let columns = side.columns_of(velocity).into_iter().flatten();
+            columns.zip(entries).for_each(|(column, entry)| jacobian[column] += entry);
         };
         match body.joint_type {
             JointType::Revolute | JointType::Prismatic | JointType::Spherical { .. } => {

@@ -69,7 +69,7 @@ impl Side {
     }
 
     /// Where its J has the numbers of a velocity of its robot: along the normal and the two tangents.
-    pub fn places(&self, velocity: usize) -> Option<[usize; 3]> {
+    pub fn columns_of(&self, velocity: usize) -> Option<[usize; 3]> {
         let mut at = 0;
         for span in &self.spans {
             let len = span.len as usize;
@@ -126,15 +126,15 @@ impl Side {
     pub fn drop_small_rows(&self, least: f64, blocks: &mut [f64]) {
         let (jacobian, responses) = blocks[self.at..self.at + self.size()].split_at_mut(3 * self.columns());
         let mut largest = [0.0f64; 3];
-        let places = |side: &Self| {
-            side.spans.map(Span::range).into_iter().flatten().filter_map(|velocity| self.places(velocity))
+        let columns = |side: &Self| {
+            side.spans.map(Span::range).into_iter().flatten().filter_map(|velocity| self.columns_of(velocity))
         };
-        for place in places(self) {
-            (0..3).for_each(|k| largest[k] = largest[k].max(jacobian[place[k]].abs()));
+        for column in columns(self) {
+            (0..3).for_each(|k| largest[k] = largest[k].max(jacobian[column[k]].abs()));
         }
         for k in (0..3).filter(|&k| largest[k] <= least) {
-            for place in places(self) {
-                jacobian[place[k]] = 0.0;
+            for column in columns(self) {
+                jacobian[column[k]] = 0.0;
             }
             responses[k * self.len..(k + 1) * self.len].fill(0.0);
         }
@@ -143,11 +143,11 @@ impl Side {
     /// Makes rows, of J and of M^-1 J', sums of all three.
     pub fn combine_rows(&self, sums: impl Fn([f64; 3]) -> [f64; 3], blocks: &mut [f64]) {
         let (jacobian, responses) = blocks[self.at..self.at + self.size()].split_at_mut(3 * self.columns());
-        for place in
-            self.spans.map(Span::range).into_iter().flatten().filter_map(|velocity| self.places(velocity))
+        for column in
+            self.spans.map(Span::range).into_iter().flatten().filter_map(|velocity| self.columns_of(velocity))
         {
-            let new = sums(place.map(|place| jacobian[place]));
-            (0..3).for_each(|k| jacobian[place[k]] = new[k]);
+            let new = sums(column.map(|column| jacobian[column]));
+            (0..3).for_each(|k| jacobian[column[k]] = new[k]);
         }
         for i in 0..self.len {
             let new = sums([0, 1, 2].map(|k| responses[k * self.len + i]));
@@ -161,7 +161,7 @@ impl Side {
         self.len == 6 && self.spans[MOST_SPANS - 1].len == 6
     }
 
-    /// J qd, added to the sums of each row: of columns in even places and of those in odd places.
+    /// J qd, added to the sums of each row: of even columns and of odd ones.
     ///
     /// Always inlined, as is what applies impulses: sweeps are made of these two.
     #[inline(always)]

@@ -13,7 +13,7 @@ use crate::dynamics::constraint::side::Side;
 use crate::dynamics::tree::JointType;
 
 /// Member and body of an end, and where its frame is, world.
-type Place = ((usize, Option<usize>), DPose3);
+type End = ((usize, Option<usize>), DPose3);
 
 impl Island {
     /// One or two blocks for each constraint, with what they aim at in a step of `h`; their numbers lie from `at` on.
@@ -27,15 +27,15 @@ impl Island {
         for (index, ActiveConstraint { constraint, fixed, .. }) in constraints.iter().enumerate() {
             self.was_least &= constraint.is_least;
             let definition = &constraint.definition;
-            let places = [0, 1].map(|i| self.place(robots, definition.ends[i], fixed[i]));
+            let ends = [0, 1].map(|i| self.end(robots, definition.ends[i], fixed[i]));
             let mut add = |turns: bool, Aim { axes, errors }, gear: Option<GearRow>| {
                 let kept = constraint.impulses[usize::from(turns)];
                 let most = if turns { definition.max_torque } else { definition.max_force } * h;
                 let rows = ContactRows { contact: index, axes, impulse: kept, ..ContactRows::default() };
                 let mut link = LinkRows {
                     rows,
-                    ends: places.map(|place| place.0),
-                    point: places[1].1.translation,
+                    ends: ends.map(|end| end.0),
+                    point: ends[1].1.translation,
                     turns,
                     gear,
                     errors,
@@ -52,7 +52,7 @@ impl Island {
                 self.links.push(link);
             };
             if let ConstraintKind::Gear { ratio, offset } = definition.kind {
-                let Some((gear, axis, error)) = gear(robots, places, ratio, offset) else { continue };
+                let Some((gear, axis, error)) = gear(robots, ends, ratio, offset) else { continue };
                 add(
                     false,
                     Aim { axes: [axis, DVec3::ZERO, DVec3::ZERO], errors: [error, 0.0, 0.0] },
@@ -60,7 +60,7 @@ impl Island {
                 );
                 continue;
             }
-            let aims = constraint.aims(places.map(|place| place.1));
+            let aims = constraint.aims(ends.map(|end| end.1));
             for (turns, aim) in [false, true].into_iter().zip(aims) {
                 if aim.axes != [DVec3::ZERO; 3] {
                     add(turns, aim, None);
@@ -71,12 +71,12 @@ impl Island {
     }
 
     /// Where an end is; `fixed` is the pose of its frame if it cannot move.
-    fn place<R: AsMut<Articulation>>(
+    fn end<R: AsMut<Articulation>>(
         &self,
         robots: &mut [R],
         ConstraintEnd { link, frame }: ConstraintEnd,
         fixed: DPose3,
-    ) -> Place {
+    ) -> End {
         let still = ((usize::MAX, None), fixed);
         let Some((robot, link)) = link else { return still };
         let Some(member) = self.member(robot) else { return still };
@@ -229,8 +229,8 @@ impl Measure<'_> {
             let side = rows.sides[if own { 0 } else { i }];
             let (jacobian, responses) =
                 self.blocks[side.at..side.at + side.size()].split_at_mut(3 * side.columns());
-            if let Some([place, ..]) = side.places(velocity) {
-                jacobian[place] += factor;
+            if let Some([column, ..]) = side.columns_of(velocity) {
+                jacobian[column] += factor;
             }
             let response = &mut self.scratch[..side.len];
             robots[member].as_mut().joint_response((body, factor), response);
@@ -242,12 +242,12 @@ impl Measure<'_> {
 /// The row of a gear, the axis of the second joint, world, and the error.
 fn gear<R: AsMut<Articulation>>(
     robots: &mut [R],
-    places: [Place; 2],
+    ends: [End; 2],
     ratio: f64,
     offset: f64,
 ) -> Option<(GearRow, DVec3, f64)> {
-    let joint = |robots: &mut [R], place: Place| {
-        let (member, body) = place.0;
+    let joint = |robots: &mut [R], end: End| {
+        let (member, body) = end.0;
         let body = body?;
         let articulation = robots[member].as_mut();
         let own = &articulation.tree().bodies[body];
@@ -258,7 +258,7 @@ fn gear<R: AsMut<Articulation>>(
         let axis = articulation.body_motion(body).pose.rotation * DVec3::Z;
         Some((member, body, velocity, articulation.positions()[position], axis))
     };
-    let (first, second) = (joint(robots, places[0])?, joint(robots, places[1])?);
+    let (first, second) = (joint(robots, ends[0])?, joint(robots, ends[1])?);
     let joints = [(first.0, first.1, first.2, -ratio), (second.0, second.1, second.2, 1.0)];
     Some((GearRow { joints }, second.4, second.3 - ratio * first.3 - offset))
 }

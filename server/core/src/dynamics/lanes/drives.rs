@@ -2,7 +2,7 @@
 
 use pulp::Simd;
 
-use super::joint::{Drive, Law, State, has_place};
+use super::joint::{Drive, Law, State, has_setpoint};
 use super::number::{Lanes, Mask};
 use super::passes::implicitness;
 use super::robot::LaneRobot;
@@ -41,10 +41,10 @@ impl<S: Simd> LaneRobot<S> {
         let first = self.first;
         let joints = self.states[first..].iter_mut().zip(&self.laws[first..]).zip(&self.modes[first..]);
         for ((state, law), mode) in joints {
-            let is_place = mode.is_some_and(has_place);
+            let follows_setpoint = mode.is_some_and(has_setpoint);
             let saturated = state.drive.saturated;
             let was = saturated.is_number();
-            if is_place {
+            if follows_setpoint {
                 if was.any() {
                     anti_windup(state, law, h, integrator);
                 }
@@ -52,7 +52,7 @@ impl<S: Simd> LaneRobot<S> {
             }
             let Law { stiffness, damping, velocity, feed_forward, limit, .. } = *law;
             let zero = h.same(0.0);
-            let position = if is_place { state.setpoint } else { zero };
+            let position = if follows_setpoint { state.setpoint } else { zero };
             let held = sign(saturated) * limit;
             let held = (was & held.is_finite()).select(held, zero.same(f64::NAN));
             state.drive =
@@ -106,7 +106,7 @@ impl<S: Simd> LaneRobot<S> {
 /// See [`Axis::advance_setpoint`](crate::dynamics::Axis::advance_setpoint).
 #[inline(always)]
 fn advance_setpoint<S: Simd>(state: &mut State<S>, law: &Law<S>, h: Lanes<S>) {
-    let (setpoint, rate) = (state.setpoint, state.setpoint_velocity);
+    let (setpoint, setpoint_velocity) = (state.setpoint, state.setpoint_velocity);
     let left = law.target - setpoint;
     let gain = law.hardest * h;
     let braking =
@@ -114,11 +114,11 @@ fn advance_setpoint<S: Simd>(state: &mut State<S>, law: &Law<S>, h: Lanes<S>) {
     let braking = gain.is_finite().select(braking, h.same(f64::INFINITY));
     let most = law.fastest.min(braking);
     let wanted = (left / h).max(-most).min(most);
-    let rate = rate + (wanted - rate).max(-gain).min(gain);
-    let moved = rate * h;
+    let setpoint_velocity = setpoint_velocity + (wanted - setpoint_velocity).max(-gain).min(gain);
+    let moved = setpoint_velocity * h;
     let is_there = (left - moved).abs().le(h.same(1e-12) * left.abs().max(h.same(1.0)));
     state.setpoint = is_there.select(law.target, setpoint + moved);
-    state.setpoint_velocity = is_there.select(h.same(0.0), rate);
+    state.setpoint_velocity = is_there.select(h.same(0.0), setpoint_velocity);
 }
 
 /// See [`Axis::anti_windup`](crate::dynamics::Axis::anti_windup): of lanes whose actuators saturated in the last step.

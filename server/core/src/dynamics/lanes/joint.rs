@@ -103,8 +103,8 @@ pub(super) struct Body<S: Simd> {
     pub(super) most_friction: Lanes<S>,
 }
 
-/// Whether a mode goes to a place.
-pub(super) fn has_place(mode: Mode) -> bool {
+/// Whether a mode has a setpoint.
+pub(super) fn has_setpoint(mode: Mode) -> bool {
     matches!(mode, Mode::Position | Mode::Hold)
 }
 
@@ -203,8 +203,15 @@ impl<S: Simd> State<S> {
             lower,
             upper,
         } = self;
-        let Drive { stiffness, damping, position: place, velocity: rate, feed_forward, limit, saturated } =
-            drive;
+        let Drive {
+            stiffness,
+            damping,
+            position: drive_position,
+            velocity: drive_velocity,
+            feed_forward,
+            limit,
+            saturated,
+        } = drive;
         [
             position,
             velocity,
@@ -216,8 +223,8 @@ impl<S: Simd> State<S> {
             effort,
             stiffness,
             damping,
-            place,
-            rate,
+            drive_position,
+            drive_velocity,
             feed_forward,
             limit,
             saturated,

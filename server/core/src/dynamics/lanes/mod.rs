@@ -29,4 +29,4 @@ mod rows;
 mod step;
 mod vectors;
 
-pub use robot::{LaneRobot, Room};
+pub use robot::{Clearance, LaneRobot};

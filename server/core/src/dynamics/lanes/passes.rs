@@ -39,7 +39,7 @@ pub(super) fn part_mut<S: Simd>(joint_type: JointType, motion: &mut Spatial<S>) 
 }
 
 impl<S: Simd> LaneRobot<S> {
-    /// Places and velocities of all bodies. Where one turns too fast for lanes.
+    /// Poses and velocities of all bodies. Where one turns too fast for lanes.
     #[inline(always)]
     pub(super) fn update_kinematics(&mut self) -> Mask<S> {
         let zero = self.is_taken.same(0.0);
@@ -48,7 +48,7 @@ impl<S: Simd> LaneRobot<S> {
         let mut is_fast = zero.lt(zero);
         let still = Vector { x: zero, y: zero, z: zero };
         if self.first > 0 {
-            self.place_root();
+            self.update_root_pose();
             let angular = self.bodies[0].velocity.angular;
             is_fast = most.lt(angular.dot(angular));
         }

@@ -6,7 +6,7 @@ use glamx::{DMat3, DVec3};
 use pulp::Simd;
 
 use super::free::{Factors, Root};
-use super::joint::{Body, Law, State, has_place};
+use super::joint::{Body, Law, State, has_setpoint};
 use super::number::Lanes;
 use super::vectors::{Matrix, Vector};
 use crate::dynamics::actuator::Mode;
@@ -30,7 +30,7 @@ pub(super) struct Stepping {
 
 /// How far points of a robot can move before they can touch anything, metres; infinite where there is nothing.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Room {
+pub struct Clearance {
     /// Before any can touch something else. What a free root moves counts, and what joints move.
     pub around: f64,
     /// Before any can touch another point of the robot. What joints move counts.
@@ -43,7 +43,7 @@ pub struct Room {
 
 /// The same of copies.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct LaneRoom<S: Simd> {
+pub(super) struct LaneClearance<S: Simd> {
     pub(super) around: Lanes<S>,
     pub(super) own: Lanes<S>,
 }
@@ -59,7 +59,7 @@ pub struct LaneRobot<S: Simd> {
     pub(super) base_acceleration: Vector<S>,
     /// The first body that has a joint of one axis: what is by body is without meaning before it. 1 where the root is free.
     pub(super) first: usize,
-    /// Of each joint, whether its actuator goes to a place, as far as a copy has said so.
+    /// Of each joint, whether its actuator has a setpoint, as far as a copy has said so.
     pub(super) modes: Vec<Option<Mode>>,
     pub(super) laws: Vec<Law<S>>,
     pub(super) states: Vec<State<S>>,
@@ -78,10 +78,10 @@ pub struct LaneRobot<S: Simd> {
     pub(super) root_new: [Lanes<S>; 6],
     /// What the root and all that hangs on it resist with.
     pub(super) factors: Factors<S>,
-    /// See [`Room`].
+    /// See [`Clearance`].
     pub(super) levers: Vec<Lanes<S>>,
     /// How far points can still move before they can touch anything.
-    pub(super) room: LaneRoom<S>,
+    pub(super) clearance: LaneClearance<S>,
     /// Contacts are looked for this far from what moves, metres, and twice what a part of a step moves it.
     pub(super) slack: f64,
     /// 1 in lanes that have a copy.
@@ -148,7 +148,7 @@ impl<S: Simd> LaneRobot<S> {
             root_new: [zero; 6],
             factors: Factors::zero(zero),
             levers: vec![zero; n],
-            room: LaneRoom { around: zero.same(f64::INFINITY), own: zero.same(f64::INFINITY) },
+            clearance: LaneClearance { around: zero.same(f64::INFINITY), own: zero.same(f64::INFINITY) },
             slack: 0.0,
             is_taken: zero,
             is_done: zero,
@@ -164,11 +164,11 @@ impl<S: Simd> LaneRobot<S> {
     pub fn take(&mut self, lane: usize, robot: &Articulation) -> bool {
         self.is_taken.set(lane, 0.0);
         let (state, tree) = (robot.state(), robot.tree());
-        let is_pushed =
+        let has_wrench =
             state.has_external_changed || state.external.iter().any(|push| *push != Spatial::ZERO);
         let must_begin = self.stepping.integrator == Integrator::Leapfrog && state.history == History::Given;
         let fits = tree.bodies.len() == self.states.len() && first_joint(tree) == self.first;
-        if !fits || !Self::takes(tree) || is_pushed || must_begin || state.axes.iter().any(is_compensated) {
+        if !fits || !Self::takes(tree) || has_wrench || must_begin || state.axes.iter().any(is_compensated) {
             return false;
         }
         let (of_root, of_joints) = state.axes.split_at(tree.root_velocities());
@@ -178,7 +178,7 @@ impl<S: Simd> LaneRobot<S> {
         for (known, axis) in self.modes[self.first..].iter_mut().zip(of_joints) {
             let mode = axis.actuator.mode;
             // One that is alone in the lanes, or the first, says how its joints are driven.
-            if has_place(*known.get_or_insert(mode)) != has_place(mode) {
+            if has_setpoint(*known.get_or_insert(mode)) != has_setpoint(mode) {
                 return false;
             }
         }
@@ -194,15 +194,15 @@ impl<S: Simd> LaneRobot<S> {
 
     /// Says how far any point of a copy can move before it can touch something. A step is none of lanes where contacts would be
     /// looked for farther away than that.
-    pub fn set_room(&mut self, lane: usize, room: &Room) {
-        self.slack = room.slack;
-        self.room.around.set(lane, room.around);
-        self.room.own.set(lane, room.own);
-        self.levers.iter_mut().zip(&room.levers).for_each(|(slot, lever)| slot.set(lane, *lever));
+    pub fn set_clearance(&mut self, lane: usize, clearance: &Clearance) {
+        self.slack = clearance.slack;
+        self.clearance.around.set(lane, clearance.around);
+        self.clearance.own.set(lane, clearance.own);
+        self.levers.iter_mut().zip(&clearance.levers).for_each(|(slot, lever)| slot.set(lane, *lever));
     }
 
     /// Where positions and velocities of joints begin.
-    fn places(&self) -> (usize, usize) {
+    fn first_of_joints(&self) -> (usize, usize) {
         (self.tree.root_positions(), self.tree.root_velocities())
     }
 
@@ -229,7 +229,7 @@ impl<S: Simd> LaneRobot<S> {
         if self.first > 0 {
             self.root.set(lane, from);
         }
-        let (q, qd) = self.places();
+        let (q, qd) = self.first_of_joints();
         let joints = self.states[self.first..].iter_mut().zip(&mut self.laws[self.first..]);
         for (joint, (state, law)) in joints.enumerate() {
             let i = qd + joint;
@@ -266,7 +266,7 @@ impl<S: Simd> LaneRobot<S> {
         if self.first > 0 {
             self.root.give_motion(lane, into);
         }
-        let (q, qd) = self.places();
+        let (q, qd) = self.first_of_joints();
         for (joint, state) in self.states[self.first..].iter().enumerate() {
             let actuator = &mut into.axes[qd + joint].actuator;
             into.positions[q + joint] = state.position.get(lane);
@@ -280,10 +280,10 @@ impl<S: Simd> LaneRobot<S> {
     pub fn take_targets(&mut self, lane: usize, robot: &Articulation) {
         let from = robot.state();
         self.history.set(lane, number(from.history));
-        let (_, qd) = self.places();
+        let (_, qd) = self.first_of_joints();
         for (joint, axis) in from.axes[qd..].iter().enumerate() {
             let i = self.first + joint;
-            if self.modes[i].is_some_and(has_place) != has_place(axis.actuator.mode) {
+            if self.modes[i].is_some_and(has_setpoint) != has_setpoint(axis.actuator.mode) {
                 self.leave(lane);
             }
             self.laws[i].set(lane, axis, self.stepping.h);
@@ -325,7 +325,7 @@ impl<S: Simd> LaneRobot<S> {
         if self.first > 0 {
             self.root.give_back(lane, into);
         }
-        let (q, qd) = self.places();
+        let (q, qd) = self.first_of_joints();
         for (joint, state) in self.states[self.first..].iter().enumerate() {
             let i = qd + joint;
             let (axis, drive) = (&mut into.axes[i], &mut into.drives[i]);

@@ -29,7 +29,7 @@ impl<S: Simd> LaneRobot<S> {
 
     /// Where the root is and how it moves.
     #[inline(always)]
-    pub(super) fn place_root(&mut self) {
+    pub(super) fn update_root_pose(&mut self) {
         let (rotation, origin) = self.at_zero(0);
         let frame = self.base().after(rotation);
         let reach = self.base().times(origin);
@@ -87,7 +87,7 @@ impl<S: Simd> LaneRobot<S> {
         let zero = self.is_taken.same(0.0);
         let (h, half) = (zero.same(self.stepping.h), zero.same(0.5));
         let is_leapfrog = self.stepping.integrator == Integrator::Leapfrog;
-        self.room.around -= h * Root::speed_of(&self.root_new, self.levers[0]);
+        self.clearance.around -= h * Root::speed_of(&self.root_new, self.levers[0]);
         let root = &mut self.root;
         for k in 0..6 {
             let new = self.root_new[k];

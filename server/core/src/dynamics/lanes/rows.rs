@@ -11,7 +11,7 @@ use crate::dynamics::constraint::{ERROR_REDUCTION, MAX_SWEEPS, SETTLED};
 /// A joint this near to its limit has a row whatever its velocity, rad or m; as in the one-robot step.
 const NEAR: f64 = 1e-3;
 
-/// Places among the rows of a joint.
+/// Indices among the rows of a joint.
 const FRICTION: usize = 0;
 const LOWER: usize = 1;
 const UPPER: usize = 2;

@@ -104,7 +104,7 @@ impl<S: Simd> LaneRobot<S> {
             speed += self.root.speed(self.levers[0]);
         }
         let ahead = zero.same(self.slack) + zero.same(LOOK_AHEAD * self.stepping.h) * speed;
-        ahead.lt(self.room.around) & ahead.lt(self.room.own)
+        ahead.lt(self.clearance.around) & ahead.lt(self.clearance.own)
     }
 
     /// Moves on with the new velocities.
@@ -139,8 +139,8 @@ impl<S: Simd> LaneRobot<S> {
             state.change = new - state.half_velocity;
             state.position += h * new;
             let moved = *lever * (h * new).abs();
-            self.room.around -= moved;
-            self.room.own -= moved;
+            self.clearance.around -= moved;
+            self.clearance.own -= moved;
             state.half_velocity = new;
             if !is_leapfrog {
                 state.velocity = new;

@@ -81,7 +81,7 @@ fn many(copies: usize) -> RolloutRequest {
 fn who_computes_a_copy_and_in_which_order_changes_nothing() {
     let world = world();
     let whole = roll(&world, many(20));
-    let rollout = Rollout::new(world.snapshot(), many(20), ROOM).unwrap();
+    let rollout = Rollout::new(world.to_saved(), many(20), ROOM).unwrap();
     assert_eq!(rollout.batches(), 3);
     let found = std::thread::scope(|scope| {
         let on_its_own = |batches: Vec<usize>| {
@@ -158,7 +158,7 @@ fn a_copy_that_is_not_finite_ends_alone_and_says_so() {
 
 #[test]
 fn what_is_interrupted_gives_nothing() {
-    let rollout = Rollout::new(world().snapshot(), all_of_it(4, 50), ROOM).unwrap();
+    let rollout = Rollout::new(world().to_saved(), all_of_it(4, 50), ROOM).unwrap();
     let asked = std::cell::Cell::new(0);
     let interrupt = || {
         asked.set(asked.get() + 1);

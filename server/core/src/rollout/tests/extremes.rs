@@ -149,7 +149,7 @@ fn whatever_is_asked_is_refused_or_has_its_shape() {
     let (mut refused, mut ended, mut done) = (0, 0, 0);
     for seed in 0..3_000 {
         let request = Numbers { seed, drawn: 0 }.request();
-        let Ok(rollout) = Rollout::new(world.snapshot(), request, ROOM) else {
+        let Ok(rollout) = Rollout::new(world.to_saved(), request, ROOM) else {
             refused += 1;
             continue;
         };

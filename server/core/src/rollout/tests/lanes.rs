@@ -174,7 +174,7 @@ fn lanes_of_any_number_have_the_bits_of_copies_that_step_alone() {
                 (ControlMode::Effort, Interpolation::Hold),
             ] {
                 let request = asked(joints, 5, mode, interpolation);
-                let rollout = Rollout::new(world.snapshot(), request, ROOM).unwrap();
+                let rollout = Rollout::new(world.to_saved(), request, ROOM).unwrap();
                 assert!(rollout.has_lanes);
                 let expected = alone(&rollout, 0..5);
                 for (width, found) in in_all_widths(&rollout, 0..5) {
@@ -207,7 +207,7 @@ fn robots_whose_root_is_free_have_the_bits_of_copies_that_step_alone() {
         for (integrator, substeps) in [(Integrator::Leapfrog, 1), (Integrator::Euler, 2)] {
             let world = world_with_root(branching(joints), false, integrator, substeps);
             for mode in [ControlMode::Position, ControlMode::Velocity, ControlMode::Effort] {
-                let rollout = Rollout::new(world.snapshot(), tumbling(joints, mode), ROOM).unwrap();
+                let rollout = Rollout::new(world.to_saved(), tumbling(joints, mode), ROOM).unwrap();
                 assert!(rollout.has_lanes);
                 let expected = alone(&rollout, 0..5);
                 for (width, found) in in_all_widths(&rollout, 0..5) {
@@ -236,7 +236,7 @@ fn copies_that_fall_and_land_have_the_bits_of_the_world() {
         ],
         ..all_of_it(6, 600)
     };
-    let rollout = Rollout::new(world.snapshot(), request, ROOM).unwrap();
+    let rollout = Rollout::new(world.to_saved(), request, ROOM).unwrap();
     assert!(rollout.has_lanes);
     let expected = alone(&rollout, 0..6);
     let width = rollout.shape().columns();
@@ -262,7 +262,7 @@ fn touch_and_leave(ground: RobotModel, height: f64) {
     world.apply(&spawn("arm", arm([1.0, 0.5]), true, DVec3::ZERO)).unwrap();
     world.apply(&spawn("ground", ground, true, DVec3::Z * height)).unwrap();
     (0..5).for_each(|_| world.step());
-    assert!(world.lane_room(0).around > 0.3, "it is far from the floor: {:?}", world.lane_room(0));
+    assert!(world.lane_clearance(0).around > 0.3, "it is far from the floor: {:?}", world.lane_clearance(0));
     let down = [1.4, 0.4, -0.5, 0.3];
     let values = (0..6).flat_map(|copy| down.map(|target| target * (1.0 - 0.3 * copy as f64))).collect();
     let request = RolloutRequest {
@@ -277,7 +277,7 @@ fn touch_and_leave(ground: RobotModel, height: f64) {
         record_every: 3,
         ..all_of_it(6, 900)
     };
-    let rollout = Rollout::new(world.snapshot(), request, ROOM).unwrap();
+    let rollout = Rollout::new(world.to_saved(), request, ROOM).unwrap();
     assert!(rollout.has_lanes);
     let expected = alone(&rollout, 0..6);
     let touches = |copy: usize| {
@@ -305,7 +305,7 @@ fn a_copy_in_lanes_that_is_not_finite_ends_alone() {
     model.joints.iter_mut().for_each(|joint| joint.limits = JointLimits::default());
     let free = world_of(model, Integrator::Leapfrog, 1);
     for world in [world, free] {
-        let rollout = Rollout::new(world.snapshot(), request.clone(), ROOM).unwrap();
+        let rollout = Rollout::new(world.to_saved(), request.clone(), ROOM).unwrap();
         let expected = alone(&rollout, 0..3);
         for (width, found) in in_all_widths(&rollout, 0..3) {
             assert_equal(&found, &expected, &format!("{width} lanes"));
@@ -323,7 +323,7 @@ fn copies_that_are_pushed_have_the_bits_of_the_world() {
     };
     let mut request = asked(5, 5, ControlMode::Position, Interpolation::Hold);
     request.variations.extend([push("l5", 0), push("l3", 60), push("l4", 70), push("l5", 199)]);
-    let rollout = Rollout::new(world.snapshot(), request, ROOM).unwrap();
+    let rollout = Rollout::new(world.to_saved(), request, ROOM).unwrap();
     let expected = alone(&rollout, 0..5);
     assert!(rollout.has_lanes);
     for (width, found) in in_all_widths(&rollout, 0..5) {
@@ -335,7 +335,7 @@ fn copies_that_are_pushed_have_the_bits_of_the_world() {
 fn the_copies_beside_one_in_lanes_do_not_matter() {
     let world = world_of(branching(5), Integrator::Leapfrog, 1);
     let request = asked(5, 8, ControlMode::Position, Interpolation::Cubic);
-    let rollout = Rollout::new(world.snapshot(), request, ROOM).unwrap();
+    let rollout = Rollout::new(world.to_saved(), request, ROOM).unwrap();
     let length = rollout.shape().rows * rollout.shape().columns();
     for (width, all) in in_all_widths(&rollout, 0..8) {
         for (first, last) in [(0, 1), (5, 6), (2, 7)] {

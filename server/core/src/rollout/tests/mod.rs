@@ -168,7 +168,7 @@ fn seen(world: &Simulation) -> Vec<f64> {
 }
 
 fn roll(world: &Simulation, request: RolloutRequest) -> Vec<BatchResult> {
-    let rollout = Rollout::new(world.snapshot(), request, ROOM).unwrap();
+    let rollout = Rollout::new(world.to_saved(), request, ROOM).unwrap();
     let mut worker = rollout.worker();
     (0..rollout.batches()).map(|batch| rollout.advance(&mut worker, batch, &|| false).unwrap()).collect()
 }

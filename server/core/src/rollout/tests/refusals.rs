@@ -3,7 +3,7 @@
 use super::*;
 
 fn said(request: RolloutRequest) -> String {
-    Rollout::new(world().snapshot(), request, ROOM).unwrap_err().to_string()
+    Rollout::new(world().to_saved(), request, ROOM).unwrap_err().to_string()
 }
 
 #[test]

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::plain::{optional_vector3, vector3};
 
-/// A spring with a critical damper that pulls a point of a link to a point of the world, in the place of the one
+/// A spring with a critical damper that pulls a point of a link to a point of the world, instead of the one
 /// before on that link. Each step computes its force for where the point is by then.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LinkPull {

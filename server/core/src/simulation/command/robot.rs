@@ -44,7 +44,7 @@ pub struct Spawn {
     pub loaded_at_start: bool,
 }
 
-/// In the place of a model that a recording has as files.
+/// Instead of a model that a recording has as files.
 fn no_model() -> Arc<RobotModel> {
     Arc::new(RobotModel::default())
 }

@@ -73,7 +73,7 @@ impl Entity {
         self.use_described_gains();
     }
 
-    /// Puts the description's gains in the place of those that follow from inertia.
+    /// Puts the description's gains instead of those that follow from inertia.
     pub(in crate::simulation) fn use_described_gains(&mut self) {
         let model = std::sync::Arc::clone(&self.model);
         let tree = std::sync::Arc::clone(self.body.tree());

@@ -27,20 +27,20 @@ pub(super) fn contact(
             force += on_own;
             normal_force += along;
             let (robot, link) = (robots[1 - side], links[1 - side]);
-            let place =
+            let found =
                 partners.binary_search_by_key(&(robot, link), |partner| (partner.robot, partner.link));
-            match place {
-                Ok(place) => {
-                    let partner = &mut partners[place];
+            match found {
+                Ok(index) => {
+                    let partner = &mut partners[index];
                     partner.force += on_own;
                     partner.normal_force += along;
                     partner.depth = partner.depth.max(*depth);
                     partner.points += 1;
                 }
-                Err(place) => {
+                Err(index) => {
                     let (force, normal_force, depth) = (on_own, *along, *depth);
                     partners
-                        .insert(place, ContactPartner { robot, link, force, normal_force, depth, points: 1 });
+                        .insert(index, ContactPartner { robot, link, force, normal_force, depth, points: 1 });
                 }
             }
         }

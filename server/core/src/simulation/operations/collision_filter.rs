@@ -89,19 +89,6 @@ impl Simulation {
         }
         self.contacts.filter_changed(&self.entities);
     }
-
-    /// Drops pairs of robots that a reset of scope `spawned` takes out, before it does.
-    pub(in crate::simulation) fn forget_pairs_of_spawned(&mut self) {
-        let mut left = 0;
-        let index = |entity: &Entity| {
-            entity.state.loaded_at_start.then(|| {
-                left += 1;
-                left - 1
-            })
-        };
-        let indices: Vec<Option<usize>> = self.entities.iter().map(index).collect();
-        self.contacts.keep_pairs(|robot| indices.get(robot).copied().flatten());
-    }
 }
 
 impl Contacts {

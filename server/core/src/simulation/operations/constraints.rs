@@ -76,7 +76,7 @@ impl Simulation {
     /// To be called when constraints were made.
     pub(super) fn constraints_came(&mut self, names: Vec<String>) {
         self.constraints.changed();
-        self.contacts.forget_apart(&self.constraints.apart);
+        self.contacts.forget_excluded(&self.constraints.excluded);
         for constraint in names {
             self.happened(EventKind::ConstraintCreated { constraint });
         }
@@ -160,8 +160,8 @@ impl Simulation {
         self.constraints_went(broken, ConstraintDeletion::Broke);
     }
 
-    /// To be called before robots that were not loaded at the start go.
-    pub(in crate::simulation) fn drop_constraints_of_spawned(&mut self) {
+    /// Drops pairs and constraints of robots that were not loaded at the start, before these go.
+    pub(in crate::simulation) fn forget_links_of_spawned(&mut self) {
         let mut left = 0;
         let index = |entity: &Entity| {
             entity.state.loaded_at_start.then(|| {
@@ -170,7 +170,9 @@ impl Simulation {
             })
         };
         let indices: Vec<Option<usize>> = self.entities.iter().map(index).collect();
-        let gone = self.constraints.keep(|robot| indices.get(robot).copied().flatten());
+        let index = |robot: usize| indices.get(robot).copied().flatten();
+        self.contacts.keep_pairs(index);
+        let gone = self.constraints.keep(index);
         self.constraints_went(gone, ConstraintDeletion::RobotDeleted);
     }
 

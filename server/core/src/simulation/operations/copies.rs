@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::step::slack;
 use super::targets::actuator_for;
 use crate::collision::Filter;
-use crate::dynamics::lanes::{LaneRobot, Room};
+use crate::dynamics::lanes::{Clearance, LaneRobot};
 use crate::dynamics::tree::JointType;
 use crate::dynamics::{Articulation, Tree};
 use crate::simulation::command::Target;
@@ -109,7 +109,7 @@ impl Simulation {
     }
 
     /// How far points of the robot of [`lane_robot`](Self::lane_robot) can move after a step before a contact of it could be found.
-    pub(crate) fn lane_room(&self, robot: usize) -> Room {
+    pub(crate) fn lane_clearance(&self, robot: usize) -> Clearance {
         let PhysicsSettings { gravity, time_step, substeps, .. } = self.settings;
         let h = time_step / f64::from(substeps);
         let slack = slack(gravity, h);
@@ -125,7 +125,7 @@ impl Simulation {
         }
         let bodies = &body.tree().bodies;
         if own.min(around) == f64::INFINITY {
-            return Room { around, own, levers: vec![0.0; bodies.len()], slack };
+            return Clearance { around, own, levers: vec![0.0; bodies.len()], slack };
         }
         let levers = colliders.levers(body.tree(), body.positions(), FARTHEST);
         // Shapes are where the last part of a step found them.
@@ -141,7 +141,12 @@ impl Simulation {
             }
         }
         let capped = |gap: f64| if gap == f64::INFINITY { gap } else { gap.min(FARTHEST) };
-        Room { around: capped(around) - by_root - by_joints, own: capped(own) - by_joints, levers, slack }
+        Clearance {
+            around: capped(around) - by_root - by_joints,
+            own: capped(own) - by_joints,
+            levers,
+            slack,
+        }
     }
 
     /// A step has been done of the one robot that there is, elsewhere.
@@ -165,6 +170,6 @@ impl Simulation {
     pub(crate) fn axis_state(&self, robot: usize, body: usize) -> (f64, f64) {
         let robot = &self.entities[robot].body;
         let velocity = robot.tree().bodies[body].velocity;
-        (robot.tree().place_of_axis(body, robot.positions()), robot.velocities()[velocity])
+        (robot.tree().position_of_axis(body, robot.positions()), robot.velocities()[velocity])
     }
 }

@@ -15,7 +15,7 @@ use crate::simulation::{Reply, Simulation, check};
 impl Simulation {
     pub(in crate::simulation) fn reset_joints(&mut self, robots: &[RobotReset]) -> Result<Reply, Error> {
         /// A robot, a joint, where its numbers are, and the numbers.
-        type Put = (usize, usize, (usize, usize), Place);
+        type Put = (usize, usize, (usize, usize), NewState);
         let mut puts: Vec<Put> = Vec::new();
         let mut whole = Vec::new();
         for (robot, reset) in robots.iter().enumerate() {
@@ -34,8 +34,8 @@ impl Simulation {
                 let index = entity.joint(name)?;
                 let body = entity.axis_body(index, joint.axis).map_err(within)?;
                 let body = &entity.body.tree().bodies[body];
-                let place = place(joint, entity.is_spherical(index)).map_err(within)?;
-                puts.push((robot_index, index, (body.position, body.velocity), place));
+                let new_state = new_state(joint, entity.is_spherical(index)).map_err(within)?;
+                puts.push((robot_index, index, (body.position, body.velocity), new_state));
             }
         }
         for &robot_index in &whole {
@@ -45,15 +45,15 @@ impl Simulation {
             entity.body.positions_mut()[p..].copy_from_slice(&entity.state.spawned.positions[p..]);
             entity.body.velocities_mut()[v..].fill(0.0);
         }
-        for &(robot_index, joint, (position, velocity), place) in &puts {
+        for &(robot_index, joint, (position, velocity), new_state) in &puts {
             self.cancel_trajectories(robot_index, Some(&[joint]), "a reset of the joints");
             let body = &mut self.entities[robot_index].body;
-            match place {
-                Place::Axis(q, qd) => {
+            match new_state {
+                NewState::Axis(q, qd) => {
                     body.positions_mut()[position] = q;
                     body.velocities_mut()[velocity] = qd;
                 }
-                Place::Ball(SphericalReset { orientation, angular_velocity }) => {
+                NewState::Ball(SphericalReset { orientation, angular_velocity }) => {
                     write_orientation(&mut body.positions_mut()[position..], orientation);
                     let velocities = &mut body.velocities_mut()[velocity..velocity + 3];
                     velocities.copy_from_slice(&angular_velocity.to_array());
@@ -117,7 +117,7 @@ impl Simulation {
 
 impl Entity {
     /// After positions were set by hand: followers follow, joints that hold hold the
-    /// new place, and the next step starts from nothing old.
+    /// new position, and the next step starts from nothing old.
     pub(in crate::simulation) fn settle_after_reset(&mut self) {
         let tree = Arc::clone(self.body.tree());
         apply_mimics(&tree, self.body.positions_mut());
@@ -126,7 +126,7 @@ impl Entity {
             if matches!(body.joint_type, JointType::Free { .. }) {
                 continue;
             }
-            let position = tree.place_of_axis(index, self.body.positions());
+            let position = tree.position_of_axis(index, self.body.positions());
             let velocity = self.body.velocities()[body.velocity];
             let actuator = &mut self.body.axes_mut()[body.velocity].actuator;
             match actuator.mode {
@@ -144,7 +144,7 @@ impl Entity {
 
 /// What a joint is put at.
 #[derive(Clone, Copy)]
-enum Place {
+enum NewState {
     /// The position and the velocity of an axis.
     Axis(f64, f64),
     /// A ball joint's.
@@ -152,11 +152,11 @@ enum Place {
 }
 
 /// What a reset asks for, checked.
-fn place(joint: &JointReset, is_spherical: bool) -> Result<Place, Error> {
+fn new_state(joint: &JointReset, is_spherical: bool) -> Result<NewState, Error> {
     match (joint.spherical, is_spherical) {
         (None, false) => {
             let position = check::moderate("position", joint.position)?;
-            Ok(Place::Axis(position, check::moderate("velocity", joint.velocity)?))
+            Ok(NewState::Axis(position, check::moderate("velocity", joint.velocity)?))
         }
         (Some(_), true) if joint.axis != 0 => {
             Err(check::refuse("axis", joint.axis, "a spherical joint is put as a whole: it must be 0"))
@@ -166,7 +166,7 @@ fn place(joint: &JointReset, is_spherical: bool) -> Result<Place, Error> {
             for (axis, value) in ["x", "y", "z"].into_iter().zip(reset.angular_velocity.to_array()) {
                 check::moderate(&format!("spherical.angular_velocity.{axis}"), value)?;
             }
-            Ok(Place::Ball(SphericalReset { orientation, ..reset }))
+            Ok(NewState::Ball(SphericalReset { orientation, ..reset }))
         }
         (None, true) => Err(check::refuse(
             "position",

@@ -18,9 +18,9 @@ impl Simulation {
         let entity = self.entity_mut(&pull.robot)?;
         let link = entity.link(&pull.link)?;
         let LinkPull { point, target, stiffness, max_force, duration, .. } = *pull;
-        check_place("point", point)?;
+        check_point("point", point)?;
         if let Some(target) = target {
-            check_place("target", target)?;
+            check_point("target", target)?;
         }
         for (field, value) in [("stiffness", stiffness), ("max_force", max_force)] {
             if let Some(value) = value {
@@ -70,8 +70,8 @@ impl Simulation {
 }
 
 /// A point that forces can be computed from.
-fn check_place(field: &str, place: DVec3) -> Result<(), Error> {
-    for (axis, value) in ["x", "y", "z"].into_iter().zip(place.to_array()) {
+fn check_point(field: &str, point: DVec3) -> Result<(), Error> {
+    for (axis, value) in ["x", "y", "z"].into_iter().zip(point.to_array()) {
         check::moderate(&format!("{field}.{axis}"), value)?;
     }
     Ok(())

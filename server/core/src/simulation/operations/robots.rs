@@ -103,10 +103,10 @@ impl Simulation {
             let first = &entity.body.tree().bodies[body];
             let (position, velocity) = (first.position, first.velocity);
             write_orientation(&mut entity.body.positions_mut()[position..], orientation);
-            let place = rotation_vector(orientation).to_array();
-            for (axis, place) in entity.body.axes_mut()[velocity..velocity + 3].iter_mut().zip(place) {
+            let position = rotation_vector(orientation).to_array();
+            for (axis, position) in entity.body.axes_mut()[velocity..velocity + 3].iter_mut().zip(position) {
                 if axis.actuator.mode == Mode::Hold {
-                    axis.actuator = Actuator::hold(place, 0.0);
+                    axis.actuator = Actuator::hold(position, 0.0);
                 }
             }
         }

@@ -16,7 +16,7 @@ impl Simulation {
     }
 
     /// The present state, as a save keeps it, under no name.
-    pub fn snapshot(&self) -> Saved {
+    pub fn to_saved(&self) -> Saved {
         let (state, robots) = self.state();
         Saved::of_world(state, robots)
     }

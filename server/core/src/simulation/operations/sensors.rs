@@ -109,7 +109,7 @@ impl Simulation {
         SensorCount::of(there).check(SensorCount::of(kinds))
     }
 
-    /// Gives a robot that is to take the place of the one at this index the sensors of its own description, and those that clients had put on
+    /// Gives a robot that is to replace the one at this index the sensors of its own description, and those that clients had put on
     /// the old one, as far as it has their links and joints. Names those that go.
     pub(super) fn carry_sensors(&self, robot: usize, new: &mut Entity) -> Vec<String> {
         let old = &self.entities[robot];

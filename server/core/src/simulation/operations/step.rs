@@ -84,8 +84,8 @@ impl Simulation {
             }
         }
         let mut some_ended = false;
-        for place in 0..self.step_memory.busy.robots().len() {
-            let robot_index = self.step_memory.busy.robots()[place];
+        for index in 0..self.step_memory.busy.robots().len() {
+            let robot_index = self.step_memory.busy.robots()[index];
             let entity = &mut self.entities[robot_index];
             if let Some(reason) = entity.end_step(time_step) {
                 let (robot, reason) = (entity.state.name.clone(), reason.to_string());
@@ -104,7 +104,7 @@ impl Simulation {
         self.now.sim_time = time + (self.now.step - step) as f64 * time_step;
         self.take_samples();
         if some_ended {
-            (0..self.entities.len()).for_each(|robot_index| self.tell_ended(robot_index));
+            (0..self.entities.len()).for_each(|robot_index| self.report_ended(robot_index));
         }
         true
     }
@@ -148,7 +148,7 @@ fn advance(
             robot.update_poses(shaped > 1, slack, part.h);
         }
     });
-    if !contacts.find(robots, busy, &constraints.apart, slack, threads, interrupt) {
+    if !contacts.find(robots, busy, &constraints.excluded, slack, threads, interrupt) {
         return false;
     }
     for &robot in busy.robots() {

@@ -114,11 +114,11 @@ impl Check<'_> {
             WholeTarget::Passive | WholeTarget::Hold => &[],
         };
         for (joint, body) in entity.actuated() {
-            let place = tree.bodies[body].velocity - root;
-            let value = values.get(place).copied().unwrap_or(0.0);
+            let offset = tree.bodies[body].velocity - root;
+            let value = values.get(offset).copied().unwrap_or(0.0);
             if entity.is_spherical(joint) {
                 // A rotation vector has a length.
-                check::moderate(&format!("whole.values[{place}]"), value)?;
+                check::moderate(&format!("whole.values[{offset}]"), value)?;
             }
             let target = match whole {
                 WholeTarget::Position(_) => Target::position(value),
@@ -167,7 +167,7 @@ pub(super) struct Beyond {
 
 /// What a body's actuator does from now on for a target of its one axis, clamped to its limits.
 pub(super) fn actuator_for(robot: &Articulation, body: usize, target: &Target) -> (Actuator, Option<Beyond>) {
-    let position = robot.tree().place_of_axis(body, robot.positions());
+    let position = robot.tree().position_of_axis(body, robot.positions());
     let dof = robot.tree().bodies[body].velocity;
     let (axis, joint_velocity) = (&robot.axes()[dof], robot.velocities()[dof]);
     let limits = &axis.settings.limits;
@@ -249,9 +249,9 @@ fn of_axes(target: &Target, is_spherical: bool) -> Result<[Option<Target>; 3], E
             max_effort,
             max_velocity,
         } if is_spherical => {
-            let place = rotation_vector(orientation.normalize());
+            let vector = rotation_vector(orientation.normalize());
             each(&|k| Target::Position {
-                position: place[k],
+                position: vector[k],
                 velocity: velocity[k],
                 stiffness,
                 damping,

@@ -23,7 +23,7 @@ impl Simulation {
         let robot_index = self.robot_index(&request.robot)?;
         let joints = self.entities[robot_index].trajectory_joints(request, claim)?;
         if let Begin::After(seconds) = request.begin {
-            check::within("begin.after", seconds, 0.0..=MAX_TIME)?;
+            check::within("delay", seconds, 0.0..=MAX_TIME)?;
         }
         check::optional_at_least_zero("goal_time_tolerance", request.goal_time_tolerance)?;
         let there = self.entities[robot_index].state.trajectories.len();
@@ -49,7 +49,7 @@ impl Simulation {
             ended: None,
         });
         self.entities[robot_index].begin_trajectories(0.0);
-        self.tell_ended(robot_index);
+        self.report_ended(robot_index);
         Ok(Reply::TrajectoryAccepted { id })
     }
 
@@ -74,7 +74,7 @@ impl Simulation {
         let entity = &mut self.entities[robot_index];
         let by = "a request";
         entity.end_trajectories(|trajectory| id.is_none_or(|id| trajectory.id == id), by);
-        self.tell_ended(robot_index);
+        self.report_ended(robot_index);
         Ok(Reply::Done)
     }
 
@@ -84,13 +84,13 @@ impl Simulation {
         if entity.state.trajectories.is_empty() {
             return;
         }
-        for place in 0..entity.state.trajectories.len() {
-            let trajectory = &entity.state.trajectories[place];
+        for index in 0..entity.state.trajectories.len() {
+            let trajectory = &entity.state.trajectories[index];
             if joints.iter().any(|joint| trajectory.has_joint(*joint)) {
-                entity.end_trajectory(place, TrajectoryEnd::Superseded, joints);
+                entity.end_trajectory(index, TrajectoryEnd::Superseded, joints);
             }
         }
-        self.tell_ended(robot_index);
+        self.report_ended(robot_index);
     }
 
     /// Joints of a robot, or all, were put elsewhere, or are no longer driven by who drove them.
@@ -108,7 +108,7 @@ impl Simulation {
             joints.is_none_or(|joints| joints.iter().any(|joint| trajectory.has_joint(*joint)))
         };
         entity.end_trajectories(meant, by);
-        self.tell_ended(robot_index);
+        self.report_ended(robot_index);
     }
 
     /// Robots and the ids of their trajectories.
@@ -121,14 +121,14 @@ impl Simulation {
     }
 
     /// Makes known what ended, and forgets it.
-    pub(in crate::simulation) fn tell_ended(&mut self, robot_index: usize) {
+    pub(in crate::simulation) fn report_ended(&mut self, robot_index: usize) {
         loop {
             let state = &mut self.entities[robot_index].state;
-            let Some(place) = state.trajectories.iter().position(|trajectory| trajectory.ended.is_some())
+            let Some(index) = state.trajectories.iter().position(|trajectory| trajectory.ended.is_some())
             else {
                 return;
             };
-            let trajectory = state.trajectories.remove(place);
+            let trajectory = state.trajectories.remove(index);
             let robot = state.name.clone();
             if let Some(end) = trajectory.ended {
                 self.happened(EventKind::TrajectoryEnded { robot, id: trajectory.id, end });
@@ -155,9 +155,9 @@ impl Entity {
         check_points(points, names.len())
             .map_err(|(what, index)| check::refuse(format!("points[{index}]"), "not a point", what))?;
         let mut joints: Vec<TrajectoryJoint> = Vec::with_capacity(names.len());
-        for (place, name) in names.iter().enumerate() {
+        for (index, name) in names.iter().enumerate() {
             let within =
-                |error: Error| error.within(|| format!("joints[{place}]")).of(|| format!("joint {name:?}"));
+                |error: Error| error.within(|| format!("joints[{index}]")).of(|| format!("joint {name:?}"));
             let joint = self.joint(name)?;
             self.allow_joint(joint, claim)?;
             let body = self.actuated_body(joint, 0).map_err(within)?;
@@ -174,17 +174,17 @@ impl Entity {
             let velocity = self.body.tree().bodies[body].velocity;
             let (lower, upper) = self.body.axes()[velocity].settings.limits.range();
             for point in points.iter() {
-                let requested = point.positions[place];
+                let requested = point.positions[index];
                 if !(lower..=upper).contains(&requested) {
                     return Err(Error::TargetBeyondLimit { joint: name.clone(), requested, lower, upper });
                 }
             }
-            let [path, goal] = tolerances.get(place).copied().unwrap_or_default();
+            let [path, goal] = tolerances.get(index).copied().unwrap_or_default();
             for (field, tolerance) in [("path", path), ("goal", goal)] {
                 for (quantity, value) in [("position", tolerance.position), ("velocity", tolerance.velocity)]
                 {
                     check::optional_at_least_zero(&format!("{field}.{quantity}"), value)
-                        .map_err(|error| error.within(|| format!("tolerances[{place}]")))?;
+                        .map_err(|error| error.within(|| format!("tolerances[{index}]")))?;
                 }
             }
             joints.push(TrajectoryJoint { joint, start: (0.0, 0.0), path, goal });
@@ -195,14 +195,14 @@ impl Entity {
     /// The position, the velocity and what else lies there of a joint with one axis.
     fn axis_of(&self, joint: usize) -> (usize, usize, usize) {
         let body = self.body.tree().joints[joint].start;
-        let place = &self.body.tree().bodies[body];
-        (body, place.position, place.velocity)
+        let own = &self.body.tree().bodies[body];
+        (body, own.position, own.velocity)
     }
 
     /// Those whose time has come begin, `seconds` later than when this was asked last.
     fn begin_trajectories(&mut self, seconds: f64) {
-        for place in 0..self.state.trajectories.len() {
-            let (before, rest) = self.state.trajectories.split_at_mut(place);
+        for index in 0..self.state.trajectories.len() {
+            let (before, rest) = self.state.trajectories.split_at_mut(index);
             let Some(trajectory) = rest.first_mut() else { return };
             let begins = match &mut trajectory.begin {
                 Begin::Now => false,
@@ -216,19 +216,19 @@ impl Entity {
                 }
             };
             if begins && trajectory.ended.is_none() {
-                self.begin_trajectory(place);
+                self.begin_trajectory(index);
             }
         }
     }
 
     /// Goes on from where the target of each joint has got to, or from where the joint is.
-    fn begin_trajectory(&mut self, place: usize) {
+    fn begin_trajectory(&mut self, index: usize) {
         let Self { state, body, .. } = self;
-        let trajectory = &mut state.trajectories[place];
+        let trajectory = &mut state.trajectories[index];
         trajectory.begin = Begin::Now;
         for joint in &mut trajectory.joints {
-            let index = body.tree().joints[joint.joint].start;
-            let at = &body.tree().bodies[index];
+            let own = body.tree().joints[joint.joint].start;
+            let at = &body.tree().bodies[own];
             let actuator = &body.axes()[at.velocity].actuator;
             joint.start = match actuator.mode {
                 Mode::Position | Mode::Hold => (actuator.setpoint, actuator.velocity),
@@ -238,7 +238,7 @@ impl Entity {
             };
         }
         let joints: Vec<usize> = trajectory.joints.iter().map(|joint| joint.joint).collect();
-        for other in 0..place {
+        for other in 0..index {
             let trajectory = &self.state.trajectories[other];
             if trajectory.ended.is_none() && joints.iter().any(|joint| trajectory.has_joint(*joint)) {
                 self.end_trajectory(other, TrajectoryEnd::Superseded, &joints);
@@ -248,15 +248,15 @@ impl Entity {
 
     /// Ends a trajectory: joints other than those that have a new target already hold where they are, and what was queued
     /// behind it is cancelled with it.
-    fn end_trajectory(&mut self, place: usize, end: TrajectoryEnd, except: &[usize]) {
-        let trajectory = &self.state.trajectories[place];
+    fn end_trajectory(&mut self, index: usize, end: TrajectoryEnd, except: &[usize]) {
+        let trajectory = &self.state.trajectories[index];
         if trajectory.ended.is_some() {
             return;
         }
         let succeeded = end == TrajectoryEnd::Succeeded;
         if trajectory.is_under_way() {
-            for index in 0..trajectory.joints.len() {
-                let joint = self.state.trajectories[place].joints[index].joint;
+            for joint_index in 0..trajectory.joints.len() {
+                let joint = self.state.trajectories[index].joints[joint_index].joint;
                 let (body, _, velocity) = self.axis_of(joint);
                 if succeeded {
                     self.body.axes_mut()[velocity].actuator.velocity = 0.0;
@@ -265,16 +265,16 @@ impl Entity {
                 }
             }
         }
-        self.state.trajectories[place].ended = Some(end);
+        self.state.trajectories[index].ended = Some(end);
         if succeeded {
             return;
         }
-        for later in place + 1..self.state.trajectories.len() {
+        for later in index + 1..self.state.trajectories.len() {
             let (before, rest) = self.state.trajectories.split_at_mut(later);
             if let Some(waiting) = rest.first_mut()
                 && waiting.begin == Begin::Queued
                 && waiting.ended.is_none()
-                && before[place].shares_joints(waiting)
+                && before[index].shares_joints(waiting)
             {
                 waiting.ended =
                     Some(TrajectoryEnd::Cancelled { by: "the end of the one before it".to_owned() });
@@ -283,10 +283,10 @@ impl Entity {
     }
 
     fn end_trajectories(&mut self, meant: impl Fn(&ActiveTrajectory) -> bool, by: &str) {
-        for place in 0..self.state.trajectories.len() {
-            if meant(&self.state.trajectories[place]) {
+        for index in 0..self.state.trajectories.len() {
+            if meant(&self.state.trajectories[index]) {
                 let end = TrajectoryEnd::Cancelled { by: by.to_owned() };
-                self.end_trajectory(place, end, &[]);
+                self.end_trajectory(index, end, &[]);
             }
         }
     }
@@ -296,16 +296,16 @@ impl Entity {
         if self.state.trajectories.is_empty() {
             return;
         }
-        for place in 0..self.state.trajectories.len() {
-            let trajectory = &mut self.state.trajectories[place];
+        for index in 0..self.state.trajectories.len() {
+            let trajectory = &mut self.state.trajectories[index];
             if !trajectory.is_under_way() || trajectory.ended.is_some() {
                 continue;
             }
             trajectory.advance(time_step);
-            for index in 0..trajectory.joints.len() {
-                let trajectory = &self.state.trajectories[place];
-                let Sample { position, velocity, acceleration: _, effort } = trajectory.sample(index);
-                let (_, _, axis) = self.axis_of(trajectory.joints[index].joint);
+            for joint_index in 0..trajectory.joints.len() {
+                let trajectory = &self.state.trajectories[index];
+                let Sample { position, velocity, acceleration: _, effort } = trajectory.sample(joint_index);
+                let (_, _, axis) = self.axis_of(trajectory.joints[joint_index].joint);
                 let present = &mut self.body.axes_mut()[axis].actuator;
                 // In place: what goes on smoothly is no interruption of it.
                 if present.mode == Mode::Position {
@@ -327,20 +327,20 @@ impl Entity {
     }
 
     /// Looks, after a step of so many seconds, which trajectories are over, and begins those whose time has come. What ended is
-    /// to be reported by [`Simulation::tell_ended`].
+    /// to be reported by [`Simulation::report_ended`].
     pub(in crate::simulation) fn judge_trajectories(&mut self, time_step: f64) {
         if self.state.trajectories.is_empty() {
             return;
         }
-        for place in 0..self.state.trajectories.len() {
-            let trajectory = &self.state.trajectories[place];
+        for index in 0..self.state.trajectories.len() {
+            let trajectory = &self.state.trajectories[index];
             if trajectory.is_under_way() && trajectory.ended.is_none() {
                 let end = match self.state.disabled {
                     Some(_) => Some(TrajectoryEnd::Cancelled { by: "a fault of the robot".to_owned() }),
                     None => self.end_of(trajectory, time_step),
                 };
                 if let Some(end) = end {
-                    self.end_trajectory(place, end, &[]);
+                    self.end_trajectory(index, end, &[]);
                 }
             }
         }
@@ -373,12 +373,12 @@ impl Entity {
         trajectory: &ActiveTrajectory,
         tolerance: impl Fn(&TrajectoryJoint) -> Tolerance,
     ) -> Option<Violation> {
-        trajectory.joints.iter().enumerate().find_map(|(place, joint)| {
+        trajectory.joints.iter().enumerate().find_map(|(index, joint)| {
             let Tolerance { position, velocity } = tolerance(joint);
             if position.is_none() && velocity.is_none() {
                 return None;
             }
-            let wanted = trajectory.sample(place);
+            let wanted = trajectory.sample(index);
             let (_, q, qd) = self.axis_of(joint.joint);
             let at_end = trajectory.next >= trajectory.points.len();
             let wanted_velocity = if at_end { 0.0 } else { wanted.velocity };

@@ -61,8 +61,7 @@ impl Simulation {
                     self.cancel_trajectories(robot_index, None, "the end of the robot");
                 }
             }
-            self.forget_pairs_of_spawned();
-            self.drop_constraints_of_spawned();
+            self.forget_links_of_spawned();
             self.entities.retain(|entity| {
                 if !entity.state.loaded_at_start {
                     deleted.push(entity.state.name.clone());

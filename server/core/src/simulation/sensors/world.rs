@@ -18,7 +18,7 @@ pub(in crate::simulation) struct WorldSensors {
 }
 
 impl WorldSensors {
-    /// To be called with all sensors, by the index of their robot, when some of them may have come, gone or changed their place.
+    /// To be called with all sensors, by the index of their robot, when some of them may have come, gone or changed their index.
     pub(in crate::simulation) fn changed<'s>(
         &mut self,
         all: impl Iterator<Item = (usize, &'s mut Vec<SensorState>)>,

@@ -129,7 +129,7 @@ fn a_joint_that_is_claimed_alone_keeps_others_from_the_robot_but_not_from_its_ot
 }
 
 #[test]
-fn what_concerns_everybody_asks_for_the_world_while_somebody_else_holds_a_claim() {
+fn what_concerns_all_clients_asks_for_the_world_while_another_holds_a_claim() {
     let mut world = claimed();
     world.apply(&Command::SaveState { name: "saved".into() }).unwrap();
     for command in changes_of_the_world() {
@@ -213,7 +213,7 @@ fn a_restored_state_leaves_claims_as_they_are() {
 }
 
 #[test]
-fn a_claim_on_what_is_gone_keeps_nobody_from_anything() {
+fn a_claim_on_what_is_gone_forbids_nothing() {
     let mut world = claimed();
     world.apply_for(&Command::Delete { robot: "arm".into() }, Some(PLANNER)).unwrap();
     for command in &changes_of_the_world()[..2] {

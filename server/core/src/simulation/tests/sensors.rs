@@ -315,7 +315,7 @@ fn a_state_with_sensors_that_cannot_be_is_refused() {
         (|sensor| Arc::make_mut(&mut sensor.definition).rate = Some(-1.0), "rate"),
     ];
     for (change, why) in changes {
-        let saved = world.snapshot();
+        let saved = world.to_saved();
         let mut state = saved.world_state().clone();
         assert!(Saved::new(state.clone(), saved.parts()).is_ok());
         change(&mut state.robots[0].entity.sensors[0]);
@@ -328,7 +328,7 @@ fn a_state_with_sensors_that_cannot_be_is_refused() {
 fn a_state_with_more_sensors_than_a_world_may_have_is_refused() {
     let mut world = world_with(1e-3, spawn("arm", arm()));
     create(&mut world, imu("one", "")).unwrap();
-    let saved = world.snapshot();
+    let saved = world.to_saved();
     let mut state = saved.world_state().clone();
     let sensors = &mut state.robots[0].entity.sensors;
     for index in 0..MAX_SENSORS_PER_ROBOT {

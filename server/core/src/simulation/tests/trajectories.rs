@@ -75,7 +75,7 @@ fn cancelled(by: &str) -> TrajectoryEnd {
 /// A quintic from rest to rest: s(u) = 10 u^3 - 15 u^4 + 6 u^5. The spring of the default gains, 300 rad/s, lags by
 /// the acceleration over its square (5.8 A / T^2 / 9e4, below 1e-4 rad here) and sags by gravity (below 1 mrad).
 #[test]
-fn joints_follow_the_interpolated_path_and_the_end_is_told_at_its_step() {
+fn joints_follow_the_interpolated_path_and_the_end_is_reported_at_its_step() {
     let mut world = armed();
     let id = follow(&mut world, both(vec![smooth(1.0, &[0.8, -1.2])]));
     let mut largest = 0.0f64;
@@ -139,9 +139,9 @@ fn a_goal_that_is_not_reached_in_time_is_a_failure_and_one_that_is_reached_late_
     let mut world = armed();
     let id = follow(&mut world, request(Some(0.5)));
     run(&mut world, 0.7);
-    let told = ended(&mut world);
-    assert_eq!((told[0].0, &told[0].1), (id, &TrajectoryEnd::Succeeded));
-    assert!(told[0].2 > 200, "after its time: {told:?}");
+    let reported = ended(&mut world);
+    assert_eq!((reported[0].0, &reported[0].1), (id, &TrajectoryEnd::Succeeded));
+    assert!(reported[0].2 > 200, "after its time: {reported:?}");
     // Held fast by a wrench it never gets there.
     let mut world = armed();
     let wrench = LinkWrench {
@@ -156,10 +156,10 @@ fn a_goal_that_is_not_reached_in_time_is_a_failure_and_one_that_is_reached_late_
     world.apply(&Command::ApplyWrench(wrench)).unwrap();
     let id = follow(&mut world, request(Some(0.1)));
     run(&mut world, 0.5);
-    let told = ended(&mut world);
+    let reported = ended(&mut world);
     assert!(
-        matches!(told[0], (ended, TrajectoryEnd::GoalToleranceViolated(_), 300 | 301) if ended == id),
-        "{told:?}"
+        matches!(reported[0], (ended, TrajectoryEnd::GoalToleranceViolated(_), 300 | 301) if ended == id),
+        "{reported:?}"
     );
 }
 
@@ -291,7 +291,7 @@ fn a_claim_keeps_others_from_its_joints_and_ends_what_they_carry_out_with_it() {
     };
     let cancel = Command::CancelTrajectory { robot: "arm".into(), id: None };
     assert!(matches!(world.apply(&cancel), Err(Error::JointClaimed { .. })));
-    // The shoulder is free for all: whoever takes it ends the whole.
+    // The shoulder is free for all: a target of it ends the whole.
     run(&mut world, 0.2);
     world.apply(&Command::Release { claim: ClaimId(1), cause: ReleaseCause::Lapsed }).unwrap();
     assert_eq!(ends(&mut world), [(id, cancelled("the end of a claim"))]);
@@ -322,7 +322,7 @@ fn a_state_in_the_middle_goes_on_to_the_bit() {
 }
 
 #[test]
-fn one_that_a_restored_state_does_not_have_is_told_to_have_ended() {
+fn one_that_a_restored_state_does_not_have_is_reported_to_have_ended() {
     let mut world = armed();
     world.apply(&Command::SaveState { name: "before".into() }).unwrap();
     let id = follow(&mut world, both(vec![smooth(1.0, &[0.8, -1.2])]));
@@ -358,7 +358,7 @@ fn what_cannot_be_carried_out_is_refused_whole_and_names_the_field() {
     refused(FollowTrajectory { joints: vec!["knee".into()], ..both(vec![point(1.0, &[0.0])]) }, "knee");
     refused(
         FollowTrajectory { begin: Begin::After(-1.0), ..shoulder(vec![point(1.0, &[0.0])]) },
-        "begin.after is -1",
+        "delay is -1",
     );
     refused(
         FollowTrajectory { goal_time_tolerance: Some(f64::NAN), ..shoulder(vec![point(1.0, &[0.0])]) },

@@ -43,17 +43,15 @@ fn read_box(format: &str, files: &Files) -> (Content, Beside) {
     (read(&uri, &bytes, &beside).unwrap(), beside)
 }
 
-/// The picture's place of each corner, by where the corner is: the one that a viewer would see there.
-fn places(content: &Content) -> Vec<([i64; 3], [f32; 2])> {
+/// The texture coordinates of each corner, by where the corner is: the one that a viewer would see there.
+fn uvs(content: &Content) -> Vec<([i64; 3], [f32; 2])> {
     let (vertices, triangles) = &content.triangles;
     let [paint] = &content.paints[..] else { panic!("{:?}", content.paints) };
     let texture = paint.texture.as_ref().unwrap();
-    assert_eq!((paint.first, texture.places.len()), (0, triangles.len()));
-    let corners = triangles.iter().flatten().zip(texture.places.iter().flatten());
+    assert_eq!((paint.first, texture.uvs.len()), (0, triangles.len()));
+    let corners = triangles.iter().flatten().zip(texture.uvs.iter().flatten());
     let mut all: Vec<_> = corners
-        .map(|(corner, place)| {
-            (vertices[*corner as usize].to_array().map(|x| (x * 10.0).round() as i64), *place)
-        })
+        .map(|(corner, uv)| (vertices[*corner as usize].to_array().map(|x| (x * 10.0).round() as i64), *uv))
         .collect();
     all.sort_by(|a, b| a.partial_cmp(b).unwrap());
     all.dedup();
@@ -64,13 +62,13 @@ fn places(content: &Content) -> Vec<([i64; 3], [f32; 2])> {
 fn each_format_has_the_picture_at_the_same_corners() {
     let (glb, beside) = read_box("glb", &Files::default());
     assert_eq!((beside.files.len(), beside.notes.len()), (0, 0), "it is within the file");
-    let expected = places(&glb);
+    let expected = uvs(&glb);
     // The upper left of the side towards x is that of the picture.
     assert!(expected.contains(&([1, -1, 1], [0.0, 0.0])) && expected.contains(&([1, 1, -1], [1.0, 1.0])));
     for format in ["obj", "dae", "gltf"] {
         let (content, beside) = read_box(format, &boxes());
         assert_eq!(beside.notes, [""; 0]);
-        assert_eq!(places(&content), expected, "{format}");
+        assert_eq!(uvs(&content), expected, "{format}");
         let texture = content.paints[0].texture.as_ref().unwrap();
         assert_eq!(
             (texture.image.size, &*texture.image.bytes),

@@ -6,7 +6,7 @@ use std::rc::Rc;
 use glamx::{DMat4, DVec3};
 use roxmltree::{Node, NodeId};
 
-use super::places::Places;
+use super::texture_coordinates::TextureCoordinates;
 use super::xml::{File, at, attribute, child, children, is, number, whole, words};
 use crate::limits;
 use crate::mesh::Triangles;
@@ -16,7 +16,7 @@ use crate::mesh::builder::{Builder, FaceCorner, Fan, Look};
 pub(super) struct Geometry<'a> {
     mesh: Triangles,
     /// In a picture, of the corners of the first triangles.
-    places: Vec<[[f32; 2]; 3]>,
+    uvs: Vec<[[f32; 2]; 3]>,
     /// Where triangles begin that have another material, and what the geometry calls it.
     parts: Vec<(usize, Option<&'a str>)>,
 }
@@ -29,7 +29,7 @@ impl<'a> Geometry<'a> {
         look: &mut dyn FnMut(&'a str) -> Look,
         mesh: &mut Builder,
     ) -> Result<(), String> {
-        let Self { mesh: (vertices, triangles), places, parts } = self;
+        let Self { mesh: (vertices, triangles), uvs, parts } = self;
         let first = u32::try_from(mesh.corners()).map_err(|_| "it has too many corners")?;
         for vertex in vertices {
             mesh.corner(mesh_from_geometry.transform_point3(*vertex))?;
@@ -40,10 +40,10 @@ impl<'a> Geometry<'a> {
             if let Some((_, material)) = parts.next_if(|(begin, _)| *begin == number) {
                 mesh.paint(material.map_or_else(Look::default, &mut *look));
             }
-            let places = places.get(number).copied().unwrap_or_default();
+            let uvs = uvs.get(number).copied().unwrap_or_default();
             let corner = |n: usize| FaceCorner {
                 index: first.saturating_add(triangle.get(n).copied().unwrap_or_default()),
-                place: places.get(n).copied().unwrap_or_default(),
+                uv: uvs.get(n).copied().unwrap_or_default(),
             };
             mesh.face([0, 1, 2].map(corner))?;
         }
@@ -61,14 +61,14 @@ pub(super) struct Geometries<'f, 'a> {
     /// By their `<vertices>`, and by their `<source>`.
     positions: HashMap<NodeId, Positions<'a>>,
     /// In pictures, if there are any.
-    places: Option<Places<'f, 'a>>,
+    uvs: Option<TextureCoordinates<'f, 'a>>,
 }
 
 /// Where corners are.
 #[derive(Clone, Copy)]
 struct Positions<'a> {
     accessor: Node<'a, 'a>,
-    /// Places of x, y and z among what the accessor gives for a corner.
+    /// Indices of x, y and z among what the accessor gives for a corner.
     axes: [usize; 3],
 }
 
@@ -81,7 +81,7 @@ impl<'f, 'a> Geometries<'f, 'a> {
             corners: 0,
             triangles: 0,
             positions: HashMap::new(),
-            places: has_images.then(|| Places::new(file)),
+            uvs: has_images.then(|| TextureCoordinates::new(file)),
         }
     }
 
@@ -103,7 +103,7 @@ impl<'f, 'a> Geometries<'f, 'a> {
                 }
             }
         }
-        let places = mesh.take_places();
+        let uvs = mesh.take_uvs();
         let read = mesh.pruned()?;
         self.corners += read.0.len();
         self.triangles += read.1.len();
@@ -111,7 +111,7 @@ impl<'f, 'a> Geometries<'f, 'a> {
             let (corners, triangles) = (limits::MESH_VERTICES, limits::MESH_TRIANGLES);
             return Err(format!("it has more than {corners} corners or {triangles} triangles"));
         }
-        let read = Rc::new(Geometry { mesh: read, places, parts });
+        let read = Rc::new(Geometry { mesh: read, uvs, parts });
         self.read.insert(node.id(), read.clone());
         Ok(read)
     }
@@ -136,7 +136,7 @@ impl<'f, 'a> Geometries<'f, 'a> {
                 known
             }
         };
-        let texture = self.places.as_mut().and_then(|places| places.of(faces));
+        let texture = self.uvs.as_mut().and_then(|uvs| uvs.of(faces));
         // A polygon with holes is drawn without them.
         let lists = faces.children().filter_map(|of| match of.tag_name().name() {
             "p" => Some(of),
@@ -151,13 +151,13 @@ impl<'f, 'a> Geometries<'f, 'a> {
             let mut words = words(list);
             let mut next = || -> Result<Option<FaceCorner>, String> {
                 let mut corner = None;
-                let mut in_picture = [0.0; 2];
-                for place in 0..stride {
+                let mut uv_of_corner = [0.0; 2];
+                for number in 0..stride {
                     let Some(word) = words.next() else {
                         let short = || at(list, "the last corner has fewer indices than the others");
-                        return if place == 0 { Ok(None) } else { Err(short()) };
+                        return if number == 0 { Ok(None) } else { Err(short()) };
                     };
-                    if place == offset {
+                    if number == offset {
                         let index = whole(list, word)?;
                         if index >= count {
                             let message = format!("a face names corner {index} of {count}, counted from 0");
@@ -165,14 +165,14 @@ impl<'f, 'a> Geometries<'f, 'a> {
                         }
                         corner = u32::try_from(first + index).ok();
                     }
-                    if let Some((places, offset)) = &texture
-                        && place == *offset
+                    if let Some((uvs, offset)) = &texture
+                        && number == *offset
                     {
-                        let place = word.parse().ok().and_then(|index: usize| places.get(index));
-                        in_picture = place.copied().unwrap_or_default();
+                        let uv = word.parse().ok().and_then(|index: usize| uvs.get(index));
+                        uv_of_corner = uv.copied().unwrap_or_default();
                     }
                 }
-                Ok(corner.map(|index| FaceCorner { index, place: in_picture }))
+                Ok(corner.map(|index| FaceCorner { index, uv: uv_of_corner }))
             };
             sizes.fill(list, &mut next, mesh)?;
         }
@@ -254,17 +254,17 @@ impl<'f, 'a> Geometries<'f, 'a> {
         let last = axes.iter().max().copied().unwrap_or_default();
         for _ in 0..count {
             let mut corner = [0.0; 3];
-            for place in 0..stride {
+            for index in 0..stride {
                 match words.next() {
                     Some(word) => {
                         for (coordinate, _) in
-                            corner.iter_mut().zip(&axes).filter(|(_, axis)| **axis == place)
+                            corner.iter_mut().zip(&axes).filter(|(_, axis)| **axis == index)
                         {
                             *coordinate = number(array, word)?;
                         }
                     }
                     // What lies between corners may be missing behind the last.
-                    None if place > last => break,
+                    None if index > last => break,
                     None => return Err(short()),
                 }
             }

@@ -2,7 +2,7 @@
 //!
 //! * `xml`: the document, guarded.
 //! * `scene`: nodes, where they stand, and what they show.
-//! * `geometry`: corners and faces; `places`: where corners are in pictures.
+//! * `geometry`: corners and faces; `texture_coordinates`: where corners are in pictures.
 //! * `material`: colours and textures.
 //!
 //! No library is used: those that there are hang, abort or take gigabytes on files of a few
@@ -15,10 +15,10 @@
 
 mod geometry;
 mod material;
-mod places;
 mod scene;
 #[cfg(test)]
 mod tests;
+mod texture_coordinates;
 mod xml;
 
 use super::{Beside, Triangles};

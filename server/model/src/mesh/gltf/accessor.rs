@@ -6,7 +6,7 @@ use std::cell::Cell;
 use super::document::{Accessor, Document, data};
 use crate::limits;
 use crate::mesh::Beside;
-use crate::mesh::builder::place;
+use crate::mesh::builder::texture_coordinate;
 
 /// What the buffers hold.
 pub(super) struct Buffers<'d> {
@@ -64,11 +64,11 @@ impl<'d> Buffers<'d> {
         self.read::<3>(accessor, found)
     }
 
-    /// Places in a picture; `None` where they cannot be read, for which no mesh is refused.
-    pub(super) fn places(&self, accessor: usize) -> Option<Vec<[f32; 2]>> {
+    /// Texture coordinates; `None` where they cannot be read, for which no mesh is refused.
+    pub(super) fn uvs(&self, accessor: usize) -> Option<Vec<[f32; 2]>> {
         let found = self.get(accessor, &["VEC2"]).ok()?;
-        let places = self.read::<2>(accessor, found).ok()?;
-        Some(places.into_iter().map(|place_of| place_of.map(|value| place(f64::from(value)))).collect())
+        let uvs = self.read::<2>(accessor, found).ok()?;
+        Some(uvs.into_iter().map(|uv| uv.map(|value| texture_coordinate(f64::from(value)))).collect())
     }
 
     /// Corners of triangles.

@@ -75,8 +75,8 @@ pub(super) struct Attributes {
 }
 
 impl Attributes {
-    /// The places of one of the first two sets, which are those that all readers know.
-    pub(super) fn places(&self, set: usize) -> Option<usize> {
+    /// The texture coordinates of one of the first two sets, which are those that all readers know.
+    pub(super) fn uvs(&self, set: usize) -> Option<usize> {
         match set {
             0 => self.texcoord_0,
             1 => self.texcoord_1,

@@ -33,7 +33,7 @@ impl<'d> Materials<'d> {
         self.document.materials.get(material?)?.pbr_metallic_roughness.as_ref()
     }
 
-    /// Which set of places a material's picture has.
+    /// Which set of texture coordinates a material's picture has.
     pub(super) fn texture_set(&self, material: Option<usize>) -> Option<usize> {
         Some(self.pbr(material)?.base_color_texture.as_ref()?.tex_coord)
     }

@@ -92,7 +92,7 @@ impl Reader<'_> {
             }
             let file_from_node = file_from_parent * transform(node);
             if let Some(mesh) = node.mesh {
-                // The place of a skin's node does not count: its bones are where they were bound.
+                // The pose of a skin's node does not count: its bones are where they were bound.
                 let at = if node.skin.is_some() { DMat4::IDENTITY } else { file_from_node };
                 self.add(mesh, at)?;
             }
@@ -127,8 +127,8 @@ impl Reader<'_> {
         // Of use only where there is a picture.
         let set = self.materials.texture_set(primitive.material).unwrap_or(0);
         let has_picture = look.image.is_some() || self.is_covered;
-        let places = match primitive.attributes.places(set).filter(|_| has_picture) {
-            Some(accessor) => self.buffers.places(accessor).unwrap_or_default(),
+        let uvs = match primitive.attributes.uvs(set).filter(|_| has_picture) {
+            Some(accessor) => self.buffers.uvs(accessor).unwrap_or_default(),
             None => Vec::new(),
         };
         let first = self.mesh.corners();
@@ -137,9 +137,9 @@ impl Reader<'_> {
         }
         self.mesh.paint(look);
         let corner = |index: usize| {
-            let place = places.get(index).copied().unwrap_or_default();
+            let uv = uvs.get(index).copied().unwrap_or_default();
             let index = u32::try_from(first + index).ok().filter(|_| index < count);
-            index.map(|index| FaceCorner { index, place })
+            index.map(|index| FaceCorner { index, uv })
         };
         let indices = primitive.indices.map(|indices| self.buffers.indices(indices)).transpose()?;
         let length = indices.as_ref().map_or(count, Vec::len);

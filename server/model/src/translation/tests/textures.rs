@@ -96,9 +96,9 @@ fn a_mesh_has_the_picture_where_its_corners_say_and_another_look_for_it() {
     let covered = mesh(&shown);
     let [paint] = &covered.paints[..] else { panic!("{:?}", covered.paints) };
     let texture = paint.texture.as_ref().unwrap();
-    assert_eq!((paint.first, texture.places.len()), (0, covered.triangles.len()));
+    assert_eq!((paint.first, texture.uvs.len()), (0, covered.triangles.len()));
     assert_eq!(texture.image.sha256, Sha256::of(&asset("pictures/squares.png")));
-    let mut corners: Vec<[f32; 2]> = texture.places.iter().flatten().copied().collect();
+    let mut corners: Vec<[f32; 2]> = texture.uvs.iter().flatten().copied().collect();
     corners.sort_by(|a, b| a.partial_cmp(b).unwrap());
     corners.dedup();
     assert_eq!(corners, [[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]]);
@@ -117,7 +117,7 @@ fn a_mesh_without_places_in_pictures_says_that_the_picture_is_not_drawn() {
     let still = MESH.replace("<freejoint/>", "");
     let (shown, report) = visual(&mjcf(assets, &still), &files().with("meshes/a.stl", stl));
     assert_eq!(mesh(&shown).paints.len(), 0);
-    let said = report.findings.iter().filter(|finding| finding.message.contains("no places in pictures"));
+    let said = report.findings.iter().filter(|finding| finding.message.contains("no texture coordinates"));
     assert_eq!(said.count(), 1, "{report:?}");
 }
 

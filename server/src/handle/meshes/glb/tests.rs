@@ -187,7 +187,7 @@ fn each_colour_is_a_part_of_its_own() {
     assert_eq!(json["materials"].as_array().unwrap().len(), MOST_LOOKS + 1);
 }
 
-/// Half of a cube has a picture, twice: it is in the file once, with the places of corners, and nothing is lost of the rest.
+/// Half of a cube has a picture, twice: it is in the file once, with the texture coordinates of corners, and nothing is lost of the rest.
 #[test]
 fn a_picture_is_in_the_file_once_and_corners_have_their_places_in_it() {
     let bytes: Arc<[u8]> = Arc::from(&b"seven b"[..]);
@@ -195,8 +195,8 @@ fn a_picture_is_in_the_file_once_and_corners_have_their_places_in_it() {
         Image { sha256: Sha256::of(&bytes), kind: ImageKind::Jpeg, size: [1, 1], bytes: bytes.clone() };
     let image = Arc::new(image);
     let texture = |count: usize, at: f32| {
-        let places = vec![[[at, 0.0], [at, 0.5], [1.0, at]]; count];
-        Some(Texture { image: Arc::clone(&image), places })
+        let uvs = vec![[[at, 0.0], [at, 0.5], [1.0, at]]; count];
+        Some(Texture { image: Arc::clone(&image), uvs })
     };
     let red = Some([1.0, 0.0, 0.0]);
     let paints = vec![
@@ -235,10 +235,10 @@ fn a_picture_is_in_the_file_once_and_corners_have_their_places_in_it() {
         let indices = accessor(&primitive["indices"]);
         let from = indices["byteOffset"].as_u64().unwrap() as usize / 4;
         let first = word(part(&indices["bufferView"]), 4 * from) as usize;
-        let places = accessor(&primitive["attributes"]["TEXCOORD_0"]);
-        assert_eq!((&places["type"], &places["count"]), (&"VEC2".into(), &accessor(&0.into())["count"]));
-        let places = part(&places["bufferView"]);
-        seen.push([number(places, 2 * first), number(places, 2 * first + 1)]);
+        let uvs = accessor(&primitive["attributes"]["TEXCOORD_0"]);
+        assert_eq!((&uvs["type"], &uvs["count"]), (&"VEC2".into(), &accessor(&0.into())["count"]));
+        let uvs = part(&uvs["bufferView"]);
+        seen.push([number(uvs, 2 * first), number(uvs, 2 * first + 1)]);
     }
     // What has no picture is first, then what has one without a colour, then the other.
     assert_eq!(seen, [[0.0, 0.0], [0.25, 0.0], [0.75, 0.0]]);

@@ -264,7 +264,7 @@ fn a_constraint_on_a_claimed_robot_is_refused() {
     let mut world = two_boxes(0.0);
     let claim = ClaimRequest {
         claim: ClaimId(7),
-        holder: "somebody".into(),
+        holder: "another".into(),
         joints: vec![JointSelection { robot: "b".into(), joints: Vec::new() }],
         ..ClaimRequest::default()
     };
@@ -303,7 +303,7 @@ fn what_cannot_be_is_refused_and_named() {
         (constraint(RequestedConstraint::Weld, as_it_is("a"), as_it_is("a")), "child.link"),
         (constraint(RequestedConstraint::Weld, as_it_is(""), as_it_is("")), "child is"),
         (constraint(RequestedConstraint::Weld, as_it_is("arm"), as_it_is("")), "child is"),
-        (constraint(RequestedConstraint::Weld, as_it_is("nobody"), as_it_is("")), "nobody"),
+        (constraint(RequestedConstraint::Weld, as_it_is("missing"), as_it_is("")), "missing"),
         (
             constraint(RequestedConstraint::Weld, end("a", "", DVec3::splat(nan)), as_it_is("b")),
             "parent.pose.position.x is NaN",

@@ -7,10 +7,10 @@ use roxmltree::{Node, NodeId};
 
 use super::xml::{File, attribute, child, children, words};
 use crate::limits;
-use crate::mesh::builder::place;
+use crate::mesh::builder::texture_coordinate;
 
 /// Those that were read so far.
-pub(super) struct Places<'f, 'a> {
+pub(super) struct TextureCoordinates<'f, 'a> {
     file: &'f File<'a>,
     /// By their `<source>`; `None` where they cannot be read.
     known: HashMap<NodeId, Option<Rc<[[f32; 2]]>>>,
@@ -18,7 +18,7 @@ pub(super) struct Places<'f, 'a> {
     all: usize,
 }
 
-impl<'f, 'a> Places<'f, 'a> {
+impl<'f, 'a> TextureCoordinates<'f, 'a> {
     /// None yet.
     pub(super) fn new(file: &'f File<'a>) -> Self {
         Self { file, known: HashMap::new(), all: 0 }
@@ -32,7 +32,7 @@ impl<'f, 'a> Places<'f, 'a> {
         let input = inputs.min_by_key(|input| attribute(*input, "set", 0).unwrap_or(usize::MAX))?;
         let offset = attribute(input, "offset", 0).ok()?;
         let source = self.file.follow(input, "source", "source").ok()?;
-        let places = match self.known.get(&source.id()) {
+        let uvs = match self.known.get(&source.id()) {
             Some(known) => known.clone(),
             None => {
                 let read = self.read(source);
@@ -40,7 +40,7 @@ impl<'f, 'a> Places<'f, 'a> {
                 read
             }
         };
-        Some((places?, offset))
+        Some((uvs?, offset))
     }
 
     fn read(&mut self, source: Node<'a, 'a>) -> Option<Rc<[[f32; 2]]>> {
@@ -54,16 +54,16 @@ impl<'f, 'a> Places<'f, 'a> {
         }
         let most = limits::MESH_VERTICES.saturating_sub(self.all);
         let mut words = words(array).skip(offset);
-        let mut places = Vec::new();
-        while places.len() < count.min(most) {
+        let mut uvs = Vec::new();
+        while uvs.len() < count.min(most) {
             let (Some(across), Some(up)) = (words.next(), words.next()) else { break };
             let [across, up] = [across, up].map(|word| word.parse::<f64>().unwrap_or(0.0));
-            places.push([place(across), place(1.0 - up)]);
+            uvs.push([texture_coordinate(across), texture_coordinate(1.0 - up)]);
             if stride > 2 && words.nth(stride - 3).is_none() {
                 break;
             }
         }
-        self.all += places.len();
-        Some(places.into())
+        self.all += uvs.len();
+        Some(uvs.into())
     }
 }

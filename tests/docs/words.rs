@@ -1,0 +1,166 @@
+//! Words that this project had for things that the field has a word for, and that stay away: see the glossary in
+//! `CONTRIBUTING.md`.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::root;
+
+/// A word in lower case as it stands in prose and in identifiers (`nobody` in `lock_nobody_out` and in `lockNobodyOut`), what is
+/// said instead, and the files in which it means something else: each by the end or the beginning of its path.
+const WORDS: &[(&str, &str, &[&str])] = &[
+    ("leftovers", "pending, unpublished", &[]),
+    ("misfit", "invalid state", &[]),
+    ("nobody", "no client, no daemon", &["tests/assets/make_assets.py"]),
+    ("paper", "document", &[]),
+    ("papers", "documents", &[]),
+    ("patience", "timeout", &[]),
+    // Of frequencies in Hz, of calls a second, and of pictures.
+    (
+        "rates",
+        "velocities",
+        &[
+            "ARCHITECTURE.md",
+            "cli/src/commands/top",
+            "client/python/benches/",
+            "docs/sensors.md",
+            "docs/simctl.md",
+            "proto/simd/v1/simulation.proto",
+            "server/model/src/urdf/tests/sensors.rs",
+            "server/src/convert/from_proto/tests.rs",
+            "server/src/embedded/publications.rs",
+            "tests/benches/",
+            "tests/reference/camera.py",
+        ],
+    ),
+    ("roster", "registry", &[]),
+    ("seat", "slot", &[]),
+    ("seats", "slots", &[]),
+    ("shelf", "cache", &[]),
+    // Of insta, which compares texts with files of that name.
+    ("snapshot", "published state, or saved state", &["tests/daemon/"]),
+    ("snapshots", "published states, or saved states", &["tests/daemon/"]),
+    ("somebody", "a client, another client", &[]),
+    ("stranger", "untrusted client", &[]),
+    ("strangers", "untrusted clients", &[]),
+    ("surroundings", "the daemons of a network", &[]),
+    ("told", "notified, reported", &[]),
+    ("whoever", "the client that", &[]),
+    ("writhe", "turn", &[]),
+];
+
+/// Identifiers as they stand, of which the words alone say too little.
+const IDENTIFIERS: &[(&str, &str)] = &[
+    ("Freedom", "JointType"),
+    ("Hands", "PointerInteraction"),
+    ("Noted", "what it is of"),
+    ("Reasoned", "what it explains"),
+    ("SayWho", "RecordCaller"),
+    ("SixByFactors", "Ldlt6"),
+    ("Touch", "ContactPoint, ContactReading"),
+    ("Touches", "contact points"),
+    ("letGo", "endDrag"),
+    ("was_put", "teleported"),
+];
+
+/// What only an index has: brackets.
+const PLACES: [&str; 2] = ["[place]", "[place -"];
+
+const ENDINGS: [&str; 12] =
+    ["rs", "py", "pyi", "ts", "tsx", "js", "proto", "md", "toml", "css", "html", "wgsl"];
+
+/// The words of a text, with the text: runs of letters, and a capital after a small letter begins another one.
+fn words(text: &str) -> impl Iterator<Item = &str> {
+    text.split(|c: char| !c.is_ascii_alphabetic()).flat_map(|run| {
+        let bytes = run.as_bytes();
+        let is_start = |&at: &usize| {
+            let (before, this) = (bytes[at - 1], bytes[at]);
+            this.is_ascii_uppercase()
+                && (before.is_ascii_lowercase() || bytes.get(at + 1).is_some_and(u8::is_ascii_lowercase))
+        };
+        let starts: Vec<usize> = std::iter::once(0).chain((1..run.len()).filter(is_start)).collect();
+        let ends = starts.clone().into_iter().skip(1).chain([run.len()]);
+        starts.into_iter().zip(ends).map(|(start, end)| &run[start..end]).collect::<Vec<_>>()
+    })
+}
+
+fn identifiers(text: &str) -> impl Iterator<Item = &str> {
+    text.split(|c: char| !c.is_ascii_alphanumeric() && c != '_')
+}
+
+/// What is wrong with a file of this path, each as a line for people.
+fn wrong(path: &str, text: &str) -> Vec<String> {
+    let mut wrong = Vec::new();
+    let is_allowed = |files: &[&str]| files.iter().any(|file| path.starts_with(file) || path.ends_with(file));
+    for (number, line) in (1..).zip(text.lines()) {
+        let mut say = |word: &str, better: &str| {
+            wrong
+                .push(format!("{path}:{number}: {word:?}; say {better}, or allow it in tests/docs/words.rs"));
+        };
+        for word in words(line) {
+            let lower = word.to_ascii_lowercase();
+            let found = WORDS.iter().find(|(private, _, _)| *private == lower);
+            if let Some((_, better, files)) = found
+                && !is_allowed(files)
+            {
+                say(word, better);
+            }
+        }
+        for name in identifiers(line) {
+            if let Some((_, better)) = IDENTIFIERS.iter().find(|(private, _)| *private == name) {
+                say(name, better);
+            }
+        }
+        if let Some(place) = PLACES.iter().find(|place| line.contains(*place)) {
+            say(place, "index");
+        }
+    }
+    wrong
+}
+
+fn files(folder: &Path, found: &mut Vec<PathBuf>) {
+    let skipped = ["target", "node_modules", "gen", "dist", "build", "corpus"];
+    for entry in fs::read_dir(folder).unwrap().map(Result::unwrap) {
+        let (path, name) = (entry.path(), entry.file_name().to_string_lossy().into_owned());
+        let kind = entry.file_type().unwrap();
+        if kind.is_dir() {
+            if !name.starts_with('.') && !skipped.contains(&name.as_str()) {
+                files(&path, found);
+            }
+        } else if kind.is_file()
+            && path.extension().is_some_and(|it| ENDINGS.iter().any(|known| it == *known))
+        {
+            found.push(path);
+        }
+    }
+}
+
+#[test]
+fn no_private_word_of_before_comes_back() {
+    let mut all = Vec::new();
+    files(&root(), &mut all);
+    assert!(all.len() > 500, "only {} files were found", all.len());
+    // The history names what was, this file what is not to be.
+    let exceptions = ["CHANGELOG.md", "tests/docs/words.rs"];
+    let found: Vec<String> = all
+        .iter()
+        .filter_map(|file| {
+            let path = file.strip_prefix(root()).unwrap().to_str().unwrap().replace('\\', "/");
+            let is_exception = exceptions.contains(&path.as_str());
+            (!is_exception).then(|| wrong(&path, &String::from_utf8_lossy(&fs::read(file).unwrap())))
+        })
+        .flatten()
+        .collect();
+    assert!(found.is_empty(), "{found:#?}");
+}
+
+#[test]
+fn words_are_found_in_prose_and_in_identifiers() {
+    let of = |line: &str| wrong("server/src/a.rs", line).len();
+    assert_eq!(of("// Whoever comes."), 1);
+    assert_eq!(of("fn lock_nobody_out() {}"), 1);
+    assert_eq!(of("const lockNobodyOut = HTTPSeat(1);"), 2);
+    assert_eq!(of("struct Touch; let touch = values[place];"), 2);
+    assert_eq!(of("let pirates = separate(&Touching, untold);"), 0, "parts of words are none");
+    assert_eq!(wrong("tests/daemon/a.rs", "insta::assert_snapshot!(name, text);").len(), 0);
+}
