@@ -71,8 +71,8 @@ pub(crate) use rollouts::{CopiesDone, RolloutAnswer, RolloutFrom, RolloutStart};
 pub(crate) use sensors::MOST_FOLLOWED;
 pub use sensors::{NumberedSensor, SensorCursor, SensorReadings, SensorSelection};
 pub use view::{
-    CameraTarget, Input, InputEvent, InputKind, Marker, MarkerShape, MouseButton, NewMarker, PageCamera,
-    ViewCamera, ViewChange,
+    CameraTarget, GivenColor, Input, InputEvent, InputKind, LinkColor, Marker, MarkerShape, MouseButton,
+    NewMarker, PageCamera, ViewCamera, ViewChange,
 };
 
 pub use crate::call_error::CallError;

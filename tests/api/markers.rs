@@ -4,15 +4,15 @@ use std::time::Duration;
 
 use simd_client::access::Role;
 use simd_client::proto::{
-    self, ErrorReason, InputEvent, KeyInput, Marker, MouseButton, MouseInput, ReportViewRequest, Vector3,
-    input_event, marker,
+    self, ErrorReason, InputEvent, KeyInput, LinkColor, Marker, MouseButton, MouseInput, ReportViewRequest,
+    Vector3, input_event, marker,
 };
 use simd_client::{Client, Error, lines, points, text};
 use simd_tests::daemon::{Daemon, Via};
 use simd_tests::process::soon;
 
-use crate::arm;
 use crate::security::{guarded, of, of_second};
+use crate::{arm, load_arm};
 
 const SECOND: Duration = Duration::from_secs(1);
 
@@ -80,6 +80,57 @@ async fn resets_and_restores_leave_markers_alone(via: Via) {
     let all = proto::ResetSimulationRequest { time: true, state: true, spawned: true, ..Default::default() };
     daemon.client.reset(all).await.unwrap();
     assert_eq!(ids(&daemon.client).await, [1, 2]);
+}
+
+async fn links_are_given_colours_until_their_robot_is_reloaded_or_goes(via: Via) {
+    let daemon = arm(via).await;
+    let (client, page) = (&daemon.client, daemon.another_client().await);
+    let first = page.next_view(0, SECOND).await.unwrap();
+    assert_eq!(first.colors, None);
+    let given = |link: &str, red: f64| LinkColor {
+        robot: "arm".into(),
+        link: link.into(),
+        color: Some(proto::Color { red, green: 0.5, blue: 0.25, alpha: 1.0 }),
+        layout_version: 0,
+    };
+    let shown = |colors: Option<proto::LinkColors>| -> Vec<(String, f64)> {
+        let of = |each: LinkColor| (each.link, each.color.unwrap_or_default().red);
+        colors.unwrap_or_default().colors.into_iter().map(of).collect()
+    };
+    let waiting = page.next_view(first.version, SECOND * 60);
+    let set = client.set_link_colors([given("arm", 1.0), given("base", 0.0), given("arm", 0.75)]);
+    let (seen, set) = tokio::join!(waiting, set);
+    set.unwrap();
+    let seen = seen.unwrap();
+    let versions: Vec<u64> =
+        seen.colors.iter().flat_map(|all| &all.colors).map(|each| each.layout_version).collect();
+    assert!(versions.len() == 2 && versions[0] > 0 && versions[0] == versions[1], "{versions:?}");
+    assert_eq!(shown(seen.colors), [("arm".to_owned(), 0.75), ("base".to_owned(), 0.0)]);
+    // Another change of the view does not bring them again, and a page that comes later has them.
+    client.add_markers([line()], false).await.unwrap();
+    let other = page.next_view(seen.version, SECOND).await.unwrap();
+    assert_eq!(other.colors, None);
+    assert_eq!(shown(page.next_view(0, SECOND).await.unwrap().colors).len(), 2);
+    client.set_link_colors([LinkColor { color: None, ..given("base", 0.0) }]).await.unwrap();
+    let without = page.next_view(other.version, SECOND).await.unwrap();
+    assert_eq!(shown(without.colors), [("arm".to_owned(), 0.75)]);
+    // What is not there is refused, with all that was asked for beside it.
+    for (refused, reason) in [
+        (LinkColor { robot: "moon".into(), ..given("arm", 0.0) }, ErrorReason::RobotNotFound),
+        (given("wing", 0.0), ErrorReason::LinkNotFound),
+        (given("arm", 1.5), ErrorReason::InvalidValue),
+    ] {
+        let error: Error = client.set_link_colors([given("base", 0.0), refused]).await.unwrap_err();
+        assert_eq!(error.reason(), Some(reason), "{error}");
+    }
+    let same = page.next_view(without.version, Duration::from_millis(5)).await.unwrap();
+    assert_eq!(same.version, without.version);
+    // Those of a robot that is gone go with the next change.
+    client.delete_robot("arm").await.unwrap();
+    load_arm(client, "arm").await;
+    client.set_link_colors([given("base", 0.5)]).await.unwrap();
+    let anew = page.next_view(without.version, SECOND).await.unwrap();
+    assert_eq!(shown(anew.colors), [("base".to_owned(), 0.5)]);
 }
 
 async fn what_cannot_be_drawn_is_refused_and_then_nothing_is(via: Via) {
@@ -257,6 +308,7 @@ fn markers_are_made_of_flat_lists() {
 crate::over_every_transport![
     what_one_client_draws_a_page_gets_and_another_deletes,
     resets_and_restores_leave_markers_alone,
+    links_are_given_colours_until_their_robot_is_reloaded_or_goes,
     what_cannot_be_drawn_is_refused_and_then_nothing_is,
     there_are_never_more_than_the_limit_and_one_sentence_says_so,
     cameras_are_reported_and_moved,

@@ -1,15 +1,14 @@
-"""Runs PyBullet's own example scripts on PyBullet and on simd, without a window, and prints a table.
+"""Runs PyBullet's own example scripts on PyBullet and on simd, without a window, and prints tables for docs/pybullet.md.
 
-    python bullet_examples.py FOLDER [SCRIPT ...]
+    pip install -r bullet_requirements.txt
+    python bullet_examples.py FOLDER [SCRIPT ...] [--json FILE]
 
 FOLDER has the scripts: `examples/pybullet/examples` of Bullet's repository, or with --all and `examples/pybullet/gym` those of the
-folders below it, which need the package `gym`. Each runs in a process of its own in a copy of its folder, with a clock that `sleep` and
-steps move on, until its end or its 240th step. What needs a window has the answers of one that is left alone. The last
-lines are a table for docs/pybullet.md.
+folders below it, which run as modules of their packages. Each runs in a process of its own in a copy of its folder
+(bullet_script.py). With --json what was found is kept, and a run that was ended goes on where it was: with --seconds it ends by itself.
 """
 
-# PyBullet has no types.
-# pyright: basic, reportAttributeAccessIssue=false
+# pyright: basic
 
 from __future__ import annotations
 
@@ -18,200 +17,68 @@ import json
 import math
 import os
 import re
+import shutil
+import signal
 import subprocess
 import sys
 import tempfile
+import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from threading import Lock
 from typing import Any
 
-STEPS = 240
-CALLS = 20_000
-SECONDS = 90.0
-# What getDebugVisualizerCamera returns in a window that was just opened.
-UNIT = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
-CAMERA = (1024, 768, UNIT, UNIT, (0.0, 0.0, 1.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), 50.0, -35.0, 5.0, (0.0, 0.0, 0.0))
+SIDES = ("pybullet", "simd")
 
 
-class Watched:
-    """One script on one of the two, in this process."""
-
-    def __init__(self, module: Any, name: str, result: Path) -> None:
-        self.module = module
-        self.is_real = name == "pybullet"
-        self.result = result
-        self.steps = 0
-        self.calls = 0
-        self.clock = 1.7e9
-        self.sliders: dict[int, float] = {}
-        self.plays = False
-        self.original = {
-            key: getattr(module, key) for key in dir(module) if callable(getattr(module, key)) and key[0].islower()
-        }
-        self.used: set[str] = set()
-        self.real_sleep: Any = None
-
-    def install(self) -> None:
-        """Wraps each function of the module."""
-        import builtins
-        import time
-
-        for name, function in self.original.items():
-            if name != "error":
-                setattr(self.module, name, self.wrapped(name, getattr(self, name, function)))
-        self.real_sleep, time.sleep = time.sleep, self.sleep
-        time.time = lambda: self.clock
-        builtins.input = lambda *_: ""
-
-    def wrapped(self, name: str, function: Any) -> Any:
-        def call(*arguments: Any, **named: Any) -> Any:
-            self.used.add(name)
-            # Pictures take Bullet a long time each.
-            self.calls += 400 if name == "getCameraImage" else 1
-            self.clock += 1e-4
-            answer = function(*arguments, **named)
-            if self.calls >= CALLS:
-                self.end("cap")
-            return answer
-
-        return call
-
-    # What differs from the module itself.
-
-    def connect(self, mode: int, *arguments: Any, **named: Any) -> int:
-        windows = {self.module.GUI, self.module.SHARED_MEMORY, self.module.GUI_SERVER, self.module.DIRECT}
-        if mode not in windows:
-            return self.original["connect"](mode, *arguments, **named)
-        return self.original["connect"](self.module.DIRECT, **({} if self.is_real else {"options": "--new"}))
-
-    def disconnect(self, *arguments: Any, **named: Any) -> None:
-        import time
-
-        if not self.result.exists():
-            self.write("end", "")
-        # A script that waits for the end of a daemon sleeps in earnest.
-        time.sleep = self.real_sleep
-        self.original["disconnect"](*arguments, **named)
-
-    def stepSimulation(self, *arguments: Any, **named: Any) -> Any:
-        answer = self.original["stepSimulation"](*arguments, **named)
-        self.steps += 1
-        self.clock += 1 / 240
-        if self.steps >= STEPS:
-            self.end("cap")
-        return answer
-
-    def setRealTimeSimulation(self, enableRealTimeSimulation: int, physicsClientId: int = 0) -> None:
-        """The clock is not the wall's: `sleep` does the steps."""
-        self.plays = bool(enableRealTimeSimulation)
-
-    def sleep(self, seconds: float) -> None:
-        self.calls += 1
-        self.clock += seconds
-        if self.plays:
-            for _ in range(min(max(1, round(seconds * 240)), STEPS)):
-                self.stepSimulation()
-        if self.calls >= CALLS:
-            self.end("cap")
-
-    def addUserDebugParameter(self, paramName: str, rangeMin: float = 0, rangeMax: float = 1, startValue: float = 0, physicsClientId: int = 0) -> int:
-        number = self.original["addUserDebugParameter"](paramName, rangeMin, rangeMax, startValue, physicsClientId=physicsClientId)
-        if self.is_real:
-            number = len(self.sliders)
-            self.sliders[number] = startValue
-        return number
-
-    def readUserDebugParameter(self, itemUniqueId: int, physicsClientId: int = 0) -> float:
-        return self.sliders[itemUniqueId] if self.is_real else self.original["readUserDebugParameter"](itemUniqueId, physicsClientId)
-
-    def getDebugVisualizerCamera(self, *arguments: Any, **named: Any) -> Any:
-        return CAMERA if self.is_real else self.original["getDebugVisualizerCamera"](*arguments, **named)
-
-    # The end.
-
-    def end(self, how: str, why: str = "") -> None:
-        self.write(how, why)
-        sys.stdout.flush()
-        sys.stderr.flush()
-        os._exit(0)
-
-    def write(self, how: str, why: str) -> None:
-        try:
-            state = self.state()
-        except Exception as problem:
-            state, why = None, why or f"end state: {problem}"
-        found = {"end": how, "why": why, "steps": self.steps, "calls": self.calls, "used": sorted(self.used), "state": state}
-        self.result.write_text(json.dumps(found))
-
-    def state(self) -> list[Any]:
-        """Base pose and joint positions of each body."""
-        p = self.original
-        bodies: list[Any] = []
-        for index in range(p["getNumBodies"]()):
-            body = p["getBodyUniqueId"](index)
-            position, orientation = p["getBasePositionAndOrientation"](body)
-            joints = [
-                p["getJointState"](body, joint)[0]
-                for joint in range(p["getNumJoints"](body))
-                if p["getJointInfo"](body, joint)[2] in (0, 1)
-            ]
-            bodies.append([list(position), list(orientation), joints])
-        return bodies
+def module_of(root: Path, script: str) -> str | None:
+    """The name of a script that is part of a package below a folder."""
+    parts = list(Path(script).with_suffix("").parts)
+    # `envs-v2` is no name.
+    inside = len(parts) > 1 and all(part.isidentifier() for part in parts)
+    return ".".join(parts) if inside and (root / parts[0] / "__init__.py").exists() else None
 
 
-def child(name: str, script: str, result: Path) -> None:
-    """Runs one script on `pybullet` or `simd`."""
-    import runpy
-    import traceback
-
-    if name == "simd":
-        import simd_client.pybullet as module
-        from simd_client.pybullet import __main__ as runner
-
-        stand_in = getattr(runner, "stand_in")
-        stand_in() if callable(stand_in) else stand_in.replace(module)
-    else:
-        import pybullet as module
-    watched = Watched(module, name, result)
-    watched.install()
-    sys.argv = [script]
-    sys.path[0] = os.getcwd()
-    try:
-        runpy.run_path(script, run_name="__main__")
-        how, why = "end", ""
-    except SystemExit:
-        how, why = "end", ""
-    except BaseException as problem:
-        traceback.print_exc()
-        how, why = "error", f"{type(problem).__name__}: {problem}".splitlines()[0][:200]
-    if how == "error" or not result.exists():
-        watched.end(how, why)
-    os._exit(0)
-
-
-def run(folder: Path, script: str, name: str) -> dict[str, Any]:
-    """The result of a script in a process of its own. It may be in a folder below."""
-    folder, script = (folder / script).parent, Path(script).name
+def run(root: Path, data: Path | None, script: str, name: str, most: float) -> dict[str, Any]:
+    """The result of a script in a process of its own, which may take so many seconds. It may be in a folder below."""
     with tempfile.TemporaryDirectory() as scratch:
-        for entry in folder.iterdir():
-            os.symlink(entry.resolve(), Path(scratch) / entry.name)
+        shutil.copytree((root / script).parent, scratch, dirs_exist_ok=True)
+        if data:
+            # Not by symbolic links, which a robot's files may not leave their folder by.
+            shutil.copytree(data, scratch, copy_function=_linked, dirs_exist_ok=True)
         # Scripts write beside their data.
         result = Path(scratch) / "result.json"
-        command = [sys.executable, "-W", "ignore", __file__, "--child", name, script, str(result)]
-        environment = {**os.environ, "MPLBACKEND": "Agg"}
-        try:
-            ran = subprocess.run(
-                command, cwd=scratch, env=environment, capture_output=True, text=True, errors="replace",
-                stdin=subprocess.DEVNULL, timeout=SECONDS,
-            )
-        except subprocess.TimeoutExpired:
-            return {"end": "timeout", "why": f"no end after {SECONDS:g} s", "state": None, "steps": 0, "used": []}
+        child = Path(__file__).with_name("bullet_script.py")
+        command = [sys.executable, "-W", "ignore", str(child), name, str(root.resolve())]
+        command += [module_of(root, script) or Path(script).name, str(result)]
+        # Bullet's own messages were generated for an older protobuf.
+        environment = {**os.environ, "MPLBACKEND": "Agg", "PROTOCOL_BUFFERS_PYTHON_IMPLEMENTATION": "python"}
+        with subprocess.Popen(
+            command, cwd=scratch, env=environment, text=True, errors="replace", stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, start_new_session=True,
+        ) as process:
+            try:
+                _, said = process.communicate(timeout=most)
+            except subprocess.TimeoutExpired:
+                # And those that it started.
+                os.killpg(process.pid, signal.SIGKILL)
+                process.communicate()
+                return {"end": "timeout", "why": f"no end after {most:g} s", "state": None, "steps": 0, "used": []}
         if not result.exists():
-            last = (ran.stderr.strip().splitlines() or [""])[-1]
-            return {"end": "died", "why": f"exit code {ran.returncode}: {last[:150]}", "state": None, "steps": 0, "used": []}
+            last = (said.strip().splitlines() or [""])[-1]
+            return {"end": "died", "why": f"exit code {process.returncode}: {last[:150]}", "state": None, "steps": 0, "used": []}
         found = json.loads(result.read_text())
-        found["said"] = [line for line in ran.stderr.splitlines() if line.startswith("simd: ")]
+        found["said"] = [line for line in said.splitlines() if line.startswith("simd: ")]
         return found
+
+
+def _linked(source: str, target: str) -> None:
+    """The same file in another folder, where none of that name is there."""
+    if not os.path.lexists(target):
+        try:
+            os.link(source, target)
+        except OSError:
+            shutil.copyfile(source, target)
 
 
 def compared(ours: Any, theirs: Any) -> str:
@@ -235,53 +102,62 @@ def compared(ours: Any, theirs: Any) -> str:
     return text + (f", {odd} bodies with other joints" if odd else "")
 
 
-def main() -> None:
-    """Runs all of them, two at a time."""
-    if sys.argv[1:2] == ["--child"]:
-        child(sys.argv[2], sys.argv[3], Path(sys.argv[4]))
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folder", type=Path)
-    parser.add_argument("scripts", nargs="*")
-    parser.add_argument("--all", action="store_true", help="those of all folders below, too")
-    parser.add_argument("--json", type=Path, help="write the results there; those of PyBullet that are there are not made again")
-    parser.add_argument("--table", action="store_true", help="run nothing, and print the table of --json")
-    asked = parser.parse_args()
-    found = asked.folder.rglob("*.py") if asked.all else asked.folder.glob("*.py")
-    scripts = asked.scripts or sorted(str(path.relative_to(asked.folder)) for path in found)
-    kept: dict[str, Any] = json.loads(asked.json.read_text()) if asked.json and asked.json.exists() else {}
+class Results:
+    """What was found, by script and side, in a file after each."""
 
-    def both(script: str) -> tuple[str, dict[str, Any], dict[str, Any]]:
-        theirs = kept.get(script, {}).get("pybullet") or run(asked.folder, script, "pybullet")
-        ours = run(asked.folder, script, "simd")
-        print(script, theirs["end"], theirs["why"], "|", ours["end"], ours["why"], "|", compared(ours["state"], theirs["state"]), flush=True)
-        return script, theirs, ours
+    def __init__(self, file: Path | None) -> None:
+        self.file = file
+        self.lock = Lock()
+        self.found: dict[str, dict[str, Any]] = json.loads(file.read_text()) if file and file.exists() else {}
 
-    if asked.table:
-        rows = [(script, kept[script]["pybullet"], kept[script]["simd"]) for script in sorted(kept)]
-    else:
-        with ThreadPoolExecutor(2) as pool:
-            rows = list(pool.map(both, scripts))
-    for script, theirs, ours in rows:
-        kept[script] = {"pybullet": theirs, "simd": ours}
-    if asked.json:
-        asked.json.write_text(json.dumps(kept))
-    print()
-    there = [row for row in rows if row[1]["end"] in ("cap", "end")]
-    here = [row for row in there if row[2]["end"] == row[1]["end"]]
-    print(f"{len(rows)} scripts; {len(there)} reach their end on PyBullet, {len(here)} of them on simd\n")
-    print("| script | reaches its end on simd | PyBullet | simd | end states differ by |\n|---|---|---|---|---|")
-    for row in rows:
-        script, theirs, ours = row
-        reaches = "yes" if row in here else "no" if row in there else ""
-        differ = compared(ours["state"], theirs["state"]) if row in here else ""
-        print(f"| {script.removesuffix('.py')} | {reaches} | {_shown(theirs)} | {_shown(ours)} | {differ} |")
+    def add(self, script: str, side: str, found: dict[str, Any]) -> None:
+        """Adds one, and prints a line."""
+        with self.lock:
+            self.found.setdefault(script, {})[side] = found
+            self.write()
+        both = self.found[script]
+        differ = compared(both["simd"].get("state"), both["pybullet"].get("state")) if len(both) == 2 else ""
+        print(script, side, found["end"], found["steps"], found["why"], "|", differ, flush=True)
+
+    def write(self) -> None:
+        """Writes the file, whole."""
+        if self.file:
+            beside = self.file.with_suffix(".part")
+            beside.write_text(json.dumps(self.found))
+            beside.replace(self.file)
+
+
+def is_reached(both: dict[str, Any]) -> bool:
+    """Whether a script comes to its end on PyBullet."""
+    return both["pybullet"]["end"] in ("cap", "end")
+
+
+def is_same(both: dict[str, Any]) -> bool:
+    """Whether it comes to the same end on simd."""
+    return is_reached(both) and both["simd"]["end"] == both["pybullet"]["end"]
+
+
+def print_scripts(found: dict[str, dict[str, Any]], whole: bool) -> None:
+    """The table of scripts. If not whole, only of those that are more than a module that is imported."""
+    rows = {script: both for script, both in sorted(found.items()) if len(both) == 2}
+    reached = [script for script, both in rows.items() if is_reached(both)]
+    same = [script for script in reached if is_same(rows[script])]
+    print(f"\n{len(rows)} scripts; {len(reached)} reach their end on PyBullet, {len(same)} of them on simd")
+    if not whole:
+        for script, both in list(rows.items()):
+            if not both["pybullet"]["used"] and (is_same(both) or both["simd"]["why"] == both["pybullet"]["why"]):
+                del rows[script]
+        print(f"{len(found) - len(rows)} of them call nothing of PyBullet's, and end as there")
+    print("\n| script | reaches its end on simd | PyBullet | simd | end states differ by |\n|---|---|---|---|---|")
+    for script, both in rows.items():
+        reaches = "yes" if script in same else "no" if script in reached else ""
+        differ = compared(both["simd"]["state"], both["pybullet"]["state"]) if script in same else ""
+        print(f"| {script.removesuffix('.py')} | {reaches} | {_shown(both['pybullet'])} | {_shown(both['simd'])} | {differ} |")
 
 
 # What is said of a failure in the table, by a part of its message.
 REASONS = {
     "loadSoftBody": "needs soft bodies",
-    "loadMJCF": "needs MJCF",
-    "spherical": "needs spherical joints",
     "number of robots": "needs more than 1000 bodies",
     "Not found": "a file is not found",
     "Cannot load": "a file is not found",
@@ -290,19 +166,90 @@ REASONS = {
     "connectPhysicsServer": "needs Bullet's own graphics server",
     "exit code -11": "crashes",
     "cannot connect to X": "needs a display",
-    "no end after": "has no end after 90 s",
 }
 
 
 def _shown(found: dict[str, Any]) -> str:
     if found["end"] == "end":
-        return "ends"
+        return f"ends after {found['steps']} steps" if found["steps"] else "ends"
     if found["end"] == "cap":
         return f"{found['steps']} steps" if found["steps"] else "runs"
+    if found["end"] == "timeout":
+        return f"has {found['why']}"
     for part, reason in REASONS.items():
         if part in found["why"]:
             return reason
     return re.sub(r"[|`]", "", found["why"])
+
+
+def print_functions(folders: list[Path]) -> None:
+    """The functions of PyBullet's by the number of scripts whose text calls them, with their state by docs/pybullet.md."""
+    document = Path(__file__).resolve().parents[3] / "docs/pybullet.md"
+    states: dict[str, str] = {}
+    for line in document.read_text().splitlines():
+        cells = [cell.strip() for cell in line.strip().strip("|").split("|")]
+        if len(cells) == 3 and cells[1] in ("works", "accepted", "raises"):
+            states.update({name: cells[1] for name in re.findall(r"`(\w+)`", cells[0])})
+    # A folder's figure is of its scripts that import PyBullet, or are given it as a client.
+    counts = {name: [0] * len(folders) for name in states}
+    for place, folder in enumerate(folders):
+        for script in folder.rglob("*.py"):
+            called = set(re.findall(r"\.(\w+)\s*\(", script.read_text(errors="replace")))
+            for name in called & counts.keys():
+                counts[name][place] += 1
+    print("\n| function | " + " | ".join(folder.name for folder in folders) + " | state |\n|---|" + "---|" * len(folders) + "---|")
+    for name, numbers in sorted(counts.items(), key=lambda item: (-sum(item[1]), item[0])):
+        if any(numbers):
+            print(f"| `{name}` | " + " | ".join(map(str, numbers)) + f" | {states[name]} |")
+
+
+def main() -> None:
+    """Runs what has not run yet."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("scripts", nargs="*")
+    parser.add_argument("--all", action="store_true", help="those of all folders below, too")
+    parser.add_argument("--data", type=Path, help="Bullet's folder `data`, whose files scripts find beside them")
+    parser.add_argument("--json", type=Path, help="keep the results there; those that it has are not made again")
+    parser.add_argument("--side", choices=SIDES, help="run on this one alone")
+    parser.add_argument("--again", action="store_true", help="make the results of simd again")
+    parser.add_argument("--seconds", type=float, default=math.inf, help="begin nothing after these, and say how much is left")
+    parser.add_argument("--limit", type=float, default=90.0, help="end a script after these seconds")
+    parser.add_argument("--jobs", type=int, default=2, help="scripts at one time")
+    parser.add_argument("--table", action="store_true", help="run nothing, and print the table of --json")
+    parser.add_argument("--functions", type=Path, nargs="*", help="run nothing, and count who calls what in these folders")
+    asked = parser.parse_args()
+    if asked.functions is not None:
+        print_functions([asked.folder, *asked.functions])
+        return
+    results = Results(asked.json)
+    files = asked.folder.rglob("*.py") if asked.all else asked.folder.glob("*.py")
+    # That folder has robots, with modules that are read and not run.
+    listed = (str(path.relative_to(asked.folder)) for path in files if "pybullet_data" not in path.parts)
+    scripts = asked.scripts or sorted(listed)
+    if asked.again:
+        for script in scripts:
+            results.found.get(script, {}).pop("simd", None)
+        results.write()
+    sides = [asked.side] if asked.side else SIDES
+    wanted = [(script, side) for script in scripts for side in sides if side not in results.found.get(script, {})]
+    end = time.monotonic() + asked.seconds
+    left: list[str] = []
+
+    def one(what: tuple[str, str]) -> None:
+        script, side = what
+        if time.monotonic() > end:
+            left.append(script)
+        else:
+            results.add(script, side, run(asked.folder, asked.data, script, side, asked.limit))
+
+    if not asked.table:
+        with ThreadPoolExecutor(asked.jobs) as pool:
+            list(pool.map(one, wanted))
+    if left:
+        print(f"{len(left)} are left: the same again goes on with {left[0]}")
+    else:
+        print_scripts({script: results.found[script] for script in scripts if script in results.found}, not asked.all)
 
 
 if __name__ == "__main__":

@@ -2,7 +2,8 @@
 
     python benches/pybullet_loop.py [--turns 3000] [--robot robot.urdf]
 
-A turn sets the motors of all joints, steps and reads the joints' states: what a controller's loop does. Each of them does so many
+A turn sets the motors of all joints, steps and reads the joints' states: what a controller's loop does. Then the same with a box on
+a floor beside it and the contact points read. Each of them does so many
 turns, in blocks that take their places by turns, so that what else the machine does falls on all of them. Needs PyBullet
 installed, the wheel `simd-embedded`, and a daemon to start: $SIMD_BINARY, or `simd` on the PATH.
 """
@@ -54,26 +55,29 @@ def main() -> None:
             ("PyBullet DIRECT", bullet, bullet.connect(bullet.DIRECT)),
             ("PyBullet SHARED_MEMORY", bullet, bullet.connect(bullet.SHARED_MEMORY)),
         ]
-        turns = [prepared(module, client, asked.robot) for _, module, client in kinds]
-        times: list[list[float]] = [[] for _ in kinds]
-        for _ in range(BLOCKS):
-            for turn, taken in zip(turns, times, strict=True):
-                for _ in range(asked.turns // BLOCKS):
-                    begin = time.perf_counter()
-                    turn()
-                    taken.append(time.perf_counter() - begin)
-        print(f"{'microseconds a turn':28}{'p50':>10}{'p99':>10}{'worst':>10}")
-        for (name, module, client), taken in zip(kinds, times, strict=True):
-            cuts = statistics.quantiles(taken, n=100)
-            print(f"{name:28}{cuts[49] * 1e6:10.0f}{cuts[98] * 1e6:10.0f}{max(taken) * 1e6:10.0f}")
+        for with_contacts in (False, True):
+            turns = [prepared(module, client, asked.robot, with_contacts) for _, module, client in kinds]
+            times: list[list[float]] = [[] for _ in kinds]
+            for _ in range(BLOCKS):
+                for turn, taken in zip(turns, times, strict=True):
+                    for _ in range(asked.turns // BLOCKS):
+                        begin = time.perf_counter()
+                        turn()
+                        taken.append(time.perf_counter() - begin)
+            what = "with contacts, microseconds" if with_contacts else "microseconds a turn"
+            print(f"{what:28}{'p50':>10}{'p99':>10}{'worst':>10}")
+            for (name, _, _), taken in zip(kinds, times, strict=True):
+                cuts = statistics.quantiles(taken, n=100)
+                print(f"{name:28}{cuts[49] * 1e6:10.0f}{cuts[98] * 1e6:10.0f}{max(taken) * 1e6:10.0f}")
+        for _, module, client in kinds:
             module.disconnect(physicsClientId=client)
     finally:
         server.kill()
         server.wait()
 
 
-def prepared(module: Any, client: int, robot: str) -> Callable[[], None]:
-    """A robot on a fixed base, and its turn."""
+def prepared(module: Any, client: int, robot: str, with_contacts: bool) -> Callable[[], None]:
+    """A robot on a fixed base, perhaps a box on a floor beside it, and its turn."""
     module.resetSimulation(physicsClientId=client)
     module.setGravity(0, 0, -9.81, physicsClientId=client)
     module.setTimeStep(0.0001, physicsClientId=client)
@@ -81,6 +85,11 @@ def prepared(module: Any, client: int, robot: str) -> Callable[[], None]:
     fixed = module.JOINT_FIXED
     count = module.getNumJoints(arm, physicsClientId=client)
     joints = [j for j in range(count) if module.getJointInfo(arm, j, physicsClientId=client)[2] != fixed]
+    if with_contacts:
+        floor = module.createCollisionShape(module.GEOM_PLANE, physicsClientId=client)
+        module.createMultiBody(0, floor, -1, [0, 0, -1], physicsClientId=client)
+        box = module.createCollisionShape(module.GEOM_BOX, halfExtents=[0.1, 0.1, 0.1], physicsClientId=client)
+        module.createMultiBody(1, box, -1, [3, 0, -0.9], physicsClientId=client)
     position, targets = module.POSITION_CONTROL, [0.3] * len(joints)
 
     def turn() -> None:
@@ -89,6 +98,8 @@ def prepared(module: Any, client: int, robot: str) -> Callable[[], None]:
         )
         module.stepSimulation(physicsClientId=client)
         module.getJointStates(arm, joints, physicsClientId=client)
+        if with_contacts:
+            module.getContactPoints(physicsClientId=client)
 
     return turn
 

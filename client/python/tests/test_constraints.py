@@ -38,3 +38,23 @@ def test_a_constraint_is_made_read_changed_and_deleted(sim: Simulation) -> None:
         constraints.create("hinge", here, ConstraintEnd("right"), axis=(0, 0, 0))
     rope = constraints.create("distance", here, ConstraintEnd("right"), rope=True)
     assert [each for each in constraints.list() if each.name == rope][0].length == pytest.approx(0.5)
+
+
+def test_a_robot_is_attached_as_it_is_to_another_and_to_the_world(sim: Simulation) -> None:
+    sim.pause()
+    top = sim.add_sphere(0.1, mass=1.0, name="top", position=(0, 0, 2))
+    sim.add_box((0.1, 0.1, 0.1), mass=2.0, name="low", position=(0.3, 0, 1.5))
+    assert sim.attach(top) == "constraint_1"
+    held = sim.attach("low", top, name="load")
+    sim.step(300)
+    assert top.pose.position == pytest.approx([0, 0, 2], abs=1e-6)
+    assert sim.robot("low").pose.position == pytest.approx([0.3, 0, 1.5], abs=1e-5)
+    assert sim.constraints.list("low")[0].force == pytest.approx([0, 0, 2 * 9.81], abs=1e-3)
+    sim.constraints.delete(held)
+    sim.step(300)
+    assert sim.robot("low").pose.position[2] < 1.2 and top.pose.position[2] == pytest.approx(2, abs=1e-6)
+    sim.attach("low", link="link", max_force=1.0, breaks=True)
+    sim.step(2)
+    assert [each.child.robot for each in sim.constraints.list()] == ["top"]
+    with pytest.raises(simd_client.LinkNotFound):
+        sim.attach("low", link="wing")

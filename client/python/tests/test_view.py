@@ -118,3 +118,21 @@ async def test_asyncio_draws_too(sim: Simulation, daemon: Daemon) -> None:
         number = await connected.view.add_lines([[(0, 0, 0), (1, 0, 0)]])
         assert [each.id for each in await connected.view.markers()] == [number]
         assert await connected.view.delete(number) == (number,)
+
+
+def test_links_are_given_colours_by_name_and_their_own_again(sim: Simulation, arm: Robot) -> None:
+    def shown() -> dict[str, tuple[float, ...]]:
+        answer = sim.call(methods.NextView, proto.NextViewRequest())
+        assert all(each.robot == "arm" for each in answer.colors.colors)
+        return {each.link: (each.color.red, each.color.green, each.color.blue, each.color.alpha) for each in answer.colors.colors}
+
+    first, second = arm.links[:2]
+    sim.view.set_link_colors(arm, {first: (1, 0, 0), second: (0, 1, 0, 0.5)})
+    assert shown() == {first: (1, 0, 0, 1), second: (0, 1, 0, 0.5)}
+    sim.view.set_link_colors("arm", {first: None})
+    sim.view.set_link_colors("arm", {})
+    assert shown() == {second: (0, 1, 0, 0.5)}
+    with pytest.raises(ValueError, match="3 or 4 numbers"):
+        sim.view.set_link_colors(arm, {first: (1, 0)})
+    with pytest.raises(simd_client.LinkNotFound):
+        sim.view.set_link_colors(arm, {"wing": (1, 0, 0)})

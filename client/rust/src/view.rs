@@ -3,9 +3,10 @@
 use std::time::Duration;
 
 use simd_proto::v1::{
-    AddMarkersRequest, DeleteMarkersRequest, GetCamerasRequest, GetCamerasResponse, ListMarkersRequest,
-    Marker, MarkerLines, MarkerPoints, MarkerText, NextInputRequest, NextInputResponse, NextViewRequest,
-    NextViewResponse, ReportViewRequest, ReportViewResponse, SetCameraRequest, Vector3, marker::Shape,
+    AddMarkersRequest, DeleteMarkersRequest, GetCamerasRequest, GetCamerasResponse, LinkColor,
+    ListMarkersRequest, Marker, MarkerLines, MarkerPoints, MarkerText, NextInputRequest, NextInputResponse,
+    NextViewRequest, NextViewResponse, ReportViewRequest, ReportViewResponse, SetCameraRequest,
+    SetLinkColorsRequest, Vector3, marker::Shape,
 };
 
 use crate::{Client, Error, simulation::wall_seconds};
@@ -96,6 +97,15 @@ impl Client {
         let (position, target) = (Some(position), Some(target));
         let request = SetCameraRequest { position, target, field_of_view, ..Default::default() };
         Ok(self.unary(self.view().set_camera(request)).await?.version)
+    }
+
+    /// Gives links other colours in pages than their descriptions have, or those of their descriptions where a colour is left out. All or none.
+    ///
+    /// # Errors
+    /// `ROBOT_NOT_FOUND`, `LINK_NOT_FOUND`, `INVALID_VALUE`, `LIMIT_EXCEEDED`.
+    pub async fn set_link_colors(&self, colors: impl IntoIterator<Item = LinkColor>) -> Result<(), Error> {
+        let request = SetLinkColorsRequest { colors: colors.into_iter().collect(), ..Default::default() };
+        self.unary(self.view().set_link_colors(request)).await.map(|_| ())
     }
 
     /// The cameras of the pages that are open, the one that moved last first.

@@ -67,6 +67,24 @@ test("lines, points and texts are drawn where they are, move with their link, an
   expect(tab.consoleMessages).toEqual([]);
 });
 
+test("a link is drawn in the colour that a program gives it, and in its own again", async () => {
+  const daemon = await use.daemon(Daemon.start(["--paused"]));
+  const sphere = { geometry: { case: "sphere", value: { radius: 0.3 } }, mass: 1, color: { red: 0, green: 0.2, blue: 1, alpha: 1 } } as const;
+  await daemon.entities.spawnEntity({ name: "ball", base: Base.FIXED, pose: { position: { x: 0, y: 0, z: 0.5 } }, source: { source: { case: "primitive", value: sphere } } });
+  const tab = await Tab.open(await use.context(), daemon.url);
+  await daemon.view.setCamera({ position: { x: 0, y: -3, z: 0.5 }, target: { x: 0, y: 0, z: 0.5 } });
+  await expect.poll(async () => rounded([await tab.page.evaluate(() => window.simd.camera.position())])).toEqual([[0, -3, 0.5]]);
+  const middle = await tab.project([0, 0, 0.5]);
+  const around = { left: middle.x - 20, right: middle.x + 20, top: middle.y - 20, bottom: middle.y + 20 };
+  const red = async () => (await tab.seen(around, 0, 30)).pixels;
+  expect(await red()).toBe(0);
+  await daemon.view.setLinkColors({ colors: [{ robot: "ball", link: "link", color: RED }] });
+  await expect.poll(red).toBeGreaterThan(500);
+  await daemon.view.setLinkColors({ colors: [{ robot: "ball", link: "link" }] });
+  await expect.poll(red).toBe(0);
+  expect(tab.consoleMessages).toEqual([]);
+});
+
 test("the page says where its camera is, and follows one that is set, also when it is opened later", async () => {
   const daemon = await use.daemon(Daemon.demo());
   const tab = await Tab.open(await use.context(), daemon.url);

@@ -121,7 +121,11 @@ const ROLES: &[(&str, Role, &[&str])] = &[
     ),
     ("ViewService", Role::Viewer, &["ListMarkers", "NextView", "GetCameras"]),
     // To ask for keys makes pages report them.
-    ("ViewService", Role::Operator, &["AddMarkers", "DeleteMarkers", "ReportView", "SetCamera", "NextInput"]),
+    (
+        "ViewService",
+        Role::Operator,
+        &["AddMarkers", "DeleteMarkers", "ReportView", "SetCamera", "SetLinkColors", "NextInput"],
+    ),
 ];
 
 /// Which role a method asks for. One that is not in the table asks for the highest.

@@ -1,12 +1,13 @@
 //! What pages show beside the world, and what people do in them: markers, cameras, keys and mouse. No part of the
 //! world, so that no step, reset or saved state knows of it, and the physics thread is not asked.
 //!
-//! * `markers`: what programs draw. `cameras`: where the cameras of pages are, and are to be.
+//! * `markers`: what programs draw. `colors`: what links look like. `cameras`: where the cameras of pages are, and are to be.
 //! * `input`: keys and mouse.
 //!
 //! All of it has one version, by which pages ask for what has changed.
 
 mod cameras;
+mod colors;
 mod input;
 mod markers;
 #[cfg(test)]
@@ -19,11 +20,13 @@ use tokio::sync::Notify;
 use tokio::time::Instant;
 
 pub use cameras::{CameraTarget, PageCamera, ViewCamera};
+pub use colors::{GivenColor, LinkColor};
 pub use input::{Input, InputEvent, InputKind, MouseButton};
 pub use markers::{Marker, MarkerShape, NewMarker};
 
 use super::{CallError, Caller, SimHandle};
 use cameras::Cameras;
+use colors::{Colors, Given};
 use input::InputLog;
 use markers::Markers;
 
@@ -43,6 +46,7 @@ struct State {
     /// 1 before anything was drawn; grows with every change.
     version: u64,
     markers: Markers,
+    colors: Colors,
     cameras: Cameras,
     input: InputLog,
 }
@@ -58,6 +62,8 @@ pub struct ViewChange {
     pub markers: Vec<Arc<Marker>>,
     /// Ids of those that are gone.
     pub deleted: Vec<u64>,
+    /// Colours of links, where those changed.
+    pub colors: Option<Arc<Given>>,
     /// Where cameras are to be, where a client said so.
     pub camera: Option<CameraTarget>,
     /// The client that asks for keys and mouse, where one does.
@@ -66,8 +72,8 @@ pub struct ViewChange {
 
 impl Default for View {
     fn default() -> Self {
-        let (markers, cameras, input) = Default::default();
-        let state = Mutex::new(State { version: 1, markers, cameras, input });
+        let (markers, colors, cameras, input) = Default::default();
+        let state = Mutex::new(State { version: 1, markers, colors, cameras, input });
         Self { state, changed: Notify::new(), input_came: Notify::new() }
     }
 }
@@ -132,6 +138,7 @@ impl State {
             whole,
             markers,
             deleted,
+            colors: self.colors.since(if whole { None } else { Some(version) }),
             camera: self.cameras.target(),
             asks: self.input.asks(now),
         }

@@ -26,7 +26,7 @@ use crate::access::{Denied, Grant, role_of};
 use crate::handle::{AuditedCall, Peer, RobotNote, Transport};
 
 /// Methods that clients call many times a second: each call is not worth a line.
-const FREQUENT: [&str; 11] = [
+const FREQUENT: [&str; 12] = [
     "/simd.v1.JointService/SetJointTargets",
     "/simd.v1.JointService/Control",
     "/simd.v1.EntityService/ApplyLinkWrench",
@@ -37,6 +37,7 @@ const FREQUENT: [&str; 11] = [
     "/simd.v1.ViewService/DeleteMarkers",
     "/simd.v1.ViewService/ReportView",
     "/simd.v1.ViewService/SetCamera",
+    "/simd.v1.ViewService/SetLinkColors",
     "/simd.v1.ViewService/NextInput",
 ];
 

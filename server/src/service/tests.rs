@@ -72,6 +72,7 @@ const WRITES: [&str; 47] = [
     "DeleteMarkers",
     "ReportView",
     "SetCamera",
+    "SetLinkColors",
     // Of pictures, and not of the world.
     "PutPicture",
     // Of files.

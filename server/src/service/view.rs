@@ -111,6 +111,17 @@ impl ViewService for Service {
         .await
     }
 
+    async fn set_link_colors(
+        &self,
+        request: Request<v1::SetLinkColorsRequest>,
+    ) -> Result<Response<v1::SetLinkColorsResponse>, Status> {
+        once(&self.handle, request, |handle, request| async move {
+            handle.set_link_colors(from_proto::link_colors(request.colors)?)?;
+            Ok(v1::SetLinkColorsResponse {})
+        })
+        .await
+    }
+
     async fn get_cameras(
         &self,
         _request: Request<v1::GetCamerasRequest>,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -206,6 +207,17 @@ def camera_to_proto(
         target=vector_to_proto(target, "a target"),
         field_of_view=field_of_view or 0.0,
     )
+
+
+def color_to_proto(robot: str, link: str, color: Sequence[float] | None) -> proto.LinkColor:
+    """The colour of a link, or that of its description. Raises `ValueError` for a colour of another length."""
+    message = proto.LinkColor(robot=robot, link=link)
+    if color is not None:
+        if len(color) not in (3, 4):
+            raise ValueError(f"a colour has 3 or 4 numbers, and not {len(color)}")
+        red, green, blue, *alpha = map(float, color)
+        message.color.CopyFrom(proto.Color(red=red, green=green, blue=blue, alpha=alpha[0] if alpha else 1.0))
+    return message
 
 
 def input_from_proto(message: proto.NextInputResponse) -> Input:

@@ -259,5 +259,32 @@ def test_the_camera_of_the_page_is_moved_and_read(bullet: Any, script: ModuleTyp
     assert projection == pytest.approx(theirs, abs=1e-5)
     assert forward == pytest.approx([-view[2], -view[6], -view[10]], abs=1e-9)
     tangent = math.tan(0.5)
-    assert side == pytest.approx([20000 * 1.5 * tangent * view[index] for index in (0, 4, 8)], abs=1e-6)
-    assert top == pytest.approx([20000 * tangent * view[index] for index in (1, 5, 9)], abs=1e-6)
+    assert side == pytest.approx([20000 * 1.5 * tangent * view[place] for place in (0, 4, 8)], abs=1e-6)
+    assert top == pytest.approx([20000 * tangent * view[place] for place in (1, 5, 9)], abs=1e-6)
+
+
+def test_colours_of_links_are_shown_in_the_page_and_again_after_a_reload(script: ModuleType, page: Simulation) -> None:
+    arm = script.loadURDF(str(SEVEN_ARM), useFixedBase=1)
+    name = connections.connected(0).bodies[arm].robot
+
+    def shown(after: int) -> tuple[int, dict[str, tuple[float, ...]]]:
+        """Once the view is newer: what each link of the arm has."""
+        answer = page.call(methods.NextView, proto.NextViewRequest(after_version=after, timeout=10), wait=10)
+        of_arm = [each for each in answer.colors.colors if each.robot == name]
+        return answer.version, {each.link: (each.color.red, each.color.green, each.color.alpha) for each in of_arm}
+
+    before = page.call(methods.NextView, proto.NextViewRequest()).version
+    links = [script.getJointInfo(arm, joint)[12].decode() for joint in (1, 2)]
+    script.changeVisualShape(arm, 1, rgbaColor=[1, 0.5, 0, 1])
+    script.changeVisualShape(arm, 2, rgbaColor=[0, 3, 0, -1])
+    version, colors = shown(before)
+    if len(colors) < 2:
+        version, colors = shown(version)
+    assert colors == {links[0]: (1, 0.5, 1), links[1]: (0, 1, 0)}
+    script.changeDynamics(arm, 2, mass=3)
+    _, colors = shown(version)
+    assert colors == {links[0]: (1, 0.5, 1), links[1]: (0, 1, 0)}
+    # Nothing is to be shown of what is not there.
+    script.changeVisualShape(arm, 99, rgbaColor=[1, 0, 0, 1])
+    script.changeVisualShape(arm, 1, rgbaColor=[1, 0, 0, 1])
+    script.removeBody(arm)

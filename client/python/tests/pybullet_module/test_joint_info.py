@@ -112,11 +112,16 @@ def test_places_of_a_base_and_its_links_are_pybullets(theirs: Any, script: Modul
 
 
 def test_jacobians_and_inertia_are_pybullets(theirs: Any, script: ModuleType) -> None:
-    """Of a fixed and of a free robot, with the file's inertia, which PyBullet takes only where it is asked to."""
-    for name, link in (("kuka_iiwa/model.urdf", 6), ("quadruped/minitaur.urdf", 6)):
+    """Of a fixed and of a free robot, with the inertias of the file and of the shapes."""
+    from_file = theirs.URDF_USE_INERTIA_FROM_FILE
+    for name, link, flags in (
+        ("kuka_iiwa/model.urdf", 6, from_file),
+        ("quadruped/minitaur.urdf", 6, from_file),
+        ("kuka_iiwa/model.urdf", 6, 0),
+    ):
         path = str(DATA / name)
-        right = theirs.loadURDF(path, flags=theirs.URDF_USE_INERTIA_FROM_FILE)
-        ours = script.loadURDF(path)
+        right = theirs.loadURDF(path, flags=flags)
+        ours = script.loadURDF(path, flags=flags)
         moving = [
             joint for joint in range(theirs.getNumJoints(right)) if theirs.getJointInfo(right, joint)[2] != 4
         ]
@@ -138,7 +143,7 @@ def test_jacobians_and_inertia_are_pybullets(theirs: Any, script: ModuleType) ->
 def test_inverse_dynamics_are_pybullets(theirs: Any, script: ModuleType) -> None:
     path = str(DATA / "kuka_iiwa/model.urdf")
     right = theirs.loadURDF(path, useFixedBase=1, flags=theirs.URDF_USE_INERTIA_FROM_FILE)
-    ours = script.loadURDF(path, useFixedBase=1)
+    ours = script.loadURDF(path, useFixedBase=1, flags=script.URDF_USE_INERTIA_FROM_FILE)
     q, qd, qdd = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7], [0.1] * 7, [0.2] * 7
     for module in (theirs, script):
         module.setGravity(0, 0, -9.81)

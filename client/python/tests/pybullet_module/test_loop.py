@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -97,6 +98,49 @@ def test_joints_that_are_put_elsewhere_one_by_one_are_one_round_trip(script: Mod
     script.resetJointState(arms[1], turning[0], 0.9)
     script.restoreState(kept)
     assert script.getJointState(arms[1], turning[0])[0] == pytest.approx(0.3)
+
+
+def test_forces_go_to_the_daemon_together_and_before_what_comes_next(
+    script: ModuleType, calls: Calls, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ball = script.createCollisionShape(script.GEOM_SPHERE, radius=0.1)
+    balls = [script.createMultiBody(2, ball, -1, [x, 0, 0]) for x in (0, 1, 2)]
+    script.getBasePositionAndOrientation(balls[0])
+    script.stepSimulation()
+    together: list[int] = []
+    wire = connected(0).wire
+    call_all = wire.call_all
+
+    def counting(method: Any, requests: Any) -> None:
+        together.append(len(requests))
+        call_all(method, requests)
+
+    monkeypatch.setattr(wire, "call_all", counting)
+    calls.clear()
+    for _ in range(10):
+        for each in balls:
+            script.applyExternalForce(each, -1, [0, 0, 24], [0, 0, 0], script.LINK_FRAME)
+            script.applyExternalTorque(each, -1, [0, 0, 1], script.LINK_FRAME)
+        script.stepSimulation()
+    assert (calls, together) == ({"SimulationService/StepSimulation": 10}, [6] * 10)
+    # v = F t / m
+    assert [script.getBaseVelocity(each)[0][2] for each in balls] == pytest.approx([0.5] * 3)
+    script.applyExternalForce(balls[0], -1, [0, 0, 24], [0, 0, 0], script.LINK_FRAME)
+    script.removeBody(balls[1])
+    script.stepSimulation()
+    script.stepSimulation()
+    assert script.getBaseVelocity(balls[0])[0][2] == pytest.approx(0.55)
+
+
+def test_gravity_that_is_set_at_each_step_is_sent_when_it_changes(script: ModuleType, calls: Calls) -> None:
+    script.setGravity(0, 0, -10)
+    calls.clear()
+    for _ in range(5):
+        script.setGravity(0, 0, -10)
+        script.stepSimulation()
+    assert calls.get("SimulationService/SetPhysics", 0) <= 1
+    script.setGravity(0, 0, -3)
+    assert script.getPhysicsEngineParameters()["gravityAccelerationZ"] == -3.0
 
 
 def test_what_links_are_made_of_is_asked_once_a_step(script: ModuleType, calls: Calls) -> None:
@@ -279,3 +323,36 @@ def test_refusals_are_pybullets_words(script: ModuleType) -> None:
         with pytest.raises(pybullet.error) as refused:
             call()
         assert str(refused.value).startswith(words)
+
+
+ARM_WITHIN = """<robot name='a'><link name='post'/><link name='arm'><inertial><origin xyz='0 0 -0.5'/><mass value='1'/>
+<inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial></link><joint name='j' type='revolute'><parent link='post'/>
+<child link='arm'/><axis xyz='0 1 0'/><limit lower='0.5' upper='1' effort='0' velocity='0'/></joint></robot>"""
+
+
+def test_a_joint_that_is_put_beyond_its_limit_stays_there_until_it_comes_back(
+    bullet: Any, script: ModuleType, tmp_path: Path
+) -> None:
+    (tmp_path / "arm.urdf").write_text(ARM_WITHIN)
+    paths: list[list[float]] = []
+    for p in (bullet, script):
+        arm = p.loadURDF(str(tmp_path / "arm.urdf"), useFixedBase=1, flags=p.URDF_USE_INERTIA_FROM_FILE)
+        p.setJointMotorControl2(arm, 0, p.VELOCITY_CONTROL, force=0)
+        p.resetJointState(arm, 0, 0)
+        paths.append([])
+        # Outwards, then nothing, then back, and outwards again.
+        for torque in (-5, 0, 8, -8):
+            for _ in range(60 if torque <= 0 else 120):
+                p.setJointMotorControl2(arm, 0, p.TORQUE_CONTROL, force=torque)
+                p.stepSimulation()
+            paths[-1].append(p.getJointState(arm, 0)[0])
+        assert p.getJointInfo(arm, 0)[8:10] == (0.5, 1.0)
+        for _ in range(240):
+            p.setJointMotorControl2(arm, 0, p.TORQUE_CONTROL, force=-8)
+            p.stepSimulation()
+        paths[-1].append(p.getJointState(arm, 0)[0])
+    theirs, ours = paths
+    assert theirs[:2] == pytest.approx([0.0, 0.0], abs=1e-3) and theirs[2] > 0.7
+    assert ours[:2] == pytest.approx([0.0, 0.0], abs=1e-3) and ours[2] == pytest.approx(theirs[2], abs=0.02)
+    # It has come back, so it may not go beyond again.
+    assert (theirs[4], ours[4]) == (pytest.approx(0.5, abs=0.01), pytest.approx(0.5, abs=0.01))

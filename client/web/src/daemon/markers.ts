@@ -1,9 +1,9 @@
 // Conversion of what programs draw from messages to the state of the page, and of input to messages.
 import { create } from "@bufbuild/protobuf";
-import { InputEventSchema, MouseButton as WireButton, type CameraTarget as WireTarget, type InputEvent, type Marker as Wire } from "../gen/simd/v1/view_pb";
+import { InputEventSchema, MouseButton as WireButton, type CameraTarget as WireTarget, type InputEvent, type LinkColors as WireColors, type Marker as Wire } from "../gen/simd/v1/view_pb";
 import type { CameraTarget } from "../state/camera";
 import type { MouseButton, PageInput } from "../state/input";
-import type { Marker, MarkerShape } from "../state/markers";
+import type { Marker, MarkerShape, Rgba, RobotColors } from "../state/markers";
 import { vectorOf } from "./mapping";
 
 const BUTTONS: Record<MouseButton, WireButton> = {
@@ -17,6 +17,17 @@ export function markerOf(wire: Wire): Marker | null {
   const { id, robot, link, color } = wire;
   const shape = shapeOf(wire.shape);
   return shape && { id, shape, color: color ? [color.red, color.green, color.blue, color.alpha] : null, robot, link };
+}
+
+export function colorsOf({ colors }: WireColors): ReadonlyMap<string, RobotColors> {
+  const robots = new Map<string, RobotColors & { links: Map<string, Rgba> }>();
+  for (const { robot, link, color, layoutVersion } of colors) {
+    if (!color) continue;
+    const known = robots.get(robot) ?? { layoutVersion, links: new Map<string, Rgba>() };
+    robots.set(robot, known);
+    known.links.set(link, [color.red, color.green, color.blue, color.alpha]);
+  }
+  return robots;
 }
 
 function shapeOf(shape: Wire["shape"]): MarkerShape | null {

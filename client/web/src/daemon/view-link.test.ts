@@ -5,7 +5,7 @@ import { afterEach, beforeEach, expect, test, vi } from "vitest";
 import { MarkerSchema, NextViewResponseSchema, ViewService, type NextViewRequest, type ReportViewRequest } from "../gen/simd/v1/view_pb";
 import { cameraTarget, shownCamera, type ShownCamera } from "../state/camera";
 import { inputFor, pushInput, takeInput } from "../state/input";
-import { markers } from "../state/markers";
+import { linkColors, markers } from "../state/markers";
 import { connection, role } from "../state/world";
 import { servicesOver } from "./services";
 import { ViewLink } from "./view-link";
@@ -22,6 +22,7 @@ beforeEach(() => {
   connection.value = { state: "live", reason: "", retryAt: 0 };
   role.value = null;
   markers.value = new Map();
+  linkColors.value = new Map();
   cameraTarget.value = null;
   shownCamera.value = null;
   takeInput();
@@ -150,4 +151,24 @@ test("a daemon without markers is asked no more often than an idle one", async (
   link.setVisible(true);
   await vi.advanceTimersByTimeAsync(10_000);
   expect(asked.length).toBeLessThanOrEqual(41);
+});
+
+test("colours of links are kept until others come, and go with the daemon", async () => {
+  const color = (red: number) => ({ red, green: 0, blue: 0, alpha: 1 });
+  answer = { version: 2n, whole: true, colors: { colors: [{ robot: "arm", link: "hand", color: color(1), layoutVersion: 4n }, { robot: "arm", link: "base", color: color(0.5), layoutVersion: 4n }] } };
+  link.setVisible(true);
+  await vi.advanceTimersByTimeAsync(300);
+  const arm = () => linkColors.value.get("arm");
+  expect([arm()?.layoutVersion, [...(arm()?.links ?? [])]]).toEqual([4n, [["hand", [1, 0, 0, 1]], ["base", [0.5, 0, 0, 1]]]]);
+  answer = { version: 3n, markers: [line(1n, 1)] };
+  await vi.advanceTimersByTimeAsync(300);
+  expect(arm()?.links.size).toBe(2);
+  answer = { version: 4n, colors: {} };
+  await vi.advanceTimersByTimeAsync(300);
+  expect(linkColors.value.size).toBe(0);
+  linkColors.value = new Map([["arm", { layoutVersion: 4n, links: new Map() }]]);
+  answer = { version: 1n, whole: true };
+  link.begin();
+  await vi.advanceTimersByTimeAsync(300);
+  expect(linkColors.value.size).toBe(0);
 });

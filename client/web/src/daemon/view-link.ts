@@ -3,9 +3,9 @@ import { batch } from "@preact/signals";
 import type { NextViewResponse } from "../gen/simd/v1/view_pb";
 import { cameraTarget, shownCamera, type ShownCamera } from "../state/camera";
 import { inputCount, inputFor, takeInput } from "../state/input";
-import { markers } from "../state/markers";
+import { linkColors, markers } from "../state/markers";
 import { connection, role } from "../state/world";
-import { cameraTargetOf, inputOf, markerOf } from "./markers";
+import { cameraTargetOf, colorsOf, inputOf, markerOf } from "./markers";
 import { PollLoop } from "./poll-loop";
 import type { Services } from "./services";
 
@@ -73,7 +73,7 @@ export class ViewLink {
     this.take(answer, afterVersion === 0n);
   }
 
-  private take({ whole, markers: changed, deleted, camera }: NextViewResponse, isFirst: boolean): void {
+  private take({ whole, markers: changed, deleted, colors, camera }: NextViewResponse, isFirst: boolean): void {
     batch(() => {
       if (whole || changed.length > 0 || deleted.length > 0) {
         const next = new Map(whole ? [] : markers.value);
@@ -84,6 +84,8 @@ export class ViewLink {
         }
         if (next.size > 0 || markers.value.size > 0) markers.value = next;
       }
+      if (colors) linkColors.value = colorsOf(colors);
+      else if (isFirst && linkColors.value.size > 0) linkColors.value = new Map();
       if (camera && (isFirst || camera.version !== cameraTarget.value?.version)) {
         cameraTarget.value = cameraTargetOf(camera, isFirst);
       }

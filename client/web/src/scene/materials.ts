@@ -3,11 +3,13 @@ import { Color, DoubleSide, FrontSide, MeshBasicMaterial, MeshStandardMaterial, 
 import type { Shape } from "../state/scene";
 import { COLLISION, HIGHLIGHT, MISSING, UNCOLOURED } from "./palette";
 
-type Rgba = NonNullable<Shape["color"]>;
+type Rgba = NonNullable<Shape["color"]> | readonly [number, number, number, number];
 
 /** All materials but those of mesh files. */
 export class Materials {
   private readonly solids = new Map<string, MeshStandardMaterial>();
+  /** Of `coloured`. */
+  private readonly variants = new Map<string, MeshStandardMaterial>();
   private readonly highlights = new Map<Material, Material>();
   private readonly textures = new Map<string, Texture>();
   private loading = 0;
@@ -61,6 +63,22 @@ export class Materials {
     return material;
   }
 
+  /** A material in another colour, which its picture is multiplied by. */
+  coloured(material: Material, color: Rgba): Material {
+    const map = material instanceof MeshStandardMaterial ? material.map : null;
+    const key = `${color.join()} ${material.side} ${map?.uuid ?? ""}`;
+    let variant = this.variants.get(key);
+    if (!variant) {
+      const [red, green, blue, alpha] = color;
+      variant = new MeshStandardMaterial({ roughness: 0.62, metalness: 0.05, side: material.side, map });
+      variant.color = new Color().setRGB(red, green, blue, SRGBColorSpace);
+      variant.transparent = alpha < 1;
+      variant.opacity = alpha;
+      this.variants.set(key, variant);
+    }
+    return variant;
+  }
+
   private texture(sha256: string): Texture {
     let texture = this.textures.get(sha256);
     if (!texture) {
@@ -92,7 +110,7 @@ export class Materials {
   dispose(): void {
     const own = [this.collision, this.wire, this.missing, this.ground];
     for (const texture of this.textures.values()) texture.dispose();
-    for (const material of [...own, ...this.solids.values(), ...this.highlights.values()]) material.dispose();
+    for (const material of [...own, ...this.solids.values(), ...this.variants.values(), ...this.highlights.values()]) material.dispose();
   }
 }
 

@@ -67,3 +67,27 @@ test("a mesh whose file is missing has no address", () => {
   expect(addressOf({ kind: "mesh", sha256: "", uri: "a.stl", scale: [1, 1, 1] })).toBeUndefined();
   expect(addressOf({ kind: "mesh", sha256: HASH, uri: "a.stl", scale: [1, 1, 1] })).toBe(`/meshes/${HASH}.glb`);
 });
+
+test("a link has the colour that a program gave it, also while it is highlighted and when its mesh comes later, and its own again", async () => {
+  const materials = new Materials();
+  const scene = { ...SCENE, visuals: [...SCENE.visuals, shape({ kind: "mesh", sha256: HASH, uri: "a.stl", scale: [1, 1, 1] })] };
+  const view = new RobotView(scene, new MeshStub() as unknown as MeshCache, materials, () => undefined);
+  const colors = () => meshesIn(view.group).map(({ material }) => (material as MeshStandardMaterial).color.getHexString());
+  const [described] = colors();
+  const red: [number, number, number, number] = [1, 0, 0, 0.5];
+  view.color(new Map([["base", red]]));
+  expect(colors()).toEqual(["ff0000"]);
+  await Promise.resolve();
+  await Promise.resolve();
+  expect(colors()).toEqual(["ff0000", "ff0000"]);
+  expect(meshesIn(view.group).every(({ material }) => (material as MeshStandardMaterial).opacity === 0.5)).toBe(true);
+  view.highlight(0);
+  expect(colors()).not.toContain("0000ff");
+  view.color(new Map([["base", [0, 0, 1, 1] as const]]));
+  view.highlight(-1);
+  expect(colors()).toEqual(["0000ff", "0000ff"]);
+  view.color(new Map());
+  expect(colors()[0]).toBe(described);
+  expect(colors()[1]).toBe("ffffff");
+  materials.dispose();
+});

@@ -1,5 +1,6 @@
 // The drawing of one robot: a group for each link, with its visuals, its colliders and its axes.
 import { Box3, BoxGeometry, Group, Matrix4, Mesh, MeshStandardMaterial, Quaternion, Vector3, type BufferGeometry, type Material, type Object3D } from "three";
+import type { Rgba } from "../state/markers";
 import type { Geometry, RobotScene, Shape } from "../state/scene";
 import { MIN_MOTION } from "../state/stillness";
 import { triangles } from "./geometries";
@@ -32,6 +33,7 @@ export class RobotView {
   private shown: Shown = { visuals: true, collisions: false, frames: false };
   private hasCollisions = false;
   private highlighted = -1;
+  private colors: ReadonlyMap<string, Rgba> = new Map();
   private disposed = false;
   /** The last answer of `bounds`; undefined since something moved or was loaded. */
   private box: Box3 | undefined;
@@ -123,6 +125,31 @@ export class RobotView {
     this.highlighted = index;
     this.addHighlight(index);
     return true;
+  }
+
+  /** Gives links these colours, and the others those of the description. */
+  color(colors: ReadonlyMap<string, Rgba>): void {
+    if (this.paint || (colors.size === 0 && this.colors.size === 0)) return;
+    this.colors = colors;
+    this.scene.links.forEach((_, index) => {
+      this.addColor(index);
+    });
+  }
+
+  private addColor(index: number): void {
+    const color = this.colors.get(this.scene.links[index]?.name ?? "");
+    this.forEachMesh(index, (mesh) => {
+      const { userData } = mesh;
+      if (!color && userData["described"] === undefined) return;
+      // Of one that is highlighted the plain one is kept.
+      const now = (userData["plain"] ?? mesh.material) as Material;
+      const described = (userData["described"] ?? now) as Material;
+      const next = color ? this.materials.coloured(described, color) : described;
+      if (color) userData["described"] = described;
+      else delete userData["described"];
+      if (userData["plain"]) userData["plain"] = next;
+      mesh.material = userData["plain"] ? this.materials.highlighted(next) : next;
+    });
   }
 
   private addHighlight(index: number): void {
@@ -236,6 +263,7 @@ export class RobotView {
       at.scale.setScalar(1);
       at.add(new Mesh(box, this.materials.missing));
     }
+    if (this.colors.size > 0) this.addColor(shape.link);
     if (this.highlighted >= 0) this.addHighlight(this.highlighted);
     this.box = undefined;
     this.changed();

@@ -1,5 +1,6 @@
 // The drawings of all robots, kept up to date with the scenes.
 import { Box3, Group, Sphere, Vector3 } from "three";
+import type { Rgba, RobotColors } from "../state/markers";
 import type { RobotScene } from "../state/scene";
 import type { LinkName } from "../state/view";
 import { MeshCache } from "./mesh-cache";
@@ -10,6 +11,8 @@ import { framed, isFlatGround, isGround } from "./scenery";
 
 /** The length of the axes of links, as a fraction of the size of the robot. */
 const AXIS_FRACTION = 0.18;
+
+const NONE: ReadonlyMap<string, Rgba> = new Map();
 
 /** The views of robots, by name. */
 export class RobotViews {
@@ -83,6 +86,14 @@ export class RobotViews {
   show(shown: Shown): void {
     this.shown = shown;
     for (const view of this.views.values()) this.showOne(view);
+  }
+
+  /** Gives links the colours that programs have given them. */
+  color(colors: ReadonlyMap<string, RobotColors>): void {
+    for (const [name, view] of this.views) {
+      const given = colors.get(name);
+      view.color(given && given.layoutVersion === view.scene.layoutVersion ? given.links : NONE);
+    }
   }
 
   /** Highlights one link and no other. Returns whether that changed anything. */

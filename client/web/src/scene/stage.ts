@@ -5,7 +5,7 @@ import { lift } from "../daemon/actions";
 import { shownRobot } from "../panels/shown-robot";
 import { cameraTarget, type CameraTarget } from "../state/camera";
 import { constraints, hoveredConstraint } from "../state/constraints";
-import { markers } from "../state/markers";
+import { linkColors, markers } from "../state/markers";
 import { hiddenRobots } from "../state/tools";
 import { inertias } from "../state/view";
 import { pictureRequest } from "../state/picture";
@@ -153,6 +153,11 @@ export class Stage {
       effect(() => {
         this.robots.sync(scenes.value);
         this.contentChanged();
+      }),
+      effect(() => {
+        void scenes.value;
+        this.robots.color(linkColors.value);
+        this.invalidate();
       }),
       effect(() => {
         if (frame.value) this.take(frame.value);

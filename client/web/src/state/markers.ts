@@ -23,5 +23,19 @@ export interface Marker {
   link: string;
 }
 
+/** Red, green, blue and alpha. */
+export type Rgba = readonly [number, number, number, number];
+
+/** Colours that programs gave links of a robot, in the place of those of its description. */
+export interface RobotColors {
+  /** Of the robot that was given them. */
+  layoutVersion: bigint;
+  /** By the names of links. */
+  links: ReadonlyMap<string, Rgba>;
+}
+
+/** By robot. */
+export const linkColors = signal<ReadonlyMap<string, RobotColors>>(new Map());
+
 /** By id, in the order in which they were added. */
 export const markers = signal<ReadonlyMap<bigint, Marker>>(new Map());

@@ -8,10 +8,12 @@ use simd_proto::v1;
 
 use super::geometry::{finite_vector, rotation};
 use crate::convert::field::{BadField, Path};
-use crate::handle::{InputKind, MarkerShape, MouseButton, NewMarker, ViewCamera};
+use crate::handle::{InputKind, LinkColor, MarkerShape, MouseButton, NewMarker, ViewCamera};
 
 /// Markers of one request.
 const MARKERS: usize = 4_096;
+/// Colours of one request.
+const COLORS: usize = 4_096;
 /// Bytes of a text.
 const TEXT: usize = 1_024;
 /// Bytes of what a browser calls a key.
@@ -62,13 +64,7 @@ fn marker(at: &Path<'_>, given: v1::Marker) -> Result<NewMarker, BadField> {
         }
         v1::marker::Shape::Text(words) => text(&at.field("text"), words)?,
     };
-    let color_at = at.field("color");
-    let color = color.map(|v1::Color { red, green, blue, alpha }| {
-        for (name, value) in [("red", red), ("green", green), ("blue", blue), ("alpha", alpha)] {
-            color_at.field(name).within(value, 0.0..=1.0)?;
-        }
-        Ok::<_, BadField>([red, green, blue, alpha])
-    });
+    let color = color.map(|given| self::color(&at.field("color"), given));
     let life_time = match life_time {
         0.0 => None,
         seconds => Some(at.field("life_time").seconds(seconds, 0.0..=YEAR, 0.0)?),
@@ -80,6 +76,33 @@ fn marker(at: &Path<'_>, given: v1::Marker) -> Result<NewMarker, BadField> {
     }
     let (robot, link) = (at.field("robot").short(robot)?, at.field("link").short(link)?);
     Ok(NewMarker { replaces: id, shape, color: color.transpose()?, robot, link, life_time })
+}
+
+fn color(at: &Path<'_>, given: v1::Color) -> Result<[f64; 4], BadField> {
+    let v1::Color { red, green, blue, alpha } = given;
+    for (name, value) in [("red", red), ("green", green), ("blue", blue), ("alpha", alpha)] {
+        at.field(name).within(value, 0.0..=1.0)?;
+    }
+    Ok([red, green, blue, alpha])
+}
+
+/// Colours that links are to have.
+pub fn link_colors(given: Vec<v1::LinkColor>) -> Result<Vec<LinkColor>, BadField> {
+    let at = Path::ROOT.field("colors");
+    if given.is_empty() || given.len() > COLORS {
+        let expected = format!("it must have 1 to {COLORS}");
+        return Err(at.refuse(format_args!("{} long", given.len()), expected));
+    }
+    let read = |(index, given): (usize, v1::LinkColor)| {
+        let at = Path::ROOT.item("colors", index);
+        let v1::LinkColor { robot, link, color, layout_version: _ } = given;
+        Ok(LinkColor {
+            robot: at.field("robot").name(robot)?.into(),
+            link: at.field("link").name(link)?.into(),
+            color: color.map(|given| self::color(&at.field("color"), given)).transpose()?,
+        })
+    };
+    given.into_iter().enumerate().map(read).collect()
 }
 
 /// Points of elements of so many numbers, and as many colours or none.
@@ -280,6 +303,29 @@ mod tests {
         }
         assert_eq!(markers(Vec::new()).unwrap_err().field, "markers");
         assert_eq!(markers(vec![fine(); MARKERS + 1]).unwrap_err().field, "markers");
+    }
+
+    #[test]
+    fn what_no_colour_of_a_link_can_be_is_refused_by_the_path_of_its_field() {
+        let color = |red| Some(v1::Color { red, green: 0.0, blue: 0.0, alpha: 1.0 });
+        let fine = || v1::LinkColor {
+            robot: "arm".into(),
+            link: "hand".into(),
+            color: color(1.0),
+            layout_version: 7,
+        };
+        assert_eq!(link_colors(vec![fine()]).unwrap()[0].color, Some([1.0, 0.0, 0.0, 1.0]));
+        assert_eq!(link_colors(vec![v1::LinkColor { color: None, ..fine() }]).unwrap()[0].color, None);
+        for (given, field) in [
+            (v1::LinkColor { color: color(1.5), ..fine() }, "colors[0].color.red"),
+            (v1::LinkColor { color: color(f64::NAN), ..fine() }, "colors[0].color.red"),
+            (v1::LinkColor { robot: String::new(), ..fine() }, "colors[0].robot"),
+            (v1::LinkColor { link: String::new(), ..fine() }, "colors[0].link"),
+        ] {
+            assert_eq!(link_colors(vec![given]).unwrap_err().field, field);
+        }
+        assert_eq!(link_colors(Vec::new()).unwrap_err().field, "colors");
+        assert_eq!(link_colors(vec![fine(); COLORS + 1]).unwrap_err().field, "colors");
     }
 
     #[test]

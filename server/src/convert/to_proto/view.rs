@@ -5,7 +5,8 @@ use tokio::time::Instant;
 
 use super::geometry;
 use crate::handle::{
-    CameraTarget, InputEvent, InputKind, Marker, MarkerShape, MouseButton, PageCamera, ViewCamera, ViewChange,
+    CameraTarget, GivenColor, InputEvent, InputKind, Marker, MarkerShape, MouseButton, PageCamera,
+    ViewCamera, ViewChange,
 };
 
 /// A marker, as it is at this time.
@@ -45,9 +46,18 @@ pub fn change(change: &ViewChange, now: Instant) -> v1::NextViewResponse {
         markers: change.markers.iter().map(|it| marker(it, now)).collect(),
         deleted: change.deleted.clone(),
         camera: change.camera.map(camera_target),
+        colors: change.colors.as_ref().map(|given| v1::LinkColors {
+            colors: given.iter().map(|((robot, link), color)| link_color(robot, link, *color)).collect(),
+        }),
         wants_input: change.asks.is_some(),
         input_client: change.asks.as_deref().unwrap_or_default().to_owned(),
     }
+}
+
+fn link_color(robot: &str, link: &str, given: GivenColor) -> v1::LinkColor {
+    let GivenColor { color: [red, green, blue, alpha], layout_version } = given;
+    let color = Some(v1::Color { red, green, blue, alpha });
+    v1::LinkColor { robot: robot.to_owned(), link: link.to_owned(), color, layout_version }
 }
 
 /// Where cameras are to be.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy.typing as npt
 
@@ -10,13 +10,14 @@ from simd_client import proto
 from simd_client.aio.connection import Connection
 from simd_client.geometry import vector, vector_to_proto
 from simd_client.proto import methods
-from simd_client.state import Named
+from simd_client.state import Named, name_of
 from simd_client.view import (
     Input,
     Marker,
     ViewCamera,
     camera_from_proto,
     camera_to_proto,
+    color_to_proto,
     drawn,
     input_from_proto,
     marker_from_proto,
@@ -117,6 +118,15 @@ class View:
         """All markers, in the order in which they were added."""
         answer = await self._connection.call(methods.ListMarkers, proto.ListMarkersRequest())
         return tuple(marker_from_proto(each) for each in answer.markers)
+
+    async def set_link_colors(
+        self, robot: str | Named, colors: Mapping[str, Sequence[float] | None]
+    ) -> None:
+        """Gives links of a robot colours in pages, by their names: red, green, blue and perhaps alpha, from 0 to 1. `None` is the colour of
+        the description again. They go with a reload of the robot, and are no part of the world."""
+        links = [color_to_proto(name_of(robot), link, color) for link, color in colors.items()]
+        if links:
+            await self._connection.call(methods.SetLinkColors, proto.SetLinkColorsRequest(colors=links))
 
     async def set_camera(
         self, position: npt.ArrayLike, target: npt.ArrayLike = (0, 0, 0), *, field_of_view: float | None = None

@@ -22,6 +22,7 @@ from simd_client.blocking.sensors import WorldSensors
 from simd_client.blocking.upload import fetch_file
 from simd_client.blocking.view import View
 from simd_client.blocking.watch import EventWatch, Watch, WorldWatch, next_events
+from simd_client.constraint import ConstraintEnd
 from simd_client.contact import contacts_from_proto
 from simd_client.description import robot_info_from_proto
 from simd_client.errors import AnswerError, RobotNotFound, listed, not_found
@@ -32,7 +33,7 @@ from simd_client.method import decoded
 from simd_client.picture import CameraPicture, projection_matrix, view_matrix
 from simd_client.proto import methods
 from simd_client.selection import Selection, SensorSelection, selections_to_proto, sensors_to_proto
-from simd_client.state import States, clamped_from_proto
+from simd_client.state import Named, States, clamped_from_proto, name_of
 from simd_client.target import BeyondLimit, Targets, beyond_limit_to_proto
 from simd_client.world import (
     Integrator,
@@ -270,6 +271,27 @@ class Simulation(SavedStates):
     def constraints(self) -> Constraints:
         """What holds links together beside the joints of their robots."""
         return Constraints(self)
+
+    def attach(
+        self,
+        robot: str | Named,
+        to: str | Named | None = None,
+        *,
+        link: str = "",
+        to_link: str = "",
+        name: str = "",
+        max_force: float | None = None,
+        max_torque: float | None = None,
+        breaks: bool = False,
+    ) -> str:
+        """Holds a link of a robot where it is now to a link of another one, or to the world; without names those are root links. With a limit
+        it gives way, or `breaks`. Returns the name of this weld, which `constraints.delete` lets go. Raises `RobotNotFound`,
+        `LinkNotFound`, `InvalidValue`, `ConstraintExists`."""
+        parent = ConstraintEnd("" if to is None else name_of(to), to_link)
+        child = ConstraintEnd(name_of(robot), link)
+        return self.constraints.create(
+            "weld", parent, child, name=name, max_force=max_force, max_torque=max_torque, breaks=breaks
+        )
 
     @property
     def sensors(self) -> WorldSensors:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from simd_client.proto import Base, EntityInfo, JointInfo, JointLayout, JointType
+from simd_client.proto import Base, EntityInfo, JointInfo, JointLayout, JointLimits, JointType
 from simd_client.surface import Surface
 
 from . import constants
@@ -37,6 +37,9 @@ JointInfoTuple = tuple[
 
 Reader = Callable[[list[float], list[float], list[float]], tuple[tuple[float, float, tuple[float, ...], float], ...]]
 """From positions, velocities and efforts of a robot to what getJointStates gives of some joints."""
+
+Limits = tuple[float | None, float | None, float | None, float | None]
+"""Lower and upper position, effort and velocity of a joint; `None` for none."""
 
 _TYPES = {
     JointType.JOINT_TYPE_REVOLUTE: constants.JOINT_REVOLUTE,
@@ -72,7 +75,7 @@ class BodyJoint:
     driven: bool
     # What its actuator sees, kg m^2 or kg.
     inertia: float
-    limits: tuple[float | None, float | None, float | None, float | None]
+    limits: Limits
     damping: float
     friction: float
     motor: Motor = field(default_factory=Motor)
@@ -257,6 +260,14 @@ def _joint(joint: JointInfo, frames: Mapping[str, Pose], number: int, parent: in
         axis=(joint.axis.x, joint.axis.y, joint.axis.z),
         ball=BallMotor() if kind == constants.JOINT_SPHERICAL else None,
     )
+
+
+def put_limits(message: JointLimits, limits: Limits) -> None:
+    """Sets a message."""
+    for name, value in zip(("lower", "upper", "effort", "velocity"), limits, strict=True):
+        if value is not None:
+            setattr(message, name, float(value))
+    message.SetInParent()
 
 
 def _wire_pose(joint: JointInfo) -> Pose:

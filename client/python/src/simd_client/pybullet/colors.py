@@ -1,5 +1,4 @@
-"""Colours and textures of what is drawn: changeVisualShape and kin. The script keeps them, and the daemon's page shows those of the
-description."""
+"""Colours and textures of what is drawn: changeVisualShape and kin. The daemon's page shows the colours; textures have numbers."""
 
 from __future__ import annotations
 
@@ -11,7 +10,9 @@ from .errors import error
 from .loading import found
 from .world import World
 
-_NOT_DRAWN = "colours and textures that a script changes are kept for getVisualShapeData, and the page does not show them"
+_NOT_DRAWN = "textures that a script loads have numbers, and are not drawn"
+# "as it is".
+_NO_TEXTURE = -2
 
 
 def changeVisualShape(
@@ -24,11 +25,12 @@ def changeVisualShape(
     flags: int = -1,
     physicsClientId: int = 0,
 ) -> None:
-    """Gives a link a colour, which getVisualShapeData then gives, as in PyBullet of all its shapes. A link that is not there is
+    """Gives a link a colour, of all its shapes, as in PyBullet; getVisualShapeData then gives it. A link that is not there is
     passed over."""
-    del shapeIndex, textureUniqueId, flags
+    del shapeIndex, flags
     world = connected(physicsClientId)
-    world.say_once(f"changeVisualShape: {_NOT_DRAWN}")
+    if textureUniqueId not in (_NO_TEXTURE, -1):
+        world.say_once(f"changeVisualShape: {_NOT_DRAWN}")
     body = world.bodies.get(objectUniqueId)
     if specularColor is not None:
         floats(specularColor, "specularColor needs three numbers", 3)
@@ -38,6 +40,7 @@ def changeVisualShape(
     if body is None or body.link_name(linkIndex) is None:
         return
     body.colors[linkIndex] = (red, green, blue, alpha)
+    world.paint(body, linkIndex)
 
 
 def resetVisualShapeData(

@@ -16,7 +16,7 @@ from simd_client.surface import Surface
 
 from . import descriptions
 from .arguments import Vector, vector
-from .bodies import Body, BodyJoint
+from .bodies import Body, put_limits
 from .connections import connected
 from .errors import error, unsupported
 from .respawn import respawn
@@ -137,10 +137,13 @@ def changeDynamics(
     body = world.body(bodyUniqueId, "changeDynamics failed: there is no such body")
     if body.link_name(linkIndex) is None:
         raise error("changeDynamics: invalid linkIndex.")
-    kept = {name: given[name] for name in _KEPT if given[name] is not None}
-    if kept:
-        body.kept.setdefault(linkIndex, {}).update(kept)
-        world.say_once(f"changeDynamics: {', '.join(kept)} are kept, and do nothing")
+    noted = {name: given[name] for name in _NOTED if given[name] is not None}
+    if noted:
+        body.noted.setdefault(linkIndex, {}).update(noted)
+        # Without damping is how bodies move here.
+        idle = [name for name, value in noted.items() if value or name not in ("linearDamping", "angularDamping")]
+        if idle:
+            world.say_once(f"changeDynamics: {', '.join(idle)} are kept, and do nothing")
     surface = {field: float(given[name]) for name, field in _SURFACE_FIELDS.items() if given[name] is not None}
     if surface:
         _set_surface(world, body, linkIndex, surface)
@@ -188,7 +191,8 @@ def _set_joint(
         # In PyBullet a lower limit above the upper one means no limits.
         free = new[0] is not None and new[1] is not None and new[0] > new[1]
         joint.limits = (None, None, new[2], new[3]) if free else new
-        _put_limits(properties.limits, joint)
+        put_limits(properties.limits, joint.limits)
+        world.beyond.pop((body.unique_id, index), None)
     world.wire.call(methods.SetJointProperties, request)
     info = list(joint.info)
     info[6] = joint.damping
@@ -198,13 +202,6 @@ def _set_joint(
         info[8], info[9] = 0.0, -1.0
     info[11] = joint.limits[3] or 0.0
     joint.info = tuple(info)  # pyright: ignore[reportAttributeAccessIssue]
-
-
-def _put_limits(limits: Any, joint: BodyJoint) -> None:
-    for name, value in zip(("lower", "upper", "effort", "velocity"), joint.limits, strict=True):
-        if value is not None:
-            setattr(limits, name, float(value))
-    limits.SetInParent()
 
 
 def _set_mass(world: World, body: Body, index: int, mass: float | None, diagonal: Any) -> None:

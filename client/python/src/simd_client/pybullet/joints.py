@@ -8,6 +8,7 @@ from typing import Any
 
 from simd_client.proto import JointReset, RobotJointStates
 
+from . import beyond
 from .arguments import Vector, floats, indices
 from .ball_motors import spherical_reset, to_bullet, unit
 from .bodies import Body, JointInfoTuple
@@ -214,6 +215,8 @@ def _reset(
             reset = JointReset(joint=joint.name, axis=axis, position=float(value[axis]), velocity=float(speed))
             joints[joint.name, axis] = reset
     if joints:
+        single = ((index, value) for index, value in zip(wanted, values, strict=True) if body.joints[index].width == 1)
+        beyond.put(world, body, ((index, float(value[0])) for index, value in single if value))
         world.put_joints(body, joints)
 
 

@@ -202,7 +202,7 @@ def _push(
         wire.x, wire.y, wire.z = rotate(turn, torque)
     if point is not None:
         request.point.x, request.point.y, request.point.z = point
-    world.wire.call(methods.ApplyLinkWrench, request)
+    world.push(request)
 
 
 def put_pose(message: PoseMessage, pose: Pose) -> None:

@@ -7,10 +7,12 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, cast
 
+from simd_client.assets import Locator, Missing
+from simd_client.expansion import is_xacro
 from simd_client.proto import EntityInfo
 from simd_client.surface import Surface
 
-from . import constants, data, descriptions, filters
+from . import constants, data, descriptions, filters, shape_inertia
 from .arguments import UPRIGHT, Function, quaternion, vector
 from .connections import connected, search_paths
 from .descriptions import Description
@@ -82,7 +84,7 @@ def loadURDF(
         self_collision=bool(flags & constants.URDF_USE_SELF_COLLISION),
     )
     try:
-        entity, files, paths = world.wire.load(path, spawn)
+        urdf, (entity, files, paths) = _loaded(world, path, urdf, spawn, flags)
     except error as refusal:
         raise error(f"Cannot load URDF file. {refusal}", refusal.reason) from None
     order = description.links if flags & constants.URDF_MAINTAIN_LINK_ORDER else ()
@@ -91,6 +93,37 @@ def loadURDF(
     body.self_collision, body.paths, body.file = spawn.self_collision, paths, str(fileName)
     filters.set_parents(world, body, flags)
     return number
+
+
+def _loaded(
+    world: World, path: Path, urdf: bytes, spawn: Spawn, flags: int
+) -> tuple[bytes, tuple[EntityInfo, dict[str, str], dict[str, str]]]:
+    """Spawns a robot with PyBullet's masses and inertias, else as the file has them. Returns also its description."""
+    if is_xacro(path) or not spawn.scale > 0.0:
+        return urdf, world.wire.load(path, spawn)
+    from_file = bool(flags & constants.URDF_USE_INERTIA_FROM_FILE)
+    are_round = bool(flags & constants.URDF_USE_IMPLICIT_CYLINDER)
+    edited = shape_inertia.as_in_pybullet(urdf, _locate(path), spawn.scale, from_file, are_round)
+    try:
+        return edited, world.wire.load(path, spawn, edited)
+    except error as refusal:
+        if not refusal.reason:
+            raise
+    # What is wrong is told by the lines of the file.
+    return urdf, world.wire.load(path, spawn)
+
+
+def _locate(urdf: Path) -> shape_inertia.Locate:
+    """Where the files are that this one names."""
+    locator = Locator(urdf)
+
+    def locate(uri: str) -> Path | None:
+        try:
+            return locator.find(uri)
+        except Missing:
+            return None
+
+    return locate
 
 
 def settled(

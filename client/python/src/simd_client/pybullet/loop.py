@@ -6,9 +6,12 @@ readings are answered from those.
 
 from __future__ import annotations
 
+import math
+import time
 from typing import TYPE_CHECKING
 
 from simd_client.proto import (
+    ApplyLinkWrenchRequest,
     GetPhysicsRequest,
     GetSimulationStateRequest,
     JointReset,
@@ -21,7 +24,7 @@ from simd_client.proto import (
     methods,
 )
 
-from .bodies import Body, BodyJoint
+from .bodies import Body, BodyJoint, Limits, put_limits
 from .errors import error
 from .outgoing import Outgoing
 from .readings import Readings
@@ -35,6 +38,10 @@ if TYPE_CHECKING:
 
 # How long stepSimulation waits for the next state of a world that plays, seconds.
 _NEXT_STATE = 1.0
+# How many forces wait at the most.
+_PUSHES = 256
+# Wall seconds for which settings are taken to be as they were seen.
+_SEEN = 0.5
 # PyBullet's time step, until a script sets another.
 TIME_STEP = 1.0 / 240.0
 
@@ -56,7 +63,13 @@ class Loop(Readings):
         # Joints to be put elsewhere, by robot: position and velocity by the joint's name and axis. They go with the next call
         # of any kind.
         self._resets: dict[str, dict[tuple[str, int], JointReset]] = {}
-        wire.before = self._send_resets
+        # Limits that joints get, by robot and the joint's name: they go before that.
+        self._bounds: dict[str, dict[str, Limits]] = {}
+        # Forces for the next step, which go with that call too, together.
+        self._pushes: list[ApplyLinkWrenchRequest] = []
+        # The wall time at which the settings were read or changed.
+        self._physics_at = -math.inf
+        wire.before = self._send_before
 
     def drive(self, body: Body, joints: Iterable[int]) -> None:
         """Marks motors as changed: they are sent with the next step, or at once if the world plays."""
@@ -67,10 +80,31 @@ class Loop(Readings):
         """Puts joints elsewhere, by name and axis."""
         self._resets.setdefault(body.robot, {}).update(joints)
         if self.playing:
-            self._send_resets()
+            self._send_before()
         self.forget_states()
 
-    def _send_resets(self) -> None:
+    def push(self, request: ApplyLinkWrenchRequest) -> None:
+        """A force or a torque for the next step, beside those that wait."""
+        self._pushes.append(request)
+        if self.playing or len(self._pushes) >= _PUSHES:
+            self._send_before()
+
+    def bound(self, body: Body, joint: BodyJoint, limits: Limits) -> None:
+        """Gives a joint limits, with the next call of any kind."""
+        self._bounds.setdefault(body.robot, {})[joint.name] = limits
+
+    def _send_before(self) -> None:
+        """Sends what other calls come after."""
+        if self._bounds:
+            bounds, self._bounds = self._bounds, {}
+            for robot, joints in bounds.items():
+                properties = SetJointPropertiesRequest(robot=robot)
+                for name, limits in joints.items():
+                    put_limits(properties.joints.add(joint=name).limits, limits)
+                self.wire.call(methods.SetJointProperties, properties)
+        if self._pushes:
+            pushes, self._pushes = self._pushes, []
+            self.wire.call_all(methods.ApplyLinkWrench, pushes)
         if self._resets:
             resets, self._resets = self._resets, {}
             request = ResetJointsRequest()
@@ -85,7 +119,7 @@ class Loop(Readings):
 
     def flush(self) -> None:
         """Sends the changed motors, and joints that are put elsewhere."""
-        self._send_resets()
+        self._send_before()
         if self._waiting:
             self._put_targets()
             self.wire.call(methods.SetJointTargets, self._outgoing.targets())
@@ -154,6 +188,10 @@ class Loop(Readings):
         """Changes only what is given."""
         self._learn(self.wire.call(methods.SetPhysics, request).physics)
 
+    def has_gravity(self, gravity: Vector) -> bool:
+        """Whether that is the gravity, as far as was seen a moment ago: scripts set it at each step."""
+        return gravity == self.gravity and time.monotonic() - self._physics_at < _SEEN
+
     def read_state(self) -> None:
         """Fetches the settings of the world, and whether it plays."""
         self._learn(self.wire.call(methods.GetPhysics, GetPhysicsRequest()).physics)
@@ -161,7 +199,7 @@ class Loop(Readings):
         self.now_playing(state == SimulationState.SIMULATION_STATE_PLAYING)
 
     def _learn(self, physics: Physics) -> None:
-        self.physics = physics
+        self.physics, self._physics_at = physics, time.monotonic()
         self.gravity = (physics.gravity.x, physics.gravity.y, physics.gravity.z)
         self.time_step = physics.time_step
         if self.substeps or physics.substeps > 1:

@@ -1,26 +1,93 @@
-"""loadMJCF: the bodies of an MJCF file, as the daemon reads it."""
+"""loadMJCF: the bodies of an MJCF file, as Bullet reads it, or where that says more than Bullet reads, as the daemon does."""
 
 from __future__ import annotations
 
-from simd_client.proto import Base, EntityInfo, SetCollisionFilterRequest, methods
+import hashlib
+import xml.etree.ElementTree as ElementTree
+from dataclasses import replace
+from pathlib import Path
 
-from . import constants, descriptions
+from simd_client.proto import Base, DescriptionSource, EntityInfo, SetCollisionFilterRequest, methods
+from simd_client.surface import Surface
+
+from . import beyond, bullet_mjcf, constants, descriptions, filters
 from .connections import connected
 from .errors import error
-from .loading import found, settled
+from .loading import default_surfaces, found, settled
 from .wire import Spawn
+from .world import World
+
+_REFUSAL = "Cannot load MJCF file."
 
 
 def loadMJCF(mjcfFileName: str, flags: int = 0, physicsClientId: int = 0) -> tuple[int, ...]:
-    """Loads the bodies of an MJCF file, which includes others as MuJoCo does. Returns their numbers: first that of
-    all that stands still, as PyBullet has a floor before what walks on it, then those that move in the file's order."""
+    """Loads the bodies of an MJCF file, in its order, and returns their numbers. Of a file that says more than Bullet reads (equalities,
+    masses of geoms, what it includes) the first number is that of all that stands still."""
     world = connected(physicsClientId)
-    path = found(world, mjcfFileName, "Cannot load MJCF file.")
+    path = found(world, mjcfFileName, _REFUSAL)
+    try:
+        document = descriptions.parse(path.read_bytes())
+        made = None
+        if document is not None and bullet_mjcf.is_bullets(document):
+            has_colors = bool(flags & constants.MJCF_COLORS_FROM_FILE)
+            made = bullet_mjcf.models(document, lambda name: _beside(path, name), has_colors)
+    except (OSError, ValueError, ArithmeticError, RecursionError) as problem:
+        raise error(f"{_REFUSAL} {problem}") from None
+    if made:
+        return tuple(_spawned(world, model, flags) for model in made)
+    return _loaded(world, path, flags)
+
+
+def _beside(mjcf: Path, name: str) -> Path | None:
+    """A file within the folder of another."""
+    file = mjcf.parent / name
+    is_within = name and file.resolve().is_relative_to(mjcf.parent.resolve())
+    return file if is_within and file.is_file() else None
+
+
+def _spawned(world: World, model: bullet_mjcf.Model, flags: int) -> int:
+    urdf = ElementTree.tostring(model.robot)
+    sent = {uri: path.read_bytes() for uri, path in model.files.items()}
+    files = {uri: hashlib.sha256(data).hexdigest() for uri, data in sent.items()}
+    world.wire.send(urdf, files, {files[uri]: data for uri, data in sent.items()})
+    description = descriptions.read(urdf, 1.0)
+    self_collision = bool(flags & constants.URDF_USE_SELF_COLLISION)
+    surfaces = default_surfaces([name for name in description.frames if name not in description.rough], None)
+    if model.is_fixed:
+        root = model.root.get("name", "")
+        surfaces[root] = filters.of_the_world(surfaces.get(root, Surface()))
+    for link, (group, mask) in model.groups.items():
+        surfaces[link] = replace(surfaces.get(link, Surface()), collision_group=group, collision_mask=mask)
+    spawn = Spawn(
+        *model.pose,
+        fixed=model.is_fixed,
+        self_collision=self_collision,
+        surfaces=surfaces,
+        joints=dict.fromkeys(model.beyond, 0.0),
+    )
+    try:
+        entity = world.wire.spawn(DescriptionSource(urdf=urdf, assets=files), spawn)
+    except error as refusal:
+        raise error(f"{_REFUSAL} {refusal}", refusal.reason) from None
+    number = settled(world, entity, description, urdf, files, 1.0, surfaces)
+    body = world.bodies[number]
+    body.self_collision, body.paths = self_collision, {uri: str(path) for uri, path in model.files.items()}
+    body.model = model.name
+    for joint in body.joints:
+        if joint.name in model.endless:
+            joint.info = (*joint.info[:8], 1.0, 0.0, *joint.info[10:])
+    beyond.put(world, body, ((body.by_joint[name], 0.0) for name in model.beyond))
+    filters.set_parents(world, body, flags)
+    return number
+
+
+def _loaded(world: World, path: Path, flags: int) -> tuple[int, ...]:
+    """As the daemon reads it: first all that stands still, as PyBullet has a floor before what walks on it."""
     self_collision = bool(flags & constants.URDF_USE_SELF_COLLISION)
     try:
         entities, files, paths = world.wire.load_all(path, Spawn())
     except error as refusal:
-        raise error(f"Cannot load MJCF file. {refusal}", refusal.reason) from None
+        raise error(f"{_REFUSAL} {refusal}", refusal.reason) from None
     numbers: list[int] = []
     for entity in sorted(entities, key=_moves):
         urdf = world.wire.file(entity.description)

@@ -37,7 +37,7 @@ class Primitive:
             across = mass * (3.0 * radius**2 + length**2) / 12.0
             return (across, across, mass * radius**2 / 2.0)
         # As Bullet has it: the inertia of a capsule or a mesh is that of the box around it.
-        return _of_box(mass, *(2.0 * side for side in self.box()[1]))
+        return of_box(mass, *(2.0 * side for side in self.box()[1]))
 
     def box(self) -> tuple[Vector, Vector]:
         """Centre and half sides of the box around the shape, in its own axes."""
@@ -147,16 +147,17 @@ def _inertia(part: Part) -> Vector:
     if len(shapes) == 1 and local[0] == (ORIGIN, UPRIGHT):
         return shapes[0].inertia(part.mass)
     # As in Bullet, that of the box around all of them.
-    boxes = [_box(pose, shape) for pose, shape in zip(local, shapes, strict=True)]
+    boxes = [box_at(pose, shape) for pose, shape in zip(local, shapes, strict=True)]
     x, y, z = (max(upper[i] for _, upper in boxes) - min(lower[i] for lower, _ in boxes) for i in range(3))
-    return _of_box(part.mass, x, y, z)
+    return of_box(part.mass, x, y, z)
 
 
-def _of_box(mass: float, x: float, y: float, z: float) -> Vector:
+def of_box(mass: float, x: float, y: float, z: float) -> Vector:
+    """The diagonal of a box with these sides."""
     return (mass * (y * y + z * z) / 12.0, mass * (x * x + z * z) / 12.0, mass * (x * x + y * y) / 12.0)
 
 
-def _box(pose: Pose, shape: Primitive) -> tuple[list[float], list[float]]:
+def box_at(pose: Pose, shape: Primitive) -> tuple[list[float], list[float]]:
     """The box along the axes around a shape at a pose."""
     center, half = shape.box()
     at = compose(pose, (center, UPRIGHT))[0]

@@ -82,14 +82,11 @@ def getAABB(bodyUniqueId: int, linkIndex: int = -1, physicsClientId: int = 0) ->
         if each.link == name:
             least, most = each.lower, each.upper
             return (least.x, least.y, least.z), (most.x, most.y, most.z)
-    shapes = _shapes(world, body, name)
-    if not shapes:
-        # As in PyBullet, a point.
-        origin, _ = compose(link_pose(body, world.link_poses(body), name), body.frame(name))
-        return origin, origin
-    if all(shape.WhichOneof("geometry") == "plane" for shape in shapes):
+    if any(shape.WhichOneof("geometry") == "plane" for shape in _shapes(world, body, name)):
         return (-_ENDLESS, -_ENDLESS, -_ENDLESS), (_ENDLESS, _ENDLESS, _ENDLESS)
-    raise error(refusal)
+    # As in PyBullet, a point: also where the file of its mesh is missing.
+    place, _ = compose(link_pose(body, world.link_poses(body), name), body.frame(name))
+    return place, place
 
 
 def getOverlappingObjects(

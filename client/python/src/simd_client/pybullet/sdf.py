@@ -13,7 +13,7 @@ from pathlib import Path
 
 from simd_client.proto import DescriptionSource
 
-from . import descriptions
+from . import descriptions, shape_inertia
 from .arguments import ORIGIN, UPRIGHT, Pose, Vector, vector
 from .connections import connected, search_paths
 from .errors import error, unsupported
@@ -105,7 +105,7 @@ def _model(world: World, path: Path, model: ElementTree.Element, scale: float) -
             child = joint.findtext("child", "").strip()
             at = compose(inverse(_pose(links[parent])), _pose(links[child]))
             _joint(urdf, joint, parent, child, at, scale)
-    made.urdf = ElementTree.tostring(urdf)
+    made.urdf = shape_inertia.as_in_pybullet(ElementTree.tostring(urdf), made.files.get, scale)
     return made
 
 

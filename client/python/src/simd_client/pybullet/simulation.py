@@ -57,9 +57,11 @@ def resetSimulation(flags: int = 0, physicsClientId: int = 0) -> None:
 
 def setGravity(gravX: float, gravY: float, gravZ: float, physicsClientId: int = 0) -> None:
     """Sets gravity, world axes, m/s^2, for the whole world: also for robots of other clients."""
-    request = SetPhysicsRequest()
-    request.gravity.x, request.gravity.y, request.gravity.z = float(gravX), float(gravY), float(gravZ)
-    connected(physicsClientId).set_physics(request)
+    world, gravity = connected(physicsClientId), (float(gravX), float(gravY), float(gravZ))
+    if not world.has_gravity(gravity):
+        request = SetPhysicsRequest()
+        request.gravity.x, request.gravity.y, request.gravity.z = gravity
+        world.set_physics(request)
 
 
 def setTimeStep(timeStep: float, physicsClientId: int = 0) -> None:

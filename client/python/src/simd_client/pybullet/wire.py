@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import socket
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import islice
 from pathlib import Path
@@ -184,17 +184,35 @@ class Wire:
         except SimdError as problem:
             raise error(str(problem), problem.reason) from None
 
+    def call_all(self, method: Method[Request, Reply], requests: Sequence[Request]) -> None:
+        """Several calls in one round trip, which the daemon may do in any order.
+
+        Raises:
+            error: where one is refused; the others are done.
+        """
+        try:
+            self._connection.call_all(*((method, request) for request in requests))
+        except SimdError as problem:
+            raise error(str(problem), problem.reason) from None
+
     # Robots.
 
-    def load(self, path: Path, spawn: Spawn) -> tuple[EntityInfo, dict[str, str], dict[str, str]]:
-        """Spawns a robot from this disk. Returns it with the hashes of its files, and with their paths, by URI."""
-        entities, hashes, paths = self.load_all(path, spawn)
+    def load(
+        self, path: Path, spawn: Spawn, urdf: bytes | None = None
+    ) -> tuple[EntityInfo, dict[str, str], dict[str, str]]:
+        """Spawns a robot from this disk, as it is described there, or with other text in the file's place. Returns it with the
+        hashes of its files, and with their paths, by URI."""
+        entities, hashes, paths = self.load_all(path, spawn, urdf)
         return entities[0], hashes, paths
 
-    def load_all(self, path: Path, spawn: Spawn) -> tuple[list[EntityInfo], dict[str, str], dict[str, str]]:
+    def load_all(
+        self, path: Path, spawn: Spawn, urdf: bytes | None = None
+    ) -> tuple[list[EntityInfo], dict[str, str], dict[str, str]]:
         """The same for a file that may describe several."""
         try:
             files = DescriptionFiles(path, None)
+            if urdf is not None:
+                files.urdf = urdf
             source = upload_files(self._connection, files)
         except (SimdError, OSError) as problem:
             raise error(str(problem), getattr(problem, "reason", "")) from None

@@ -22,12 +22,13 @@ from simd_client.proto import (
 )
 from simd_client.surface import surfaces_to_proto
 
-from . import bodies
+from . import beyond, bodies
 from .bodies import Body
 from .drawings import Drawings
 from .errors import error
 from .input_queue import InputQueue
 from .kept import Camera, Notes
+from .looks import Looks
 from .loop import TIME_STEP, Loop
 from .primitives import Shapes
 from .put_back import put_back
@@ -62,6 +63,7 @@ class World(Loop):
         self._found: tuple[Physics, bool] | None = None
         self.sliders = sliders
         self.drawings = Drawings(wire, self.say_once)
+        self.looks = Looks(wire, self.say_once)
         self.input = InputQueue(wire)
         self.search_paths: list[str] = []
         # The numbers of bodies, in the order of getBodyUniqueId.
@@ -72,6 +74,8 @@ class World(Loop):
         self._numbers: dict[tuple[str, str], tuple[int, int]] | None = None
         # Pairs of body and link that the script switched off or on, the smaller first.
         self.pairs: dict[tuple[tuple[int, int], tuple[int, int]], bool] = {}
+        # Numbers of bodies and joints that are beyond their limits; see `beyond.py`.
+        self.beyond: dict[tuple[int, int], None] = {}
         self.constraints: dict[int, Constraint] = {}
         self.next_constraint = 1
         self.camera = Camera()
@@ -161,6 +165,7 @@ class World(Loop):
         """Removes a robot from the daemon's world."""
         # What is drawn on it is taken as long as it is there.
         self.drawings.flush()
+        self.looks.flush()
         self.wire.call(methods.DeleteEntity, DeleteEntityRequest(robot=body.robot))
         self._drop(body.unique_id)
 
@@ -183,12 +188,23 @@ class World(Loop):
                 joint.ball = joint.ball and (body.joints[index].ball or joint.ball)
         self.bodies[body.unique_id] = made
         self._numbers = None
+        self._forget_beyond(made.unique_id)
         for key in [(n, i) for n, i in self._waiting if n == made.unique_id]:
             # A joint that follows another now has no motor.
             if key[1] >= len(made.joints) or not made.joints[key[1]].has_motor:
                 del self._waiting[key]
         self.forget_states()
+        # Colours go with the description that they were given to.
+        for link in made.colors:
+            self.paint(made, link)
         return made
+
+    def paint(self, body: Body, link: int) -> None:
+        """Shows the colour that the script gave a link, by PyBullet's number."""
+        name, color = body.link_name(link), body.colors.get(link)
+        if name is not None and color is not None:
+            red, green, blue, alpha = (min(max(each, 0.0), 1.0) for each in color)
+            self.looks.paint(body.robot, name, (red, green, blue, alpha))
 
     def set_surfaces(self, body: Body, surfaces: Mapping[str, Surface]) -> None:
         """Sets friction and restitution of links, also for when the robot is loaded again."""
@@ -208,6 +224,7 @@ class World(Loop):
             self.serial[self.serial.index(number)] = last
         self._numbers = None
         self.notes.forget(number)
+        self._forget_beyond(number)
         self.pairs = {key: on for key, on in self.pairs.items() if number not in (key[0][0], key[1][0])}
         self.scenes.pop(robot, None)
         for constraint, made in reversed(list(self.constraints.items())):
@@ -216,6 +233,9 @@ class World(Loop):
         for waiting in [key for key in self._waiting if key[0] == number]:
             del self._waiting[waiting]
         self.forget_states()
+
+    def _forget_beyond(self, number: int) -> None:
+        self.beyond = {key: None for key in self.beyond if key[0] != number}
 
     def forget_constraint(self, number: int) -> Constraint | None:
         """Takes a constraint out of the script's list, where the last one gets its place, as in PyBullet. The daemon keeps it."""
@@ -238,6 +258,8 @@ class World(Loop):
     def step(self) -> None:
         """One step, or the next state of a world that plays by itself."""
         self.advance()
+        if self.beyond:
+            beyond.settle(self)
         for log in self._logs.values():
             log(self)
 
@@ -346,6 +368,7 @@ class World(Loop):
                 self.remove_own()
             elif not self.child:
                 self.flush()
+            self.looks.flush()
             self.sliders.remove_own()
             self.drawings.remove_all()
             if not self.child:

@@ -1,6 +1,6 @@
 //! Robots come, change and go.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use glamx::{DPose3, DVec3};
 use simd_model::RobotModel;
@@ -28,6 +28,13 @@ fn described_pairs(model: &RobotModel) -> Vec<CollisionPair> {
         Some(CollisionPair { link, other_link, enabled: Some(pair.enabled), ..CollisionPair::default() })
     };
     model.setup.pairs.iter().filter_map(pair).collect()
+}
+
+/// The number of a robot that was renamed from this name.
+fn number_of(robot: &str, name: &str) -> Option<u64> {
+    let digits = robot.strip_prefix(name)?.strip_prefix('_')?;
+    let is_plain = digits.bytes().all(|digit| digit.is_ascii_digit()) && !digits.starts_with('0');
+    if is_plain { digits.parse().ok() } else { None }
 }
 
 fn came<'a>(name: &str, spawn: &'a Spawn) -> Came<'a> {
@@ -301,20 +308,16 @@ impl Simulation {
             let expected = "it must be letters, digits, `_` and `-`, at least one";
             return Err(check::refuse("name", format!("{name:?}"), expected));
         }
-        let taken = |name: &str| self.entities.iter().chain(with).any(|entity| entity.state.name == name);
-        if !taken(name) {
+        let names = || self.entities.iter().chain(with).map(|entity| entity.state.name.as_str());
+        if !names().any(|other| other == name) {
             return Ok(name.to_owned());
         }
         if !allow_renaming {
             return Err(Error::RobotExists { robot: name.to_owned() });
         }
-        let mut number = 1u64;
-        loop {
-            let candidate = format!("{name}_{number}");
-            if !taken(&candidate) {
-                return Ok(candidate);
-            }
-            number += 1;
-        }
+        // Once through all names: thousands of robots may have one and its numbers.
+        let taken: BTreeSet<u64> = names().filter_map(|other| number_of(other, name)).collect();
+        let free = (1..).find(|number| !taken.contains(number)).unwrap_or(u64::MAX);
+        Ok(format!("{name}_{free}"))
     }
 }

@@ -105,6 +105,21 @@ fn a_target_leaves_the_spring_as_it_is() {
 }
 
 #[test]
+fn a_renamed_robot_gets_the_smallest_number_that_is_free() {
+    let mut world = world_with(1e-3, spawn("arm", arm()));
+    for name in ["arm_1", "arm_3", "arm_02", "arm_4x", "arm_", "army_2", "arm_99999999999999999999"] {
+        world.apply(&Command::Spawn(Box::new(spawn(name, arm())))).unwrap();
+    }
+    let renamed = || Spawn { allow_renaming: true, ..spawn("arm", arm()) };
+    for expected in ["arm_2", "arm_4", "arm_5"] {
+        let applied = world.apply(&Command::Spawn(Box::new(renamed()))).unwrap();
+        assert_eq!(applied.reply, Reply::Spawned { name: expected.into() });
+    }
+    let applied = world.apply(&Command::SpawnAll(vec![renamed(), renamed()])).unwrap();
+    assert_eq!(applied.reply, Reply::SpawnedAll { names: vec!["arm_6".into(), "arm_7".into()] });
+}
+
+#[test]
 fn several_robots_come_at_one_moment_or_none_of_them() {
     let mut world = world_with(1e-3, spawn("arm", arm()));
     let before = world.fingerprint();

@@ -1,0 +1,199 @@
+"""The masses and inertias that PyBullet gives the links of a file: of the boxes around what they touch with.
+
+PyBullet reads the inertias of a URDF only with `URDF_USE_INERTIA_FROM_FILE`, so that those of many files are placeholders: a script
+that balances a pole is made for the inertia of its shape. A link without `<inertial>` has 1 kg there.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from . import constants, descriptions, meshes
+from .arguments import ORIGIN, UPRIGHT, Pose, Vector
+from .errors import error
+from .meshes import Mesh
+from .primitives import Primitive, box_at, of_box
+from .rotations import compose, from_euler, inverse
+
+Locate = Callable[[str], Path | None]
+"""From the URI of a mesh to its file."""
+
+Bounds = tuple[Vector, Vector]
+"""The smallest and the largest coordinates."""
+
+# Bullet's collision margin of what it loads from files, metres: around all of a link, and around each shape as `Shape` has it.
+MARGIN = 0.001
+
+
+@dataclass(frozen=True)
+class Shape:
+    """What a link touches with, and how many margins Bullet adds to its box: among others, and where it is the only one."""
+
+    primitive: Primitive
+    margins: float = 0.0
+    margins_alone: float = 3.0
+
+    def box(self, pose: Pose, margin: float) -> tuple[list[float], list[float]]:
+        """The box along the axes around it at a pose: around its own box, as Bullet has it."""
+        if self.primitive.kind == constants.GEOM_SPHERE:
+            return box_at(pose, self.primitive)
+        center, half = self.primitive.box()
+        sides = tuple(2.0 * (side + self.margins * margin) for side in half)
+        return box_at(compose(pose, (center, UPRIGHT)), Primitive(constants.GEOM_BOX, sides))
+
+
+def as_in_pybullet(
+    urdf: bytes, locate: Locate, scale: float = 1.0, from_file: bool = False, has_round_cylinders: bool = False
+) -> bytes:
+    """The same robot, which is to be loaded with its lengths times `scale`, with these masses and inertias. A link keeps its own where
+    the size of what it touches with is not known; `from_file` is for all of them."""
+    robot = descriptions.parse(urdf)
+    if robot is None:
+        return urdf
+    margin = MARGIN / scale
+    for link in robot.iterfind("link"):
+        inertial = link.find("inertial")
+        if inertial is None:
+            if link.get("name") == "world":
+                continue
+            inertial = ElementTree.SubElement(link, "inertial")
+            ElementTree.SubElement(inertial, "mass", value="1")
+            ElementTree.SubElement(inertial, "inertia", ixx="1", iyy="1", izz="1")
+        mass = _number(inertial.find("mass"), "value")
+        if mass is None or mass <= 0.0:
+            continue
+        scaling = _number(link.find("contact/inertia_scaling"), "value") or 1.0
+        if from_file:
+            # The daemon scales inertias with the lengths, and Bullet does not.
+            _multiply(inertial, scaling / scale**2)
+            continue
+        shapes = [_shape(collision, locate, has_round_cylinders) for collision in link.iterfind("collision")]
+        known = [shape for shape in shapes if shape is not None]
+        if len(known) < len(shapes):
+            continue
+        try:
+            x, y, z = (i * scaling for i in inertia_of(mass, _pose(inertial), known, margin, margin))
+        except ArithmeticError:
+            # Numbers that the daemon refuses.
+            continue
+        if not min(x, y, z) > 0.0 or not math.isfinite(x + y + z):
+            continue
+        for old in inertial.findall("inertia"):
+            inertial.remove(old)
+        moments = {"ixx": repr(x), "iyy": repr(y), "izz": repr(z), "ixy": "0", "ixz": "0", "iyz": "0"}
+        ElementTree.SubElement(inertial, "inertia", moments)
+    return ElementTree.tostring(robot)
+
+
+def _multiply(inertial: ElementTree.Element, factor: float) -> None:
+    for inertia in inertial.iterfind("inertia"):
+        for name in inertia.keys():
+            moment = _number(inertia, name)
+            if moment is not None and factor != 1.0:
+                inertia.set(name, repr(moment * factor))
+
+
+def inertia_of(mass: float, link_from_inertia: Pose, shapes: list[Shape], margin: float, outer: float) -> Vector:
+    """The diagonal about the centre of mass: that of the one shape that lies there, else of the box around all of them, which has a
+    margin of its own."""
+    local = [compose(inverse(link_from_inertia), shape.primitive.pose) for shape in shapes]
+    if len(shapes) == 1 and local[0] == (ORIGIN, UPRIGHT):
+        only = shapes[0].primitive
+        if only.mesh is None:
+            return only.inertia(mass)
+        return of_box(mass, *(2.0 * (side + shapes[0].margins_alone * margin) for side in only.box()[1]))
+    lower, upper = [math.inf] * 3, [-math.inf] * 3
+    for pose, shape in zip(local, shapes, strict=True):
+        least, most = shape.box(pose, margin)
+        lower, upper = list(map(min, lower, least)), list(map(max, upper, most))
+    # What touches nothing is a point with a margin.
+    x, y, z = ((b - a if shapes else 0.0) + 2.0 * outer for a, b in zip(lower, upper, strict=True))
+    return of_box(mass, x, y, z)
+
+
+def hull(lower: Vector, upper: Vector, pose: Pose, margins: float, margins_alone: float = 3.0) -> Shape:
+    """A convex hull with these bounds."""
+    mesh = Mesh(b"", "", "", "", lower, upper)
+    return Shape(Primitive(constants.GEOM_MESH, (1.0, 1.0, 1.0), pose, mesh=mesh), margins, margins_alone)
+
+
+def _shape(collision: ElementTree.Element, locate: Locate, has_round_cylinders: bool) -> Shape | None:
+    """`None` where its size is not known."""
+    geometry = collision.find("geometry")
+    shape = None if geometry is None else next(iter(geometry), None)
+    if shape is None:
+        return None
+    pose = _pose(collision)
+    if shape.tag == "mesh":
+        path = locate(shape.get("filename", ""))
+        bounds = None if path is None else bounds_of(path)
+        scale = _numbers(shape.get("scale", "1 1 1"))
+        if len(scale) == 1:
+            scale *= 3
+        if path is None or bounds is None or len(scale) != 3:
+            return None
+        ends = [sorted((factor * a, factor * b)) for factor, a, b in zip(scale, *bounds, strict=True)]
+        lower, upper = (ends[0][0], ends[1][0], ends[2][0]), (ends[0][1], ends[1][1], ends[2][1])
+        # An OBJ file is a shape of several hulls.
+        return hull(lower, upper, pose, 3.0 if path.suffix.lower() == ".obj" else 2.0)
+    if shape.tag == "box":
+        size = _numbers(shape.get("size", ""))
+        return Shape(Primitive(constants.GEOM_BOX, tuple(size), pose)) if len(size) == 3 else None
+    radius, length = _number(shape, "radius"), _number(shape, "length")
+    if shape.tag == "sphere" and radius is not None:
+        return Shape(Primitive(constants.GEOM_SPHERE, (radius,), pose))
+    if radius is None or length is None:
+        return None
+    if shape.tag == "cylinder" and not has_round_cylinders:
+        return hull((-radius, -radius, -length / 2.0), (radius, radius, length / 2.0), pose, 2.0)
+    kinds = {"cylinder": constants.GEOM_CYLINDER, "capsule": constants.GEOM_CAPSULE}
+    return Shape(Primitive(kinds[shape.tag], (radius, length), pose)) if shape.tag in kinds else None
+
+
+def bounds_of(path: Path) -> Bounds | None:
+    """The bounds of a mesh's file; `None` where it is of a format that is not read here."""
+    try:
+        return _bounds(path, path.stat().st_mtime_ns)
+    except OSError:
+        return None
+
+
+@functools.lru_cache(maxsize=512)
+def _bounds(path: Path, changed: int) -> Bounds | None:
+    """Of a file, until that is another."""
+    del changed
+    try:
+        mesh = meshes.read("loadURDF", path, False)
+    except (error, NotImplementedError):
+        return None
+    return mesh.lower, mesh.upper
+
+
+def _pose(element: ElementTree.Element) -> Pose:
+    """Of its `origin`."""
+    origin = element.find("origin")
+    if origin is None:
+        return ORIGIN, UPRIGHT
+    return _vector(origin.get("xyz")), from_euler(*_vector(origin.get("rpy")))
+
+
+def _vector(text: str | None) -> Vector:
+    numbers = _numbers(text or "")
+    return (numbers[0], numbers[1], numbers[2]) if len(numbers) == 3 else ORIGIN
+
+
+def _numbers(text: str) -> list[float]:
+    try:
+        return [float(each) for each in text.split()]
+    except ValueError:
+        return []
+
+
+def _number(element: ElementTree.Element | None, name: str) -> float | None:
+    numbers = _numbers("" if element is None else element.get(name, ""))
+    return numbers[0] if len(numbers) == 1 else None

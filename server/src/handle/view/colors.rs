@@ -1,0 +1,105 @@
+//! Colours that programs give links, in the place of those of their descriptions.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use simd_core::Error;
+use tokio::time::Instant;
+
+use super::super::{CallError, SimHandle};
+
+/// Links with a colour of their own at one time.
+const LINKS: usize = 65_536;
+
+/// The colour of a link.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LinkColor {
+    /// Whose link.
+    pub robot: Arc<str>,
+    /// Which one.
+    pub link: Arc<str>,
+    /// Red, green, blue and alpha from 0 to 1; none is that of the description.
+    pub color: Option<[f64; 4]>,
+}
+
+/// A colour that a link has.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GivenColor {
+    /// Red, green, blue and alpha from 0 to 1.
+    pub color: [f64; 4],
+    /// Of the robot's layout when it was given.
+    pub layout_version: u64,
+}
+
+/// By robot and link.
+pub(in crate::handle) type Given = BTreeMap<(Arc<str>, Arc<str>), GivenColor>;
+
+/// Of all robots.
+#[derive(Debug, Default)]
+pub(super) struct Colors {
+    given: Arc<Given>,
+    /// Of the view when they last changed.
+    version: u64,
+}
+
+impl Colors {
+    /// All there are, if they have changed since a version.
+    pub(super) fn since(&self, version: Option<u64>) -> Option<Arc<Given>> {
+        let is_new = version.is_none_or(|version| self.version > version);
+        (is_new && self.version > 0).then(|| Arc::clone(&self.given))
+    }
+}
+
+impl SimHandle {
+    /// Gives links colours, all of them or none.
+    ///
+    /// # Errors
+    /// Where there is no such robot or link, and where too many links have one.
+    pub fn set_link_colors(&self, colors: Vec<LinkColor>) -> Result<(), CallError> {
+        self.note_robots(colors.iter().map(|color| &*color.robot));
+        let newest = self.newest();
+        let entities = &newest.state.world.entities;
+        let versions: BTreeMap<&str, usize> =
+            entities.iter().enumerate().map(|(place, entity)| (entity.name.as_str(), place)).collect();
+        let found = |robot: &str| versions.get(robot).and_then(|place| entities.get(*place));
+        let mut changes = Vec::with_capacity(colors.len());
+        for LinkColor { robot, link, color } in colors {
+            let Some(entity) = found(&robot) else {
+                let known = entities.iter().map(|entity| entity.name.clone()).collect();
+                return Err(CallError::World(Error::RobotNotFound { robot: robot.to_string(), known }));
+            };
+            if !entity.model.links.iter().any(|each| each.name == *link) {
+                let known = entity.model.links.iter().map(|each| each.name.clone()).collect();
+                let (robot, link) = (robot.to_string(), link.to_string());
+                return Err(CallError::World(Error::LinkNotFound { robot, link, known }));
+            }
+            let given = color.map(|color| GivenColor { color, layout_version: entity.version });
+            changes.push(((robot, link), given));
+        }
+        self.inner.view.change(Instant::now(), |state, version| {
+            let mut given = Given::clone(&state.colors.given);
+            // Of robots that are gone or were reloaded.
+            given.retain(|(robot, _), color| {
+                found(robot).is_some_and(|entity| entity.version == color.layout_version)
+            });
+            for (link, color) in changes {
+                match color {
+                    Some(color) => given.insert(link, color),
+                    None => given.remove(&link),
+                };
+            }
+            if given.len() > LINKS {
+                return Err(CallError::World(Error::LimitExceeded {
+                    what: "the number of links with a colour of their own".into(),
+                    value: given.len() as u64,
+                    limit: LINKS as u64,
+                }));
+            }
+            let is_other = given != *state.colors.given;
+            if is_other {
+                state.colors = Colors { given: Arc::new(given), version };
+            }
+            Ok(((), is_other))
+        })
+    }
+}
