@@ -7,6 +7,7 @@
 mod audit;
 mod ball_joints;
 mod cameras;
+mod changing_sensors;
 mod claims;
 mod clients;
 mod collision_filters;

@@ -66,13 +66,14 @@ async fn a_sensor_is_made_listed_read_and_deleted(via: Via) {
     let daemon = arm(via).await;
     let client = &daemon.client;
     assert_eq!(client.create_sensor(imu("")).await.unwrap(), "imu_1");
-    let encoder = on_arm("elbow", sensor::Kind::Encoder(proto::EncoderSensor {}));
+    let encoder = on_arm("elbow", sensor::Kind::Encoder(proto::EncoderSensor { backlash: 0.25 }));
     let encoder = proto::Sensor { joint: "shoulder".into(), rate: Some(100.0), seed: 7, ..encoder };
     assert_eq!(client.create_sensor(encoder).await.unwrap(), "elbow");
     let all = client.sensors(None).await.unwrap();
     assert!(all.iter().all(|info| info.last_sequence == 0 && !info.described && info.unavailable.is_empty()));
     let elbow = all[1].sensor.clone().unwrap();
     assert_eq!((elbow.joint.as_str(), elbow.rate, elbow.seed), ("shoulder", Some(100.0), 7));
+    assert_eq!(elbow.kind, Some(sensor::Kind::Encoder(proto::EncoderSensor { backlash: 0.25 })));
     assert!(
         client
             .sensor_readings(vec![every_sensor("arm")])
@@ -129,6 +130,13 @@ async fn what_cannot_be_is_refused_by_its_field(via: Via) {
         ),
         (noise(SensorNoise::default()), "noise[0].channel"),
         (on_arm("", sensor::Kind::Range(proto::RangeSensor { min: 1.0, max: 0.5 })), "sensor.range.max"),
+        (
+            proto::Sensor {
+                joint: "shoulder".into(),
+                ..on_arm("", sensor::Kind::Encoder(proto::EncoderSensor { backlash: f64::INFINITY }))
+            },
+            "sensor.encoder.backlash",
+        ),
         (lidar(0), "sensor.lidar.horizontal.samples"),
         (lidar(u32::MAX), "sensor.lidar.horizontal.samples"),
         (

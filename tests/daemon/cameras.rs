@@ -1,6 +1,7 @@
 //! `simd-camera` draws what a world's cameras see: the real programs, over both transports, with whatever Vulkan device is here
 //! (`make vulkan` installs Mesa's in software).
 
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 use simd_client::proto::{
@@ -9,6 +10,7 @@ use simd_client::proto::{
 use simd_client::{Client, plane_bytes};
 use simd_tests::process::{Home, Process, binaries, soon};
 use tokio::process::Child;
+use tokio::task::JoinSet;
 
 const WIDTH: u32 = 128;
 const HEIGHT: u32 = 96;
@@ -197,6 +199,77 @@ async fn another_renderer_takes_over_where_one_dies() {
     let _second = Renderer::start(&client, &daemon.endpoint, "second").await;
     client.step(1).await.unwrap();
     assert_eq!(client.picture("post", "eye").await.unwrap().renderer, "second");
+}
+
+/// Ten more cameras, each with a picture of the present step, asked for at one time: who drew how many.
+async fn drawn_by(client: &Client) -> BTreeMap<String, usize> {
+    client.step(1).await.unwrap();
+    let mut asked = JoinSet::new();
+    for camera in 0..10 {
+        let client = client.clone();
+        asked.spawn(async move { client.picture("post", &format!("eye_{camera}")).await.unwrap() });
+    }
+    let mut drawn = BTreeMap::new();
+    let all = async {
+        while let Some(picture) = asked.join_next().await {
+            *drawn.entry(picture.unwrap().renderer).or_default() += 1;
+        }
+    };
+    soon("ten pictures", all).await;
+    drawn
+}
+
+/// Asks for ten pictures of each step until both of two programs draw some of one step.
+async fn both_draw(client: &Client) {
+    let shared = async {
+        loop {
+            let drawn = drawn_by(client).await;
+            assert_eq!(drawn.values().sum::<usize>(), 10, "{drawn:?}");
+            if drawn.len() == 2 {
+                return;
+            }
+        }
+    };
+    soon("pictures of both", shared).await;
+}
+
+/// Over Zenoh, as several machines do. No picture is lost where one of two is killed, and when it comes back under its name it draws on.
+#[tokio::test]
+async fn two_renderers_share_ten_cameras_and_one_that_died_comes_back() {
+    let daemon = Process::start_with(["--zenoh", "tcp/127.0.0.1:0"], ["--paused"]).await;
+    let client = daemon.client().await;
+    world(&client).await;
+    for camera in 0..10 {
+        let picture = proto::Picture::Depth.into();
+        let lens = proto::CameraSensor {
+            picture,
+            width: 32,
+            height: 24,
+            horizontal_field_of_view: 1.0,
+            near: 0.1,
+            far: 20.0,
+        };
+        let sensor = proto::Sensor {
+            robot: "post".into(),
+            name: format!("eye_{camera}"),
+            kind: Some(Kind::Camera(lens)),
+            ..Default::default()
+        };
+        client.create_sensor(sensor).await.unwrap();
+    }
+    let none = client.picture("post", "eye_3").await.unwrap_err();
+    assert_eq!(none.reason(), Some(proto::ErrorReason::NoRenderer), "{none}");
+    let endpoint = daemon.locator.as_ref().unwrap();
+    let _one = Renderer::start(&client, endpoint, "one").await;
+    let mut two = Renderer::start(&client, endpoint, "two").await;
+    both_draw(&client).await;
+    // Some of the ten are with it.
+    let (drawn, killed) = tokio::join!(drawn_by(&client), two.child.kill());
+    killed.unwrap();
+    assert_eq!(drawn.values().sum::<usize>(), 10, "{drawn:?}");
+    assert_eq!(drawn_by(&client).await.get("one"), Some(&10));
+    let _again = Renderer::start(&client, endpoint, "two").await;
+    both_draw(&client).await;
 }
 
 #[tokio::test]

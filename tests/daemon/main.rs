@@ -21,6 +21,7 @@ mod programs;
 mod readme;
 mod recordings;
 mod security;
+mod sensors;
 mod service_manager;
 mod soak;
 mod threads;

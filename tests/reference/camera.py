@@ -46,6 +46,8 @@ ROBOTS = {
 """The file, what is looked at, and from how far away, metres."""
 STEP = 0.02
 """Metres: neighbours whose depths differ by more have an edge between them."""
+BEND = 0.002
+"""Metres: where the depth of a pixel is farther from the mean of two opposite neighbours, a surface ends or bends there."""
 FRAMES = 40
 """That are timed."""
 
@@ -180,13 +182,19 @@ class Picture:
         self.bodies = np.asarray(bodies, dtype=np.int64).reshape(HEIGHT, WIDTH)
 
     def edges(self) -> Any:
-        """Pixels that have a neighbour of another link, or farther away or nearer by more than a surface is."""
-        edges = np.zeros(self.bodies.shape, dtype=bool)
+        """Pixels that have a neighbour of another link, or farther away or nearer by more than a surface is, or where a surface ends or bends: at
+        such an edge within one link a pixel may be of the one side or of the other."""
+        bends = np.zeros(self.bodies.shape, dtype=bool)
+        for down, right in ((0, 1), (1, 0), (1, 1), (1, -1)):
+            before, after = (np.roll(self.depth, (sign * down, sign * right), (0, 1)) for sign in (1, -1))
+            bends |= np.abs(0.5 * (before + after) - self.depth) > BEND
+        edges = bends.copy()
         for down in (-1, 0, 1):
             for right in (-1, 0, 1):
                 bodies = np.roll(self.bodies, (down, right), (0, 1))
                 depth = np.roll(self.depth, (down, right), (0, 1))
                 edges |= (bodies != self.bodies) | (np.abs(depth - self.depth) > STEP)
+                edges |= np.roll(bends, (down, right), (0, 1))
         return edges
 
 

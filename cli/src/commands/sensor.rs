@@ -16,7 +16,7 @@ use simd_client::{
     some_sensors,
 };
 
-use self::definition::{Kind, Shape, limits, sweep};
+use self::definition::{Kind, Shape, backlash, limits, sweep};
 use self::lens::Lens;
 use self::reading::{ReadingView, list_readings};
 use super::ended;
@@ -42,6 +42,7 @@ pub(crate) enum Sensor {
     /// Shows readings as they come, until Ctrl-C
     Watch(Watch),
     /// Takes a sensor away
+    #[command(visible_alias = "remove")]
     Delete {
         /// The robot's name
         #[arg(add = complete::robots())]
@@ -95,6 +96,9 @@ pub(crate) struct Add {
     /// Of a contact sensor: it is touched from this force on
     #[arg(long, value_name = "NEWTON", allow_negative_numbers = true)]
     threshold: Option<f64>,
+    /// Of an encoder: how far its joint moves where it turns round before the encoder goes along
+    #[arg(long, value_name = "ANGLE|LENGTH", value_parser = backlash, allow_negative_numbers = true)]
+    backlash: Option<f64>,
     #[command(flatten)]
     lens: Lens,
 }
@@ -214,6 +218,7 @@ fn request(add: Add) -> anyhow::Result<Definition> {
         axes,
         on_child,
         threshold,
+        backlash,
         lens,
     } = add;
     let axes = axes.map(|axes| match axes {
@@ -222,7 +227,7 @@ fn request(add: Add) -> anyhow::Result<Definition> {
         Axes::Sensor => WrenchAxes::Sensor,
     });
     let direction = on_child.then_some(WrenchDirection::ParentToChild);
-    let shape = Shape { range, horizontal, vertical, rolling, axes, direction, threshold, lens };
+    let shape = Shape { range, horizontal, vertical, rolling, axes, direction, threshold, backlash, lens };
     let (robot, part) = place.split_once('/').unwrap_or((&place, ""));
     let (link, joint) = if kind.is_of_joint() { ("", part) } else { (part, "") };
     Ok(Definition {

@@ -15,6 +15,7 @@ from typing import Any
 import pytest
 import zenoh
 from daemon import ASSETS, Daemon, within
+from renderer import EYE, rendering
 from ros2_graph import SECONDS, Graph, make_ros2
 
 import simd_client
@@ -110,7 +111,30 @@ def test_a_foreign_subscriber_gets_each_reading_of_sensors(graph: Graph, sim: Si
     assert (placed.transform.translation.x, placed.transform.translation.z) == (1.0, 3.0)
 
 
-def test_commands_of_a_foreign_publisher_move_joints_unless_another_client_claims_them(
+def test_a_foreign_subscriber_gets_the_pictures_of_a_camera(graph: Graph, daemon: Daemon, sim: Simulation) -> None:
+    np = make_ros2.np
+    sim.load(ASSETS / "seven_arm", "arm", fixed=True).sensors.create(EYE, "eye", rate=50)
+    with rendering(daemon):
+        images = graph.messages("/sensors/eye/image_raw", "sensor_msgs/msg/Image")
+        depths = graph.messages("/sensors/eye/depth/image_raw", "sensor_msgs/msg/Image")
+        infos = graph.messages("/sensors/eye/camera_info", "sensor_msgs/msg/CameraInfo")
+        image = images.until(lambda message: True)
+        assert (image.header.frame_id, image.encoding) == ("eye_optical", "rgb8")
+        assert (image.width, image.height, image.step, len(image.data)) == (4, 3, 12, 36)
+        # A thousand steps a second; the renderer draws their number.
+        step = round((image.header.stamp.sec + image.header.stamp.nanosec * 1e-9) * 1000)
+        assert set(bytes(image.data)) == {step % 256}
+        depth = depths.until(lambda message: True)
+        assert depth.encoding == "32FC1" and len(depth.data) == 48
+        step = round((depth.header.stamp.sec + depth.header.stamp.nanosec * 1e-9) * 1000)
+        assert (np.frombuffer(bytes(depth.data), "<f4") == step).all()
+        info = infos.until(lambda message: True)
+    focal = 2.0 / np.tan(0.6)
+    assert list(info.k) == pytest.approx([focal, 0, 1.5, 0, focal, 1, 0, 0, 1])
+    assert (info.width, info.height, info.distortion_model) == (4, 3, "plumb_bob")
+
+
+def test_commands_of_a_foreign_publisher_move_joints_unless_somebody_else_claims_them(
     graph: Graph, sim: Simulation
 ) -> None:
     arm = sim.load(ASSETS / "seven_arm", "arm", fixed=True)

@@ -31,7 +31,7 @@ G = 9.81
 
 def test_a_sensor_is_made_listed_read_and_deleted(sim: Simulation, arm: Robot) -> None:
     imu = arm.sensors.create(ImuSensor())
-    encoder = arm.sensors.create(EncoderSensor(), "elbow", joint="elbow joint", rate=100, seed=7)
+    encoder = arm.sensors.create(EncoderSensor(backlash=0.001), "elbow", joint="elbow joint", rate=100, seed=7)
     assert (imu.name, encoder.name) == ("imu_1", "elbow")
     with pytest.raises(simd_client.NoReading):
         imu.read()
@@ -46,7 +46,7 @@ def test_a_sensor_is_made_listed_read_and_deleted(sim: Simulation, arm: Robot) -
     assert encoder.read().measurement.position == pytest.approx(arm.joints["elbow joint"].position, abs=1e-2)
     first, second = arm.sensors.list()
     assert (first.kind, second.kind, second.joint, second.rate, second.seed) == (
-        ImuSensor(), EncoderSensor(), "elbow joint", 100.0, 7,
+        ImuSensor(), EncoderSensor(0.001), "elbow joint", 100.0, 7,
     )  # fmt: skip
     assert first.rate is None and first.last_sequence == begin + 25 and not first.described
     assert set(arm.sensors.read()) == {"imu_1", "elbow"} == set(sim.sensors.read()["arm"])

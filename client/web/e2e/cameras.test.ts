@@ -1,4 +1,4 @@
-// What the cameras of a robot see, in the panel: drawn by a renderer that is this test.
+// What the cameras of a robot see, in the panel and in the scene: drawn by a renderer that is this test.
 
 import { expect, test } from "vitest";
 
@@ -44,7 +44,17 @@ test("a camera's picture is shown as it is drawn, and without a renderer what to
     });
   await expect.poll(seen, { timeout: 20_000 }).toEqual([32, 24, 200, 30, 60, 255]);
   expect(await picture.textContent()).toMatch(/at \d+\.\d{3} s/);
+  // In the scene it is there with the points that sensors have met, and goes with them.
+  await expect.poll(() => tab.page.evaluate(() => window.simd.cameraPictures())).toBe(1);
+  await tab.page.evaluate(() => window.simd.camera.look([-1.2, -0.8, 0.7], [0.3, 0, 0]));
+  await tab.page.waitForFunction(() => window.simd.settled());
   await tab.picture("camera");
+  await tab.page.keyboard.press("u");
+  await expect.poll(() => tab.page.evaluate(() => window.simd.cameraPictures())).toBe(0);
+  await tab.page.keyboard.press("u");
+  await expect.poll(() => tab.page.evaluate(() => window.simd.cameraPictures())).toBe(1);
+  await daemon.sensors.deleteSensor({ robot: "crate", name: "eye" });
+  await expect.poll(() => tab.page.evaluate(() => window.simd.cameraPictures())).toBe(0);
   await stop();
   expect(await tab.violations()).toEqual([]);
 });

@@ -69,7 +69,10 @@ pub enum SensorKind {
     /// Where the sensor is in the world and how it moves: ground truth.
     LinkState,
     /// Position and velocity of a joint of one axis.
-    Encoder,
+    Encoder {
+        /// How far the joint moves where it turns round before the encoder goes along: rad or m, at least 0.
+        backlash: f64,
+    },
     /// Where the sensor is against where it began, and how it moves, in its own axes.
     Odometry,
     /// What a camera sees. Only declared: the core draws no pictures.
@@ -268,7 +271,7 @@ impl SensorKind {
                 (Channels::LinearVelocity, 3),
                 (Channels::AngularVelocity, 3),
             ],
-            Self::Encoder => &[(Channels::JointPosition, 1), (Channels::JointVelocity, 1)],
+            Self::Encoder { .. } => &[(Channels::JointPosition, 1), (Channels::JointVelocity, 1)],
             Self::Camera(_) => &[],
         }
     }
@@ -282,7 +285,7 @@ impl SensorKind {
             | Self::ForceTorque { .. }
             | Self::Contact { .. }
             | Self::LinkState
-            | Self::Encoder
+            | Self::Encoder { .. }
             | Self::Odometry
             | Self::Camera(_) => 0,
         }
@@ -290,7 +293,7 @@ impl SensorKind {
 
     /// Whether it is on a joint, and not on a link.
     pub fn is_of_joint(&self) -> bool {
-        matches!(self, Self::ForceTorque { .. } | Self::Encoder)
+        matches!(self, Self::ForceTorque { .. } | Self::Encoder { .. })
     }
 
     /// In one word, as a name of one that has none begins.
@@ -302,7 +305,7 @@ impl SensorKind {
             Self::Range(_) => "range",
             Self::Lidar(_) => "lidar",
             Self::LinkState => "link_state",
-            Self::Encoder => "encoder",
+            Self::Encoder { .. } => "encoder",
             Self::Odometry => "odometry",
             Self::Camera(_) => "camera",
         }

@@ -48,7 +48,7 @@ pub(super) struct Cameras {
     book: Mutex<Book>,
     /// There may be work for renderers.
     work_came: Notify,
-    /// There may be a new picture of a camera's own rate.
+    /// There may be a new picture of a camera's own rate, or a camera may have gone.
     picture_came: Notify,
     /// A camera is followed that was not.
     followed: Notify,
@@ -147,22 +147,21 @@ impl SimHandle {
         let cameras = &self.inner.cameras;
         let deadline = Instant::now() + timeout;
         let since = (after == 0).then(|| Instant::now().checked_sub(FRESH)).flatten();
-        let id = {
-            let state = self.newest();
-            let sensor = find(&state, robot, sensor)?;
-            order(&state, sensor).map_or(Ok(()), |order| self.check_size(&order.view))?;
-            sensor.id
-        };
         loop {
             let came = cameras.picture_came.notified();
+            // It may have gone, or come anew: then it is another one of that name.
+            let id = {
+                let state = self.newest();
+                let sensor = find(&state, robot, sensor)?;
+                order(&state, sensor).map_or(Ok(()), |order| self.check_size(&order.view))?;
+                sensor.id
+            };
             let now = Instant::now();
             self.follow_camera(id, deadline.max(now + FOLLOWED))?;
             if let Some(picture) = cameras.book().of_rate(id, after, since) {
                 return Ok(picture);
             }
             timeout_at(deadline, self.until_drained(came)).await.map_err(|_elapsed| self.too_late())??;
-            // It may have gone.
-            find(&self.newest(), robot, sensor)?;
         }
     }
 
@@ -251,9 +250,16 @@ impl SimHandle {
     pub(crate) async fn order_pictures(self) {
         let (draining, log) = (self.draining(), Arc::clone(&self.inner.driver.sensors));
         let orders = async {
+            let mut sensors = Arc::clone(&self.newest().state.sensors);
             loop {
                 let followed = self.inner.cameras.followed.notified();
                 let grown = log.grown();
+                let newest = self.newest();
+                if !Arc::ptr_eq(&newest.state.sensors, &sensors) {
+                    sensors = Arc::clone(&newest.state.sensors);
+                    // Who waits for a picture of a camera that has gone is to learn of it.
+                    self.inner.cameras.picture_came.notify_waiters();
+                }
                 for (id, CameraSample { state, missed }) in log.camera_samples() {
                     let sensor = state.state.sensors.iter().find(|sensor| sensor.id == id);
                     let order = sensor.and_then(|sensor| order(&state, sensor));

@@ -134,7 +134,7 @@ impl Output {
                 Self::Scan(graph.publisher(topic, qos).await?)
             }
             SensorKind::Lidar(_) => Self::Points(graph.publisher(topic, qos).await?),
-            SensorKind::Encoder => Self::Joint(graph.publisher(topic, qos).await?),
+            SensorKind::Encoder { .. } => Self::Joint(graph.publisher(topic, qos).await?),
             SensorKind::Contact { .. }
             | SensorKind::LinkState
             | SensorKind::Odometry

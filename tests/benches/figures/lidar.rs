@@ -108,6 +108,7 @@ fn alone(running: &Running) {
         stream: 0,
         walk: Default::default(),
         start: DPose3::IDENTITY,
+        shaft: Default::default(),
     };
     let mut seconds: Vec<f64> = (0..SCANS)
         .map(|_| {

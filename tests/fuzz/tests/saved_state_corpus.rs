@@ -270,7 +270,7 @@ fn sensing() -> Scene {
         SensorKind::Range(range),
         SensorKind::Lidar(Scan { horizontal, vertical: Sweep::one(0.1), range, rolling: true }),
         SensorKind::LinkState,
-        SensorKind::Encoder,
+        SensorKind::Encoder { backlash: 0.01 },
         SensorKind::Odometry,
         SensorKind::Camera(camera),
     ] {

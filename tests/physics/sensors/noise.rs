@@ -26,7 +26,7 @@ fn still() -> Simulation {
 
 fn encoder(seed: u64, noise: Noise) -> CreateSensor {
     let noise = vec![ChannelNoise { channels: Channels::JointPosition, axis: None, noise }];
-    let encoder = create("robot", "joint-1", DPose3::IDENTITY, SensorKind::Encoder);
+    let encoder = create("robot", "joint-1", DPose3::IDENTITY, SensorKind::Encoder { backlash: 0.0 });
     CreateSensor { noise, seed: Some(seed), ..encoder }
 }
 

@@ -44,7 +44,7 @@ fn swinging(seed: u64) -> Simulation {
         SensorKind::Range(range),
         SensorKind::Lidar(scan),
         SensorKind::LinkState,
-        SensorKind::Encoder,
+        SensorKind::Encoder { backlash: 0.3 },
         SensorKind::Odometry,
     ];
     for (index, kind) in kinds.into_iter().enumerate() {

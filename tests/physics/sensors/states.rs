@@ -80,13 +80,54 @@ fn odometry_counts_from_where_it_began_in_the_sensors_axes() {
 fn an_encoder_shows_its_joint() {
     let mut world = world(1e-3);
     apply(&mut world, Command::Spawn(Box::new(passive(&Arc::new(chain(2)), false, &[0.4, -0.9]))));
-    add(&mut world, create("robot", "joint-2", DPose3::IDENTITY, SensorKind::Encoder));
+    add(&mut world, create("robot", "joint-2", DPose3::IDENTITY, SensorKind::Encoder { backlash: 0.0 }));
     for _ in 0..100 {
         let shown = measured(&mut world);
         let [Measurement::Encoder(encoder)] = shown[..] else { panic!("{shown:?}") };
         let state = look(&world);
         assert_eq!((encoder.position, encoder.velocity), (state.positions[1], state.velocities[1]));
     }
+}
+
+/// A rod that swings to and fro behind a gear with play: the encoder is half of that behind the joint, and stands still from where the rod turns
+/// round until it has crossed the play. One that is sampled each tenth step is where that of each step is. No tolerance: all that happens
+/// to a position is that half of the play is added or subtracted.
+#[test]
+fn an_encoder_with_backlash_stands_still_while_its_joint_crosses_the_play() {
+    let (start, half) = (0.4, 0.15);
+    let mut world = world(1e-3);
+    apply(&mut world, Command::Spawn(Box::new(passive(&Arc::new(chain(1)), false, &[start]))));
+    let kind = SensorKind::Encoder { backlash: 2.0 * half };
+    let encoder = |rate| CreateSensor { rate, ..create("robot", "joint-1", DPose3::IDENTITY, kind) };
+    add(&mut world, encoder(None));
+    add(&mut world, encoder(Some(100.0)));
+    // Where the encoder was when the rod turned round, and the joint in the step before.
+    let (mut held, mut before, mut was_rising) = (start, start, true);
+    let (mut shaft, mut turns, mut stood) = (start, 0, 0);
+    for step in 1..=5_000 {
+        let shown = measured(&mut world);
+        let state = look(&world);
+        let (joint, velocity) = (state.positions[0], state.velocities[0]);
+        let is_rising = joint > before;
+        if is_rising != was_rising {
+            (held, turns) = (shaft, turns + 1);
+        }
+        let last = shaft;
+        shaft = if is_rising { held.max(joint - half) } else { held.min(joint + half) };
+        stood += usize::from(shaft == last);
+        (before, was_rising) = (joint, is_rising);
+        let expected = (shaft, if shaft == last { 0.0 } else { velocity });
+        assert_eq!(shown.len(), if step % 10 == 0 { 2 } else { 1 });
+        for shown in shown {
+            let Measurement::Encoder(encoder) = shown else { panic!("{shown:?}") };
+            assert_eq!((encoder.position, encoder.velocity), expected, "step {step}, joint at {joint}");
+        }
+    }
+    assert!(turns >= 4 && stood > 200, "{turns} {stood}");
+    // Put back, it begins in the middle of its play once more.
+    apply(&mut world, Command::Reset(ResetScope { state: true, ..ResetScope::default() }));
+    let [Measurement::Encoder(encoder), ..] = measured(&mut world)[..] else { panic!("no reading") };
+    assert_eq!((encoder.position, encoder.velocity), (start, 0.0));
 }
 
 /// The steps in which a sensor of a rate takes samples.

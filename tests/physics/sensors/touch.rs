@@ -3,12 +3,14 @@
 use std::sync::Arc;
 
 use glamx::{DMat3, DPose3, DQuat, DVec3};
-use simd_core::Simulation;
+use simd_core::simulation::command::{LinkWrench, WrenchDuration};
 use simd_core::simulation::measure::{ContactMeasurement, Measurement};
+use simd_core::{Command, Simulation};
 use simd_model::RobotModel;
 use simd_model::robot::{Collision, Geometry, Inertial, Joint, JointKind, JointLimits, Link, Material};
 use simd_model::sensor::SensorKind;
-use simd_tests::scenes::{cuboid, plane, robot, spawn, throw, world};
+use simd_tests::robots;
+use simd_tests::scenes::{a1, apply, cuboid, plane, robot, spawn, throw, world};
 
 use super::{add, create, measured};
 
@@ -116,6 +118,42 @@ fn what_the_feet_of_a_standing_robot_feel_sums_to_its_weight() {
     let front = 6.0 * G * (center + 0.3) / 0.5;
     let on_front = feet[0].force.z + feet[1].force.z;
     assert!((on_front - front).abs() < 1e-6, "{on_front} N, not {front}");
+}
+
+/// The A1 of `pybullet_data` on bent legs, held by the springs of its joints: what its four toes feel sums to its weight within a millionth of it
+/// once it has come to rest, whether it sleeps or is kept awake, and nothing else of it touches anything.
+#[test]
+fn what_the_toes_of_a_standing_a1_feel_sums_to_its_weight() {
+    let (model, _) = robots::read("pybullet_data/a1/a1.urdf");
+    let weight = model.links.iter().map(|link| link.inertial.mass).sum::<f64>() * G;
+    for stays_awake in [false, true] {
+        let mut world = a1(1e-3, &model);
+        if stays_awake {
+            push(&mut world, "a1", "trunk", DVec3::Z * 1e-12);
+        }
+        (0..10_000).for_each(|_| world.step());
+        for link in &model.links {
+            add(&mut world, create("a1", &link.name, DPose3::IDENTITY, TOUCH));
+        }
+        let touched = touches(&mut world);
+        let on_toes: Vec<_> =
+            model.links.iter().zip(&touched).filter(|(link, _)| link.name.ends_with("_toe")).collect();
+        assert_eq!(on_toes.len(), 4);
+        assert!(on_toes.iter().all(|(_, toe)| toe.touching && toe.partners.len() == 1), "{on_toes:#?}");
+        assert_eq!(touched.iter().filter(|of| of.touching).count(), 4, "it stands on its toes alone");
+        let sum: DVec3 = on_toes.iter().map(|(_, toe)| toe.force).sum();
+        let error = (sum - DVec3::Z * weight).length() / weight;
+        println!("{sum} N, of {weight} N; {error:.1e} of it off");
+        assert!(error < 1e-6, "{sum} N, and not {weight} N upwards: {error:e} of it off");
+    }
+}
+
+/// Pushes a link for ever. What is pushed does not fall asleep.
+fn push(world: &mut Simulation, robot: &str, link: &str, force: DVec3) {
+    let (robot, link, duration) = (robot.into(), link.into(), WrenchDuration::UntilCleared);
+    let (torque, point) = (DVec3::ZERO, DVec3::ZERO);
+    let push = LinkWrench { robot, link, force, torque, in_link_axes: false, point, duration };
+    apply(world, Command::ApplyWrench(push));
 }
 
 #[test]

@@ -61,13 +61,14 @@ pub(super) struct Shape {
     pub(super) axes: Option<WrenchAxes>,
     pub(super) direction: Option<WrenchDirection>,
     pub(super) threshold: Option<f64>,
+    pub(super) backlash: Option<f64>,
     pub(super) lens: Lens,
 }
 
 impl Shape {
     /// Of a kind; what the kind has not is refused, and so is what it lacks.
     pub(super) fn of(self, kind: Kind) -> anyhow::Result<sensor::Kind> {
-        let Self { range, horizontal, vertical, rolling, axes, direction, threshold, lens } = self;
+        let Self { range, horizontal, vertical, rolling, axes, direction, threshold, backlash, lens } = self;
         let has_rays = matches!(kind, Kind::Range | Kind::Lidar);
         let is_wrench = kind == Kind::ForceTorque;
         for (option, is_given, is_allowed) in [
@@ -78,6 +79,7 @@ impl Shape {
             ("--axes", axes.is_some(), is_wrench),
             ("--on-child", direction.is_some(), is_wrench),
             ("--threshold", threshold.is_some(), kind == Kind::Contact),
+            ("--backlash", backlash.is_some(), kind == Kind::Encoder),
             (lens.given().unwrap_or_default(), lens.given().is_some(), kind == Kind::Camera),
         ] {
             if is_given && !is_allowed {
@@ -108,7 +110,7 @@ impl Shape {
                 sensor::Kind::Lidar(LidarSensor { horizontal: Some(horizontal), vertical, range, rolling })
             }
             Kind::LinkState => sensor::Kind::LinkState(LinkStateSensor {}),
-            Kind::Encoder => sensor::Kind::Encoder(EncoderSensor {}),
+            Kind::Encoder => sensor::Kind::Encoder(EncoderSensor { backlash: backlash.unwrap_or(0.0) }),
             Kind::Odometry => sensor::Kind::Odometry(OdometrySensor {}),
             Kind::Camera => sensor::Kind::Camera(lens.camera()),
         })
@@ -131,6 +133,11 @@ pub(super) fn sweep(text: &str) -> Result<Sweep, String> {
         &[min, max] => Ok(Sweep { samples, min, max }),
         _ => Err("must be SAMPLES,MIN,MAX".to_owned()),
     }
+}
+
+/// Reads an angle or a length: what its joint has is not known here.
+pub(super) fn backlash(text: &str) -> Result<f64, String> {
+    quantity::parse(text, quantity::Kind::Position).map(|of| of.value)
 }
 
 /// Lengths or angles between commas, alone or with units.
@@ -163,6 +170,8 @@ pub(super) struct SensorView {
     vertical: Option<SweepView>,
     /// Of lidars: each column is of its own time.
     rolling: Option<bool>,
+    /// Of encoders: rad or m.
+    backlash: Option<f64>,
     /// It came with the robot's description.
     described: bool,
     /// Of its newest reading; before its first the number that its own are larger than.
@@ -214,7 +223,8 @@ impl SensorView {
         let Sensor { robot, name, link, joint, pose, rate, seed, noise, kind } = sensor.unwrap_or_default();
         let some = |text: String| Some(text).filter(|text| !text.is_empty());
         let sweep = |of: Option<Sweep>| of.map(|Sweep { samples, min, max }| SweepView { samples, min, max });
-        let (mut range, mut horizontal, mut vertical, mut rolling) = (None, None, None, None);
+        let (mut range, mut horizontal, mut vertical, mut rolling, mut backlash) =
+            (None, None, None, None, None);
         let kind = match kind {
             Some(sensor::Kind::Imu(_)) => "imu",
             Some(sensor::Kind::ForceTorque(_)) => "force-torque",
@@ -230,7 +240,10 @@ impl SensorView {
                 "lidar"
             }
             Some(sensor::Kind::LinkState(_)) => "link-state",
-            Some(sensor::Kind::Encoder(_)) => "encoder",
+            Some(sensor::Kind::Encoder(of)) => {
+                backlash = Some(of.backlash);
+                "encoder"
+            }
             Some(sensor::Kind::Odometry(_)) => "odometry",
             Some(sensor::Kind::Camera(_)) => "camera",
             // A newer daemon may have kinds that this client does not know.
@@ -250,6 +263,7 @@ impl SensorView {
             horizontal,
             vertical,
             rolling,
+            backlash,
             described,
             last_sequence,
             unavailable: some(unavailable),
@@ -298,6 +312,7 @@ mod tests {
             axes: None,
             direction: None,
             threshold: None,
+            backlash: None,
             lens: Lens::default(),
         }
     }
@@ -319,7 +334,9 @@ mod tests {
         assert_eq!(still, "--rolling is not for a sensor of the kind encoder");
         let bare = nothing().of(Kind::Range).unwrap_err().to_string();
         assert_eq!(bare, "a sensor of the kind range needs --range MIN,MAX");
-        assert!(nothing().of(Kind::Encoder).is_ok());
+        let geared = Shape { backlash: Some(backlash("1deg").unwrap()), ..nothing() };
+        let Ok(sensor::Kind::Encoder(geared)) = geared.of(Kind::Encoder) else { panic!("no encoder") };
+        assert_eq!(geared.backlash, 1f64.to_radians());
     }
 
     #[test]

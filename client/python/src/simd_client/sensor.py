@@ -154,6 +154,9 @@ class LinkStateSensor(SensorKind[MotionMeasurement]):
 class EncoderSensor(SensorKind[EncoderMeasurement]):
     """Position and velocity of a joint with one axis. Its resolution is the `quantum` of its noise."""
 
+    backlash: float = 0.0
+    """How far the joint moves where it turns round before the encoder goes along: rad or m."""
+
 
 @dataclass(frozen=True)
 class OdometrySensor(SensorKind[MotionMeasurement]):
@@ -269,7 +272,7 @@ def _set_kind(message: proto.Sensor, kind: SensorKind[Any]) -> None:
     elif isinstance(kind, LinkStateSensor):
         message.link_state.SetInParent()
     elif isinstance(kind, EncoderSensor):
-        message.encoder.SetInParent()
+        message.encoder.CopyFrom(proto.EncoderSensor(backlash=kind.backlash))
     elif isinstance(kind, OdometrySensor):
         message.odometry.SetInParent()
     elif isinstance(kind, CameraSensor):
@@ -346,7 +349,7 @@ def _kind(sensor: proto.Sensor) -> AnySensorKind | None:
     if kind == "link_state":
         return LinkStateSensor()
     if kind == "encoder":
-        return EncoderSensor()
+        return EncoderSensor(sensor.encoder.backlash)
     if kind == "odometry":
         return OdometrySensor()
     if kind == "camera":

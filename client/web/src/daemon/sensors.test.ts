@@ -31,7 +31,7 @@ test("of a scan the nearest hit is said, and the newest reading counts", () => {
   expect(readingsOf([readings, silent])).toEqual(new Map([["eye", { kind: "lidar", rays: 5, hits: 2, nearest: 1.5, ranges: [2, Infinity, -Infinity, NaN, 1.5] }]]));
 });
 
-test("a lidar has its angles and its pose, and a range finder one ray along x", () => {
+test("a lidar has its angles and its pose, a range finder one ray along x, and a camera its lens", () => {
   const horizontal = { samples: 5, min: -1, max: 1 };
   const pose = { position: { x: 1, y: 2, z: 3 } };
   const lidar = sensorOf(create(SensorInfoSchema, { sensor: { robot: "arm", name: "eye", pose, kind: { case: "lidar", value: { horizontal } } } }));
@@ -39,4 +39,8 @@ test("a lidar has its angles and its pose, and a range finder one ray along x", 
   expect(lidar.pose).toEqual([1, 2, 3, 0, 0, 0, 1]);
   const range = sensorOf(create(SensorInfoSchema, { sensor: { robot: "arm", name: "eye", kind: { case: "range", value: {} } } }));
   expect(range.scan?.horizontal.samples).toBe(1);
+  const camera = { width: 32, height: 24, horizontalFieldOfView: 1, near: 0.1, far: 10 };
+  const eye = sensorOf(create(SensorInfoSchema, { sensor: { robot: "arm", name: "eye", pose, kind: { case: "camera", value: camera } } }));
+  expect(eye.lens).toEqual({ width: 32, height: 24, fieldOfView: 1, near: 0.1, far: 10 });
+  expect(eye.pose).toEqual([1, 2, 3, 0, 0, 0, 1]);
 });

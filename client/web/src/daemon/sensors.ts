@@ -1,6 +1,6 @@
 // Conversion of sensors and their readings from messages to the state of the page.
 import type { Sensor as Wire, SensorInfo, SensorReading, SensorReadings } from "../gen/simd/v1/sensor_pb";
-import type { Measurement, Scan, Sensor, SensorKind, Sweep } from "../state/sensors";
+import type { Lens, Measurement, Scan, Sensor, SensorKind, Sweep } from "../state/sensors";
 import { poseOf, vectorOf } from "./mapping";
 
 const KINDS: Record<string, SensorKind> = {
@@ -19,7 +19,8 @@ export function sensorOf({ sensor, unavailable }: SensorInfo): Sensor {
   const { robot = "", name = "", link = "", joint = "", rate, kind } = sensor ?? {};
   // A kind of a newer version of the schema is one all the same.
   const scan = scanOf(kind);
-  return { robot, name, kind: KINDS[kind?.case ?? ""] ?? "sensor", on: joint === "" ? link : joint, rate, unavailable, ...(scan && { scan, pose: poseOf(sensor?.pose) }) };
+  const lens = lensOf(kind);
+  return { robot, name, kind: KINDS[kind?.case ?? ""] ?? "sensor", on: joint === "" ? link : joint, rate, unavailable, ...((scan ?? lens) && { pose: poseOf(sensor?.pose) }), ...(scan && { scan }), ...(lens && { lens }) };
 }
 
 const STRAIGHT: Sweep = { samples: 1, min: 0, max: 0 };
@@ -30,6 +31,12 @@ function scanOf(kind: Wire["kind"] | undefined): Scan | undefined {
   if (kind?.case !== "lidar") return undefined;
   const { horizontal, vertical } = kind.value;
   return { horizontal: sweepOf(horizontal), vertical: sweepOf(vertical) };
+}
+
+function lensOf(kind: Wire["kind"] | undefined): Lens | undefined {
+  if (kind?.case !== "camera") return undefined;
+  const { width, height, horizontalFieldOfView, near, far } = kind.value;
+  return { width, height, fieldOfView: horizontalFieldOfView, near, far };
 }
 
 function sweepOf(sweep: { samples: number; min: number; max: number } | undefined): Sweep {

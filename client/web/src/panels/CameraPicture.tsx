@@ -2,23 +2,28 @@
 import type { JSX } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
 import { followPicture } from "../daemon/pictures";
+import { keepPicture } from "../state/pictures";
 
 /** The camera's picture, or why there is none. */
 export function CameraPicture({ robot, sensor }: { robot: string; sensor: string }): JSX.Element {
   const canvas = useRef<HTMLCanvasElement>(null);
   const [said, setSaid] = useState("no picture yet");
-  useEffect(
-    () =>
-      followPicture(robot, sensor, (picture, problem) => {
-        setSaid(picture ? `at ${picture.time.toFixed(3)} s` : problem);
-        const element = canvas.current;
-        if (!element || !picture) return;
-        element.width = picture.width;
-        element.height = picture.height;
-        element.getContext("2d")?.putImageData(new ImageData(picture.pixels, picture.width, picture.height), 0, 0);
-      }),
-    [robot, sensor],
-  );
+  useEffect(() => {
+    const end = followPicture(robot, sensor, (picture, problem) => {
+      setSaid(picture ? `at ${picture.time.toFixed(3)} s` : problem);
+      // What is old is not shown beside a world that has moved on.
+      keepPicture(sensor, picture);
+      const element = canvas.current;
+      if (!element || !picture) return;
+      element.width = picture.width;
+      element.height = picture.height;
+      element.getContext("2d")?.putImageData(new ImageData(picture.pixels, picture.width, picture.height), 0, 0);
+    });
+    return () => {
+      end();
+      keepPicture(sensor, undefined);
+    };
+  }, [robot, sensor]);
   return (
     <figure class="camera-picture" data-testid={`picture-${sensor}`}>
       <canvas ref={canvas} width={0} height={0} role="img" aria-label={`What camera ${sensor} sees`} />

@@ -20,7 +20,7 @@ const TOGGLES = [
   { value: grid, icon: "grid", label: "grid", shortcut: "G", what: "The ground’s grid" },
   { value: contacts, icon: "contacts", label: "contacts", shortcut: "K", what: "Where links touch, and how hard" },
   { value: constraintsShown, icon: "constraints", label: "constraints", shortcut: "L", what: "What holds links together, and how hard" },
-  { value: pointsShown, icon: "points", label: "points", shortcut: "U", what: "What lidars and range finders of the robot in the panel have met" },
+  { value: pointsShown, icon: "points", label: "points", shortcut: "U", what: "What lidars, range finders and cameras of the robot in the panel have met and seen" },
   { value: markersShown, icon: "markers", label: "markers", shortcut: "D", what: "What programs draw" },
 ] as const satisfies readonly { value: { value: boolean }; icon: IconName; label: string; shortcut: string; what: string }[];
 
@@ -59,6 +59,6 @@ export function ViewToggles(): JSX.Element {
 /** Whether there is anything that a toggle would show; of most there always is. */
 function hasContent(value: { value: boolean }): boolean {
   if (value === constraintsShown) return constraints.value.length > 0;
-  if (value === pointsShown) return sensors.value.some(({ scan, robot }) => scan && robot === sensorsShownOf.value);
+  if (value === pointsShown) return sensors.value.some(({ scan, lens, robot }) => (scan ?? lens) && robot === sensorsShownOf.value);
   return value !== markersShown || markers.value.size > 0;
 }

@@ -131,7 +131,7 @@ export const SHORTCUTS: readonly Shortcut[] = [
   { keys: ["k"], shown: "K", what: "Contacts", run: toggle(contacts) },
   { keys: ["l"], shown: "L", what: "Constraints", run: toggle(constraintsShown) },
   { keys: ["d"], shown: "D", what: "Markers", run: toggle(markersShown) },
-  { keys: ["u"], shown: "U", what: "Points that sensors have met", run: toggle(pointsShown) },
+  { keys: ["u"], shown: "U", what: "What sensors have met and seen", run: toggle(pointsShown) },
   { keys: ["n"], shown: "N", what: "Names of links", run: toggle(linkNames) },
   { keys: ["a"], shown: "A", what: "Axes of joints", run: toggle(jointAxes) },
   { keys: ["m"], shown: "M", what: "Centres of mass", run: toggle(centresOfMass) },

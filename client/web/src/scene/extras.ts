@@ -1,25 +1,30 @@
-// What is in the picture beside robots and their marks: handles, and points that sensors have met.
+// What is in the picture beside robots and their marks: handles, and what sensors have met and seen.
+import { CameraPictures } from "./camera-pictures";
 import { Handles, type HandleScene } from "./handles";
 import { LidarPoints } from "./lidar-points";
 
 export class Extras {
   readonly points: LidarPoints;
+  readonly pictures: CameraPictures;
   private readonly handles: Handles;
 
   constructor(at: HandleScene) {
     this.handles = new Handles(at);
     this.points = new LidarPoints(at.robots, at.changed);
-    at.scene.add(this.points.group);
+    this.pictures = new CameraPictures(at.robots, at.changed);
+    at.scene.add(this.points.group, this.pictures.group);
   }
 
   /** Called for each picture, before it is drawn. */
   update(): void {
     this.handles.update();
     this.points.update();
+    this.pictures.update();
   }
 
   dispose(): void {
     this.handles.dispose();
     this.points.dispose();
+    this.pictures.dispose();
   }
 }

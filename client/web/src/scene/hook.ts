@@ -34,6 +34,8 @@ export interface Hook {
   centreOfMass(robot: string): number[] | undefined;
   /** How many points that sensors have met are drawn. */
   points(): number;
+  /** How many pictures of cameras are drawn in the scene. */
+  cameraPictures(): number;
   /** Where the ends of a constraint are drawn, world axes; undefined if it is not. */
   constraint(name: string): [number[], number[]] | undefined;
   /** Points of a marker as they are drawn, world axes; undefined if it is not. */
@@ -91,6 +93,7 @@ export function hook(stage: Stage, canvas: HTMLCanvasElement): () => void {
     },
     centreOfMass: (robot) => stage.structure.centres.get(robot)?.toArray(),
     points: () => stage.extras.points.count(),
+    cameraPictures: () => stage.extras.pictures.count(),
     constraint(name) {
       const ends = stage.constraints.group.visible ? stage.constraints.anchors.get(name) : undefined;
       return ends && [ends[0].toArray(), ends[1].toArray()];

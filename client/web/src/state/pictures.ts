@@ -1,4 +1,5 @@
 // What the cameras of robots see, as the page shows it.
+import { signal } from "@preact/signals";
 
 /** A picture as the page draws it. */
 export interface SensorPicture {
@@ -8,4 +9,16 @@ export interface SensorPicture {
   pixels: Uint8ClampedArray<ArrayBuffer>;
   /** Of the state that was drawn, simulated seconds. */
   time: number;
+}
+
+/** The newest picture of each camera of the robot in the panel, by the sensor's name. */
+export const cameraPictures = signal<ReadonlyMap<string, SensorPicture>>(new Map());
+
+/** Keeps the newest picture of a camera; undefined drops it. */
+export function keepPicture(sensor: string, picture: SensorPicture | undefined): void {
+  if (!picture && !cameraPictures.peek().has(sensor)) return;
+  const kept = new Map(cameraPictures.peek());
+  if (picture) kept.set(sensor, picture);
+  else kept.delete(sensor);
+  cameraPictures.value = kept;
 }

@@ -17,6 +17,18 @@ export interface Scan {
   vertical: Sweep;
 }
 
+/** What a camera looks through: a pinhole, along x. */
+export interface Lens {
+  /** Pixels. */
+  width: number;
+  height: number;
+  /** From left to right, radians. */
+  fieldOfView: number;
+  /** Metres: what is nearer or farther is not seen. */
+  near: number;
+  far: number;
+}
+
 /** A sensor of a robot. */
 export interface Sensor {
   robot: string;
@@ -32,6 +44,8 @@ export interface Sensor {
   pose?: Pose;
   /** Of what measures ranges. */
   scan?: Scan;
+  /** Of cameras. */
+  lens?: Lens;
 }
 
 /** What a sensor measured last. SI units. */

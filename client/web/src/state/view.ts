@@ -54,7 +54,7 @@ export const markersShown = stored("markers", true, isBoolean);
 export const linkNames = stored("linkNames", false, isBoolean);
 export const jointAxes = stored("jointAxes", false, isBoolean);
 export const centresOfMass = stored("centresOfMass", false, isBoolean);
-/** What lidars and range finders of the robot in the panel have met. */
+/** What lidars, range finders and cameras of the robot in the panel have met and seen. */
 export const pointsShown = stored("points", true, isBoolean);
 /** Ellipsoids of the inertias of links. */
 export const inertias = stored("inertias", false, isBoolean);

@@ -44,12 +44,9 @@ pub fn check(kind: &SensorKind, rate: Option<f64>, noise: &[ChannelNoise]) -> Re
         return Err(BadSensor::new("rate", rate, expected));
     }
     match kind {
-        SensorKind::Imu
-        | SensorKind::ForceTorque { .. }
-        | SensorKind::LinkState
-        | SensorKind::Encoder
-        | SensorKind::Odometry => {}
+        SensorKind::Imu | SensorKind::ForceTorque { .. } | SensorKind::LinkState | SensorKind::Odometry => {}
         SensorKind::Contact { threshold } => size("contact.threshold", *threshold)?,
+        SensorKind::Encoder { backlash } => size("encoder.backlash", *backlash)?,
         SensorKind::Range(range) => check_range("range", range)?,
         SensorKind::Lidar(scan) => check_scan(scan)?,
         SensorKind::Camera(camera) => check_camera(camera)?,

@@ -6,6 +6,7 @@
 
 mod kinds;
 mod noise;
+mod unread;
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -22,36 +23,6 @@ use crate::report::short;
 use crate::robot::{Joint, JointKind, Link};
 use crate::sensor::{self, MAX_SENSOR_NAME, MAX_SENSORS_PER_ROBOT, Sensor, SensorKind, SensorMount};
 use crate::wire_name;
-
-/// What is read of a `<sensor>` itself; what else is in it is named in the report.
-const KNOWN: [&str; 26] = [
-    "always_on",
-    "update_rate",
-    "visualize",
-    "topic",
-    "pose",
-    "enable_metrics",
-    "frame_id",
-    "parent",
-    "origin",
-    "imu",
-    "force_torque",
-    "contact",
-    "ray",
-    "lidar",
-    "sonar",
-    "camera",
-    "noise",
-    "gz_frame_id",
-    "ignition_frame_id",
-    "plugin",
-    "optical_frame_id",
-    "engine_name",
-    "update",
-    "gazebo",
-    "threshold",
-    "resolution",
-];
 
 /// A link or a joint, by name.
 struct Names<'m> {
@@ -79,56 +50,50 @@ pub(super) fn read(root: Node, (links, joints): (&[Link], &[Joint]), findings: &
     let mut read: Vec<Sensor> = Vec::new();
     let mut taken: BTreeSet<String> = BTreeSet::new();
     for (node, reference) in elements {
-        if read.len() >= MAX_SENSORS_PER_ROBOT {
-            let message = format!("there are more than {MAX_SENSORS_PER_ROBOT} sensors: left out");
-            findings.warn(node, Ignored, message);
-            break;
-        }
-        match sensor(node, reference, &names, joints, findings) {
-            Ok(sensor) => {
-                let name = free_name(node, &sensor.kind, &mut taken);
-                findings.used(node, || said(&name, &sensor, (links, joints)));
-                if matches!(sensor.kind, SensorKind::Camera(_)) {
-                    let message = "it is listed and takes no pictures: simd has no renderer";
-                    findings.info(node, Ignored, message);
-                }
-                read.push(Sensor { name, ..sensor });
+        for camera in kinds::cameras(node) {
+            if read.len() >= MAX_SENSORS_PER_ROBOT {
+                let message = format!("there are more than {MAX_SENSORS_PER_ROBOT} sensors: left out");
+                findings.warn(node, Ignored, message);
+                return read;
             }
-            Err(why) if kinds::is_known(node) => findings.warn(node, Ignored, format!("{why}: left out")),
-            Err(why) => findings.info(node, Ignored, format!("not read by simd: {why}")),
+            match sensor(node, camera, reference, &names, joints, findings) {
+                Ok(sensor) => {
+                    let name = free_name(&asked_name(node, camera, &sensor.kind), &mut taken);
+                    findings.used(node, || said(&name, &sensor, (links, joints)));
+                    if matches!(sensor.kind, SensorKind::Camera(_)) {
+                        note(node, findings, "a renderer draws its pictures, such as `simd-camera`");
+                    }
+                    read.push(Sensor { name, ..sensor });
+                }
+                Err(why) if kinds::is_known(node) => findings.warn(node, Ignored, format!("{why}: left out")),
+                Err(why) => findings.info(node, Ignored, format!("not read by simd: {why}")),
+            }
         }
     }
     read
 }
 
-/// A sensor without its name, or why it is none.
+/// A sensor without its name, or why it is none. Of one with cameras it is this one.
 fn sensor(
     node: Node,
+    camera: Option<Node>,
     reference: Option<&str>,
     names: &Names,
     joints: &[Joint],
     findings: &mut Findings,
 ) -> Result<Sensor, String> {
-    let kind = kinds::read(node, findings)?;
-    let on = mount(node, reference, &kind, names, joints)?;
+    let kind = kinds::read(node, camera, findings)?;
+    let on = match merged_link(node, &kind, names, findings) {
+        Some(link) => SensorMount::Link(link),
+        None => mount(node, reference, &kind, names, joints)?,
+    };
     let rate = number(node, "update_rate")?.filter(|rate| *rate > 0.0);
-    let pose = pose(node, findings)?;
+    let sensor_from_camera = camera.map(|camera| pose(camera, findings)).transpose()?;
+    let pose = pose(node, findings)? * sensor_from_camera.unwrap_or(DPose3::IDENTITY);
     let noise = noise::read(node, &kind, findings)?;
     sensor::check(&kind, rate, &noise)
         .map_err(|bad| format!("its {} is {}; {}", bad.field, bad.value, bad.expected))?;
-    let others: BTreeSet<&str> = node
-        .children()
-        .filter(|child| child.is_element() && !KNOWN.contains(&child.tag_name().name()))
-        .map(|child| child.tag_name().name())
-        .take(8)
-        .collect();
-    if !others.is_empty() {
-        let others: Vec<&str> = others.into_iter().collect();
-        findings.info(node, Ignored, format!("not read by simd: {}", others.join(", ")));
-    }
-    if let Some(plugin) = node.children().find(|child| is(*child, "plugin")) {
-        findings.info(plugin, Ignored, "not read by simd: it is for Gazebo");
-    }
+    unread::report(node, &kind, findings);
     Ok(Sensor { name: String::new(), on, pose, rate, kind, noise })
 }
 
@@ -166,7 +131,7 @@ fn mount(
             let link = link.or(joint.map(|joint| joint + 1));
             link.map(SensorMount::Link).ok_or_else(|| "it is on nothing".to_owned())
         }
-        (SensorKind::Encoder, true) => {
+        (SensorKind::Encoder { .. }, true) => {
             let joint = on_joint.ok_or("its link hangs on no joint")?;
             let one_axis = [JointKind::Revolute, JointKind::Continuous, JointKind::Prismatic];
             if joints.get(joint).is_some_and(|joint| one_axis.contains(&joint.kind)) {
@@ -176,6 +141,21 @@ fn mount(
         }
         (_, true) => on_joint.map(SensorMount::Joint).ok_or_else(|| "its link hangs on no joint".to_owned()),
     }
+}
+
+/// The link whose shape a sensor of contact names, where Gazebo would have made it a shape of the link that bears it: it merges what fixed joints hold
+/// together, and calls the shapes of the link `foot` on a `shin` `shin_fixed_joint_lump__foot_collision`, and those after the first with a number.
+fn merged_link(node: Node, kind: &SensorKind, names: &Names, findings: &mut Findings) -> Option<usize> {
+    let SensorKind::Contact { .. } = kind else { return None };
+    let shape = at(node, &["contact", "collision"])?.text()?.trim();
+    let (_, own) = shape.rsplit_once("_fixed_joint_lump__")?;
+    let unnumbered = own.trim_end_matches(|digit: char| digit.is_ascii_digit()).trim_end_matches('_');
+    let name = unnumbered.strip_suffix("_collision").or(own.strip_suffix("_collision"))?;
+    let link = *names.links.get(name)?;
+    let message =
+        format!("Gazebo would merge link {} into another: the sensor is of that link", quoted(name));
+    note(node, findings, &message);
+    Some(link)
 }
 
 fn not_there(name: &str, names: &Names) -> String {
@@ -230,12 +210,22 @@ fn turned(translation: DVec3, quaternion: DQuat, what: &str) -> Result<DPose3, S
     Ok(DPose3::from_parts(translation, quaternion.normalize()))
 }
 
+/// The name in the file, with that of the camera where the sensor has several.
+fn asked_name(node: Node, camera: Option<Node>, kind: &SensorKind) -> String {
+    let said =
+        |node: Node| node.attribute("name").map(str::trim).filter(|name| !name.is_empty()).map(str::to_owned);
+    let name = said(node).unwrap_or_else(|| kind.word().to_owned());
+    match camera.filter(|_| kinds::has_several_cameras(node)) {
+        Some(camera) => format!("{name}_{}", said(camera).unwrap_or_else(|| "camera".to_owned())),
+        None => name,
+    }
+}
+
 /// The name as it can go on the wire, and as no other sensor of the robot is called.
-fn free_name(node: Node, kind: &SensorKind, taken: &mut BTreeSet<String>) -> String {
+fn free_name(asked: &str, taken: &mut BTreeSet<String>) -> String {
     /// Room for a number.
     const LONGEST: usize = MAX_SENSOR_NAME - 8;
-    let said = node.attribute("name").map(str::trim).filter(|name| !name.is_empty());
-    let name: String = wire_name(said.unwrap_or(kind.word())).chars().take(LONGEST).collect();
+    let name: String = wire_name(asked).chars().take(LONGEST).collect();
     if taken.insert(name.clone()) {
         return name;
     }

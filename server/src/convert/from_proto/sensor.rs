@@ -141,7 +141,7 @@ fn kind(at: &Path<'_>, kind: Kind) -> Result<SensorKind, BadField> {
             })
         }
         Kind::LinkState(v1::LinkStateSensor {}) => SensorKind::LinkState,
-        Kind::Encoder(v1::EncoderSensor {}) => SensorKind::Encoder,
+        Kind::Encoder(v1::EncoderSensor { backlash }) => SensorKind::Encoder { backlash },
         Kind::Odometry(v1::OdometrySensor {}) => SensorKind::Odometry,
         Kind::Camera(v1::CameraSensor { picture, width, height, horizontal_field_of_view, near, far }) => {
             let picture = match at.field("camera").field("picture").known(picture)? {

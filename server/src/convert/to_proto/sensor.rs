@@ -80,7 +80,7 @@ pub(super) fn kind(kind: SensorKind) -> Kind {
             rolling,
         }),
         SensorKind::LinkState => Kind::LinkState(v1::LinkStateSensor {}),
-        SensorKind::Encoder => Kind::Encoder(v1::EncoderSensor {}),
+        SensorKind::Encoder { backlash } => Kind::Encoder(v1::EncoderSensor { backlash }),
         SensorKind::Odometry => Kind::Odometry(v1::OdometrySensor {}),
         SensorKind::Camera(Camera { picture, width, height, horizontal_field_of_view, near, far }) => {
             let picture = match picture {

@@ -231,6 +231,7 @@ mod scans {
             stream: 0,
             walk: Default::default(),
             start: DPose3::IDENTITY,
+            shaft: Default::default(),
         };
         let counted = |id| CountedSample { count: state.sequence, sample: sample(id) };
         DueSamples { state: Arc::clone(state), samples: ids.iter().map(counted).collect() }

@@ -7,9 +7,10 @@ use simd_model::RobotModel;
 use simd_model::sensor::{self, MAX_SENSOR_NAME, MAX_SENSORS_PER_ROBOT, Sensor, SensorKind, SensorMount};
 
 use super::{Entity, is_robot_name};
+use crate::dynamics::Articulation;
 use crate::simulation::check;
 use crate::simulation::error::Error;
-use crate::simulation::sensors::{SensorDefinition, SensorState};
+use crate::simulation::sensors::{SensorDefinition, SensorOrigin, SensorState};
 
 impl Entity {
     /// Gives a robot that comes the sensors of its description.
@@ -23,27 +24,46 @@ impl Entity {
         }
     }
 
-    /// Puts the walks and the odometry of its sensors back, where it is now.
+    /// Puts the walks, the odometry and the backlash of its sensors back, where it is now.
     pub(in crate::simulation) fn put_sensors_back(&mut self) {
         self.for_each_sensor(SensorState::put_back);
     }
 
     /// Gives it a sensor that begins at this sim time.
     pub(in crate::simulation) fn add_sensor(&mut self, definition: SensorDefinition, now: f64) {
-        let start = self.sensor_start(&definition);
-        self.state.sensors.push(SensorState::new(definition, now, start));
+        let origin = self.sensor_origin(&definition);
+        self.state.sensors.push(SensorState::new(definition, now, origin));
     }
 
-    /// Does something with each sensor and where its odometry would begin now.
+    /// Does something with each sensor and where it would begin now.
     pub(in crate::simulation) fn for_each_sensor(
         &mut self,
-        mut change: impl FnMut(&mut SensorState, DPose3),
+        mut change: impl FnMut(&mut SensorState, SensorOrigin),
     ) {
-        let starts: Vec<DPose3> =
-            self.state.sensors.iter().map(|sensor| self.sensor_start(&sensor.definition)).collect();
-        for (sensor, start) in self.state.sensors.iter_mut().zip(starts) {
-            change(sensor, start);
+        let origins: Vec<SensorOrigin> =
+            self.state.sensors.iter().map(|sensor| self.sensor_origin(&sensor.definition)).collect();
+        for (sensor, origin) in self.state.sensors.iter_mut().zip(origins) {
+            change(sensor, origin);
         }
+    }
+
+    /// A step is over: encoders with backlash go along with their joints.
+    pub(in crate::simulation) fn move_encoders(&mut self) {
+        let Self { body, state, .. } = self;
+        for sensor in &mut state.sensors {
+            let position = sensor.followed_joint().and_then(|joint| joint_position(body, joint));
+            if let Some(position) = position {
+                sensor.follow_joint(position);
+            }
+        }
+    }
+
+    fn sensor_origin(&self, definition: &SensorDefinition) -> SensorOrigin {
+        let joint = match (definition.kind, definition.on) {
+            (SensorKind::Encoder { .. }, SensorMount::Joint(joint)) => joint_position(&self.body, joint),
+            _ => None,
+        };
+        SensorOrigin { start: self.sensor_start(definition), joint: joint.unwrap_or_default() }
     }
 
     /// `world_from_sensor` where its odometry begins; nothing else asks for it.
@@ -127,7 +147,7 @@ impl Entity {
         match on {
             SensorMount::Link(link) => !kind.is_of_joint() && link < self.model.links.len(),
             SensorMount::Joint(joint) if joint >= self.model.joints.len() => false,
-            SensorMount::Joint(joint) if matches!(kind, SensorKind::Encoder) => {
+            SensorMount::Joint(joint) if matches!(kind, SensorKind::Encoder { .. }) => {
                 self.body.tree().has_one_axis(joint)
             }
             SensorMount::Joint(_) => kind.is_of_joint(),
@@ -197,6 +217,13 @@ impl Entity {
         }
         Ok(())
     }
+}
+
+/// The position of a joint of one axis.
+fn joint_position(body: &Articulation, joint: usize) -> Option<f64> {
+    let tree = body.tree();
+    let moved = tree.bodies.get(tree.joints.get(joint)?.start)?;
+    body.positions().get(moved.position).copied()
 }
 
 /// Of a joint its child, which is the link after it.

@@ -93,7 +93,7 @@ impl<'s> Measuring<'s> {
             }
             SensorKind::LinkState => Measurement::LinkState(self.motion(due.robot)?.link_state(due, noise)?),
             SensorKind::Odometry => Measurement::Odometry(self.motion(due.robot)?.odometry(due, noise)?),
-            SensorKind::Encoder => Measurement::Encoder(encoder(state, due, noise)?),
+            SensorKind::Encoder { backlash } => Measurement::Encoder(encoder(state, due, *backlash, noise)?),
             SensorKind::Range(limits) => {
                 let rays = self.rays(due, is_cancelled)?;
                 Measurement::Range(rays.range(limits, noise))
@@ -125,13 +125,24 @@ impl<'s> Measuring<'s> {
     }
 }
 
-fn encoder(state: &PublishedState, due: &DueSample, noise: &SampleNoise<'_>) -> Option<EncoderMeasurement> {
+/// Of the joint itself, or with backlash of the shaft that goes along with it: that stands still while the joint takes up the play.
+fn encoder(
+    state: &PublishedState,
+    due: &DueSample,
+    backlash: f64,
+    noise: &SampleNoise<'_>,
+) -> Option<EncoderMeasurement> {
     let SensorMount::Joint(joint) = due.definition.on else { return None };
     let entity = state.world.entities.get(due.robot)?;
     let position = entity.positions.start + entity.joint_positions.get(joint)?.start;
     let velocity = entity.velocities.start + entity.joint_velocities.get(joint)?.start;
+    let (mut position, mut velocity) = (*state.positions.get(position)?, *state.velocities.get(velocity)?);
+    if backlash > 0.0 {
+        position = due.shaft.position;
+        velocity = if due.shaft.is_driven { velocity } else { 0.0 };
+    }
     Some(EncoderMeasurement {
-        position: noise.scalar(Channels::JointPosition, *state.positions.get(position)?),
-        velocity: noise.scalar(Channels::JointVelocity, *state.velocities.get(velocity)?),
+        position: noise.scalar(Channels::JointPosition, position),
+        velocity: noise.scalar(Channels::JointVelocity, velocity),
     })
 }

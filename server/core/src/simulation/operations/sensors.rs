@@ -25,6 +25,7 @@ impl Simulation {
             if !entities[robot].is_active() {
                 continue;
             }
+            entities[robot].move_encoders();
             let EntityState { name, sensors, .. } = &mut entities[robot].state;
             for sensor in sensors {
                 if let Some(sample) = sensor.take((robot, name.as_str()), *now, settings) {
@@ -145,7 +146,7 @@ impl Simulation {
     pub(super) fn begin_sensors_anew(&mut self) {
         let now = self.now.sim_time;
         for &robot in &self.sensors.robots {
-            self.entities[robot].for_each_sensor(|sensor, start| sensor.begin_anew(now, start));
+            self.entities[robot].for_each_sensor(|sensor, origin| sensor.begin_anew(now, origin));
         }
     }
 }

@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use glamx::{DPose3, DVec3};
 use serde::{Deserialize, Serialize};
-use simd_model::sensor::{MAX_CHANNELS, SensorKind};
+use simd_model::sensor::{MAX_CHANNELS, SensorKind, SensorMount};
 
+use super::backlash::EncoderShaft;
 use super::definition::SensorDefinition;
 use super::generator::stream;
 use crate::plain::{pose3, shared};
@@ -38,6 +39,8 @@ pub struct SensorState {
     /// `world_from_start`: where odometry counts from.
     #[serde(with = "pose3")]
     pub start: DPose3,
+    /// Of an encoder with backlash; of all else as it began.
+    pub shaft: EncoderShaft,
     /// [`WorldSensor::id`](super::WorldSensor::id); 0: none yet.
     #[serde(skip)]
     pub id: u64,
@@ -67,6 +70,17 @@ pub struct DueSample {
     pub walk: [f64; MAX_CHANNELS],
     /// As [`SensorState::start`].
     pub start: DPose3,
+    /// As [`SensorState::shaft`].
+    pub shaft: EncoderShaft,
+}
+
+/// Where a sensor is as it begins.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::simulation) struct SensorOrigin {
+    /// `world_from_sensor`; of odometry alone.
+    pub(in crate::simulation) start: DPose3,
+    /// Position of its joint, rad or m; of an encoder alone.
+    pub(in crate::simulation) joint: f64,
 }
 
 /// No sensor takes more than one sample in a step.
@@ -88,8 +102,8 @@ impl DueSample {
 }
 
 impl SensorState {
-    /// One that begins at this sim time, with `world_from_sensor` then.
-    pub(in crate::simulation) fn new(definition: SensorDefinition, now: f64, start: DPose3) -> Self {
+    /// One that begins at this sim time, at this place.
+    pub(in crate::simulation) fn new(definition: SensorDefinition, now: f64, origin: SensorOrigin) -> Self {
         Self {
             definition: Arc::new(definition),
             begun: now,
@@ -97,8 +111,24 @@ impl SensorState {
             samples: 0,
             last: now,
             walk: [0.0; MAX_CHANNELS],
-            start,
+            start: origin.start,
+            shaft: EncoderShaft::amid(origin.joint),
             id: 0,
+        }
+    }
+
+    /// The joint that it follows with backlash.
+    pub(in crate::simulation) fn followed_joint(&self) -> Option<usize> {
+        match (self.definition.kind, self.definition.on) {
+            (SensorKind::Encoder { backlash }, SensorMount::Joint(joint)) if backlash > 0.0 => Some(joint),
+            _ => None,
+        }
+    }
+
+    /// A step has brought that joint to this position.
+    pub(in crate::simulation) fn follow_joint(&mut self, position: f64) {
+        if let SensorKind::Encoder { backlash } = self.definition.kind {
+            self.shaft.follow(position, backlash);
         }
     }
 
@@ -137,29 +167,32 @@ impl SensorState {
             stream: stream_of_sensor,
             walk: self.walk,
             start: self.start,
+            shaft: self.shaft,
         })
     }
 
-    /// Where its samples and its odometry are counted from is now, at this sim time and `world_from_sensor`.
-    pub(in crate::simulation) fn begin_anew(&mut self, now: f64, start: DPose3) {
+    /// Where its samples and its odometry are counted from is now, at this sim time and place.
+    pub(in crate::simulation) fn begin_anew(&mut self, now: f64, origin: SensorOrigin) {
         (self.begun, self.last) = (now, now);
         (self.periods, self.samples) = (0, 0);
-        self.put_back(start);
+        self.put_back(origin);
     }
 
-    /// Its robot was put back: its walk and its odometry begin anew, and its samples go on.
-    pub(in crate::simulation) fn put_back(&mut self, start: DPose3) {
-        (self.walk, self.start) = ([0.0; MAX_CHANNELS], start);
+    /// Its robot was put back: its walk, its odometry and its backlash begin anew, and its samples go on.
+    pub(in crate::simulation) fn put_back(&mut self, origin: SensorOrigin) {
+        (self.walk, self.start) = ([0.0; MAX_CHANNELS], origin.start);
+        self.shaft = EncoderShaft::amid(origin.joint);
     }
 
     /// Whether the numbers of one from elsewhere can be, where its world is at this sim time; what is wrong is a fragment of a sentence.
     pub(in crate::simulation) fn check(&self, now: f64) -> Result<(), String> {
-        let Self { definition: _, begun, periods: _, samples: _, last, walk, start, id: _ } = self;
+        let Self { definition: _, begun, periods: _, samples: _, last, walk, start, shaft, id: _ } = self;
         sizes("times", [*begun, *last])?;
         if *begun > now || *last > now {
             return Err(format!("times beyond {now} s, where its world is"));
         }
         finite("walks", *walk)?;
+        finite("a place of its shaft", [shaft.position])?;
         pose("a place where it began", start)
     }
 }

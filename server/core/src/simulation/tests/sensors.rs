@@ -23,7 +23,7 @@ fn imu(name: &str, link: &str) -> CreateSensor {
 }
 
 fn encoder(joint: &str) -> CreateSensor {
-    CreateSensor { joint: joint.into(), kind: SensorKind::Encoder, ..imu("", "") }
+    CreateSensor { joint: joint.into(), kind: SensorKind::Encoder { backlash: 0.0 }, ..imu("", "") }
 }
 
 fn create(world: &mut Simulation, create: CreateSensor) -> Result<Applied, Error> {

@@ -6,11 +6,14 @@ use super::{at, note, number};
 use crate::report::Disposition::Ignored;
 use crate::sensor::{Camera, Picture, RangeLimits, Scan, SensorKind, Sweep, WrenchAxes, WrenchDirection};
 use crate::urdf::findings::{Findings, quoted};
+use crate::urdf::prescan::is;
 use crate::urdf::unknown::nearest;
 
 /// Types that are read.
-const TYPES: [&str; 21] = [
+const TYPES: [&str; 24] = [
     "imu",
+    "accelerometer",
+    "gyroscope",
     "force_torque",
     "contact",
     "ray",
@@ -22,6 +25,7 @@ const TYPES: [&str; 21] = [
     "encoder",
     "odometry",
     "camera",
+    "multicamera",
     "wideanglecamera",
     "wide_angle_camera",
     "depth",
@@ -42,12 +46,33 @@ pub(super) fn is_known(node: Node) -> bool {
 /// What a laser without an end is given: farther than rooms and halls are.
 const FAR: f64 = 1e4;
 
-pub(super) fn read(node: Node, findings: &mut Findings) -> Result<SensorKind, String> {
+/// Whether it is a stereo camera or the like, as Gazebo has them: as many sensors as it has cameras.
+pub(super) fn has_several_cameras(node: Node) -> bool {
+    node.attribute("type").map(str::trim) == Some("multicamera")
+}
+
+/// The cameras of a sensor, each of which is one; of all else and where none is described one that is not there.
+pub(super) fn cameras<'a, 'i>(node: Node<'a, 'i>) -> Vec<Option<Node<'a, 'i>>> {
+    let most = if has_several_cameras(node) { usize::MAX } else { 1 };
+    let mut found: Vec<_> =
+        node.children().filter(|child| is(*child, "camera")).take(most).map(Some).collect();
+    if found.is_empty() {
+        found.push(None);
+    }
+    found
+}
+
+/// What a sensor measures; of one with cameras, this one.
+pub(super) fn read(
+    node: Node,
+    its_camera: Option<Node>,
+    findings: &mut Findings,
+) -> Result<SensorKind, String> {
     // In the proposal of URDF a sensor is what it holds.
     let held = ["camera", "ray"].into_iter().find(|tag| at(node, &[*tag]).is_some());
     let word = node.attribute("type").or(held).unwrap_or_default().trim();
     Ok(match word {
-        "imu" => {
+        "imu" | "accelerometer" | "gyroscope" => {
             if let Some(frame) = at(node, &["imu", "orientation_reference_frame"]) {
                 findings.info(frame, Ignored, "not read by simd: an orientation is against the world");
             }
@@ -70,12 +95,14 @@ pub(super) fn read(node: Node, findings: &mut Findings) -> Result<SensorKind, St
             SensorKind::Range(limits(of("min", 0.0)?, of("max", FAR)?))
         }
         "link_state" => SensorKind::LinkState,
-        "encoder" => SensorKind::Encoder,
+        "encoder" => SensorKind::Encoder { backlash: number(node, "backlash")?.unwrap_or(0.0) },
         "odometry" => SensorKind::Odometry,
-        "camera" | "wideanglecamera" | "wide_angle_camera" => camera(node, Picture::Color)?,
-        "depth" | "depth_camera" => camera(node, Picture::Depth)?,
-        "rgbd" | "rgbd_camera" => camera(node, Picture::ColorAndDepth)?,
-        "segmentation" | "segmentation_camera" => camera(node, Picture::Segmentation)?,
+        "camera" | "multicamera" | "wideanglecamera" | "wide_angle_camera" => {
+            camera(its_camera, Picture::Color)?
+        }
+        "depth" | "depth_camera" => camera(its_camera, Picture::Depth)?,
+        "rgbd" | "rgbd_camera" => camera(its_camera, Picture::ColorAndDepth)?,
+        "segmentation" | "segmentation_camera" => camera(its_camera, Picture::Segmentation)?,
         other => {
             let meant = nearest(other, TYPES.into_iter());
             let meant = meant.map(|meant| format!("; did you mean {meant}?")).unwrap_or_default();
@@ -148,21 +175,22 @@ fn limits(least: f64, most: f64) -> RangeLimits {
     RangeLimits { least, most: if most == f64::INFINITY { FAR } else { most } }
 }
 
-fn camera(node: Node, picture: Picture) -> Result<SensorKind, String> {
-    let said = at(node, &["camera"]);
+fn camera(said: Option<Node>, picture: Picture) -> Result<SensorKind, String> {
     let of = |path: &[&str], default: f64| -> Result<f64, String> {
         let Some((tag, path)) = path.split_last() else { return Ok(default) };
         let holder = said.and_then(|camera| at(camera, path));
         Ok(holder.map(|node| number(node, tag)).transpose()?.flatten().unwrap_or(default))
     };
     let pixels = |value: f64| if value.fract() == 0.0 && value > 0.0 { value as u32 } else { 0 };
+    // In the proposal of URDF its picture has them as attributes.
+    let either = |of_sdf: &[&str], of_urdf: &str, default| of(of_sdf, of(&["image", of_urdf], default)?);
     // SDFormat's defaults.
     Ok(SensorKind::Camera(Camera {
         picture,
         width: pixels(of(&["image", "width"], 320.0)?),
         height: pixels(of(&["image", "height"], 240.0)?),
-        horizontal_field_of_view: of(&["horizontal_fov"], 1.047)?,
-        near: of(&["clip", "near"], 0.1)?,
-        far: of(&["clip", "far"], 100.0)?,
+        horizontal_field_of_view: either(&["horizontal_fov"], "hfov", 1.047)?,
+        near: either(&["clip", "near"], "near", 0.1)?,
+        far: either(&["clip", "far"], "far", 100.0)?,
     }))
 }

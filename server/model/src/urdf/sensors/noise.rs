@@ -49,7 +49,7 @@ pub(super) fn read(
             add(holder, Channels::Range, None)?;
         }
         SensorKind::Contact { .. } => add(at(node, &["noise"]), Channels::Force, None)?,
-        SensorKind::Encoder => {
+        SensorKind::Encoder { .. } => {
             add(at(node, &["position", "noise"]), Channels::JointPosition, None)?;
             add(at(node, &["velocity", "noise"]), Channels::JointVelocity, None)?;
             if let Some(resolution) = number(node, "resolution")?.filter(|resolution| *resolution != 0.0) {

@@ -32,6 +32,8 @@ fn every_type_of_sensor_is_read() {
     for (reference, word, on, expected) in [
         ("arm", "imu", SensorMount::Link(1), SensorKind::Imu),
         ("weld", "imu", SensorMount::Link(2), SensorKind::Imu),
+        ("arm", "accelerometer", SensorMount::Link(1), SensorKind::Imu),
+        ("arm", "gyroscope", SensorMount::Link(1), SensorKind::Imu),
         ("weld", "force_torque", SensorMount::Joint(1), wrench),
         ("hand", "force_torque", SensorMount::Joint(1), wrench),
         ("hand", "contact", SensorMount::Link(2), SensorKind::Contact { threshold: 0.0 }),
@@ -39,7 +41,7 @@ fn every_type_of_sensor_is_read() {
         ("base", "sonar", SensorMount::Link(0), SensorKind::Range(RangeLimits { least: 0.0, most: 1e4 })),
         ("arm", "link_state", SensorMount::Link(1), SensorKind::LinkState),
         ("arm", "odometry", SensorMount::Link(1), SensorKind::Odometry),
-        ("j", "encoder", SensorMount::Joint(0), SensorKind::Encoder),
+        ("j", "encoder", SensorMount::Joint(0), SensorKind::Encoder { backlash: 0.0 }),
     ] {
         let read = sensor(reference, &format!("type='{word}'"), "");
         assert_eq!((read.on, read.kind, read.rate), (on, expected, None), "{reference} {word}");
@@ -145,7 +147,7 @@ fn frames_and_directions_of_force_torque_sensors_are_read() {
 }
 
 #[test]
-fn cameras_are_listed_with_a_sentence() {
+fn cameras_are_read_and_what_draws_them_is_said() {
     let (read, report) = sensors(
         "<gazebo reference='arm'><sensor name='eye' type='depth_camera'><camera><horizontal_fov>1.2</horizontal_fov>\
          <image><width>640</width><height>480</height></image><clip><near>0.2</near><far>8</far></clip></camera></sensor></gazebo>",
@@ -153,7 +155,124 @@ fn cameras_are_listed_with_a_sentence() {
     let SensorKind::Camera(camera) = read[0].kind else { panic!("{:?}", read[0].kind) };
     assert_eq!((camera.picture, camera.width, camera.height), (Picture::Depth, 640, 480));
     assert_eq!((camera.horizontal_field_of_view, camera.near, camera.far), (1.2, 0.2, 8.0));
-    assert_eq!(find(&report, "no renderer").disposition, Disposition::Ignored);
+    assert_eq!(find(&report, "simd-camera").disposition, Disposition::Used);
+}
+
+/// As the proposal of URDF for sensors has them, with attributes in the place of elements.
+#[test]
+fn sensors_of_urdfs_own_proposal_are_read() {
+    let (read, report) = sensors(
+        "<sensor name='eye' update_rate='20'><parent link='arm'/><origin xyz='0 0 1' rpy='0 0 0'/>\
+         <camera><image width='640' height='480' hfov='1.5708' format='RGB8' near='0.01' far='50.0'/></camera></sensor>\
+         <sensor name='scan' update_rate='10'><parent link='hand'/>\
+         <ray><horizontal samples='100' resolution='1' min_angle='-1.5708' max_angle='1.5708'/>\
+         <vertical samples='2' resolution='1' min_angle='0' max_angle='0.1'/></ray></sensor>",
+    );
+    assert_eq!(read.len(), 2, "{:#?}", report.findings);
+    let SensorKind::Camera(camera) = read[0].kind else { panic!("{:?}", read[0].kind) };
+    assert_eq!((camera.picture, camera.width, camera.height), (Picture::Color, 640, 480));
+    assert_eq!((camera.horizontal_field_of_view, camera.near, camera.far), (1.5708, 0.01, 50.0));
+    assert_eq!((read[0].rate, read[0].pose.translation), (Some(20.0), DVec3::Z));
+    let SensorKind::Lidar(scan) = read[1].kind else { panic!("{:?}", read[1].kind) };
+    assert_eq!(
+        (scan.horizontal.samples, scan.horizontal.least, scan.horizontal.most),
+        (100, -1.5708, 1.5708)
+    );
+    assert_eq!((scan.vertical.samples, scan.vertical.most), (2, 0.1));
+    assert!(
+        !report.findings.iter().any(|finding| finding.message.contains("not read")),
+        "{:#?}",
+        report.findings
+    );
+}
+
+/// As URDFs of Unitree's robots have them: Gazebo merges links that fixed joints hold, and what touches the foot would touch the shin there.
+#[test]
+fn a_sensor_of_contact_is_of_the_link_whose_shape_it_names() {
+    for (shape, link) in [
+        ("arm_fixed_joint_lump__hand_collision_1", 2),
+        ("arm_fixed_joint_lump__hand_collision", 2),
+        ("arm_fixed_joint_lump__foot_collision", 1),
+        ("arm_collision", 1),
+        ("hand_collision", 1),
+    ] {
+        let content = format!("<contact><collision>{shape}</collision></contact>");
+        let read = sensor("arm", "type='contact'", &content);
+        assert_eq!(read.on, SensorMount::Link(link), "{shape}");
+    }
+}
+
+#[test]
+fn each_camera_of_a_stereo_camera_is_one_where_it_is() {
+    let camera = |name: &str, y: f64, width: u32| {
+        format!(
+            "<camera name='{name}'><pose>0 {y} 0 0 0 0</pose><image><width>{width}</width><height>10</height></image></camera>"
+        )
+    };
+    let stereo = format!(
+        "<gazebo reference='arm'><sensor name='eyes' type='multicamera'><pose>1 0 0 0 0 0</pose>{}{}</sensor></gazebo>",
+        camera("left", 0.1, 20),
+        camera("right", -0.1, 30)
+    );
+    let (read, report) = sensors(&stereo);
+    let seen: Vec<_> = read.iter().map(|sensor| (sensor.name.as_str(), sensor.pose.translation)).collect();
+    let expected = [("eyes_left", DVec3::new(1.0, 0.1, 0.0)), ("eyes_right", DVec3::new(1.0, -0.1, 0.0))];
+    assert_eq!(seen, expected, "{:#?}", report.findings);
+    let widths = read.iter().map(|sensor| match sensor.kind {
+        SensorKind::Camera(camera) => camera.width,
+        other => panic!("{other:?}"),
+    });
+    assert_eq!(widths.collect::<Vec<_>>(), [20, 30]);
+}
+
+/// All that is read is not in the list of what is not, and what is not is named with where it stands.
+#[test]
+fn what_is_not_read_of_a_sensor_is_named() {
+    let noise = "<noise type='gaussian'><stddev>0.1</stddev></noise>";
+    for (reference, attributes, content, unread) in [
+        (
+            "j",
+            "type='encoder'",
+            format!("<position>{noise}</position><velocity>{noise}</velocity><backlash>0.2</backlash>"),
+            "",
+        ),
+        ("arm", "type='odometry'", format!("<linear_velocity><x>{noise}</x></linear_velocity>"), ""),
+        (
+            "arm",
+            "type='link_state'",
+            format!("<orientation>{noise}</orientation><resolution>1</resolution>"),
+            "resolution",
+        ),
+        (
+            "arm",
+            "type='imu'",
+            "<imu><enable_orientation>0</enable_orientation></imu><threshold>1</threshold>".into(),
+            "imu/enable_orientation, threshold",
+        ),
+        (
+            "arm",
+            "type='contact'",
+            format!("<contact><collision>c</collision></contact><threshold>2</threshold>{noise}"),
+            "",
+        ),
+        ("arm", "type='range'", "<range><min>0.1</min><max>2</max></range>".into(), ""),
+        (
+            "arm",
+            "type='camera'",
+            format!("<camera name='c'><horizontal_fov>1</horizontal_fov>{noise}<distortion/></camera>"),
+            "camera/distortion, camera/noise",
+        ),
+    ] {
+        let text =
+            format!("<gazebo reference='{reference}'><sensor {attributes}>{content}</sensor></gazebo>");
+        let (read, report) = sensors(&text);
+        assert_eq!(read.len(), 1, "{text}: {:#?}", report.findings);
+        let said =
+            report.findings.iter().find_map(|finding| finding.message.strip_prefix("not read by simd: "));
+        assert_eq!(said.unwrap_or_default(), unread, "{text}");
+    }
+    let geared = sensor("j", "type='encoder'", "<backlash>0.2</backlash>");
+    assert_eq!(geared.kind, SensorKind::Encoder { backlash: 0.2 });
 }
 
 #[test]
@@ -169,6 +288,11 @@ fn what_is_no_sensor_is_left_out_with_the_reason() {
         ("<sensor type='imu'><parent link='harm'/></sensor>", true, "did you mean \"arm\"?"),
         ("<sensor type='force_torque'><parent link='base'/></sensor>", true, "hangs on no joint"),
         ("<sensor type='encoder'><parent joint='weld'/></sensor>", true, "about one axis"),
+        (
+            "<sensor type='encoder'><parent joint='j'/><backlash>-1</backlash></sensor>",
+            true,
+            "its encoder.backlash is -1",
+        ),
         (
             "<sensor type='imu'><parent link='arm'/><update_rate>1e9</update_rate></sensor>",
             true,
