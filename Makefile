@@ -4,7 +4,7 @@ CARGO ?= cargo
 NEXTEST_VERSION := 0.9.143
 BIN := target/debug
 
-.PHONY: demo dist dist-check dist-test camera vulkan web viewer test test-python python-embedded test-rerun python-blocking docs test-web chromium test-data build lint nextest bench soak truth scenes fuzz reference clean
+.PHONY: demo dist dist-check dist-test camera vulkan web viewer test test-python python-embedded test-rerun python-blocking docs test-web chromium firefox pairs test-data build lint nextest bench soak truth scenes fuzz reference clean
 
 # Builds the daemon and simctl, and starts the daemon with the demo robot.
 demo: build
@@ -107,7 +107,7 @@ target/docs-venv/installed: client/python/docs/requirements.txt
 	@touch $@
 
 # The page's own tests, then the page that the daemon serves, in a real browser. Pictures go to target/screenshots.
-test-web: web chromium test-data
+test-web: web chromium firefox test-data
 	cd client/web && npm test --silent
 	cd client/web && SIMD_BINARY="$${SIMD_BINARY:-$(abspath $(BIN))/simd}" npm run e2e --silent
 
@@ -115,6 +115,21 @@ test-web: web chromium test-data
 chromium:
 	@command -v chromium >/dev/null 2>&1 || test -n "$$CHROMIUM" || \
 	  (apt-get update -qq && apt-get install -y -qq --no-install-recommends chromium)
+
+# Firefox, and a screen for it: without one it has no WebGL.
+firefox:
+	@{ command -v firefox-esr >/dev/null 2>&1 || test -n "$$FIREFOX"; } && command -v Xvfb >/dev/null 2>&1 || \
+	  (apt-get update -qq && apt-get install -y -qq --no-install-recommends firefox-esr xvfb libgl1-mesa-dri libegl1)
+
+# The page beside PyBullet's and MuJoCo's renderers, robot for robot, to be looked at: pictures in target/pairs, the page on the left.
+pairs: web chromium target/pairs-venv/installed
+	target/pairs-venv/bin/python tests/reference/page_pairs.py
+	cd client/web && SIMD_BINARY="$${SIMD_BINARY:-$(abspath $(BIN))/simd}" npm run pairs --silent
+
+target/pairs-venv/installed: tests/reference/peers/requirements.txt
+	python3 -m venv target/pairs-venv
+	target/pairs-venv/bin/pip install --quiet --disable-pip-version-check -r $<
+	@touch $@
 
 # Robots that others made, for the suites: never committed.
 test-data: target/test-venv/installed

@@ -82,7 +82,7 @@ pub use crate::driver::{
     Stepped,
 };
 pub use crate::info::{DaemonInfo, DaemonLimits};
-pub use crate::loading::{AssetState, Prepared, Source, Validated};
+pub use crate::loading::{AssetState, ExpandedXacro, Prepared, Source, Validated, XacroFiles};
 pub use crate::recording::{RecordingContents, RecordingInfo, RecordingRequest, RecordingState};
 pub use crate::run_state::RunState;
 

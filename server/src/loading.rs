@@ -6,6 +6,7 @@
 //! * `reading`: from there to a model.
 //! * `progress`: how far that is.
 //! * `source`: what clients say and learn of a description. `uploads`: how it comes.
+//! * `xacro`: xacro files to URDFs.
 //! * `saved states`: states of the world out to a file and in from one; [`saved_state_file`]: its bytes.
 //! * Here: what is kept of it all, and which robot came from where.
 
@@ -22,6 +23,7 @@ mod store;
 #[cfg(test)]
 mod tests;
 mod uploads;
+mod xacro;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -40,6 +42,7 @@ pub(crate) use reading::{LoadOptions, LoadedRobot, Origin, Which};
 pub(crate) use report::summary;
 pub(crate) use saved_states::Files;
 pub use source::{AssetState, Prepared, Source, Validated};
+pub use xacro::{ExpandedXacro, XacroFiles};
 
 use crate::blocking_threads::BlockingThreads;
 use crate::call_error::CallError;

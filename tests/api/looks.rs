@@ -65,6 +65,25 @@ async fn pictures_of_each_format_come_along_and_are_in_the_mesh_as_it_is_drawn()
     assert_eq!(daemon.client.asset(&shape.texture).await.unwrap(), picture());
 }
 
+/// Ground as most scenes of MuJoCo have it: its picture is made here and served like any other.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_pattern_that_mujoco_makes_is_a_picture_that_is_repeated() {
+    let daemon = Daemon::paused_via(Via::Grpc).await;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.xml");
+    let scene = "<mujoco model='scene'><asset><texture name='t' type='2d' builtin='checker' width='8' height='8'/>\
+        <material name='floor' texture='t' texrepeat='2 1' texuniform='true'/></asset>\
+        <worldbody><geom type='plane' size='0 0 1' material='floor'/></worldbody></mujoco>";
+    std::fs::write(&path, scene).unwrap();
+    daemon.client.load(&path, fixed("scene")).await.unwrap();
+    let shape = visual(&daemon.client, "scene").await;
+    assert_eq!(shape.texture_repeat, Some(proto::TextureRepeat { x: 1.0, y: 0.5, per_metre: true }));
+    let picture = daemon.client.asset(&shape.texture).await.unwrap();
+    assert!(picture.starts_with(b"\x89PNG"));
+    let answer = get(daemon.address, &format!("/assets/{}.png", shape.texture), &[]).await;
+    assert_eq!((answer.status, answer.body), (200, picture.to_vec()));
+}
+
 /// The same mesh beside another picture is another look; without its picture it is drawn, and the report says so.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn the_same_mesh_with_other_pictures_looks_otherwise() {

@@ -218,3 +218,45 @@ write("models/mesh.xml", mjcf('type="mesh" mesh="plain"'))
 write("models/shape.xml", mjcf('type="box" size="0.1 0.1 0.1"'))
 write("models/mesh.sdf", sdf("<mesh><uri>../meshes/plain.obj</uri></mesh>"))
 write("models/shape.sdf", sdf("<box><size>0.2 0.2 0.2</size></box>"))
+
+# What most scenes of MuJoCo have: ground of a pattern that MuJoCo makes, repeated; here with an arm, and a box with its picture several times.
+SCENE = """<mujoco model="scene">
+  <compiler meshdir="../meshes" texturedir="../pictures"/>
+  <visual><headlight diffuse="0.6 0.6 0.6" ambient="0.3 0.3 0.3" specular="0 0 0"/></visual>
+  <asset>
+    <texture name="sky" type="skybox" builtin="gradient" rgb1="0.93 0.94 0.95" rgb2="0.93 0.94 0.95" width="64" height="384"/>
+    <texture name="grid" type="2d" builtin="checker" mark="edge" rgb1="0.2 0.3 0.4" rgb2="0.1 0.2 0.3" markrgb="0.8 0.8 0.8" width="300" height="300"/>
+    <texture name="squares" type="2d" file="squares.png"/>
+    <texture name="dawn" type="2d" builtin="gradient" rgb1="1 0.9 0.5" rgb2="0.6 0.2 0.3" width="100" height="100"/>
+    <material name="grid" texture="grid" texrepeat="5 5" texuniform="true"/>
+    <material name="squares" texture="squares" texrepeat="3 2"/>
+    <material name="dawn" texture="dawn"/>
+    <material name="steel" rgba="0.22 0.26 0.32 1"/>
+    <material name="orange" rgba="0.96 0.52 0.12 1"/>
+  </asset>
+  <worldbody>
+    <light pos="1.2 0.5 2.4" dir="-1.2 -0.5 -2.4" directional="true" diffuse="0.5 0.5 0.5"/>
+    <geom name="floor" type="plane" size="0 0 0.05" material="grid"/>
+    <body name="crate" pos="0.25 -0.35 0.1">
+      <geom type="box" size="0.15 0.1 0.1" material="squares"/>
+    </body>
+    <body name="tile" pos="0.3 0.35 0.02">
+      <geom type="box" size="0.15 0.15 0.02" material="dawn"/>
+    </body>
+    <body name="turret" pos="0 0 0.05">
+      <joint name="waist" axis="0 0 1" range="-180 180"/>
+      <geom type="cylinder" size="0.1 0.05" material="steel"/>
+      <body name="upper_arm" pos="0 0 0.08" euler="0 25 0">
+        <joint name="shoulder" axis="0 1 0" range="-120 120"/>
+        <geom type="capsule" fromto="0 0 0 0 0 0.4" size="0.045" material="orange"/>
+        <body name="forearm" pos="0 0 0.4" euler="0 70 0">
+          <joint name="elbow" axis="0 1 0" range="-150 150"/>
+          <geom type="capsule" fromto="0 0 0 0 0 0.3" size="0.038" material="steel"/>
+          <geom type="sphere" pos="0 0 0.33" size="0.05" material="orange"/>
+        </body>
+      </body>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+write("models/scene.xml", SCENE)

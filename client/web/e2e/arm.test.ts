@@ -104,6 +104,19 @@ test("a typed value with its unit is the joint's target", async () => {
   await expect.poll(async () => (await daemon.joint("bench_arm", "shoulder")).target).toBeCloseTo(Math.PI / 6, 6);
 });
 
+test("what cannot be read is quoted as it was typed", async () => {
+  const tab = await Tab.open(context, daemon.url);
+  const number = tab.page.getByTestId("number").first();
+  await number.fill("2*0.3 foo");
+  await number.press("Enter");
+  await expect.poll(async () => (await tab.page.getByTestId("toast").allTextContents()).join()).toContain('"foo" in "2*0.3 foo"');
+  expect(await number.getAttribute("aria-invalid")).toBe("true");
+  expect((await daemon.joint("bench_arm", "shoulder")).target).toBe(0);
+  await number.fill("2 * (0.1 + 0.2) rad");
+  await number.press("Enter");
+  await expect.poll(async () => (await daemon.joint("bench_arm", "shoulder")).target).toBeCloseTo(0.6, 9);
+});
+
 test("a change of mode does not jerk: the new target starts from what the joint does", async () => {
   const tab = await Tab.open(context, daemon.url);
   await daemon.aim("bench_arm", { shoulder: 0.4 });

@@ -1,9 +1,9 @@
 // A world is built in the page: shapes, robots with options, moving by handles and numbers, doubling, taking back, and one question
 // before what concerns everybody.
 
-import { mkdtemp, readFile, writeFile } from "node:fs/promises";
+import { mkdir, mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
-import { resolve } from "node:path";
+import { dirname, resolve } from "node:path";
 
 import { expect, test } from "vitest";
 
@@ -115,14 +115,63 @@ test("a chosen robot gets a name, a place, a free base and hulls", async () => {
   await expect.poll(() => names(daemon)).toEqual(["left"]);
 });
 
-test("of xacro the page says that it does not expand it, and what does", async () => {
+test("a package of xacro is expanded with its arguments, and its meshes are found", async () => {
+  const daemon = await paused();
+  const tab = await Tab.open(await use.context(), daemon.url);
+  const folder = await mkdtemp(`${tmpdir()}/simd-xacro-`);
+  try {
+    const write = async (path: string, text: string | Buffer): Promise<void> => {
+      await mkdir(dirname(`${folder}/${path}`), { recursive: true });
+      await writeFile(`${folder}/${path}`, text);
+    };
+    const root = (content: string): string => `<robot name="$(arg name)" xmlns:xacro="http://ros.org/wiki/xacro">${content}</robot>`;
+    await write("package.xml", "<package><name>my_arm</name></package>");
+    await write("launch/show.xml", "<launch/>");
+    await write("config/sizes.yaml", "reach: 0.25\n");
+    await write("urdf/parts.xacro", root(`<xacro:macro name="hand" params="reach"><link name="hand"/><joint name="slide" type="prismatic"><parent link="base"/><child link="hand"/><axis xyz="0 0 1"/><limit lower="0" upper="\${reach}" effort="10" velocity="1"/></joint></xacro:macro>`));
+    await write(
+      "urdf/arm.urdf.xacro",
+      root(
+        `<xacro:arg name="name" default="arm"/><xacro:arg name="factor"/><xacro:include filename="$(find my_arm)/urdf/parts.xacro"/>` +
+          `<xacro:property name="sizes" value="\${xacro.load_yaml('$(find my_arm)/config/sizes.yaml')}"/>` +
+          `<link name="base"><visual><geometry><mesh filename="package://my_arm/meshes/part.STL"/></geometry></visual></link><xacro:hand reach="\${sizes['reach'] * $(arg factor)}"/>`,
+      ),
+    );
+    await write("meshes/part.STL", await readFile(resolve(REPOSITORY, "tests/assets/Bench_Arm-1.2 rev B/meshes/arm.STL")));
+    await tab.page.getByTestId("folder-input").first().setInputFiles(folder);
+    await tab.page.getByTestId("load-arg-factor").waitFor();
+    expect(await tab.page.getByTestId("load-description").inputValue()).toMatch(/arm\.urdf\.xacro$/);
+    expect(await tab.page.getByTestId("load-arg-name").getAttribute("placeholder")).toBe("arm");
+    expect(await tab.violations()).toEqual([]);
+    // An argument without a default has to be given.
+    await tab.page.getByTestId("load-now").click();
+    expect(await tab.page.getByTestId("load-sheet").isVisible()).toBe(true);
+    await tab.page.getByTestId("load-arg-name").fill("lift");
+    await tab.page.getByTestId("load-arg-factor").fill("2");
+    await tab.picture("load-xacro");
+    await tab.page.getByTestId("load-now").click();
+    await expect.poll(() => names(daemon)).toEqual(["lift"]);
+    const { layout } = await daemon.joints.getJointLayout({ robot: "lift" });
+    expect(layout?.joints.find(({ name }) => name === "slide")?.limits?.upper).toBeCloseTo(0.5, 12);
+    await tab.page.waitForFunction(() => window.simd.settled());
+    expect(tab.requests.filter(({ pathname }) => pathname.startsWith("/meshes/")).length).toBe(1);
+    expect(tab.consoleMessages).toEqual([]);
+  } finally {
+    await rm(folder, { recursive: true });
+  }
+});
+
+test("what is wrong with a xacro is said with its file and line", async () => {
   const daemon = await paused();
   await redBox(daemon, "crate");
   const tab = await Tab.open(await use.context(), daemon.url);
   const folder = await mkdtemp(`${tmpdir()}/simd-xacro-`);
-  await writeFile(`${folder}/arm.urdf.xacro`, "<robot name='arm'/>");
+  await writeFile(`${folder}/arm.urdf.xacro`, "<robot name='arm'>\n<link name='${nobody}'/></robot>");
   await tab.page.getByTestId("folder-input").first().setInputFiles(folder);
-  await expect.poll(() => tab.page.getByTestId("load-sheet").textContent()).toContain("--xacro-arg");
+  await tab.page.getByTestId("load-now").click();
+  await expect.poll(async () => (await tab.page.getByTestId("toast").allTextContents()).join()).toMatch(/arm\.urdf\.xacro:2: .*nobody/);
+  expect(await names(daemon)).toEqual(["crate"]);
+  await rm(folder, { recursive: true });
 });
 
 test("a robot is moved by its handles and by numbers, and goes back", async () => {
@@ -275,6 +324,37 @@ test("a video of the picture is a WebM file", async () => {
   // The header of EBML, which WebM begins with.
   expect([...bytes.subarray(0, 4)]).toEqual([0x1a, 0x45, 0xdf, 0xa3]);
   expect(bytes.length).toBeGreaterThan(1000);
+});
+
+test("a video of steps lasts as long as what is simulated in it, however slow the page is", async () => {
+  const daemon = await paused();
+  await redBox(daemon, "crate");
+  await daemon.entities.setEntityState({ robot: "crate", twist: { linear: { x: 0.3, y: 0, z: 0 } } });
+  const tab = await Tab.open(await use.context({ acceptDownloads: true }), daemon.url);
+  const time = async (): Promise<number> => (await daemon.simulation.getSimulationState({})).stamp?.simTime ?? NaN;
+  const begun = await time();
+  await open(tab, "build-film-steps");
+  await expect.poll(time, { interval: 20 }).toBeGreaterThan(begun + 1.5);
+  await tab.page.getByTestId("build").click();
+  const [download] = await Promise.all([tab.page.waitForEvent("download"), tab.page.getByTestId("build-film").click()]);
+  expect((await daemon.simulation.getSimulationState({})).state).toBe(SimulationState.PAUSED);
+  const simulated = (await time()) - begun;
+  const bytes = await readFile(await download.path());
+  // A file that was written as it came does not say how long it is, until a player has looked for its end.
+  const film = await tab.page.evaluate(async (text) => {
+    const video = document.createElement("video");
+    const file = new Blob([Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0))], { type: "video/webm" });
+    video.src = URL.createObjectURL(file);
+    const happened = (name: string) => new Promise((done, failed) => { video.addEventListener(name, done, { once: true }); video.addEventListener("error", failed, { once: true }); });
+    await happened("loadedmetadata");
+    const ended = happened("seeked");
+    video.currentTime = 1e6;
+    await ended;
+    return { duration: video.duration, width: video.videoWidth };
+  }, bytes.toString("base64"));
+  expect(film.width).toBeGreaterThan(100);
+  console.log(`a video of steps: ${film.duration.toFixed(2)} s for ${simulated.toFixed(2)} simulated s`);
+  expect(Math.abs(film.duration - simulated)).toBeLessThan(0.2);
 });
 
 test("the menu is on a phone too", async () => {

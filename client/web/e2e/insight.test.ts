@@ -36,8 +36,30 @@ test("the structure shows each link and joint with its figures", async () => {
   expect(facts).toMatch(/limits.* to .*rad/);
   expect(facts).toMatch(/centre of mass.* m/);
   expect(facts).toMatch(/inertia xx yy zz.*kg m²/);
+  // What drives it, and what the link looks like.
+  const info = layout?.joints.find(({ name }) => name === joint?.name);
+  expect(info?.gains?.stiffness).toBeGreaterThan(0);
+  await expect.poll(() => row.textContent()).toMatch(/gains[\d.]+.*N m\/rad/);
+  expect(facts).toMatch(/looks(box|sphere|cylinder|capsule|mesh)/);
+  expect(facts).toMatch(/touches with(box|sphere|cylinder|capsule|convex)/);
   await tab.picture("structure");
   expect(await tab.violations()).toEqual([]);
+});
+
+test("who has claimed a robot, and what its sensors measure, is beside it in the picture", async () => {
+  const daemon = await humanoid();
+  await daemon.sensors.createSensor({ sensor: { robot: "humanoid", name: "balance", rate: 50, kind: { case: "imu", value: {} } } });
+  const { layout } = await daemon.joints.getJointLayout({ robot: "humanoid" });
+  const joint = layout?.joints.find(({ velocityCount, mimic }) => velocityCount > 0 && !mimic);
+  await daemon.joints.claimJoints({ selections: [{ robot: "humanoid", joints: [joint?.name ?? ""] }], holder: "somebody", lease: 600 });
+  const tab = await Tab.open(await use.context(), daemon.url);
+  const shown = () => tab.page.locator(".scene-label:not([hidden])").allTextContents();
+  await tab.page.getByTestId("toggle-readings").click();
+  await expect.poll(async () => (await shown()).join()).toMatch(/balance: .*9\.8.* m\/s²/);
+  expect((await shown()).join()).not.toContain("claimed");
+  await tab.page.keyboard.press("n");
+  await expect.poll(async () => (await shown()).find((text) => text.startsWith(`${joint?.childLink} ·`))).toBe(`${joint?.childLink} · claimed by somebody`);
+  await tab.picture("claims-and-readings");
 });
 
 test("centres of mass are where the masses of the links put them, and names are beside the links", async () => {

@@ -56,6 +56,18 @@ test("a contact has its force beside it", async () => {
   const sum = (await labels()).reduce((total, text) => total + parseFloat(text), 0);
   expect(sum).toBeGreaterThan(5);
   expect(sum).toBeLessThan(2 * 9.81 * 1.2);
+  // The scale is as long as the arrow of its force: the weight of 2 kg is half the radius of what is there.
+  const scale = tab.page.getByTestId("contact-scale");
+  const newtons = parseFloat((await scale.textContent()) ?? "");
+  const bar = (await scale.boundingBox())?.width ?? NaN;
+  expect(newtons).toBeGreaterThan(0);
+  const radius = 0.2 * Math.sqrt(3);
+  const pixels = await tab.page.evaluate(() => {
+    const [at, to] = [window.simd.camera.position(), window.simd.camera.target()];
+    const distance = Math.hypot(...at.map((value, axis) => value - (to[axis] ?? NaN)));
+    return (document.querySelector("canvas")?.clientHeight ?? NaN) / (2 * distance * Math.tan((19 * Math.PI) / 180));
+  });
+  expect(bar / (((0.5 * newtons) / (2 * 9.81)) * radius * pixels)).toBeCloseTo(1, 1);
   await tab.page.keyboard.press("e");
   await expect.poll(() => tab.page.getByTestId("toggle-inertias").getAttribute("aria-pressed")).toBe("true");
   await tab.page.waitForFunction(() => window.simd.settled());

@@ -116,6 +116,29 @@ test("materials of MJCF and SDF have their pictures too, on shapes and on meshes
   expect(tab.consoleMessages).toEqual([]);
 });
 
+test("ground of MJCF has the pattern that MuJoCo makes for it, as often as its material says", async () => {
+  const daemon = await use.daemon(Daemon.start(["--paused"]));
+  const mjcf = new TextEncoder().encode(
+    `<mujoco model="scene"><asset><texture name="grid" type="2d" builtin="checker" rgb1="1 0 0" rgb2="0 0 1" width="64" height="64"/>` +
+      `<material name="floor" texture="grid" texrepeat="2 1" texuniform="true"/></asset>` +
+      `<worldbody><geom type="plane" size="0 0 1" material="floor"/></worldbody></mujoco>`,
+  );
+  await daemon.entities.spawnEntity({ name: "scene", source: { source: { case: "urdf", value: mjcf } } });
+  const tab = await Tab.open(await use.context(), daemon.url);
+  await tab.page.keyboard.press("g");
+  await tab.page.evaluate(() => window.simd.camera.look([0, -0.01, 8], [0, 0, 0]));
+  await tab.page.waitForFunction(() => window.simd.settled());
+  await tab.picture("texture-repeat");
+  // Two metres over the number are four fields: fields of half a metre along x, and of one along y. The middle of a picture is at the
+  // origin, and the first colour in its upper left, as MuJoCo draws it.
+  for (let x = -1.25; x < 1.5; x += 0.5) {
+    for (let y = -1.5; y < 2; y += 1) {
+      const [column, row] = [Math.floor(x / 0.5), Math.floor(y / 1)];
+      expect(await colours(tab, [[x, y, 0]]), `${x} ${y}`).toEqual([(column + row) % 2 === 0 ? "blue" : "red"]);
+    }
+  }
+});
+
 /** How bright points of the world are on the page, 0 to 255. */
 async function brightness(tab: Tab, points: number[][]): Promise<number[]> {
   const places = await Promise.all(points.map((point) => tab.project(point)));

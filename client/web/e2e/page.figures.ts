@@ -60,7 +60,7 @@ test("the first robot", async () => {
 
 test("states a second, and the daemon's real-time factor", async () => {
   const daemon = await threeRobots();
-  for (const count of [0, 1, 7]) {
+  for (const count of [0, 1, 3, 7]) {
     const context = await browser.newContext({ viewport: { width: 1280, height: 720 } });
     const tabs: Tab[] = [];
     for (let i = 0; i < count; i += 1) tabs.push(await Tab.open(context, daemon.url));
@@ -83,15 +83,17 @@ test("states a second, and the daemon's real-time factor", async () => {
   await daemon.stop();
 });
 
-/** Milliseconds of script: in animation frames that drew, and of all that the page does; and megabytes of what scripts hold. */
+/** Milliseconds of script: in animation frames that drew, and of all that the page does; all that its main thread computes; and megabytes of
+ * what scripts hold. */
 async function measured(tab: Tab, span: number): Promise<string> {
   const session = await tab.page.context().newCDPSession(tab.page);
   await session.send("Performance.enable");
   const read = async () => {
     const { metrics } = await session.send("Performance.getMetrics");
-    const script = metrics.find(({ name }) => name === "ScriptDuration")?.value ?? 0;
+    const metric = (wanted: string): number => metrics.find(({ name }) => name === wanted)?.value ?? 0;
+    const [script, busy] = [metric("ScriptDuration"), metric("ThreadTime")];
     const [frames, pictures, drawing] = await tab.page.evaluate(() => [window.simd.stats.frames(), window.simd.stats.pictures(), (window as unknown as { drawing: number }).drawing] as const);
-    return { frames, pictures, drawing, script, at: performance.now() };
+    return { frames, pictures, drawing, script, busy, at: performance.now() };
   };
   const before = await read();
   await pause(span);
@@ -102,8 +104,8 @@ async function measured(tab: Tab, span: number): Promise<string> {
   const seconds = (after.at - before.at) / 1e3;
   const [pictures, frames] = [after.pictures - before.pictures, after.frames - before.frames];
   const each = pictures === 0 ? "none" : `${((after.drawing - before.drawing) / pictures).toFixed(1)} ms`;
-  const share = (100 * (after.script - before.script)) / seconds;
-  return `states/s ${(frames / seconds).toFixed(1)} pictures/s ${(pictures / seconds).toFixed(2)} script a picture ${each}, all script ${share.toFixed(1)} % of a core, heap ${heap.toFixed(1)} MB`;
+  const share = (of: "script" | "busy") => ((100 * (after[of] - before[of])) / seconds).toFixed(1);
+  return `states/s ${(frames / seconds).toFixed(1)} pictures/s ${(pictures / seconds).toFixed(2)} script a picture ${each}, all script ${share("script")} % of a core, main thread ${share("busy")} %, heap ${heap.toFixed(1)} MB`;
 }
 
 /** Counts the milliseconds that animation frames take, in `window.drawing`. */
@@ -144,6 +146,15 @@ test("a hundred robots of 3,000 links in one tab", async () => {
   console.log(`moving: ${await measured(tab, 4 * SPAN)}`);
   await pause(minutes * 60_000);
   console.log(`moving, ${minutes} minutes later: ${await measured(tab, 4 * SPAN)}`);
+  const tabs = [tab, await Tab.open(context, daemon.url), await Tab.open(context, daemon.url)];
+  await pause(2000);
+  const figures = await Promise.all(tabs.map((each) => measured(each, 4 * SPAN)));
+  figures.forEach((figure, index) => console.log(`moving, tab ${index + 1} of 3: ${figure}`));
+  for (const each of tabs.slice(1)) await each.page.close();
+  await tab.page.bringToFront();
+  await daemon.joints.setJointTargets({ robots: robots.map(({ robot }) => ({ robot, joints: [{ joint, target: { case: "hold", value: {} } as const }] })) });
+  await pause(5000);
+  console.log(`still, and playing: ${await measured(tab, 4 * SPAN)}`);
   await context.close();
   await daemon.stop();
 });

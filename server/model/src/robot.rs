@@ -60,9 +60,35 @@ pub struct Visual {
     pub geometry: Geometry,
     /// Red, green, blue, alpha, each 0 to 1; absent where the file gives none.
     pub color: Option<[f64; 4]>,
-    /// The picture of the description's material, and how the description names it. Of a mesh it is among the paints of its
-    /// asset, on the triangles that have texture coordinates and no picture of their own file.
-    pub texture: Option<(String, Arc<Image>)>,
+    /// The picture of the description's material. Of a mesh it is among the paints of its asset, on the triangles that have
+    /// texture coordinates and no picture of their own file.
+    pub texture: Option<Picture>,
+}
+
+/// The picture of a description's material.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    /// How the description names it.
+    pub uri: String,
+    /// What it is.
+    pub image: Arc<Image>,
+    /// How often it is there on one shape.
+    pub repeat: TextureRepeat,
+}
+
+/// How often a picture is repeated on a shape, across and up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum TextureRepeat {
+    /// On each side of a box, and around what is round.
+    Times([f64; 2]),
+    /// On each metre of a box or a plane. The middle of a picture is at the middle of the shape.
+    PerMetre([f64; 2]),
+}
+
+impl Default for TextureRepeat {
+    fn default() -> Self {
+        Self::Times([1.0, 1.0])
+    }
 }
 
 /// Something that touches.

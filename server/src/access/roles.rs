@@ -35,6 +35,7 @@ const ROLES: &[(&str, Role, &[&str])] = &[
         Role::Admin,
         &[
             "PrepareDescription",
+            "ExpandXacro",
             "UploadAsset",
             "ValidateDescription",
             "SpawnEntity",

@@ -20,7 +20,9 @@ pub use self::reload::Reloaded;
 use super::heavy::Cancelled;
 use super::{CallError, SimHandle};
 use crate::driver::{Done, Entry, Published, ReportEntry};
-use crate::loading::{Origin, Phase, Prepared, Progress, Reporter, Source, Validated, Which, summary};
+use crate::loading::{
+    ExpandedXacro, Origin, Phase, Prepared, Progress, Reporter, Source, Validated, Which, XacroFiles, summary,
+};
 
 /// Links below the surface of terrain that a report names.
 const MOST_SUNK: usize = 8;
@@ -98,6 +100,14 @@ impl SimHandle {
         assets: BTreeMap<String, Sha256>,
     ) -> Result<Prepared, CallError> {
         self.loader().prepare(urdf, assets).await
+    }
+
+    /// Expands a xacro file to a URDF.
+    ///
+    /// # Errors
+    /// Where the files are too large together, and where the xacro cannot be understood.
+    pub async fn expand_xacro(&self, files: XacroFiles) -> Result<ExpandedXacro, CallError> {
+        self.loader().expand_xacro(files).await
     }
 
     /// Takes a part of a file; gives how much of it is here.

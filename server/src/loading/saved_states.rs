@@ -191,8 +191,8 @@ impl Loader {
 fn mesh_files(model: &RobotModel) -> BTreeMap<String, Sha256> {
     let mut files = BTreeMap::new();
     for link in &model.links {
-        for (uri, image) in link.visuals.iter().filter_map(|visual| visual.texture.as_ref()) {
-            files.insert(uri.clone(), image.sha256);
+        for picture in link.visuals.iter().filter_map(|visual| visual.texture.as_ref()) {
+            files.insert(picture.uri.clone(), picture.image.sha256);
         }
         let seen = link.visuals.iter().map(|visual| &visual.geometry);
         for geometry in seen.chain(link.collisions.iter().map(|collision| &collision.geometry)) {

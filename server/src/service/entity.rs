@@ -14,10 +14,10 @@ use super::once::once;
 use super::spawning::spawning;
 use crate::SimHandle;
 use crate::convert::field::Path;
-use crate::convert::from_proto::entity as from_proto;
+use crate::convert::from_proto::{entity as from_proto, xacro};
 use crate::convert::to_proto::contact::{collision_filter, link_properties};
 use crate::convert::to_proto::{self, stamp};
-use crate::handle::{CallError, Loaded, Published, Reloaded};
+use crate::handle::{CallError, ExpandedXacro, Loaded, Published, Reloaded};
 use crate::loading::Progress;
 
 /// Largest part of a file in one answer, in bytes: with what is around it, it
@@ -97,6 +97,15 @@ impl EntityService for Service {
         let (urdf, assets) = from_proto::prepare(request.into_inner())?;
         let prepared = self.handle.prepare(urdf, assets).await?;
         Ok(Response::new(to_proto::entity::prepared(prepared)))
+    }
+
+    async fn expand_xacro(
+        &self,
+        request: Request<v1::ExpandXacroRequest>,
+    ) -> Result<Response<v1::ExpandXacroResponse>, Status> {
+        let files = xacro::files(request.into_inner())?;
+        let ExpandedXacro { urdf, messages } = self.handle.expand_xacro(files).await?;
+        Ok(Response::new(v1::ExpandXacroResponse { urdf: urdf.into_bytes(), messages }))
     }
 
     async fn upload_asset(

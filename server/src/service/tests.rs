@@ -80,6 +80,7 @@ const WRITES: [&str; 47] = [
     "StartRecording",
     "StopRecording",
     "PrepareDescription",
+    "ExpandXacro",
     "ValidateDescription",
     // Reads, and needs more of the world than is published: the physics thread is asked for it.
     "Rollout",

@@ -1,14 +1,14 @@
 // What a robot becomes that was dropped or chosen: its name, where it is, whether its base is fixed, and what it touches with.
 import type { JSX } from "preact";
-import { useState } from "preact/hooks";
+import { useEffect, useState } from "preact/hooks";
 import { loadFiles, type DroppedFile } from "../daemon/actions";
-import { simctl } from "../panels/load-command";
 import { Icon } from "../panels/icons";
 import { Sheet } from "../panels/Sheet";
 import { DEFAULT_OPTIONS, type LoadOptions } from "../load/load";
 import { nextSpawnPosition } from "../load/spawn-position";
 import { MOUNT, nameOf } from "../load/tree";
 import { findUrdfs } from "../load/urdfs";
+import { argumentsIn, findXacros, shownPath, type XacroArgument } from "../load/xacro";
 import { scenes } from "../state/scene";
 import { tool } from "../state/tools";
 import { frame } from "../state/world";
@@ -26,6 +26,9 @@ const MESHES = [
   ["parts", "convex parts (slow for large meshes)"],
 ] as const;
 
+/** Of a file's arguments, those that have a field. */
+const MOST_ARGUMENTS = 60;
+
 /** The descriptions among the files, by name; or why there is none. */
 export function describedBy(files: readonly DroppedFile[]): string[] | string {
   try {
@@ -39,6 +42,11 @@ export function LoadSheet({ files }: { files: DroppedFile[] }): JSX.Element {
   const [options, setOptions] = useState<LoadOptions>(DEFAULT_OPTIONS);
   const [placed, setPlaced] = useState(false);
   const found = describedBy(files);
+  const xacros = findXacros(files.map(({ path }) => path));
+  // A complete description needs nothing to be asked for. Beside xacro, XML is seldom MJCF: packages of ROS have launch files.
+  const isComplete = typeof found !== "string" && !found.every((name) => /\.xml$/i.test(name));
+  const [chosen, choose] = useState(isComplete ? "" : (xacros[0] ?? ""));
+  const [values, setValues] = useState<Record<string, string>>({});
   const close = (): void => {
     tool.value = null;
   };
@@ -48,23 +56,41 @@ export function LoadSheet({ files }: { files: DroppedFile[] }): JSX.Element {
     setPlaced(true);
     set({ position: { ...at, ...change } });
   };
-  const isMany = typeof found !== "string" && found.length > 1;
+  const descriptions = typeof found === "string" ? [] : [["", found.join(", ")] as const];
+  const isMany = chosen === "" && typeof found !== "string" && found.length > 1;
+  const count = files.length - (chosen === "" && typeof found !== "string" ? found.length : 1);
   return (
     <Sheet title="Load a robot" testId="load-sheet" onClose={close}>
-      {typeof found === "string" ? (
-        <Nothing why={found} files={files} />
+      {typeof found === "string" && xacros.length === 0 ? (
+        <p class="refusal" data-testid="load-problem">
+          {found}
+        </p>
       ) : (
         <form
           class="build-form"
           onSubmit={(event) => {
             event.preventDefault();
             close();
-            void loadFiles(files, options);
+            void loadFiles(files, chosen === "" ? options : { ...options, xacro: { path: chosen, values: given(values) } });
           }}
         >
-          <p>
-            <b data-testid="load-found">{found.join(", ")}</b> <span class="hint">and {files.length - found.length} other files</span>
-          </p>
+          {xacros.length === 0 || (xacros.length === 1 && descriptions.length === 0) ? (
+            <p>
+              <b data-testid="load-found">{chosen === "" ? descriptions[0]?.[1] : nameOf(chosen)}</b> <span class="hint">and {count} other files</span>
+            </p>
+          ) : (
+            <ChoiceField
+              label="Description"
+              testId="load-description"
+              value={chosen}
+              options={[...descriptions, ...xacros.map((path) => [path, shownPath(path, xacros)] as const)]}
+              onChange={(path) => {
+                setValues({});
+                choose(path);
+              }}
+            />
+          )}
+          {chosen !== "" && <XacroArguments key={chosen} file={files.find(({ path }) => path === chosen)?.file} values={values} onChange={setValues} />}
           {!isMany && <NameField value={options.name} placeholder="that of the description" onChange={(name) => set({ name })} />}
           <fieldset class="build-row">
             <legend>Where</legend>
@@ -88,22 +114,44 @@ export function LoadSheet({ files }: { files: DroppedFile[] }): JSX.Element {
   );
 }
 
-/** Why nothing can be loaded; and of xacro, which the page does not expand, what does. */
-function Nothing({ why, files }: { why: string; files: readonly DroppedFile[] }): JSX.Element {
-  const xacro = files.find(({ path }) => /\.xacro$/i.test(path));
+/** What the user has said. */
+function given(values: Readonly<Record<string, string>>): Record<string, string> {
+  return Object.fromEntries(Object.entries(values).filter(([, value]) => value !== ""));
+}
+
+/** A field for each argument that a xacro file declares; left empty it is the file's default. */
+function XacroArguments({ file, values, onChange }: { file: File | undefined; values: Record<string, string>; onChange: (values: Record<string, string>) => void }): JSX.Element | null {
+  const [declared, setDeclared] = useState<XacroArgument[]>([]);
+  useEffect(() => {
+    let isGone = false;
+    void file?.text().then((text) => {
+      if (!isGone) setDeclared(argumentsIn(text).slice(0, MOST_ARGUMENTS));
+    });
+    return () => {
+      isGone = true;
+    };
+  }, [file]);
+  if (declared.length === 0) return null;
   return (
-    <>
-      <p class="refusal" data-testid="load-problem">
-        {why}
-      </p>
-      {xacro && (
-        <>
-          <p>The page does not expand xacro. simctl does, with its arguments:</p>
-          <pre>
-            <code>{simctl(`robot load ${xacro.path} --xacro-arg NAME=VALUE`, location.host)}</code>
-          </pre>
-        </>
-      )}
-    </>
+    <fieldset class="build-row">
+      <legend>Arguments of the xacro</legend>
+      {declared.map(({ name, preset }) => (
+        <label key={name} class="build-field">
+          <span>{name}</span>
+          <input
+            type="text"
+            class="filter"
+            data-testid={`load-arg-${name}`}
+            placeholder={preset ?? "has to be given"}
+            title={preset === undefined ? `${name} has no default` : `${name}; left empty it is "${preset}"`}
+            required={preset === undefined}
+            autocomplete="off"
+            spellcheck={false}
+            value={values[name] ?? ""}
+            onInput={(event) => onChange({ ...values, [name]: event.currentTarget.value })}
+          />
+        </label>
+      ))}
+    </fieldset>
   );
 }

@@ -163,7 +163,7 @@ function jointOf({ name, type, childLink, axis, limits, damping, friction, mimic
 function shapeOf(shape: WireShape): Shape[] {
   const geometry = geometryOf(shape);
   if (!geometry) return [];
-  const { color, texture } = shape;
+  const { color, texture, textureRepeat: repeat } = shape;
   return [
     {
       link: shape.link,
@@ -171,6 +171,7 @@ function shapeOf(shape: WireShape): Shape[] {
       geometry,
       ...(color && { color: [color.red, color.green, color.blue, color.alpha] as const }),
       ...(texture !== "" && { texture }),
+      ...(texture !== "" && repeat && { textureRepeat: { x: repeat.x, y: repeat.y, perMetre: repeat.perMetre } }),
     },
   ];
 }

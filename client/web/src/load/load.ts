@@ -16,6 +16,7 @@ import { uploadFile } from "./upload";
 import { MOUNT, nameOf, Tree } from "./tree";
 import { findUrdfs } from "./urdfs";
 import { searchedPlaces } from "./missing-file";
+import { expandXacro, type XacroChoice } from "./xacro";
 
 /** A dropped file and its path in the dropped folder. */
 export interface DroppedFile {
@@ -36,10 +37,15 @@ export interface LoadOptions {
   meshes: "mesh" | "hull" | "parts";
   /** Lengths are multiplied by it. */
   scale: number;
+  /** The file that is expanded, in the place of the descriptions that are found. */
+  xacro?: XacroChoice;
 }
 
 /** What is chosen where nothing is said: most dropped robots are arms, which would fall in an empty world. */
 export const DEFAULT_OPTIONS: LoadOptions = { name: "", yaw: 0, base: "fixed", meshes: "mesh", scale: 1 };
+
+/** Of a xacro's own messages, those that are shown. */
+const MOST_MESSAGES = 3;
 
 const BASES: Record<LoadOptions["base"], Base> = { described: Base.UNSPECIFIED, fixed: Base.FIXED, free: Base.FREE };
 const SHAPES: Record<LoadOptions["meshes"], MeshShapes> = { mesh: MeshShapes.MESH, hull: MeshShapes.HULL, parts: MeshShapes.DECOMPOSITION };
@@ -51,10 +57,10 @@ type Source = MessageInitShape<typeof DescriptionSourceSchema>;
 /** Loads each URDF among the files. `loaded` is called with the name of each and its request. Rejects with the error of the daemon, or with one of its own. */
 export async function loadDropped(entities: Entities, dropped: DroppedFile[], options = DEFAULT_OPTIONS, loaded: (name: string, request: Spawn) => void = () => undefined): Promise<void> {
   const files = new Map(dropped.map(({ path, file }) => [`${MOUNT}/${path.replace(/^\/+/, "")}`, file]));
-  const urdfs = findUrdfs([...files.keys()]);
   const tree = new Tree(files.keys(), await manifestsOf(files));
   try {
-    for (const urdf of urdfs) await load(entities, files, tree, urdf, options, loaded);
+    if (options.xacro) return await loadXacro(entities, files, tree, options.xacro, options, loaded);
+    for (const urdf of findUrdfs([...files.keys()])) await load(entities, files, tree, { urdf, bytes: await bytesOf(files, urdf) }, options, loaded);
   } finally {
     loading.value = null;
   }
@@ -65,9 +71,22 @@ async function manifestsOf(files: Map<string, File>): Promise<Map<string, string
   return new Map(await Promise.all(manifests.map(async ([path, file]) => [path, await file.text()] as const)));
 }
 
-async function load(entities: Entities, files: Map<string, File>, tree: Tree, urdf: string, options: LoadOptions, loaded: (name: string, request: Spawn) => void): Promise<void> {
+/** Expands a xacro file and loads what it becomes. */
+async function loadXacro(entities: Entities, files: Map<string, File>, tree: Tree, xacro: XacroChoice, options: LoadOptions, loaded: (name: string, request: Spawn) => void): Promise<void> {
+  loading.value = { what: nameOf(xacro.path), phase: "reading", done: 0, total: 0, item: "" };
+  const { urdf, messages } = await expandXacro(entities, files, xacro);
+  for (const message of messages.slice(0, MOST_MESSAGES)) toast("info", `${nameOf(xacro.path)}: ${message}`);
+  await load(entities, files, tree, { urdf: `${MOUNT}/${xacro.path}`, bytes: urdf }, options, loaded);
+}
+
+/** A description, and where it lies among the files. */
+interface Description {
+  urdf: string;
+  bytes: Uint8Array<ArrayBuffer>;
+}
+
+async function load(entities: Entities, files: Map<string, File>, tree: Tree, { urdf, bytes }: Description, options: LoadOptions, loaded: (name: string, request: Spawn) => void): Promise<void> {
   loading.value = { what: nameOf(urdf), phase: "reading", done: 0, total: 0, item: "" };
-  const bytes = await bytesOf(files, urdf);
   let prepared = await entities.prepareDescription({ urdf: bytes });
   const locator = new Locator(tree, urdf);
   const found: Found = { hashes: {}, paths: new Map(), missing: {}, known: new Map() };

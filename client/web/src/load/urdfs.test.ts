@@ -7,5 +7,5 @@ test("a URDF comes before other formats, and manifests are none", () => {
   expect(findUrdfs(["/d/a.urdf", "/d/world.sdf", "/d/package.xml"])).toEqual(["/d/a.urdf"]);
   expect(findUrdfs(["/d/world.sdf", "/d/scene.xml"])).toEqual(["/d/world.sdf"]);
   expect(findUrdfs(["/d/scene.xml", "/d/parts/leg.xml", "/d/package.xml"])).toEqual(["/d/scene.xml"]);
-  expect(() => findUrdfs(["/d/package.xml", "/d/a.stl"])).toThrow("nor an SDF or MJCF");
+  expect(() => findUrdfs(["/d/package.xml", "/d/a.stl"])).toThrow("nor a xacro, SDF or MJCF");
 });

@@ -10,7 +10,7 @@ export function findUrdfs(paths: string[]): string[] {
   const of = (ending: RegExp) => paths.filter((path) => ending.test(path)).sort();
   const kinds = [/\.urdf$/i, /\.(sdf|world)$/i, /\.mjcf$/i, /(?<!\/(package|plugin|manifest))\.xml$/i];
   const urdfs = kinds.map(of).find((found) => found.length > 0) ?? [];
-  if (urdfs.length === 0) throw new Error(noUrdf(paths));
+  if (urdfs.length === 0) throw new Error("There is no .urdf file in what was dropped, nor a xacro, SDF or MJCF: drop the robot's folder, or its .urdf with its meshes.");
   // The topmost ones: tests and examples are in folders farther down. A folder `urdf` counts as its parent.
   const level = (path: string) => path.split("/").length - (nameOf(parent(path)) === "urdf" ? 1 : 0);
   const highest = Math.min(...urdfs.map(level));
@@ -20,11 +20,4 @@ export function findUrdfs(paths: string[]): string[] {
     throw new Error(`There are ${meant.length} descriptions (${names}, ...): drop a folder that holds only the one to load.`);
   }
   return meant;
-}
-
-function noUrdf(paths: string[]): string {
-  const xacro = paths.find((path) => /\.xacro$/i.test(path));
-  return xacro === undefined
-    ? "There is no .urdf file in what was dropped, nor an SDF or MJCF: drop the robot's folder, or its .urdf with its meshes."
-    : `${nameOf(xacro)} is a xacro file: run \`xacro\` on it, or \`simctl robot load\`, which does.`;
 }

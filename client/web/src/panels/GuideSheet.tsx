@@ -18,7 +18,7 @@ export function GuideSheet(): JSX.Element | null {
       <div class="guide">
         <h3>Load a robot</h3>
         <p>
-          Drop its folder on the page, or choose it: the description (URDF, SDF or MJCF) with its meshes. Expand xacro to URDF first, or let <code>simctl</code> do it. The page finds the meshes by the rules of ROS (<code>package://</code> and relative paths), and
+          Drop its folder on the page, or choose it: the description (URDF, xacro, SDF or MJCF) with its meshes. The page finds the meshes by the rules of ROS (<code>package://</code> and relative paths), and
           the load report says what is missing or was repaired. What is dropped has a fixed base; <code>simctl</code> has all options.
         </p>
         <pre>

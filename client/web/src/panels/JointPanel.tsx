@@ -12,6 +12,7 @@ import { Constraints } from "./Constraints";
 import { grouped, matches } from "./groups";
 import { Icon } from "./icons";
 import { JointRow } from "./JointRow";
+import { lazy } from "./lazy";
 import { OpenFolder } from "./OpenFolder";
 import { Parameters } from "./Parameters";
 import { Popover } from "./Popover";
@@ -19,7 +20,9 @@ import { shortened } from "./quantity";
 import { openReport } from "./ReportSheet";
 import { Sensors } from "./Sensors";
 import { shownRobot } from "./shown-robot";
-import { Structure } from "./Structure";
+
+// What most visits never open.
+const Structure = lazy(async () => (await import("./Structure")).Structure, "The structure", () => (panelPart.value = "joints"));
 
 const filter = signal("");
 
@@ -163,7 +166,7 @@ function RobotHeader({ robot }: { robot: Robot }): JSX.Element {
 
 const PARTS: readonly { part: PanelPart; label: string; title: string }[] = [
   { part: "joints", label: "Joints", title: "What the joints do, and their targets" },
-  { part: "structure", label: "Structure", title: "Links and joints with masses, inertias and limits (I)" },
+  { part: "structure", label: "Structure", title: "Links and joints with masses, inertias, limits, gains and looks (I)" },
 ];
 
 /** What is shown of the robot. */

@@ -1,9 +1,10 @@
 // The links of a robot as a tree, with the joint of each: masses, inertias, axes, limits, and what the load report says.
 import { signal, useComputed, useSignalEffect } from "@preact/signals";
 import type { JSX } from "preact";
-import { useRef } from "preact/hooks";
+import { useEffect, useRef, useState } from "preact/hooks";
+import { actuatorOf, type Actuator } from "../daemon/actuators";
 import { reports, type Finding } from "../state/report";
-import { scenes, type RobotScene, type SceneJoint, type SceneLink } from "../state/scene";
+import { scenes, type Geometry, type RobotScene, type SceneJoint, type SceneLink, type Shape } from "../state/scene";
 import { degrees, hoveredLink } from "../state/view";
 import type { Robot } from "../state/world";
 import { matches } from "./groups";
@@ -12,6 +13,9 @@ import { shortened, unitOf } from "./quantity";
 import { depthsOf, findingsOf, isTurning } from "./tree";
 
 const filter = signal("");
+
+/** Shapes of one link that are listed. */
+const MOST_LOOKS = 12;
 
 /** The tree of one robot. */
 export function Structure({ robot }: { robot: Robot }): JSX.Element {
@@ -43,7 +47,7 @@ export function Structure({ robot }: { robot: Robot }): JSX.Element {
       {shown.length === 0 && <p class="hint">No link or joint of {robot.name} has “{filter}” in its name.</p>}
       <ul class="tree">
         {shown.map(({ link, joint, depth }) => (
-          <Row key={link.name} robot={robot.name} link={link} joint={joint} depth={filter.value.trim() === "" ? depth : 0} findings={findingsOf(findings, link.name, joint?.name)} />
+          <Row key={link.name} scene={scene} link={link} joint={joint} depth={filter.value.trim() === "" ? depth : 0} findings={findingsOf(findings, link.name, joint?.name)} />
         ))}
       </ul>
     </section>
@@ -66,15 +70,17 @@ function counted(count: number, what: string): string {
 }
 
 interface RowProperties {
-  robot: string;
+  scene: RobotScene;
   link: SceneLink;
   joint: SceneJoint | undefined;
   depth: number;
   findings: readonly Finding[];
 }
 
-function Row({ robot, link, joint, depth, findings }: RowProperties): JSX.Element {
+function Row({ scene, link, joint, depth, findings }: RowProperties): JSX.Element {
+  const { robot } = scene;
   const row = useRef<HTMLLIElement>(null);
+  const [isOpen, setOpen] = useState(false);
   useSignalEffect(() => {
     const lit = hoveredLink.value;
     row.current?.toggleAttribute("data-lit", lit?.robot === robot && lit.link === link.name);
@@ -84,7 +90,7 @@ function Row({ robot, link, joint, depth, findings }: RowProperties): JSX.Elemen
   };
   return (
     <li ref={row} data-testid={`link-${link.name}`} style={{ "--depth": String(Math.min(depth, 12)) }} onPointerEnter={hover(true)} onPointerLeave={hover(false)}>
-      <details>
+      <details onToggle={(event) => setOpen(event.currentTarget.open)}>
         <summary onFocus={hover(true)} onBlur={hover(false)}>
           <Icon name="chevron" />
           <span class="tree-name" title={link.name}>
@@ -98,8 +104,10 @@ function Row({ robot, link, joint, depth, findings }: RowProperties): JSX.Elemen
         </summary>
         <dl class="facts">
           {joint && <JointFacts joint={joint} />}
+          {isOpen && joint && joint.type !== "fixed" && <ActuatorFacts robot={robot} joint={joint} />}
           {link.centreOfMass && <Fact term="centre of mass" text={`${vectorText(link.centreOfMass)} m`} />}
           {link.inertia?.length === 6 && <InertiaFacts inertia={link.inertia} />}
+          <LookFacts scene={scene} link={link} />
           {findings.map(({ severity, message }, index) => (
             <Fact key={index} term={severity} text={message} />
           ))}
@@ -128,6 +136,88 @@ function JointFacts({ joint }: { joint: SceneJoint }): JSX.Element {
       {mimics !== undefined && <Fact term="follows" text={mimics} />}
     </>
   );
+}
+
+/** The gains of a joint, as they are when its row is opened: clients may change them. */
+function ActuatorFacts({ robot, joint }: { robot: string; joint: SceneJoint }): JSX.Element | null {
+  const [actuator, setActuator] = useState<Actuator>();
+  useEffect(() => {
+    let isGone = false;
+    void actuatorOf(robot, joint.name).then((found) => {
+      if (!isGone) setActuator(found);
+    });
+    return () => {
+      isGone = true;
+    };
+  }, [robot, joint.name]);
+  if (!actuator) return null;
+  const { stiffness, damping, armature, gravityCompensation } = actuator;
+  const [spring, damper, rotor] = isTurning(joint.type) ? ["N m/rad", "N m s/rad", "kg m²"] : ["N/m", "N s/m", "kg"];
+  return (
+    <>
+      {stiffness !== undefined && <Fact term="gains" text={`${shortened(stiffness)} ${spring}, ${shortened(damping ?? 0)} ${damper}`} />}
+      {armature > 0 && <Fact term="rotor" text={`${shortened(armature)} ${rotor}`} />}
+      {actuator.spring !== undefined && <Fact term="spring" text={`${shortened(actuator.spring)} ${spring}`} />}
+      {gravityCompensation && <Fact term="gravity" text="its actuator holds the weight" />}
+    </>
+  );
+}
+
+/** What a link looks like, and what it touches with. */
+function LookFacts({ scene, link }: { scene: RobotScene; link: SceneLink }): JSX.Element {
+  const index = scene.links.indexOf(link);
+  const looks = scene.visuals.filter((shape) => shape.link === index);
+  const touching = scene.colliders.filter((shape) => shape.link === index).map(({ geometry }) => shapeWords(geometry));
+  const counts = [...new Set(touching)].map((words) => {
+    const count = touching.filter((each) => each === words).length;
+    return count > 1 ? `${count} × ${words}` : words;
+  });
+  return (
+    <>
+      {looks.slice(0, MOST_LOOKS).map((shape, place) => (
+        <div key={place}>
+          <dt>looks</dt>
+          <dd class="tabular">
+            {shapeWords(shape.geometry)} <Paint shape={shape} />
+          </dd>
+        </div>
+      ))}
+      {looks.length > MOST_LOOKS && <Fact term="looks" text={`and ${looks.length - MOST_LOOKS} more`} />}
+      {counts.length > 0 && <Fact term="touches with" text={counts.join(", ")} />}
+    </>
+  );
+}
+
+/** A colour with its name on the web, and whether there is a picture. */
+function Paint({ shape: { color, texture, textureRepeat, geometry } }: { shape: Shape }): JSX.Element {
+  const hex = color && `#${color.slice(0, 3).map((part) => Math.round(255 * part).toString(16).padStart(2, "0")).join("")}`;
+  const alpha = color && color[3] < 1 ? `, ${Math.round(100 * color[3])} % opaque` : "";
+  const picture = texture === undefined ? "" : textureRepeat ? `picture, ${shortened(textureRepeat.x)} × ${shortened(textureRepeat.y)}${textureRepeat.perMetre ? " a metre" : ""}` : "picture";
+  const own = hex === undefined && picture === "" && geometry.kind === "mesh" ? "materials of its file" : "";
+  return (
+    <>
+      {hex !== undefined && <span class="swatch" style={{ background: hex }} aria-hidden="true" />}
+      {[hex === undefined ? "" : `${hex}${alpha}`, picture, own].filter((part) => part !== "").join(", ")}
+    </>
+  );
+}
+
+function shapeWords(geometry: Geometry): string {
+  switch (geometry.kind) {
+    case "box":
+      return `box ${geometry.size.map(shortened).join(" × ")} m`;
+    case "sphere":
+      return `sphere of ${shortened(geometry.radius)} m`;
+    case "cylinder":
+    case "capsule":
+      return `${geometry.kind} of ${shortened(geometry.radius)} m, ${shortened(geometry.length)} m long`;
+    case "plane":
+      return "plane";
+    case "mesh":
+      return `mesh ${geometry.uri.split(/[/\\]/).at(-1) ?? ""}${geometry.sha256 === "" ? " (missing)" : ""}`;
+    case "convex":
+      return "convex shape";
+  }
 }
 
 function InertiaFacts({ inertia }: { inertia: readonly number[] }): JSX.Element {

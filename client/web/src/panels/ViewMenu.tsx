@@ -1,6 +1,6 @@
 // The menu of the camera: sides to look from, projection, following, quality, and pictures.
 import type { JSX } from "preact";
-import { followed, moveCamera, orthographic, quality, type Quality, type Viewpoint } from "../state/view";
+import { followed, moveCamera, orthographic, quality, sideViews, type Quality, type Viewpoint } from "../state/view";
 import { Icon } from "./icons";
 import { pictureOpen } from "../state/picture";
 import { Popover } from "./Popover";
@@ -56,6 +56,9 @@ export function ViewMenu(): JSX.Element {
           </div>
           <button type="button" class="button" data-testid="orthographic" aria-pressed={orthographic.value} title="Parallel lines stay parallel (O)" onClick={() => (orthographic.value = !orthographic.value)}>
             Orthographic
+          </button>
+          <button type="button" class="button" data-testid="side-views" aria-pressed={sideViews.value} title="Small views from the front, the left and above (W)" onClick={() => (sideViews.value = !sideViews.value)}>
+            Side views
           </button>
           <Follow />
           <p class="view-heading" id="view-quality">

@@ -3,7 +3,7 @@ import type { JSX } from "preact";
 import { constraints } from "../state/constraints";
 import { markers } from "../state/markers";
 import { sensors, sensorsShownOf } from "../state/sensors";
-import { centresOfMass, collisions, constraintsShown, contacts, fit, frames, grid, inertias, jointAxes, linkNames, markersShown, pointsShown, visuals } from "../state/view";
+import { centresOfMass, collisions, constraintsShown, contacts, fit, frames, grid, inertias, jointAxes, linkNames, markersShown, pointsShown, readingsShown, visuals } from "../state/view";
 import { AddGround } from "./AddGround";
 import { Build } from "./Build";
 import { Icon, type IconName } from "./icons";
@@ -13,7 +13,7 @@ const TOGGLES = [
   { value: visuals, icon: "visuals", label: "visual", shortcut: "V", what: "What robots look like" },
   { value: collisions, icon: "collisions", label: "collision", shortcut: "C", what: "What robots touch with" },
   { value: frames, icon: "frames", label: "frames", shortcut: "J", what: "Frames of links: red x, green y, blue z" },
-  { value: linkNames, icon: "names", label: "names", shortcut: "N", what: "Names of the links of the robot in the panel" },
+  { value: linkNames, icon: "names", label: "names", shortcut: "N", what: "Names of the links of the robot in the panel, and who has claimed them" },
   { value: jointAxes, icon: "axes", label: "axes", shortcut: "A", what: "Axes that joints turn about or slide along" },
   { value: centresOfMass, icon: "masses", label: "masses", shortcut: "M", what: "Centres of mass of links, and of each robot in red" },
   { value: inertias, icon: "inertias", label: "inertias", shortcut: "E", what: "For each link the solid ellipsoid with its mass and inertia" },
@@ -21,6 +21,7 @@ const TOGGLES = [
   { value: contacts, icon: "contacts", label: "contacts", shortcut: "K", what: "Where links touch, and how hard" },
   { value: constraintsShown, icon: "constraints", label: "constraints", shortcut: "L", what: "What holds links together, and how hard" },
   { value: pointsShown, icon: "points", label: "points", shortcut: "U", what: "What lidars, range finders and cameras of the robot in the panel have met and seen" },
+  { value: readingsShown, icon: "info", label: "readings", shortcut: "Q", what: "What the sensors of the robot in the panel measured last, beside them" },
   { value: markersShown, icon: "markers", label: "markers", shortcut: "D", what: "What programs draw" },
 ] as const satisfies readonly { value: { value: boolean }; icon: IconName; label: string; shortcut: string; what: string }[];
 
@@ -59,6 +60,7 @@ export function ViewToggles(): JSX.Element {
 /** Whether there is anything that a toggle would show; of most there always is. */
 function hasContent(value: { value: boolean }): boolean {
   if (value === constraintsShown) return constraints.value.length > 0;
+  if (value === readingsShown) return sensors.value.some(({ robot }) => robot === sensorsShownOf.value);
   if (value === pointsShown) return sensors.value.some(({ scan, lens, robot }) => (scan ?? lens) && robot === sensorsShownOf.value);
   return value !== markersShown || markers.value.size > 0;
 }

@@ -2,7 +2,7 @@
 import { signal } from "@preact/signals";
 import { pause, play, reset, step } from "../daemon/actions";
 import { inputFor } from "../state/input";
-import { centresOfMass, collisions, constraintsShown, contacts, fit, followed, frames, grid, inertias, jointAxes, linkNames, markersShown, moveCamera, pointsShown } from "../state/view";
+import { centresOfMass, collisions, constraintsShown, contacts, fit, followed, frames, grid, inertias, jointAxes, linkNames, markersShown, moveCamera, pointsShown, readingsShown, sideViews } from "../state/view";
 import { orthographic, panelOpen, panelPart, plotsOpen, selectedRobot, visuals, type Viewpoint } from "../state/view";
 import { pictureOpen } from "../state/picture";
 import { playback } from "../state/playback";
@@ -118,6 +118,7 @@ export const SHORTCUTS: readonly Shortcut[] = [
   { keys: ["+", "=", "-"], shown: "+, -", what: "Zoom", repeats: true, run: (key) => moveCamera({ kind: "zoom", factor: key === "-" ? 1 / CLOSER : CLOSER }) },
   { keys: ["x", "y", "z"], shown: "X, Y, Z", what: "From the front, the left, above; with Shift from the other side", run: lookAlong },
   { keys: ["o"], shown: "O", what: "Orthographic, perspective", run: toggle(orthographic) },
+  { keys: ["w"], shown: "W", what: "Views from the front, the left and above", run: toggle(sideViews) },
   { keys: ["t"], shown: "T", what: "Follow the robot of the panel", run: toggleFollowing },
   { keys: ["s"], shown: "S", what: "Save a picture", run: toggle(pictureOpen) },
   { keys: ["home", "end"], shown: "Home, End", what: "To the ends of a recording", run: (key) => playback.peek()?.player.seek(key === "home" ? 0 : Infinity) },
@@ -132,7 +133,8 @@ export const SHORTCUTS: readonly Shortcut[] = [
   { keys: ["l"], shown: "L", what: "Constraints", run: toggle(constraintsShown) },
   { keys: ["d"], shown: "D", what: "Markers", run: toggle(markersShown) },
   { keys: ["u"], shown: "U", what: "What sensors have met and seen", run: toggle(pointsShown) },
-  { keys: ["n"], shown: "N", what: "Names of links", run: toggle(linkNames) },
+  { keys: ["q"], shown: "Q", what: "Readings of sensors", run: toggle(readingsShown) },
+  { keys: ["n"], shown: "N", what: "Names of links, and who has claimed them", run: toggle(linkNames) },
   { keys: ["a"], shown: "A", what: "Axes of joints", run: toggle(jointAxes) },
   { keys: ["m"], shown: "M", what: "Centres of mass", run: toggle(centresOfMass) },
   { keys: ["e"], shown: "E", what: "Ellipsoids of inertia", run: toggle(inertias) },

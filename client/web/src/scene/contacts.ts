@@ -66,6 +66,12 @@ export class ContactMarks {
     return true;
   }
 
+  /** How long the arrow of a newton is; 0 if there is nothing to measure by. */
+  metresPerNewton(): number {
+    const { contacts, size, weight } = this.drawn;
+    return contacts.length === 0 ? 0 : (0.5 * size) / Math.max(weight, 1e-9);
+  }
+
   /** The forces of the strongest contacts that are drawn, beside them. */
   labels(): Label[] {
     if (!this.group.visible) return [];

@@ -1,6 +1,6 @@
 // Triangles of primitives, about z as in URDF.
 import { BoxGeometry, CapsuleGeometry, CircleGeometry, CylinderGeometry, SphereGeometry, type BufferGeometry } from "three";
-import type { Geometry } from "../state/scene";
+import type { Geometry, TextureRepeat } from "../state/scene";
 
 /** Radius of a drawn plane, metres: the fog hides its edge. */
 export const PLANE_RADIUS = 200;
@@ -23,4 +23,23 @@ export function triangles(primitive: Primitive): BufferGeometry {
       // Along z; the caller rotates it to its normal.
       return new CircleGeometry(PLANE_RADIUS, 64);
   }
+}
+
+/** Puts a picture on the triangles of a primitive as often as its material says. */
+export function repeatPicture(made: BufferGeometry, primitive: Primitive, { x, y, perMetre }: TextureRepeat): void {
+  const places = made.getAttribute("uv");
+  for (let index = 0; index < places.count; index += 1) {
+    const [across, up] = perMetre ? metres(primitive, index) : [1, 1];
+    // On what is measured in metres the middle of a picture is in the middle; else a picture begins at the edge.
+    const from = perMetre ? 0.5 : 0;
+    places.setXY(index, from + (places.getX(index) - from) * x * across, from + (places.getY(index) - from) * y * up);
+  }
+}
+
+/** The sides of what a picture is on once: four corners of a box are a side of it, in the order x, y, z, two of each. */
+function metres(primitive: Primitive, corner: number): readonly [number, number] {
+  if (primitive.kind === "plane") return [2 * PLANE_RADIUS, 2 * PLANE_RADIUS];
+  if (primitive.kind !== "box") return [1, 1];
+  const [x, y, z] = primitive.size;
+  return ([[z, y], [x, z], [x, y]] as const)[Math.floor(corner / 8)] ?? [1, 1];
 }

@@ -3,7 +3,7 @@ import { Box3, BoxGeometry, Group, Matrix4, Mesh, MeshStandardMaterial, Quaterni
 import type { Rgba } from "../state/markers";
 import type { Geometry, RobotScene, Shape } from "../state/scene";
 import { MIN_MOTION } from "../state/stillness";
-import { triangles } from "./geometries";
+import { repeatPicture, triangles } from "./geometries";
 import { addressOf, isUnpainted, type MeshCache } from "./mesh-cache";
 import type { Materials } from "./materials";
 import { Triad } from "./rods";
@@ -236,6 +236,7 @@ export class RobotView {
       at.quaternion.multiply(new Quaternion().setFromUnitVectors(new Vector3(0, 0, 1), new Vector3(...geometry.normal).normalize()));
     }
     const made = triangles(geometry);
+    if (shape.textureRepeat) repeatPicture(made, geometry, shape.textureRepeat);
     this.geometries.push(made);
     const plain = geometry.kind === "plane" && !shape.color && shape.texture === undefined ? this.materials.ground : this.materials.solid(shape.color, false, shape.texture);
     const material = this.paint ?? plain;

@@ -8,17 +8,19 @@ import { constraints, hoveredConstraint } from "../state/constraints";
 import { linkColors, markers } from "../state/markers";
 import { hiddenRobots } from "../state/tools";
 import { inertias } from "../state/view";
-import { pictureRequest } from "../state/picture";
+import { drawnSequence, pictureRequest, redraws } from "../state/picture";
 import { ghosts, ghostsAlone } from "../state/playback";
 import { unmeasured } from "../state/report";
 import { hasGround, scenes } from "../state/scene";
-import { cameraMove, cameraView, centresOfMass, collisions, constraintsShown, contacts, fitRequest, followed, frames, grid, hoveredLink, jointAxes, linkNames, markersShown, orthographic, quality, visuals } from "../state/view";
+import { readings } from "../state/sensors";
+import { cameraMove, cameraView, centresOfMass, collisions, constraintsShown, contacts, fitRequest, followed, frames, grid, hoveredLink, jointAxes, linkNames, markersShown, orthographic, quality, readingsShown, sideViews, visuals } from "../state/view";
 import { connection, frame, robots, type Frame } from "../state/world";
 import { shownTheme } from "../style/theme";
 import { Appearance } from "./appearance";
 import { Camera } from "./camera";
 import { reportCamera } from "./camera-report";
 import { ConstraintMarks, type Finder } from "./constraints";
+import { ContactScale } from "./contact-scale";
 import { ContactMarks } from "./contacts";
 import { DrawnMarkers } from "./drawn-markers";
 import { Extras } from "./extras";
@@ -36,6 +38,7 @@ import { pictureOf } from "./picture";
 import type { RobotView } from "./robot-view";
 import { RobotViews } from "./robot-views";
 import { isFlatGround } from "./scenery";
+import type { SideViews } from "./side-views";
 import { StructureMarks } from "./structure-marks";
 
 /** Milliseconds between updates of the area that the shadow covers. */
@@ -65,6 +68,8 @@ export class Stage {
   readonly structure = new StructureMarks();
   private readonly marks = new ContactMarks();
   private readonly labels: Labels;
+  private readonly contactScale: ContactScale;
+  private sides: SideViews | undefined;
   private readonly follower = new Follower();
   private readonly interaction: PointerInteraction;
   private readonly input: InputReport;
@@ -82,7 +87,7 @@ export class Stage {
   private pendingFit: { robot: string; gestures: number } | null = null;
 
   /** Throws if the browser has no WebGL 2. */
-  constructor(canvas: HTMLCanvasElement) {
+  constructor(private readonly canvas: HTMLCanvasElement) {
     this.renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: "low-power" });
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = PCFShadowMap;
@@ -91,6 +96,7 @@ export class Stage {
     this.scene.fog = this.fog;
     this.scene.add(this.robots.group, this.ghosts.group, this.constraints.group, this.structure.group, this.marks.group, this.markers.group);
     this.labels = new Labels(canvas);
+    this.contactScale = new ContactScale(canvas);
     this.camera = new Camera(canvas, () => this.invalidate());
     this.appearance = new Appearance(this.renderer, this.scene, this.light, this.camera.camera, () => this.invalidate());
     this.interaction = new PointerInteraction(canvas, this.camera, this.robots, () => this.wake());
@@ -134,6 +140,8 @@ export class Stage {
     this.constraints.dispose();
     this.structure.dispose();
     this.labels.dispose();
+    this.contactScale.dispose();
+    this.sides?.dispose();
     this.marks.dispose();
     this.grid.dispose();
     this.light.dispose();
@@ -194,11 +202,13 @@ export class Stage {
       effect(() => {
         scenes.value;
         const changed = this.robots.highlight(hoveredLink.value);
-        void [linkNames.value && shownRobot.value?.name, jointAxes.value, centresOfMass.value, inertias.value];
+        void [linkNames.value && shownRobot.value, jointAxes.value, centresOfMass.value, inertias.value, readingsShown.value && readings.value];
         // The link under the pointer has its name beside it, whether it is highlighted or not.
         if (changed || this.pictures > 0) this.invalidate();
       }),
       effect(() => this.appearance.choose(quality.value)),
+      effect(() => void this.showSides(sideViews.value)),
+      redraws.subscribe(() => this.invalidate()),
       effect(() => {
         this.camera.setOrthographic(orthographic.value);
         this.invalidate();
@@ -230,6 +240,19 @@ export class Stage {
         this.invalidate();
       }),
     );
+  }
+
+  /** Shows views from the sides, whose code is loaded when they are first asked for, or hides them. */
+  private async showSides(shown: boolean): Promise<void> {
+    if (!shown) {
+      this.sides?.dispose();
+      this.sides = undefined;
+    } else if (!this.sides) {
+      const loaded = await import("./side-views").catch(() => undefined);
+      if (!loaded) sideViews.value = false;
+      else if (sideViews.peek()) this.sides ??= new loaded.SideViews(this.canvas);
+    }
+    this.invalidate();
   }
 
   /** Moves the camera to where a program wants it, unless that was before the user moved it in this tab. */
@@ -355,7 +378,9 @@ export class Stage {
     this.fog.near = Math.max(12, 3 * distance);
     this.fog.far = Math.max(120, 8 * distance);
     this.appearance.draw(distance);
+    this.sides?.draw(this.renderer, this.scene, this.camera);
     this.labels.show([...namesOf(this.robots.all()), ...this.marks.labels()], this.camera.camera);
+    this.contactScale.show(this.marks.group.visible ? this.marks.metresPerNewton() : 0, this.camera.camera, distance);
     this.pictures += 1;
     this.updateDrawn(now);
     reportCamera(this.camera, this.renderer.getSize(new Vector2()), this.followed);
@@ -385,6 +410,7 @@ export class Stage {
 
   private updateDrawn(now: number): void {
     this.drawn = this.interpolator.reached(now)?.sequence ?? this.drawn;
+    drawnSequence.value = this.drawn;
   }
 }
 

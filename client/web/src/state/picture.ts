@@ -15,6 +15,11 @@ export const pictureRequest = signal<PictureRequest | null>(null);
 /** Whether the sheet for pictures is open. */
 export const pictureOpen = signal(false);
 
+/** The sequence of the newest state that is drawn. */
+export const drawnSequence = signal(0n);
+/** Grows for each picture that is asked for though nothing has changed. */
+export const redraws = signal(0);
+
 /** Pixels of a side, at most. */
 export const MAX_SIDE = 8192;
 

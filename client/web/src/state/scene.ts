@@ -19,6 +19,13 @@ export type Geometry =
   /** A convex hull or part of a mesh, which the daemon made. */
   | { kind: "convex"; sha256: string };
 
+/** How often a picture is repeated, across and up: on each metre of a box or plane, or on each side of a shape. */
+export interface TextureRepeat {
+  x: number;
+  y: number;
+  perMetre: boolean;
+}
+
 /** One shape of a link. */
 export interface Shape {
   /** Index into `Robot.links`. */
@@ -29,6 +36,8 @@ export interface Shape {
   color?: readonly [number, number, number, number];
   /** The SHA-256 of a picture on it, which the colour is multiplied by; absent if there is none. */
   texture?: string;
+  /** How often the picture is repeated; absent: once. */
+  textureRepeat?: TextureRepeat;
 }
 
 /** One link of a robot. */

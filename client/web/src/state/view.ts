@@ -99,6 +99,10 @@ export const cameraView = stored<CameraView | null>("camera", null, isView, () =
 
 /** Without perspective: what is parallel is drawn parallel. */
 export const orthographic = stored("orthographic", false, isBoolean, () => sessionStorage);
+/** Small views from the front, the left and above, over the picture. */
+export const sideViews = stored("sideViews", false, isBoolean);
+/** What the sensors of the robot in the panel measured last, beside them. */
+export const readingsShown = stored("readings", false, isBoolean);
 /** Name of the robot that the camera goes along with; empty if there is none. */
 export const followed = signal("");
 

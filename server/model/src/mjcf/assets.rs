@@ -5,12 +5,13 @@ use std::collections::BTreeMap;
 
 use glamx::{DPose3, DQuat, DVec3};
 
+use super::builtin_texture;
 use super::compiler::Compiler;
 use super::defaults::Classes;
 use super::inline_mesh::{self, Made};
 use super::value;
 use crate::report::Disposition::{Ignored, Repaired};
-use crate::robot::Inertial;
+use crate::robot::{Inertial, TextureRepeat};
 use crate::translation::element::Element;
 use crate::translation::notes::{Notes, Stop};
 
@@ -31,9 +32,13 @@ struct Material {
     color: Option<[f64; 4]>,
     /// The name of its texture.
     texture: Option<String>,
+    /// How often that is there, across and up.
+    repeat: [f64; 2],
+    /// On two metres; else on the geom.
+    uniform: bool,
 }
 
-/// A picture from a file.
+/// A picture, of a file or made by MuJoCo.
 struct Texture {
     uri: String,
     /// Of the type `2d`: it lies where the corners of a mesh say. The others are wrapped around.
@@ -82,11 +87,14 @@ impl Library {
                     let layer = element.children("layer").find(of_color);
                     let layer = layer.and_then(|layer| layer.word("texture"));
                     let texture = material.word("texture").or(layer).map(str::to_owned);
+                    let repeat = material.numbers("texrepeat", notes)?.unwrap_or([1.0, 1.0]);
+                    let uniform = material.word("texuniform") == Some("true");
                     if let Some(name) = element.word("name") {
-                        self.materials.insert(name.to_owned(), Material { color, texture });
+                        let material = Material { color, texture, repeat, uniform };
+                        self.materials.insert(name.to_owned(), material);
                     }
                 }
-                "texture" => self.texture(element, compiler, classes, notes),
+                "texture" => self.texture(element, compiler, classes, made, notes)?,
                 // Of `attach`.
                 "model" => {}
                 "skin" => notes.warn(element, Ignored, "not read by simd: it is not drawn"),
@@ -101,11 +109,35 @@ impl Library {
         self.materials.get(material)?.color
     }
 
-    /// The URI of the picture of a material, as far as a geom of this type is drawn with it.
-    pub(super) fn picture(&self, material: &str, geom: &str) -> Option<String> {
-        let texture = self.textures.get(self.materials.get(material)?.texture.as_ref()?)?;
+    /// The URI of the picture of a material and how often it is there, as far as a geom of this type is drawn with it. `half` are the
+    /// half sizes of a plane, 0 where it has none.
+    pub(super) fn picture(
+        &self,
+        material: &str,
+        geom: &str,
+        half: [f64; 2],
+    ) -> Option<(String, TextureRepeat)> {
+        let material = self.materials.get(material)?;
+        let texture = self.textures.get(material.texture.as_ref()?)?;
         // One picture for all six sides of a cube is what a box has on each.
-        (texture.is_flat || geom == "box").then(|| texture.uri.clone())
+        if !texture.is_flat && geom != "box" {
+            return None;
+        }
+        let uri = texture.uri.clone();
+        // As MuJoCo draws it: a picture is as wide as the geom, or two metres, over the number. A mesh says itself where its
+        // picture lies, and so does what is wrapped around.
+        let repeat = match geom {
+            "mesh" | "sdf" => TextureRepeat::default(),
+            _ if !texture.is_flat => TextureRepeat::default(),
+            "plane" => {
+                let wide = half.map(|half| if material.uniform || half <= 0.0 { 1.0 } else { half });
+                let often = [material.repeat[0] / wide[0], material.repeat[1] / wide[1]];
+                TextureRepeat::PerMetre(often.map(|often| 0.5 * often))
+            }
+            "box" if material.uniform => TextureRepeat::PerMetre(material.repeat.map(|often| 0.5 * often)),
+            _ => TextureRepeat::Times(material.repeat),
+        };
+        Some((uri, repeat))
     }
 
     fn texture<'a>(
@@ -113,20 +145,30 @@ impl Library {
         element: Element<'a>,
         compiler: &Compiler,
         classes: &Classes<'a>,
+        made: &mut Made,
         notes: &mut Notes,
-    ) {
+    ) -> Result<(), Stop> {
         let texture = classes.of(element, None, ["texture", "texture"]);
         let kind = texture.word("type").unwrap_or("cube");
         if kind == "skybox" {
-            return;
+            return Ok(());
         }
-        let Some(file) = texture.word("file").filter(|_| texture.word("gridsize").is_none()) else {
-            let message = "simd reads textures from whole pictures alone: its material has its colour";
-            notes.info(element, Ignored, message);
-            return;
+        let file = texture.word("file").filter(|_| texture.word("gridsize").is_none());
+        let uri = match file {
+            Some(file) => compiler.texture_uri(file),
+            None => match builtin_texture::png(&texture, kind == "2d", made, notes)? {
+                Some(png) => made.add_picture(element, element.word("name").unwrap_or("texture"), png)?,
+                None => {
+                    let message =
+                        "simd reads textures from whole pictures alone: its material has its colour";
+                    notes.info(element, Ignored, message);
+                    return Ok(());
+                }
+            },
         };
-        let name = element.word("name").unwrap_or_else(|| stem(file)).to_owned();
-        self.textures.insert(name, Texture { uri: compiler.texture_uri(file), is_flat: kind == "2d" });
+        let name = element.word("name").or_else(|| file.map(stem)).unwrap_or_default().to_owned();
+        self.textures.insert(name, Texture { uri, is_flat: kind == "2d" });
+        Ok(())
     }
 
     fn mesh<'a>(

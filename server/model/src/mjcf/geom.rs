@@ -139,7 +139,8 @@ pub(super) fn read(
     let group = geom.number("group")?.unwrap_or(0.0);
     let own = geom.numbers("rgba", notes)?;
     let color = own.or_else(|| context.library.color(geom.word("material")?));
-    let texture = geom.word("material").and_then(|material| context.library.picture(material, kind));
+    let texture = geom.word("material");
+    let texture = texture.and_then(|material| context.library.picture(material, kind, [size(0), size(1)]));
     let color = color.map(|color: [f64; 4]| color.map(|part| part.clamp(0.0, 1.0)));
     let is_collision = contype != 0 || conaffinity != 0;
     if !is_collision && context.compiler.discard_visual {

@@ -60,15 +60,24 @@ impl Made {
 
     /// Keeps a file for a mesh of a name; gives its URI.
     pub(super) fn add(&mut self, at: Element, name: &str, text: String) -> Result<String, Stop> {
-        self.bytes += text.len();
+        self.keep(at, name, "obj", text.into_bytes())
+    }
+
+    /// Keeps a picture of a name as a PNG; gives its URI.
+    pub(super) fn add_picture(&mut self, at: Element, name: &str, png: Vec<u8>) -> Result<String, Stop> {
+        self.keep(at, name, "png", png)
+    }
+
+    fn keep(&mut self, at: Element, name: &str, extension: &str, bytes: Vec<u8>) -> Result<String, Stop> {
+        self.bytes += bytes.len();
         if self.bytes > MOST_BYTES {
-            let message =
-                format!("meshes without a file have more than {MOST_BYTES} bytes; give them one each");
+            let message = format!(
+                "meshes and textures without a file have more than {MOST_BYTES} bytes; give them one each"
+            );
             return Err(Stop::at(at, message));
         }
         let name: String = crate::wire_name(name).chars().take(NAME).collect();
-        let uri = format!("{FOLDER}/{}.obj", self.names.unique(&name));
-        let bytes = text.into_bytes();
+        let uri = format!("{FOLDER}/{}.{extension}", self.names.unique(&name));
         self.files.insert(uri.clone(), Asset { sha256: Sha256::of(&bytes), bytes: bytes.into() });
         Ok(uri)
     }

@@ -11,6 +11,7 @@ mod actuator;
 mod assets;
 mod attach;
 mod body;
+mod builtin_texture;
 mod compiler;
 mod defaults;
 mod equality;

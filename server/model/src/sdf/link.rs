@@ -6,7 +6,7 @@ use super::files::joined;
 use super::frames;
 use crate::inertia;
 use crate::report::Disposition::{Defaulted, Ignored, Repaired};
-use crate::robot::{Geometry, Inertial, Material};
+use crate::robot::{Geometry, Inertial, Material, TextureRepeat};
 use crate::translation::draft::{DraftGeometry, DraftLink, DraftShape};
 use crate::translation::element::{Element, report_unknown};
 use crate::translation::notes::{Notes, Stop};
@@ -204,7 +204,7 @@ fn shape(element: Element, notes: &mut Notes) -> Result<Option<DraftShape>, Stop
     };
     let material = element.child("material");
     let color = material.and_then(color);
-    let texture = material.and_then(texture);
+    let texture = material.and_then(texture).map(|uri| (uri, TextureRepeat::default()));
     Ok(Some(DraftShape { at: (element.file, element.line()), link_from_shape, geometry, color, texture }))
 }
 

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use glamx::{DPose3, DVec3};
 
-use crate::robot::{Inertial, JointLimits, Material};
+use crate::robot::{Inertial, JointLimits, Material, TextureRepeat};
 
 /// Where something stands: index of the file, and line; 0 is none.
 pub(crate) type At = (usize, u32);
@@ -93,8 +93,8 @@ pub(crate) struct DraftShape {
     pub(crate) link_from_shape: DPose3,
     pub(crate) geometry: DraftGeometry,
     pub(crate) color: Option<[f64; 4]>,
-    /// URI of a picture.
-    pub(crate) texture: Option<String>,
+    /// URI of a picture, and how often it is there.
+    pub(crate) texture: Option<(String, TextureRepeat)>,
 }
 
 #[derive(Clone, Debug, PartialEq)]

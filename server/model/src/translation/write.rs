@@ -9,7 +9,7 @@ use super::draft::{
     At, Draft, DraftConstraint, DraftConstraintKind, DraftDrive, DraftGeometry, DraftJoint, DraftLink,
     DraftSensor, DraftShape, DraftState,
 };
-use crate::robot::{Inertial, Material};
+use crate::robot::{Inertial, Material, TextureRepeat};
 
 /// Lines, and where each comes from.
 #[derive(Default)]
@@ -140,7 +140,14 @@ fn write_shape(text: &mut Text, tag: &str, shape: &DraftShape) {
     };
     text.line(at, 3, &format!("<geometry>{geometry}</geometry>"));
     let color = shape.color.map(|color| format!("<color rgba=\"{}\"/>", numbers(color)));
-    let texture = shape.texture.as_ref().map(|uri| format!("<texture filename=\"{}\"/>", escaped(uri)));
+    let texture = shape.texture.as_ref().map(|(uri, repeat)| {
+        let repeat = match *repeat {
+            whole if whole == TextureRepeat::default() => String::new(),
+            TextureRepeat::Times(often) => format!(" repeat=\"{}\"", numbers(often)),
+            TextureRepeat::PerMetre(often) => format!(" per_metre=\"{}\"", numbers(often)),
+        };
+        format!("<texture filename=\"{}\"{repeat}/>", escaped(uri))
+    });
     let look: String = color.into_iter().chain(texture).collect();
     if tag == "visual" && !look.is_empty() {
         text.line(at, 3, &format!("<material name=\"\">{look}</material>"));

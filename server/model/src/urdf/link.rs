@@ -16,7 +16,7 @@ use super::surface::Surfaces;
 use super::tree::Tree;
 use crate::limits::LoadLimits;
 use crate::report::Disposition::Defaulted;
-use crate::robot::{Collision, Inertial, Link, Visual};
+use crate::robot::{Collision, Inertial, Link, Picture, Visual};
 
 /// All links, in the tree's order, without mass.
 pub(super) fn read_all<'a, 'i>(
@@ -62,11 +62,11 @@ impl<'a, 'i> Reader<'_, 'a, 'i> {
             let material = mended.child(node, "material");
             let color = palette.color(visual.material.as_ref(), material, findings);
             let picture = palette.texture(material);
-            let picture = picture.and_then(|uri| {
+            let picture = picture.and_then(|(uri, repeat)| {
                 let image = meshes.image(uri, material.unwrap_or(node), findings)?;
-                Some((uri.to_owned(), image))
+                Some(Picture { uri: uri.to_owned(), image, repeat })
             });
-            let usage = Use::Visual(picture.as_ref().map(|(_uri, image)| Arc::clone(image)));
+            let usage = Use::Visual(picture.as_ref().map(|picture| Arc::clone(&picture.image)));
             let geometry = geometry(mended, node, &visual.geometry, meshes, &usage, findings);
             let visual = |geometry| Visual { link_from_shape, geometry, color, texture: picture };
             visuals.extend(geometry.map(visual));

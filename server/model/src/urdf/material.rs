@@ -6,15 +6,20 @@ use roxmltree::Node;
 
 use super::findings::{Findings, quoted};
 use super::mend::Mended;
-use super::prescan::texture_of;
+use super::numbers::{self, Shape};
+use super::prescan::{texture, texture_of};
 use crate::report::Disposition::{Defaulted, Ignored, Repaired};
+use crate::robot::TextureRepeat;
 
 /// The colours and pictures that have a name.
 pub(super) struct Palette<'m> {
     colors: HashMap<&'m str, [f64; 4]>,
     /// How the description names their files.
-    textures: HashMap<String, String>,
+    textures: HashMap<String, (String, TextureRepeat)>,
 }
+
+/// The most often that a picture is on a shape, or on a metre of one.
+const MOST_OFTEN: f64 = 1e4;
 
 impl<'m> Palette<'m> {
     /// Materials of the robot first, then those that a visual defines in
@@ -37,17 +42,20 @@ impl<'m> Palette<'m> {
         for material in mended.children(mended.root, "material").chain(passing) {
             let name = material.attribute("name").map(str::trim).filter(|name| !name.is_empty());
             if let (Some(name), Some(file)) = (name, texture_of(material)) {
-                textures.entry(name.to_owned()).or_insert_with(|| file.to_owned());
+                textures.entry(name.to_owned()).or_insert_with(|| (file.to_owned(), repeat_of(material)));
             }
         }
         Self { colors, textures }
     }
 
-    /// How the description names the picture of a visual.
-    pub(super) fn texture<'s>(&'s self, node: Option<Node<'s, '_>>) -> Option<&'s str> {
+    /// How the description names the picture of a visual, and how often that is on it.
+    pub(super) fn texture<'s>(&'s self, node: Option<Node<'s, '_>>) -> Option<(&'s str, TextureRepeat)> {
         let node = node?;
-        let own = texture_of(node);
-        own.or_else(|| self.textures.get(node.attribute("name")?.trim()).map(String::as_str))
+        if let Some(own) = texture_of(node) {
+            return Some((own, repeat_of(node)));
+        }
+        let (file, repeat) = self.textures.get(node.attribute("name")?.trim())?;
+        Some((file, *repeat))
     }
 
     /// The colour of a visual.
@@ -79,6 +87,18 @@ impl<'m> Palette<'m> {
         }
         Some(clamped)
     }
+}
+
+/// How often the picture of a material is on a shape: `repeat`, else `per_metre`, which URDF does not know. What cannot be is passed
+/// over: a picture is looks alone.
+fn repeat_of(material: Node) -> TextureRepeat {
+    let numbers = |name: &str| {
+        let found = numbers::of::<2>(texture(material)?, name, Shape::Exactly(2))?;
+        let can_be = |often: &f64| *often != 0.0 && often.abs() <= MOST_OFTEN;
+        found.iter().all(can_be).then_some(found)
+    };
+    let times = numbers("repeat").map(TextureRepeat::Times);
+    times.or_else(|| numbers("per_metre").map(TextureRepeat::PerMetre)).unwrap_or_default()
 }
 
 /// Materials of the robot that give a name another colour than the one before.

@@ -198,8 +198,12 @@ fn materials<'a, 'input>(root: Node<'a, 'input>) -> impl Iterator<Item = Node<'a
 
 /// How a material names its picture.
 pub(super) fn texture_of<'a>(material: Node<'a, '_>) -> Option<&'a str> {
-    let texture = material.children().find(|node| is(*node, "texture"))?;
-    texture.attribute("filename").filter(|uri| !uri.trim().is_empty())
+    texture(material)?.attribute("filename").filter(|uri| !uri.trim().is_empty())
+}
+
+/// The picture of a material.
+pub(super) fn texture<'a, 'input>(material: Node<'a, 'input>) -> Option<Node<'a, 'input>> {
+    material.children().find(|node| is(*node, "texture"))
 }
 
 /// The name, the URIs of meshes and those of pictures.

@@ -4,7 +4,7 @@ use glamx::DPose3;
 
 use super::findings::Refusal;
 use crate::limits;
-use crate::robot::{Geometry, JointKind, RobotModel};
+use crate::robot::{Geometry, JointKind, Picture, RobotModel, TextureRepeat};
 use crate::setup::{ConstraintOn, LinkConstraintKind, Setup};
 
 /// Whether a scale can be asked for.
@@ -28,6 +28,9 @@ pub(super) fn apply(model: &mut RobotModel, scale: f64) {
         for visual in &mut link.visuals {
             pose(&mut visual.link_from_shape, scale);
             geometry(&mut visual.geometry, scale);
+            if let Some(Picture { repeat: TextureRepeat::PerMetre(often), .. }) = &mut visual.texture {
+                *often = often.map(|often| often / scale);
+            }
         }
         for collision in &mut link.collisions {
             pose(&mut collision.link_from_shape, scale);

@@ -111,7 +111,18 @@ const MATERIAL: Element = element(
     &[
         element("color", &[attribute("rgba", Kind::Numbers(Shape::Color), Drop)], &[]),
         // Read from the document: urdf-rs refuses one without a file.
-        ours(element("texture", &[attribute("filename", Uri, Leave)], &[]), ""),
+        ours(
+            element(
+                "texture",
+                &[
+                    attribute("filename", Uri, Leave),
+                    attribute("repeat", OursNumbers(2), Leave),
+                    attribute("per_metre", OursNumbers(2), Leave),
+                ],
+                &[],
+            ),
+            "",
+        ),
     ],
 );
 

@@ -18,6 +18,7 @@ pub mod sensor;
 pub mod simulation;
 pub mod state;
 pub mod view;
+pub mod xacro;
 
 #[cfg(test)]
 mod tests;

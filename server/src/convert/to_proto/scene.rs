@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use glamx::{DPose3, DVec3};
 use simd_core::collision::{Collider, ColliderGeometry, ConvexMesh};
 use simd_core::simulation::published_state::EntityLayout;
-use simd_model::robot::{Geometry, Visual};
+use simd_model::robot::{Geometry, TextureRepeat, Visual};
 use simd_proto::v1;
 
 use super::geometry;
@@ -42,23 +42,31 @@ pub fn obj(mesh: &ConvexMesh) -> Vec<u8> {
 }
 
 fn visual_shape(link: usize, visual: &Visual) -> v1::Shape {
-    let texture = visual.texture.as_ref().map(|(_uri, image)| image.sha256.to_string());
+    let texture = visual.texture.as_ref();
     v1::Shape {
         color: visual.color.map(color),
-        texture: texture.unwrap_or_default(),
+        texture: texture.map_or_else(String::new, |picture| picture.image.sha256.to_string()),
+        texture_repeat: texture.and_then(|picture| texture_repeat(picture.repeat)),
         ..shape(link, visual.link_from_shape, &visual.geometry)
     }
 }
 
+/// Absent where the whole picture is on each side.
+fn texture_repeat(repeat: TextureRepeat) -> Option<v1::TextureRepeat> {
+    let (TextureRepeat::Times([x, y]) | TextureRepeat::PerMetre([x, y])) = repeat;
+    let per_metre = matches!(repeat, TextureRepeat::PerMetre(_));
+    (repeat != TextureRepeat::default()).then_some(v1::TextureRepeat { x, y, per_metre })
+}
+
 fn shape(link: usize, pose: DPose3, geometry: &Geometry) -> v1::Shape {
     let (pose, geometry) = (Some(geometry::pose(pose)), Some(shape_geometry(geometry)));
-    v1::Shape { link: count(link), pose, geometry, color: None, texture: String::new() }
+    v1::Shape { link: count(link), pose, geometry, ..Default::default() }
 }
 
 fn collider(collider: Collider) -> v1::Shape {
     let Collider { link, link_from_shape, geometry } = collider;
     let (pose, geometry) = (Some(geometry::pose(link_from_shape)), Some(collider_geometry(&geometry)));
-    v1::Shape { link: count(link), pose, geometry, color: None, texture: String::new() }
+    v1::Shape { link: count(link), pose, geometry, ..Default::default() }
 }
 
 fn collider_geometry(geometry: &ColliderGeometry) -> v1::shape::Geometry {

@@ -265,6 +265,25 @@ async fn health_and_schema_can_be_asked_for() {
 }
 
 #[tokio::test]
+async fn xacro_is_expanded_and_what_is_wrong_with_it_has_a_reason() {
+    let daemon = Daemon::start(RunState::Paused).await;
+    let request = |text: &str| v1::ExpandXacroRequest {
+        files: [("arm/arm.xacro".to_owned(), text.as_bytes().to_vec())].into(),
+        path: "arm/arm.xacro".into(),
+        arguments: [("name".to_owned(), "left".to_owned())].into(),
+    };
+    let expanded = daemon.entities().expand_xacro(request("<robot name='$(arg name)'/>")).await.unwrap();
+    assert!(String::from_utf8(expanded.into_inner().urdf).unwrap().contains("name=\"left\""));
+    let refused =
+        daemon.entities().expand_xacro(request("<robot>\n<a b='${c}'/></robot>")).await.unwrap_err();
+    assert_eq!(reason(&refused), "INVALID_DESCRIPTION");
+    assert!(refused.message().starts_with("/arm/arm.xacro:2: "), "{}", refused.message());
+    let elsewhere = v1::ExpandXacroRequest { path: "other.xacro".into(), ..request("<robot/>") };
+    let refused = daemon.entities().expand_xacro(elsewhere).await.unwrap_err();
+    assert_eq!(reason(&refused), "INVALID_VALUE");
+}
+
+#[tokio::test]
 async fn what_the_transport_refuses_has_a_reason_too() {
     let daemon = Daemon::start(RunState::Paused).await;
     let urdf = vec![b' '; (16 << 20) + 1];

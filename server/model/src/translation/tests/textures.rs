@@ -1,7 +1,7 @@
 //! Pictures that materials of SDF and MJCF name: from the file to what is drawn.
 
 use super::*;
-use crate::robot::{Geometry, MeshAsset, Visual};
+use crate::robot::{Geometry, MeshAsset, TextureRepeat, Visual};
 
 const BOX: &str = "<body name='b'><freejoint/><geom type='box' size='1 1 1' material='squares'/></body>";
 const MESH: &str = "<body name='b'><freejoint/><geom type='mesh' mesh='box' material='squares'/></body>";
@@ -49,7 +49,7 @@ fn mesh(visual: &Visual) -> &MeshAsset {
 }
 
 fn picture_of(visual: &Visual) -> Option<&str> {
-    visual.texture.as_ref().map(|(uri, _)| uri.as_str())
+    visual.texture.as_ref().map(|picture| picture.uri.as_str())
 }
 
 #[test]
@@ -69,7 +69,7 @@ fn a_material_of_mjcf_puts_its_picture_on_shapes() {
 
 #[test]
 fn what_is_no_picture_of_a_file_leaves_the_colour_and_a_finding() {
-    let built_in = "<texture name='t' type='2d' builtin='checker' width='8' height='8'/>\
+    let built_in = "<texture name='t' type='cube' builtin='gradient' width='8' height='8'/>\
                     <material name='squares' texture='t' rgba='1 0 0 1'/>";
     let (shown, report) = visual(&mjcf(built_in, BOX), &files());
     assert_eq!((picture_of(&shown), shown.color), (None, Some([1.0, 0.0, 0.0, 1.0])));
@@ -82,6 +82,110 @@ fn what_is_no_picture_of_a_file_leaves_the_colour_and_a_finding() {
         report.findings.iter().any(|finding| finding.message.contains("pictures/lost.png")),
         "{report:?}"
     );
+}
+
+/// The rows of a PNG that is not filtered.
+fn pixels(png: &[u8]) -> Vec<Vec<[u8; 3]>> {
+    use std::io::Read as _;
+
+    let at = png.windows(4).position(|word| word == b"IDAT").unwrap();
+    let mut bytes = Vec::new();
+    flate2::read::ZlibDecoder::new(&png[at + 4..]).read_to_end(&mut bytes).unwrap();
+    let width = u32::from_be_bytes(png[16..20].try_into().unwrap()) as usize;
+    let row = |row: &[u8]| row[1..].chunks_exact(3).map(|pixel| pixel.try_into().unwrap()).collect();
+    bytes.chunks_exact(3 * width + 1).map(row).collect()
+}
+
+#[test]
+fn textures_that_mujoco_makes_are_pictures() {
+    let ground = |texture: &str| {
+        let text = mjcf(
+            &format!("<texture name='t' type='2d' {texture}/><material name='squares' texture='t'/>"),
+            "<geom type='plane' size='0 0 1' material='squares'/>",
+        );
+        let (shown, report) = visual(&text, &files());
+        assert_eq!(warnings(&report), []);
+        let picture = shown.texture.unwrap();
+        assert!(picture.uri.starts_with("mjcf_inline/t"), "{}", picture.uri);
+        pixels(&picture.image.bytes)
+    };
+    let [red, blue, white] = [[255, 0, 0], [0, 0, 255], [255; 3]];
+    let checker = ground("builtin='checker' rgb1='1 0 0' rgb2='0 0 1' width='4' height='2'");
+    assert_eq!(checker, [[red, red, blue, blue], [blue, blue, red, red]]);
+    let edge = ground("builtin='flat' rgb1='1 0 0' mark='edge' markrgb='1 1 1' width='3' height='3'");
+    assert_eq!(edge, [[white; 3], [white, red, white], [white; 3]]);
+    let cross = ground("builtin='flat' rgb1='1 0 0' mark='cross' markrgb='1 1 1' width='3' height='3'");
+    assert_eq!(cross, [[red, white, red], [white; 3], [red, white, red]]);
+    let gradient = ground("builtin='gradient' rgb1='1 0 0' rgb2='0 0 1' width='65' height='65'");
+    assert_eq!((gradient[32][32], gradient[0][0]), (red, blue));
+    // Half of the way out both are there.
+    assert_eq!(gradient[32][48], [127, 0, 127]);
+    let random = ground(
+        "builtin='flat' rgb1='1 0 0' mark='random' random='0.25' markrgb='1 1 1' width='100' height='100'",
+    );
+    let marked = random.iter().flatten().filter(|pixel| **pixel == white).count();
+    assert!((2300..2700).contains(&marked), "{marked} of 10000 pixels");
+    // However large it is asked to be.
+    let large = ground("builtin='checker' rgb1='1 0 0' rgb2='0 0 1' width='1e9' height='100'");
+    assert_eq!((large.len(), large[0].len(), large[0][0], large[0][1023]), (100, 1024, red, blue));
+}
+
+/// Numbers of repetitions as in MuJoCo's renderer: of a plane over its size, of what is uniform over two metres.
+#[test]
+fn a_picture_is_repeated_as_its_material_says() {
+    let repeat = |material: &str, geom: &str| {
+        let text = mjcf(
+            &format!(
+                "<texture name='t' type='2d' file='squares.png'/><material name='squares' texture='t' {material}/>"
+            ),
+            &format!("<geom {geom} material='squares'/>"),
+        );
+        let (shown, report) = visual(&text, &files());
+        assert_eq!(warnings(&report), []);
+        shown.texture.unwrap().repeat
+    };
+    let (plane, endless) = ("type='plane' size='5 2 1'", "type='plane' size='0 0 1'");
+    assert_eq!(repeat("", plane), TextureRepeat::PerMetre([0.1, 0.25]));
+    assert_eq!(repeat("texrepeat='10 4'", plane), TextureRepeat::PerMetre([1.0, 1.0]));
+    assert_eq!(repeat("texrepeat='10 4' texuniform='true'", plane), TextureRepeat::PerMetre([5.0, 2.0]));
+    assert_eq!(repeat("texrepeat='10 4'", endless), TextureRepeat::PerMetre([5.0, 2.0]));
+    let (cuboid, ball) = ("type='box' size='1 1 1'", "type='sphere' size='1'");
+    assert_eq!(repeat("texrepeat='3 2'", cuboid), TextureRepeat::Times([3.0, 2.0]));
+    assert_eq!(repeat("texrepeat='3 2' texuniform='true'", cuboid), TextureRepeat::PerMetre([1.5, 1.0]));
+    assert_eq!(repeat("texrepeat='3 2'", ball), TextureRepeat::Times([3.0, 2.0]));
+    // Once is nothing to say, and what cannot be is passed over.
+    assert_eq!(repeat("", cuboid), TextureRepeat::default());
+    assert_eq!(repeat("texrepeat='0 1'", cuboid), TextureRepeat::default());
+}
+
+/// The words that translations write, in a URDF; a robot twice as large has a picture half as often on each metre.
+#[test]
+fn a_urdf_says_how_often_a_picture_is_there() {
+    let visual =
+        |material: &str| format!("<visual><geometry><box size='1 1 1'/></geometry>{material}</visual>");
+    let named =
+        "<material name='tiles'><texture filename='pictures/squares.png' per_metre='4 2'/></material>";
+    let own = |often: &str| {
+        format!("<material name=''><texture filename='pictures/squares.png' {often}/></material>")
+    };
+    let shapes = [
+        "<material name='tiles'/>",
+        &own("repeat='3 -1'"),
+        &own(""),
+        &own("repeat='0 1'"),
+        &own("per_metre='1e9 1'"),
+    ];
+    let text =
+        format!("<robot name='r'>{named}<link name='a'>{}</link></robot>", shapes.map(visual).concat());
+    let repeats = |scale: f64| -> Vec<TextureRepeat> {
+        let options = ReadOptions { scale, ..ReadOptions::default() };
+        let (model, report) = read(text.as_bytes(), &files(), &options).unwrap();
+        assert_eq!(warnings(&report), [""; 0]);
+        model.links[0].visuals.iter().map(|visual| visual.texture.as_ref().unwrap().repeat).collect()
+    };
+    let (whole, often) = (TextureRepeat::default(), TextureRepeat::Times([3.0, -1.0]));
+    assert_eq!(repeats(1.0), [TextureRepeat::PerMetre([4.0, 2.0]), often, whole, whole, whole]);
+    assert_eq!(repeats(2.0), [TextureRepeat::PerMetre([2.0, 1.0]), often, whole, whole, whole]);
 }
 
 /// Of the box's OBJ only the file itself is there, as with most models of MuJoCo.

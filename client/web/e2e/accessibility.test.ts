@@ -1,0 +1,180 @@
+// The whole page for people who see or move differently: axe in light and dark, on a phone and in each sheet, all of which are opened by keys.
+
+import { mkdtemp, rm } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { resolve } from "node:path";
+
+import { afterEach, expect, test } from "vitest";
+
+import { ConstraintKind } from "../src/gen/simd/v1/constraint_pb";
+import { Base } from "../src/gen/simd/v1/entity_pb";
+import { Tab } from "./browser";
+import { Daemon, REPOSITORY } from "./daemon";
+import { fixtures } from "./fixtures";
+
+const use = fixtures();
+
+let folder = "";
+afterEach(async () => {
+  await rm(folder, { recursive: true, force: true });
+});
+
+/** Two robots with sensors, a constraint, a parameter, a recording, a saved world, and a report with a warning. */
+async function furnished(): Promise<Daemon> {
+  folder = await mkdtemp(`${tmpdir()}/simd-axe-`);
+  const daemon = await use.daemon(Daemon.demo("--gravity", "0,0,0", "--recordings", folder, "--asset-root", resolve(REPOSITORY, "tests/assets")));
+  const path = resolve(REPOSITORY, "tests/assets/humanoid/urdf/humanoid.urdf");
+  await daemon.entities.spawnEntity({ name: "humanoid", source: { source: { case: "path", value: path } }, base: Base.FIXED, pose: { position: { x: 0, y: 2, z: 1.2 } } });
+  const box = { geometry: { case: "box", value: { size: { x: 0.2, y: 0.2, z: 0.2 } } }, mass: 1 } as const;
+  for (const [name, y] of [["crate_1", -1], ["crate_2", -1.4]] as const) {
+    await daemon.entities.spawnEntity({ name, base: Base.FREE, pose: { position: { x: 0, y, z: 1 } }, source: { source: { case: "primitive", value: box } } });
+  }
+  await daemon.constraints.createConstraint({ name: "weld", kind: ConstraintKind.WELD, parent: { robot: "crate_1" }, child: { robot: "crate_2" } });
+  await daemon.sensors.createSensor({ sensor: { robot: "bench_arm", name: "imu", kind: { case: "imu", value: {} } } });
+  await daemon.parameters.addParameter({ parameter: { name: "speed", kind: { case: "slider", value: { minimum: 0, maximum: 1, value: 0.5 } } } });
+  await daemon.simulation.saveState({ name: "start" });
+  await daemon.recordings.startRecording({ name: "run" });
+  await daemon.pass(0.2);
+  await daemon.recordings.stopRecording({});
+  return daemon;
+}
+
+/** What is opened, by keys alone: a shortcut, or buttons one after the other, each by its Enter; and by what it is known. */
+const SHEETS: readonly { name: string; keys?: string; buttons?: readonly string[]; shows: string }[] = [
+  { name: "keys", keys: "?", shows: "help-sheet" },
+  { name: "picture", keys: "s", shows: "picture-sheet" },
+  { name: "camera", buttons: ["view-menu"], shows: "orthographic" },
+  { name: "recordings", buttons: ["recordings"], shows: "recordings-sheet" },
+  { name: "clients", buttons: ["clients"], shows: "client-list" },
+  { name: "text size", buttons: ["text-size"], shows: "text-size-200" },
+  { name: "building", buttons: ["build"], shows: "build-menu" },
+  { name: "a shape", buttons: ["build", "build-add"], shows: "add-sheet" },
+  { name: "all robots", buttons: ["build", "build-robots"], shows: "robots-sheet" },
+  { name: "saved worlds", buttons: ["build", "build-worlds"], shows: "worlds-sheet" },
+  { name: "a question", keys: "Backspace", shows: "ask-sheet" },
+  { name: "moving", buttons: ["build", "build-place"], shows: "place-card" },
+];
+
+/** Opens a sheet by keys, waits until it is there, and gives what axe finds. */
+async function found(tab: Tab, { name, keys, buttons = [], shows }: (typeof SHEETS)[number]): Promise<string[]> {
+  if (keys !== undefined) await tab.page.keyboard.press(keys);
+  for (const button of buttons) {
+    await tab.page.getByTestId(button).focus();
+    await tab.page.keyboard.press("Enter");
+  }
+  const shown = tab.page.getByTestId(shows);
+  await shown.waitFor();
+  const violations = (await tab.violations()).map((violation) => `${name}: ${violation}`);
+  await tab.page.keyboard.press("Escape");
+  await shown.waitFor({ state: "detached" });
+  return violations;
+}
+
+const PHONE = { width: 390, height: 844 };
+const VIEWS = [
+  { name: "light", options: { colorScheme: "light" } },
+  { name: "dark", options: { colorScheme: "dark" } },
+  { name: "a light phone", options: { colorScheme: "light", viewport: PHONE, hasTouch: true } },
+  { name: "a dark phone", options: { colorScheme: "dark", viewport: PHONE, hasTouch: true } },
+] as const;
+
+for (const { name, options } of VIEWS) {
+  test(`axe finds nothing in ${name}: the page, its panels, and each sheet, opened by keys`, async () => {
+    const daemon = await furnished();
+    const tab = await Tab.open(await use.context(options), daemon.url);
+    const violations: string[] = [];
+    const look = async (what: string): Promise<void> => {
+      violations.push(...(await tab.violations()).map((violation) => `${what}: ${violation}`));
+    };
+    // The question is asked where others are connected: this test's own client.
+    await expect.poll(() => tab.page.getByTestId("clients").textContent()).toMatch(/^[2-9] connected/);
+    if (!(await tab.page.getByTestId("panel").isVisible())) await tab.page.keyboard.press("b");
+    await tab.page.keyboard.press("1");
+    await tab.page.getByTestId("sensor-imu").waitFor();
+    await look("the page");
+    await tab.page.keyboard.press("2");
+    await expect.poll(() => tab.page.getByTestId("slider").count()).toBeGreaterThan(20);
+    await look("thirty joints");
+    await tab.page.keyboard.press("i");
+    await tab.page.getByTestId("structure").waitFor();
+    await tab.page.locator(".tree summary").first().focus();
+    await tab.page.keyboard.press("Enter");
+    await look("the structure");
+    await tab.page.keyboard.press("i");
+    // All that is drawn over the picture.
+    for (const key of ["c", "j", "n", "a", "m", "e", "k", "w"]) await tab.page.keyboard.press(key);
+    await tab.page.getByTestId("side-front").waitFor();
+    await look("marks");
+    for (const key of ["c", "j", "n", "a", "m", "e", "k", "w"]) await tab.page.keyboard.press(key);
+    await tab.page.keyboard.press("p");
+    await tab.page.getByTestId("series-picker").waitFor();
+    await look("plots");
+    await tab.page.keyboard.press("p");
+    for (const sheet of SHEETS) violations.push(...(await found(tab, sheet)));
+    // A recording that is played, and closed by its key.
+    await tab.page.getByTestId("recordings").focus();
+    await tab.page.keyboard.press("Enter");
+    await tab.page.getByTestId("play-recording").first().focus();
+    await tab.page.keyboard.press("Enter");
+    await tab.page.getByTestId("playback").waitFor();
+    await look("a recording");
+    await tab.page.keyboard.press("Escape");
+    await tab.page.getByTestId("playback").waitFor({ state: "detached" });
+    expect(violations).toEqual([]);
+    await tab.picture(`axe-${name.replaceAll(" ", "-")}`);
+    // A lost daemon, last.
+    await daemon.kill();
+    await tab.page.getByTestId("banner").waitFor();
+    expect(await tab.violations()).toEqual([]);
+  });
+}
+
+test("a robot is brought in, moved, plotted, placed, saved and removed without a pointer", async () => {
+  const daemon = await use.daemon(Daemon.start(["--gravity", "0,0,0"]));
+  const tab = await Tab.open(await use.context({ acceptDownloads: true }), daemon.url);
+  const names = async () => (await daemon.entities.listEntities({})).entities.map(({ name }) => name);
+  const enter = async (id: string): Promise<void> => {
+    await tab.page.getByTestId(id).first().focus();
+    await tab.page.keyboard.press("Enter");
+  };
+  await enter("add-demo-arm");
+  await expect.poll(names).toEqual(["demo_arm"]);
+  await expect.poll(() => tab.page.getByTestId("slider").count()).toBe(5);
+  // From the first field on, Tab leads to each slider; arrows move it.
+  await tab.page.keyboard.press("/");
+  await tab.page.keyboard.type("elbow");
+  await expect.poll(() => tab.page.getByTestId("slider").count()).toBe(1);
+  const focused = () => tab.page.evaluate(() => (document.activeElement as HTMLElement | null)?.dataset["testid"] ?? "");
+  for (let presses = 0; presses < 20 && (await focused()) !== "slider"; presses += 1) await tab.page.keyboard.press("Tab");
+  expect(await focused()).toBe("slider");
+  await tab.page.keyboard.press("Shift+ArrowRight");
+  await expect.poll(async () => (await daemon.joint("demo_arm", "elbow")).target).toBeGreaterThan(0);
+  await enter("plot-joint");
+  await tab.page.getByTestId("plot").first().waitFor();
+  // A shape, by its form.
+  await enter("build");
+  await enter("build-add");
+  await tab.page.getByTestId("build-name").focus();
+  await tab.page.keyboard.type("crate");
+  await tab.page.keyboard.press("Enter");
+  await expect.poll(names).toEqual(["demo_arm", "crate"]);
+  await tab.page.getByTestId("add-sheet").waitFor({ state: "detached" });
+  await tab.page.keyboard.press("2");
+  await enter("build");
+  await enter("build-place");
+  await tab.page.getByTestId("place-x").focus();
+  const before = (await daemon.entities.getEntityState({ robot: "crate" })).pose?.position?.x ?? NaN;
+  await tab.page.keyboard.press("Shift+ArrowUp");
+  await expect.poll(async () => ((await daemon.entities.getEntityState({ robot: "crate" })).pose?.position?.x ?? NaN) - before).toBeCloseTo(0.1, 6);
+  await tab.page.keyboard.press("Escape");
+  await tab.page.getByTestId("place-card").waitFor({ state: "detached" });
+  // A picture.
+  await tab.page.keyboard.press("s");
+  await tab.page.getByTestId("save-picture").focus();
+  const [download] = await Promise.all([tab.page.waitForEvent("download"), tab.page.keyboard.press("Enter")]);
+  expect(download.suggestedFilename()).toMatch(/\.png$/);
+  await tab.page.getByTestId("picture-sheet").waitFor({ state: "detached" });
+  await tab.page.keyboard.press("Control+z");
+  await tab.page.keyboard.press("Control+z");
+  await expect.poll(names).toEqual(["demo_arm"]);
+});

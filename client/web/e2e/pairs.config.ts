@@ -1,0 +1,7 @@
+// Pictures of the page beside those of PyBullet and MuJoCo, to be looked at: `make pairs`.
+import { defineConfig } from "vitest/config";
+
+export default defineConfig({
+  root: import.meta.dirname,
+  test: { include: ["*.pairs.ts"], fileParallelism: false, testTimeout: 600_000, hookTimeout: 60_000 },
+});

@@ -1,0 +1,29 @@
+// What drives a joint, asked for when somebody looks: clients change gains at any time.
+import { services } from "./services";
+
+/** SI units. */
+export interface Actuator {
+  /** Of position targets, as they are in force; absent where the joint has no actuator. */
+  stiffness?: number;
+  damping?: number;
+  /** Inertia of the rotor as the joint feels it; 0 is none. */
+  armature: number;
+  /** Stiffness of a spring beside the actuator; absent where there is none. */
+  spring?: number;
+  /** The actuator holds the weight of what hangs on the joint. */
+  gravityCompensation: boolean;
+}
+
+/** That of a joint; undefined where the daemon does not say. */
+export async function actuatorOf(robot: string, joint: string): Promise<Actuator | undefined> {
+  try {
+    const { layout } = await services().joints.getJointLayout({ robot });
+    const found = layout?.joints.find(({ name }) => name === joint);
+    if (!found) return undefined;
+    const { gains, armature, spring, gravityCompensation } = found;
+    return { armature, gravityCompensation, ...(gains && { stiffness: gains.stiffness, damping: gains.damping }), ...(spring && { spring: spring.stiffness }) };
+  } catch {
+    // The robot is gone, or the daemon is lost, which the page says elsewhere.
+    return undefined;
+  }
+}

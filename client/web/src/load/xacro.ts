@@ -1,0 +1,67 @@
+// Xacro among dropped files: which of them may be robots, what arguments they take, and their expansion, which is the daemon's.
+import type { Services } from "../daemon/services";
+import { MOUNT, nameOf } from "./tree";
+
+/** Files that a xacro file may include or read, and what says which package a folder is. */
+const SOURCES = /\.(xacro|urdf|xml|gazebo|ya?ml)$/i;
+/** Bytes: a larger file is no source that a person wrote, and the daemon reads none. */
+const MOST_BYTES = 4 << 20;
+
+/** A xacro file that is to be loaded. */
+export interface XacroChoice {
+  /** Among the dropped files. */
+  path: string;
+  /** `$(arg NAME)` by name. */
+  values: Readonly<Record<string, string>>;
+}
+
+/** An argument that a file declares. */
+export interface XacroArgument {
+  name: string;
+  /** Undefined if it has to be given. */
+  preset: string | undefined;
+}
+
+/** The xacro files, the likeliest robot first: those that say that they become a URDF, and the topmost. */
+export function findXacros(paths: readonly string[]): string[] {
+  const rank = (path: string): number => (/\.urdf\.xacro$/i.test(path) ? 0 : 1000) + path.split("/").length;
+  return paths.filter((path) => /\.xacro$/i.test(path)).toSorted((a, b) => rank(a) - rank(b) || a.localeCompare(b));
+}
+
+/** What a file declares by `<xacro:arg>`, each name once. */
+export function argumentsIn(text: string): XacroArgument[] {
+  const found = new Map<string, XacroArgument>();
+  for (const [, attributes = ""] of text.replace(/<!--[^]*?-->/g, "").matchAll(/<xacro:arg\s([^>]*)>/g)) {
+    const value = (name: string): string | undefined => {
+      const match = new RegExp(`(?:^|\\s)${name}\\s*=\\s*("[^"]*"|'[^']*')`).exec(attributes);
+      return match?.[1] === undefined ? undefined : plain(match[1].slice(1, -1));
+    };
+    const name = value("name");
+    if (name !== undefined && name !== "" && !found.has(name)) found.set(name, { name, preset: value("default") });
+  }
+  return [...found.values()];
+}
+
+/** Text of an attribute without its escapes. */
+function plain(text: string): string {
+  const signs: Record<string, string> = { "&lt;": "<", "&gt;": ">", "&quot;": '"', "&apos;": "'", "&amp;": "&" };
+  return text.replace(/&(?:lt|gt|quot|apos|amp);/g, (sign) => signs[sign] ?? sign);
+}
+
+/** The URDF that a file among the dropped ones becomes, and what its files say by `xacro.message` and `xacro.warning`. */
+export async function expandXacro(entities: Services["entities"], files: ReadonlyMap<string, File>, { path, values }: XacroChoice): Promise<{ urdf: Uint8Array<ArrayBuffer>; messages: string[] }> {
+  const sources = [...files].filter(([name, { size }]) => SOURCES.test(name) && size <= MOST_BYTES);
+  const read = async ([name, file]: [string, File]) => [name.slice(1), new Uint8Array(await file.arrayBuffer())] as const;
+  const { urdf, messages } = await entities.expandXacro({
+    files: Object.fromEntries(await Promise.all(sources.map(read))),
+    path: `${MOUNT}/${path}`.slice(1),
+    arguments: { ...values },
+  });
+  return { urdf: new Uint8Array(urdf), messages };
+}
+
+/** What a file is called in a list: from the folder that was dropped. */
+export function shownPath(path: string, paths: readonly string[]): string {
+  const alike = paths.filter((other) => nameOf(other) === nameOf(path));
+  return alike.length > 1 ? path : nameOf(path);
+}

@@ -1,0 +1,28 @@
+// What a sensor measured, in words.
+import type { Measurement } from "../state/sensors";
+import { shortened } from "./quantity";
+
+export function words(measured: Measurement): string {
+  switch (measured.kind) {
+    case "imu":
+      return `${vector(measured.acceleration)} m/s² · ${vector(measured.angular)} rad/s`;
+    case "force-torque":
+      return `${vector(measured.force)} N · ${vector(measured.torque)} N m`;
+    case "contact":
+      return measured.touching ? `${shortened(measured.normalForce)} N from ${measured.partners.join(", ")}` : "touches nothing";
+    case "range":
+      return Number.isFinite(measured.range) ? `${shortened(measured.range)} m` : "nothing in reach";
+    case "lidar":
+      return measured.hits === 0 ? `nothing in reach of ${measured.rays} rays` : `${measured.hits} of ${measured.rays} rays, nearest ${shortened(measured.nearest)} m`;
+    case "motion":
+      return `at ${vector(measured.position)} m · ${vector(measured.linear)} m/s`;
+    case "encoder":
+      return `${shortened(measured.position)} · ${shortened(measured.velocity)} a second`;
+    case "unknown":
+      return "something that this page does not know";
+  }
+}
+
+function vector(values: readonly [number, number, number]): string {
+  return values.map((value) => shortened(value)).join(" ");
+}

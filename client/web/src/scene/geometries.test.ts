@@ -1,0 +1,37 @@
+// Pictures on primitives are where their materials say.
+import { expect, test } from "vitest";
+import { PLANE_RADIUS, repeatPicture, triangles, type Primitive } from "./geometries";
+
+/** The place in the picture of each corner, with where that is. */
+function places(primitive: Primitive, repeat: { x: number; y: number; perMetre: boolean }): { at: number[]; uv: number[] }[] {
+  const made = triangles(primitive);
+  repeatPicture(made, primitive, repeat);
+  const [position, uv] = [made.getAttribute("position"), made.getAttribute("uv")];
+  return Array.from({ length: uv.count }, (_, index) => ({
+    at: [position.getX(index), position.getY(index), position.getZ(index)],
+    uv: [uv.getX(index), uv.getY(index)],
+  }));
+}
+
+test("on each metre of a plane a picture is there as often as it should, with its middle in the middle", () => {
+  const corners = places({ kind: "plane", normal: [0, 0, 1] }, { x: 0.5, y: 2, perMetre: true });
+  expect(corners.length).toBeGreaterThan(8);
+  for (const { at: [x = 0, y = 0], uv } of corners) {
+    expect(uv[0]).toBeCloseTo(0.5 + 0.5 * x, 3);
+    expect(uv[1]).toBeCloseTo(0.5 + 2 * y, 3);
+  }
+  expect(PLANE_RADIUS).toBeGreaterThan(100);
+});
+
+test("each side of a box has it by its own metres, or so many times", () => {
+  const box: Primitive = { kind: "box", size: [1, 2, 4] };
+  const spans = (repeat: { x: number; y: number; perMetre: boolean }) => {
+    const corners = places(box, repeat);
+    return [0, 8, 16].map((first) => {
+      const side = corners.slice(first, first + 4);
+      return [0, 1].map((axis) => Math.max(...side.map(({ uv }) => uv[axis] ?? NaN)) - Math.min(...side.map(({ uv }) => uv[axis] ?? NaN)));
+    });
+  };
+  expect(spans({ x: 1, y: 1, perMetre: true })).toEqual([[4, 2], [1, 4], [1, 2]]);
+  expect(spans({ x: 3, y: 2, perMetre: false })).toEqual([[3, 2], [3, 2], [3, 2]]);
+});

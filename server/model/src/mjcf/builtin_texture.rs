@@ -1,0 +1,129 @@
+//! Textures that MuJoCo makes itself: a checker pattern, a gradient, one colour, with marks. They become PNG files, which the URDF names like
+//! any other picture.
+
+use std::io::Write as _;
+
+use flate2::Compression;
+use flate2::write::ZlibEncoder;
+
+use super::defaults::Classed;
+use super::inline_mesh::Made;
+use crate::report::Disposition::Repaired;
+use crate::translation::notes::{Notes, Stop};
+
+/// Pixels along a side, of which a larger picture is drawn with as many.
+const MOST_SIDE: usize = 1024;
+
+type Rgb = [u8; 3];
+
+/// The PNG of a texture that names a pattern; `None` where it names none, or one that lies on a box on other sides in other ways.
+pub(super) fn png(
+    texture: &Classed,
+    is_flat: bool,
+    made: &Made,
+    notes: &mut Notes,
+) -> Result<Option<Vec<u8>>, Stop> {
+    let pattern: fn(&Colours, [usize; 2], [usize; 2]) -> Rgb = match texture.word("builtin") {
+        Some("checker") => checker,
+        Some("gradient") if is_flat => gradient,
+        Some("flat") => flat,
+        _ => return Ok(None),
+    };
+    let mut color = |name: &str, default: f64| -> Result<[f64; 3], Stop> {
+        Ok(texture.numbers(name, notes)?.unwrap_or([default; 3]))
+    };
+    let colours =
+        Colours { first: color("rgb1", 0.8)?, second: color("rgb2", 0.5)?, mark: color("markrgb", 0.0)? };
+    let wide = texture.number("width")?.unwrap_or(0.0);
+    // The sides of a cube are squares.
+    let high = if is_flat { texture.number("height")?.unwrap_or(0.0) } else { wide };
+    if !(wide >= 1.0 && high >= 1.0) {
+        return Ok(None);
+    }
+    let size = [wide, high].map(|side| (side as usize).min(MOST_SIDE));
+    if wide > MOST_SIDE as f64 || high > MOST_SIDE as f64 {
+        notes.info(
+            texture.element,
+            Repaired,
+            format!("it is drawn with at most {MOST_SIDE} pixels along a side"),
+        );
+    }
+    made.spend(size[0] * size[1], texture.element)?;
+    let mark = texture.word("mark").unwrap_or("none");
+    let random = texture.number("random")?.unwrap_or(0.01);
+    let mut rows = Vec::with_capacity(size[1] * (3 * size[0] + 1));
+    for row in 0..size[1] {
+        // Without a filter.
+        rows.push(0);
+        for column in 0..size[0] {
+            let at = [column, row];
+            let is_marked = match mark {
+                "edge" => at.iter().zip(size).any(|(place, side)| *place == 0 || *place + 1 == side),
+                "cross" => at.iter().zip(size).any(|(place, side)| *place == side / 2),
+                // MuJoCo's own numbers are not known: as many pixels, on other places.
+                "random" => noise(at) < random,
+                _ => false,
+            };
+            rows.extend(if is_marked { bytes(colours.mark) } else { pattern(&colours, at, size) });
+        }
+    }
+    Ok(Some(written(size, &rows)))
+}
+
+/// As the file has them.
+struct Colours {
+    first: [f64; 3],
+    second: [f64; 3],
+    mark: [f64; 3],
+}
+
+fn bytes(color: [f64; 3]) -> Rgb {
+    color.map(|part| (255.0 * part.clamp(0.0, 1.0)) as u8)
+}
+
+fn flat(colours: &Colours, _at: [usize; 2], _size: [usize; 2]) -> Rgb {
+    bytes(colours.first)
+}
+
+/// Two by two fields.
+fn checker(colours: &Colours, at: [usize; 2], size: [usize; 2]) -> Rgb {
+    let [right, low] = [at[0] >= size[0] / 2, at[1] >= size[1] / 2];
+    bytes(if right == low { colours.first } else { colours.second })
+}
+
+/// From the first colour in the middle to the second outside, by a sigmoid of the distance.
+fn gradient(colours: &Colours, at: [usize; 2], size: [usize; 2]) -> Rgb {
+    let place = |axis: usize| 2.0 * at[axis] as f64 / (size[axis].max(2) - 1) as f64 - 1.0;
+    let out = 2.0 * place(0).hypot(place(1)) - 1.0;
+    let share = (0.5 * (1.0 + out / out.hypot(1.0) * std::f64::consts::SQRT_2)).clamp(0.0, 1.0);
+    let mixed = |part: usize| share * colours.second[part] + (1.0 - share) * colours.first[part];
+    bytes([mixed(0), mixed(1), mixed(2)])
+}
+
+/// A number from 0 to 1 that looks random, the same for each reading (the finalizer of SplitMix64).
+fn noise([column, row]: [usize; 2]) -> f64 {
+    let mut bits = ((row as u64) << 32 | column as u64).wrapping_add(0x9E37_79B9_7F4A_7C15);
+    bits = (bits ^ (bits >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    bits = (bits ^ (bits >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    ((bits ^ (bits >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+}
+
+/// A PNG of 8 bits a part (ISO/IEC 15948).
+fn written(size: [usize; 2], rows: &[u8]) -> Vec<u8> {
+    let mut file = b"\x89PNG\r\n\x1a\n".to_vec();
+    let mut header: Vec<u8> = size.iter().flat_map(|side| (*side as u32).to_be_bytes()).collect();
+    header.extend([8, 2, 0, 0, 0]);
+    let mut packed = ZlibEncoder::new(Vec::new(), Compression::default());
+    // Writing to memory cannot fail.
+    let packed = packed.write_all(rows).and_then(|()| packed.finish()).unwrap_or_default();
+    for (kind, data) in [(b"IHDR", header), (b"IDAT", packed), (b"IEND", Vec::new())] {
+        let mut sum = flate2::Crc::new();
+        sum.update(kind);
+        sum.update(&data);
+        file.extend((data.len() as u32).to_be_bytes());
+        file.extend(kind);
+        file.extend(data);
+        file.extend(sum.sum().to_be_bytes());
+    }
+    file
+}
