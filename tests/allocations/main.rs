@@ -4,17 +4,21 @@
 #[path = "../physics/chains.rs"]
 mod chains;
 
+use std::io::Write as _;
 use std::sync::Arc;
 
 use allocation_counter::measure;
+use flate2::Compression;
+use flate2::write::ZlibEncoder;
 use glamx::{DPose3, DVec3};
+use simd_core::collision::{MeshShapes, Shapes};
 use simd_core::dynamics::{Articulation, Axis, Integrator, Tree};
 use simd_core::simulation::WorldLimits;
 use simd_core::simulation::command::*;
 use simd_core::{Command, PhysicsSettings, PublishedState, Simulation};
-use simd_model::RobotModel;
-use simd_model::robot::{JointKind, JointLimits};
+use simd_model::robot::{JointKind, JointLimits, Sha256};
 use simd_model::sensor::{ChannelNoise, Channels, Noise, SensorKind};
+use simd_model::{Asset, Assets, ReadOptions, RobotModel};
 use simd_tests::robots;
 
 /// Steps before counting, at each width of the limits.
@@ -296,4 +300,64 @@ fn a_step_on_two_threads_allocates_nothing() {
     assert_eq!(seen.count_total, 0, "{seen:?}");
     let events = world.take_events();
     assert!(events.is_empty(), "{events:?}");
+}
+
+/// A binary STL of so many triangles on one line.
+fn lines(triangles: u32) -> Vec<u8> {
+    let mut bytes = vec![0; 80];
+    bytes.extend(triangles.to_le_bytes());
+    let corners = [[0f32, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]];
+    let mut triangle = vec![0; 12];
+    triangle.extend(corners.iter().flatten().flat_map(|number| number.to_le_bytes()));
+    triangle.extend([0; 2]);
+    (0..triangles).for_each(|_| bytes.extend(&triangle));
+    bytes
+}
+
+/// A grey PNG of 8 bits that says this size, and unpacks to so many zeros.
+fn picture(width: u32, height: u32, zeros: usize) -> Vec<u8> {
+    let mut packed = ZlibEncoder::new(Vec::new(), Compression::best());
+    packed.write_all(&vec![0; zeros]).unwrap();
+    let header = [&width.to_be_bytes()[..], &height.to_be_bytes(), &[8, 0, 0, 0, 0]].concat();
+    let mut bytes = b"\x89PNG\r\n\x1a\n".to_vec();
+    for (kind, data) in [(b"IHDR", header), (b"IDAT", packed.finish().unwrap()), (b"IEND", Vec::new())] {
+        bytes.extend(u32::try_from(data.len()).unwrap().to_be_bytes());
+        bytes.extend(kind);
+        bytes.extend(data);
+        bytes.extend([0; 4]);
+    }
+    bytes
+}
+
+struct OneFile(Arc<[u8]>);
+
+impl Assets for OneFile {
+    fn find(&self, _uri: &str) -> Result<Asset, Vec<String>> {
+        Ok(Asset { sha256: Sha256::of(&self.0), bytes: Arc::clone(&self.0) })
+    }
+}
+
+/// What reading a robot of one mesh and making its shapes takes at once beside the file, bytes.
+fn taken_at_once(uri: &str, file: Vec<u8>) -> u64 {
+    let files = OneFile(file.into());
+    let urdf = format!(
+        "<robot name='r'><link name='l'><collision><geometry><mesh filename='{uri}'/></geometry></collision></link></robot>"
+    );
+    let seen = measure(|| {
+        let read = simd_model::read(urdf.as_bytes(), &files, &ReadOptions::default());
+        let shapes = read.map(|(model, _)| Shapes::reusing(&model, true, MeshShapes::Mesh, &[]));
+        assert!(shapes.is_ok());
+    });
+    println!("{uri}: {} MB", seen.bytes_max / 1_000_000);
+    seen.bytes_max
+}
+
+/// A million triangles without an area, a picture whose pixels are a thousandth of what it unpacks to, and one that says that it has
+/// more pixels than may be.
+#[test]
+fn harmful_meshes_take_bounded_memory() {
+    assert!(taken_at_once("line.stl", lines(1_000_000)) < 600_000_000);
+    assert!(taken_at_once("bomb.png", picture(200, 200, 100_000_000)) < 20_000_000);
+    assert!(taken_at_once("whole.png", picture(1_000, 1_000, 1_001_000)) < 300_000_000);
+    assert!(taken_at_once("huge.png", picture(100_000, 100_000, 10_000_000)) < 1_000_000);
 }

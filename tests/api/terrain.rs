@@ -70,12 +70,53 @@ async fn a_load_report_says_what_a_mesh_became(via: Via) {
             assert!((0.25..=0.5).contains(&distance), "{said:?}");
         }
     }
+    // A ball of 2,000 corners within half a percent of its radius.
+    let corner = |i: u32| {
+        let (z, turn) = (1.0 - f64::from(2 * i + 1) / 2_000.0, f64::from(i) * 2.4);
+        let across = (1.0 - z * z).sqrt();
+        format!("v {} {} {z}\n", across * turn.cos(), across * turn.sin())
+    };
+    write_robot(folder.path(), "ball.obj", (0..2_000).map(corner).collect::<String>().as_bytes());
+    let spawned = load(&daemon.client, folder.path(), Base::Free, MeshShapes::Hull).await.unwrap();
+    let (_, rest) = said(&spawned)[0]
+        .split_once("of some of its corners, outside of whose faces the others lie by at most ")
+        .unwrap();
+    let beyond: f64 = rest.split_once(" m").unwrap().0.parse().unwrap();
+    assert!(beyond > 0.0 && beyond < 6e-3, "{beyond}");
     // What touches is drawn, also where it is no hull.
     let scene = daemon.client.scene(&["ground"]).await.unwrap();
     assert!(
         matches!(&scene.robots[0].colliders[0].geometry, Some(proto::shape::Geometry::Convex(_))),
         "{scene:?}"
     );
+}
+
+/// What is asked for and cannot be is a warning, which a strict load refuses; and no robot comes.
+async fn a_strict_load_refuses_what_is_no_mesh_and_no_parts(via: Via) {
+    let daemon = Daemon::paused_via(via).await;
+    let folder = tempfile::tempdir().unwrap();
+    let load_strictly = async |base: Base, meshes: MeshShapes| {
+        let request = SpawnEntityRequest {
+            base: base.into(),
+            mesh_shapes: meshes.into(),
+            strict: true,
+            allow_renaming: true,
+            ..fixed("ground")
+        };
+        daemon.client.load(folder.path().join("ground.urdf"), request).await
+    };
+    // A sheet has no parts, and a line no triangles.
+    let sheet = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3\nf 1 3 4\n";
+    write_robot(folder.path(), "sheet.obj", sheet.as_bytes());
+    let refused = load_strictly(Base::Free, MeshShapes::Decomposition).await.unwrap_err();
+    let said = refused.to_string();
+    assert!(said.contains("is not taken apart") && said.contains("strict loading refuses"), "{said}");
+    assert!(load_strictly(Base::Free, MeshShapes::Hull).await.is_ok());
+    assert!(load_strictly(Base::Fixed, MeshShapes::Mesh).await.is_ok());
+    write_robot(folder.path(), "line.obj", b"v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n");
+    let refused = load_strictly(Base::Fixed, MeshShapes::Mesh).await.unwrap_err();
+    assert!(refused.to_string().contains("they have no area"), "{refused}");
+    assert_eq!(daemon.client.robots().await.unwrap().len(), 2);
 }
 
 /// A ball that falls into the tub stays in it; a hull would carry it on a lid.
@@ -219,5 +260,6 @@ crate::over_every_transport! {
     a_load_report_says_what_a_mesh_became,
     a_ball_falls_into_what_is_open,
     what_starts_below_a_surface_is_reported,
+    a_strict_load_refuses_what_is_no_mesh_and_no_parts,
     files_that_are_no_ground_are_a_sentence,
 }

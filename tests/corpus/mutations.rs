@@ -160,9 +160,9 @@ fn is_sound(model: &RobotModel) {
             let size = match &collision.geometry {
                 Geometry::Box { size } => size.min_element(),
                 Geometry::Sphere { radius } => *radius,
-                Geometry::Cylinder { radius, length } | Geometry::Capsule { radius, length } => {
-                    radius.min(*length)
-                }
+                Geometry::Cylinder { radius, length }
+                | Geometry::Capsule { radius, length }
+                | Geometry::Cone { radius, length } => radius.min(*length),
                 Geometry::Plane { normal } => normal.length(),
                 Geometry::Mesh { scale, .. } => scale.abs().min_element(),
             };

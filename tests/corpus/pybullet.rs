@@ -211,7 +211,7 @@ fn shape(collision: Node) -> Option<String> {
     let sizes: &[&str] = match shape.tag_name().name() {
         "box" => &["size"],
         "sphere" => &["radius"],
-        "cylinder" | "capsule" => &["radius", "length"],
+        "cylinder" | "capsule" | "cone" => &["radius", "length"],
         "plane" => &["normal"],
         "mesh" => return Some(format!("mesh {}", attribute(Some(shape), "filename"))),
         // Bullet has more shapes than URDF.
@@ -228,6 +228,7 @@ fn described(geometry: &Geometry) -> String {
         Geometry::Sphere { radius } => format!("sphere {radius}"),
         Geometry::Cylinder { radius, length } => format!("cylinder {radius} {length}"),
         Geometry::Capsule { radius, length } => format!("capsule {radius} {length}"),
+        Geometry::Cone { radius, length } => format!("cone {radius} {length}"),
         Geometry::Plane { normal } => format!("plane {}", several(normal.to_array())),
         Geometry::Mesh { uri, .. } => format!("mesh {uri}"),
     }

@@ -30,6 +30,7 @@ fn geometry(kind: &str, sizes: &[f64], number: u8) -> Geometry {
         ("sphere", &[radius]) => Geometry::Sphere { radius },
         ("cylinder", &[radius, length]) => Geometry::Cylinder { radius, length },
         ("capsule", &[radius, length]) => Geometry::Capsule { radius, length },
+        ("cone", &[radius, length]) => Geometry::Cone { radius, length },
         _ => {
             let vertices: Vec<DVec3> = sizes.chunks_exact(3).map(DVec3::from_slice).collect();
             let triangles = vec![[0, 1, 2]];

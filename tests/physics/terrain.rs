@@ -162,7 +162,8 @@ fn a_thin_mesh_lets_nothing_through() {
     };
     let capsule = solid(&[(DPose3::IDENTITY, Geometry::Capsule { radius: 0.02, length: 0.1 })], 0.2);
     let cylinder = solid(&[(DPose3::IDENTITY, Geometry::Cylinder { radius: 0.03, length: 0.05 })], 0.2);
-    let bodies = [ball(0.02, 0.1), cuboid(DVec3::new(0.02, 0.1, 0.06), 0.3), capsule, cylinder];
+    let cone = solid(&[(DPose3::IDENTITY, Geometry::Cone { radius: 0.03, length: 0.06 })], 0.2);
+    let bodies = [ball(0.02, 0.1), cuboid(DVec3::new(0.02, 0.1, 0.06), 0.3), capsule, cylinder, cone];
     let mut rng = Rng::with_seed(5);
     for h in [1e-3, 1.0 / 240.0] {
         for (body, turn) in bodies.iter().flat_map(|body| (0..4).map(move |turn| (body, turn))) {

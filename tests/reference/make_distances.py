@@ -11,7 +11,7 @@ import json_lines
 import numpy as np
 
 HERE = Path(__file__).resolve().parent
-KINDS = ("box", "sphere", "cylinder", "capsule", "hull")
+KINDS = ("box", "sphere", "cylinder", "capsule", "cone", "hull")
 EACH = 12
 
 
@@ -24,6 +24,8 @@ def shape(kind, rng):
         return [a], coal.Sphere(a)
     if kind == "cylinder":
         return [a, b], coal.Cylinder(a, b)
+    if kind == "cone":
+        return [a, b], coal.Cone(a, b)
     if kind == "capsule":
         return [a, b], coal.Capsule(a, b)
     corners = np.round(rng.uniform(-1, 1, (int(rng.integers(5, 24)), 3)) * [a, b, c], 3)
@@ -61,6 +63,8 @@ def highest(kind, sizes, transform, ways):
         reach = np.full(len(own), sizes[0])
     elif kind == "cylinder":
         reach = sizes[0] * across + sizes[1] / 2 * up
+    elif kind == "cone":
+        reach = np.maximum(sizes[0] * across - sizes[1] / 2 * own[:, 2], sizes[1] / 2 * own[:, 2])
     elif kind == "capsule":
         reach = sizes[0] + sizes[1] / 2 * up
     else:

@@ -64,7 +64,7 @@ class Thing:
 class Robot:
     name: str
     urdf: str
-    """As `robots.read` takes it."""
+    """As `robots.read` takes it; or an SDF, whose models stand still."""
     at: list
     """Of its root link, m."""
     fixed: bool

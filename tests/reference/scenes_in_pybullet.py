@@ -60,6 +60,13 @@ class World:
                              angularDamping=0, rollingFriction=0, spinningFriction=0)
 
     def add_robot(self, robot):
+        if robot.urdf.endswith(".sdf"):
+            with silence():
+                bodies = p.loadSDF(str(Path(pybullet_data.getDataPath()) / robot.urdf.removeprefix(robots.OTHERS)))
+            for body in bodies:
+                self.owners[body] = robot.name
+                self.surface(body, robot)
+            return
         with tempfile.NamedTemporaryFile("w", suffix=".urdf") as file, silence():
             file.write(text(robot.urdf, robot.fixed))
             file.flush()

@@ -6,7 +6,7 @@ import numpy as np
 
 from scene_checks import Check, Shown, deepest, inside, moved, roots, spread, tilt, worst
 from scene_shapes import bowl, boxes, rows, sheet, stairs, turn_about
-from scenes import FOOT, HEIGHT, LEGS, OTHERS, OWN, Robot, Scene, Thing, a1, leg, stance, trot
+from scenes import FOOT, HEIGHT, LEGS, OTHERS, Robot, Scene, Thing, a1, leg, stance, trot
 
 ONLY_HULLS = "MuJoCo has only hulls of meshes"
 
@@ -236,14 +236,14 @@ def samurai():
 
 
 def stadium():
-    """What stadium.sdf says in URDF, which is what simd reads: a plane to touch, a stadium to see."""
-    field = Robot("stadium", OWN + "stadium.urdf", [0.0, 0.0, 0.0], True, friction=0.8)
+    """Three models: a plane to touch, a stadium to see."""
+    field = Robot("stadium", OTHERS + "stadium.sdf", [0.0, 0.0, 0.0], True, friction=0.8)
     robot = a1([400.0, 10.0], stance(), 0.8, cycle=trot(0.3, 0.0), period=0.4, begin=1.0)
     scene = Scene("an A1 walks in the stadium", 5.0, [1.0, 5.0], [], [field, robot])
     return Shown(scene, [
         Check("it lacks {} of 1.2 m on its way", lambda v: worst(max(0.0, 1 - v[-1].roots[0, 0] / 1.2)), 0.2),
         Check("its feet go {} m into the ground", deepest(1.0), 1e-3),
-    ], ("PyBullet",), "MuJoCo's reader of URDF has no planes", eye=[-3.0, -6.0, 3.0], at=[0.0, 0.0, 0.3],
+    ], ("PyBullet",), "MuJoCo reads no SDF", eye=[-3.0, -6.0, 3.0], at=[0.0, 0.0, 0.3],
         instants=(0.0, 5.0))
 
 

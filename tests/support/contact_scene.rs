@@ -28,48 +28,56 @@ pub struct Scene {
     pub seconds: f64,
     /// Between these seconds it should be at rest, or what is counted is counted.
     pub window: [f64; 2],
-    things: Vec<Thing>,
-    robots: Vec<Robot>,
+    pub(crate) things: Vec<Thing>,
+    pub(crate) robots: Vec<Robot>,
     #[serde(default)]
-    constraints: Vec<Constraint>,
+    pub(crate) constraints: Vec<Constraint>,
     /// Seconds.
     pub time_step: f64,
     /// Robot and link whose normal forces are summed; all links where it is empty.
-    watch: Vec<[String; 2]>,
+    pub(crate) watch: Vec<[String; 2]>,
 }
 
 #[derive(Clone, Debug, Deserialize)]
-struct Robot {
-    name: String,
-    urdf: String,
-    at: [f64; 3],
-    turn: [f64; 4],
-    fixed: bool,
-    friction: f64,
-    restitution: f64,
+pub(crate) struct Robot {
+    pub(crate) name: String,
+    pub(crate) urdf: String,
+    pub(crate) at: [f64; 3],
+    pub(crate) turn: [f64; 4],
+    pub(crate) fixed: bool,
+    pub(crate) friction: f64,
+    pub(crate) restitution: f64,
     /// Where each starts.
-    joints: BTreeMap<String, f64>,
+    pub(crate) joints: BTreeMap<String, f64>,
     /// Stiffness and damping by joint; without any it is passive.
-    gains: BTreeMap<String, [f64; 2]>,
-    effort: BTreeMap<String, f64>,
+    pub(crate) gains: BTreeMap<String, [f64; 2]>,
+    pub(crate) effort: BTreeMap<String, f64>,
     /// By joint: seconds and target, in turn; between them along straight lines.
-    path: BTreeMap<String, Vec<[f64; 2]>>,
+    pub(crate) path: BTreeMap<String, Vec<[f64; 2]>>,
     /// Columns of the cycle.
-    order: Vec<String>,
-    cycle: Vec<Vec<f64>>,
-    period: f64,
-    begin: f64,
+    pub(crate) order: Vec<String>,
+    pub(crate) cycle: Vec<Vec<f64>>,
+    pub(crate) period: f64,
+    pub(crate) begin: f64,
     /// How joints move at first.
     #[serde(default)]
-    velocities: BTreeMap<String, f64>,
+    pub(crate) velocities: BTreeMap<String, f64>,
     /// How a free one moves at first, along the world's axes.
     #[serde(default)]
-    linear: [f64; 3],
+    pub(crate) linear: [f64; 3],
     #[serde(default)]
-    angular: [f64; 3],
+    pub(crate) angular: [f64; 3],
     /// By joint that is driven at a velocity: damping, and seconds and velocity in turn.
     #[serde(default)]
-    speeds: BTreeMap<String, (f64, Vec<[f64; 2]>)>,
+    pub(crate) speeds: BTreeMap<String, (f64, Vec<[f64; 2]>)>,
+}
+
+/// A spring and a damper towards a target; of a velocity without a spring.
+pub(crate) struct Drive {
+    pub(crate) position: f64,
+    pub(crate) velocity: f64,
+    pub(crate) stiffness: f64,
+    pub(crate) damping: f64,
 }
 
 /// What is seen at an instant.
@@ -177,19 +185,32 @@ impl<'a> Run<'a> {
 }
 
 impl Robot {
+    /// Name, model, place of the root, and whether that is fixed: one, or those of an SDF.
+    pub(crate) fn described(&self) -> Vec<(String, robots::Described)> {
+        let pose = DPose3::from_parts(self.at.into(), DQuat::from_array(self.turn));
+        if !self.urdf.ends_with(".sdf") {
+            let (model, _) = robots::read(&self.urdf);
+            return vec![(self.name.clone(), robots::Described { model, pose, fixed: self.fixed })];
+        }
+        let all = robots::read_all(&self.urdf).into_iter().enumerate();
+        let name = |i: usize| if i == 0 { self.name.clone() } else { format!("{}-{i}", self.name) };
+        all.map(|(i, of)| (name(i), robots::Described { pose: pose * of.pose, ..of })).collect()
+    }
+
     fn put_into(&self, world: &mut Simulation) {
-        let (model, _) = robots::read(&self.urdf);
-        let [x, y, z, w] = self.turn;
-        let at = DPose3::from_parts(self.at.into(), DQuat::from_xyzw(x, y, z, w));
-        let shapes = Arc::new(Shapes::reusing(&model, self.fixed, MeshShapes::Mesh, &[]));
-        let spawn = Spawn {
-            shapes,
-            contact_settings: scenes::surface(self.friction, self.restitution),
-            joint_positions: self.joints.iter().map(|(name, &at)| (name.clone(), at)).collect(),
-            passive: self.gains.is_empty() && self.speeds.is_empty(),
-            ..scenes::robot(&self.name, &model, at, self.fixed)
-        };
-        scenes::spawn(world, spawn);
+        let described = self.described();
+        for (name, robots::Described { model, pose, fixed }) in &described {
+            let shapes = Arc::new(Shapes::reusing(model, *fixed, MeshShapes::Mesh, &[]));
+            let spawn = Spawn {
+                shapes,
+                contact_settings: scenes::surface(self.friction, self.restitution),
+                joint_positions: self.joints.iter().map(|(name, &at)| (name.clone(), at)).collect(),
+                passive: self.gains.is_empty() && self.speeds.is_empty(),
+                ..scenes::robot(name, model, *pose, *fixed)
+            };
+            scenes::spawn(world, spawn);
+        }
+        let Some((_, robots::Described { model, .. })) = described.first() else { return };
         // What files say of joints but for their stops plays no part, so that nothing differs in how it
         // is read.
         let properties = self.order.iter().map(|name| {
@@ -207,7 +228,7 @@ impl Robot {
                 spring: None,
             }
         });
-        let joints = properties.collect();
+        let joints: Vec<_> = properties.collect();
         scenes::apply(world, Command::SetJointProperties { robot: self.name.clone(), joints });
         let reset = |(name, &velocity): (&String, &f64)| {
             let position = self.joints.get(name).copied().unwrap_or_default();
@@ -224,32 +245,47 @@ impl Robot {
     }
 
     fn targets(&self, now: f64) -> Option<RobotTargets> {
-        let joint = |(column, name): (usize, &String)| {
-            if let Some((damping, path)) = self.speeds.get(name) {
-                let (velocity, damping) = (along(path, now)?, Some(*damping));
-                let target = Target::Velocity { velocity, damping, feed_forward: 0.0, max_effort: None };
-                return Some(JointTarget { joint: name.clone(), axis: 0, target });
-            }
-            let Some(&[stiffness, damping]) = self.gains.get(name) else {
-                return Some(JointTarget { joint: name.clone(), axis: 0, target: Target::Passive });
-            };
-            let target = Target::Position {
-                position: self.target(column, name, now)?,
-                velocity: 0.0,
-                stiffness: Some(stiffness),
-                damping: Some(damping),
-                feed_forward: 0.0,
-                max_effort: None,
-                max_velocity: None,
+        let joint = |name: &String| {
+            let is_driven = self.speeds.contains_key(name) || self.gains.contains_key(name);
+            let target = match self.drive(name, now) {
+                Some(Drive { velocity, stiffness: 0.0, damping, .. }) => {
+                    Target::Velocity { velocity, damping: Some(damping), feed_forward: 0.0, max_effort: None }
+                }
+                Some(Drive { position, velocity, stiffness, damping }) => Target::Position {
+                    position,
+                    velocity,
+                    stiffness: Some(stiffness),
+                    damping: Some(damping),
+                    feed_forward: 0.0,
+                    max_effort: None,
+                    max_velocity: None,
+                },
+                None if is_driven => return None,
+                None => Target::Passive,
             };
             Some(JointTarget { joint: name.clone(), axis: 0, target })
         };
-        let joints: Vec<_> = self.order.iter().enumerate().filter_map(joint).collect();
+        let joints: Vec<_> = self.order.iter().filter_map(joint).collect();
         let targets = || RobotTargets { robot: self.name.clone(), joints, ..RobotTargets::default() };
         (!self.gains.is_empty() || !self.speeds.is_empty()).then(targets)
     }
 
-    fn target(&self, column: usize, name: &str, now: f64) -> Option<f64> {
+    /// What drives a joint at a time; `None` of one that nothing drives.
+    pub(crate) fn drive(&self, name: &str, now: f64) -> Option<Drive> {
+        if let Some((damping, path)) = self.speeds.get(name) {
+            return Some(Drive {
+                position: 0.0,
+                velocity: along(path, now)?,
+                stiffness: 0.0,
+                damping: *damping,
+            });
+        }
+        let &[stiffness, damping] = self.gains.get(name)?;
+        Some(Drive { position: self.target(name, now)?, velocity: 0.0, stiffness, damping })
+    }
+
+    fn target(&self, name: &str, now: f64) -> Option<f64> {
+        let column = self.order.iter().position(|known| known == name)?;
         if let Some(path) = self.path.get(name) {
             return along(path, now);
         }

@@ -10,6 +10,7 @@ pub mod pybullet_data;
 pub mod robots;
 pub mod room;
 mod scene_constraint;
+pub mod scene_in_rapier;
 mod scene_thing;
 pub mod scenes;
 pub mod soak;

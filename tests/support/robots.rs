@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use glamx::DPose3;
 use simd_assets::Locator;
 use simd_model::robot::Sha256;
-use simd_model::{Asset, Assets, LoadReport, ReadOptions, RobotModel};
+use simd_model::{Asset, Assets, LoadLimits, LoadReport, ReadOptions, RobotModel};
 
 /// The folder of the test robots.
 pub fn assets() -> PathBuf {
@@ -19,16 +20,55 @@ pub fn assets() -> PathBuf {
 /// Where it cannot be read: then the test that asked for it has failed.
 #[allow(clippy::panic, reason = "the test has failed")]
 pub fn read(urdf: &str) -> (Arc<RobotModel>, LoadReport) {
-    let path = match urdf.strip_prefix("pybullet_data/") {
-        Some(urdf) => crate::pybullet_data::folder().join(urdf),
-        None => assets().join(urdf),
-    };
-    let text = std::fs::read(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
-    let files = OnDisk(Locator::new(&path));
+    let (text, files) = opened(urdf);
     match simd_model::read(&text, &files, &ReadOptions::default()) {
         Ok((model, report)) => (Arc::new(model), report),
         Err(refused) => panic!("{urdf}: {refused}"),
     }
+}
+
+/// A robot of a file, where it is put, and whether its root is fixed.
+pub struct Described {
+    /// What it is.
+    pub model: Arc<RobotModel>,
+    /// Of its root link.
+    pub pose: DPose3,
+    /// As the file says.
+    pub fixed: bool,
+}
+
+/// All robots of an SDF, found as [`read`] finds a URDF.
+///
+/// # Panics
+/// Where it cannot be read: then the test that asked for it has failed.
+#[allow(clippy::panic, reason = "the test has failed")]
+pub fn read_all(sdf: &str) -> Vec<Described> {
+    let (text, files) = opened(sdf);
+    let translation = match simd_model::translate(&text, &files, &LoadLimits::default()) {
+        Ok(Some(translation)) => translation,
+        Ok(None) => panic!("{sdf} is a URDF"),
+        Err(refused) => panic!("{sdf}: {refused}"),
+    };
+    let files = translation.files(&files);
+    let described = translation.models.iter().map(|translated| {
+        match simd_model::read(translated.urdf.as_bytes(), &files, &ReadOptions::default()) {
+            Ok((model, _)) => {
+                Described { model: Arc::new(model), pose: translated.pose, fixed: translated.fixed }
+            }
+            Err(refused) => panic!("{sdf}: {refused}"),
+        }
+    });
+    described.collect()
+}
+
+#[allow(clippy::panic, reason = "the test has failed")]
+fn opened(file: &str) -> (Vec<u8>, OnDisk) {
+    let path = match file.strip_prefix("pybullet_data/") {
+        Some(file) => crate::pybullet_data::folder().join(file),
+        None => assets().join(file),
+    };
+    let text = std::fs::read(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    (text, OnDisk(Locator::new(&path)))
 }
 
 struct OnDisk(Locator);

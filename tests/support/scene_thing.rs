@@ -20,10 +20,10 @@ pub(crate) struct Thing {
     shape: String,
     size: Vec<f64>,
     at: [f64; 3],
-    mass: f64,
-    friction: f64,
-    restitution: f64,
-    linear: [f64; 3],
+    pub(crate) mass: f64,
+    pub(crate) friction: f64,
+    pub(crate) restitution: f64,
+    pub(crate) linear: [f64; 3],
     grid: [u32; 3],
     pitch: f64,
     /// Layer k is moved along x and y by k modulo 3 of these.
@@ -31,7 +31,7 @@ pub(crate) struct Thing {
     #[serde(default = "upright")]
     turn: [f64; 4],
     #[serde(default)]
-    angular: [f64; 3],
+    pub(crate) angular: [f64; 3],
     /// Principal moments of a mesh that moves.
     #[serde(default)]
     moment: Vec<f64>,
@@ -57,17 +57,7 @@ impl Thing {
         let model = self.model();
         let fixed = self.mass == 0.0;
         let shapes = Arc::new(Shapes::reusing(&model, fixed, MeshShapes::Mesh, &[]));
-        let [nx, ny, nz] = self.grid;
-        let places = (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| [x, y, z])));
-        for (i, place) in places.enumerate() {
-            let [x, y, z] = place.map(f64::from);
-            let layer = f64::from(place[2] % 3);
-            let shift = DVec3::new(self.shift[0] * layer, self.shift[1] * layer, 0.0);
-            let at = DPose3::from_parts(
-                DVec3::from(self.at) + DVec3::new(x, y, z) * self.pitch + shift,
-                DQuat::from_array(self.turn),
-            );
-            let name = if nx * ny * nz == 1 { self.name.clone() } else { format!("{}-{i}", self.name) };
+        for (name, at) in self.places() {
             let contact_settings = scenes::surface(self.friction, self.restitution);
             let shapes = Arc::clone(&shapes);
             scenes::spawn(
@@ -81,11 +71,26 @@ impl Thing {
         }
     }
 
-    fn model(&self) -> Arc<RobotModel> {
+    /// Name and place of each, x first.
+    pub(crate) fn places(&self) -> impl Iterator<Item = (String, DPose3)> {
+        let [nx, ny, nz] = self.grid;
+        let places = (0..nz).flat_map(move |z| (0..ny).flat_map(move |y| (0..nx).map(move |x| [x, y, z])));
+        places.enumerate().map(move |(i, place)| {
+            let [x, y, z] = place.map(f64::from);
+            let layer = f64::from(place[2] % 3);
+            let shift = DVec3::new(self.shift[0] * layer, self.shift[1] * layer, 0.0);
+            let at = DVec3::from(self.at) + DVec3::new(x, y, z) * self.pitch + shift;
+            let name = if nx * ny * nz == 1 { self.name.clone() } else { format!("{}-{i}", self.name) };
+            (name, DPose3::from_parts(at, DQuat::from_array(self.turn)))
+        })
+    }
+
+    pub(crate) fn model(&self) -> Arc<RobotModel> {
         let geometry = match (&self.shape[..], &self.size[..]) {
             ("sphere", &[radius]) => Geometry::Sphere { radius },
             ("box", &[x, y, z]) => Geometry::Box { size: DVec3::new(x, y, z) },
             ("cylinder", &[radius, length]) => Geometry::Cylinder { radius, length },
+            ("cone", &[radius, length]) => Geometry::Cone { radius, length },
             ("mesh", _) => self.mesh(),
             ("heights", &[long, wide]) => self.field(long, wide),
             _ => Geometry::Plane { normal: DVec3::Z },

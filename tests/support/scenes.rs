@@ -32,6 +32,10 @@ pub fn solid(shapes: &[(DPose3, Geometry)], mass: f64) -> Arc<RobotModel> {
             let across = mass * (3.0 * radius * radius + length * length) / 12.0;
             DVec3::new(across, across, 0.5 * mass * radius * radius)
         }
+        Some((_, Geometry::Cone { radius, length })) => {
+            let across = mass * (3.0 / 20.0 * radius * radius + length * length / 10.0);
+            DVec3::new(across, across, 0.3 * mass * radius * radius)
+        }
         _ => DVec3::splat(mass),
     };
     let collision = |(at, geometry): &(DPose3, Geometry)| Collision {

@@ -171,6 +171,7 @@ fn placed(shape: &Shape) -> Option<Placed> {
             (Key::Cylinder(segments(cylinder.radius)), scale)
         }
         Geometry::Capsule(capsule) => (Key::capsule(capsule.radius, capsule.length), DVec3::ONE),
+        Geometry::Cone(cone) => (Key::cone(cone.radius, cone.length), DVec3::ONE),
         Geometry::Plane(plane) => {
             let normal = vector(plane.normal.as_ref(), DVec3::Z).normalize_or(DVec3::Z);
             link_from_mesh *= DAffine3::from_quat(DQuat::from_rotation_arc(DVec3::Z, normal));

@@ -1,4 +1,4 @@
-//! Triangles of boxes, balls, cylinders, capsules and planes, about z as in URDF. Round ones have so many triangles that depth errs
+//! Triangles of boxes, balls, cylinders, capsules, cones and planes, about z as in URDF. Round ones have so many triangles that depth errs
 //! by little more than [`ROUND`]. Boxes, balls and cylinders are of unit size, so that those of all sizes are one mesh. Coordinates in a
 //! picture are those of three.js, which the page draws with.
 
@@ -82,6 +82,19 @@ pub(crate) fn cylinder(around: u32) -> Mesh {
     for normal in [DVec3::Z, -DVec3::Z] {
         made.disc(around, 1.0, normal / 2.0, normal);
     }
+    made.mesh()
+}
+
+/// Metres, with so many segments. The normals of its side are of its slant, so that one that is stretched is another mesh.
+pub(crate) fn cone(around: u32, radius: f64, length: f64) -> Mesh {
+    let mut made = Made::default();
+    let normal = DVec3::new(length, 0.0, radius).normalize_or(DVec3::X);
+    for (at, v) in [(DVec3::new(0.0, 0.0, length / 2.0), 0.0), (DVec3::new(radius, 0.0, -length / 2.0), 1.0)]
+    {
+        made.ring(around, at, normal, v);
+    }
+    made.bands(around, 2);
+    made.disc(around, radius, DVec3::Z * (-length / 2.0), -DVec3::Z);
     made.mesh()
 }
 
@@ -189,6 +202,7 @@ mod tests {
         near(ball(96), 4.0 * PI / 3.0);
         near(cylinder(96), PI);
         near(capsule(96, 0.5, 2.0), PI / 6.0 + PI / 2.0);
+        near(cone(96, 0.5, 2.0), PI / 6.0);
     }
 
     #[test]

@@ -113,6 +113,9 @@ def drawn(sim: Simulation, frame: str, name: str, shape: proto.Shape) -> message
         tube = shape.cylinder if kind == "cylinder" else shape.capsule
         size = messages.Vector3(x=2 * tube.radius, y=2 * tube.radius, z=tube.length)
         cylinders.append(messages.CylinderPrimitive(pose=pose, size=size, bottom_scale=1, top_scale=1, color=color))
+    elif kind == "cone":
+        size = messages.Vector3(x=2 * shape.cone.radius, y=2 * shape.cone.radius, z=shape.cone.length)
+        cylinders.append(messages.CylinderPrimitive(pose=pose, size=size, bottom_scale=1, top_scale=0, color=color))
     elif kind == "mesh" and media is not None and shape.mesh.sha256:
         factors = shape.mesh.scale
         model = messages.ModelPrimitive(

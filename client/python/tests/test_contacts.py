@@ -7,7 +7,7 @@ import pytest
 from daemon import ASSETS
 
 import simd_client
-from simd_client import Robot, Simulation, Surface
+from simd_client import PlacedShape, Pose, Robot, Shape, Simulation, Surface
 
 WEIGHT = 2.0 * 9.81
 
@@ -139,12 +139,28 @@ def test_primitives_have_the_mass_of_water_where_none_is_said(sim: Simulation) -
     capsule = sim.add_capsule(0.5, 2.0, 3.0, (9, 0, 0), fixed=True, color=(1, 0, 0))
     assert capsule.info().mass == pytest.approx(3.0) and capsule.info().is_fixed
     assert capsule.scene().visuals[0].color.red == 1.0 and capsule.scene().visuals[0].color.alpha == 1.0
+    assert sim.add_cone(0.5, 3.0, position=(13, 0, 0)).info().mass == pytest.approx(250 * np.pi)
     assert sim.add_sphere(0.1, position=(9, 9, 0)).name == "sphere"
     assert sim.add_sphere(0.1, position=(9, 12, 0)).name == "sphere_1"
     with pytest.raises(simd_client.RobotExists):
         sim.add_sphere(0.1, name="sphere")
     with pytest.raises(ValueError, match="above 0 kg"):
         sim.add_sphere(0.1, mass=0.0)
+
+
+def test_a_body_of_several_shapes_stands_on_its_legs(sim: Simulation) -> None:
+    """A table of a plate and four legs, 0.6 m high: its frame is that of the plate."""
+    sim.add_plane()
+    legs = [PlacedShape(Shape.cylinder(0.02, 0.56), Pose.of((x, y, -0.3), (0, 0, 0, 1))) for x in (-0.3, 0.3) for y in (-0.3, 0.3)]
+    table = sim.add_compound([Shape.box((0.8, 0.8, 0.04)), *legs], position=(0, 0, 0.58))
+    water = 1000.0 * (0.8 * 0.8 * 0.04 + 4 * np.pi * 0.02**2 * 0.56)
+    assert table.name == "compound" and table.info().mass == pytest.approx(water)
+    assert len(table.scene().colliders) == 5
+    sim.step(1000)
+    assert table.state().position[2] == pytest.approx(0.58, abs=1e-4)
+    assert len(sim.contacts()) >= 4
+    with pytest.raises(simd_client.InvalidValue, match="1 to 1000"):
+        sim.add_compound([])
 
 
 def test_a_fixed_arm_at_rest_carries_its_links(sim: Simulation) -> None:

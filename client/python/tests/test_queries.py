@@ -97,6 +97,8 @@ def test_shapes_of_no_robot_overlap_and_are_cast(sim: Simulation, ball: Robot) -
     assert sim.overlaps(Shape.capsule(0.1, 3.0)) == (("floor", "link"), ("ball", "link"))
     hit = sim.cast_shape(Shape.sphere(0.1), (0, 0, -2), Pose.of((0, 0, 2.2), UPRIGHT))
     assert hit.robots == ("ball",) and hit.fractions[0] == pytest.approx(0.5, abs=1e-6)
+    hit = sim.cast_shape(Shape.cone(0.1, 0.2), (0, 0, -2), Pose.of((0, 0, 2.2), (1, 0, 0, 0)))
+    assert hit.robots == ("ball",) and hit.fractions[0] == pytest.approx(0.5, abs=1e-6), "apex down"
     missed = sim.cast_shape(Shape.cylinder(0.1, 0.2), (0, 0, 2), Pose.of((5, 0, 2), UPRIGHT))
     assert not missed.hit[0]
     np.testing.assert_allclose(missed.points, [[5, 0, 4]])

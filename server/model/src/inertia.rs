@@ -75,7 +75,7 @@ fn inertial(properties: &MassProperties) -> Inertial {
 }
 
 fn of_shape(shape: &Geometry) -> Option<MassProperties> {
-    // parry's cylinders and capsules stand along y, URDF's along z.
+    // parry's cylinders and cones stand along y, URDF's along z.
     let y_to_z = DPose3::from_rotation(DQuat::from_rotation_x(std::f64::consts::FRAC_PI_2));
     Some(match shape {
         Geometry::Box { size } => MassProperties::from_cuboid(DENSITY, *size * 0.5),
@@ -86,6 +86,9 @@ fn of_shape(shape: &Geometry) -> Option<MassProperties> {
         Geometry::Capsule { radius, length } => {
             let end = DVec3::Z * (length * 0.5);
             MassProperties::from_capsule(DENSITY, -end, end, *radius)
+        }
+        Geometry::Cone { radius, length } => {
+            MassProperties::from_cone(DENSITY, length * 0.5, *radius).transform_by(&y_to_z)
         }
         // Without end, so without a mass of its own.
         Geometry::Plane { .. } => return None,

@@ -142,6 +142,13 @@ pub enum Geometry {
         /// Of the cylinder, without the caps.
         length: f64,
     },
+    /// About the z axis: the base at -`length` / 2, the apex at `length` / 2.
+    Cone {
+        /// Of the base, above 0.
+        radius: f64,
+        /// From the base to the apex, above 0.
+        length: f64,
+    },
     /// All that lies below a plane through the origin.
     Plane {
         /// Of unit length; points out.

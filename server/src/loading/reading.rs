@@ -18,7 +18,7 @@ use super::Loader;
 use super::decoded::{Decoded, Decoding};
 use super::disk::{DiskAssets, OnDisk, find_for_operator, read_file};
 use super::progress::{Phase, Reporter};
-use super::report::{report_absent, report_stand_ins};
+use super::report::{refuse_stand_ins, report_absent, report_stand_ins};
 use super::source::Source;
 use crate::call_error::{CallError, panic_message};
 
@@ -349,5 +349,11 @@ fn read(
     let shapes = Arc::new(Shapes::reusing(&model, fixed_base, options.mesh_shapes, &decoded.shapes()));
     decoded.admit_shapes(&shapes)?;
     report_stand_ins(&shapes, options.read.limits.findings, &mut report);
+    if options.read.strict {
+        match refuse_stand_ins(report) {
+            Ok(unchanged) => report = unchanged,
+            Err(refused) => return Ok(Err(refused)),
+        }
+    }
     Ok(Ok(LoadedRobot { model: Arc::new(model), shapes, report, placement: None }))
 }

@@ -4,7 +4,10 @@ use std::collections::BTreeSet;
 
 use simd_core::collision::{MeshShapes, Shapes, StandIn, StandInShape};
 use simd_model::robot::JointKind;
-use simd_model::{Disposition, Finding, LoadReport, RobotModel, Severity};
+use simd_model::{Disposition, Finding, LoadReport, Refused, RobotModel, Severity};
+
+/// The element of findings about what collision meshes became. They have no line.
+const COLLISION: &str = "collision";
 
 /// Adds that constraints are left out which are on robots that do not come.
 pub(super) fn report_absent(model: &RobotModel, names: &BTreeSet<&str>, report: &mut LoadReport) {
@@ -25,9 +28,12 @@ pub(super) fn report_absent(model: &RobotModel, names: &BTreeSet<&str>, report: 
 /// Adds what the collision meshes became, with at most `most` findings of a severity.
 pub(super) fn report_stand_ins(shapes: &Shapes, most: usize, report: &mut LoadReport) {
     for stand_in in shapes.stand_ins() {
-        let StandIn { uri, triangles, shape, asked, distance } = stand_in;
+        let StandIn { uri, triangles, shape, asked, is_fixed, distance, simpler_by } = stand_in;
         let mesh = format!("the collision mesh of {}", counted(*triangles, "triangle"));
-        let error = format!("the largest distance found between the two is {distance:.4} m");
+        let simpler = simpler_by.map_or_else(String::new, |by| {
+            format!("of some of its corners, outside of whose faces the others lie by at most {by:.6} m; ")
+        });
+        let error = format!("{simpler}the largest distance found between the two is {distance:.4} m");
         let divided = *asked == MeshShapes::Decomposition;
         let (severity, disposition, message) = match shape {
             StandInShape::Mesh => {
@@ -39,6 +45,14 @@ pub(super) fn report_stand_ins(shapes: &Shapes, most: usize, report: &mut LoadRe
                 format!(
                     "{mesh} is not taken apart, because it is flat or has more than 100000 triangles: its convex \
                      hull stands for it; {error}"
+                ),
+            ),
+            StandInShape::Hull if *asked == MeshShapes::Mesh && *is_fixed => (
+                Severity::Warning,
+                Disposition::Ignored,
+                format!(
+                    "the convex hull of {mesh} stands for it and not its triangles, because they have no area or the \
+                     robot's are more than 1000000; {error}"
                 ),
             ),
             StandInShape::Hull => (
@@ -53,10 +67,32 @@ pub(super) fn report_stand_ins(shapes: &Shapes, most: usize, report: &mut LoadRe
             ),
         };
         if report.at_least(severity).filter(|finding| finding.severity == severity).count() < most {
-            let (element, file) = ("collision".to_owned(), Some(uri.clone()));
+            let (element, file) = (COLLISION.to_owned(), Some(uri.clone()));
             report.findings.push(Finding { severity, disposition, element, file, line: None, message });
         }
     }
+}
+
+/// Refuses what collision meshes became where that is a warning, as a strict load does.
+pub(super) fn refuse_stand_ins(mut report: LoadReport) -> Result<LoadReport, Refused> {
+    let is_serious = |finding: &&mut Finding| {
+        finding.element == COLLISION && finding.severity == Severity::Warning && finding.line.is_none()
+    };
+    let mut serious = report.findings.iter_mut().filter(is_serious);
+    let Some(first) = serious.next() else { return Ok(report) };
+    let (file, message) = (first.file.clone(), format!("{} (strict loading refuses this)", first.message));
+    first.severity = Severity::Error;
+    serious.for_each(|other| other.severity = Severity::Error);
+    let named = file.as_deref().map_or_else(String::new, |file| format!(" {file:?}"));
+    report.findings.push(Finding {
+        severity: Severity::Error,
+        disposition: Disposition::Refused,
+        element: COLLISION.to_owned(),
+        file,
+        line: None,
+        message: message.clone(),
+    });
+    Err(Refused { message: format!("{COLLISION}{named}: {message}"), report })
 }
 
 /// A report in one line, for instance "arm: 2 links, 1 moving joint; 1 warning".

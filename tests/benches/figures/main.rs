@@ -1,7 +1,8 @@
 //! Figures for this machine, printed as tables: run with `make bench`. Nothing
 //! here is asserted; compare within a run. `-- reads` prints one table alone, lateness under a flood of reads; `-- town` that of
-//! a quadruped among what cannot move; `-- recording` what a recording costs; `-- turns` round trips; `-- hops` a turn within a
-//! process, and `-- network-hops` calls over the network; `-- rollouts` what copies of a world cost; `-- lidar` what a lidar costs the steps; `-- subscribers` what a hundred
+//! a quadruped among what cannot move; `-- rapier` what rapier's broad phase and queries would cost; `-- recording` what a
+//! recording costs; `-- turns` round trips; `-- hops` a turn within a process, and `-- network-hops` calls over the network;
+//! `-- rollouts` what copies of a world cost; `-- lidar` what a lidar costs the steps; `-- subscribers` what a hundred
 //! subscribers of every state cost.
 #![allow(
     clippy::expect_used,
@@ -15,6 +16,7 @@ mod hops;
 mod lateness;
 mod lidar;
 mod network_hops;
+mod rapier;
 mod recording;
 mod rollouts;
 mod round_trip;
@@ -33,6 +35,7 @@ fn main() {
         Some(bare::ZENOH) => return bare::zenoh(),
         Some(subscribers::SUBSCRIBE) => return subscribers::subscribe(),
         Some("town") => return town::print(),
+        Some("rapier") => return rapier::print(),
         Some("reads") => return lateness::print_reads(),
         Some("recording") => return recording::print(),
         Some("turns") => return round_trip::print(),
@@ -45,6 +48,7 @@ fn main() {
     }
     step::print();
     town::print();
+    rapier::print();
     crowd::print();
     round_trip::print();
     hops::print();

@@ -31,6 +31,9 @@ enum Ask {
         /// The one that a world has, where none is named.
         #[serde(default)]
         integrator: Option<Integrator>,
+        /// In rapier, and not in simd. The answer is null where that is not given the scene.
+        #[serde(default)]
+        in_rapier: bool,
     },
 }
 
@@ -45,7 +48,10 @@ fn main() -> Result<(), Box<dyn Error>> {
             Ask::At { case, time_step, integrator, instants } => {
                 serde_json::to_writer(&mut out, &case.run(integrator, time_step, &instants))?;
             }
-            Ask::Over { scene, every, integrator } => {
+            Ask::Over { scene, every, in_rapier: true, .. } => {
+                serde_json::to_writer(&mut out, &scene.run_in_rapier(every))?;
+            }
+            Ask::Over { scene, every, integrator, in_rapier: false } => {
                 serde_json::to_writer(&mut out, &scene.run(every, integrator))?;
             }
         }

@@ -13,6 +13,7 @@ STYLES = {
     "MuJoCo, default": {"color": "#74c0fc", "lw": 2.5},
     "MuJoCo, stiff": {"color": "#1864ab", "lw": 1.5},
     "PyBullet": {"color": "#2b8a3e", "lw": 1.5},
+    "rapier": {"color": "#868e96", "lw": 1.5},
     "simd": {"color": "#d9480f", "lw": 1.5, "ls": "--"},
     "simd, leapfrog": {"color": "#862e9c", "lw": 1.5, "ls": ":"},
 }

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Scenes with contact, simd beside MuJoCo and PyBullet: started by `make scenes`.
+"""Scenes with contact, simd beside rapier, MuJoCo and PyBullet: started by `make scenes`.
 
 Runs the scenes of tests/reference/scenes.py, terrain_scenes.py, solver_scenes.py and constraint_scenes.py, and writes a picture of each and a
 table, scenes.md, into target/scenes.
@@ -32,7 +32,7 @@ ABOVE = """\
 # Scenes with contact
 
 Made by `make scenes`: the scenes of `tests/reference/scenes.py` at equal masses, friction, time step, gains and targets
-in simd and in MuJoCo {mujoco}, which runs them in two ways: `default`, its soft contacts and pyramids of friction; and
+in simd, in rapier 0.36.1 with its rigid bodies, multibody joints and default settings, and in MuJoCo {mujoco}, which runs them in two ways: `default`, its soft contacts and pyramids of friction; and
 `stiff`, cones and contacts as rigid as its time step lets them be. `tests/physics/scenes.rs` holds simd to them.
 
 Lengths in mm. Deepest: the largest overlap of all. Resting: the largest in the window of the scene, in which things
@@ -61,10 +61,13 @@ def beside_mujoco(chosen, folder):
     every = [round((LOOK_AT_MANY if len(scene.free()) > 100 else LOOK) / scene.time_step) for scene in chosen]
     requests = [{"scene": scene.request(), "every": n} for scene, n in zip(chosen, every)]
     answers = in_simd.ask(REPOSITORY, folder, requests)
+    others = in_simd.ask(REPOSITORY, folder, [request | {"in_rapier": True} for request in requests])
     results = []
-    for scene, n, answer in zip(chosen, every, answers, strict=True):
+    for scene, n, answer, other in zip(chosen, every, answers, others, strict=True):
         print(scene.name, flush=True)
         runs = {"simd": [view(scene, seen) for seen in answer]}
+        if other is not None:
+            runs["rapier"] = [view(scene, seen) for seen in other]
         for setting in scene.settings():
             runs[f"MuJoCo, {setting}"] = scenes_in_mujoco.run(scene, setting, n)
         results.append((scene, runs))
@@ -90,6 +93,9 @@ def beside_all(only, folder):
             answers = in_simd.ask(REPOSITORY, folder, shown_scenes.requests(shown, ways))
             names = ["simd" if way == "Euler" else f"simd, {way.lower()}" for way in ways]
             runs = {name: [view(shown.scene, seen) for seen in answer] for name, answer in zip(names, answers)}
+            (other,) = in_simd.ask(REPOSITORY, folder, shown_scenes.requests(shown, [None], in_rapier=True))
+            if other is not None:
+                runs["rapier"] = [view(shown.scene, seen) for seen in other]
             runs |= shown_scenes.peers(shown)
             out += shown_scenes.lines(shown, runs)
             name, title_of = shown_scenes.draw(shown, runs, folder)
@@ -99,9 +105,12 @@ def beside_all(only, folder):
 
 
 def view(scene, seen):
-    roots = np.array(seen["roots"]).reshape(-1, 13)
-    joints = np.array(seen["joints"])
-    return scenes_in_mujoco.View(seen["time"], roots, joints, seen["deepest"], seen["forces"], seen["error"])
+    # What is no number comes as None.
+    roots = np.array(seen["roots"], dtype=float).reshape(-1, 13)
+    joints = np.array(seen["joints"], dtype=float)
+    deepest = np.inf if seen["deepest"] is None else seen["deepest"]
+    forces = [np.nan if force is None else force for force in seen["forces"]]
+    return scenes_in_mujoco.View(seen["time"], roots, joints, deepest, forces, seen["error"])
 
 
 def line(name, engine, found):

@@ -21,7 +21,7 @@ SIZE = (480, 360)
 ABOVE = """
 ## {title}
 
-{text} simd {simd}, MuJoCo {mujoco} and PyBullet {pybullet} have equal masses, friction, time step, gains and targets; settings
+{text} simd {simd}, rapier 0.36.1, MuJoCo {mujoco} and PyBullet {pybullet} have equal masses, friction, time step, gains and targets; settings
 of their solvers are those that each has by default, and `stiff` is MuJoCo as rigid as its time step lets it be.
 
 | scene | by | what is seen | at most | |
@@ -47,8 +47,9 @@ def every(shown):
     return round(shown.look / shown.scene.time_step)
 
 
-def requests(shown, integrators):
-    return [{"scene": shown.scene.request(), "every": every(shown), "integrator": integrator} for integrator in integrators]
+def requests(shown, integrators, in_rapier=False):
+    return [{"scene": shown.scene.request(), "every": every(shown), "integrator": integrator, "in_rapier": in_rapier}
+            for integrator in integrators]
 
 
 def integrators(title):

@@ -50,7 +50,7 @@ pub(crate) struct Distance {
 
 #[derive(Args, Debug)]
 pub(crate) struct Overlaps {
-    /// box:X,Y,Z, sphere:RADIUS, cylinder:RADIUS,LENGTH or capsule:RADIUS,LENGTH; metres
+    /// box:X,Y,Z, sphere:RADIUS, cylinder:RADIUS,LENGTH, capsule:RADIUS,LENGTH or cone:RADIUS,LENGTH; metres
     #[arg(value_parser = shape)]
     shape: query_shape::Geometry,
     /// Where it is: metres, and radians about the fixed axes
@@ -63,7 +63,7 @@ pub(crate) struct Overlaps {
 
 #[derive(Args, Debug)]
 pub(crate) struct Cast {
-    /// box:X,Y,Z, sphere:RADIUS, cylinder:RADIUS,LENGTH or capsule:RADIUS,LENGTH; metres
+    /// box:X,Y,Z, sphere:RADIUS, cylinder:RADIUS,LENGTH, capsule:RADIUS,LENGTH or cone:RADIUS,LENGTH; metres
     #[arg(value_parser = shape)]
     shape: query_shape::Geometry,
     /// The way that it goes, metres
@@ -163,8 +163,10 @@ fn shape(text: &str) -> Result<query_shape::Geometry, String> {
         primitive::Geometry::Sphere(shape) => Ok(query_shape::Geometry::Sphere(shape)),
         primitive::Geometry::Cylinder(shape) => Ok(query_shape::Geometry::Cylinder(shape)),
         primitive::Geometry::Capsule(shape) => Ok(query_shape::Geometry::Capsule(shape)),
-        primitive::Geometry::Plane(_) | primitive::Geometry::Mesh(_) => {
-            Err("must be box:X,Y,Z, sphere:RADIUS, cylinder:RADIUS,LENGTH or capsule:RADIUS,LENGTH"
+        primitive::Geometry::Cone(shape) => Ok(query_shape::Geometry::Cone(shape)),
+        primitive::Geometry::Plane(_) | primitive::Geometry::Mesh(_) | primitive::Geometry::Compound(_) => {
+            Err("must be box:X,Y,Z, sphere:RADIUS, cylinder:RADIUS,LENGTH, capsule:RADIUS,LENGTH or \
+                 cone:RADIUS,LENGTH"
                 .to_owned())
         }
     }

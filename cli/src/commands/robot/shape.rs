@@ -1,4 +1,4 @@
-//! `simctl robot shape`: single shapes, such as the ground or a box to push.
+//! `simctl robot shape`: single shapes, such as the ground or a box to push, and several that are one body.
 
 use std::path::{Path, PathBuf};
 
@@ -7,9 +7,9 @@ use clap::Args;
 use simd_client::{
     Client,
     proto::{
-        Base, BoxGeometry, CapsuleGeometry, CylinderGeometry, DescriptionSource, MeshGeometry, PlaneGeometry,
-        Pose, Primitive, SpawnEntityRequest, SphereGeometry, Vector3, description_source::Source,
-        primitive::Geometry,
+        Base, BoxGeometry, CapsuleGeometry, CompoundGeometry, CompoundPart, ConeGeometry, CylinderGeometry,
+        DescriptionSource, MeshGeometry, PlaneGeometry, Pose, Primitive, SpawnEntityRequest, SphereGeometry,
+        Vector3, compound_part, description_source::Source, primitive::Geometry,
     },
 };
 
@@ -23,9 +23,9 @@ use crate::{
 
 #[derive(Args, Debug)]
 pub(crate) struct Shape {
-    /// plane, box:X,Y,Z, sphere:RADIUS, cylinder:RADIUS,LENGTH or capsule:RADIUS,LENGTH; metres. mesh:FILE,FACTOR is an STL, OBJ or COLLADA file. heightfield:FILE,X,Y,HEIGHT is ground of this size: a grey PNG, white being HEIGHT above black, or a CSV file of heights, which HEIGHT multiplies
-    #[arg(value_parser = wanted)]
-    shape: Wanted,
+    /// plane, box:X,Y,Z, sphere:RADIUS, cylinder:RADIUS,LENGTH, capsule:RADIUS,LENGTH or cone:RADIUS,LENGTH; metres. mesh:FILE,FACTOR is an STL, OBJ or COLLADA file. heightfield:FILE,X,Y,HEIGHT is ground of this size: a grey PNG, white being HEIGHT above black, or a CSV file of heights, which HEIGHT multiplies. Several are one body, each at @X,Y,Z[,ROLL,PITCH,YAW] after it
+    #[arg(value_name = "SHAPE", value_parser = part, required = true)]
+    shapes: Vec<Part>,
     /// Its name; that of the shape where it is left out
     #[arg(long)]
     name: Option<String>,
@@ -46,8 +46,8 @@ pub(crate) struct Shape {
 }
 
 pub(super) async fn run(arguments: Shape, client: &Client, output: Output) -> anyhow::Result<()> {
-    let Shape { shape, name, mass, pose, fixed, rename, surface } = arguments;
-    let (is_ground, source) = match shape {
+    let Shape { shapes, name, mass, pose, fixed, rename, surface } = arguments;
+    let (is_ground, source) = match whole(shapes)? {
         Wanted::Shape(geometry) => {
             let is_plane = matches!(geometry, Geometry::Plane(_));
             let primitive = Primitive { geometry: Some(geometry), mass, color: None };
@@ -86,6 +86,47 @@ enum Wanted {
         scale: Vector3,
         is_ground: bool,
     },
+}
+
+/// A shape, and where it is in the body.
+#[derive(Clone, Debug, PartialEq)]
+struct Part {
+    shape: Wanted,
+    pose: Option<Pose>,
+}
+
+/// Reads a shape that may have `@` and a pose after it.
+fn part(text: &str) -> Result<Part, String> {
+    // A file may have an @ in its name, and stands alone.
+    let is_file = text.starts_with("mesh:") || text.starts_with("heightfield:");
+    match text.split_once('@').filter(|_| !is_file) {
+        Some((shape, pose)) => Ok(Part { shape: wanted(shape)?, pose: Some(pose::parse(pose)?) }),
+        None => Ok(Part { shape: wanted(text)?, pose: None }),
+    }
+}
+
+/// One shape, or a body of several.
+fn whole(mut parts: Vec<Part>) -> anyhow::Result<Wanted> {
+    if let [Part { pose: None, .. }] = parts[..] {
+        // There is one.
+        return parts.pop().map(|part| part.shape).context("a body has a shape");
+    }
+    let parts = parts.into_iter().map(|Part { shape, pose }| {
+        let geometry = match shape {
+            Wanted::Shape(Geometry::Box(shape)) => compound_part::Geometry::Box(shape),
+            Wanted::Shape(Geometry::Sphere(shape)) => compound_part::Geometry::Sphere(shape),
+            Wanted::Shape(Geometry::Cylinder(shape)) => compound_part::Geometry::Cylinder(shape),
+            Wanted::Shape(Geometry::Capsule(shape)) => compound_part::Geometry::Capsule(shape),
+            Wanted::Shape(Geometry::Cone(shape)) => compound_part::Geometry::Cone(shape),
+            Wanted::Shape(_) | Wanted::File { .. } => {
+                anyhow::bail!(
+                    "a plane, a mesh and a height field are bodies of their own: give one alone, without @"
+                )
+            }
+        };
+        Ok(CompoundPart { pose, geometry: Some(geometry) })
+    });
+    Ok(Wanted::Shape(Geometry::Compound(CompoundGeometry { parts: parts.collect::<anyhow::Result<_>>()? })))
 }
 
 /// Reads `plane`, `KIND:LENGTHS`, `mesh:FILE,FACTOR` or `heightfield:FILE,X,Y,HEIGHT`.
@@ -135,11 +176,12 @@ pub(crate) fn geometry(text: &str) -> Result<Geometry, String> {
         ("sphere", &[radius]) => Ok(Geometry::Sphere(SphereGeometry { radius })),
         ("cylinder", &[radius, length]) => Ok(Geometry::Cylinder(CylinderGeometry { radius, length })),
         ("capsule", &[radius, length]) => Ok(Geometry::Capsule(CapsuleGeometry { radius, length })),
-        ("plane" | "box" | "sphere" | "cylinder" | "capsule", _) => {
+        ("cone", &[radius, length]) => Ok(Geometry::Cone(ConeGeometry { radius, length })),
+        ("plane" | "box" | "sphere" | "cylinder" | "capsule" | "cone", _) => {
             Err(format!("a {kind} is written {}", written(kind)))
         }
         _ => Err("must be plane, box:X,Y,Z, sphere:RADIUS, cylinder:RADIUS,LENGTH, capsule:RADIUS,LENGTH, \
-                  mesh:FILE,FACTOR or heightfield:FILE,X,Y,HEIGHT"
+                  cone:RADIUS,LENGTH, mesh:FILE,FACTOR or heightfield:FILE,X,Y,HEIGHT"
             .to_owned()),
     }
 }
@@ -150,6 +192,7 @@ fn written(kind: &str) -> &'static str {
         "box" => "box:X,Y,Z",
         "sphere" => "sphere:RADIUS",
         "cylinder" => "cylinder:RADIUS,LENGTH",
+        "cone" => "cone:RADIUS,LENGTH",
         _ => "capsule:RADIUS,LENGTH",
     }
 }
@@ -191,11 +234,32 @@ mod tests {
         for (text, phrase) in [
             ("box:1,2", "box:X,Y,Z"),
             ("plane:1", "without numbers"),
-            ("cone:1", "must be plane"),
+            ("cone:1", "cone:RADIUS,LENGTH"),
+            ("prism:1", "must be plane"),
             ("sphere:big", "big"),
         ] {
             let refused = geometry(text).unwrap_err();
             assert!(refused.contains(phrase), "{text}: {refused}");
         }
+    }
+
+    #[test]
+    fn several_shapes_are_one_body() {
+        let all = |texts: &[&str]| whole(texts.iter().map(|text| part(text).unwrap()).collect());
+        let Wanted::Shape(Geometry::Compound(table)) =
+            all(&["box:1,1,0.1@0,0,0.5", "cylinder:0.05,0.5@0,0,0.25,90deg,0,0", "cone:0.1,0.2"]).unwrap()
+        else {
+            unreachable!()
+        };
+        assert_eq!(table.parts.len(), 3);
+        assert!(table.parts[1].pose.as_ref().unwrap().orientation.is_some() && table.parts[2].pose.is_none());
+        // One alone is itself, and with a place a body of one part.
+        assert!(matches!(all(&["sphere:1"]).unwrap(), Wanted::Shape(Geometry::Sphere(_))));
+        assert!(matches!(all(&["sphere:1@1,0,0"]).unwrap(), Wanted::Shape(Geometry::Compound(_))));
+        assert!(matches!(all(&["mesh:a@b.stl"]).unwrap(), Wanted::File { .. }));
+        for wrong in [["plane", "sphere:1"], ["sphere:1", "mesh:a.stl"]] {
+            assert!(all(&wrong).unwrap_err().to_string().contains("alone"));
+        }
+        assert!(part("sphere:1@1,0").unwrap_err().contains("x,y,z"));
     }
 }

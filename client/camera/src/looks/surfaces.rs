@@ -24,6 +24,7 @@ pub(super) enum Key {
     Cylinder(u32),
     /// Bits of its radius and length: stretching one does not give another.
     Capsule(u64, u64),
+    Cone(u64, u64),
     Plane,
     /// What it looks like: SHA-256 of its file and of those that it names.
     Mesh(String),
@@ -35,6 +36,11 @@ impl Key {
     /// Metres.
     pub(super) fn capsule(radius: f64, length: f64) -> Self {
         Self::Capsule(radius.to_bits(), length.to_bits())
+    }
+
+    /// Metres.
+    pub(super) fn cone(radius: f64, length: f64) -> Self {
+        Self::Cone(radius.to_bits(), length.to_bits())
     }
 }
 
@@ -136,6 +142,10 @@ fn made(key: &Key) -> Option<Mesh> {
         Key::Capsule(radius, length) => {
             let (radius, length) = (f64::from_bits(*radius), f64::from_bits(*length));
             Some(primitives::capsule(segments(radius), radius, length))
+        }
+        Key::Cone(radius, length) => {
+            let (radius, length) = (f64::from_bits(*radius), f64::from_bits(*length));
+            Some(primitives::cone(segments(radius), radius, length))
         }
         Key::Plane => Some(primitives::plane()),
         Key::Mesh(_) | Key::Pictured(..) => None,

@@ -56,7 +56,7 @@ class LinkBounds:
 
 @dataclass(frozen=True)
 class Shape:
-    """A shape that belongs to no robot. Metres; cylinders and capsules are about z."""
+    """A shape that belongs to no robot, or a part of a body (`add_compound`). Metres; cylinders, capsules and cones are about z."""
 
     message: proto.QueryShape
 
@@ -80,14 +80,19 @@ class Shape:
         """`length` is without the caps."""
         return Shape(proto.QueryShape(capsule=proto.CapsuleGeometry(radius=radius, length=length)))
 
+    @staticmethod
+    def cone(radius: float, length: float) -> Shape:
+        """The base at `-length / 2`, the apex at `length / 2`."""
+        return Shape(proto.QueryShape(cone=proto.ConeGeometry(radius=radius, length=length)))
+
 
 @dataclass(frozen=True)
 class PlacedShape:
-    """A shape that belongs to no robot, and where it is."""
+    """A shape that belongs to no robot, or a part of a body, and where it is."""
 
     shape: Shape
     pose: Pose | None = None
-    """world_from_shape; `None` is the origin."""
+    """world_from_shape, or of a part link_from_shape; `None` is the origin."""
 
 
 Side = Union[str, Named, Place, Shape, PlacedShape]
@@ -105,6 +110,20 @@ def side_to_proto(side: Side) -> proto.QueryBody:
         configuration = configuration_to_proto(side.configuration)
         return proto.QueryBody(robot=name_of(side.robot), link=side.link, configuration=configuration)
     return proto.QueryBody(robot=name_of(side))
+
+
+def part_to_proto(part: Shape | PlacedShape) -> proto.CompoundPart:
+    """A part of a body, as a message."""
+    shape, pose = (part, None) if isinstance(part, Shape) else (part.shape, part.pose)
+    given = shape.message
+    return proto.CompoundPart(
+        pose=None if pose is None else pose_to_proto(pose),
+        box=given.box if given.HasField("box") else None,
+        sphere=given.sphere if given.HasField("sphere") else None,
+        cylinder=given.cylinder if given.HasField("cylinder") else None,
+        capsule=given.capsule if given.HasField("capsule") else None,
+        cone=given.cone if given.HasField("cone") else None,
+    )
 
 
 def closest_from_proto(pairs: Sequence[proto.ClosestPoints]) -> tuple[ClosestPoints, ...]:

@@ -17,6 +17,7 @@ const KINDS: readonly (readonly [ShapeKind, string])[] = [
   ["sphere", "Sphere"],
   ["cylinder", "Cylinder"],
   ["capsule", "Capsule"],
+  ["cone", "Cone"],
   ["plane", "Ground: a plane"],
   ["heights", "Ground: a height field"],
 ];

@@ -2,7 +2,7 @@
 import type { Spawn } from "../daemon/building";
 import { Base } from "../gen/simd/v1/entity_pb";
 
-export type ShapeKind = "box" | "sphere" | "cylinder" | "capsule" | "plane" | "heights";
+export type ShapeKind = "box" | "sphere" | "cylinder" | "capsule" | "cone" | "plane" | "heights";
 
 /** What the form says of a shape: metres, kilograms. */
 export interface ShapeForm {
@@ -26,8 +26,8 @@ export interface ShapeForm {
 export function problemOf({ kind, size, radius, length, mass }: ShapeForm): string | undefined {
   const positive = (value: number): boolean => Number.isFinite(value) && value > 0;
   if ((kind === "box" || kind === "heights") && !size.every(positive)) return "Each side must be longer than 0.";
-  if ((kind === "sphere" || kind === "cylinder" || kind === "capsule") && !positive(radius)) return "The radius must be larger than 0.";
-  if (kind === "cylinder" && !positive(length)) return "The length must be larger than 0.";
+  if ((kind === "sphere" || kind === "cylinder" || kind === "capsule" || kind === "cone") && !positive(radius)) return "The radius must be larger than 0.";
+  if ((kind === "cylinder" || kind === "cone") && !positive(length)) return "The length must be larger than 0.";
   if (kind === "capsule" && !(length >= 0)) return "The length must be at least 0.";
   if (!(mass >= 0)) return "The mass must be at least 0.";
   return undefined;
@@ -57,6 +57,8 @@ function geometryOf({ kind, size: [x, y, z], radius, length }: ShapeForm, file?:
       return { case: "cylinder", value: { radius, length } };
     case "capsule":
       return { case: "capsule", value: { radius, length } };
+    case "cone":
+      return { case: "cone", value: { radius, length } };
     case "plane":
       return { case: "plane", value: {} };
     case "heights":

@@ -184,6 +184,7 @@ function geometryOf({ geometry }: WireShape): Geometry | undefined {
       return { kind: "sphere", radius: geometry.value.radius };
     case "cylinder":
     case "capsule":
+    case "cone":
       return { kind: geometry.case, radius: geometry.value.radius, length: geometry.value.length };
     case "plane":
       return { kind: "plane", normal: vectorOf(geometry.value.normal, [0, 0, 1]) };

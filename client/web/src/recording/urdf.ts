@@ -54,6 +54,7 @@ function geometryOf(element: Element | undefined): Geometry | undefined {
       return { kind: "sphere", radius: number("radius") };
     case "cylinder":
     case "capsule":
+    case "cone":
       return { kind: element.nodeName, radius: number("radius"), length: number("length") };
     case "mesh":
       return { kind: "mesh", sha256: "", uri: element.getAttribute("filename") ?? "", scale: [1, 1, 1] };

@@ -1,5 +1,5 @@
 // Triangles of primitives, about z as in URDF.
-import { BoxGeometry, CapsuleGeometry, CircleGeometry, CylinderGeometry, SphereGeometry, type BufferGeometry } from "three";
+import { BoxGeometry, CapsuleGeometry, CircleGeometry, ConeGeometry, CylinderGeometry, SphereGeometry, type BufferGeometry } from "three";
 import type { Geometry, TextureRepeat } from "../state/scene";
 
 /** Radius of a drawn plane, metres: the fog hides its edge. */
@@ -19,6 +19,8 @@ export function triangles(primitive: Primitive): BufferGeometry {
       return new CylinderGeometry(primitive.radius, primitive.radius, primitive.length, 40).rotateX(Math.PI / 2);
     case "capsule":
       return new CapsuleGeometry(primitive.radius, primitive.length, 12, 32).rotateX(Math.PI / 2);
+    case "cone":
+      return new ConeGeometry(primitive.radius, primitive.length, 40).rotateX(Math.PI / 2);
     case "plane":
       // Along z; the caller rotates it to its normal.
       return new CircleGeometry(PLANE_RADIUS, 64);

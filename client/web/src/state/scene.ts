@@ -6,13 +6,15 @@ export type Pose = readonly [number, number, number, number, number, number, num
 
 export type Vector = readonly [number, number, number];
 
-/** Metres. Cylinders and capsules are about z. */
+/** Metres. Cylinders, capsules and cones are about z. */
 export type Geometry =
   | { kind: "box"; size: Vector }
   | { kind: "sphere"; radius: number }
   | { kind: "cylinder"; radius: number; length: number }
   /** `length` without the caps. */
   | { kind: "capsule"; radius: number; length: number }
+  /** The base at -`length` / 2, the apex at `length` / 2. */
+  | { kind: "cone"; radius: number; length: number }
   | { kind: "plane"; normal: Vector }
   /** `sha256` is that of all that it looks like; empty if the file is missing. */
   | { kind: "mesh"; sha256: string; uri: string; scale: Vector }

@@ -40,6 +40,15 @@ impl Bounds {
             let middle = world_from_shape.translation;
             return Self { least: middle - half, most: middle + half };
         }
+        if let Some(cone) = shape.as_cone() {
+            let axis = world_from_shape.rotation * DVec3::Y;
+            let across = (DVec3::ONE - axis * axis).max(DVec3::ZERO).map(f64::sqrt) * cone.radius;
+            let base = world_from_shape.translation - axis * cone.half_height;
+            let apex = world_from_shape.translation + axis * cone.half_height;
+            let margin = DVec3::splat(margin);
+            let (least, most) = ((base - across).min(apex), (base + across).max(apex));
+            return Self { least: least - margin, most: most + margin };
+        }
         let aabb = match shape.as_heightfield() {
             Some(field) => facets::ground(field).transform_by(world_from_shape),
             None => shape.compute_aabb(world_from_shape),
@@ -65,5 +74,31 @@ impl Bounds {
     /// Whether the two overlap.
     pub(super) fn meets(&self, other: &Self) -> bool {
         self.least.cmple(other.most).all() && other.least.cmple(self.most).all()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glamx::DQuat;
+    use rapier3d_f64::parry::shape::{Cone, SupportMap as _};
+
+    use super::*;
+
+    /// The box around a cone is that around its points, found along each axis.
+    #[test]
+    fn a_box_around_a_cone_is_the_least() {
+        let cone = Cone::new(0.4, 0.3);
+        for i in 0..50 {
+            let turn = f64::from(i);
+            let rotation = DQuat::from_rotation_x(1.3 * turn) * DQuat::from_rotation_y(0.7 * turn);
+            let pose = DPose3::from_parts(DVec3::new(turn, 1.0, -2.0), rotation);
+            let found = Bounds::of(&cone, &pose, 0.0);
+            for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
+                let most = cone.support_point(&pose, axis).dot(axis);
+                let least = cone.support_point(&pose, -axis).dot(axis);
+                assert!((found.most.dot(axis) - most).abs() < 1e-12, "{i}");
+                assert!((found.least.dot(axis) - least).abs() < 1e-12, "{i}");
+            }
+        }
     }
 }

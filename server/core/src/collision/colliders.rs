@@ -5,7 +5,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use glamx::{DPose3, DVec3};
-use rapier3d_f64::parry::shape::Shape;
+use rapier3d_f64::parry::shape::{Shape, ShapeType};
 use serde::{Deserialize, Serialize};
 use simd_model::robot::Material;
 
@@ -75,6 +75,8 @@ pub struct RobotColliders {
     pub(super) reach: f64,
     /// Those of the base.
     still: Still,
+    /// Some of them are of triangles.
+    has_facets: bool,
     /// The others, in order.
     moving: Vec<usize>,
 }
@@ -142,9 +144,10 @@ impl Placed {
     /// Finds its bounds anew.
     fn bound(&mut self, shapes: &Shapes) {
         let part = &shapes.parts[self.part];
-        self.bounds = match part.hull_box {
-            Some(hull_box) => Bounds::of_box(hull_box, &self.world_from_shape, self.margin),
-            None => Bounds::of(&*part.shape, &self.world_from_shape, self.margin),
+        self.bounds = if part.shape.shape_type() == ShapeType::ConvexPolyhedron {
+            Bounds::of_box(part.local_box, &self.world_from_shape, self.margin)
+        } else {
+            Bounds::of(&*part.shape, &self.world_from_shape, self.margin)
         };
     }
 }
@@ -180,7 +183,12 @@ impl RobotColliders {
         };
         let placed: Vec<Placed> = shapes.parts.iter().enumerate().filter_map(make).collect();
         let moving = placed.iter().enumerate().filter(|(_, placed)| placed.body.is_some());
+        let is_facets = |placed: &Placed| {
+            let part = &shapes.parts[placed.part];
+            Facets::of(&*part.shape, part.neighbours.as_ref()).is_some()
+        };
         Self {
+            has_facets: placed.iter().any(is_facets),
             shapes: Arc::clone(shapes),
             moving: moving.map(|(index, _)| index).collect(),
             placed,
@@ -345,6 +353,16 @@ impl RobotColliders {
     pub(super) fn facets(&self, placed: &Placed) -> Option<Facets<'_>> {
         let part = &self.shapes.parts[placed.part];
         Facets::of(&*part.shape, part.neighbours.as_ref())
+    }
+
+    /// Whether some are of triangles.
+    pub(super) fn has_facets(&self) -> bool {
+        self.has_facets
+    }
+
+    /// The box around the shape of a collider, as middle and half lengths in its axes.
+    pub(super) fn local_box(&self, placed: &Placed) -> [DVec3; 2] {
+        self.shapes.parts[placed.part].local_box
     }
 
     /// A ball inside the shape of a collider.

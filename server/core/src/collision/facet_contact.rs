@@ -6,12 +6,14 @@
 
 use glamx::{DMat3, DPose3, DVec3};
 use rapier3d_f64::parry::bounding_volume::{Aabb, BoundingVolume as _};
+use rapier3d_f64::parry::query::ContactManifold;
 use rapier3d_f64::parry::query::details::NormalConstraints;
-use rapier3d_f64::parry::query::{ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher as _};
 use rapier3d_f64::parry::shape::{Shape, Triangle};
 
 use super::facets::{Facets, above, unit_normal};
-use super::plane::outermost;
+use super::hull::Graph;
+use super::narrow::clip_convex;
+use super::plane::{ROUNDING, outermost_beyond};
 use super::reduce::{MOST, reduce};
 
 /// Points of two colliders at the most: those of eight directions.
@@ -46,6 +48,20 @@ pub(super) struct FacetPoint {
     pub(super) distance: f64,
 }
 
+/// A convex shape that may touch a surface.
+pub(super) struct Convex<'a> {
+    pub(super) shape: &'a dyn Shape,
+    /// Of a hull of many corners: its edges.
+    pub(super) graph: Option<&'a Graph>,
+    /// Its middle, in its own axes, and how far it reaches from there.
+    pub(super) middle: DVec3,
+    pub(super) radius: f64,
+    /// The box around it, as middle and half lengths in its axes.
+    pub(super) local_box: [DVec3; 2],
+    /// A box around it and how far around it contacts are looked for, in the surface's axes.
+    pub(super) bounds: Aabb,
+}
+
 /// Finds such points. Keeps its memory, and no more.
 #[derive(Default)]
 pub(super) struct FacetContact {
@@ -59,40 +75,36 @@ pub(super) struct FacetContact {
 }
 
 impl FacetContact {
-    /// Those of a surface and a convex shape, nearer than `within`; `None` where it was interrupted. Of the shape the middle,
-    /// in its own axes, is given, and how far it reaches from there.
+    /// Those of a surface and a convex shape, nearer than `within`; `None` where it was interrupted. With a surface come those of its
+    /// triangles, in order and each with its box, that alone may be near, where they are known.
     pub(super) fn find(
         &mut self,
-        surface: Facets<'_>,
-        (shape, middle, radius): (&dyn Shape, DVec3, f64),
+        (surface, known): (Facets<'_>, Option<&[(u32, Aabb)]>),
+        convex: &Convex<'_>,
         surface_from_shape: &DPose3,
         within: f64,
         interrupt: &dyn Fn() -> bool,
     ) -> Option<&[FacetPoint]> {
         self.found.clear();
-        let middle = surface_from_shape.transform_point(middle);
+        let middle = surface_from_shape.transform_point(convex.middle);
         let sunk = match surface {
             Facets::Field(field) => above(field, middle),
             Facets::Mesh(..) => None,
         };
         if let Some(triangle) = sunk {
-            self.below(&triangle, shape, surface_from_shape, within);
+            self.below(&triangle, convex, surface_from_shape, within);
         } else {
-            let bounds = shape.compute_aabb(surface_from_shape).loosened(within);
             let mut triangles = std::mem::take(&mut self.triangles);
-            surface.within(&bounds, &mut triangles);
-            let reach = Reach::new(shape, surface_from_shape, within);
-            let mut is_whole = true;
-            for (count, &id) in (1..).zip(&triangles) {
-                if count % BETWEEN_INTERRUPTS == 0 && interrupt() {
-                    is_whole = false;
-                    break;
+            match known {
+                Some(known) => {
+                    triangles.clear();
+                    let near = known.iter().filter(|(_, bounds)| bounds.intersects(&convex.bounds));
+                    triangles.extend(near.map(|(id, _)| *id));
                 }
-                let Some(triangle) = surface.triangle(id).filter(|triangle| reach.meets(triangle)) else {
-                    continue;
-                };
-                self.touch(surface, (id, &triangle), (shape, middle, radius), surface_from_shape, within);
+                None => surface.within(&convex.bounds, &mut triangles),
             }
+            let is_whole =
+                self.touch_all(surface, &triangles, convex, surface_from_shape, (middle, within), interrupt);
             self.triangles = triangles;
             if !is_whole {
                 return None;
@@ -102,11 +114,38 @@ impl FacetContact {
         Some(&self.kept)
     }
 
+    /// Looks at these triangles. False where it was interrupted.
+    fn touch_all(
+        &mut self,
+        surface: Facets<'_>,
+        triangles: &[u32],
+        convex: &Convex<'_>,
+        surface_from_shape: &DPose3,
+        (middle, within): (DVec3, f64),
+        interrupt: &dyn Fn() -> bool,
+    ) -> bool {
+        if triangles.is_empty() {
+            return true;
+        }
+        let reach = Reach::new(convex.local_box, surface_from_shape, within);
+        for (count, &id) in (1..).zip(triangles) {
+            if count % BETWEEN_INTERRUPTS == 0 && interrupt() {
+                return false;
+            }
+            let Some(triangle) = surface.triangle(id).filter(|triangle| reach.meets(triangle)) else {
+                continue;
+            };
+            self.touch(surface, (id, &triangle), (convex, middle), surface_from_shape, within);
+        }
+        true
+    }
+
     /// A shape whose middle is in the ground touches the plane of the triangle above it.
-    fn below(&mut self, triangle: &Triangle, shape: &dyn Shape, surface_from_shape: &DPose3, within: f64) {
+    fn below(&mut self, triangle: &Triangle, convex: &Convex<'_>, surface_from_shape: &DPose3, within: f64) {
         let Some(normal) = unit_normal(triangle) else { return };
         let inward = surface_from_shape.rotation.inverse() * -normal;
-        outermost(shape, inward, |point, radius| {
+        let least = (surface_from_shape.translation - triangle.a).dot(normal) - within - ROUNDING;
+        outermost_beyond((convex.shape, convex.graph), inward, least, |point, radius| {
             let at = surface_from_shape.transform_point(point);
             let height = (at - triangle.a).dot(normal);
             if height - radius < within {
@@ -124,31 +163,21 @@ impl FacetContact {
         &mut self,
         surface: Facets<'_>,
         (id, triangle): (u32, &Triangle),
-        (shape, middle, radius): (&dyn Shape, DVec3, f64),
+        (convex, middle): (&Convex<'_>, DVec3),
         surface_from_shape: &DPose3,
         within: f64,
     ) {
         // Well above its plane, or below it: most triangles of a slope, whose bounds are tall.
         let normal = (triangle.b - triangle.a).cross(triangle.c - triangle.a);
         let height = (middle - triangle.a).dot(normal);
-        if height.abs() > FAR * (radius + within) * normal.length() {
+        if height.abs() > FAR * (convex.radius + within) * normal.length() {
             return;
         }
         let Some(cone) = Cone::new(surface, id, triangle, middle) else { return };
-        self.manifold.points.clear();
-        self.manifold.local_n1 = DVec3::ZERO;
-        self.manifold.local_n2 = DVec3::ZERO;
-        let found = DefaultQueryDispatcher.contact_manifold_convex_convex(
-            surface_from_shape,
-            triangle,
-            shape,
-            Some(&cone),
-            None,
-            within,
-            &mut self.manifold,
-        );
+        let sides: [(&dyn Shape, Option<&Graph>); 2] = [(triangle, None), (convex.shape, convex.graph)];
+        let found = clip_convex(sides, Some(&cone), surface_from_shape, within, &mut self.manifold);
         let normal = self.manifold.local_n1;
-        if found.is_err() || !normal.is_finite() {
+        if found.is_none() {
             return;
         }
         let near = self.manifold.points.iter().filter(|point| point.dist < within);
@@ -192,12 +221,12 @@ struct Reach {
 }
 
 impl Reach {
-    fn new(shape: &dyn Shape, surface_from_shape: &DPose3, within: f64) -> Self {
+    fn new([middle, half]: [DVec3; 2], surface_from_shape: &DPose3, within: f64) -> Self {
         let inverse = surface_from_shape.inverse();
         Self {
             shape_from_surface: DMat3::from_quat(inverse.rotation),
             translation: inverse.translation,
-            bounds: shape.compute_local_aabb().loosened(within * FAR),
+            bounds: Aabb::from_half_extents(middle, half).loosened(within * FAR),
         }
     }
 

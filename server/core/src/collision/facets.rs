@@ -54,6 +54,27 @@ impl<'a> Facets<'a> {
         found.sort_unstable();
     }
 
+    /// The same, and true, where those are at most so many; else false.
+    pub(super) fn few_within(self, bounds: &Aabb, most: usize, found: &mut Vec<u32>) -> bool {
+        match self {
+            Self::Mesh(mesh, _) => {
+                found.clear();
+                found.extend(mesh.bvh().intersect_aabb(bounds).take(most + 1));
+                found.sort_unstable();
+            }
+            Self::Field(field) => {
+                let size = bounds.maxs - bounds.mins;
+                let cells = (size.x / field.cell_width() + 1.0) * (size.z / field.cell_height() + 1.0);
+                // Two triangles a cell, of which some are outside.
+                if cells > most as f64 {
+                    return false;
+                }
+                self.within(bounds, found);
+            }
+        }
+        found.len() <= most
+    }
+
     /// One of them.
     pub(super) fn triangle(self, id: u32) -> Option<Triangle> {
         match self {

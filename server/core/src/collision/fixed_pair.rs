@@ -4,6 +4,7 @@
 use super::colliders::RobotColliders;
 use super::filter::Filter;
 use super::narrow::Narrow;
+use super::near_facets::NearFacets;
 use super::separation::{Solid, overlap_by, separation};
 use crate::dynamics::contact_point::ContactPoint;
 
@@ -209,7 +210,9 @@ impl Narrow {
         known.separated_until = f64::NEG_INFINITY;
         let start = scratch.points.len();
         let is_whole =
-            self.pair(pair, [a, b], [first, second], interrupt, &mut |point| scratch.points.push(point));
+            self.pair(pair, [a, b], [first, second], &NearFacets::default(), interrupt, &mut |point| {
+                scratch.points.push(point);
+            });
         if teleported && scratch.points[start..].iter().any(|point| point.distance < -deep) {
             scratch.stuck.extend(both);
             known.ignored.push(pair);

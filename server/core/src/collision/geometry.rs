@@ -19,7 +19,7 @@ pub struct Collider {
     pub geometry: ColliderGeometry,
 }
 
-/// What a collider is. Metres; cylinders and capsules are about z.
+/// What a collider is. Metres; cylinders, capsules and cones are about z.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ColliderGeometry {
     /// Full lengths of the sides, centred on the origin.
@@ -44,6 +44,13 @@ pub enum ColliderGeometry {
         /// Of the cylinder and of the caps.
         radius: f64,
         /// Along z, without the caps.
+        length: f64,
+    },
+    /// Its base at -`length` / 2, its apex at `length` / 2.
+    Cone {
+        /// Of the base.
+        radius: f64,
+        /// Along z.
         length: f64,
     },
     /// A half-space: all below the plane through the origin is inside.
@@ -104,6 +111,10 @@ impl Part {
             TypedShape::Cylinder(cylinder) => {
                 link_from_shape *= upright().inverse();
                 ColliderGeometry::Cylinder { radius: cylinder.radius, length: 2.0 * cylinder.half_height }
+            }
+            TypedShape::Cone(cone) => {
+                link_from_shape *= upright().inverse();
+                ColliderGeometry::Cone { radius: cone.radius, length: 2.0 * cone.half_height }
             }
             TypedShape::Capsule(capsule) => {
                 ColliderGeometry::Capsule { radius: capsule.radius, length: capsule.height() }

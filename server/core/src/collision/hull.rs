@@ -58,10 +58,9 @@ impl Graph {
         &self.neighbours[self.first[corner] as usize..self.first[corner + 1] as usize]
     }
 
-    /// Calls `found` with each corner that is at least so far along a direction, in their order: from the farthest one,
-    /// to which every step leads up, over edges between such corners. They are connected, because the hull is convex.
-    pub(super) fn beyond(&self, points: &[DVec3], along: DVec3, least: f64, mut found: impl FnMut(DVec3)) {
-        let mut corner = usize::from(self.starts[cell(along)]);
+    /// The corner that lies farthest along a direction, over edges that lead up, from one that the direction alone gives.
+    pub(super) fn farthest(&self, points: &[DVec3], along: DVec3) -> usize {
+        let mut corner = usize::from(self.starts[cell::<SIDE>(along)]);
         let mut far = points[corner].dot(along);
         loop {
             let before = corner;
@@ -72,10 +71,16 @@ impl Graph {
                 }
             }
             if corner == before {
-                break;
+                return corner;
             }
         }
-        if far < least {
+    }
+
+    /// Calls `found` with each corner that is at least so far along a direction, in their order: from the farthest one,
+    /// to which every step leads up, over edges between such corners. They are connected, because the hull is convex.
+    pub(super) fn beyond(&self, points: &[DVec3], along: DVec3, least: f64, mut found: impl FnMut(DVec3)) {
+        let corner = self.farthest(points, along);
+        if points[corner].dot(along) < least {
             return;
         }
         let mut reached = [0u64; MOST / 64];
@@ -117,8 +122,8 @@ fn direction(cell: usize) -> DVec3 {
     }
 }
 
-/// The cell that a direction points into.
-fn cell(direction: DVec3) -> usize {
+/// The cell that a direction points into, of so many by so many on each side of a cube.
+pub(super) fn cell<const SIDE: usize>(direction: DVec3) -> usize {
     let size = direction.abs();
     let axis = if size.x >= size.y && size.x >= size.z {
         0
@@ -185,10 +190,10 @@ mod tests {
     #[test]
     fn each_direction_is_in_its_cell() {
         for index in 0..6 * SIDE * SIDE {
-            assert_eq!(cell(direction(index)), index);
+            assert_eq!(cell::<SIDE>(direction(index)), index);
         }
         for odd in [DVec3::ZERO, DVec3::NAN, DVec3::splat(f64::INFINITY)] {
-            assert!(cell(odd) < 6 * SIDE * SIDE);
+            assert!(cell::<SIDE>(odd) < 6 * SIDE * SIDE);
         }
     }
 }

@@ -6,24 +6,21 @@ use glamx::{DPose3, DVec3};
 use rapier3d_f64::parry::shape::SharedShape;
 use rapier3d_f64::parry::transformation::vhacd::{VHACD, VHACDParameters};
 use rapier3d_f64::parry::transformation::voxelization::FillMode;
-use simd_model::extremes;
 use simd_model::robot::MeshAsset;
 
 use super::facets;
 use super::geometry::ConvexMesh;
 use super::hull::Graph;
 use super::shapes::{Made, Way};
+use super::simplify::simplified;
 use super::stand_in::{StandInShape, largest_distance};
 
 /// A plate this thin still has a volume, metres.
 const THINNEST: f64 = 1e-6;
 
-/// A mesh with more corners than this has its hull made of its extremes alone: the time
+/// The hull of a mesh with more corners than this is made simpler: the time
 /// that a hull takes is then bounded, and so is what a contact with it costs.
 const MOST_POINTS: usize = 1_000;
-
-/// Directions in which extremes are looked for.
-const DIRECTIONS: usize = 256;
 
 /// A mesh with more triangles than this is not taken apart: its hull stands for it.
 const MOST_DIVIDED: usize = 100_000;
@@ -48,6 +45,8 @@ pub(super) struct MadeMesh {
     pub(super) kind: StandInShape,
     /// See [`StandIn::distance`].
     pub(super) distance: f64,
+    /// See [`StandIn::simpler_by`].
+    pub(super) simpler_by: Option<f64>,
 }
 
 /// Whether the triangles of a mesh are those of a height field.
@@ -66,17 +65,19 @@ pub(super) fn mesh_shapes(mesh: &MeshAsset, scale: DVec3, way: Way) -> MadeMesh 
         Way::Hull | Way::Decomposition => None,
     };
     if let Some(made) = exact {
-        return MadeMesh { shapes: vec![made], kind: StandInShape::Mesh, distance: 0.0 };
+        return MadeMesh { shapes: vec![made], kind: StandInShape::Mesh, distance: 0.0, simpler_by: None };
     }
     let parts = if way == Way::Decomposition { decomposition(mesh, scale) } else { Vec::new() };
-    let (shapes, kind) = if parts.is_empty() {
-        (hull(mesh, scale).into_iter().collect(), StandInShape::Hull)
+    let (shapes, kind, simpler_by) = if parts.is_empty() {
+        let hull = hull(mesh, scale);
+        let simpler_by = hull.as_ref().and_then(|(_, by)| *by);
+        (hull.into_iter().map(|(made, _)| made).collect(), StandInShape::Hull, simpler_by)
     } else {
         let count = parts.len();
-        (parts, StandInShape::Parts(count))
+        (parts, StandInShape::Parts(count), None)
     };
     let distance = largest_distance(mesh, scale, &shapes);
-    MadeMesh { shapes, kind, distance }
+    MadeMesh { shapes, kind, distance, simpler_by }
 }
 
 /// Convex parts of a mesh; none where it cannot be taken apart.
@@ -89,28 +90,35 @@ fn decomposition(mesh: &MeshAsset, scale: DVec3) -> Vec<Made> {
     }
     let parts = VHACD::decompose(&DECOMPOSITION, &points, &mesh.triangles, true);
     let parts = parts.compute_exact_convex_hulls(&points, &mesh.triangles);
-    let hull = |(points, _): (Vec<DVec3>, Vec<[u32; 3]>)| {
-        convex(&if points.len() > MOST_POINTS { extremes(&points, DIRECTIONS) } else { points })
-    };
-    parts.into_iter().filter_map(hull).collect()
+    parts.into_iter().filter_map(|(points, _)| convex(&fewer(points).0)).collect()
 }
 
-/// The convex hull of a mesh; of one that is flat, its bounding box.
-fn hull(mesh: &MeshAsset, scale: DVec3) -> Option<Made> {
+/// Corners with the same hull, or nearly: and how far any other one lies outside of its faces, where they are fewer.
+fn fewer(points: Vec<DVec3>) -> (Vec<DVec3>, Option<f64>) {
+    if points.len() <= MOST_POINTS {
+        return (points, None);
+    }
+    let (kept, error) = simplified(&points);
+    (kept, Some(error))
+}
+
+/// The convex hull of a mesh, and by how much it was made simpler; of one that is flat, its bounding box.
+fn hull(mesh: &MeshAsset, scale: DVec3) -> Option<(Made, Option<f64>)> {
     let points: Vec<DVec3> = mesh.vertices.iter().map(|vertex| *vertex * scale).collect();
-    let points = if points.len() > MOST_POINTS { extremes(&points, DIRECTIONS) } else { points };
+    let (points, simpler_by) = fewer(points);
     let first = *points.first()?;
     let (least, most) = points.iter().fold((first, first), |(l, m), p| (l.min(*p), m.max(*p)));
     let solid = (most - least).min_element() > THINNEST;
     if let Some(hull) = solid.then(|| convex(&points)).flatten() {
-        return Some(hull);
+        return Some((hull, simpler_by));
     }
     // The box stands where the points are, not about the origin.
     let half = ((most - least) / 2.0).max(DVec3::splat(THINNEST));
-    Some(Made {
+    let around = Made {
         own_from_shape: DPose3::from_translation((most + least) / 2.0),
         ..Made::new(SharedShape::cuboid(half.x, half.y, half.z))
-    })
+    };
+    Some((around, None))
 }
 
 /// The convex hull of points, or `None` where they have none.

@@ -3,21 +3,21 @@
 use std::fmt;
 
 use glamx::{DPose3, DVec3};
+use rapier3d_f64::parry::query::details::{NormalConstraints, contact_manifold_pfm_pfm};
 use rapier3d_f64::parry::query::{ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher as _};
-use rapier3d_f64::parry::shape::{Shape, ShapeType};
+use rapier3d_f64::parry::shape::{PolygonalFeatureMap, Shape, ShapeType};
 
 use super::colliders::{Placed, RobotColliders};
-use super::facet_contact::FacetContact;
+use super::facet_contact::{Convex, FacetContact};
 use super::facets::{Facets, relative};
 use super::filter::Filter;
 use super::fixed_pair::FixedPairScratch;
 use super::hull::Graph;
-use super::plane::outermost_beyond;
+use super::hull_support::HullSupport;
+use super::near_facets::NearFacets;
+use super::plane::{ROUNDING, outermost_beyond};
 use super::reduce::{MOST, SAME, reduce};
 use crate::dynamics::contact_point::ContactPoint;
-
-/// Corners of a hull are looked for so much farther from a plane than they are taken, metres.
-const ROUNDING: f64 = 1e-9;
 
 /// Faces whose edges lie on each other are clipped with one of them moved aside by this, metres: far above rounding, and
 /// too little to change what they carry.
@@ -36,6 +36,8 @@ pub struct Narrow {
     opposite: Vec<DVec3>,
     /// Colliders of the first robot that are near the second, and the other way round.
     near: [Vec<usize>; 2],
+    /// Triangles of each that are near the other one.
+    near_facets: NearFacets,
     /// Pairs of colliders whose bounds were compared, since it was set to 0.
     pub compared: u64,
     /// Pairs of colliders since it was asked whether the step is interrupted.
@@ -66,18 +68,25 @@ impl Narrow {
         a.near(&b.bounds, near_b);
         b.near(&a.bounds, near_a);
         self.compared += (near_b.len() * near_a.len()) as u64;
+        let mut facets = std::mem::take(&mut self.near_facets);
+        facets.clear();
+        facets.look(0, a, near_b, &b.bounds);
+        facets.look(1, b, near_a, &a.bounds);
         let is_whole = near_b.iter().all(|&i| {
             let first = &a.placed[i];
+            let first_bounds = facets.bounds(0, i).unwrap_or(&first.bounds);
             near_a.iter().all(|&j| {
                 let second = &b.placed[j];
                 let moves = first.body.is_some() || second.body.is_some();
-                let may_touch = moves && first.bounds.meets(&second.bounds) && filter.allows(first, second);
+                let meet = moves && first_bounds.meets(facets.bounds(1, j).unwrap_or(&second.bounds));
+                let may_touch = meet && filter.allows(first, second);
                 !may_touch
                     || (!self.is_interrupted(interrupt)
-                        && self.pair([i, j], [a, b], [first, second], interrupt, &mut found))
+                        && self.pair([i, j], [a, b], [first, second], &facets, interrupt, &mut found))
             })
         });
         self.near = near;
+        self.near_facets = facets;
         is_whole
     }
 
@@ -91,12 +100,13 @@ impl Narrow {
         asks && interrupt()
     }
 
-    /// The same of two colliders.
+    /// The same of two colliders, with what is known of triangles near robots.
     pub(super) fn pair(
         &mut self,
         colliders: [usize; 2],
         robots: [&RobotColliders; 2],
         [a, b]: [&Placed; 2],
+        near: &NearFacets,
         interrupt: &dyn Fn() -> bool,
         found: &mut impl FnMut(ContactPoint),
     ) -> bool {
@@ -107,7 +117,7 @@ impl Narrow {
         }
         let facets = [robots[0].facets(a), robots[1].facets(b)];
         if facets.iter().any(Option::is_some) {
-            return self.touch_facets(colliders, (facets, [shape_a, shape_b]), [a, b], interrupt, found);
+            return self.touch_facets(colliders, (robots, facets), [a, b], near, interrupt, found);
         }
         let a_from_b = a.world_from_shape.inverse() * b.world_from_shape;
         let hulls = [robots[0].shape_and_graph(a), robots[1].shape_and_graph(b)];
@@ -136,8 +146,9 @@ impl Narrow {
     fn touch_facets(
         &mut self,
         colliders: [usize; 2],
-        (facets, shapes): ([Option<Facets<'_>>; 2], [&dyn Shape; 2]),
+        (robots, facets): ([&RobotColliders; 2], [Option<Facets<'_>>; 2]),
         sides @ [a, b]: [&Placed; 2],
+        near: &NearFacets,
         interrupt: &dyn Fn() -> bool,
         found: &mut impl FnMut(ContactPoint),
     ) -> bool {
@@ -148,9 +159,18 @@ impl Narrow {
         };
         let (fixed, other) = (sides[first], sides[1 - first]);
         let surface_from_shape = relative(&fixed.world_from_shape, &other.world_from_shape);
-        let shape = (shapes[1 - first], other.middle(), other.radius);
-        let within = a.within(b);
-        let Some(points) = self.facets.find(surface, shape, &surface_from_shape, within, interrupt) else {
+        let (shape, graph) = robots[1 - first].shape_and_graph(other);
+        let shape = Convex {
+            shape,
+            graph,
+            middle: other.middle(),
+            radius: other.radius,
+            local_box: robots[1 - first].local_box(other),
+            bounds: other.bounds.seen_from(&fixed.world_from_shape),
+        };
+        let (within, known) = (a.within(b), near.triangles(first, colliders[first]));
+        let Some(points) = self.facets.find((surface, known), &shape, &surface_from_shape, within, interrupt)
+        else {
             return false;
         };
         for point in points {
@@ -205,7 +225,8 @@ impl Narrow {
             });
             return Some(-normal);
         }
-        let mut normal = self.clip(a, b, a_from_b, within)?;
+        let sides = [(a, graph_a), (b, graph_b)];
+        let mut normal = self.clip(sides, a_from_b, within)?;
         let count = self.corners(within);
         self.take_points(DVec3::ZERO, within);
         if count < MOST && has_faces(a) && has_faces(b) {
@@ -214,7 +235,7 @@ impl Narrow {
             let (u, v) = normal.any_orthonormal_pair();
             let aside = (u * 0.83 + v * 0.55) * ASIDE;
             let moved = DPose3::from_parts(a_from_b.translation + aside, a_from_b.rotation);
-            let again = self.clip(a, b, &moved, within);
+            let again = self.clip(sides, &moved, within);
             if let Some(again) = again.filter(|_| self.corners(within) > count) {
                 normal = again;
                 self.take_points(a_from_b.rotation.inverse() * aside, within);
@@ -224,17 +245,15 @@ impl Narrow {
     }
 
     /// Has parry find a manifold. The normal, in the first shape's axes, where they are that near.
-    fn clip(&mut self, a: &dyn Shape, b: &dyn Shape, a_from_b: &DPose3, within: f64) -> Option<DVec3> {
-        // parry goes on from what a manifold has; this one has nothing.
-        self.manifold.points.clear();
-        self.manifold.local_n1 = DVec3::ZERO;
-        self.manifold.local_n2 = DVec3::ZERO;
-        let dispatcher = DefaultQueryDispatcher;
-        dispatcher
-            .contact_manifold_convex_convex(a_from_b, a, b, None, None, within, &mut self.manifold)
-            .ok()?;
+    fn clip(
+        &mut self,
+        sides: [(&dyn Shape, Option<&Graph>); 2],
+        a_from_b: &DPose3,
+        within: f64,
+    ) -> Option<DVec3> {
+        clip_convex(sides, None, a_from_b, within, &mut self.manifold)?;
         let normal = self.manifold.local_n1;
-        (normal.is_finite() && normal != DVec3::ZERO).then_some(normal)
+        (normal != DVec3::ZERO).then_some(normal)
     }
 
     /// The points of the manifold that are apart from each other.
@@ -259,9 +278,56 @@ impl Narrow {
     }
 }
 
+/// Finds a manifold of two convex shapes, of hulls with their own search; `None` where there is no sound one. `constraints` are on
+/// the directions from which the first is touched.
+pub(super) fn clip_convex(
+    [(a, graph_a), (b, graph_b)]: [(&dyn Shape, Option<&Graph>); 2],
+    constraints: Option<&dyn NormalConstraints>,
+    a_from_b: &DPose3,
+    within: f64,
+    manifold: &mut ContactManifold<(), ()>,
+) -> Option<()> {
+    // parry goes on from what a manifold has; this one has nothing.
+    manifold.points.clear();
+    manifold.local_n1 = DVec3::ZERO;
+    manifold.local_n2 = DVec3::ZERO;
+    let hulls = [HullSupport::of(a, graph_a), HullSupport::of(b, graph_b)];
+    let has_hull = hulls.iter().any(Option::is_some);
+    match (faces(hulls[0].as_ref(), a), faces(hulls[1].as_ref(), b)) {
+        (Some((first, around_first)), Some((second, around_second))) if has_hull => {
+            contact_manifold_pfm_pfm(
+                a_from_b,
+                first,
+                around_first,
+                constraints,
+                second,
+                around_second,
+                None,
+                within,
+                manifold,
+            );
+        }
+        _ => DefaultQueryDispatcher
+            .contact_manifold_convex_convex(a_from_b, a, b, constraints, None, within, manifold)
+            .ok()?,
+    }
+    manifold.local_n1.is_finite().then_some(())
+}
+
+/// What clipping asks a shape, and how far around that it reaches; `None` of a ball.
+fn faces<'a>(
+    hull: Option<&'a HullSupport<'a>>,
+    shape: &'a dyn Shape,
+) -> Option<(&'a dyn PolygonalFeatureMap, f64)> {
+    hull.map(|hull| (hull as &dyn PolygonalFeatureMap, 0.0)).or_else(|| shape.as_polygonal_feature_map())
+}
+
 /// Whether parry clips faces of it.
 fn has_faces(shape: &dyn Shape) -> bool {
-    matches!(shape.shape_type(), ShapeType::Cuboid | ShapeType::ConvexPolyhedron | ShapeType::Cylinder)
+    matches!(
+        shape.shape_type(),
+        ShapeType::Cuboid | ShapeType::ConvexPolyhedron | ShapeType::Cylinder | ShapeType::Cone
+    )
 }
 
 /// Whether a shape is a plane, and the sphere around another one is well above it: the bounds of a

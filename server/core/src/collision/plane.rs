@@ -7,6 +7,9 @@ use rapier3d_f64::parry::shape::{Shape, TypedShape};
 
 use super::hull::Graph;
 
+/// Corners of a hull are looked for so much farther from a plane than they are taken, metres.
+pub(super) const ROUNDING: f64 = 1e-9;
+
 /// As [`outermost`], of a shape that may be a hull with a graph, without corners that lie less than `least` along the
 /// direction.
 pub(super) fn outermost_beyond(
@@ -48,6 +51,19 @@ pub(super) fn outermost(shape: &dyn Shape, direction: DVec3, mut found: impl FnM
             let end = half.copysign(direction.y);
             for corner in [DVec3::X, DVec3::Z, -DVec3::X, -DVec3::Z] {
                 found(corner * radius + DVec3::Y * end, 0.0);
+            }
+        }
+        TypedShape::Cone(cone) => {
+            let (radius, half) = (cone.radius, cone.half_height);
+            // The apex, and the lowest point of the base: of one that lies on its side a line.
+            found(DVec3::Y * half, 0.0);
+            let outward = DVec3::new(direction.x, 0.0, direction.z).normalize_or(DVec3::X);
+            found(outward * radius - DVec3::Y * half, 0.0);
+            // As of a cylinder, where it may stand on its base.
+            if direction.y < 0.0 {
+                for corner in [DVec3::X, DVec3::Z, -DVec3::X, -DVec3::Z] {
+                    found(corner * radius - DVec3::Y * half, 0.0);
+                }
             }
         }
         TypedShape::ConvexPolyhedron(hull) => hull.points().iter().for_each(|point| found(*point, 0.0)),

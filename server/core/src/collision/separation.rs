@@ -29,6 +29,12 @@ impl Inner {
             TypedShape::Capsule(capsule) => ((capsule.segment.a + capsule.segment.b) / 2.0, capsule.radius),
             TypedShape::Cuboid(cuboid) => (DVec3::ZERO, cuboid.half_extents.min_element()),
             TypedShape::Cylinder(cylinder) => (DVec3::ZERO, cylinder.radius.min(cylinder.half_height)),
+            TypedShape::Cone(cone) => {
+                // The largest one: it touches the base and the side.
+                let slant = cone.radius.hypot(2.0 * cone.half_height);
+                let radius = 2.0 * cone.half_height * cone.radius / (cone.radius + slant);
+                (DVec3::Y * (radius - cone.half_height), radius)
+            }
             TypedShape::ConvexPolyhedron(hull) => {
                 let points = hull.points();
                 let middle = points.iter().sum::<DVec3>() / points.len().max(1) as f64;

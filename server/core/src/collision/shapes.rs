@@ -69,8 +69,8 @@ pub(super) struct Part {
     pub(super) neighbours: Option<Arc<Neighbours>>,
     /// Of a convex hull of many corners: its edges.
     pub(super) graph: Option<Arc<Graph>>,
-    /// Of a convex hull: its box, as middle and half lengths in its axes.
-    pub(super) hull_box: Option<[DVec3; 2]>,
+    /// The box around it, as middle and half lengths in its axes.
+    pub(super) local_box: [DVec3; 2],
     /// Of what a mesh became: the hash of its vertices and triangles.
     pub(super) surface: Option<Sha256>,
     /// As the description gives it.
@@ -115,7 +115,9 @@ impl Shapes {
                         triangles: asset.triangles.len(),
                         shape: made.kind,
                         asked: mesh_shapes,
+                        is_fixed: is_welded,
                         distance: made.distance,
+                        simpler_by: made.simpler_by,
                     };
                     if !stand_ins.contains(&stand_in) {
                         stand_ins.push(stand_in);
@@ -124,10 +126,9 @@ impl Shapes {
                 for Made { shape, own_from_shape, neighbours, graph, surface } in made.shapes {
                     let link_from_shape = collision.link_from_shape * own_from_shape;
                     let (inner, material) = (Inner::of(&*shape), collision.material);
-                    let hull_box = shape.as_convex_polyhedron().map(|hull| {
-                        let around = hull.local_aabb();
-                        [around.center(), around.half_extents()]
-                    });
+                    // Looked for once: parry looks at all corners of a hull.
+                    let around = shape.compute_local_aabb();
+                    let local_box = [around.center(), around.half_extents()];
                     parts.push(Part {
                         link,
                         link_from_shape,
@@ -135,7 +136,7 @@ impl Shapes {
                         inner,
                         neighbours,
                         graph,
-                        hull_box,
+                        local_box,
                         surface,
                         material,
                     });
@@ -273,6 +274,9 @@ fn shapes(
         Geometry::Capsule { radius, length } => {
             Made::new(SharedShape::capsule_z(length / 2.0, *radius)).into()
         }
+        Geometry::Cone { radius, length } => {
+            Made { own_from_shape: upright(), ..Made::new(SharedShape::cone(length / 2.0, *radius)) }.into()
+        }
         Geometry::Plane { normal } => Made::new(SharedShape::halfspace(normal.normalize_or(DVec3::Z))).into(),
         Geometry::Mesh { scale, asset, .. } => {
             let Some(asset) = asset.as_deref() else { return Whole::default() };
@@ -303,7 +307,7 @@ pub(super) fn own_shape(geometry: &Geometry) -> Option<(SharedShape, DPose3)> {
     made.shapes.into_iter().next().map(|made| (made.shape, made.own_from_shape))
 }
 
-/// parry's cylinders stand along y, URDF's along z.
+/// parry's cylinders and cones stand along y, URDF's along z.
 pub(super) fn upright() -> DPose3 {
     DPose3::from_rotation(DQuat::from_rotation_x(FRAC_PI_2))
 }

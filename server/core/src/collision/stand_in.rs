@@ -31,9 +31,14 @@ pub struct StandIn {
     pub shape: StandInShape,
     /// What was asked for.
     pub asked: MeshShapes,
+    /// Whether its link can never move.
+    pub is_fixed: bool,
     /// The largest distance that was found between the surfaces of the two, looked for from some thousand points of
     /// each, metres.
     pub distance: f64,
+    /// Of a hull that was made of some of the mesh's corners alone: how far any other one lies outside of its faces at the
+    /// most, metres.
+    pub simpler_by: Option<f64>,
 }
 
 /// Points of each surface from which the other one is looked for.

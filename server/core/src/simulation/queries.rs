@@ -337,6 +337,6 @@ impl PublishedState {
 
 fn shape(geometry: &Geometry) -> Result<QueryShape, Error> {
     QueryShape::new(geometry).ok_or_else(|| {
-        check::refuse("shape", "a mesh", "it must be a box, a sphere, a cylinder or a capsule")
+        check::refuse("shape", "a mesh", "it must be a box, a sphere, a cylinder, a capsule or a cone")
     })
 }

@@ -124,6 +124,7 @@ fn solid(geometry: &DraftGeometry) -> Option<Geometry> {
         DraftGeometry::Sphere { radius } => Geometry::Sphere { radius },
         DraftGeometry::Cylinder { radius, length } => Geometry::Cylinder { radius, length },
         DraftGeometry::Capsule { radius, length } => Geometry::Capsule { radius, length },
+        DraftGeometry::Cone { radius, length } => Geometry::Cone { radius, length },
         DraftGeometry::Plane { normal } => Geometry::Plane { normal },
         DraftGeometry::Mesh { .. } => return None,
     })
@@ -157,6 +158,7 @@ fn shape(element: Element, notes: &mut Notes) -> Result<Option<DraftShape>, Stop
         "capsule" => {
             DraftGeometry::Capsule { radius: length("radius", notes)?, length: length("length", notes)? }
         }
+        "cone" => DraftGeometry::Cone { radius: length("radius", notes)?, length: length("length", notes)? },
         "ellipsoid" => {
             let radii = shape.child("radii").map(|radii| radii.numbers(notes)).transpose()?.flatten();
             let (turn, capsule) = ellipsoid(DVec3::from_array(radii.unwrap_or([1.0; 3])));

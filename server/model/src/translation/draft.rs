@@ -103,6 +103,7 @@ pub(crate) enum DraftGeometry {
     Sphere { radius: f64 },
     Cylinder { radius: f64, length: f64 },
     Capsule { radius: f64, length: f64 },
+    Cone { radius: f64, length: f64 },
     Plane { normal: DVec3 },
     Mesh { uri: String, scale: DVec3 },
 }

@@ -129,6 +129,7 @@ fn write_shape(text: &mut Text, tag: &str, shape: &DraftShape) {
         DraftGeometry::Capsule { radius, length } => {
             format!("<capsule radius=\"{radius}\" length=\"{length}\"/>")
         }
+        DraftGeometry::Cone { radius, length } => format!("<cone radius=\"{radius}\" length=\"{length}\"/>"),
         DraftGeometry::Plane { normal } => format!("<plane normal=\"{}\"/>", numbers(normal.to_array())),
         DraftGeometry::Mesh { uri, scale } => {
             let scale = match *scale {

@@ -55,7 +55,9 @@ pub(super) fn geometry<'a>(
     if let Some(plane) = mended.child(node, "plane") {
         return Some(Geometry::Plane { normal: normal(plane, findings) });
     }
+    let cone = mended.child(node, "cone").and_then(cone);
     let read = match geometry {
+        _ if cone.is_some() => cone?,
         urdf_rs::Geometry::Box { size } => Geometry::Box { size: DVec3::from_array(size.0) },
         urdf_rs::Geometry::Sphere { radius } => Geometry::Sphere { radius: *radius },
         urdf_rs::Geometry::Cylinder { radius, length } => {
@@ -80,6 +82,12 @@ pub(super) fn geometry<'a>(
     }
     findings.warn(node, Ignored, "a size is not above 0: the shape is ignored");
     None
+}
+
+/// Its numbers were looked at when the document was mended.
+fn cone(cone: Node) -> Option<Geometry> {
+    let length_of = |name| numbers::of::<1>(cone, name, Shape::Exactly(1)).map(|[length]| length);
+    Some(Geometry::Cone { radius: length_of("radius")?, length: length_of("length")? })
 }
 
 /// PyBullet's planes look up where they say nothing.
@@ -107,9 +115,9 @@ fn has_extent(geometry: &Geometry) -> bool {
     match geometry {
         Geometry::Box { size } => size.min_element() > 0.0,
         Geometry::Sphere { radius } => *radius > 0.0,
-        Geometry::Cylinder { radius, length } | Geometry::Capsule { radius, length } => {
-            *radius > 0.0 && *length > 0.0
-        }
+        Geometry::Cylinder { radius, length }
+        | Geometry::Capsule { radius, length }
+        | Geometry::Cone { radius, length } => *radius > 0.0 && *length > 0.0,
         Geometry::Plane { .. } | Geometry::Mesh { .. } => true,
     }
 }

@@ -93,7 +93,9 @@ fn geometry(geometry: &mut Geometry, by: f64) {
     match geometry {
         Geometry::Box { size } => *size *= by,
         Geometry::Sphere { radius } => *radius *= by,
-        Geometry::Cylinder { radius, length } | Geometry::Capsule { radius, length } => {
+        Geometry::Cylinder { radius, length }
+        | Geometry::Capsule { radius, length }
+        | Geometry::Cone { radius, length } => {
             *radius *= by;
             *length *= by;
         }

@@ -136,6 +136,15 @@ const SHAPES: &[Element] = &[
         &[attribute("filename", Uri, Drop), attribute("scale", Kind::Numbers(Shape::Scale), Leave)],
         &[],
     ),
+    // SDF's. The ball is left unread.
+    ours(
+        element(
+            "cone",
+            &[attribute("radius", OursNumbers(1), Drop), attribute("length", OursNumbers(1), Drop)],
+            &[],
+        ),
+        "<sphere radius=\"1\"/>",
+    ),
     // PyBullet's. The ball is left unread.
     ours(element("plane", &[attribute("normal", OursNumbers(3), Leave)], &[]), "<sphere radius=\"1\"/>"),
 ];

@@ -1,6 +1,6 @@
 //! Single shapes from the wire.
 
-use glamx::DVec3;
+use glamx::{DPose3, DVec3};
 use simd_model::Primitive;
 use simd_model::robot::Geometry;
 use simd_proto::v1;
@@ -8,18 +8,48 @@ use simd_proto::v1;
 use super::geometry::finite_vector;
 use crate::convert::field::{BadField, Path};
 
+/// Shapes of a body that is described by them alone.
+const MOST_PARTS: usize = 1_000;
+
 /// A robot of one shape.
 pub fn primitive(at: &Path<'_>, given: v1::Primitive) -> Result<Primitive, BadField> {
-    let geometry = geometry(at, at.field("geometry").given(given.geometry)?)?;
+    let shapes = match at.field("geometry").given(given.geometry)? {
+        v1::primitive::Geometry::Compound(given) => parts(&at.field("compound"), given)?,
+        given => vec![(DPose3::IDENTITY, geometry(at, given)?)],
+    };
     let mass = at.field("mass").at_least_zero(given.mass)?;
     let color = given.color.map(|v1::Color { red, green, blue, alpha }| [red, green, blue, alpha]);
     if let Some(bad) = color.iter().flatten().find(|part| !(0.0..=1.0).contains(*part)) {
         return Err(at.field("color").refuse(bad, "its parts must be 0 to 1"));
     }
-    Ok(Primitive { geometry, mass: (mass > 0.0).then_some(mass), color })
+    Ok(Primitive { shapes, mass: (mass > 0.0).then_some(mass), color })
 }
 
-/// A shape's kind and sizes.
+/// The shapes of a body, each where it is.
+fn parts(at: &Path<'_>, given: v1::CompoundGeometry) -> Result<Vec<(DPose3, Geometry)>, BadField> {
+    let count = given.parts.len();
+    if !(1..=MOST_PARTS).contains(&count) {
+        let expected = format!("there must be 1 to {MOST_PARTS}");
+        return Err(at.field("parts").refuse(count, expected));
+    }
+    let part = |(index, given): (usize, v1::CompoundPart)| {
+        use v1::compound_part::Geometry as Part;
+        use v1::primitive::Geometry as Wire;
+        let at = &at.item("parts", index);
+        let shape = match at.field("geometry").given(given.geometry)? {
+            Part::Box(shape) => Wire::Box(shape),
+            Part::Sphere(shape) => Wire::Sphere(shape),
+            Part::Cylinder(shape) => Wire::Cylinder(shape),
+            Part::Capsule(shape) => Wire::Capsule(shape),
+            Part::Cone(shape) => Wire::Cone(shape),
+        };
+        let pose = given.pose.map(|pose| super::geometry::pose(&at.field("pose"), pose)).transpose()?;
+        Ok((pose.unwrap_or(DPose3::IDENTITY), geometry(at, shape)?))
+    };
+    given.parts.into_iter().enumerate().map(part).collect()
+}
+
+/// A shape's kind and sizes; not of several.
 pub fn geometry(at: &Path<'_>, given: v1::primitive::Geometry) -> Result<Geometry, BadField> {
     use v1::primitive::Geometry as Wire;
     Ok(match given {
@@ -45,6 +75,12 @@ pub fn geometry(at: &Path<'_>, given: v1::primitive::Geometry) -> Result<Geometr
             let (radius, length) = (above_zero(at, "radius", radius)?, above_zero(at, "length", length)?);
             Geometry::Capsule { radius, length }
         }
+        Wire::Cone(v1::ConeGeometry { radius, length }) => {
+            let at = &at.field("cone");
+            let (radius, length) = (above_zero(at, "radius", radius)?, above_zero(at, "length", length)?);
+            Geometry::Cone { radius, length }
+        }
+        Wire::Compound(_) => return Err(at.field("compound").refuse("given", "a part is a single shape")),
         Wire::Plane(v1::PlaneGeometry { normal }) => {
             let at = &at.field("plane");
             let at = &at.field("normal");
@@ -84,6 +120,11 @@ mod tests {
         use v1::primitive::Geometry as Wire;
         let flat = v1::Vector3 { x: 1.0, y: 0.0, z: 1.0 };
         let nowhere = v1::Vector3 { x: 0.0, y: 0.0, z: 0.0 };
+        let part = |radius| {
+            let geometry = Some(v1::compound_part::Geometry::Sphere(v1::SphereGeometry { radius }));
+            v1::CompoundPart { pose: None, geometry }
+        };
+        let compound = |parts| Wire::Compound(v1::CompoundGeometry { parts });
         let sphere = |radius| Wire::Sphere(v1::SphereGeometry { radius });
         for (geometry, mass, field) in [
             (sphere(-1.0), 0.0, "primitive.sphere.radius"),
@@ -93,9 +134,15 @@ mod tests {
             (Wire::Box(v1::BoxGeometry { size: Some(flat) }), 0.0, "primitive.box.size.y"),
             (Wire::Plane(v1::PlaneGeometry { normal: Some(nowhere) }), 0.0, "primitive.plane.normal"),
             (Wire::Mesh(v1::MeshGeometry::default()), 0.0, "primitive.mesh.uri"),
+            (Wire::Cone(v1::ConeGeometry { radius: 1.0, length: 0.0 }), 0.0, "primitive.cone.length"),
+            (compound(Vec::new()), 0.0, "primitive.compound.parts"),
+            (compound(vec![part(1.0); MOST_PARTS + 1]), 0.0, "primitive.compound.parts"),
+            (compound(vec![part(1.0), part(-1.0)]), 0.0, "primitive.compound.parts[1].sphere.radius"),
+            (compound(vec![v1::CompoundPart::default()]), 0.0, "primitive.compound.parts[0].geometry"),
         ] {
             assert_eq!(read(geometry, mass).unwrap_err().field, field);
         }
         assert!(read(sphere(1.0), 2.0).is_ok());
+        assert_eq!(read(compound(vec![part(1.0), part(2.0)]), 0.0).unwrap().shapes.len(), 2);
     }
 }

@@ -30,6 +30,7 @@ pub fn shape(
         Wire::Sphere(shape) => Primitive::Sphere(shape),
         Wire::Cylinder(shape) => Primitive::Cylinder(shape),
         Wire::Capsule(shape) => Primitive::Capsule(shape),
+        Wire::Cone(shape) => Primitive::Cone(shape),
     };
     let shape = primitive::geometry(&at, shape)?;
     let at = above.field("pose");

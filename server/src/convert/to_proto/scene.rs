@@ -75,6 +75,7 @@ fn collider_geometry(geometry: &ColliderGeometry) -> v1::shape::Geometry {
         ColliderGeometry::Sphere { radius } => sphere(*radius),
         ColliderGeometry::Cylinder { radius, length } => cylinder(*radius, *length),
         ColliderGeometry::Capsule { radius, length } => capsule(*radius, *length),
+        ColliderGeometry::Cone { radius, length } => cone(*radius, *length),
         ColliderGeometry::Plane { normal } => plane(*normal),
         ColliderGeometry::Convex { sha256 } => {
             v1::shape::Geometry::Convex(v1::ConvexGeometry { sha256: sha256.to_string() })
@@ -88,6 +89,7 @@ fn shape_geometry(geometry: &Geometry) -> v1::shape::Geometry {
         Geometry::Sphere { radius } => sphere(*radius),
         Geometry::Cylinder { radius, length } => cylinder(*radius, *length),
         Geometry::Capsule { radius, length } => capsule(*radius, *length),
+        Geometry::Cone { radius, length } => cone(*radius, *length),
         Geometry::Plane { normal } => plane(*normal),
         Geometry::Mesh { uri, scale, asset } => v1::shape::Geometry::Mesh(v1::MeshGeometry {
             sha256: asset.as_ref().map(|asset| asset.sha256.to_string()).unwrap_or_default(),
@@ -112,6 +114,10 @@ fn cylinder(radius: f64, length: f64) -> v1::shape::Geometry {
 
 fn capsule(radius: f64, length: f64) -> v1::shape::Geometry {
     v1::shape::Geometry::Capsule(v1::CapsuleGeometry { radius, length })
+}
+
+fn cone(radius: f64, length: f64) -> v1::shape::Geometry {
+    v1::shape::Geometry::Cone(v1::ConeGeometry { radius, length })
 }
 
 fn plane(normal: DVec3) -> v1::shape::Geometry {

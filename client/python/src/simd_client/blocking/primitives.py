@@ -18,6 +18,7 @@ from simd_client.errors import InvalidDescription, refused_here
 from simd_client.geometry import vector, vector_to_proto
 from simd_client.mesh import AnyMesh, mesh_file
 from simd_client.proto import methods
+from simd_client.query import PlacedShape, Shape, part_to_proto
 from simd_client.spawn import UPRIGHT, height_field_file, shape_options, shape_source
 
 
@@ -101,6 +102,44 @@ class Primitives(Loading):
         """A capsule about its z axis; `length` is without the caps."""
         shape = proto.Primitive(capsule=proto.CapsuleGeometry(radius=radius, length=length))
         options = shape_options("capsule", name, position, orientation, fixed, friction, restitution)
+        return self._spawn(shape_source(shape, mass, color), options)
+
+    def add_cone(
+        self,
+        radius: float,
+        length: float,
+        mass: float | None = None,
+        position: npt.ArrayLike = (0, 0, 0),
+        orientation: npt.ArrayLike = UPRIGHT,
+        *,
+        fixed: bool = False,
+        name: str = "",
+        friction: float | None = None,
+        restitution: float | None = None,
+        color: Sequence[float] | None = None,
+    ) -> Robot:
+        """A cone about its z axis: the base at `-length / 2`, the apex at `length / 2`."""
+        shape = proto.Primitive(cone=proto.ConeGeometry(radius=radius, length=length))
+        options = shape_options("cone", name, position, orientation, fixed, friction, restitution)
+        return self._spawn(shape_source(shape, mass, color), options)
+
+    def add_compound(
+        self,
+        parts: Sequence[Shape | PlacedShape],
+        mass: float | None = None,
+        position: npt.ArrayLike = (0, 0, 0),
+        orientation: npt.ArrayLike = UPRIGHT,
+        *,
+        fixed: bool = False,
+        name: str = "",
+        friction: float | None = None,
+        restitution: float | None = None,
+        color: Sequence[float] | None = None,
+    ) -> Robot:
+        """One body of several shapes, at most 1,000, each where its pose puts it in the body's frame. Where they overlap, their
+        mass counts twice."""
+        shape = proto.Primitive(compound=proto.CompoundGeometry(parts=[part_to_proto(part) for part in parts]))
+        options = shape_options("compound", name, position, orientation, fixed, friction, restitution)
         return self._spawn(shape_source(shape, mass, color), options)
 
     def add_mesh(

@@ -30,6 +30,8 @@ _WHITE = (1.0, 1.0, 1.0, 1.0)
 _ENDLESS = 1e30
 # Of a box that is asked about, metres.
 _THINNEST = 1e-9
+# Bullet's number for a shape that it has none for.
+_UNKNOWN = 10
 # With this flag a shape has the number of its texture too.
 _TEXTURES = constants.VISUAL_SHAPE_DATA_TEXTURE_UNIQUE_IDS
 
@@ -151,6 +153,8 @@ def _geometry(body: Body, shape: Shape, drawn: bool) -> tuple[int, Vector, bytes
         round_one = shape.cylinder if kind == "cylinder" else shape.capsule
         number = constants.GEOM_CYLINDER if kind == "cylinder" else constants.GEOM_CAPSULE
         return number, (round_one.length, round_one.radius, 0.0), b""
+    if kind == "cone":
+        return _UNKNOWN, (shape.cone.length, shape.cone.radius, 0.0), b""
     if kind == "plane":
         n = shape.plane.normal
         return constants.GEOM_PLANE, (0.0, 0.0, 0.0) if drawn else (n.x, n.y, n.z), b""

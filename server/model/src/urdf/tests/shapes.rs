@@ -24,7 +24,7 @@ fn visual(geometry: &str, material: &str) -> String {
 
 #[test]
 fn every_primitive_is_read() {
-    let shapes = "<box size='1 2 3'/>|<sphere radius='1'/>|<cylinder radius='1' length='2'/>|<capsule radius='1' length='2'/>";
+    let shapes = "<box size='1 2 3'/>|<sphere radius='1'/>|<cylinder radius='1' length='2'/>|<capsule radius='1' length='2'/>|<cone radius='1' length='2'/>";
     let content: String = shapes.split('|').map(collision).collect();
     let (link, report) = link(&content, &Files::default());
     let shapes: Vec<_> = link.collisions.into_iter().map(|collision| collision.geometry).collect();
@@ -33,6 +33,7 @@ fn every_primitive_is_read() {
         Geometry::Sphere { radius: 1.0 },
         Geometry::Cylinder { radius: 1.0, length: 2.0 },
         Geometry::Capsule { radius: 1.0, length: 2.0 },
+        Geometry::Cone { radius: 1.0, length: 2.0 },
     ];
     assert_eq!(shapes, expected);
     assert_eq!(warnings(&report), [""; 0]);
@@ -50,6 +51,8 @@ fn a_shape_without_extent_or_size_is_ignored_with_a_warning() {
         "<mesh filename=''/>",
         "<mesh filename='a.stl' scale='1 0 1'/>",
         "<cone radius='1'/>",
+        "<cone radius='1' length='0'/>",
+        "<pyramid height='1'/>",
         "",
     ] {
         let (link, report) = link(&collision(geometry), &Files::default());
