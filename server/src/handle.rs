@@ -154,7 +154,7 @@ struct Inner {
 }
 
 /// Looks for an answer for so long before its caller waits for it: a thread that waits has to be woken, which takes longer
-/// than most commands. Whoever needs the processor meanwhile gets it.
+/// than most commands. A thread that needs the processor meanwhile gets it.
 fn look<T>(answer: &mut oneshot::Receiver<T>, spin: Duration) -> Result<T, TryRecvError> {
     let begun = std::time::Instant::now();
     loop {

@@ -98,20 +98,18 @@ async fn links_are_given_colours_until_their_robot_is_reloaded_or_goes(via: Via)
         colors.unwrap_or_default().colors.into_iter().map(of).collect()
     };
     let waiting = page.next_view(first.version, SECOND * 60);
-    let set = client.set_link_colors([given("arm", 1.0), given("base", 0.0), given("arm", 0.75)]);
-    let (seen, set) = tokio::join!(waiting, set);
-    set.unwrap();
-    let seen = seen.unwrap();
+    let set = client.set_link_colors([given("arm", 1.0), given("base_link", 0.0), given("arm", 0.75)]);
+    let (seen, ()) = tokio::try_join!(waiting, set).unwrap();
     let versions: Vec<u64> =
         seen.colors.iter().flat_map(|all| &all.colors).map(|each| each.layout_version).collect();
     assert!(versions.len() == 2 && versions[0] > 0 && versions[0] == versions[1], "{versions:?}");
-    assert_eq!(shown(seen.colors), [("arm".to_owned(), 0.75), ("base".to_owned(), 0.0)]);
+    assert_eq!(shown(seen.colors), [("arm".to_owned(), 0.75), ("base_link".to_owned(), 0.0)]);
     // Another change of the view does not bring them again, and a page that comes later has them.
     client.add_markers([line()], false).await.unwrap();
     let other = page.next_view(seen.version, SECOND).await.unwrap();
     assert_eq!(other.colors, None);
     assert_eq!(shown(page.next_view(0, SECOND).await.unwrap().colors).len(), 2);
-    client.set_link_colors([LinkColor { color: None, ..given("base", 0.0) }]).await.unwrap();
+    client.set_link_colors([LinkColor { color: None, ..given("base_link", 0.0) }]).await.unwrap();
     let without = page.next_view(other.version, SECOND).await.unwrap();
     assert_eq!(shown(without.colors), [("arm".to_owned(), 0.75)]);
     // What is not there is refused, with all that was asked for beside it.
@@ -120,7 +118,7 @@ async fn links_are_given_colours_until_their_robot_is_reloaded_or_goes(via: Via)
         (given("wing", 0.0), ErrorReason::LinkNotFound),
         (given("arm", 1.5), ErrorReason::InvalidValue),
     ] {
-        let error: Error = client.set_link_colors([given("base", 0.0), refused]).await.unwrap_err();
+        let error: Error = client.set_link_colors([given("base_link", 0.0), refused]).await.unwrap_err();
         assert_eq!(error.reason(), Some(reason), "{error}");
     }
     let same = page.next_view(without.version, Duration::from_millis(5)).await.unwrap();
@@ -128,9 +126,9 @@ async fn links_are_given_colours_until_their_robot_is_reloaded_or_goes(via: Via)
     // Those of a robot that is gone go with the next change.
     client.delete_robot("arm").await.unwrap();
     load_arm(client, "arm").await;
-    client.set_link_colors([given("base", 0.5)]).await.unwrap();
+    client.set_link_colors([given("base_link", 0.5)]).await.unwrap();
     let anew = page.next_view(without.version, SECOND).await.unwrap();
-    assert_eq!(shown(anew.colors), [("base".to_owned(), 0.5)]);
+    assert_eq!(shown(anew.colors), [("base_link".to_owned(), 0.5)]);
 }
 
 async fn what_cannot_be_drawn_is_refused_and_then_nothing_is(via: Via) {

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use simd_client::proto::{self, ErrorReason};
 use simd_client::{Client, Package, Target, joint_target};
+use simd_server::loading::saved_state_file::FORMAT;
 use simd_tests::daemon::{Daemon, Via, fixed};
 use simd_tests::robots::assets;
 
@@ -161,9 +162,13 @@ async fn what_is_no_saved_state_is_refused_and_changes_nothing(via: Via) {
     assert!(import(&bytes[..bytes.len() - 1]).await.contains("damaged"));
     assert!(import(b"<robot name=\"a\"/>").await.contains("not a saved state"));
     let mut newer = bytes.clone();
-    newer[8] = 9;
+    let format = FORMAT + 1;
+    newer[8] = format as u8;
     let sentence = import(&newer).await;
-    assert!(sentence.contains("format 9") && sentence.contains("the daemon is older"), "{sentence}");
+    assert!(
+        sentence.contains(&format!("format {format}")) && sentence.contains("the daemon is older"),
+        "{sentence}"
+    );
     let kept = daemon.client.saved_states().await.unwrap();
     assert_eq!(kept.len(), 1);
     let (_, again) = export(&daemon.client, folder.path(), "mark").await;

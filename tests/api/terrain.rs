@@ -70,7 +70,7 @@ async fn a_load_report_says_what_a_mesh_became(via: Via) {
             assert!((0.25..=0.5).contains(&distance), "{said:?}");
         }
     }
-    // A ball of 2,000 corners within half a percent of its radius.
+    // A ball of 2,000 corners within a percent of its radius: the most corners that a hull has are too few for half of one.
     let corner = |i: u32| {
         let (z, turn) = (1.0 - f64::from(2 * i + 1) / 2_000.0, f64::from(i) * 2.4);
         let across = (1.0 - z * z).sqrt();
@@ -82,7 +82,7 @@ async fn a_load_report_says_what_a_mesh_became(via: Via) {
         .split_once("of some of its corners, outside of whose faces the others lie by at most ")
         .unwrap();
     let beyond: f64 = rest.split_once(" m").unwrap().0.parse().unwrap();
-    assert!(beyond > 0.0 && beyond < 6e-3, "{beyond}");
+    assert!(beyond > 0.0 && beyond < 1e-2, "{beyond}");
     // What touches is drawn, also where it is no hull.
     let scene = daemon.client.scene(&["ground"]).await.unwrap();
     assert!(

@@ -56,7 +56,7 @@ async fn sensors_are_added_listed_read_watched_and_removed() {
 
     daemon.client().await.step(100).await.unwrap();
     let read = written(&daemon, "sensor read bench_arm imu_1 ray dial").await;
-    let measured = |place: usize, kind: &str| read[place]["measurement"][kind].clone();
+    let measured = |index: usize, kind: &str| read[index]["measurement"][kind].clone();
     assert_eq!((&read[0]["sample"], &read[0]["stamp"]["step"]), (&json!(20), &json!(100)), "{read}");
     assert_eq!(measured(0, "imu")["angular_velocity"], json!([0.0, 0.0, 0.5]));
     assert_eq!(measured(1, "range")["range"], "inf");
@@ -64,7 +64,8 @@ async fn sensors_are_added_listed_read_watched_and_removed() {
     let page = daemon.simctl(["sensor", "read", "bench_arm"]).await;
     assert!(page.code == 0 && page.out.contains("wrist") && page.out.contains("truth"), "{page:?}");
 
-    let watch = daemon.shell("simctl sensor watch bench_arm truth --count 5 -o jsonl", &repository());
+    let folder = repository();
+    let watch = daemon.shell("simctl sensor watch bench_arm truth --count 5 -o jsonl", &folder);
     let client = daemon.client().await;
     let steps = async {
         // A watch has what comes after it: steps are done until it has enough.

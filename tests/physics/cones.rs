@@ -68,18 +68,15 @@ fn a_cone_rests_on_its_base_and_on_its_side() {
         );
         assert!((stands.pose.rotation * DVec3::Z).z > 1.0 - 1e-9, "{name}");
         assert!((lies.pose.translation - middle).length() < 1e-4, "{name}: {}", lies.pose.translation);
-        // The weight is three quarters of the way from the apex to the base's middle: of the line that is touched, from apex to
-        // rim, it is over the part 3/4 cos^2 of the half angle.
-        let apex = lies.pose.transform_point(DVec3::Z * (length / 2.0));
-        let at_apex: f64 = contacts(&world, Some("lies"))
-            .iter()
-            .filter(|contact| contact.point.distance(apex) < 1e-3)
-            .map(|contact| contact.normal_force)
-            .sum();
-        let all: f64 = contacts(&world, Some("lies")).iter().map(|contact| contact.normal_force).sum();
-        let expected = mass * G * (1.0 - 0.75 * half_angle.cos().powi(2));
+        // The weight is three quarters of the way from the apex to the base's middle, and the ground's forces are below it, however
+        // many points of the line they are at.
+        let found = contacts(&world, Some("lies"));
+        let all: f64 = found.iter().map(|contact| contact.normal_force).sum();
+        let borne: DVec3 = found.iter().map(|contact| contact.point * (contact.normal_force / all)).sum();
+        let weight = lies.pose.transform_point(DVec3::Z * (-length / 4.0));
         assert!((all - mass * G).abs() < 1e-6, "{name}: {all}");
-        assert!((at_apex - expected).abs() < 1e-2 * mass * G, "{name}: {at_apex} of {expected}");
+        assert!((borne - weight).truncate().length() < 1e-5, "{name}: {borne} below {weight}");
+        assert!(found.len() >= 2, "{name}: {found:?}");
     }
 }
 
@@ -137,7 +134,11 @@ fn cones_that_fall_on_each_other_and_on_meshes_stay_outside() {
 fn prism(sides: u32, radius: f64, height: f64, mass: f64) -> Arc<RobotModel> {
     let corner = |i: u32| {
         let turn = f64::from(i / 2) * TAU / f64::from(sides);
-        DVec3::new(radius * turn.cos(), radius * turn.sin(), if i % 2 == 0 { 0.5 } else { -0.5 } * height)
+        DVec3::new(
+            radius * turn.cos(),
+            radius * turn.sin(),
+            if i.is_multiple_of(2) { 0.5 } else { -0.5 } * height,
+        )
     };
     let all = mesh((0..2 * sides).map(corner).collect(), vec![[0, 1, 2]], None, DVec3::ONE);
     let mut model = (*all).clone();

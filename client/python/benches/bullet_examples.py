@@ -192,11 +192,11 @@ def print_functions(folders: list[Path]) -> None:
             states.update({name: cells[1] for name in re.findall(r"`(\w+)`", cells[0])})
     # A folder's figure is of its scripts that import PyBullet, or are given it as a client.
     counts = {name: [0] * len(folders) for name in states}
-    for place, folder in enumerate(folders):
+    for index, folder in enumerate(folders):
         for script in folder.rglob("*.py"):
             called = set(re.findall(r"\.(\w+)\s*\(", script.read_text(errors="replace")))
             for name in called & counts.keys():
-                counts[name][place] += 1
+                counts[name][index] += 1
     print("\n| function | " + " | ".join(folder.name for folder in folders) + " | state |\n|---|" + "---|" * len(folders) + "---|")
     for name, numbers in sorted(counts.items(), key=lambda item: (-sum(item[1]), item[0])):
         if any(numbers):

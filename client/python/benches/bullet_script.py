@@ -92,7 +92,7 @@ class Watched:
 
         if not self.result.exists():
             self.write("end", "")
-        # Whoever waits for a daemon's end sleeps in earnest.
+        # A script that waits for a daemon's end sleeps in earnest.
         time.sleep = self.real_sleep
         self.original["disconnect"](*arguments, **named)
         time.sleep = self.sleep

@@ -5,7 +5,7 @@
 A turn sets the motors of all joints, steps and reads the joints' states: what a controller's loop does. Then the same with a box on
 a floor beside it and the contact points read. Each of them does so many
 turns, in blocks that take their places by turns, so that what else the machine does falls on all of them. Needs PyBullet
-installed, the wheel `simd-embedded`, and a daemon to start: $SIMD_BINARY, or `simd` on the PATH.
+installed, perhaps the wheel `simd-embedded`, and a daemon to start: $SIMD_BINARY, or `simd` on the PATH.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any
 
 import simd_client.pybullet as simd
+from simd_client import embedded_link
 
 # It has no types.
 bullet: Any = importlib.import_module("pybullet")
@@ -51,10 +52,11 @@ def main() -> None:
                 raise SystemExit("PyBullet's shared-memory server did not start")
         kinds: list[tuple[str, Any, int]] = [
             ("simd, a daemon of its own", simd, simd.connect(simd.DIRECT, options="--new")),
-            ("simd, in this process", simd, simd.connect(simd.DIRECT, options="--embedded")),
             ("PyBullet DIRECT", bullet, bullet.connect(bullet.DIRECT)),
             ("PyBullet SHARED_MEMORY", bullet, bullet.connect(bullet.SHARED_MEMORY)),
         ]
+        if embedded_link.is_installed():
+            kinds.insert(1, ("simd, in this process", simd, simd.connect(simd.DIRECT, options="--embedded")))
         for with_contacts in (False, True):
             turns = [prepared(module, client, asked.robot, with_contacts) for _, module, client in kinds]
             times: list[list[float]] = [[] for _ in kinds]

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import asyncio
+import json
 import multiprocessing
 import socket
 import sys
@@ -75,11 +76,8 @@ def main() -> None:
 
 def zenoh_get(daemon: Daemon, payload: bytes) -> Callable[[], object]:
     """The same question by a session that knows nothing but its key, and that reads no message."""
-    config = zenoh.Config()
-    config.insert_json5("mode", '"client"')
-    config.insert_json5("connect/endpoints", f'["{daemon.endpoint}"]')
-    config.insert_json5("scouting/multicast/enabled", "false")
-    session = zenoh.open(config)
+    settings = {"mode": "client", "connect": {"endpoints": [daemon.endpoint]}, "scouting": {"multicast": {"enabled": False}}}
+    session = zenoh.open(zenoh.Config.from_json5(json.dumps(settings)))  # pyright: ignore[reportUnknownMemberType, reportUnknownArgumentType]
     key = f"simd/{daemon.name}/rpc/JointService/GetJointStates"
 
     def call() -> object:

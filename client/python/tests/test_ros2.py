@@ -134,7 +134,7 @@ def test_a_foreign_subscriber_gets_the_pictures_of_a_camera(graph: Graph, daemon
     assert (info.width, info.height, info.distortion_model) == (4, 3, "plumb_bob")
 
 
-def test_commands_of_a_foreign_publisher_move_joints_unless_somebody_else_claims_them(
+def test_commands_of_a_foreign_publisher_move_joints_unless_another_client_claims_them(
     graph: Graph, sim: Simulation
 ) -> None:
     arm = sim.load(ASSETS / "seven_arm", "arm", fixed=True)

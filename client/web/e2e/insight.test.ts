@@ -51,14 +51,14 @@ test("who has claimed a robot, and what its sensors measure, is beside it in the
   await daemon.sensors.createSensor({ sensor: { robot: "humanoid", name: "balance", rate: 50, kind: { case: "imu", value: {} } } });
   const { layout } = await daemon.joints.getJointLayout({ robot: "humanoid" });
   const joint = layout?.joints.find(({ velocityCount, mimic }) => velocityCount > 0 && !mimic);
-  await daemon.joints.claimJoints({ selections: [{ robot: "humanoid", joints: [joint?.name ?? ""] }], holder: "somebody", lease: 600 });
+  await daemon.joints.claimJoints({ selections: [{ robot: "humanoid", joints: [joint?.name ?? ""] }], holder: "a colleague", lease: 600 });
   const tab = await Tab.open(await use.context(), daemon.url);
   const shown = () => tab.page.locator(".scene-label:not([hidden])").allTextContents();
   await tab.page.getByTestId("toggle-readings").click();
   await expect.poll(async () => (await shown()).join()).toMatch(/balance: .*9\.8.* m\/s²/);
   expect((await shown()).join()).not.toContain("claimed");
   await tab.page.keyboard.press("n");
-  await expect.poll(async () => (await shown()).find((text) => text.startsWith(`${joint?.childLink} ·`))).toBe(`${joint?.childLink} · claimed by somebody`);
+  await expect.poll(async () => (await shown()).find((text) => text.startsWith(`${joint?.childLink} ·`))).toBe(`${joint?.childLink} · claimed by a colleague`);
   await tab.picture("claims-and-readings");
 });
 

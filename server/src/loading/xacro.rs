@@ -73,7 +73,7 @@ fn expand(files: &XacroFiles) -> Result<ExpandedXacro, CallError> {
     }
 }
 
-/// With the paths that the client knows: nobody learns of the folder.
+/// With the paths that the client knows: none learns of the folder.
 fn as_sent(text: &str, root: &Path) -> String {
     text.replace(&*root.to_string_lossy(), "")
 }
@@ -124,7 +124,7 @@ mod tests {
     #[test]
     fn what_is_wrong_has_its_file_and_line_and_names_no_folder_of_the_daemon() {
         for (text, said) in [
-            ("<robot>\n<link name='${nobody}'/></robot>", "/dropped/arm-main/urdf/arm.urdf.xacro:2: "),
+            ("<robot>\n<link name='${unknown}'/></robot>", "/dropped/arm-main/urdf/arm.urdf.xacro:2: "),
             (
                 "<robot xmlns:xacro='http://ros.org/wiki/xacro'><xacro:include filename='lost.xacro'/></robot>",
                 "lost.xacro",

@@ -110,6 +110,9 @@ pub(crate) fn print() {
             zenoh_bare,
             zenoh_got,
             zenoh_set,
+            quick_controlled,
+            quick_got,
+            quick_set,
         ] = &mut times;
         let (bytes, mut reply) = (vec![0; sent], vec![0; received]);
         timed(echoed, || {

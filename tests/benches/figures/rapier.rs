@@ -1,4 +1,4 @@
-//! What rapier's own collision world would cost in the place of what is here: its broad phase beside the sweep over robots, its
+//! What rapier's own collision world would cost instead of what is here: its broad phase beside the sweep over robots, its
 //! query pipeline beside the tree of a call.
 
 use std::hint::black_box;
@@ -44,8 +44,8 @@ pub(crate) fn print() {
 /// So many along each axis.
 fn pile(model: &Arc<RobotModel>, [nx, ny, nz]: [u32; 3], pitch: f64) -> Vec<(Arc<RobotModel>, DPose3)> {
     let places = (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| [x, y, z])));
-    let at = |place: [u32; 3]| DPose3::from_translation(DVec3::from(place.map(f64::from)) * pitch);
-    places.map(|place| (Arc::clone(model), at(place))).collect()
+    let at = |cell: [u32; 3]| DPose3::from_translation(DVec3::from(cell.map(f64::from)) * pitch);
+    places.map(|cell| (Arc::clone(model), at(cell))).collect()
 }
 
 /// Where bodies are with joints at 0.
@@ -156,10 +156,10 @@ fn rays() {
     let mut times: [Vec<f64>; 4] = Default::default();
     let mut hits = [0; 2];
     for _ in 0..BATCHES {
-        let mut time = |place: usize, work: &mut dyn FnMut() -> usize| {
+        let mut time = |index: usize, work: &mut dyn FnMut() -> usize| {
             let began = Instant::now();
             let found = work();
-            times[place].push(began.elapsed().as_secs_f64() * 1e6);
+            times[index].push(began.elapsed().as_secs_f64() * 1e6);
             found
         };
         let cast = |rays: &[[DVec3; 2]]| {

@@ -45,8 +45,8 @@ def turn(quaternion: Any) -> tuple[float, ...]:
     return tuple(sign * each for each in (x, y, z, w))
 
 
-def told(p: Any, file: Path, flags: int) -> tuple[list[Any], list[float]]:
-    """What is told of all bodies of a file: names and kinds, and numbers."""
+def read(p: Any, file: Path, flags: int) -> tuple[list[Any], list[float]]:
+    """What is known of all bodies of a file: names and kinds, and numbers."""
     words: list[Any] = []
     numbers: list[float] = []
     for body in p.loadMJCF(str(file), flags=flags):
@@ -71,7 +71,7 @@ def told(p: Any, file: Path, flags: int) -> tuple[list[Any], list[float]]:
 
 @pytest.mark.parametrize("file", FILES)
 def test_a_file_of_pybullets_is_read_as_pybullet_reads_it(bullet: Any, script: ModuleType, file: str) -> None:
-    theirs, ours = (told(p, MJCF / f"{file}.xml", 0) for p in (bullet, script))
+    theirs, ours = (read(p, MJCF / f"{file}.xml", 0) for p in (bullet, script))
     assert ours[0] == theirs[0]
     assert ours[1] == pytest.approx(theirs[1], abs=1e-5, rel=1e-4)
 
@@ -80,7 +80,7 @@ def test_all_that_bullet_reads_is_read_as_it_does(bullet: Any, script: ModuleTyp
     (tmp_path / "parts").mkdir()
     (tmp_path / "parts" / "corner.obj").write_text(CORNER)
     (tmp_path / "own.xml").write_text(OWN)
-    theirs, ours = (told(p, tmp_path / "own.xml", p.MJCF_COLORS_FROM_FILE) for p in (bullet, script))
+    theirs, ours = (read(p, tmp_path / "own.xml", p.MJCF_COLORS_FROM_FILE) for p in (bullet, script))
     assert ours[0] == theirs[0]
     assert ours[1] == pytest.approx(theirs[1], abs=1e-5, rel=1e-4)
     assert script.getVisualShapeData(1)[0][7] == pytest.approx(bullet.getVisualShapeData(1)[0][7])
@@ -113,7 +113,7 @@ def test_an_ant_falls_onto_its_feet_as_pybullets(bullet: Any, script: ModuleType
         (("<body>", "<body>" * 3000), "recursion"),
     ],
 )
-def test_what_cannot_be_read_is_told(script: ModuleType, tmp_path: Path, change: tuple[str, str], said: str) -> None:
+def test_what_cannot_be_read_is_reported(script: ModuleType, tmp_path: Path, change: tuple[str, str], said: str) -> None:
     # As many ends as beginnings.
     ends = "</body>" * max(change[1].count("<body>"), 1)
     text = OWN.replace(*change).replace("</body>\n</worldbody>", f"{ends}</worldbody>")

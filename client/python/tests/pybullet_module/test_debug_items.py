@@ -110,7 +110,7 @@ def test_drawings_on_a_link_are_about_its_center_of_mass(script: ModuleType, pag
     on_link, on_none = drawn(page)
     state = script.getLinkState(arm, 2)
     assert (on_link.robot, on_link.link) == ("seven_arm", script.getJointInfo(arm, 2)[12].decode())
-    # The same place by PyBullet's own words: of the center of mass, and of the link's frame.
+    # The same index by PyBullet's own words: of the center of mass, and of the link's frame.
     wanted = script.multiplyTransforms(state[0], state[1], [0.1, 0, 0], [0, 0, 0, 1])[0]
     is_at = script.multiplyTransforms(state[4], state[5], on_link.points[0].tolist(), [0, 0, 0, 1])[0]
     assert is_at == pytest.approx(wanted, abs=1e-6)
@@ -259,8 +259,8 @@ def test_the_camera_of_the_page_is_moved_and_read(bullet: Any, script: ModuleTyp
     assert projection == pytest.approx(theirs, abs=1e-5)
     assert forward == pytest.approx([-view[2], -view[6], -view[10]], abs=1e-9)
     tangent = math.tan(0.5)
-    assert side == pytest.approx([20000 * 1.5 * tangent * view[place] for place in (0, 4, 8)], abs=1e-6)
-    assert top == pytest.approx([20000 * tangent * view[place] for place in (1, 5, 9)], abs=1e-6)
+    assert side == pytest.approx([20000 * 1.5 * tangent * view[index] for index in (0, 4, 8)], abs=1e-6)
+    assert top == pytest.approx([20000 * tangent * view[index] for index in (1, 5, 9)], abs=1e-6)
 
 
 def test_colours_of_links_are_shown_in_the_page_and_again_after_a_reload(script: ModuleType, page: Simulation) -> None:

@@ -104,7 +104,7 @@ def test_a_pole_swings_as_pybullets(bullet: Any, script: ModuleType, tmp_path: P
     assert angles[1] == pytest.approx(angles[0], abs=0.01)
 
 
-def test_numbers_beyond_all_measure_are_told_by_the_daemon(script: ModuleType, tmp_path: Path) -> None:
+def test_numbers_beyond_all_measure_are_reported_by_the_daemon(script: ModuleType, tmp_path: Path) -> None:
     file = tmp_path / "large.urdf"
     large = inertial(1) + "<collision><geometry><sphere radius='1e200'/></geometry></collision>"
     file.write_text(f"<robot name='large'><link name='a'>{large}</link></robot>")
@@ -112,7 +112,7 @@ def test_numbers_beyond_all_measure_are_told_by_the_daemon(script: ModuleType, t
         script.loadURDF(str(file))
 
 
-def test_what_is_wrong_with_a_file_is_told_by_its_own_lines(script: ModuleType, tmp_path: Path) -> None:
+def test_what_is_wrong_with_a_file_is_reported_by_its_own_lines(script: ModuleType, tmp_path: Path) -> None:
     file = tmp_path / "two.urdf"
     file.write_text("<robot name='two'>\n<!-- a\n comment\n -->\n<link name='a'/>\n<link name='a'/>\n</robot>")
     with pytest.raises(script.error, match=r"line 6"):

@@ -1,4 +1,4 @@
-// What drives a joint, asked for when somebody looks: clients change gains at any time.
+// What drives a joint, asked for when they are shown: clients change gains at any time.
 import { services } from "./services";
 
 /** SI units. */

@@ -24,7 +24,7 @@ test("arguments are those that the file declares, with their defaults", () => {
   ]);
 });
 
-test("files of one name are told apart by their folders", () => {
+test("files of one name are distinguished by their folders", () => {
   const paths = ["a/arm.urdf.xacro", "b/arm.urdf.xacro", "b/leg.xacro"];
   expect(paths.map((path) => shownPath(path, paths))).toEqual(["a/arm.urdf.xacro", "b/arm.urdf.xacro", "leg.xacro"]);
 });

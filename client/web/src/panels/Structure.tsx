@@ -210,6 +210,7 @@ function shapeWords(geometry: Geometry): string {
       return `sphere of ${shortened(geometry.radius)} m`;
     case "cylinder":
     case "capsule":
+    case "cone":
       return `${geometry.kind} of ${shortened(geometry.radius)} m, ${shortened(geometry.length)} m long`;
     case "plane":
       return "plane";

@@ -51,7 +51,7 @@ impl<'a> HullSupport<'a> {
             return ([0, 1, 2, 3], corners.len());
         }
         let points = self.hull.points();
-        let at = |place: usize| points[corners[place] as usize];
+        let at = |index: usize| points[corners[index] as usize];
         let farthest = |score: &dyn Fn(DVec3) -> f64| {
             (0..corners.len()).max_by(|a, b| score(at(*a)).total_cmp(&score(at(*b)))).unwrap_or(0)
         };
@@ -95,10 +95,10 @@ impl PolygonalFeatureMap for HullSupport<'_> {
         let (corners, edges) =
             (&self.hull.vertices_adj_to_face()[whole.clone()], &self.hull.edges_adj_to_face()[whole]);
         let (kept, count) = self.spanning(corners, face.normal);
-        for (i, &place) in kept[..count].iter().enumerate() {
-            found.vertices[i] = self.hull.points()[corners[place] as usize];
-            found.vids[i] = PackedFeatureId::vertex(corners[place]);
-            found.eids[i] = PackedFeatureId::edge(edges[place]);
+        for (i, &index) in kept[..count].iter().enumerate() {
+            found.vertices[i] = self.hull.points()[corners[index] as usize];
+            found.vids[i] = PackedFeatureId::vertex(corners[index]);
+            found.eids[i] = PackedFeatureId::edge(edges[index]);
         }
         found.fid = PackedFeatureId::face(id as u32);
         found.num_vertices = count;
@@ -119,7 +119,7 @@ mod tests {
     fn prism(sides: u32) -> SharedShape {
         let corner = |i: u32| {
             let turn = f64::from(i / 2) * std::f64::consts::TAU / f64::from(sides);
-            DVec3::new(turn.cos(), turn.sin(), if i % 2 == 0 { 0.5 } else { -0.5 })
+            DVec3::new(turn.cos(), turn.sin(), if i.is_multiple_of(2) { 0.5 } else { -0.5 })
         };
         SharedShape::convex_hull(&(0..2 * sides).map(corner).collect::<Vec<_>>()).unwrap()
     }

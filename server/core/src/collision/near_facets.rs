@@ -40,7 +40,8 @@ impl NearFacets {
 
     /// Looks at some colliders of a robot: for surfaces among them, which triangles are near the other robot.
     pub(super) fn look(&mut self, side: usize, robot: &RobotColliders, colliders: &[usize], other: &Bounds) {
-        if !robot.has_facets() || !(other.least.is_finite() && other.most.is_finite()) {
+        let is_bounded = other.least.is_finite() && other.most.is_finite();
+        if !robot.has_facets() || !is_bounded {
             return;
         }
         for &collider in colliders {

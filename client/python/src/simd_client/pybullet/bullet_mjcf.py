@@ -127,10 +127,10 @@ class _Reader:
         for element in document.findall("default"):
             defaults = self._read_defaults(defaults, element)
         compiler = document.find("compiler")
-        told = {} if compiler is None else compiler.attrib
-        self._are_degrees = told.get("angle", "degree") == "degree"
+        attributes = {} if compiler is None else compiler.attrib
+        self._are_degrees = attributes.get("angle", "degree") == "degree"
         meshes = {mesh.get("name", ""): mesh.get("file", "") for mesh in document.iterfind("asset/mesh")}
-        self._meshes = {name: told.get("meshdir", "") + file for name, file in meshes.items() if name and file}
+        self._meshes = {name: attributes.get("meshdir", "") + file for name, file in meshes.items() if name and file}
         for element in (each for world in document.findall("worldbody") for each in world):
             if element.tag not in ("body", "geom"):
                 continue

@@ -137,11 +137,11 @@ def changeDynamics(
     body = world.body(bodyUniqueId, "changeDynamics failed: there is no such body")
     if body.link_name(linkIndex) is None:
         raise error("changeDynamics: invalid linkIndex.")
-    noted = {name: given[name] for name in _NOTED if given[name] is not None}
-    if noted:
-        body.noted.setdefault(linkIndex, {}).update(noted)
+    kept = {name: given[name] for name in _KEPT if given[name] is not None}
+    if kept:
+        body.kept.setdefault(linkIndex, {}).update(kept)
         # Without damping is how bodies move here.
-        idle = [name for name, value in noted.items() if value or name not in ("linearDamping", "angularDamping")]
+        idle = [name for name, value in kept.items() if value or name not in ("linearDamping", "angularDamping")]
         if idle:
             world.say_once(f"changeDynamics: {', '.join(idle)} are kept, and do nothing")
     surface = {field: float(given[name]) for name, field in _SURFACE_FIELDS.items() if given[name] is not None}

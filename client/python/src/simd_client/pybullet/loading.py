@@ -109,7 +109,7 @@ def _loaded(
     except error as refusal:
         if not refusal.reason:
             raise
-    # What is wrong is told by the lines of the file.
+    # What is wrong is reported by the lines of the file.
     return urdf, world.wire.load(path, spawn)
 
 

@@ -180,7 +180,7 @@ fn a_urdf_says_how_often_a_picture_is_there() {
     let repeats = |scale: f64| -> Vec<TextureRepeat> {
         let options = ReadOptions { scale, ..ReadOptions::default() };
         let (model, report) = read(text.as_bytes(), &files(), &options).unwrap();
-        assert_eq!(warnings(&report), [""; 0]);
+        assert_eq!(warnings(&report), []);
         model.links[0].visuals.iter().map(|visual| visual.texture.as_ref().unwrap().repeat).collect()
     };
     let (whole, often) = (TextureRepeat::default(), TextureRepeat::Times([3.0, -1.0]));

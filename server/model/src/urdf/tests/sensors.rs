@@ -163,21 +163,18 @@ fn cameras_are_read_and_what_draws_them_is_said() {
 fn sensors_of_urdfs_own_proposal_are_read() {
     let (read, report) = sensors(
         "<sensor name='eye' update_rate='20'><parent link='arm'/><origin xyz='0 0 1' rpy='0 0 0'/>\
-         <camera><image width='640' height='480' hfov='1.5708' format='RGB8' near='0.01' far='50.0'/></camera></sensor>\
+         <camera><image width='640' height='480' hfov='1.57' format='RGB8' near='0.01' far='50.0'/></camera></sensor>\
          <sensor name='scan' update_rate='10'><parent link='hand'/>\
-         <ray><horizontal samples='100' resolution='1' min_angle='-1.5708' max_angle='1.5708'/>\
+         <ray><horizontal samples='100' resolution='1' min_angle='-1.57' max_angle='1.57'/>\
          <vertical samples='2' resolution='1' min_angle='0' max_angle='0.1'/></ray></sensor>",
     );
     assert_eq!(read.len(), 2, "{:#?}", report.findings);
     let SensorKind::Camera(camera) = read[0].kind else { panic!("{:?}", read[0].kind) };
     assert_eq!((camera.picture, camera.width, camera.height), (Picture::Color, 640, 480));
-    assert_eq!((camera.horizontal_field_of_view, camera.near, camera.far), (1.5708, 0.01, 50.0));
+    assert_eq!((camera.horizontal_field_of_view, camera.near, camera.far), (1.57, 0.01, 50.0));
     assert_eq!((read[0].rate, read[0].pose.translation), (Some(20.0), DVec3::Z));
     let SensorKind::Lidar(scan) = read[1].kind else { panic!("{:?}", read[1].kind) };
-    assert_eq!(
-        (scan.horizontal.samples, scan.horizontal.least, scan.horizontal.most),
-        (100, -1.5708, 1.5708)
-    );
+    assert_eq!((scan.horizontal.samples, scan.horizontal.least, scan.horizontal.most), (100, -1.57, 1.57));
     assert_eq!((scan.vertical.samples, scan.vertical.most), (2, 0.1));
     assert!(
         !report.findings.iter().any(|finding| finding.message.contains("not read")),
