@@ -71,7 +71,7 @@ pub struct Config {
     pub asset_roots: Vec<PathBuf>,
     /// Robots to load before the first step.
     pub robots: Vec<Robot>,
-    /// Gravity, time step, substeps, integrator.
+    /// Gravity, time step, substeps, integrator, how surfaces combine.
     pub physics: PhysicsSettings,
     /// Pace, and whether the world plays once the robots are loaded.
     pub driver: driver::Config,

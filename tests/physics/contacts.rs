@@ -3,9 +3,11 @@
 use std::sync::Arc;
 
 use glamx::{DPose3, DQuat, DVec3};
-use simd_core::collision::Shapes;
-use simd_core::simulation::command::{JointReset, LinkWrench, RobotReset, Spawn, WrenchDuration};
-use simd_core::{Command, Simulation};
+use simd_core::collision::{Shapes, Surface};
+use simd_core::simulation::command::{
+    JointReset, LinkWrench, PhysicsChange, RobotReset, Spawn, WrenchDuration,
+};
+use simd_core::{Command, Simulation, SurfaceCombination};
 use simd_model::robot::{Collision, Geometry, JointKind};
 use simd_tests::scenes::*;
 
@@ -23,6 +25,11 @@ pub(crate) fn keep_awake(world: &mut Simulation, robot: &str) {
         duration: WrenchDuration::UntilCleared,
     };
     apply(world, Command::ApplyWrench(push));
+}
+
+fn combine(world: &mut Simulation, combination: SurfaceCombination) {
+    let change = PhysicsChange { surface_combination: Some(combination), ..PhysicsChange::default() };
+    apply(world, Command::SetPhysics(change));
 }
 
 fn run(world: &mut Simulation, seconds: f64) {
@@ -73,6 +80,76 @@ fn a_block_on_a_slope_that_is_rough_enough_stays() {
         let way = look(&world).roots[1].pose.translation - start;
         assert!(way.length() < 1e-4, "{h}: {way}, {} downhill", way.dot(downhill));
     }
+}
+
+/// Coulomb's law as above, with what each rule makes of frictions of 0.6 and 0.4; a change of the rule holds for contacts that are there.
+#[test]
+fn the_world_says_what_friction_two_surfaces_have() {
+    for (combination, friction) in
+        [(SurfaceCombination::Min, 0.4), (SurfaceCombination::Multiply, 0.24), (SurfaceCombination::Max, 0.6)]
+    {
+        let angle: f64 = 0.7;
+        let (mut world, downhill) = on_a_slope(angle, block(), 0.1, 0.6, 1e-3);
+        let links = surface(0.4, 0.0).links;
+        apply(&mut world, Command::SetLinkProperties { robot: "body".into(), links });
+        run(&mut world, 0.1);
+        let before = look(&world).roots[1].linear.dot(downhill);
+        combine(&mut world, combination);
+        run(&mut world, 1.0);
+        let gained = look(&world).roots[1].linear.dot(downhill) - before;
+        let expected = G * (angle.sin() - friction * angle.cos());
+        assert!((gained / expected - 1.0).abs() < 1e-3, "{combination:?}: {gained} {expected}");
+    }
+}
+
+/// A ball of restitution 0.8 on ground that has none: e² of the height, 1 % for what the step leaves open.
+#[test]
+fn the_world_says_how_two_surfaces_bounce() {
+    let height = |combination: SurfaceCombination| {
+        let mut world = world(1e-3);
+        combine(&mut world, combination);
+        let ground = robot("ground", &plane(DVec3::Z), DPose3::IDENTITY, true);
+        spawn(&mut world, Spawn { contact_settings: surface(1.0, 0.0), ..ground });
+        let at = DPose3::from_translation(DVec3::Z * 1.1);
+        spawn(
+            &mut world,
+            Spawn { contact_settings: surface(1.0, 0.8), ..robot("ball", &ball(0.1, 1.0), at, false) },
+        );
+        // It falls for 0.45 s, and rises for 0.36 where it bounces.
+        run(&mut world, 0.5);
+        let mut top: f64 = 0.0;
+        for _ in 0..500 {
+            world.step();
+            top = top.max(look(&world).roots[1].pose.translation.z - 0.1);
+        }
+        top
+    };
+    for combination in [SurfaceCombination::Min, SurfaceCombination::Max] {
+        assert!((height(combination) / 0.64 - 1.0).abs() < 0.01, "{combination:?}: {}", height(combination));
+    }
+    assert!(height(SurfaceCombination::Multiply) < 1e-3);
+}
+
+/// Rolling over each other: each one's friction against rolling counts times the other one's friction, as in Bullet.
+#[test]
+fn products_of_surfaces_are_bullets() {
+    let a = Surface {
+        friction: 0.5,
+        restitution: 0.9,
+        rolling_friction: 0.01,
+        spinning_friction: 0.02,
+        ..Surface::default()
+    };
+    let b = Surface { friction: 0.8, restitution: 0.5, rolling_friction: 0.03, ..Surface::default() };
+    let both = a.against(b, SurfaceCombination::Multiply);
+    let expected = [0.4, 0.45, 0.01 * 0.8 + 0.03 * 0.5, 0.02 * 0.8];
+    let found = [both.friction, both.restitution, both.rolling_friction, both.spinning_friction];
+    for (found, expected) in found.into_iter().zip(expected) {
+        assert!((found - expected).abs() < 1e-15, "{found} {expected}");
+    }
+    let large = Surface { friction: 1e300, rolling_friction: 1e300, ..a };
+    assert!(large.against(large, SurfaceCombination::Multiply).friction.is_finite());
+    assert!(large.against(large, SurfaceCombination::Multiply).rolling_friction.is_finite());
 }
 
 /// a = 5/7 g sin a for a solid ball, and v = w r. 1e-3 of it.
@@ -156,10 +233,7 @@ fn what_stands_pushes_the_ground_with_its_weight() {
 fn a_hit_moves_both_and_keeps_their_momentum() {
     for (friction, restitution) in [(0.0, 0.0), (1.0, 0.0), (0.5, 0.7)] {
         let mut world = world(1e-3);
-        let physics = simd_core::simulation::command::PhysicsChange {
-            gravity: Some(DVec3::ZERO),
-            ..Default::default()
-        };
+        let physics = PhysicsChange { gravity: Some(DVec3::ZERO), ..Default::default() };
         apply(&mut world, Command::SetPhysics(physics));
         let contact_settings = || surface(friction, restitution);
         let at = |x: f64, y: f64| DPose3::from_translation(DVec3::new(x, y, 0.0));

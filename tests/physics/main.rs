@@ -6,6 +6,7 @@ mod ball_joints;
 mod chains;
 mod closed_forms;
 mod collision_filters;
+mod compliance;
 mod cones;
 mod constraint_properties;
 mod constraints;

@@ -12,7 +12,7 @@ use simd_core::dynamics::actuator::Drive;
 use simd_core::simulation::Saved;
 use simd_core::simulation::command::*;
 use simd_core::simulation::world_state::{RestPose, RobotState, WorldState};
-use simd_core::{Command, Integrator, Simulation};
+use simd_core::{Command, Integrator, Simulation, SurfaceCombination};
 use simd_model::RobotModel;
 use simd_model::robot::{JointLimits, Material, Sha256};
 use simd_server::loading::saved_state_file::{Content, Recipe, open, seal};
@@ -154,6 +154,8 @@ fn random_command(rng: &mut Rng, world: &Simulation) -> Command {
                 restitution: None,
                 rolling_friction,
                 spinning_friction,
+                contact_stiffness: rng.bool().then(|| 1e4 + 1e3 * number.abs()),
+                contact_damping: rng.bool().then(|| 100.0 * number.abs()),
             };
             let collision_mask = rng.bool().then(|| rng.u32(..));
             let properties = LinkProperties { link, material, collision_mask, ..Default::default() };
@@ -186,6 +188,9 @@ fn random_command(rng: &mut Rng, world: &Simulation) -> Command {
             time_step: rng.bool().then_some(5e-4 + 1e-3 * number.abs()),
             substeps: Some(rng.u32(1..3)),
             integrator: rng.choice([None, Some(Integrator::Leapfrog), Some(Integrator::Euler)]).flatten(),
+            surface_combination: rng
+                .choice([None, Some(SurfaceCombination::Multiply), Some(SurfaceCombination::Max)])
+                .flatten(),
         }),
         6 => Command::ResetJoints { robots: vec![RobotReset { robot, joints: Vec::new() }] },
         7 => {
@@ -310,6 +315,7 @@ fn the_hash_sees_every_part_of_a_state() {
         ("gravity", |it| it.settings.gravity.x = -0.0),
         ("substeps", |it| it.settings.substeps += 1),
         ("integrator", |it| it.settings.integrator = Integrator::Euler),
+        ("combination of surfaces", |it| it.settings.surface_combination = SurfaceCombination::Max),
         ("a position", |it| nudge(&mut arm(it).body.positions[0])),
         ("a velocity", |it| nudge(&mut arm(it).body.velocities[0])),
         ("a target", |it| nudge(&mut arm(it).body.axes[0].actuator.target)),
@@ -350,6 +356,8 @@ fn the_hash_sees_every_part_of_a_state() {
         ("the impulse of its torque", |it| nudge(&mut it.contacts[0].turning_impulse.z)),
         ("its friction against rolling", |it| nudge(&mut it.contacts[0].point.surface.rolling_friction)),
         ("its friction against spinning", |it| nudge(&mut it.contacts[0].point.surface.spinning_friction)),
+        ("its stiffness", |it| it.contacts[0].point.surface.stiffness += 1.0),
+        ("its damping", |it| nudge(&mut it.contacts[0].point.surface.damping)),
         ("where a contact is", |it| nudge(&mut it.contacts[0].point.on[1].x)),
         ("a contact", |it| it.contacts.truncate(it.contacts.len() - 1)),
         ("an ignored overlap", |it| it.ignored_overlaps.truncate(it.ignored_overlaps.len() - 1)),

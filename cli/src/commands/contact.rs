@@ -66,7 +66,7 @@ pub(crate) struct Set {
 /// What a surface can be given.
 #[derive(Args, Clone, Copy, Debug, Default)]
 pub(crate) struct Surface {
-    /// Coefficient of dry friction, at least 0; of two that touch the smaller counts
+    /// Coefficient of dry friction, at least 0; of two that touch the smaller counts, unless the world combines them otherwise
     #[arg(long, value_name = "MU")]
     friction: Option<f64>,
     /// 0: does not bounce, to 1: loses no speed; of two that touch the larger counts
@@ -79,19 +79,35 @@ pub(crate) struct Surface {
     /// The same against turning about the normal
     #[arg(long, value_name = "M")]
     spinning_friction: Option<f64>,
+    /// The spring that each point of a contact is, N/m; 0 is rigid
+    #[arg(long, value_name = "K")]
+    contact_stiffness: Option<f64>,
+    /// The damper beside that spring, N s/m
+    #[arg(long, value_name = "C")]
+    contact_damping: Option<f64>,
 }
 
 impl Surface {
     /// For a link; for all where it is not named. None where nothing was given.
     pub(crate) fn of(self, link: Option<String>) -> Option<LinkProperties> {
-        let Self { friction, restitution, rolling_friction, spinning_friction } = self;
-        let given = [friction, restitution, rolling_friction, spinning_friction];
+        let Self {
+            friction,
+            restitution,
+            rolling_friction,
+            spinning_friction,
+            contact_stiffness,
+            contact_damping,
+        } = self;
+        let given =
+            [friction, restitution, rolling_friction, spinning_friction, contact_stiffness, contact_damping];
         given.iter().any(Option::is_some).then(|| LinkProperties {
             link: link.unwrap_or_default(),
             friction,
             restitution,
             rolling_friction,
             spinning_friction,
+            contact_stiffness,
+            contact_damping,
             ..LinkProperties::default()
         })
     }
@@ -116,7 +132,8 @@ pub(crate) async fn run(command: Contact, client: &Client, output: Output) -> an
         Contact::Set(Set { robot, link, surface }) => {
             let Some(properties) = surface.of(link) else {
                 anyhow::bail!(
-                    "give one of --friction, --restitution, --rolling-friction and --spinning-friction at least"
+                    "say what is to change: --friction, --restitution, --rolling-friction, --spinning-friction, \
+                     --contact-stiffness or --contact-damping"
                 );
             };
             client.set_link_properties(&robot, [properties]).await?;

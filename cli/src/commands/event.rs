@@ -8,7 +8,7 @@ use simd_client::{
     proto::{ConstraintDeletionCause, ErrorReason, LockstepCause, ReleaseCause, event::Kind},
 };
 
-use super::{ended, present};
+use super::{ended, present, sim};
 use crate::{
     failure::warn,
     output::{
@@ -139,6 +139,7 @@ fn describe(kind: Option<Kind>) -> (&'static str, Value, String) {
                     "time_step": physics.time_step,
                     "substeps": physics.substeps,
                     "integrator": json::name("INTEGRATOR_", physics.integrator().as_str_name()),
+                    "surface_combination": json::name(sim::COMBINATION, physics.surface_combination().as_str_name()),
                     "real_time_factor": physics.real_time_factor,
                     "pace": json::name("PACE_MODE_", physics.pace().as_str_name()),
                 }),

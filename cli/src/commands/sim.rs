@@ -69,6 +69,9 @@ pub(crate) struct Settings {
     /// The method of a step
     #[arg(long, value_enum)]
     integrator: Option<Integrator>,
+    /// What friction two surfaces that touch have
+    #[arg(long, value_enum)]
+    surface_combination: Option<SurfaceCombination>,
     /// Simulated seconds to a wall second
     #[arg(long, value_name = "FACTOR")]
     rtf: Option<f64>,
@@ -83,6 +86,16 @@ enum Integrator {
     Leapfrog,
     /// Semi-implicit Euler, as MuJoCo's
     Euler,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum SurfaceCombination {
+    /// The smaller one, as in Gazebo; the larger restitution
+    Min,
+    /// The product, as in Bullet, also of restitutions
+    Multiply,
+    /// The larger one, as in MuJoCo
+    Max,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -157,6 +170,13 @@ async fn physics(settings: Settings, client: &Client, output: Output) -> anyhow:
             None => proto::Integrator::Unspecified,
             Some(Integrator::Leapfrog) => proto::Integrator::Leapfrog,
             Some(Integrator::Euler) => proto::Integrator::Euler,
+        }
+        .into(),
+        surface_combination: match settings.surface_combination {
+            None => proto::SurfaceCombination::Unspecified,
+            Some(SurfaceCombination::Min) => proto::SurfaceCombination::Min,
+            Some(SurfaceCombination::Multiply) => proto::SurfaceCombination::Multiply,
+            Some(SurfaceCombination::Max) => proto::SurfaceCombination::Max,
         }
         .into(),
         ..Default::default()
@@ -283,6 +303,9 @@ impl View for WasReset {
     }
 }
 
+/// What the schema's names of combinations begin with.
+pub(super) const COMBINATION: &str = "SURFACE_COMBINATION_";
+
 /// `sim physics`.
 #[derive(Serialize)]
 struct PhysicsView {
@@ -293,6 +316,8 @@ struct PhysicsView {
     substeps: u32,
     /// `leapfrog` or `euler`.
     integrator: String,
+    /// `min`, `multiply` or `max`.
+    surface_combination: String,
     real_time_factor: f64,
     /// `real_time` or `as_fast_as_possible`.
     pace: String,
@@ -305,6 +330,7 @@ impl PhysicsView {
             time_step: physics.time_step,
             substeps: physics.substeps,
             integrator: json::name("INTEGRATOR_", physics.integrator().as_str_name()),
+            surface_combination: json::name(COMBINATION, physics.surface_combination().as_str_name()),
             real_time_factor: physics.real_time_factor,
             pace: json::name("PACE_MODE_", physics.pace().as_str_name()),
         })
@@ -319,6 +345,7 @@ impl View for PhysicsView {
             ("time step", format!("{} s", exact(self.time_step))),
             ("substeps", self.substeps.to_string()),
             ("integrator", self.integrator.clone()),
+            ("surfaces", self.surface_combination.clone()),
             ("real-time factor", exact(self.real_time_factor)),
             ("pace", self.pace.replace('_', " ")),
         ])

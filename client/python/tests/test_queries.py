@@ -9,7 +9,7 @@ import pytest
 from daemon import ASSETS
 
 import simd_client
-from simd_client import CollisionPair, Configuration, Place, PlacedShape, Pose, Robot, Shape, Simulation, Surface
+from simd_client import CollisionPair, Configuration, PlacedShape, Pose, QueryRobot, Robot, Shape, Simulation, Surface
 
 UPRIGHT = (0, 0, 0, 1)
 
@@ -69,11 +69,11 @@ def test_links_are_measured_where_a_robot_is_and_would_be(sim: Simulation, ball:
     arm = sim.load(ASSETS / "seven_arm", "arm", fixed=True, position=(3, 0, 0))
     here = sim.closest_points(arm, ball, nearest_only=True)[0].distance
     bent = Configuration(positions=[0.5] * 7)
-    there = sim.closest_points(Place(arm, configuration=bent), ball, nearest_only=True)[0].distance
+    there = sim.closest_points(QueryRobot(arm, configuration=bent), ball, nearest_only=True)[0].distance
     assert there != here
     arm.reset_joints([0.5] * 7)
     assert sim.closest_points(arm, ball, nearest_only=True)[0].distance == there
-    assert len(sim.closest_points(Place("arm", "link_7"), ball)) == 1
+    assert len(sim.closest_points(QueryRobot("arm", "link_7"), ball)) == 1
     with pytest.raises(simd_client.RobotNotFound):
         sim.closest_points("missing")
 

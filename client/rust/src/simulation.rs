@@ -140,7 +140,7 @@ impl Client {
         self.unary(self.simulation().reset_simulation(self.claimed(request))).await
     }
 
-    /// Gravity, time step, substeps, integrator, pace.
+    /// Gravity, time step, substeps, integrator, how surfaces combine, pace.
     ///
     /// # Errors
     /// Where the daemon refuses or does not answer.

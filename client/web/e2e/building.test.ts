@@ -115,8 +115,7 @@ test("a chosen robot gets a name, a place, a free base and hulls", async () => {
   await expect.poll(() => names(daemon)).toEqual(["left"]);
 });
 
-// Fails: the daemon has no robot after a minute. What ExpandXacro answers is tested beside the daemon.
-test.skip("a package of xacro is expanded with its arguments, and its meshes are found", async () => {
+test("a package of xacro is expanded with its arguments, and its meshes are found", async () => {
   const daemon = await paused();
   const tab = await Tab.open(await use.context(), daemon.url);
   const folder = await mkdtemp(`${tmpdir()}/simd-xacro-`);
@@ -327,8 +326,7 @@ test("a video of the picture is a WebM file", async () => {
   expect(bytes.length).toBeGreaterThan(1000);
 });
 
-// Failed after two minutes on a machine that did other work too, and is not understood.
-test.skip("a video of steps lasts as long as what is simulated in it, however slow the page is", async () => {
+test("a video of steps lasts as long as what is simulated in it, however slow the page is", async () => {
   const daemon = await paused();
   await redBox(daemon, "crate");
   await daemon.entities.setEntityState({ robot: "crate", twist: { linear: { x: 0.3, y: 0, z: 0 } } });

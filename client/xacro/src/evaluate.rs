@@ -40,16 +40,45 @@ impl Expansion<'_> {
             Part::Plain(text) => Ok(Value::text(text)),
             Part::Command(command) => self.command(command, level),
             Part::Expression(text) => {
-                let expression = expression::parse(text).map_err(|fault| in_expression(text, &fault))?;
-                self.evaluate(&expression, level).map_err(|fault| in_expression(text, &fault))
+                self.expression(text, level).map_err(|fault| in_expression(text, &fault))
             }
         }
+    }
+
+    /// What stands in `${}`. Commands in it are put in as text first, in quotes too: `${'$(arg side)' == 'left'}`.
+    fn expression(&mut self, text: &str, level: usize) -> Result<Value, Fault> {
+        let expression = if text.contains('$') {
+            expression::parse(&self.inner_text(text, level)?)?
+        } else {
+            expression::parse(text)?
+        };
+        self.evaluate(&expression, level)
+    }
+
+    /// The text of what stands in `${}` or `$()`, which may hold more of both.
+    fn inner_text(&mut self, text: &str, level: usize) -> Result<String, Fault> {
+        self.enter()?;
+        self.step(text.len() / 16)?;
+        let text = self.text(text, level)?;
+        self.expression_depth -= 1;
+        Ok(text)
+    }
+
+    /// Counts how deep expressions stand in one another. An error ends the expansion of the element, which begins anew at 0.
+    fn enter(&mut self) -> Result<(), Fault> {
+        self.expression_depth += 1;
+        if self.expression_depth > limits::EXPRESSION_DEPTH {
+            return Err(
+                "an expression, with all the properties that it names, is nested too deeply".to_owned()
+            );
+        }
+        Ok(())
     }
 
     /// What stands in `$()`.
     fn command(&mut self, command: &str, level: usize) -> Result<Value, Fault> {
         // A name may itself be an expression: `$(find ${package})`.
-        let command = self.value(command, level)?.show()?;
+        let command = self.inner_text(command, level)?;
         let mut words = command.split_whitespace();
         match (words.next(), words.next(), words.next()) {
             (Some("arg"), Some(name), None) => self.argument(name),
@@ -88,12 +117,7 @@ impl Expansion<'_> {
 
     fn evaluate(&mut self, expression: &Expression, level: usize) -> Result<Value, Fault> {
         self.step(1)?;
-        self.expression_depth += 1;
-        if self.expression_depth > limits::EXPRESSION_DEPTH {
-            return Err(
-                "an expression, with all the properties that it names, is nested too deeply".to_owned()
-            );
-        }
+        self.enter()?;
         let value = self.evaluate_one(expression, level)?;
         self.expression_depth -= 1;
         self.step(match &value {

@@ -133,6 +133,23 @@ fn arguments_are_the_callers_else_the_files() {
 }
 
 #[test]
+fn an_expression_may_hold_commands_which_are_put_in_as_text() {
+    for (expression, expected) in [
+        ("${2 * $(arg given)}", "14"),
+        ("${'$(arg given)' == '7'}", "True"),
+        ("${'left_' + '$(arg given)'}", "left_7"),
+        ("${$(arg ${'giv' + 'en'}) + 1}", "8"),
+        ("$(arg ${'given'})", "7"),
+    ] {
+        let text = format!("<x y=\"{expression}\"/>");
+        assert_eq!(content(&text).unwrap(), format!("<x y=\"{expected}\"/>"), "{expression}");
+    }
+    assert!(why("<x y='${1 + $(arg none)}'/>").contains("the argument \"none\" is not given"));
+    let deep = format!("<x y='{}given{}'/>", "$(arg ".repeat(100_000), ")".repeat(100_000));
+    assert!(why(&deep).contains("nested too deeply"), "{}", why(&deep));
+}
+
+#[test]
 fn conditions_take_expressions_arguments_and_numbers() {
     for (value, is) in [
         ("true", true),

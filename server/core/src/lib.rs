@@ -18,4 +18,5 @@ mod valid;
 
 pub use simulation::{
     Applied, Command, Error, Event, Integrator, Moment, PhysicsSettings, PublishedState, Reply, Simulation,
+    SurfaceCombination,
 };

@@ -113,6 +113,10 @@ pub struct Material {
     pub rolling_friction: Option<f64>,
     /// The same against turning about the normal.
     pub spinning_friction: Option<f64>,
+    /// Of the spring that a contact point is, N/m; 0 is rigid. Descriptions give none.
+    pub contact_stiffness: Option<f64>,
+    /// Of the damper beside that spring, N s/m.
+    pub contact_damping: Option<f64>,
 }
 
 /// A shape, centred on its own origin. Metres.

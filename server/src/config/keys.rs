@@ -8,8 +8,8 @@ mod network;
 use std::sync::LazyLock;
 
 use glamx::DVec3;
-use simd_core::Integrator;
 use simd_core::simulation::command::PhysicsChange;
+use simd_core::{Integrator, SurfaceCombination};
 
 use super::key::{Access, Key, MANY};
 use crate::driver::{MOST_SPIN_US, MOST_STEP_THREADS, Processors};
@@ -208,6 +208,27 @@ fn physics() -> Vec<Key> {
             ),
         )
         .flag("integrator"),
+        Key::new(
+            "physics.surface_combination",
+            "friction of two that touch: the smaller one, the product as in Bullet, or the larger one as in MuJoCo; see physics.md",
+            Access::Word(
+                &["min", "multiply", "max"],
+                |draft| match draft.config.physics.surface_combination {
+                    SurfaceCombination::Min => "min",
+                    SurfaceCombination::Multiply => "multiply",
+                    SurfaceCombination::Max => "max",
+                },
+                |draft, name| {
+                    let surface_combination = Some(match name.as_str() {
+                        "multiply" => SurfaceCombination::Multiply,
+                        "max" => SurfaceCombination::Max,
+                        _ => SurfaceCombination::Min,
+                    });
+                    draft.config.change_physics(PhysicsChange { surface_combination, ..PhysicsChange::default() })
+                },
+            ),
+        )
+        .flag("surface-combination"),
         Key::new(
             "physics.real_time_factor",
             "simulated seconds to a wall second",

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use simd_core::Integrator;
+use simd_core::{Integrator, SurfaceCombination};
 
 use super::*;
 use crate::handle::RunState;
@@ -74,7 +74,11 @@ fn flags_beat_the_file_and_the_file_beats_the_defaults() {
         [[robots]]
         path = "/other.urdf"
     "#;
-    let config = file(text, "--listen 127.0.0.1:2 --gravity -1,0,0 --load third.urdf --rtf 0.5").unwrap();
+    let config = file(
+        text,
+        "--listen 127.0.0.1:2 --gravity -1,0,0 --load third.urdf --rtf 0.5 --surface-combination multiply",
+    )
+    .unwrap();
     assert_eq!((config.name.as_str(), config.listen.port()), ("from_file", 2));
     assert_eq!(config.driver.state, RunState::Paused);
     assert_eq!(config.driver.pace, Pace::RealTime { factor: 0.5 });
@@ -83,6 +87,7 @@ fn flags_beat_the_file_and_the_file_beats_the_defaults() {
         time_step: 0.002,
         substeps: 4,
         integrator: Integrator::Euler,
+        surface_combination: SurfaceCombination::Multiply,
     };
     assert_eq!(config.physics, expected);
     let paths: Vec<_> = config.robots.iter().map(|robot| robot.path.to_str().unwrap()).collect();

@@ -123,8 +123,9 @@ fn of_robot(RobotState { entity, body }: &mut RobotState) -> Vec<&mut f64> {
     numbers.extend(of_body(Arc::make_mut(&mut entity.spawned)));
     numbers.push(&mut entity.still_for);
     for surface in &mut entity.surfaces {
-        let Surface { friction, restitution, rolling_friction, spinning_friction } = surface;
-        numbers.extend([friction, restitution, rolling_friction, spinning_friction]);
+        let Surface { friction, restitution, rolling_friction, spinning_friction, stiffness, damping } =
+            surface;
+        numbers.extend([friction, restitution, rolling_friction, spinning_friction, stiffness, damping]);
     }
     for RestPose { world_from_shape, margin, drift } in &mut entity.rest_poses {
         numbers.extend(pose(world_from_shape));
@@ -152,8 +153,10 @@ fn of_world(world: &mut WorldState) -> Vec<&mut f64> {
         let [a, b] = &mut point.on;
         let vectors = [a, b, &mut point.position, &mut point.normal, impulse, turning_impulse, total];
         numbers.extend(vectors.into_iter().flat_map(vector));
-        let Surface { friction, restitution, rolling_friction, spinning_friction } = &mut point.surface;
+        let Surface { friction, restitution, rolling_friction, spinning_friction, stiffness, damping } =
+            &mut point.surface;
         numbers.extend([&mut point.distance, friction, restitution, rolling_friction, spinning_friction]);
+        numbers.extend([stiffness, damping]);
     }
     for constraint in &mut world.constraints {
         for end in &mut constraint.definition.ends {

@@ -5,7 +5,7 @@ use simd_client::proto::{Contact, LinkProperties, RayHit, Vector3};
 
 use crate::output::{
     View,
-    number::{fixed, optional, several},
+    number::{exact, fixed, optional, several},
     table::{Column, Page, Table},
 };
 
@@ -122,14 +122,39 @@ pub(super) struct SurfaceView {
     /// Metres.
     rolling_friction: Option<f64>,
     spinning_friction: Option<f64>,
+    /// N/m; 0 is rigid.
+    contact_stiffness: Option<f64>,
+    /// N s/m.
+    contact_damping: Option<f64>,
 }
 
 impl From<LinkProperties> for SurfaceView {
     fn from(properties: LinkProperties) -> Self {
-        let LinkProperties { link, friction, restitution, rolling_friction, spinning_friction, .. } =
-            properties;
-        Self { link, friction, restitution, rolling_friction, spinning_friction }
+        let LinkProperties {
+            link,
+            friction,
+            restitution,
+            rolling_friction,
+            spinning_friction,
+            contact_stiffness,
+            contact_damping,
+            ..
+        } = properties;
+        Self {
+            link,
+            friction,
+            restitution,
+            rolling_friction,
+            spinning_friction,
+            contact_stiffness,
+            contact_damping,
+        }
     }
+}
+
+/// Of a spring, N/m.
+fn stiffness(value: f64) -> String {
+    if value == 0.0 { "rigid".to_owned() } else { exact(value) }
 }
 
 /// The table of `contact surfaces`.
@@ -140,6 +165,8 @@ pub(super) fn surfaces(links: &[SurfaceView]) -> Page {
         Column::right("RESTITUTION"),
         Column::right("ROLLING (m)"),
         Column::right("SPINNING (m)"),
+        Column::right("STIFFNESS (N/m)"),
+        Column::right("DAMPING (N s/m)"),
     ];
     let row = |surface: &SurfaceView| {
         vec![
@@ -148,6 +175,8 @@ pub(super) fn surfaces(links: &[SurfaceView]) -> Page {
             optional(surface.restitution, 3),
             optional(surface.rolling_friction, 6),
             optional(surface.spinning_friction, 6),
+            surface.contact_stiffness.map_or_else(String::new, stiffness),
+            optional(surface.contact_damping, 1),
         ]
     };
     Page::new().table(Table::new(columns, links.iter().map(row).collect()))

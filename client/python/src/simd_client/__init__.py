@@ -117,7 +117,7 @@ from simd_client.picture import (
     projection_matrix,
     view_matrix,
 )
-from simd_client.query import ClosestPoints, LinkBounds, Place, PlacedShape, Shape
+from simd_client.query import ClosestPoints, LinkBounds, PlacedShape, QueryRobot, Shape
 from simd_client.recording import RecordingInfo
 from simd_client.rollout import Control, Cost, Feedback, Observation, Start, Variation
 from simd_client.rollout_answer import Rollout
@@ -154,6 +154,7 @@ from simd_client.world import (
     SimulationState,
     SimulatorInfo,
     Stamp,
+    SurfaceCombination,
     WorldStatistics,
 )
 
@@ -268,9 +269,9 @@ __all__ = [
     "PictureRobot",
     "PictureStream",
     "PictureTimeout",
-    "Place",
     "PlacedShape",
     "Pose",
+    "QueryRobot",
     "RangeSensor",
     "RayHits",
     "ReadingStream",
@@ -315,6 +316,7 @@ __all__ = [
     "States",
     "Superseded",
     "Surface",
+    "SurfaceCombination",
     "Surfaces",
     "Sweep",
     "Target",

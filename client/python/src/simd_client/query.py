@@ -15,7 +15,7 @@ from simd_client.state import Named, name_of
 
 
 @dataclass(frozen=True)
-class Place:
+class QueryRobot:
     """A robot, or a link of it, where it is or would be."""
 
     robot: Union[str, Named]
@@ -95,8 +95,8 @@ class PlacedShape:
     """world_from_shape, or of a part link_from_shape; `None` is the origin."""
 
 
-Side = Union[str, Named, Place, Shape, PlacedShape]
-"""A robot where it is, a `Place`, or a shape of no robot, which has no names in what is found."""
+Side = Union[str, Named, QueryRobot, Shape, PlacedShape]
+"""A robot where it is, a `QueryRobot`, or a shape of no robot, which has no names in what is found."""
 
 
 def side_to_proto(side: Side) -> proto.QueryBody:
@@ -106,7 +106,7 @@ def side_to_proto(side: Side) -> proto.QueryBody:
     if isinstance(side, PlacedShape):
         pose = None if side.pose is None else pose_to_proto(side.pose)
         return proto.QueryBody(shape=side.shape.message, pose=pose)
-    if isinstance(side, Place):
+    if isinstance(side, QueryRobot):
         configuration = configuration_to_proto(side.configuration)
         return proto.QueryBody(robot=name_of(side.robot), link=side.link, configuration=configuration)
     return proto.QueryBody(robot=name_of(side))

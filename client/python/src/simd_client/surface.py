@@ -11,8 +11,8 @@ from simd_client import proto
 
 @dataclass(frozen=True)
 class Surface:
-    """Friction, restitution and collision groups of a link. In a contact the smaller friction applies, and the larger
-    restitution, rolling friction and spinning friction."""
+    """Friction, restitution and collision groups of a link. What two have in a contact is up to the world:
+    `Physics.surface_combination`."""
 
     friction: float | None = None
     """Coefficient of dry friction, at least 0. `None` does not change it; in a reading it means that the link has no
@@ -28,6 +28,10 @@ class Surface:
     """The torque against rolling is at most this many metres times the normal force; at least 0. `None` as for friction."""
     spinning_friction: float | None = None
     """The same against turning about the normal."""
+    contact_stiffness: float | None = None
+    """Of the spring that each point of a contact is, N/m; 0 is rigid. `None` as for friction."""
+    contact_damping: float | None = None
+    """Of the damper beside that spring, N s/m. `None` as for friction."""
 
 
 Surfaces = Union[Surface, Mapping[str, Surface]]
@@ -46,6 +50,8 @@ def surfaces_to_proto(surfaces: Surfaces | None) -> list[proto.LinkProperties]:
             restitution=each.restitution,
             rolling_friction=each.rolling_friction,
             spinning_friction=each.spinning_friction,
+            contact_stiffness=each.contact_stiffness,
+            contact_damping=each.contact_damping,
             collision_group=each.collision_group,
             collision_mask=each.collision_mask,
         )
@@ -62,4 +68,6 @@ def surface_from_proto(message: proto.LinkProperties) -> Surface:
         message.collision_mask if message.HasField("collision_mask") else None,
         message.rolling_friction if message.HasField("rolling_friction") else None,
         message.spinning_friction if message.HasField("spinning_friction") else None,
+        message.contact_stiffness if message.HasField("contact_stiffness") else None,
+        message.contact_damping if message.HasField("contact_damping") else None,
     )

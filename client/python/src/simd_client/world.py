@@ -53,6 +53,18 @@ class Integrator(Enum):
     UNKNOWN = "unknown"
 
 
+class SurfaceCombination(Enum):
+    """How the coefficients of two surfaces that touch become those of the contact."""
+
+    MIN = "min"
+    """The smaller friction, as in Gazebo; the larger restitution, rolling friction and spinning friction."""
+    MULTIPLY = "multiply"
+    """Products of frictions and of restitutions, as in Bullet."""
+    MAX = "max"
+    """The larger one of each, as in MuJoCo."""
+    UNKNOWN = "unknown"
+
+
 @dataclass(frozen=True)
 class Physics:
     """Settings of the step."""
@@ -69,6 +81,8 @@ class Physics:
     """How steps follow the wall clock while playing."""
     integrator: Integrator
     """The method of a step."""
+    surface_combination: SurfaceCombination
+    """How surfaces that touch combine."""
 
 
 @dataclass(frozen=True)
@@ -137,6 +151,11 @@ _INTEGRATORS = {
     proto.Integrator.INTEGRATOR_LEAPFROG: Integrator.LEAPFROG,
     proto.Integrator.INTEGRATOR_EULER: Integrator.EULER,
 }
+_SURFACE_COMBINATIONS = {
+    proto.SurfaceCombination.SURFACE_COMBINATION_MIN: SurfaceCombination.MIN,
+    proto.SurfaceCombination.SURFACE_COMBINATION_MULTIPLY: SurfaceCombination.MULTIPLY,
+    proto.SurfaceCombination.SURFACE_COMBINATION_MAX: SurfaceCombination.MAX,
+}
 
 
 def stamp_from_proto(message: proto.Stamp) -> Stamp:
@@ -185,6 +204,15 @@ def integrator_to_proto(integrator: Integrator | str) -> proto.Integrator:
     raise ValueError("an integrator is leapfrog or euler")
 
 
+def surface_combination_to_proto(combination: SurfaceCombination | str) -> proto.SurfaceCombination:
+    """From the enum or its value. Raises `ValueError` for another text."""
+    wanted = SurfaceCombination(combination)
+    for number, known in _SURFACE_COMBINATIONS.items():
+        if known is wanted:
+            return number
+    raise ValueError("a combination of surfaces is min, multiply or max")
+
+
 def physics_from_proto(message: proto.Physics) -> Physics:
     """Settings from their message."""
     return Physics(
@@ -195,6 +223,10 @@ def physics_from_proto(message: proto.Physics) -> Physics:
         pace=next((pace for number, pace in _PACES.items() if number == message.pace), Pace.UNKNOWN),
         integrator=next(
             (known for number, known in _INTEGRATORS.items() if number == message.integrator), Integrator.UNKNOWN
+        ),
+        surface_combination=next(
+            (known for number, known in _SURFACE_COMBINATIONS.items() if number == message.surface_combination),
+            SurfaceCombination.UNKNOWN,
         ),
     )
 

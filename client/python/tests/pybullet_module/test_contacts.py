@@ -110,3 +110,58 @@ def test_links_touch_each_other_where_a_script_asks_for_it(script: ModuleType, t
     assert script.getContactPoints(apart) == ()
     (point, *_) = script.getContactPoints(touching, touching)
     assert {point[3], point[4]} == {-1, 1}
+
+
+def slid_and_bounced(module: Any) -> "list[float]":
+    """Speeds of boxes that slide down a slope, by their friction, and heights that balls come up to, by the ground's restitution."""
+    shape = module.createCollisionShape(module.GEOM_BOX, halfExtents=[0.2, 0.2, 0.05])
+    tilt = module.getQuaternionFromEuler([0, 0.6, 0])
+    slope = module.createMultiBody(0, module.createCollisionShape(module.GEOM_BOX, halfExtents=[50, 10, 1]), -1, [0, 0, -10], tilt)
+    boxes = []
+    for index, friction in enumerate((0.1, 0.5, 0.9)):
+        _, rotation = module.multiplyTransforms([0, 0, 0], tilt, [0, 0, 0], [0, 0, 0, 1])
+        at, _ = module.multiplyTransforms([0, 0, -10], rotation, [0, index - 1, 1.051], [0, 0, 0, 1])
+        box = module.createMultiBody(1, shape, -1, at, tilt)
+        module.changeDynamics(box, -1, lateralFriction=friction, linearDamping=0, angularDamping=0)
+        boxes.append(box)
+    module.changeDynamics(slope, -1, lateralFriction=0.5)
+    balls = []
+    for index, restitution in enumerate((0.0, 0.6, 1.0)):
+        ground = module.createMultiBody(0, module.createCollisionShape(module.GEOM_BOX, halfExtents=[1, 1, 0.5]), -1, [10 + 3 * index, 0, 19.5])
+        module.changeDynamics(ground, -1, restitution=restitution)
+        ball = module.createMultiBody(1, module.createCollisionShape(module.GEOM_SPHERE, radius=0.1), -1, [10 + 3 * index, 0, 21.1])
+        module.changeDynamics(ball, -1, restitution=0.9, linearDamping=0, angularDamping=0)
+        balls.append(ball)
+    module.setGravity(0, 0, -9.81)
+    module.setTimeStep(1 / 1000)
+    tops = [0.0] * len(balls)
+    for step in range(1000):
+        module.stepSimulation()
+        if step > 500:
+            heights = (module.getBasePositionAndOrientation(ball)[0][2] - 20.1 for ball in balls)
+            tops = [max(top, height) for top, height in zip(tops, heights)]
+    speeds = [sum(x * x for x in module.getBaseVelocity(box)[0]) ** 0.5 for box in boxes]
+    return [*speeds, *tops]
+
+
+def test_frictions_and_restitutions_of_two_are_multiplied(script: ModuleType, bullet: Any) -> None:
+    ours, theirs = slid_and_bounced(script), slid_and_bounced(bullet)
+    assert ours == pytest.approx(theirs, rel=0.03, abs=0.01)
+    # The closed form: g (sin a - mu cos a) t with the product of both frictions.
+    assert ours[:3] == pytest.approx([9.81 * (0.5646 - friction * 0.5 * 0.8253) for friction in (0.1, 0.5, 0.9)], rel=0.01)
+
+
+def test_a_contact_with_stiffness_is_a_spring_as_in_pybullet(script: ModuleType, bullet: Any) -> None:
+    depths = []
+    for module in (script, bullet):
+        floor = module.createMultiBody(0, module.createCollisionShape(module.GEOM_BOX, halfExtents=[1, 1, 1]), -1, [0, 0, -1])
+        ball = module.createMultiBody(2, module.createCollisionShape(module.GEOM_SPHERE, radius=0.1), -1, [0, 0, 0.1])
+        module.changeDynamics(floor, -1, contactStiffness=2000, contactDamping=100)
+        assert module.getDynamicsInfo(floor, -1)[8:10] == (100, 2000)
+        module.setGravity(0, 0, -9.81)
+        for _ in range(480):
+            module.stepSimulation()
+        depths.append(0.1 - module.getBasePositionAndOrientation(ball)[0][2])
+    # Hooke's law.
+    assert depths == pytest.approx([2 * 9.81 / 2000] * 2, abs=2e-4)
+    assert depths[0] == pytest.approx(2 * 9.81 / 2000, abs=1e-7)

@@ -250,6 +250,11 @@ def settings(daemon: DaemonProcess) -> tuple[float, float, simd_client.Simulatio
         return physics.time_step, float(physics.gravity[2]), other.state
 
 
+def combination(daemon: DaemonProcess) -> simd_client.SurfaceCombination:
+    with simd_client.connect(daemon.endpoint) as other:
+        return other.physics.surface_combination
+
+
 def test_an_owners_settings_go_with_its_robots(daemon: DaemonProcess) -> None:
     with simd_client.connect(daemon.endpoint) as other:
         other.play()
@@ -260,8 +265,10 @@ def test_an_owners_settings_go_with_its_robots(daemon: DaemonProcess) -> None:
     p.setGravity(0, 0, -1)
     p.setTimeStep(0.01)
     assert settings(daemon) == (0.01, -1.0, simd_client.SimulationState.PAUSED)
+    assert combination(daemon) is simd_client.SurfaceCombination.MULTIPLY
     p.disconnect()
     assert settings(daemon) == before
+    assert combination(daemon) is simd_client.SurfaceCombination.MIN
 
 
 def test_what_another_has_set_meanwhile_stays(daemon: DaemonProcess) -> None:
@@ -280,7 +287,8 @@ def test_settings_that_stay_with_robots_are_said(
     p.loadURDF(str(BENCH_ARM), useFixedBase=1)
     p.disconnect()
     said = capsys.readouterr().err
-    assert "a time step of 0.00416667 s, Euler and gravity (0, 0, 0); before it had a time step of 0.001 s, leapfrog" in said
+    assert "a time step of 0.00416667 s, Euler, products of frictions and gravity (0, 0, 0); " in said
+    assert "before it had a time step of 0.001 s, leapfrog, the smaller of two frictions" in said
     assert settings(daemon)[:2] == (1 / 240, 0.0)
     # The next one is a guest of those robots, and changes nothing at its end.
     p.connect(p.DIRECT, endpoint=daemon.endpoint, options="--remove-robots")

@@ -44,7 +44,7 @@ mod surface_distance;
 #[cfg(test)]
 mod tests;
 
-pub use crate::dynamics::contact_point::{ContactPoint, Surface};
+pub use crate::dynamics::contact_point::{ContactPoint, Surface, SurfaceCombination};
 pub use broad::Broad;
 pub use colliders::{ColliderPose, RestPose, RobotColliders, Side};
 pub use facet_contact::MOST_OF_PAIR;

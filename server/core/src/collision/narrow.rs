@@ -17,7 +17,7 @@ use super::hull_support::HullSupport;
 use super::near_facets::NearFacets;
 use super::plane::{ROUNDING, outermost_beyond};
 use super::reduce::{MOST, SAME, reduce};
-use crate::dynamics::contact_point::ContactPoint;
+use crate::dynamics::contact_point::{ContactPoint, SurfaceCombination};
 
 /// Faces whose edges lie on each other are clipped with one of them moved aside by this, metres: far above rounding, and
 /// too little to change what they carry.
@@ -38,6 +38,8 @@ pub struct Narrow {
     near: [Vec<usize>; 2],
     /// Triangles of each that are near the other one.
     near_facets: NearFacets,
+    /// Of surfaces that touch; to be set before it is looked for contacts.
+    pub combination: SurfaceCombination,
     /// Pairs of colliders whose bounds were compared, since it was set to 0.
     pub compared: u64,
     /// Pairs of colliders since it was asked whether the step is interrupted.
@@ -136,7 +138,7 @@ impl Narrow {
                 position: point,
                 normal: world_normal,
                 distance,
-                surface: a.surface.against(b.surface),
+                surface: a.surface.against(b.surface, self.combination),
             });
         }
         true
@@ -169,6 +171,7 @@ impl Narrow {
             bounds: other.bounds.seen_from(&fixed.world_from_shape),
         };
         let (within, known) = (a.within(b), near.triangles(first, colliders[first]));
+        let combination = self.combination;
         let Some(points) = self.facets.find((surface, known), &shape, &surface_from_shape, within, interrupt)
         else {
             return false;
@@ -185,7 +188,7 @@ impl Narrow {
                 position: fixed.world_from_shape.transform_point(middle),
                 normal: if first == 0 { out } else { -out },
                 distance: point.distance,
-                surface: a.surface.against(b.surface),
+                surface: a.surface.against(b.surface, combination),
             });
         }
         true

@@ -1,5 +1,7 @@
 //! A point of contact as collision finds it and dynamics solves it.
 
+use std::ops::RangeInclusive;
+
 use glamx::DVec3;
 use serde::{Deserialize, Serialize};
 use simd_model::robot::Material;
@@ -43,12 +45,44 @@ pub struct Surface {
     pub rolling_friction: f64,
     /// The same against turning about the normal.
     pub spinning_friction: f64,
+    /// Of the spring that each point of a contact is, N/m, in [`STIFFNESS`]; 0 is rigid.
+    pub stiffness: f64,
+    /// Of the damper beside that spring, N s/m, at most [`MOST_DAMPING`].
+    pub damping: f64,
+}
+
+/// N/m: what a spring of a contact may have, beside 0.
+pub const STIFFNESS: RangeInclusive<f64> = 1e-3..=1e12;
+
+/// N s/m.
+pub const MOST_DAMPING: f64 = 1e12;
+
+/// How the coefficients of two surfaces that touch become those of the contact. Other simulators have one of these each.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum SurfaceCombination {
+    /// The more slippery one's friction, as in Gazebo, the bouncier one's restitution, and the larger friction against rolling
+    /// and spinning: a ball that has some is braked on any floor. What a surface is by default, friction 1 and else
+    /// 0, so leaves the other one as it is.
+    #[default]
+    Min,
+    /// Products of frictions and of restitutions; each one's friction against rolling and spinning counts times the other one's
+    /// friction. Bullet's (`btManifoldResult`).
+    Multiply,
+    /// The larger one of each. MuJoCo's.
+    Max,
 }
 
 impl Default for Surface {
-    /// Friction 1, as MuJoCo and Gazebo have it, no rebound, and nothing against rolling and spinning.
+    /// Friction 1, as MuJoCo and Gazebo have it, no rebound, nothing against rolling and spinning, rigid.
     fn default() -> Self {
-        Self { friction: 1.0, restitution: 0.0, rolling_friction: 0.0, spinning_friction: 0.0 }
+        Self {
+            friction: 1.0,
+            restitution: 0.0,
+            rolling_friction: 0.0,
+            spinning_friction: 0.0,
+            stiffness: 0.0,
+            damping: 0.0,
+        }
     }
 }
 
@@ -60,33 +94,67 @@ impl Surface {
             restitution: material.restitution.unwrap_or(self.restitution),
             rolling_friction: material.rolling_friction.unwrap_or(self.rolling_friction),
             spinning_friction: material.spinning_friction.unwrap_or(self.spinning_friction),
+            stiffness: material.contact_stiffness.unwrap_or(self.stiffness),
+            damping: material.contact_damping.unwrap_or(self.damping),
         }
     }
 
-    /// Of two surfaces that touch: the more slippery one's friction, as in Gazebo, the
-    /// bouncier one's restitution, and the larger friction against rolling and spinning, as in MuJoCo: a ball that has some is
-    /// braked on any floor. What a surface is by default, friction 1 and else 0, so leaves the other one as it is.
-    pub fn against(self, other: Self) -> Self {
-        Self {
-            friction: self.friction.min(other.friction),
+    /// Of two surfaces that touch. Their springs are one after the other, whatever the combination.
+    pub fn against(self, other: Self, combination: SurfaceCombination) -> Self {
+        let (stiffness, damping) = self.springs(other);
+        let larger = Self {
+            friction: self.friction.max(other.friction),
             restitution: self.restitution.max(other.restitution),
             rolling_friction: self.rolling_friction.max(other.rolling_friction),
             spinning_friction: self.spinning_friction.max(other.spinning_friction),
+            stiffness,
+            damping,
+        };
+        // Two large coefficients may have no finite product.
+        let finite = |coefficient: f64| coefficient.min(f64::MAX);
+        let crosswise = |a: f64, b: f64| finite(a * other.friction + b * self.friction);
+        match combination {
+            SurfaceCombination::Min => Self { friction: self.friction.min(other.friction), ..larger },
+            SurfaceCombination::Max => larger,
+            SurfaceCombination::Multiply => Self {
+                friction: finite(self.friction * other.friction),
+                restitution: self.restitution * other.restitution,
+                rolling_friction: crosswise(self.rolling_friction, other.rolling_friction),
+                spinning_friction: crosswise(self.spinning_friction, other.spinning_friction),
+                ..larger
+            },
+        }
+    }
+
+    /// Stiffness and damping of two springs one after the other, of which what is rigid is none.
+    fn springs(self, other: Self) -> (f64, f64) {
+        let in_series = |a: f64, b: f64| if a > 0.0 && b > 0.0 { a / (a + b) * b } else { 0.0 };
+        match (self.stiffness > 0.0, other.stiffness > 0.0) {
+            (true, true) => {
+                (in_series(self.stiffness, other.stiffness), in_series(self.damping, other.damping))
+            }
+            (true, false) => (self.stiffness, self.damping),
+            (false, true) => (other.stiffness, other.damping),
+            (false, false) => (0.0, 0.0),
         }
     }
 
     /// Whether a surface can be so; or what is wrong with it, as a fragment of a sentence.
     pub(crate) fn check(&self) -> Result<(), String> {
-        let Self { friction, restitution, rolling_friction, spinning_friction } = *self;
+        let Self { friction, restitution, rolling_friction, spinning_friction, stiffness, damping } = *self;
         // A description may say more than a request may.
         let is_friction = |value: f64| value >= 0.0 && value.is_finite();
         let all = [friction, rolling_friction, spinning_friction].into_iter().all(is_friction);
-        if all && (0.0..=1.0).contains(&restitution) {
+        // Two of the softest, one after the other, are half as stiff.
+        let can_be_stiff =
+            stiffness == 0.0 || (STIFFNESS.start() / 2.0..=*STIFFNESS.end()).contains(&stiffness);
+        let is_soft = can_be_stiff && (0.0..=MOST_DAMPING).contains(&damping);
+        if all && is_soft && (0.0..=1.0).contains(&restitution) {
             return Ok(());
         }
         Err(format!(
             "a surface of friction {friction}, restitution {restitution}, and friction of {rolling_friction} m against \
-             rolling and {spinning_friction} m against spinning"
+             rolling and {spinning_friction} m against spinning, with a spring of {stiffness} N/m and a damper of {damping} N s/m"
         ))
     }
 }

@@ -124,7 +124,8 @@ impl Rollout {
         }
         let world = &workers.first()?.world;
         let robot = world.lane_robot().unwrap_or(0);
-        let PhysicsSettings { gravity, time_step, substeps, integrator } = *world.settings();
+        let PhysicsSettings { gravity, time_step, substeps, integrator, surface_combination: _ } =
+            *world.settings();
         let parts = (time_step / f64::from(substeps), substeps);
         let mut lanes = LaneRobot::new(simd, world.body(robot).tree(), gravity, parts, integrator);
         for step in 0..self.shape.steps {

@@ -29,7 +29,7 @@ use super::moment::Moment;
 pub use super::pull::{DEFAULT_PULL_DURATION, MAX_PULL_DURATION};
 use super::saved::Saved;
 pub use super::saved::SavedStateInfo;
-use super::settings::{Integrator, PhysicsSettings};
+use super::settings::{Integrator, PhysicsSettings, SurfaceCombination};
 pub use super::trajectory::{Begin, Tolerance, TrajectoryPoint};
 pub use super::wrench::{MAX_WRENCH_DURATION, WrenchDuration};
 use crate::plain::{optional_pose3, optional_two_vectors3, optional_vector3, vector3};
@@ -111,7 +111,7 @@ pub enum Command {
     ApplyWrench(LinkWrench),
     /// Pulls a link to a point of the world.
     PullLink(LinkPull),
-    /// Changes gravity, time step, substeps or integrator.
+    /// Changes gravity, time step, substeps, integrator or how surfaces combine.
     SetPhysics(PhysicsChange),
     /// Puts the world back.
     Reset(ResetScope),
@@ -299,6 +299,8 @@ pub struct PhysicsChange {
     pub substeps: Option<u32>,
     /// The method of a step.
     pub integrator: Option<Integrator>,
+    /// How coefficients of surfaces that touch become those of the contact.
+    pub surface_combination: Option<SurfaceCombination>,
 }
 
 /// What a reset puts back, in the words of `simulation_interfaces`.

@@ -9,7 +9,9 @@ use super::constraints::ExcludedLinks;
 use super::entity::Entity;
 use super::sleep::{Busy, acts};
 use super::world_state::Pair;
-use crate::collision::{Broad, ContactPoint, Filter, FixedPair, MOST_OF_PAIR, Narrow, RobotLinkPair, Side};
+use crate::collision::{
+    Broad, ContactPoint, Filter, FixedPair, MOST_OF_PAIR, Narrow, RobotLinkPair, Side, SurfaceCombination,
+};
 use crate::dynamics::constraint::contact::Contact;
 use crate::pool::{Interrupt, PIECES, Pool};
 use crate::valid::finite;
@@ -83,7 +85,7 @@ impl Contacts {
     }
 
     /// Finds what touches, of robots whose colliders are in place; false where it was interrupted. Contacts are looked
-    /// for at least `slack` metres from what moves, and not between `excluded` links.
+    /// for at least `slack` metres from what moves, and not between `excluded` links. The `combination` is of surfaces that touch.
     ///
     /// An overlap between links of one robot, or of two robots that are fixed to the world, is ignored if it exists
     /// right after one of them was teleported, until the links have separated. A user may load two arms at the origin,
@@ -94,7 +96,7 @@ impl Contacts {
         robots: &[Entity],
         busy: &Busy,
         excluded: &[ExcludedLinks],
-        slack: f64,
+        (slack, combination): (f64, SurfaceCombination),
         pool: Option<&dyn Pool>,
         interrupt: &Interrupt<'_>,
     ) -> bool {
@@ -110,7 +112,7 @@ impl Contacts {
         if searches.len() < count {
             searches.resize_with(count, Search::default);
         }
-        searches.iter_mut().for_each(Search::begin);
+        searches.iter_mut().for_each(|search| search.begin(combination));
         let among = Among { robots, excluded, collision_pairs, before, slack, interrupt };
         if !among.search(pool, &mut searches[..count], pairs, fixed_before) {
             return false;
@@ -228,7 +230,8 @@ impl Among<'_> {
 }
 
 impl Search {
-    fn begin(&mut self) {
+    fn begin(&mut self, combination: SurfaceCombination) {
+        self.narrow.combination = combination;
         self.found.clear();
         self.fixed.clear();
         self.narrow.compared = 0;

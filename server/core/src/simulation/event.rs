@@ -43,7 +43,7 @@ pub enum EventKind {
     },
     /// The world was put back.
     Reset(ResetScope),
-    /// Gravity, time step, substeps or integrator changed.
+    /// Gravity, time step, substeps, integrator or the combination of surfaces changed.
     PhysicsChanged(PhysicsSettings),
     /// Robots, joints or the world were taken for one client.
     JointsClaimed {

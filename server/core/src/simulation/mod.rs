@@ -62,7 +62,7 @@ use published_state::WorldLayout;
 use robot_settings::RobotSettings;
 pub use saved::{Kept, RobotParts, Saved};
 use sensors::WorldSensors;
-pub use settings::{Integrator, PhysicsSettings};
+pub use settings::{Integrator, PhysicsSettings, SurfaceCombination};
 use sleep::Busy;
 use target_sources::RobotTargetSources;
 use world_state::{encoded, hash};

@@ -1,8 +1,9 @@
-//! Gravity, time step, substeps and integrator.
+//! Gravity, time step, substeps, integrator, and how surfaces combine.
 
 use glamx::DVec3;
 use serde::{Deserialize, Serialize};
 
+pub use crate::collision::SurfaceCombination;
 pub use crate::dynamics::Integrator;
 use crate::plain::vector3;
 
@@ -24,16 +25,19 @@ pub struct PhysicsSettings {
     pub substeps: u32,
     /// The method of a step.
     pub integrator: Integrator,
+    /// How coefficients of surfaces that touch become those of the contact.
+    pub surface_combination: SurfaceCombination,
 }
 
 impl Default for PhysicsSettings {
-    /// Earth, 1 ms, one part, leapfrog.
+    /// Earth, 1 ms, one part, leapfrog, the smaller friction.
     fn default() -> Self {
         Self {
             gravity: DVec3::new(0.0, 0.0, -9.81),
             time_step: 1e-3,
             substeps: 1,
             integrator: Integrator::Leapfrog,
+            surface_combination: SurfaceCombination::Min,
         }
     }
 }

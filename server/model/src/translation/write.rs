@@ -83,7 +83,7 @@ fn write_link(text: &mut Text, link: &DraftLink) {
     for shape in &link.collisions {
         write_shape(text, "collision", shape);
     }
-    let Material { friction, restitution, rolling_friction, spinning_friction } = link.material;
+    let Material { friction, restitution, rolling_friction, spinning_friction, .. } = link.material;
     let surface = [
         ("lateral_friction", friction),
         ("restitution", restitution),

@@ -40,13 +40,18 @@ pub fn link_properties(
             collision_mask,
             rolling_friction,
             spinning_friction,
+            contact_stiffness,
+            contact_damping,
         } = given;
-        Ok(LinkProperties {
-            link: at.field("link").short(link)?,
-            material: Material { friction, restitution, rolling_friction, spinning_friction },
-            collision_group,
-            collision_mask,
-        })
+        let material = Material {
+            friction,
+            restitution,
+            rolling_friction,
+            spinning_friction,
+            contact_stiffness,
+            contact_damping,
+        };
+        Ok(LinkProperties { link: at.field("link").short(link)?, material, collision_group, collision_mask })
     };
     given.into_iter().enumerate().map(read).collect()
 }

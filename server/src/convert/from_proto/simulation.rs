@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use simd_core::Integrator;
 use simd_core::simulation::command::{PhysicsChange, ResetScope, SetTargets};
+use simd_core::{Integrator, SurfaceCombination};
 use simd_model::robot::Sha256;
 use simd_proto::v1;
 
@@ -74,8 +74,15 @@ pub fn physics_change(request: &v1::SetPhysicsRequest) -> Result<(PhysicsChange,
         v1::Integrator::Leapfrog => Some(Integrator::Leapfrog),
         v1::Integrator::Euler => Some(Integrator::Euler),
     };
-    let change =
-        PhysicsChange { gravity, time_step: request.time_step, substeps: request.substeps, integrator };
+    let combination = Path::ROOT.field("surface_combination").known(request.surface_combination)?;
+    let surface_combination = match combination {
+        v1::SurfaceCombination::Unspecified => None,
+        v1::SurfaceCombination::Min => Some(SurfaceCombination::Min),
+        v1::SurfaceCombination::Multiply => Some(SurfaceCombination::Multiply),
+        v1::SurfaceCombination::Max => Some(SurfaceCombination::Max),
+    };
+    let v1::SetPhysicsRequest { time_step, substeps, .. } = *request;
+    let change = PhysicsChange { gravity, time_step, substeps, integrator, surface_combination };
     Ok((change, pace(request)?))
 }
 

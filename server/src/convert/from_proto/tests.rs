@@ -383,6 +383,18 @@ fn numbers_of_robots_and_physics_are_refused_by_the_world_under_the_path_of_thei
         assert_eq!(judged(entity::set_link_properties(request).unwrap()), field);
     }
 
+    for (stiffness, damping) in [(-1.0, 0.0), (1e-9, 0.0), (f64::INFINITY, 0.0), (1e3, -1.0), (1e3, f64::NAN)]
+    {
+        let links = vec![v1::LinkProperties {
+            contact_stiffness: Some(stiffness),
+            contact_damping: Some(damping),
+            ..Default::default()
+        }];
+        let request = v1::SetLinkPropertiesRequest { robot: "left".into(), links, ..Default::default() };
+        let field = if stiffness == 1e3 { "links[0].contact_damping" } else { "links[0].contact_stiffness" };
+        assert_eq!(judged(entity::set_link_properties(request).unwrap()), field);
+    }
+
     let physics = |request: &v1::SetPhysicsRequest| {
         judged(Command::SetPhysics(simulation::physics_change(request).unwrap().0))
     };

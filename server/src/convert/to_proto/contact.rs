@@ -63,6 +63,8 @@ pub fn link_properties(link: &str, surface: Option<Surface>, groups: Groups) -> 
         collision_mask: surface.map(|_| groups.mask),
         rolling_friction: surface.map(|surface| surface.rolling_friction),
         spinning_friction: surface.map(|surface| surface.spinning_friction),
+        contact_stiffness: surface.map(|surface| surface.stiffness),
+        contact_damping: surface.map(|surface| surface.damping),
     }
 }
 

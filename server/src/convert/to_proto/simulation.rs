@@ -3,7 +3,7 @@
 use std::time::SystemTime;
 
 use simd_core::simulation::command::SavedStateInfo;
-use simd_core::{Integrator, PhysicsSettings};
+use simd_core::{Integrator, PhysicsSettings, SurfaceCombination};
 use simd_model::robot::JointKind;
 use simd_proto::{API_VERSION, v1};
 
@@ -69,6 +69,11 @@ pub fn physics(settings: &PhysicsSettings, pace: Pace) -> v1::Physics {
         Integrator::Leapfrog => v1::Integrator::Leapfrog,
         Integrator::Euler => v1::Integrator::Euler,
     };
+    let combination = match settings.surface_combination {
+        SurfaceCombination::Min => v1::SurfaceCombination::Min,
+        SurfaceCombination::Multiply => v1::SurfaceCombination::Multiply,
+        SurfaceCombination::Max => v1::SurfaceCombination::Max,
+    };
     v1::Physics {
         gravity: Some(vector(settings.gravity)),
         time_step: settings.time_step,
@@ -76,6 +81,7 @@ pub fn physics(settings: &PhysicsSettings, pace: Pace) -> v1::Physics {
         real_time_factor: pace.factor(),
         pace: mode.into(),
         integrator: integrator.into(),
+        surface_combination: combination.into(),
     }
 }
 

@@ -3,7 +3,7 @@
 use glamx::DVec3;
 use simd_core::simulation::command::{JointProperties, PhysicsChange, Target};
 use simd_core::simulation::published_state::PublishedState;
-use simd_core::{Command, Integrator};
+use simd_core::{Command, Integrator, SurfaceCombination};
 
 /// What is changed, in the order in which it was given.
 #[derive(Clone, Debug, Default)]
@@ -54,6 +54,14 @@ impl Changes {
                     _ => return Err(format!("{key} is {value:?}; it must be leapfrog or euler")),
                 });
             }
+            "surface_combination" => {
+                self.physics.surface_combination = Some(match value {
+                    "min" => SurfaceCombination::Min,
+                    "multiply" => SurfaceCombination::Multiply,
+                    "max" => SurfaceCombination::Max,
+                    _ => return Err(format!("{key} is {value:?}; it must be min, multiply or max")),
+                });
+            }
             _ => self.add_of_joint(key, value, number)?,
         }
         self.texts.push(text.to_owned());
@@ -68,7 +76,8 @@ impl Changes {
     ) -> Result<(), String> {
         let unknown = || {
             format!(
-                "{key:?} cannot be set; it must be time_step, substeps, gravity, integrator, or ROBOT/JOINT. and one of {}",
+                "{key:?} cannot be set; it must be time_step, substeps, gravity, integrator, surface_combination, or \
+                 ROBOT/JOINT. and one of {}",
                 PROPERTIES.join(", ")
             )
         };
@@ -165,11 +174,13 @@ impl Changes {
     pub(super) fn keep_in(&self, command: &mut Command) {
         match command {
             Command::SetPhysics(change) => {
-                let PhysicsChange { gravity, time_step, substeps, integrator } = self.physics;
+                let PhysicsChange { gravity, time_step, substeps, integrator, surface_combination } =
+                    self.physics;
                 change.gravity = gravity.or(change.gravity);
                 change.time_step = time_step.or(change.time_step);
                 change.substeps = substeps.or(change.substeps);
                 change.integrator = integrator.or(change.integrator);
+                change.surface_combination = surface_combination.or(change.surface_combination);
             }
             Command::SetTargets(targets) => {
                 for robot in &mut targets.robots {
@@ -226,6 +237,7 @@ mod tests {
             ("substeps=1.5", "must be a whole number"),
             ("gravity=0,0", "three numbers"),
             ("integrator=rk4", "leapfrog or euler"),
+            ("surface_combination=average", "min, multiply or max"),
             ("elbow.stiffness=1", "ROBOT/JOINT."),
             ("arm/elbow.color=1", "gravity_compensation"),
             ("arm/elbow.gravity_compensation=1", "on or off"),

@@ -52,7 +52,7 @@ class Queries(Primitives):
         filtered: bool = False,
     ) -> tuple[ClosestPoints, ...]:
         """Where links of two robots are nearest to each other, and how far apart: one for each pair of links. `b` is
-        every other robot if it is left out, and may be the same as `a`. A `Place` names one link, or a configuration
+        every other robot if it is left out, and may be the same as `a`. A `QueryRobot` names one link, or a configuration
         that the robot is not in; a `Shape` or `PlacedShape` is of no robot. `filtered` leaves out links that may not touch each other."""
         request = proto.GetClosestPointsRequest(
             a=side_to_proto(a),

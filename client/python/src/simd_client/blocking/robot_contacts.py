@@ -41,12 +41,19 @@ class RobotContacts(Motion):
         restitution: float | None = None,
         rolling_friction: float | None = None,
         spinning_friction: float | None = None,
+        contact_stiffness: float | None = None,
+        contact_damping: float | None = None,
         link: str | None = None,
     ) -> Stamp:
-        """Changes what is given of friction, restitution, and friction against rolling and spinning (metres), of one link
-        or of all of them."""
+        """Changes what is given of friction, restitution, friction against rolling and spinning (metres), and the spring and
+        damper that each point of a contact is (N/m, 0 is rigid; N s/m), of one link or of all of them."""
         surface = Surface(
-            friction, restitution, rolling_friction=rolling_friction, spinning_friction=spinning_friction
+            friction,
+            restitution,
+            rolling_friction=rolling_friction,
+            spinning_friction=spinning_friction,
+            contact_stiffness=contact_stiffness,
+            contact_damping=contact_damping,
         )
         links = surfaces_to_proto({link or "": surface})
         request = proto.SetLinkPropertiesRequest(robot=self.name, links=links)

@@ -42,6 +42,7 @@ from simd_client.world import (
     SimulationState,
     SimulatorInfo,
     Stamp,
+    SurfaceCombination,
     WorldStatistics,
     info_from_proto,
     integrator_to_proto,
@@ -51,6 +52,7 @@ from simd_client.world import (
     state_from_proto,
     state_to_proto,
     statistics_from_proto,
+    surface_combination_to_proto,
 )
 
 STEP_SECONDS = 0.01
@@ -204,7 +206,7 @@ class Simulation(SavedStates):
 
     @property
     def physics(self) -> Physics:
-        """Gravity, time step, substeps, pace, integrator."""
+        """Gravity, time step, substeps, pace, integrator, how surfaces combine."""
         return physics_from_proto(self.call(methods.GetPhysics, proto.GetPhysicsRequest()).physics)
 
     def set_physics(
@@ -216,6 +218,7 @@ class Simulation(SavedStates):
         real_time_factor: float | None = None,
         pace: Pace | str | None = None,
         integrator: Integrator | str | None = None,
+        surface_combination: SurfaceCombination | str | None = None,
     ) -> Physics:
         """Changes only what is given (m/s^2, s). Raises `InvalidValue` and changes nothing if a value is refused."""
         request = proto.SetPhysicsRequest(
@@ -225,6 +228,9 @@ class Simulation(SavedStates):
             real_time_factor=real_time_factor,
             pace=None if pace is None else pace_to_proto(pace),
             integrator=None if integrator is None else integrator_to_proto(integrator),
+            surface_combination=(
+                None if surface_combination is None else surface_combination_to_proto(surface_combination)
+            ),
         )
         return physics_from_proto(self.call(methods.SetPhysics, request).physics)
 

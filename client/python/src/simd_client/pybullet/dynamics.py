@@ -38,7 +38,7 @@ _CONTACT = {
     "contactStiffness": -1.0,
     "collisionMargin": 0.001,
 }
-# Kept for getDynamicsInfo only.
+# Kept for getDynamicsInfo; the others than springs of contacts do nothing.
 _KEPT = (
     *_CONTACT,
     "linearDamping",
@@ -50,6 +50,8 @@ _KEPT = (
     "anisotropicFriction",
     "sleepThreshold",
 )
+# The daemon's names of springs of contacts.
+_SPRING = {"contactStiffness": "contact_stiffness", "contactDamping": "contact_damping"}
 _MULTI_BODY = 2
 
 
@@ -131,7 +133,7 @@ def changeDynamics(
     physicsClientId: int = 0,
 ) -> None:
     """Mass, inertia, friction and restitution of a link, damping, limits and maximum velocity of the
-    joint to its parent. Settings of Bullet's solver are kept for getDynamicsInfo, with one warning."""
+    joint to its parent, springs of its contacts. Other settings of Bullet's solver are kept for getDynamicsInfo, with one warning."""
     given = dict(locals())
     world = connected(physicsClientId)
     body = world.body(bodyUniqueId, "changeDynamics failed: there is no such body")
@@ -141,10 +143,18 @@ def changeDynamics(
     if kept:
         body.kept.setdefault(linkIndex, {}).update(kept)
         # Without damping is how bodies move here.
-        idle = [name for name, value in kept.items() if value or name not in ("linearDamping", "angularDamping")]
+        idle = [
+            name
+            for name, value in kept.items()
+            if name not in _SPRING and (value or name not in ("linearDamping", "angularDamping"))
+        ]
         if idle:
             world.say_once(f"changeDynamics: {', '.join(idle)} are kept, and do nothing")
     surface = {field: float(given[name]) for name, field in _SURFACE_FIELDS.items() if given[name] is not None}
+    for name, field in _SPRING.items():
+        if given[name] is not None:
+            # Of Bullet's own -1 nothing is taken.
+            surface[field] = max(0.0, float(given[name]))
     if surface:
         _set_surface(world, body, linkIndex, surface)
     if jointLimitForce is not None:

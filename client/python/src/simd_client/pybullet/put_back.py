@@ -5,12 +5,26 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING
 
-from simd_client.proto import Integrator, ListEntitiesRequest, Physics, SetPhysicsRequest, methods
+from simd_client.proto import (
+    Integrator,
+    ListEntitiesRequest,
+    Physics,
+    SetPhysicsRequest,
+    SurfaceCombination,
+    methods,
+)
 
 from .errors import error
 
 if TYPE_CHECKING:
     from .world import World
+
+
+_SURFACES = {
+    SurfaceCombination.SURFACE_COMBINATION_MIN: "the smaller of two",
+    SurfaceCombination.SURFACE_COMBINATION_MULTIPLY: "products of",
+    SurfaceCombination.SURFACE_COMBINATION_MAX: "the larger of two",
+}
 
 
 def put_back(world: World, found: tuple[Physics, bool] | None) -> None:
@@ -27,7 +41,7 @@ def put_back(world: World, found: tuple[Physics, bool] | None) -> None:
         # A daemon that is gone has no settings.
         return
     now = world.physics
-    names = ("gravity", "time_step", "substeps", "integrator")
+    names = ("gravity", "time_step", "substeps", "integrator", "surface_combination")
     changed = [name for name in names if getattr(now, name) != getattr(before, name)]
     if world.wire.call(methods.ListEntities, ListEntitiesRequest()).entities:
         if changed:
@@ -55,4 +69,8 @@ def _settings(physics: Physics) -> str:
     g = physics.gravity
     parts = f", {physics.substeps} substeps" if physics.substeps > 1 else ""
     method = "Euler" if physics.integrator == Integrator.INTEGRATOR_EULER else "leapfrog"
-    return f"a time step of {physics.time_step:.6g} s{parts}, {method} and gravity ({g.x:g}, {g.y:g}, {g.z:g})"
+    surfaces = _SURFACES.get(physics.surface_combination, "unknown")
+    return (
+        f"a time step of {physics.time_step:.6g} s{parts}, {method}, {surfaces} frictions and gravity "
+        f"({g.x:g}, {g.y:g}, {g.z:g})"
+    )

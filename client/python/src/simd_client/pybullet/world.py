@@ -18,6 +18,7 @@ from simd_client.proto import (
     SetPhysicsRequest,
     SetSimulationStateRequest,
     SimulationState,
+    SurfaceCombination,
     methods,
 )
 from simd_client.surface import surfaces_to_proto
@@ -327,16 +328,19 @@ class World(Loop):
         self.forget_states()
 
     def begin(self) -> None:
-        """Sets an unused world to PyBullet's defaults: paused, no gravity, 240 Euler steps per second."""
+        """Sets an unused world to PyBullet's defaults: paused, no gravity, 240 Euler steps per second, products of frictions."""
         self.sync()
         self.guest = bool(self.bodies)
         self.read_state()
         if not self.guest:
             self._found = self.physics, self.playing
             self.play(False)
-            # PyBullet's own step is a semi-implicit Euler.
+            # PyBullet's own step is a semi-implicit Euler, and it multiplies frictions.
             euler = Integrator.INTEGRATOR_EULER
-            request = SetPhysicsRequest(time_step=TIME_STEP, substeps=1, integrator=euler)
+            product = SurfaceCombination.SURFACE_COMBINATION_MULTIPLY
+            request = SetPhysicsRequest(
+                time_step=TIME_STEP, substeps=1, integrator=euler, surface_combination=product
+            )
             request.gravity.SetInParent()
             self.set_physics(request)
 

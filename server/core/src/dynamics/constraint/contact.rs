@@ -81,6 +81,9 @@ pub struct ContactRows {
     pub gradient_step: f64,
     /// Coulomb's coefficient.
     pub friction: f64,
+    /// Of the normal's row, J v + compliance p >= target, m/(N s²) times s: 1 / (h (h k + c)) of a spring k and a damper c,
+    /// and 0 where the surfaces are rigid.
+    pub compliance: f64,
     /// Normal and tangents, N s.
     pub impulse: [f64; 3],
 }
@@ -148,8 +151,18 @@ impl ContactRows {
     /// a stack would sway more and more: for a mode that the sweeps of a step put right by a
     /// part a, s^3 + a s^2 + a s + a c = 0 has growing solutions where c, the part of the
     /// overlap, is above a.
+    ///
+    /// A spring and a damper are implicit, p = h (-k (d + h v) - c v), as MuJoCo's and Bullet's are: stable at any stiffness, and
+    /// exact at rest.
     pub fn aim(&mut self, contact: &Contact, before: f64, gravity: f64, h: f64) {
         let ContactPoint { distance, surface, .. } = contact.point;
+        if surface.stiffness > 0.0 {
+            let hardness = h * surface.stiffness + surface.damping;
+            self.compliance = 1.0 / (h * hardness);
+            self.target = -surface.stiffness * distance / hardness;
+            (self.correction_velocity, self.split_impulse) = (0.0, 0.0);
+            return;
+        }
         self.target = if distance + REST > AT_REST { -(distance + REST) / h } else { 0.0 };
         let hits = distance + h * self.unloaded[0] <= 0.0 && before < -(BOUNCE_THRESHOLD + 2.0 * gravity * h);
         // What does not bounce arrives: to end it where the hit was found would leave a gap.
@@ -173,7 +186,8 @@ impl ContactRows {
         velocities: &mut [f64],
     ) -> bool {
         let ContactPoint { distance, surface, .. } = contact.point;
-        if surface.restitution == 0.0 || self.impulse[0] <= 0.0 || self.target >= 0.0 {
+        let is_rigid = self.compliance == 0.0;
+        if surface.restitution == 0.0 || !is_rigid || self.impulse[0] <= 0.0 || self.target >= 0.0 {
             return false;
         }
         let approach = self.velocities(blocks, velocities)[0] - self.effect[0] * self.impulse[0];
@@ -216,7 +230,8 @@ impl ContactRows {
     pub fn solve(&mut self, blocks: &[f64], velocities: &mut [f64]) -> f64 {
         let [nn, nt, nu, tt, _, uu] = self.effect;
         let velocity = self.velocities(blocks, velocities);
-        let normal = (self.impulse[0] + (self.target - velocity[0]) / nn).max(0.0);
+        let left = self.target - velocity[0] - self.compliance * self.impulse[0];
+        let normal = (self.impulse[0] + left / (nn + self.compliance)).max(0.0);
         let dn = normal - self.impulse[0];
         let most = self.friction * normal;
         let (mut dt, mut du) = (0.0, 0.0);

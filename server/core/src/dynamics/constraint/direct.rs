@@ -1,5 +1,5 @@
 //! All rows of an island at once: exact where sweeps would go on for long, and with the least impulses. Rows of constraints between links
-//! keep their R.
+//! keep their R, and so do normals of contacts whose surfaces are springs.
 //!
 //! A row is active where it is an equation: a contact that presses, friction that holds, a joint at its limit. For
 //! a set of active rows the impulses are those of
@@ -100,8 +100,8 @@ pub struct Direct {
     used: Vec<[f64; 3]>,
     /// Weights of each contact's rows in the matrix: of the normal, and tt, tu, uu of the tangents.
     weights: Vec<[f64; 4]>,
-    /// 1 / R of each contact.
-    hardness: Vec<f64>,
+    /// 1 / R of each contact: of the normal's row, and of the tangents'.
+    hardness: Vec<[f64; 2]>,
     /// Of each contact, what is left of its equations.
     residuals: Vec<[f64; 3]>,
     joints: Vec<Joint>,

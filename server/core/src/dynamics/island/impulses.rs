@@ -56,6 +56,7 @@ impl Island {
         for rows in rows.iter().filter(|rows| rows.acts() && rows.impulse[0] > 0.0).chain(turns) {
             let (before, after) = (rows.unloaded, rows.velocities(blocks, velocities));
             linear += rows.impulse[0] * rows.target;
+            square += rows.compliance * rows.impulse[0] * rows.impulse[0];
             for ((before, after), impulse) in before.into_iter().zip(after).zip(rows.impulse) {
                 linear -= impulse * before;
                 square += impulse * (after - before);

@@ -7,6 +7,7 @@ use simd_model::robot::Material;
 use super::Entity;
 use crate::collision::{RobotColliders, Shapes, Surface};
 use crate::dynamics::Articulation;
+use crate::dynamics::contact_point::{MOST_DAMPING, STIFFNESS};
 use crate::simulation::check;
 use crate::simulation::contact_settings::LinkProperties;
 use crate::simulation::error::Error;
@@ -62,16 +63,26 @@ impl Entity {
     ) -> Result<Vec<Option<usize>>, Error> {
         let check = |(index, properties): (usize, &LinkProperties)| {
             let LinkProperties { link, material, .. } = properties;
-            let Material { friction, restitution, rolling_friction, spinning_friction } = material;
-            for (field, value, most) in [
-                ("friction", friction, MOST_FRICTION),
-                ("restitution", restitution, 1.0),
-                ("rolling_friction", rolling_friction, MOST_FRICTION),
-                ("spinning_friction", spinning_friction, MOST_FRICTION),
+            let Material {
+                friction,
+                restitution,
+                rolling_friction,
+                spinning_friction,
+                contact_stiffness,
+                contact_damping,
+            } = material;
+            let soft = contact_stiffness.filter(|stiffness| *stiffness != 0.0);
+            for (field, value, range) in [
+                ("friction", friction, 0.0..=MOST_FRICTION),
+                ("restitution", restitution, 0.0..=1.0),
+                ("rolling_friction", rolling_friction, 0.0..=MOST_FRICTION),
+                ("spinning_friction", spinning_friction, 0.0..=MOST_FRICTION),
+                ("contact_stiffness", &soft, STIFFNESS),
+                ("contact_damping", contact_damping, 0.0..=MOST_DAMPING),
             ] {
                 let Some(value) = *value else { continue };
                 let whose = || if link.is_empty() { "all links".into() } else { format!("link {link:?}") };
-                check::within(field, value, 0.0..=most)
+                check::within(field, value, range)
                     .map_err(|error| error.within(|| format!("{list}[{index}]")).of(whose))?;
             }
             if link.is_empty() { Ok(None) } else { self.link(link).map(Some) }

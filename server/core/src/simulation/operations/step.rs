@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glamx::DVec3;
 
+use crate::collision::SurfaceCombination;
 use crate::dynamics::Integrator;
 use crate::dynamics::island::Island;
 use crate::pool::{Interrupt, PIECES, Pool, for_each};
@@ -55,7 +56,7 @@ impl Simulation {
 
     /// False where it was interrupted; then the world is in the midst of a step.
     fn try_step(&mut self, interrupt: &Interrupt<'_>) -> bool {
-        let PhysicsSettings { gravity, time_step, substeps, integrator } = self.settings;
+        let PhysicsSettings { gravity, time_step, substeps, integrator, surface_combination } = self.settings;
         let h = time_step / f64::from(substeps);
         let pool = self.pool.clone();
         self.step_memory.busy.begin_step(&self.entities);
@@ -74,6 +75,7 @@ impl Simulation {
                 gravity,
                 h,
                 integrator,
+                surface_combination,
                 done: f64::from(part) / f64::from(substeps),
                 ends: part + 1 == substeps,
             };
@@ -117,6 +119,7 @@ struct Part {
     /// Seconds.
     h: f64,
     integrator: Integrator,
+    surface_combination: SurfaceCombination,
     /// How much of the step is over, 0 to 1.
     done: f64,
     /// It is the last one.
@@ -148,7 +151,8 @@ fn advance(
             robot.update_poses(shaped > 1, slack, part.h);
         }
     });
-    if !contacts.find(robots, busy, &constraints.excluded, slack, threads, interrupt) {
+    let near = (slack, part.surface_combination);
+    if !contacts.find(robots, busy, &constraints.excluded, near, threads, interrupt) {
         return false;
     }
     for &robot in busy.robots() {
@@ -170,7 +174,7 @@ fn advance(
 impl Part {
     /// Moves a group on. False where it was interrupted.
     fn solve(self, mut group: Group<'_, '_>, island: &mut Island, interrupt: &Interrupt<'_>) -> bool {
-        let Self { gravity, h, integrator, done, ends } = self;
+        let Self { gravity, h, integrator, done, ends, .. } = self;
         if !group.wake(done) {
             return true;
         }

@@ -15,7 +15,7 @@ use crate::simulation::{EventKind, Moment, Reply, Simulation, check};
 
 impl Simulation {
     pub(in crate::simulation) fn set_physics(&mut self, change: &PhysicsChange) -> Result<Reply, Error> {
-        let PhysicsChange { gravity, time_step, substeps, integrator } = *change;
+        let PhysicsChange { gravity, time_step, substeps, integrator, surface_combination } = *change;
         if let Some(gravity) = gravity {
             check::vector("gravity", gravity)?;
         }
@@ -34,6 +34,7 @@ impl Simulation {
         self.settings.gravity = gravity.unwrap_or(self.settings.gravity);
         self.settings.substeps = substeps.unwrap_or(self.settings.substeps);
         self.settings.integrator = integrator.unwrap_or(self.settings.integrator);
+        self.settings.surface_combination = surface_combination.unwrap_or(before.surface_combination);
         // Impulses and changes of velocities are published as forces and accelerations, that is divided by the length of a step.
         let step = self.settings.time_step / before.time_step;
         let part = step * f64::from(before.substeps) / f64::from(self.settings.substeps);

@@ -14,13 +14,15 @@ const REFINEMENTS: usize = 4;
 const EXACT: f64 = 1e-14;
 
 impl Direct {
-    /// 1 / R of the contacts, the same for those of the same two robots, which follow each other.
+    /// 1 / R of the contacts, the same for those of the same two robots, which follow each other, but for springs.
     pub(super) fn measure<R>(&mut self, system: &System<'_, R>) {
         let pair = |rows: &ContactRows| rows.sides.map(|side| (side.len > 0).then_some(side.member));
         for rows in system.rows.chunk_by(|a, b| pair(a) == pair(b)) {
             let sum: f64 = rows.iter().map(|rows| rows.effect[0]).sum();
             let hardness = rows.len() as f64 / (SOFTNESS * sum);
-            self.hardness.extend(rows.iter().map(|_| hardness));
+            let normal =
+                |rows: &ContactRows| if rows.compliance > 0.0 { 1.0 / rows.compliance } else { hardness };
+            self.hardness.extend(rows.iter().map(|rows| [normal(rows), hardness]));
         }
     }
 
@@ -55,7 +57,7 @@ impl Direct {
         }
     }
 
-    /// What is left of each active row's equation, without its R but for constraints between links. The largest.
+    /// What is left of each active row's equation, without its R but for constraints between links and springs. The largest.
     pub(super) fn take_residuals<R>(&mut self, system: &mut System<'_, R>) -> f64 {
         let mut largest = 0.0f64;
         for link in &mut *system.links {
@@ -71,7 +73,7 @@ impl Direct {
                 continue;
             }
             let [n, t, u] = rows.velocities(system.blocks, system.velocities);
-            residual[0] = rows.target - n;
+            residual[0] = rows.target - n - rows.compliance * rows.impulse[0];
             if *state == State::Sticks {
                 (residual[1], residual[2]) = (-t, -u);
             }
@@ -89,11 +91,12 @@ impl Direct {
         let Self { change, residuals, hardness, joints, .. } = self;
         change.clear();
         change.resize(system.velocities.len(), 0.0);
-        for ((rows, residual), &hardness) in system.rows.iter().zip(&*residuals).zip(&*hardness) {
+        for ((rows, residual), &[normal, tangent]) in system.rows.iter().zip(&*residuals).zip(&*hardness) {
             if *residual == [0.0; 3] {
                 continue;
             }
-            rows.add_momentum(system.blocks, residual.map(|residual| residual * hardness), change);
+            let [n, t, u] = *residual;
+            rows.add_momentum(system.blocks, [n * normal, t * tangent, u * tangent], change);
         }
         for link in system.links.iter().filter(|link| link.residuals != [0.0; 3]) {
             let force = link.residuals.map(|residual| residual / link.compliance);
@@ -148,7 +151,9 @@ impl Direct {
                     continue;
                 }
                 let moved = rows.velocities(system.blocks, &self.change);
-                let mut added = [0, 1, 2].map(|k| (self.residuals[i][k] - moved[k]) * self.hardness[i]);
+                let [normal, tangent] = self.hardness[i];
+                let hardness = [normal, tangent, tangent];
+                let mut added = [0, 1, 2].map(|k| (self.residuals[i][k] - moved[k]) * hardness[k]);
                 if self.states[i] == State::Slips {
                     (added[1], added[2]) = (0.0, 0.0);
                 }

@@ -22,9 +22,14 @@ pub(super) enum Progress {
 
 /// The impulses of a contact's soft rows at these velocities, with this bound of friction, and the weights of their derivative: of the
 /// normal, and tt, tu, uu of the tangents.
-fn soft(rows: &ContactRows, hardness: f64, bound: f64, [n, t, u]: [f64; 3]) -> ([f64; 3], [f64; 4]) {
-    let normal = (rows.target - n) * hardness;
-    let (normal, weight) = if normal > 0.0 { (normal, hardness) } else { (0.0, 0.0) };
+fn soft(
+    rows: &ContactRows,
+    [normal_hardness, hardness]: [f64; 2],
+    bound: f64,
+    [n, t, u]: [f64; 3],
+) -> ([f64; 3], [f64; 4]) {
+    let normal = (rows.target - n) * normal_hardness;
+    let (normal, weight) = if normal > 0.0 { (normal, normal_hardness) } else { (0.0, 0.0) };
     let speed = t.hypot(u);
     if bound <= 0.0 {
         ([normal, 0.0, 0.0], [weight, 0.0, 0.0, 0.0])
@@ -37,12 +42,17 @@ fn soft(rows: &ContactRows, hardness: f64, bound: f64, [n, t, u]: [f64; 3]) -> (
 }
 
 /// The same where it is known which rows are equations, and what slips has the friction that it had.
-fn given(rows: &ContactRows, hardness: f64, state: State, [n, t, u]: [f64; 3]) -> ([f64; 3], [f64; 4]) {
-    let normal = (rows.target - n) * hardness;
+fn given(
+    rows: &ContactRows,
+    [normal_hardness, hardness]: [f64; 2],
+    state: State,
+    [n, t, u]: [f64; 3],
+) -> ([f64; 3], [f64; 4]) {
+    let normal = (rows.target - n) * normal_hardness;
     match state {
         State::Open => ([0.0; 3], [0.0; 4]),
-        State::Slips => ([normal, rows.impulse[1], rows.impulse[2]], [hardness, 0.0, 0.0, 0.0]),
-        State::Sticks => ([normal, -t * hardness, -u * hardness], [hardness, hardness, 0.0, hardness]),
+        State::Slips => ([normal, rows.impulse[1], rows.impulse[2]], [normal_hardness, 0.0, 0.0, 0.0]),
+        State::Sticks => ([normal, -t * hardness, -u * hardness], [normal_hardness, hardness, 0.0, hardness]),
     }
 }
 
@@ -65,7 +75,7 @@ impl Direct {
                 rows.add_momentum(system.blocks, rows.impulse, &mut self.momentum);
                 let normal = rows.velocities(system.blocks, system.velocities)[0];
                 // What has just met has no impulse yet: that which it would have alone.
-                let alone = (rows.target - normal) / rows.effect[0];
+                let alone = (rows.target - normal) / (rows.effect[0] + rows.compliance);
                 bound = rows.friction * if rows.impulse[0] > 0.0 { rows.impulse[0] } else { alone.max(0.0) };
                 let [n, t, u] = rows.impulse;
                 if n > 0.0 || normal < rows.target {
@@ -241,11 +251,12 @@ impl Direct {
             if !rows.acts() {
                 continue;
             }
-            let (hardness, before) = (self.hardness[i], self.bounds[i]);
+            let (both, before) = (self.hardness[i], self.bounds[i]);
+            let [_, hardness] = both;
             let speeds = rows.velocities(system.blocks, system.velocities);
-            let (old, weights) = soft(rows, hardness, before, speeds);
+            let (old, weights) = soft(rows, both, before, speeds);
             let bound = rows.friction * old[0];
-            let (new, _) = soft(rows, hardness, bound, speeds);
+            let (new, _) = soft(rows, both, bound, speeds);
             let holds = bound > 0.0 && speeds[1].hypot(speeds[2]) * hardness <= bound;
             let state = match (new[0] > 0.0, holds) {
                 (false, _) => State::Open,
