@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from daemon import Daemon
 
 import simd_client
 from simd_client import (
+    CameraSensor,
     ContactSensor,
     EncoderSensor,
     ForceTorqueSensor,
@@ -162,6 +165,17 @@ def test_a_watch_has_the_newest_reading(sim: Simulation, arm: Robot) -> None:
         assert (newest.sample, newest.missed) == (505, 0)
 
 
+def test_a_watch_waits_for_the_first_reading_for_as_long_as_it_is_told(sim: Simulation, arm: Robot) -> None:
+    imu = arm.sensors.create(ImuSensor(), "imu")
+    with imu.watch() as watch:
+        with pytest.raises(simd_client.NoReading, match="no reading yet"):
+            watch.newest()
+        with pytest.raises(simd_client.DeadlineExceeded, match="no reading came within 0.05 s"):
+            watch.wait(0.05)
+        sim.step(3)
+        assert watch.wait(5.0).sample == 3 == watch.newest().sample
+
+
 def test_noise_is_that_of_its_seed(sim: Simulation, arm: Robot) -> None:
     noise = [SensorNoise("linear_acceleration", 0.5), SensorNoise("angular_velocity", 0.1, axis=0)]
 
@@ -184,9 +198,36 @@ def test_what_is_no_kind_is_refused(sim: Simulation, arm: Robot) -> None:
         arm.sensors.create("imu")  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="^there is no channel of noise 'sound'; give 'linear_acceleration', "):
         arm.sensors.create(ImuSensor(), noise=[SensorNoise("sound")])  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="^there is no kind of picture 'colour'; give 'color', 'depth'"):
+        arm.sensors.create(CameraSensor(4, 3, 1.0, 0.1, 9.0, "colour"))  # type: ignore[arg-type]
     with pytest.raises(simd_client.InvalidValue) as refused:
         arm.sensors.create(ImuSensor(), rate=-1.0)
     assert "sensor.rate" in str(refused.value)
+
+
+def test_a_camera_says_that_it_has_pictures_and_no_readings(sim: Simulation, arm: Robot) -> None:
+    eye = arm.sensors.create(CameraSensor(4, 3, 1.0, 0.1, 9.0), "eye")
+    sim.step(5)
+    with eye.watch() as watch:
+        asked: list[Callable[[], object]] = [
+            eye.read, eye.readings, lambda: eye.readings(after=0), watch.newest, lambda: next(watch),
+        ]  # fmt: skip
+        for ask in asked:
+            with pytest.raises(simd_client.NoReading, match="pictures instead of readings"):
+                ask()
+    assert arm.sensors.read() == {} and arm.sensors.list()[0].unavailable
+
+
+def test_a_sensor_of_a_robot_that_is_gone_says_so(sim: Simulation, arm: Robot) -> None:
+    imu = arm.sensors.create(ImuSensor(), "imu")
+    sim.step(3)
+    readings = imu.readings(after=0)
+    arm.delete()
+    asked: list[Callable[[], object]] = [imu.read, imu.info, imu.readings, imu.delete, arm.sensors.list, arm.sensors.read]
+    for ask in (*asked, lambda: readings.wait(1.0), lambda: arm.sensors.create(ImuSensor())):
+        with pytest.raises(simd_client.RobotNotFound, match="arm"):
+            ask()
+    assert sim.sensors.list() == () and sim.sensors.read() == {}
 
 
 async def test_sensors_are_awaited_in_asyncio(daemon: Daemon, arm: Robot) -> None:

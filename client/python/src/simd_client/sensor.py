@@ -41,6 +41,9 @@ WrenchAxes = Literal["child", "parent", "sensor"]
 WrenchDirection = Literal["child_to_parent", "parent_to_child"]
 """Whose force on whom a force-torque sensor measures."""
 
+PictureKind = Literal["color", "depth", "color_and_depth", "segmentation"]
+"""What a camera makes pictures of."""
+
 
 @dataclass(frozen=True)
 class SensorNoise:
@@ -177,8 +180,7 @@ class CameraSensor(SensorKind[None]):
     """Metres: what is nearer is not seen."""
     far: float
     """Metres: what is farther is not seen."""
-    picture: str = "color"
-    """`color`, `depth`, `color_and_depth` or `segmentation`."""
+    picture: PictureKind = "color"
 
 
 AnySensorKind = Union[
@@ -278,7 +280,7 @@ def _set_kind(message: proto.Sensor, kind: SensorKind[Any]) -> None:
     elif isinstance(kind, CameraSensor):
         message.camera.CopyFrom(
             proto.CameraSensor(
-                picture=proto.Picture.Value(f"PICTURE_{kind.picture.upper()}"),  # type: ignore[arg-type]
+                picture=proto.Picture.Value(enum_name("PICTURE", kind.picture, PictureKind, "kind of picture")),  # type: ignore[arg-type]
                 width=kind.width,
                 height=kind.height,
                 horizontal_field_of_view=kind.horizontal_field_of_view,
@@ -356,7 +358,7 @@ def _kind(sensor: proto.Sensor) -> AnySensorKind | None:
         camera = sensor.camera
         picture = proto.Picture.Name(camera.picture).removeprefix("PICTURE_").lower()
         angle = camera.horizontal_field_of_view
-        return CameraSensor(camera.width, camera.height, angle, camera.near, camera.far, picture)
+        return CameraSensor(camera.width, camera.height, angle, camera.near, camera.far, cast("PictureKind", picture))
     return None
 
 

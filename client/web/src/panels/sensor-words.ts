@@ -11,7 +11,7 @@ export function words(measured: Measurement): string {
     case "contact":
       return measured.touching ? `${shortened(measured.normalForce)} N from ${measured.partners.join(", ")}` : "touches nothing";
     case "range":
-      return Number.isFinite(measured.range) ? `${shortened(measured.range)} m` : "nothing in reach";
+      return rangeOf(measured.range);
     case "lidar":
       return measured.hits === 0 ? `nothing in reach of ${measured.rays} rays` : `${measured.hits} of ${measured.rays} rays, nearest ${shortened(measured.nearest)} m`;
     case "motion":
@@ -19,8 +19,14 @@ export function words(measured: Measurement): string {
     case "encoder":
       return `${shortened(measured.position)} · ${shortened(measured.velocity)} a second`;
     case "unknown":
-      return "something that this page does not know";
+      return "unknown to this page";
   }
+}
+
+/** As REP 117 has it: infinite is out of reach, minus infinity too near, and no number a lost ray. */
+function rangeOf(range: number): string {
+  if (Number.isFinite(range)) return `${shortened(range)} m`;
+  return range > 0 ? "nothing in reach" : range < 0 ? "too near" : "lost";
 }
 
 function vector(values: readonly [number, number, number]): string {

@@ -48,24 +48,27 @@ class Sensor(Generic[Measured]):
         raise not_found(SensorNotFound, message, robot=self._robot, sensor=self._name)
 
     async def read(self) -> SensorReading[Measured]:
-        """The newest reading. Ranges that are due are waited for. Raises `NoReading` before the first."""
+        """The newest reading. Ranges that are due are waited for. Raises `NoReading` before the first, and for a camera."""
         found = await newest_readings(self._connection, [proto.SensorSelection(robot=self._robot, sensors=[self._name])])
         newest = found.get((self._robot, self._name))
         if newest is None:
+            _refuse_the_silent(await self.info())
             raise NoReading(
                 f"sensor `{self._name}` of robot `{self._robot}` has no reading yet: the first comes after steps of one period"
             )
         return newest
 
     def watch(self, rate: float | None = None) -> Watch[SensorReading[Measured]]:
-        """Readings as they are published, at most `rate` per wall second; the newest wins. `readings` has each."""
-        return _ReadingWatch[Measured](self._connection, self._robot, self._name, rate)
+        """Readings as they are published, at most `rate` per wall second; the newest wins. `readings` has each. Its `newest` raises
+        `NoReading` before the first, which the others wait for; of a camera they do too."""
+        return _ReadingWatch[Measured](self._connection, self, rate)
 
     async def readings(self, after: int | None = None) -> ReadingStream[Measured]:
         """Each reading from now on, or after a sequence: 0 gives all that the daemon still keeps. Those that this reader was
-        too slow for are counted."""
-        begin = (await self.info()).last_sequence if after is None else after
-        return ReadingStream(self._connection, self._robot, self._name, begin)
+        too slow for are counted. Raises `NoReading` for a camera."""
+        info = await self.info()
+        _refuse_the_silent(info)
+        return ReadingStream(self._connection, self._robot, self._name, info.last_sequence if after is None else after)
 
     def on_reading(
         self, function: Callable[[SensorReading[Measured]], object], rate: float | None = None
@@ -212,9 +215,8 @@ class ReadingStream(AsyncIterator[SensorReading[Measured]], Generic[Measured]):
 
 
 class _ReadingWatch(Watch[SensorReading[Measured]], Generic[Measured]):
-    def __init__(self, connection: Connection, robot: str, sensor: str, rate: float | None) -> None:
-        super().__init__(connection, keys.sensor_readings(connection.name, robot, sensor), rate)
-        self._robot = robot
+    def __init__(self, connection: Connection, sensor: Sensor[Measured], rate: float | None) -> None:
+        super().__init__(connection, keys.sensor_readings(connection.name, sensor.robot, sensor.name), rate)
         self._sensor = sensor
 
     async def _read(self, payload: bytes) -> SensorReading[Measured] | None:
@@ -224,21 +226,39 @@ class _ReadingWatch(Watch[SensorReading[Measured]], Generic[Measured]):
         found = readings_from_proto(message)
         return found[0] if found else None
 
+    async def wait(self, timeout: float | None) -> SensorReading[Measured]:
+        """The next reading. Raises `DeadlineExceeded` if none comes within so many seconds, and `NoReading` for a camera."""
+        if self._last is None:
+            await self._wait_for_the_first(timeout)
+        return await super().wait(timeout)
+
     async def _ask(self) -> SensorReading[Measured]:
-        selection = proto.SensorSelection(robot=self._robot, sensors=[self._sensor])
-        after = 0
-        while True:
-            found = await newest_readings(self._connection, [selection])
-            if found:
-                return found[self._robot, self._sensor]
-            # Before its first reading there is nothing to give.
-            cursor = proto.SensorCursor(robot=self._robot, sensor=self._sensor, after_sequence=after)
-            request = proto.NextSensorReadingsRequest(sensors=[cursor], timeout=SILENCE)
-            answer = await self._connection.call(methods.NextSensorReadings, request, wait=SILENCE)
+        return await self._sensor.read()
+
+    async def _wait_for_the_first(self, timeout: float | None) -> None:
+        robot, sensor = self._sensor.robot, self._sensor.name
+        begin, after = time.monotonic(), 0
+        while self._is_open:
+            if await newest_readings(self._connection, [proto.SensorSelection(robot=robot, sensors=[sensor])]):
+                return
+            _refuse_the_silent(await self._sensor.info())
+            left = SILENCE if timeout is None else max(0.0, begin + timeout - time.monotonic())
+            if left == 0.0:
+                raise DeadlineExceeded(f"no reading came within {timeout:g} s")
+            cursor = proto.SensorCursor(robot=robot, sensor=sensor, after_sequence=after)
+            request = proto.NextSensorReadingsRequest(sensors=[cursor], timeout=min(left, SILENCE))
+            answer = await self._connection.call(methods.NextSensorReadings, request, wait=min(left, SILENCE))
             after = max([of.after_sequence for of in answer.sensors], default=after)
+        raise StopAsyncIteration
 
     def _order(self, item: SensorReading[Measured]) -> int:
         return item.sequence
+
+
+def _refuse_the_silent(info: SensorInfo) -> None:
+    """Raises `NoReading` for a sensor that never has one."""
+    if info.unavailable:
+        raise NoReading(f"sensor `{info.name}` of robot `{info.robot}` has no readings: {info.unavailable}")
 
 
 async def listed_sensors(connection: Connection, robot: str) -> tuple[SensorInfo, ...]:
