@@ -1,9 +1,11 @@
 //! Sensors against closed forms, and beside MuJoCo's.
 
 mod forces;
+mod grips;
 mod imu;
 mod mujoco;
 mod noise;
+mod noisy_kinds;
 mod rays;
 mod replays;
 mod states;

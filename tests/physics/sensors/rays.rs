@@ -49,6 +49,24 @@ fn a_range_finder_tells_near_and_far_from_a_distance() {
     }
 }
 
+/// What a ray may reach says nothing of how well it measures: 1e-9 of the distance at 1e12 m, for a box, a ball and a plane.
+#[test]
+fn a_far_reach_takes_nothing_from_what_is_near() {
+    for most in [10.0, 1e6, 1e12] {
+        for (shape, near) in
+            [(cuboid(DVec3::splat(1.0), 1.0), 2.5), (ball(0.5, 1.0), 2.5), (plane(-DVec3::X), 3.0)]
+        {
+            let mut world = world(1e-3);
+            bearer(&mut world, DPose3::IDENTITY);
+            spawn(&mut world, robot("wall", &shape, at(3.0, 0.0, 0.0), true));
+            let limits = RangeLimits { least: 0.1, most };
+            add(&mut world, create("bearer", "body", DPose3::IDENTITY, SensorKind::Range(limits)));
+            let range = range(&mut world);
+            assert!((range / near - 1.0).abs() < 1e-9, "{range}, not {near}, of {most}");
+        }
+    }
+}
+
 /// In the middle of a room of 8 m by 6 m: to the walls at x, 4 / |cos|, to those at y, 3 / |sin|, whichever is nearer; the sensor
 /// is turned, so that its angles count from there.
 #[test]
@@ -134,6 +152,30 @@ fn columns_of_a_rolling_scan_are_of_their_own_times() {
         }
         assert!(rolling[0] != still[0] && rolling[4] == still[4], "{rolling:?} {still:?}");
     }
+}
+
+/// Bias and walk are one for all rays of a scan, so that rays at one distance from the wall differ by nothing else; they go on from scan to scan.
+/// Ranges are f32: 1e-6.
+#[test]
+fn all_rays_of_a_scan_have_one_bias_and_one_walk() {
+    let mut world = world(1e-3);
+    spawn(&mut world, robot("wall", &plane(-DVec3::X), at(5.0, 0.0, 0.0), true));
+    bearer(&mut world, DPose3::IDENTITY);
+    let horizontal = Sweep { samples: 5, least: -1e-6, most: 1e-6 };
+    let range = RangeLimits { least: 0.0, most: 9.0 };
+    let scan = Scan { horizontal, vertical: Sweep::one(0.0), range, rolling: false };
+    let noise = Noise { bias_standard_deviation: 0.1, random_walk: 0.5, ..Noise::default() };
+    let noise = vec![ChannelNoise { channels: Channels::Range, axis: None, noise }];
+    let lidar = create("bearer", "body", DPose3::IDENTITY, SensorKind::Lidar(scan));
+    add(&mut world, CreateSensor { noise, ..lidar });
+    let mut firsts: Vec<f32> = Vec::new();
+    for _ in 0..200 {
+        let ranges = ranges(&mut world);
+        assert!(ranges.iter().all(|range| (range - ranges[0]).abs() < 5e-6), "{ranges:?}");
+        firsts.push(ranges[0]);
+    }
+    assert!((firsts[0] - 5.0).abs() > 1e-4, "a bias, {}", firsts[0]);
+    assert!(firsts.windows(2).filter(|pair| pair[0] != pair[1]).count() > 190, "a walk");
 }
 
 /// Of 4,000 rays a tenth is lost, within four standard deviations of 0.0047; what is left has the deviation that was asked for, within
