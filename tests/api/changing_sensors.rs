@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use simd_client::proto::{
     self, ErrorReason, GetPictureRequest, PictureMoment, ReloadEntityRequest, ResetSimulationRequest,
-    SensorChannel, SensorNoise, SensorReadings, sensor,
+    SensorChannel, SensorCursor, SensorNoise, SensorReadings, sensor,
 };
 use simd_client::{Client, SensorWatch, every_sensor, some_sensors};
 use simd_tests::daemon::{Daemon, Via, fixed};
@@ -115,6 +115,44 @@ async fn who_waits_for_a_camera_learns_that_it_went(via: Via) {
     assert_eq!(picture.unwrap_err().reason(), Some(ErrorReason::SensorNotFound));
 }
 
+/// Whatever is asked of the sensors of a robot that was removed is refused with its name; one that comes under that name has none of them, and
+/// the readings of its own have larger numbers than any before.
+async fn sensors_of_a_removed_robot_are_gone_for_every_call(via: Via) {
+    let daemon = arm(via).await;
+    let client = &daemon.client;
+    client.create_sensor(imu("imu")).await.unwrap();
+    client.create_sensor(camera("eye", None)).await.unwrap();
+    client.step(7).await.unwrap();
+    let cursor = |after_sequence| SensorCursor { robot: "arm".into(), sensor: "imu".into(), after_sequence };
+    let before = client.sensors(None).await.unwrap()[0].last_sequence;
+    client.delete_robot("arm").await.unwrap();
+    let asked = [
+        client.sensors(Some("arm")).await.map(drop),
+        client.sensor_readings(vec![every_sensor("arm")]).await.map(drop),
+        client.next_sensor_readings(vec![cursor(0)], Duration::from_secs(60)).await.map(drop),
+        client.watch_sensors(vec![some_sensors("arm", ["imu"])], 50.0).await.map(drop),
+        client.picture("arm", "eye").await.map(drop),
+        client.next_camera_picture("arm", "eye", 0).await.map(drop),
+        client.create_sensor(imu("new")).await.map(drop),
+        client.delete_sensor("arm", "imu").await.map(drop),
+    ];
+    for (number, answer) in asked.into_iter().enumerate() {
+        let refused = answer.unwrap_err();
+        assert_eq!(refused.reason(), Some(ErrorReason::RobotNotFound), "{number}: {refused}");
+        assert!(refused.to_string().contains("arm"), "{number}: {refused}");
+    }
+    assert!(client.sensors(None).await.unwrap().is_empty());
+    assert!(client.list_cameras().await.unwrap().cameras.is_empty());
+    crate::load_arm(client, "arm").await;
+    let gone = client.sensor_readings(vec![some_sensors("arm", ["imu"])]).await.unwrap_err();
+    assert_eq!(gone.reason(), Some(ErrorReason::SensorNotFound), "{gone}");
+    client.create_sensor(imu("imu")).await.unwrap();
+    client.step(1).await.unwrap();
+    let next = client.next_sensor_readings(vec![cursor(before)], Duration::from_secs(5)).await.unwrap();
+    assert_eq!((next[0].readings.len(), next[0].missed), (1, 0), "{next:?}");
+    assert!(next[0].readings[0].sequence > before && next[0].readings[0].sample == 1, "{next:?}");
+}
+
 /// All that a world may have, on sixteen robots: in one answer each of its step; and a robot that goes takes its own with it.
 async fn a_thousand_sensors_are_read_at_once(via: Via) {
     let daemon = Daemon::paused_via(via).await;
@@ -185,5 +223,6 @@ async fn many(client: &Client, robot: &str) {
 over_every_transport! {
     a_watch_goes_on_over_a_restored_state,
     who_waits_for_a_camera_learns_that_it_went,
+    sensors_of_a_removed_robot_are_gone_for_every_call,
     a_thousand_sensors_are_read_at_once,
 }

@@ -98,11 +98,17 @@ async fn readings_of_sensors_are_recorded_each_once(via: Via) {
         ("eye", sensor::Kind::Range(proto::RangeSensor { min: 0.0, max: 1.0 })),
     ];
     for (name, kind) in kinds {
+        // What walks is part of the state to which a replay comes.
+        let walking = proto::SensorNoise {
+            channel: proto::SensorChannel::AngularVelocity.into(),
+            standard_deviation: 0.1,
+            random_walk: 0.01,
+            ..Default::default()
+        };
+        let noise = if name == "imu" { vec![walking] } else { Vec::new() };
         let (robot, name) = ("arm".into(), name.into());
-        client
-            .create_sensor(proto::Sensor { robot, name, kind: Some(kind), ..Default::default() })
-            .await
-            .unwrap();
+        let sensor = proto::Sensor { robot, name, kind: Some(kind), noise, seed: 5, ..Default::default() };
+        client.create_sensor(sensor).await.unwrap();
     }
     client.step(10).await.unwrap();
     client.start_recording(named("run")).await.unwrap();
