@@ -34,6 +34,8 @@ pub struct Sensor {
     pub kind: SensorKind,
     /// Of its channels; the later ones win. Those that are not named have none.
     pub noise: Vec<ChannelNoise>,
+    /// What its noise is drawn from, with the names of robot and sensor.
+    pub seed: u64,
 }
 
 /// What a sensor is on.

@@ -31,6 +31,16 @@ const RATE: RangeInclusive<f64> = 1e-6..=1e6;
 /// are not could not be read again.
 const MAX_NOISE: f64 = 1e12;
 
+/// Metres that a ray or a camera may see at the most: squares of such numbers are computed with.
+const MAX_REACH: f64 = 1e12;
+
+/// Metres before a camera from where on it may see, at the least. Pictures are drawn in single precision, which has no place for what
+/// is much smaller.
+const MIN_NEAR: f64 = 1e-6;
+
+/// A camera's field of view at the least, rad: for the same reason.
+const MIN_FIELD_OF_VIEW: f64 = 1e-6;
+
 /// Pixels along a side of a picture at the most.
 const MAX_PIXELS: u32 = 16_384;
 
@@ -63,10 +73,15 @@ pub fn check(kind: &SensorKind, rate: Option<f64>, noise: &[ChannelNoise]) -> Re
 
 fn check_range(field: &str, RangeLimits { least, most }: &RangeLimits) -> Result<(), BadSensor> {
     size(&format!("{field}.min"), *least)?;
-    if most.is_finite() && most > least {
+    reach(&format!("{field}.max"), *most, *least)
+}
+
+/// How far something is seen that is seen from `least` on.
+fn reach(field: &str, most: f64, least: f64) -> Result<(), BadSensor> {
+    if most > least && most <= MAX_REACH {
         return Ok(());
     }
-    Err(BadSensor::new(format!("{field}.max"), most, format!("it must be finite and more than {least}")))
+    Err(BadSensor::new(field, most, format!("it must be more than {least} and at most {MAX_REACH:e}")))
 }
 
 fn check_scan(scan: &Scan) -> Result<(), BadSensor> {
@@ -110,17 +125,15 @@ fn check_camera(camera: &Camera) -> Result<(), BadSensor> {
             return Err(BadSensor::new(field, pixels, expected));
         }
     }
-    if !(horizontal_field_of_view > 0.0 && horizontal_field_of_view < std::f64::consts::PI) {
-        let expected = "it must be an angle between 0 and 3.14 rad";
+    if !(MIN_FIELD_OF_VIEW..std::f64::consts::PI).contains(&horizontal_field_of_view) {
+        let expected = format!("it must be an angle between {MIN_FIELD_OF_VIEW:e} and 3.14 rad");
         return Err(BadSensor::new("camera.horizontal_field_of_view", horizontal_field_of_view, expected));
     }
-    if !(near > 0.0 && near.is_finite()) {
-        return Err(BadSensor::new("camera.near", near, "it must be finite and above 0"));
+    if !(MIN_NEAR..=MAX_REACH).contains(&near) {
+        let expected = format!("it must be between {MIN_NEAR:e} and {MAX_REACH:e}");
+        return Err(BadSensor::new("camera.near", near, expected));
     }
-    if !(far > near && far.is_finite()) {
-        return Err(BadSensor::new("camera.far", far, format!("it must be finite and more than {near}")));
-    }
-    Ok(())
+    reach("camera.far", far, near)
 }
 
 fn check_noise(

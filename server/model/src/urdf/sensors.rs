@@ -94,7 +94,18 @@ fn sensor(
     sensor::check(&kind, rate, &noise)
         .map_err(|bad| format!("its {} is {}; {}", bad.field, bad.value, bad.expected))?;
     unread::report(node, &kind, findings);
-    Ok(Sensor { name: String::new(), on, pose, rate, kind, noise })
+    Ok(Sensor { name: String::new(), on, pose, rate, kind, noise, seed: seed(node)? })
+}
+
+/// Of a `<seed>`, which is simd's.
+fn seed(node: Node) -> Result<u64, String> {
+    let text = at(node, &["seed"]).and_then(|child| child.text()).or_else(|| node.attribute("seed"));
+    match text.map(str::trim) {
+        None | Some("") => Ok(0),
+        Some(text) => {
+            text.parse().map_err(|_| format!("its seed {} is no whole number from 0 on", quoted(text)))
+        }
+    }
 }
 
 /// What a sensor is on: what its `<gazebo>` or its `<parent>` names.

@@ -7,6 +7,9 @@ use simd_model::sensor::Camera;
 /// How far the columns of a rotation may be from those of one: matrices come from single precision.
 const ROUGH: f64 = 1e-3;
 
+/// The largest number of a matrix: pictures are drawn in single precision, where the squares of larger ones are infinite.
+const LARGEST: f64 = 1e12;
+
 /// A pinhole camera's numbers, pixels: see `CameraIntrinsics` of the schema.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Intrinsics {
@@ -102,12 +105,9 @@ impl Lens {
     pub(crate) fn of_matrices(view: [f64; 16], projection: [f64; 16]) -> Result<Self, BadMatrix> {
         let refuse = |element, value, expected| BadMatrix { element, value, expected };
         for (element, numbers) in [("view", &view), ("projection", &projection)] {
-            if let Some(bad) = numbers.iter().find(|number| !number.is_finite()) {
-                return Err(refuse(
-                    element,
-                    format!("a matrix with {bad}"),
-                    "all of its numbers must be finite",
-                ));
+            if let Some(bad) = numbers.iter().find(|number| !(-LARGEST..=LARGEST).contains(*number)) {
+                let expected = "all of its numbers must be between -1e12 and 1e12";
+                return Err(refuse(element, format!("a matrix with {bad}"), expected));
             }
         }
         if !is_rigid(&view) {
@@ -217,11 +217,14 @@ mod tests {
         scaled[4] *= 2.0;
         let mut broken = lens.projection;
         broken[14] = f64::NAN;
+        let mut endless = lens.projection;
+        endless[0] = 1e300;
         for (view, projection, blamed) in [
             (scaled, lens.projection, "view"),
             ([0.0; 16], lens.projection, "view"),
             (lens.view, [0.0; 16], "projection"),
             (lens.view, broken, "projection"),
+            (lens.view, endless, "projection"),
         ] {
             let refused = Lens::of_matrices(view, projection).unwrap_err().to_string();
             assert!(refused.starts_with(blamed), "{refused}");

@@ -155,7 +155,7 @@ impl Entity {
     }
 
     fn described_definition(&self, sensor: &Sensor) -> Option<SensorDefinition> {
-        let Sensor { name, on, pose, rate, kind, noise } = sensor;
+        let Sensor { name, on, pose, rate, kind, noise, seed } = sensor;
         let can_be = self.can_bear(kind, *on)
             && is_robot_name(name)
             && self.sensor_index(name).is_none()
@@ -169,7 +169,7 @@ impl Entity {
             rate: *rate,
             kind: *kind,
             noise: noise.clone(),
-            seed: 0,
+            seed: *seed,
             is_described: true,
         })
     }

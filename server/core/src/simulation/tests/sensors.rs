@@ -1,8 +1,8 @@
 //! Rules of sensors: where they can be, what they are called, how they come and go.
 
 use simd_model::sensor::{
-    ChannelNoise, Channels, MAX_SENSORS_PER_ROBOT, Noise, RangeLimits, Scan, Sensor, SensorKind, SensorMount,
-    Sweep,
+    Camera, ChannelNoise, Channels, MAX_SENSORS_PER_ROBOT, Noise, Picture, RangeLimits, Scan, Sensor,
+    SensorKind, SensorMount, Sweep,
 };
 
 use super::*;
@@ -52,6 +52,7 @@ fn arm_with_sensors(names: &[&str]) -> Arc<RobotModel> {
             rate: Some(100.0),
             kind: SensorKind::Imu,
             noise: Vec::new(),
+            seed: 9,
         })
         .collect();
     Arc::new(model)
@@ -94,6 +95,11 @@ fn what_cannot_measure_is_refused_with_the_field() {
         let horizontal = Sweep { samples, least, most };
         SensorKind::Lidar(Scan { horizontal, vertical: Sweep::one(0.0), range, rolling: false })
     };
+    let camera = |near, far, horizontal_field_of_view| {
+        let (picture, width, height) = (Picture::Color, 4, 3);
+        let camera = Camera { picture, width, height, horizontal_field_of_view, near, far };
+        CreateSensor { kind: SensorKind::Camera(camera), ..imu("", "") }
+    };
     let noisy = |channels, noise: Noise| vec![ChannelNoise { channels, axis: None, noise }];
     let mut world = world_with(1e-3, spawn("arm", arm()));
     create(&mut world, imu("taken", "")).unwrap();
@@ -118,6 +124,15 @@ fn what_cannot_measure_is_refused_with_the_field() {
             CreateSensor { kind: SensorKind::Range(RangeLimits { least: 2.0, most: 1.0 }), ..imu("", "") },
             "range.max is 1",
         ),
+        (
+            CreateSensor { kind: SensorKind::Range(RangeLimits { least: 0.5, most: 1e13 }), ..imu("", "") },
+            "range.max is 10000000000000; it must be more than 0.5 and at most 1e12",
+        ),
+        (camera(1e-7, 1.0, 1.0), "camera.near is 0.0000001; it must be between 1e-6 and 1e12"),
+        (camera(0.1, f64::INFINITY, 1.0), "camera.far is inf; it must be more than 0.1 and at most 1e12"),
+        (camera(0.1, 0.05, 1.0), "camera.far is 0.05"),
+        (camera(0.1, 1.0, 1e-7), "camera.horizontal_field_of_view is 0.0000001"),
+        (camera(0.1, 1.0, f64::NAN), "camera.horizontal_field_of_view is NaN"),
         (CreateSensor { kind: lidar(0, 0.0, 1.0), ..imu("", "") }, "lidar.horizontal.samples is 0"),
         (CreateSensor { kind: lidar(9, 1.0, 0.0), ..imu("", "") }, "lidar.horizontal.max is 0"),
         (CreateSensor { kind: lidar(9, -4.0, 4.0), ..imu("", "") }, "lidar.horizontal.max is 4"),
@@ -209,6 +224,7 @@ fn sensors_of_a_description_come_and_go_with_their_robot() {
     };
     assert_eq!(listed(&world), of(&[(0, "a"), (1, "b"), (1, "c")]));
     assert!(look(&world).sensors.iter().all(|sensor| sensor.definition.is_described));
+    assert!(look(&world).sensors.iter().all(|sensor| sensor.definition.seed == 9));
     world.apply(&Command::Delete { robot: "first".into() }).unwrap();
     assert_eq!(listed(&world), of(&[(0, "b"), (0, "c")]));
     // A state shares the list with the one before as long as nothing changes.

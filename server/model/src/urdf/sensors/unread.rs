@@ -10,7 +10,7 @@ use crate::urdf::findings::Findings;
 use crate::urdf::prescan::is;
 
 /// Elements of any sensor that are read, or that say nothing of what is measured.
-const OF_ANY: [&str; 16] = [
+const OF_ANY: [&str; 17] = [
     "always_on",
     "update_rate",
     "visualize",
@@ -23,6 +23,8 @@ const OF_ANY: [&str; 16] = [
     "optical_frame_id",
     "parent",
     "origin",
+    // Simd's own word.
+    "seed",
     // Named on its own.
     "plugin",
     "engine_name",

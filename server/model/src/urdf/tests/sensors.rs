@@ -123,6 +123,12 @@ fn noise_is_read_by_axis_and_as_it_was_written_before() {
     let of: Vec<_> = old.noise.iter().map(|noise| (noise.channels, noise.noise.standard_deviation)).collect();
     assert_eq!(of, [(Channels::AngularVelocity, 0.2), (Channels::LinearAcceleration, 0.3)]);
 
+    assert_eq!(old.seed, 0);
+    for content in ["<seed> 18446744073709551615 </seed>", "<seed></seed>"] {
+        let seeded = sensor("arm", "type='imu'", content);
+        assert_eq!(seeded.seed, if content.contains('1') { u64::MAX } else { 0 });
+    }
+
     let encoder = sensor("j", "type='encoder'", "<resolution>0.01</resolution>");
     assert_eq!(encoder.noise[0].channels, Channels::JointPosition);
     assert_eq!(encoder.noise[0].noise, Noise { quantum: 0.01, ..Noise::default() });
@@ -296,6 +302,11 @@ fn what_is_no_sensor_is_left_out_with_the_reason() {
             "its rate is 1000000000",
         ),
         ("<sensor type='imu'><parent link='arm'/><pose>1 2</pose></sensor>", true, "its pose is 2 numbers"),
+        (
+            "<sensor type='imu'><parent link='arm'/><seed>-1</seed></sensor>",
+            true,
+            "its seed \"-1\" is no whole number from 0 on",
+        ),
         (
             "<sensor type='lidar'><parent link='arm'/><ray><scan><horizontal><samples>9</samples><min_angle>2</min_angle>\
              <max_angle>1</max_angle></horizontal></scan></ray></sensor>",
