@@ -44,6 +44,26 @@ pub(crate) struct SensorShape {
     joint: String,
 }
 
+/// When the rays of a scan were cast, seconds.
+#[derive(Debug)]
+struct Rolled {
+    /// Of the first column, in simulated time: ROS's stamp of a scan.
+    first: f64,
+    /// From one column to the next: 0 where all are of one moment.
+    between: f64,
+    /// From one scan to the next.
+    period: f64,
+}
+
+impl Rolled {
+    fn new(reading: &LoggedReading, scan: &Scan, period: f64) -> Self {
+        let columns = f64::from(scan.horizontal.samples.max(1));
+        let between = if scan.rolling { period / columns } else { 0.0 };
+        let first = (reading.at.sim_time - between * (columns - 1.0)).max(0.0);
+        Self { first, between, period }
+    }
+}
+
 impl SensorShape {
     /// Of a sensor of a robot, by the names of its own frame and of those of links.
     pub(crate) fn new(
@@ -76,11 +96,12 @@ impl SensorShape {
             (Measured::Range(range), SensorKind::Range(limits)) => {
                 SensorMessage::Range(self.range(reading, limits, *range))
             }
-            (Measured::Lidar { ranges, .. }, SensorKind::Lidar(scan)) if scan.vertical.samples == 1 => {
-                SensorMessage::Scan(self.scan(reading, scan, ranges))
-            }
-            (Measured::Lidar { ranges, .. }, SensorKind::Lidar(scan)) => {
-                SensorMessage::Points(self.points(reading, scan, ranges))
+            (Measured::Lidar { ranges, period, columns: _ }, SensorKind::Lidar(scan)) => {
+                let rolled = Rolled::new(reading, scan, *period);
+                match scan.vertical.samples {
+                    1 => SensorMessage::Scan(self.scan(&rolled, scan, ranges)),
+                    _ => SensorMessage::Points(self.points(&rolled, scan, ranges)),
+                }
             }
             (Measured::Encoder(of), _) => SensorMessage::Joint(self.joint(reading, of)),
             _ => return None,
@@ -135,25 +156,15 @@ impl SensorShape {
         }
     }
 
-    /// From one column to the next, seconds: 0 where all are of one moment. ROS's stamp of a scan is that of its first ray.
-    fn rolled(&self, reading: &LoggedReading, scan: &Scan) -> (f64, Header) {
-        let columns = f64::from(scan.horizontal.samples.max(1));
-        let period = self.definition.rate.filter(|_| scan.rolling).map_or(0.0, |rate| 1.0 / rate);
-        let between = period / columns;
-        let first = (reading.at.sim_time - between * (columns - 1.0)).max(0.0);
-        (between, Header { stamp: stamp(first), frame_id: self.frame.clone() })
-    }
-
-    fn scan(&self, reading: &LoggedReading, scan: &Scan, ranges: &[f32]) -> LaserScan {
-        let (between, header) = self.rolled(reading, scan);
+    fn scan(&self, rolled: &Rolled, scan: &Scan, ranges: &[f32]) -> LaserScan {
         LaserScan {
-            header,
+            header: Header { stamp: stamp(rolled.first), frame_id: self.frame.clone() },
             angle_min: scan.horizontal.least as f32,
             angle_max: scan.horizontal.most as f32,
             angle_increment: scan.horizontal.increment() as f32,
             // All rays are of one moment, but for a scan that rolls.
-            time_increment: between as f32,
-            scan_time: self.definition.rate.map_or(0.0, |rate| 1.0 / rate) as f32,
+            time_increment: rolled.between as f32,
+            scan_time: rolled.period as f32,
             range_min: scan.range.least as f32,
             range_max: scan.range.most as f32,
             ranges: ranges.to_vec(),
@@ -162,13 +173,12 @@ impl SensorShape {
     }
 
     /// Rays that hit nothing are points that are no numbers.
-    fn points(&self, reading: &LoggedReading, scan: &Scan, ranges: &[f32]) -> PointCloud2 {
+    fn points(&self, rolled: &Rolled, scan: &Scan, ranges: &[f32]) -> PointCloud2 {
         let (width, height) = (scan.horizontal.samples, scan.vertical.samples);
-        let (between, header) = self.rolled(reading, scan);
         let fields = [("x", 0), ("y", 1), ("z", 2), ("time", 3)];
         let fields = if scan.rolling { &fields[..] } else { &fields[..3] };
         let point_step = NUMBER_BYTES * fields.len() as u32;
-        let column = |index: u32| (scan.horizontal.angle(index).sin_cos(), between * f64::from(index));
+        let column = |index: u32| (scan.horizontal.angle(index).sin_cos(), rolled.between * f64::from(index));
         let about: Vec<((f64, f64), f64)> = (0..width).map(column).collect();
         let mut data = Vec::with_capacity(ranges.len() * point_step as usize);
         for (row, ranges) in (0..height).zip(ranges.chunks(about.len().max(1))) {
@@ -190,7 +200,7 @@ impl SensorShape {
             count: 1,
         };
         PointCloud2 {
-            header,
+            header: Header { stamp: stamp(rolled.first), frame_id: self.frame.clone() },
             height,
             width,
             fields: fields.iter().map(field).collect(),

@@ -194,12 +194,13 @@ mod sensors {
             rolling,
         };
         let ranges: Arc<[f32]> = [1.0, 2.0, f32::INFINITY, 4.0, 5.0, 6.0].into();
-        let message = |rows: u32, rolling: bool| {
+        let of_period = |rows: u32, rolling: bool, period: f64| {
             let eye = sensor("eye", SensorKind::Lidar(scan(rows, rolling)), SensorMount::Link(0), 0);
             let shape: SensorShape = shape(&eye, &shown[0]);
             let ranges = ranges[..3 * rows as usize].into();
-            shape.message(&reading(Measured::Lidar { ranges, columns: 3 })).unwrap()
+            shape.message(&reading(Measured::Lidar { ranges, columns: 3, period })).unwrap()
         };
+        let message = |rows: u32, rolling: bool| of_period(rows, rolling, 0.1);
         let SensorMessage::Scan(line) = message(1, false) else { panic!("no laser scan") };
         assert_eq!((line.angle_min, line.angle_increment), (-right as f32, right as f32));
         assert_eq!((line.ranges.as_slice(), line.scan_time), (&ranges[..3], 0.1));
@@ -207,6 +208,10 @@ mod sensors {
         // Three rays in 0.1 s, the last at 1.5 s.
         assert_eq!((line.time_increment, rolling.time_increment), (0.0, (0.1 / 3.0) as f32));
         assert_eq!((line.header.stamp.nanosec, rolling.header.stamp.nanosec / 1_000), (500_000_000, 433_333));
+        // One that measures each step turns once in a step, whatever rate it was asked for.
+        let SensorMessage::Scan(fast) = of_period(1, true, 0.003) else { panic!("no laser scan") };
+        assert_eq!((fast.time_increment, fast.scan_time), (0.001, 0.003));
+        assert_eq!(fast.header.stamp.nanosec, 498_000_000);
         let SensorMessage::Points(rolling) = message(2, true) else { panic!("no cloud") };
         assert_eq!(
             (rolling.point_step, rolling.fields[3].name.as_str(), rolling.data.len()),

@@ -171,7 +171,7 @@ fn measurement(measured: &Measured) -> Measurement {
         }
         Measured::Contact(touch) => Measurement::Contact(contact(touch)),
         Measured::Range(range) => Measurement::Range(v1::RangeReading { range: *range }),
-        Measured::Lidar { ranges, columns } => {
+        Measured::Lidar { ranges, columns, period: _ } => {
             Measurement::Lidar(v1::LidarReading { ranges: ranges.to_vec(), columns: *columns })
         }
         Measured::LinkState(MotionMeasurement { pose: at, linear, angular }) => {

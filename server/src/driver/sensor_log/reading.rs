@@ -47,6 +47,8 @@ pub enum Measured {
         ranges: Arc<[f32]>,
         /// Ranges in a row.
         columns: u32,
+        /// From one scan to the next, seconds.
+        period: f64,
     },
     /// Of a link's state.
     LinkState(MotionMeasurement),
@@ -98,7 +100,7 @@ pub(super) struct OfState {
 impl LoggedReading {
     /// As it is kept; the number is given by who keeps it.
     pub(super) fn new(reading: SensorReading, of: OfState) -> Self {
-        let SensorReading { id: _, definition, robot: _, world, sample, at, measurement } = reading;
+        let SensorReading { id: _, definition, robot: _, world, sample, at, period, measurement } = reading;
         let measured = match measurement {
             Measurement::Imu(imu) => Measured::Imu(imu),
             Measurement::ForceTorque(wrench) => Measured::ForceTorque(wrench),
@@ -109,7 +111,7 @@ impl LoggedReading {
                     SensorKind::Lidar(scan) => scan.horizontal.samples,
                     _ => 1,
                 };
-                Measured::Lidar { ranges: ranges.into(), columns }
+                Measured::Lidar { ranges: ranges.into(), columns, period }
             }
             Measurement::LinkState(motion) => Measured::LinkState(motion),
             Measurement::Encoder(encoder) => Measured::Encoder(encoder),
@@ -127,7 +129,7 @@ impl LoggedReading {
                 let names: usize = touch.partners.iter().map(names).sum();
                 size_of::<ContactReading>() + touch.partners.len() * size_of::<NamedContactPartner>() + names
             }
-            Measured::Lidar { ranges, columns: _ } => size_of_val(&**ranges),
+            Measured::Lidar { ranges, .. } => size_of_val(&**ranges),
             _ => 0,
         };
         size_of::<Self>() + beside

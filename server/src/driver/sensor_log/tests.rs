@@ -69,7 +69,7 @@ fn definition() -> Arc<SensorDefinition> {
 
 fn with(id: u64, measurement: Measurement) -> SensorReading {
     let (definition, world, at) = (definition(), Arc::new(WorldLayout::default()), Moment::default());
-    SensorReading { id, definition, robot: 0, world, sample: 1, at, measurement }
+    SensorReading { id, definition, robot: 0, world, sample: 1, at, period: 1e-3, measurement }
 }
 
 fn reading(id: u64, step: u32) -> SensorReading {

@@ -65,6 +65,7 @@ impl<'s> Measuring<'s> {
             world: Arc::clone(&state.world),
             sample: due.sample,
             at: due.at,
+            period: due.period,
             measurement,
         })
     }

@@ -26,6 +26,8 @@ pub struct SensorReading {
     pub sample: u64,
     /// Of which state it is.
     pub at: Moment,
+    /// From one sample to the next, seconds.
+    pub period: f64,
     /// What was measured, with noise.
     pub measurement: Measurement,
 }
