@@ -52,6 +52,12 @@ async fn sensors_are_added_listed_read_watched_and_removed() {
         (&of("dial")["backlash"], &of("dial")["joint"]),
         (&json!(0.5f64.to_radians()), &json!("shoulder"))
     );
+    assert_eq!((&of("foot")["threshold"], &of("imu_1")["threshold"]), (&json!(2.0), &Value::Null));
+    assert_eq!((&of("wrist")["axes"], &of("wrist")["on_child"]), (&json!("sensor"), &json!(true)));
+    let lens = json!({
+        "picture": "depth", "width": 32, "height": 24, "field_of_view": 60f64.to_radians(), "clip": [0.01, 5.0]
+    });
+    assert_eq!((&of("eye")["camera"], &of("foot")["camera"]), (&lens, &Value::Null));
     assert!(of("eye")["unavailable"].as_str().unwrap().contains("simctl camera view"), "{}", of("eye"));
 
     daemon.client().await.step(100).await.unwrap();
@@ -106,9 +112,74 @@ async fn what_is_wrong_with_a_sensor_is_said_in_a_sentence() {
         ("sensor read bench_arm ear", "ear"),
         ("sensor watch bench_arm", "sensor"),
         ("sensor remove bench_arm ear", "ear"),
+        ("sensor add range bench_arm --range 0,1e300", "sensor.range.max is 1e300; it must be more than 0"),
+        ("sensor add range bench_arm --range 0,-1", "sensor.range.max is -1"),
+        ("sensor add lidar bench_arm --range 0,9 --horizontal 4000000000,0,1", "131072 rays"),
+        ("sensor add imu bench_arm --rate -1", "sensor.rate is -1"),
+        ("sensor add imu bench_arm --rate inf", "sensor.rate is inf"),
+        ("sensor add imu bench_arm --pose 1e300,0,0", "sensor.pose.position.x is 1e300"),
+        ("sensor add imu bench_arm --noise orientation:dropout=2", "sensor.noise[0].dropout is 2"),
+        (
+            "sensor add imu bench_arm --noise joint-position:bias=1",
+            "sensor.noise[0].channel is joint position",
+        ),
+        ("sensor add contact bench_arm --threshold nan", "sensor.contact.threshold is NaN"),
+        ("sensor add camera bench_arm --clip 1e-300,1", "sensor.camera.near"),
+        ("sensor add camera bench_arm --clip 1,1e300", "sensor.camera.far is 1e300"),
+        ("sensor add camera bench_arm --field-of-view 1e-9", "sensor.camera.horizontal_field_of_view"),
+        ("sensor add camera bench_arm --size 0x5", "sensor.camera.width is 0"),
+        ("sensor add imu nobody", "there is no robot \"nobody\""),
+        ("sensor list nobody", "there is no robot \"nobody\""),
+        ("sensor read nobody", "there is no robot \"nobody\""),
+        ("sensor watch nobody", "there is no robot \"nobody\""),
+        ("sensor remove nobody imu", "there is no robot \"nobody\""),
+        ("camera view nobody", "there is no robot \"nobody\""),
+        ("camera view bench_arm", "has no camera"),
+        ("camera view bench_arm ear", "ear"),
     ] {
         let said = daemon.shell(&format!("simctl {line}"), &repository()).await;
         assert_ne!(said.code, 0, "{line}");
         assert!(said.err.contains(sentence), "{line}: {}", said.err);
     }
+}
+
+/// A camera has pictures and no readings, and what has none yet says when it will.
+#[tokio::test]
+async fn what_has_no_reading_says_why() {
+    let daemon = paused().await;
+    for add in ["camera bench_arm --name eye", "imu bench_arm --name imu"] {
+        written(&daemon, &format!("sensor add {add}")).await;
+    }
+    let read = daemon.shell("simctl sensor read bench_arm -o json", &repository()).await;
+    assert_eq!((read.code, read.out.trim()), (0, "[]"), "{}", read.err);
+    assert!(read.err.contains("bench_arm/eye has no reading: a camera has pictures"), "{}", read.err);
+    assert!(read.err.contains("bench_arm/imu has no reading: the first comes after steps"), "{}", read.err);
+    daemon.client().await.step(1).await.unwrap();
+    let read = daemon.simctl(["sensor", "read", "bench_arm", "imu"]).await;
+    assert_eq!((read.code, read.err.as_str()), (0, ""), "{}", read.out);
+    written(&daemon, "sensor remove bench_arm imu").await;
+    for line in ["sensor watch bench_arm eye", "sensor watch bench_arm", "sensor watch"] {
+        let watch = daemon.shell(&format!("simctl {line}"), &repository()).await;
+        assert_eq!(watch.code, 1, "{line}");
+        assert!(watch.err.contains("bench_arm/eye has no readings: a camera has pictures"), "{}", watch.err);
+    }
+}
+
+/// With ten cameras and no renderer: the picture is refused, and the list says what to start.
+#[tokio::test]
+async fn a_world_with_ten_cameras_and_no_renderer_says_what_to_start() {
+    let daemon = paused().await;
+    for number in 0..10 {
+        written(&daemon, &format!("sensor add camera bench_arm --name eye-{number}")).await;
+    }
+    let list = daemon.simctl(["camera", "list"]).await;
+    assert_eq!(list.code, 0, "{}", list.err);
+    assert_eq!(list.out.matches("eye-").count(), 10, "{}", list.out);
+    assert!(list.out.contains("no renderer draws this world: start `simd-camera"), "{}", list.out);
+    let view = daemon.simctl(["camera", "view", "bench_arm", "eye-7"]).await;
+    assert!(view.code != 0 && view.err.contains("no renderer draws this world"), "{view:?}");
+    let doctor = daemon.simctl(["doctor"]).await;
+    assert!(doctor.out.contains("10 cameras, and no renderer"), "{}", doctor.out);
+    let several = daemon.simctl(["camera", "view", "bench_arm"]).await;
+    assert!(several.err.contains("has 10 cameras: name one"), "{}", several.err);
 }

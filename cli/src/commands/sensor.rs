@@ -5,13 +5,14 @@ mod lens;
 mod noise;
 mod reading;
 
+use anyhow::bail;
 use clap::{Args, Subcommand};
 use serde::Serialize;
 use simd_client::{
     Client, every_sensor,
     proto::{
-        Pose, Sensor as Definition, SensorNoise, SensorReadings, SensorSelection, Sweep, WrenchAxes,
-        WrenchDirection,
+        Pose, Sensor as Definition, SensorInfo, SensorNoise, SensorReadings, SensorSelection, Sweep,
+        WrenchAxes, WrenchDirection,
     },
     some_sensors,
 };
@@ -22,10 +23,13 @@ use self::reading::{ReadingView, list_readings};
 use super::ended;
 use crate::{
     complete,
-    failure::warn,
+    failure::{hint, warn},
     output::{Output, View, number::count, table::Page},
     pose,
 };
+
+/// Sensors without a reading of which a hint is given, each.
+const MOST_HINTS: usize = 8;
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Sensor {
@@ -158,8 +162,19 @@ pub(crate) async fn run(command: Sensor, client: &Client, output: Output) -> any
         }
         Sensor::Read(chosen) => {
             let all = client.sensor_readings(chosen.selections()).await?;
+            let silent: Vec<_> = all.iter().filter(|of| of.readings.is_empty()).map(named).collect();
             let views: Vec<ReadingView> = all.into_iter().flat_map(views).collect();
-            output.list(&views, list_readings)
+            output.list(&views, list_readings)?;
+            let more = silent.len().saturating_sub(MOST_HINTS);
+            for (robot, sensor, why) in why_silent(client, silent).await?.into_iter().take(MOST_HINTS) {
+                let why =
+                    if why.is_empty() { "the first comes after steps of one period" } else { why.as_str() };
+                hint(&format!("{robot}/{sensor} has no reading: {why}"));
+            }
+            if more > 0 {
+                hint(&format!("{} more have none", count(more, "sensor")));
+            }
+            Ok(())
         }
         Sensor::Watch(arguments) => {
             tokio::select! {
@@ -176,6 +191,7 @@ pub(crate) async fn run(command: Sensor, client: &Client, output: Output) -> any
 
 async fn watch(arguments: Watch, client: &Client, output: Output) -> anyhow::Result<()> {
     let Watch { chosen, rate, count: limit } = arguments;
+    refuse_the_silent(client, &chosen).await?;
     let mut watch = client.watch_sensors(chosen.selections(), rate).await?;
     let mut shown = 0;
     while limit.is_none_or(|limit| shown < limit) {
@@ -195,6 +211,45 @@ async fn watch(arguments: Watch, client: &Client, output: Output) -> anyhow::Res
         }
     }
     Ok(())
+}
+
+/// Refuses a watch of which nothing would come: of sensors that were named and never have a reading, or of none but such.
+async fn refuse_the_silent(client: &Client, chosen: &Chosen) -> anyhow::Result<()> {
+    let all = client.sensors(chosen.robot.as_deref()).await?;
+    let is_named = |info: &SensorInfo| {
+        let name = info.sensor.as_ref().map(|sensor| &sensor.name);
+        name.is_some_and(|name| chosen.sensors.contains(name))
+    };
+    let is_any_heard = chosen.sensors.is_empty() && all.iter().any(|info| info.unavailable.is_empty());
+    let mut silent = all.into_iter().filter(|info| !info.unavailable.is_empty());
+    match silent.find(|info| !is_any_heard && (chosen.sensors.is_empty() || is_named(info))) {
+        Some(SensorInfo { sensor, unavailable, .. }) => {
+            let Definition { robot, name, .. } = sensor.unwrap_or_default();
+            bail!("{robot}/{name} has no readings: {unavailable}")
+        }
+        None => Ok(()),
+    }
+}
+
+/// Of these sensors, by robot and name, those that are there, and why each has no readings; empty where it has some once they come.
+async fn why_silent(
+    client: &Client,
+    wanted: Vec<(String, String)>,
+) -> anyhow::Result<Vec<(String, String, String)>> {
+    if wanted.is_empty() {
+        return Ok(Vec::new());
+    }
+    let all = client.sensors(None).await?;
+    let why = |info: SensorInfo| {
+        let Definition { robot, name, .. } = info.sensor.unwrap_or_default();
+        let is_wanted = wanted.iter().any(|(of, sensor)| (of, sensor) == (&robot, &name));
+        is_wanted.then_some((robot, name, info.unavailable))
+    };
+    Ok(all.into_iter().filter_map(why).collect())
+}
+
+fn named(of: &SensorReadings) -> (String, String) {
+    (of.robot.clone(), of.sensor.clone())
 }
 
 fn views(of: SensorReadings) -> Vec<ReadingView> {

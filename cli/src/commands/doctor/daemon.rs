@@ -12,7 +12,8 @@ use std::{
 use simd_client::{
     API_VERSION, Client, ConnectOptions, DEFAULT_PORT, Error, Refusal,
     proto::{
-        DaemonStatistics, ErrorReason, GetSimulatorInfoResponse, SimulationState, TokenInfo, WorldStatistics,
+        DaemonStatistics, ErrorReason, GetSimulatorInfoResponse, ListCamerasResponse, SimulationState,
+        TokenInfo, WorldStatistics,
     },
 };
 use tokio::{net::TcpStream, time::timeout};
@@ -221,6 +222,8 @@ pub(super) async fn asked(
         Ok((world, daemon)) => {
             found.extend(daemon.as_ref().and_then(|daemon| clock(daemon, sent.1, sent.0.elapsed())));
             found.push(self::world(&world));
+            // A token that may not look at the world has nothing to learn of its cameras.
+            found.extend(client.list_cameras().await.ok().and_then(|listed| cameras_of(&listed)));
         }
         Err(Error::Refused(refusal)) if refusal.reason == ErrorReason::VersionMismatch => {
             found.push(Finding::problem(
@@ -347,4 +350,22 @@ fn world(statistics: &WorldStatistics) -> Finding {
         ),
         false => Finding::ok(CHECK, found),
     }
+}
+
+/// Whether its cameras have pictures; nothing where it has none.
+fn cameras_of(listed: &ListCamerasResponse) -> Option<Finding> {
+    const CHECK: &str = "cameras";
+    let ListCamerasResponse { cameras, renderers, .. } = listed;
+    if cameras.is_empty() {
+        return None;
+    }
+    let found = count(cameras.len(), "camera");
+    Some(match renderers.is_empty() {
+        true => Finding::warning(
+            CHECK,
+            format!("{found}, and no renderer: they have no pictures"),
+            "start `simd-camera --endpoint ...` here or on a machine with a GPU (docs/sensors.md)",
+        ),
+        false => Finding::ok(CHECK, format!("{found} and {}", count(renderers.len(), "renderer"))),
+    })
 }

@@ -8,7 +8,7 @@ use simd_client::proto::{
     RangeLimits, RangeSensor, Sensor, SensorInfo, SensorNoise, Sweep, WrenchAxes, WrenchDirection, sensor,
 };
 
-use super::lens::Lens;
+use super::lens::{Lens, LensView};
 use super::noise::word;
 use crate::{
     failure::Usage,
@@ -172,6 +172,14 @@ pub(super) struct SensorView {
     rolling: Option<bool>,
     /// Of encoders: rad or m.
     backlash: Option<f64>,
+    /// Of contact sensors: N.
+    threshold: Option<f64>,
+    /// Of force-torque sensors, as `sensor add` has them.
+    axes: Option<&'static str>,
+    /// The same: it measures what the parent does to the child.
+    on_child: Option<bool>,
+    /// Of cameras.
+    camera: Option<LensView>,
     /// It came with the robot's description.
     described: bool,
     /// Of its newest reading; before its first the number that its own are larger than.
@@ -225,10 +233,22 @@ impl SensorView {
         let sweep = |of: Option<Sweep>| of.map(|Sweep { samples, min, max }| SweepView { samples, min, max });
         let (mut range, mut horizontal, mut vertical, mut rolling, mut backlash) =
             (None, None, None, None, None);
+        let (mut threshold, mut axes, mut on_child, mut camera) = (None, None, None, None);
         let kind = match kind {
             Some(sensor::Kind::Imu(_)) => "imu",
-            Some(sensor::Kind::ForceTorque(_)) => "force-torque",
-            Some(sensor::Kind::Contact(_)) => "contact",
+            Some(sensor::Kind::ForceTorque(of)) => {
+                axes = Some(match of.axes() {
+                    WrenchAxes::Unspecified | WrenchAxes::Child => "child",
+                    WrenchAxes::Parent => "parent",
+                    WrenchAxes::Sensor => "sensor",
+                });
+                on_child = Some(of.direction() == WrenchDirection::ParentToChild);
+                "force-torque"
+            }
+            Some(sensor::Kind::Contact(of)) => {
+                threshold = Some(of.threshold);
+                "contact"
+            }
             Some(sensor::Kind::Range(RangeSensor { min, max })) => {
                 range = Some([min, max]);
                 "range"
@@ -245,7 +265,10 @@ impl SensorView {
                 "encoder"
             }
             Some(sensor::Kind::Odometry(_)) => "odometry",
-            Some(sensor::Kind::Camera(_)) => "camera",
+            Some(sensor::Kind::Camera(of)) => {
+                camera = Some(LensView::new(&of));
+                "camera"
+            }
             // A newer daemon may have kinds that this client does not know.
             None => "unknown",
         };
@@ -264,6 +287,10 @@ impl SensorView {
             vertical,
             rolling,
             backlash,
+            threshold,
+            axes,
+            on_child,
+            camera,
             described,
             last_sequence,
             unavailable: some(unavailable),

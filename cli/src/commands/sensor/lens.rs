@@ -1,6 +1,7 @@
 //! What only cameras have, as it is typed.
 
 use clap::{Args, ValueEnum};
+use serde::Serialize;
 use simd_client::proto::{CameraSensor, Picture};
 
 use super::definition::limits;
@@ -65,6 +66,33 @@ impl Lens {
         };
         let horizontal_field_of_view = self.field_of_view.unwrap_or(FIELD_OF_VIEW);
         CameraSensor { picture: picture.into(), width, height, horizontal_field_of_view, near, far }
+    }
+}
+
+/// A camera as it is listed.
+#[derive(Serialize)]
+pub(super) struct LensView {
+    /// As `sensor add` has it.
+    picture: &'static str,
+    /// Pixels.
+    width: u32,
+    height: u32,
+    /// From left to right, rad.
+    field_of_view: f64,
+    /// Metres.
+    clip: [f64; 2],
+}
+
+impl LensView {
+    pub(super) fn new(of: &CameraSensor) -> Self {
+        let picture = match of.picture() {
+            Picture::Unspecified | Picture::Color => "color",
+            Picture::Depth => "depth",
+            Picture::ColorAndDepth => "color-and-depth",
+            Picture::Segmentation => "segmentation",
+        };
+        let CameraSensor { picture: _, width, height, horizontal_field_of_view, near, far } = *of;
+        Self { picture, width, height, field_of_view: horizontal_field_of_view, clip: [near, far] }
     }
 }
 

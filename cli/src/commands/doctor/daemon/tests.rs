@@ -113,6 +113,25 @@ fn a_world_that_is_late_is_a_warning() {
     assert_eq!(world(&fast).level, Level::Ok);
 }
 
+#[test]
+fn cameras_without_a_renderer_are_a_warning() {
+    use simd_client::proto::{CameraInfo, RendererInfo};
+    let of = |count: usize, renderers: usize| {
+        let (cameras, renderers) =
+            (vec![CameraInfo::default(); count], vec![RendererInfo::default(); renderers]);
+        cameras_of(&ListCamerasResponse { cameras, renderers, ..ListCamerasResponse::default() })
+    };
+    assert_eq!(of(0, 0), None);
+    let dark = of(10, 0).unwrap();
+    assert_eq!(
+        (dark.level, dark.found.as_str()),
+        (Level::Warning, "10 cameras, and no renderer: they have no pictures")
+    );
+    assert!(dark.advice.unwrap().contains("simd-camera --endpoint"));
+    let drawn = of(10, 2).unwrap();
+    assert_eq!((drawn.level, drawn.found.as_str()), (Level::Ok, "10 cameras and 2 renderers"));
+}
+
 #[tokio::test]
 async fn an_empty_port_and_one_of_another_program_are_distinguished() {
     let options = ConnectOptions { timeout: Duration::from_secs(1), ..ConnectOptions::default() };
