@@ -145,8 +145,9 @@ fn an_expression_may_hold_commands_which_are_put_in_as_text() {
         assert_eq!(content(&text).unwrap(), format!("<x y=\"{expected}\"/>"), "{expression}");
     }
     assert!(why("<x y='${1 + $(arg none)}'/>").contains("the argument \"none\" is not given"));
-    let deep = format!("<x y='{}given{}'/>", "$(arg ".repeat(100_000), ")".repeat(100_000));
-    assert!(why(&deep).contains("nested too deeply"), "{}", why(&deep));
+    let deep = |levels: usize| format!("<x y='{}given{}'/>", "$(arg ".repeat(levels), ")".repeat(levels));
+    assert!(why(&deep(1_000)).contains("nested too deeply"), "{}", why(&deep(1_000)));
+    assert!(why(&deep(100_000)).contains("more than 2000000 steps"), "{}", why(&deep(100_000)));
 }
 
 #[test]

@@ -117,7 +117,7 @@ def slid_and_bounced(module: Any) -> "list[float]":
     shape = module.createCollisionShape(module.GEOM_BOX, halfExtents=[0.2, 0.2, 0.05])
     tilt = module.getQuaternionFromEuler([0, 0.6, 0])
     slope = module.createMultiBody(0, module.createCollisionShape(module.GEOM_BOX, halfExtents=[50, 10, 1]), -1, [0, 0, -10], tilt)
-    boxes = []
+    boxes: list[int] = []
     for index, friction in enumerate((0.1, 0.5, 0.9)):
         _, rotation = module.multiplyTransforms([0, 0, 0], tilt, [0, 0, 0], [0, 0, 0, 1])
         at, _ = module.multiplyTransforms([0, 0, -10], rotation, [0, index - 1, 1.051], [0, 0, 0, 1])
@@ -125,7 +125,7 @@ def slid_and_bounced(module: Any) -> "list[float]":
         module.changeDynamics(box, -1, lateralFriction=friction, linearDamping=0, angularDamping=0)
         boxes.append(box)
     module.changeDynamics(slope, -1, lateralFriction=0.5)
-    balls = []
+    balls: list[int] = []
     for index, restitution in enumerate((0.0, 0.6, 1.0)):
         ground = module.createMultiBody(0, module.createCollisionShape(module.GEOM_BOX, halfExtents=[1, 1, 0.5]), -1, [10 + 3 * index, 0, 19.5])
         module.changeDynamics(ground, -1, restitution=restitution)
