@@ -165,7 +165,7 @@ def test_a_watch_has_the_newest_reading(sim: Simulation, arm: Robot) -> None:
         assert (newest.sample, newest.missed) == (505, 0)
 
 
-def test_a_watch_waits_for_the_first_reading_for_as_long_as_it_is_told(sim: Simulation, arm: Robot) -> None:
+def test_a_watch_waits_for_the_first_reading_for_as_long_as_its_limit_says(sim: Simulation, arm: Robot) -> None:
     imu = arm.sensors.create(ImuSensor(), "imu")
     with imu.watch() as watch:
         with pytest.raises(simd_client.NoReading, match="no reading yet"):

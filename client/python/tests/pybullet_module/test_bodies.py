@@ -197,13 +197,13 @@ def test_a_joints_damping_and_limits_change(script: ModuleType) -> None:
     assert script.getJointState(arm, 3)[0] == pytest.approx(0.2, abs=1e-3)
 
 
-def test_what_contacts_are_made_of_is_kept_and_said_to_do_nothing(
+def test_what_the_solver_of_bullet_takes_is_kept_and_said_to_do_nothing(
     script: ModuleType, capsys: pytest.CaptureFixture[str]
 ) -> None:
     body = box(script, 1.0)
-    script.changeDynamics(body, -1, contactStiffness=100, linearDamping=0)
-    script.changeDynamics(body, -1, contactStiffness=200, linearDamping=0)
-    assert script.getDynamicsInfo(body, -1)[9] == 200
+    script.changeDynamics(body, -1, collisionMargin=0.01, linearDamping=0)
+    script.changeDynamics(body, -1, collisionMargin=0.02, linearDamping=0)
+    assert script.getDynamicsInfo(body, -1)[11] == 0.02
     assert capsys.readouterr().err.count("do nothing") == 1
 
 

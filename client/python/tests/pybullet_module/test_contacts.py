@@ -146,7 +146,10 @@ def slid_and_bounced(module: Any) -> "list[float]":
 
 def test_frictions_and_restitutions_of_two_are_multiplied(script: ModuleType, bullet: Any) -> None:
     ours, theirs = slid_and_bounced(script), slid_and_bounced(bullet)
-    assert ours == pytest.approx(theirs, rel=0.03, abs=0.01)
+    assert ours[:3] == pytest.approx(theirs[:3], rel=0.01)
+    # PyBullet loses a little at each rebound.
+    assert ours[3:] == pytest.approx(theirs[3:], abs=0.05)
+    assert ours[3:] == pytest.approx([0.0, 0.54**2, 0.9**2], abs=0.002)
     # The closed form: g (sin a - mu cos a) t with the product of both frictions.
     assert ours[:3] == pytest.approx([9.81 * (0.5646 - friction * 0.5 * 0.8253) for friction in (0.1, 0.5, 0.9)], rel=0.01)
 
