@@ -67,23 +67,23 @@ pub(crate) struct Set {
 #[derive(Args, Clone, Copy, Debug, Default)]
 pub(crate) struct Surface {
     /// Coefficient of dry friction, at least 0; of two that touch the smaller counts, unless the world combines them otherwise
-    #[arg(long, value_name = "MU")]
+    #[arg(long, value_name = "MU", allow_negative_numbers = true)]
     friction: Option<f64>,
     /// 0: does not bounce, to 1: loses no speed; of two that touch the larger counts
-    #[arg(long, value_name = "E")]
+    #[arg(long, value_name = "E", allow_negative_numbers = true)]
     restitution: Option<f64>,
     /// Friction against rolling, metres: its torque is at most this times the normal force; of two that touch the larger
     /// counts
-    #[arg(long, value_name = "M")]
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
     rolling_friction: Option<f64>,
     /// The same against turning about the normal
-    #[arg(long, value_name = "M")]
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
     spinning_friction: Option<f64>,
     /// The spring that each point of a contact is, N/m; 0 is rigid
-    #[arg(long, value_name = "K")]
+    #[arg(long, value_name = "K", allow_negative_numbers = true)]
     contact_stiffness: Option<f64>,
     /// The damper beside that spring, N s/m
-    #[arg(long, value_name = "C")]
+    #[arg(long, value_name = "C", allow_negative_numbers = true)]
     contact_damping: Option<f64>,
 }
 

@@ -168,3 +168,22 @@ def test_a_contact_with_stiffness_is_a_spring_as_in_pybullet(script: ModuleType,
     # Hooke's law.
     assert depths == pytest.approx([2 * 9.81 / 2000] * 2, abs=2e-4)
     assert depths[0] == pytest.approx(2 * 9.81 / 2000, abs=1e-7)
+
+
+def test_springs_beyond_what_can_be_are_as_stiff_as_can_be(script: ModuleType, resting: "tuple[int, int]") -> None:
+    _, box = resting
+    # What Bullet has for rigid, and a spring that a reload keeps; what is no number changes nothing.
+    script.changeDynamics(box, -1, contactStiffness=1e18, contactDamping=0.1)
+    script.changeDynamics(box, -1, contactStiffness=3000, contactDamping=200)
+    with pytest.raises(script.error):
+        script.changeDynamics(box, -1, contactStiffness=float("nan"))
+    assert script.getDynamicsInfo(box, -1)[8:10] == (200, 3000)
+    script.changeDynamics(box, -1, mass=4.0)
+    for _ in range(480):
+        script.stepSimulation()
+    # Hooke's law, of four corners.
+    assert 0.1 - script.getBasePositionAndOrientation(box)[0][2] == pytest.approx(4 * 9.81 / (4 * 3000), abs=1e-7)
+    script.changeDynamics(box, -1, contactStiffness=-1, contactDamping=-1)
+    for _ in range(480):
+        script.stepSimulation()
+    assert 0.1 - script.getBasePositionAndOrientation(box)[0][2] == pytest.approx(0.0, abs=1e-4)

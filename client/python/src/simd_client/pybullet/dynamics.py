@@ -5,6 +5,7 @@ from __future__ import annotations
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping
 from dataclasses import replace
+from math import isnan
 from typing import Any
 
 from simd_client.proto import (
@@ -51,6 +52,7 @@ _KEPT = (
     "sleepThreshold",
 )
 # The daemon's names of springs of contacts.
+_SPRING_RANGE = 1e-3, 1e12
 _SPRING = {"contactStiffness": "contact_stiffness", "contactDamping": "contact_damping"}
 _MULTI_BODY = 2
 
@@ -139,6 +141,12 @@ def changeDynamics(
     body = world.body(bodyUniqueId, "changeDynamics failed: there is no such body")
     if body.link_name(linkIndex) is None:
         raise error("changeDynamics: invalid linkIndex.")
+    surface = {field: float(given[name]) for name, field in _SURFACE_FIELDS.items() if given[name] is not None}
+    for name, field in _SPRING.items():
+        if given[name] is not None:
+            surface[field] = _of_spring(float(given[name]))
+    if surface:
+        _set_surface(world, body, linkIndex, surface)
     kept = {name: given[name] for name in _KEPT if given[name] is not None}
     if kept:
         body.kept.setdefault(linkIndex, {}).update(kept)
@@ -150,13 +158,6 @@ def changeDynamics(
         ]
         if idle:
             world.say_once(f"changeDynamics: {', '.join(idle)} are kept, and do nothing")
-    surface = {field: float(given[name]) for name, field in _SURFACE_FIELDS.items() if given[name] is not None}
-    for name, field in _SPRING.items():
-        if given[name] is not None:
-            # Of Bullet's own -1 nothing is taken.
-            surface[field] = max(0.0, float(given[name]))
-    if surface:
-        _set_surface(world, body, linkIndex, surface)
     if jointLimitForce is not None:
         world.say_once("changeDynamics: jointLimitForce does nothing: limits are hard stops")
     if mass is not None or localInertiaDiagonal is not None:
@@ -166,6 +167,14 @@ def changeDynamics(
         value is not None for value in (jointDamping, maxJointVelocity, jointLowerLimit, jointUpperLimit)
     ):
         _set_joint(world, body, linkIndex, jointDamping, maxJointVelocity, jointLowerLimit, jointUpperLimit)
+
+
+def _of_spring(value: float) -> float:
+    """What the daemon takes: Bullet's own -1 is none, and what Bullet has for rigid is as stiff as can be. NaN is for the daemon to refuse."""
+    if value <= 0.0:
+        return 0.0
+    least, most = _SPRING_RANGE
+    return value if isnan(value) else min(max(value, least), most)
 
 
 def _set_surface(world: World, body: Body, index: int, given: Mapping[str, float]) -> None:
