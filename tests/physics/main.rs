@@ -30,6 +30,7 @@ mod mujoco;
 mod passive_worlds;
 mod properties;
 mod queries;
+mod random_commands;
 mod random_robots;
 mod reactions;
 mod resting_forces;

@@ -8,6 +8,7 @@ import { afterEach, expect, test } from "vitest";
 
 import { ConstraintKind } from "../src/gen/simd/v1/constraint_pb";
 import { Base } from "../src/gen/simd/v1/entity_pb";
+import { SimulationState } from "../src/gen/simd/v1/simulation_pb";
 import { Tab } from "./browser";
 import { Daemon, REPOSITORY } from "./daemon";
 import { fixtures } from "./fixtures";
@@ -55,12 +56,19 @@ const SHEETS: readonly { name: string; keys?: string; buttons?: readonly string[
   { name: "moving", buttons: ["build", "build-place"], shows: "place-card" },
 ];
 
+/** Presses a button by its key, once it is seen: a sheet that opens takes the focus. */
+async function enter(tab: Tab, id: string): Promise<void> {
+  const button = tab.page.getByTestId(id).first();
+  await button.waitFor();
+  await button.focus();
+  await tab.page.keyboard.press("Enter");
+}
+
 /** Opens a sheet by keys, waits until it is there, and gives what axe finds. */
 async function found(tab: Tab, { name, keys, buttons = [], shows }: (typeof SHEETS)[number]): Promise<string[]> {
   if (keys !== undefined) await tab.page.keyboard.press(keys);
   for (const button of buttons) {
-    await tab.page.getByTestId(button).focus();
-    await tab.page.keyboard.press("Enter");
+    await enter(tab, button);
   }
   const shown = tab.page.getByTestId(shows);
   await shown.waitFor();
@@ -78,9 +86,8 @@ const VIEWS = [
   { name: "a dark phone", options: { colorScheme: "dark", viewport: PHONE, hasTouch: true } },
 ] as const;
 
-// Not seen to pass: they wait for something that does not come. Each sheet's own tests ask axe too.
 for (const { name, options } of VIEWS) {
-  test.skip(`axe finds nothing in ${name}: the page, its panels, and each sheet, opened by keys`, async () => {
+  test(`axe finds nothing in ${name}: the page, its panels, and each sheet, opened by keys`, async () => {
     const daemon = await furnished();
     const tab = await Tab.open(await use.context(options), daemon.url);
     const violations: string[] = [];
@@ -111,12 +118,14 @@ for (const { name, options } of VIEWS) {
     await tab.page.getByTestId("series-picker").waitFor();
     await look("plots");
     await tab.page.keyboard.press("p");
-    for (const sheet of SHEETS) violations.push(...(await found(tab, sheet)));
+    for (const sheet of SHEETS) {
+      // Who has asked for nothing in a while is not listed, and nothing is asked then.
+      if (sheet.shows === "ask-sheet") await expect.poll(async () => [await daemon.simulation.getSimulationState({}), await tab.page.getByTestId("clients").textContent()][1]).toMatch(/^[2-9] connected/);
+      violations.push(...(await found(tab, sheet)));
+    }
     // A recording that is played, and closed by its key.
-    await tab.page.getByTestId("recordings").focus();
-    await tab.page.keyboard.press("Enter");
-    await tab.page.getByTestId("play-recording").first().focus();
-    await tab.page.keyboard.press("Enter");
+    await enter(tab, "recordings");
+    await enter(tab, "play-recording");
     await tab.page.getByTestId("playback").waitFor();
     await look("a recording");
     await tab.page.keyboard.press("Escape");
@@ -130,16 +139,12 @@ for (const { name, options } of VIEWS) {
   });
 }
 
-// Not seen to pass: the form of a shape is not sent by Enter in its name.
+// Fails at another line from run to run: each step waits for less than the page needs.
 test.skip("a robot is brought in, moved, plotted, placed, saved and removed without a pointer", async () => {
   const daemon = await use.daemon(Daemon.start(["--gravity", "0,0,0"]));
   const tab = await Tab.open(await use.context({ acceptDownloads: true }), daemon.url);
   const names = async () => (await daemon.entities.listEntities({})).entities.map(({ name }) => name);
-  const enter = async (id: string): Promise<void> => {
-    await tab.page.getByTestId(id).first().focus();
-    await tab.page.keyboard.press("Enter");
-  };
-  await enter("add-demo-arm");
+  await enter(tab, "add-demo-arm");
   await expect.poll(names).toEqual(["demo_arm"]);
   await expect.poll(() => tab.page.getByTestId("slider").count()).toBe(5);
   // From the first field on, Tab leads to each slider; arrows move it.
@@ -151,19 +156,24 @@ test.skip("a robot is brought in, moved, plotted, placed, saved and removed with
   expect(await focused()).toBe("slider");
   await tab.page.keyboard.press("Shift+ArrowRight");
   await expect.poll(async () => (await daemon.joint("demo_arm", "elbow")).target).toBeGreaterThan(0);
-  await enter("plot-joint");
+  await enter(tab, "plot-joint");
   await tab.page.getByTestId("plot").first().waitFor();
   // A shape, by its form.
-  await enter("build");
-  await enter("build-add");
+  await enter(tab, "build");
+  await enter(tab, "build-add");
   await tab.page.getByTestId("build-name").focus();
   await tab.page.keyboard.type("crate");
   await tab.page.keyboard.press("Enter");
   await expect.poll(names).toEqual(["demo_arm", "crate"]);
   await tab.page.getByTestId("add-sheet").waitFor({ state: "detached" });
+  // The arm may have met the crate: it stays where it is from here on.
+  await daemon.simulation.setSimulationState({ state: SimulationState.PAUSED });
+  await daemon.entities.setEntityState({ robot: "crate", twist: {} });
+  // The key is of the second robot that the page knows.
+  await tab.page.getByTestId("robot-crate").waitFor();
   await tab.page.keyboard.press("2");
-  await enter("build");
-  await enter("build-place");
+  await enter(tab, "build");
+  await enter(tab, "build-place");
   await tab.page.getByTestId("place-x").focus();
   const before = (await daemon.entities.getEntityState({ robot: "crate" })).pose?.position?.x ?? NaN;
   await tab.page.keyboard.press("Shift+ArrowUp");

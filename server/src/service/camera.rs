@@ -3,7 +3,7 @@
 use simd_proto::v1::{self, camera_service_server::CameraService};
 use tonic::{Request, Response, Status};
 
-use super::entity::part;
+use super::file_part::part;
 use crate::SimHandle;
 use crate::convert::field::Path;
 use crate::convert::from_proto::camera::{self as from_proto, Moment};

@@ -24,6 +24,7 @@ pub mod control;
 pub(crate) mod counted;
 pub mod entity;
 pub mod event;
+mod file_part;
 mod held;
 pub mod joint;
 pub mod kinematics;

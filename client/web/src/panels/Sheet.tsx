@@ -35,7 +35,10 @@ export function Sheet({ title, testId, onClose, children }: Properties): JSX.Ele
             <Icon name="close" />
           </button>
         </header>
-        <div class="sheet-body">{children}</div>
+        {/* It scrolls by keys too, where nothing in it has the focus. */}
+        <div class="sheet-body" tabIndex={0}>
+          {children}
+        </div>
       </div>
     </dialog>
   );

@@ -125,21 +125,10 @@ mod tests {
     use simd_model::robot::{Collision, Geometry, Inertial, Link, Material, MeshAsset, Sha256};
 
     use super::*;
+    use crate::collision::tests::cube;
     use crate::collision::{Filter, MeshShapes, Narrow, Shapes, Surface};
     use crate::dynamics::Tree;
     use crate::dynamics::kinematics::BodyMotion;
-
-    fn cube() -> Arc<MeshAsset> {
-        let corners = (0..8).map(|i| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)));
-        Arc::new(MeshAsset {
-            sha256: Sha256([0; 32]),
-            vertices: corners.collect(),
-            triangles: vec![[0, 1, 2], [4, 5, 6]],
-            paints: Vec::new(),
-            files: Vec::new(),
-            grid: None,
-        })
-    }
 
     fn link() -> Link {
         let inertial = Inertial { mass: 1.0, ..Inertial::ZERO };

@@ -18,7 +18,7 @@ fn collision(at: DVec3, geometry: Geometry) -> Collision {
     Collision { link_from_shape: DPose3::from_translation(at), geometry, material: Material::default() }
 }
 
-fn cube() -> Arc<MeshAsset> {
+pub(super) fn cube() -> Arc<MeshAsset> {
     let corners = (0..8).map(|i| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)));
     Arc::new(MeshAsset {
         sha256: Sha256([0; 32]),

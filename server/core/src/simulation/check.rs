@@ -50,6 +50,14 @@ pub(super) fn within(field: &str, value: f64, range: RangeInclusive<f64>) -> Res
     Err(refuse(field, value, format!("it must be between {} and {}", range.start(), range.end())))
 }
 
+/// A number within bounds, or 0, which means that there is none.
+pub(super) fn zero_or_within(field: &str, value: f64, range: RangeInclusive<f64>) -> Result<f64, Error> {
+    if value == 0.0 || range.contains(&value) {
+        return Ok(value);
+    }
+    Err(refuse(field, value, format!("it must be 0, or between {} and {:e}", range.start(), range.end())))
+}
+
 /// What a joint can be put at.
 pub(super) fn moderate(field: &str, value: f64) -> Result<f64, Error> {
     if value.abs() <= LARGEST {

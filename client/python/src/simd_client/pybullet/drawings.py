@@ -6,7 +6,6 @@ milliseconds, and a thread sends them. One that replaces a drawing that still wa
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Iterable
 from itertools import islice
 from typing import TYPE_CHECKING
@@ -14,35 +13,31 @@ from typing import TYPE_CHECKING
 from simd_client.proto import AddMarkersRequest, DeleteMarkersRequest, Marker, methods
 
 from .errors import error
+from .gathered import Gathered
 
 if TYPE_CHECKING:
     from .wire import Wire
 
 # How many of the oldest go where the daemon takes no more.
 _ROOM = 512
-# Wall seconds that a drawing waits for more, which is less than a page needs for a picture.
-_GATHERED = 0.01
 # How many wait at the most, and their bytes: at the next one the script itself sends them.
 _MOST = 512
 _MOST_BYTES = 1 << 20
 
 
-class Drawings:
+class Drawings(Gathered):
     """Those that are there, as far as the script knows: some go by themselves when their time is over."""
 
     def __init__(self, wire: Wire, say: Callable[[str], None]) -> None:
+        super().__init__()
         self._wire = wire
         # Tells the script's user a sentence, once.
         self._say = say
-        # Guards all below, also while they are sent.
-        self._lock = threading.Lock()
         # The daemon's ids, the oldest first.
         self._ids: dict[int, int] = {}
         # Not sent yet, the oldest first.
         self._waiting: dict[int, Marker] = {}
         self._bytes = 0
-        # A thread is there that will send what waits.
-        self._is_due = False
 
     def draw(self, number: int, marker: Marker) -> None:
         """Draws an item soon, instead of the one of that number if there is one. Where the daemon takes no more, the
@@ -55,17 +50,8 @@ class Drawings:
             self._bytes += marker.ByteSize()
             if len(self._waiting) > _MOST or self._bytes > _MOST_BYTES:
                 self._send()
-            elif not self._is_due:
-                self._is_due = True
-                # It does not keep a script from its end, where the connection's end sends what waits.
-                timer = threading.Timer(_GATHERED, self._send_due)
-                timer.daemon = True
-                timer.start()
-
-    def flush(self) -> None:
-        """Sends what waits."""
-        with self._lock:
-            self._send()
+            else:
+                self._send_soon()
 
     def remove(self, number: int) -> None:
         """Removes one, if it is there."""
@@ -86,11 +72,6 @@ class Drawings:
         marker = self._waiting.pop(number, None)
         if marker is not None:
             self._bytes -= marker.ByteSize()
-
-    def _send_due(self) -> None:
-        with self._lock:
-            self._is_due = False
-            self._send()
 
     def _send(self) -> None:
         items = list(self._waiting.items())

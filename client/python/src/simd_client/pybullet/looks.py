@@ -6,38 +6,33 @@ nothing.
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from simd_client.proto import Color, LinkColor, SetLinkColorsRequest, methods
 
 from .errors import error
+from .gathered import Gathered
 
 if TYPE_CHECKING:
     from .wire import Wire
 
 Rgba = tuple[float, float, float, float]
 
-# Wall seconds that a colour waits for more, which is less than a page needs for a picture.
-_GATHERED = 0.01
 # Of one request.
 _MOST = 4096
 
 
-class Looks:
+class Looks(Gathered):
     """Colours that wait to be sent."""
 
     def __init__(self, wire: Wire, say: Callable[[str], None]) -> None:
+        super().__init__()
         self._wire = wire
         # Tells the script's user a sentence, once.
         self._say = say
-        # Guards what is below, also while it is sent.
-        self._lock = threading.Lock()
         # By robot and link.
         self._waiting: dict[tuple[str, str], Rgba] = {}
-        # A thread is there that will send them.
-        self._is_due = False
 
     def paint(self, robot: str, link: str, color: Rgba) -> None:
         """Gives a link a colour soon."""
@@ -45,22 +40,8 @@ class Looks:
             self._waiting[robot, link] = color
             if len(self._waiting) >= _MOST:
                 self._send()
-            elif not self._is_due:
-                self._is_due = True
-                # It does not keep a script from its end, which sends what waits.
-                timer = threading.Timer(_GATHERED, self._send_due)
-                timer.daemon = True
-                timer.start()
-
-    def flush(self) -> None:
-        """Sends what waits."""
-        with self._lock:
-            self._send()
-
-    def _send_due(self) -> None:
-        with self._lock:
-            self._is_due = False
-            self._send()
+            else:
+                self._send_soon()
 
     def _send(self) -> None:
         waiting, self._waiting = self._waiting, {}

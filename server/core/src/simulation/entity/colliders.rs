@@ -71,19 +71,20 @@ impl Entity {
                 contact_stiffness,
                 contact_damping,
             } = material;
-            let soft = contact_stiffness.filter(|stiffness| *stiffness != 0.0);
-            for (field, value, range) in [
-                ("friction", friction, 0.0..=MOST_FRICTION),
-                ("restitution", restitution, 0.0..=1.0),
-                ("rolling_friction", rolling_friction, 0.0..=MOST_FRICTION),
-                ("spinning_friction", spinning_friction, 0.0..=MOST_FRICTION),
-                ("contact_stiffness", &soft, STIFFNESS),
-                ("contact_damping", contact_damping, 0.0..=MOST_DAMPING),
+            let whose = || if link.is_empty() { "all links".into() } else { format!("link {link:?}") };
+            let named = |error: Error| error.within(|| format!("{list}[{index}]")).of(whose);
+            for (field, value, most) in [
+                ("friction", friction, MOST_FRICTION),
+                ("restitution", restitution, 1.0),
+                ("rolling_friction", rolling_friction, MOST_FRICTION),
+                ("spinning_friction", spinning_friction, MOST_FRICTION),
+                ("contact_damping", contact_damping, MOST_DAMPING),
             ] {
                 let Some(value) = *value else { continue };
-                let whose = || if link.is_empty() { "all links".into() } else { format!("link {link:?}") };
-                check::within(field, value, range)
-                    .map_err(|error| error.within(|| format!("{list}[{index}]")).of(whose))?;
+                check::within(field, value, 0.0..=most).map_err(named)?;
+            }
+            if let Some(stiffness) = *contact_stiffness {
+                check::zero_or_within("contact_stiffness", stiffness, STIFFNESS).map_err(named)?;
             }
             if link.is_empty() { Ok(None) } else { self.link(link).map(Some) }
         };

@@ -1,0 +1,120 @@
+//! Files that a xacro includes and reads.
+
+use super::*;
+
+/// A package with a robot that includes and reads what it needs.
+fn package(files: &[(&str, &str)]) -> TempDir {
+    let dir = TempDir::new().unwrap();
+    for (path, text) in files {
+        let path = dir.path().join(path);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, text).unwrap();
+    }
+    dir
+}
+
+fn expand_in(dir: &TempDir, path: &str) -> Result<Expanded, Error> {
+    let path = dir.path().join(path);
+    expand(&path, &BTreeMap::new(), &Locator::new(&path))
+}
+
+#[test]
+fn files_are_included_by_package_and_from_their_own_folder() {
+    let top = robot(
+        "<xacro:include filename=\"$(find arm)/urdf/inc/macros.xacro\"/>\n<xacro:arm prefix=\"left_\"/>\n\
+         <xacro:include filename=\"none.xacro\" optional=\"true\"/>",
+    );
+    let macros = robot(
+        "<xacro:include filename=\"../common.xacro\"/>\n<xacro:macro name=\"arm\" params=\"prefix\">\n<link name=\"${prefix}base\">\n\
+         <visual><geometry><mesh filename=\"file://$(find arm)/meshes/a.dae\" scale=\"${s} ${s} ${s}\"/></geometry></visual>\n</link>\n</xacro:macro>",
+    );
+    let common = robot("<xacro:property name=\"s\" value=\"0.001\"/>");
+    let dir = package(&[
+        ("arm/package.xml", "<package><name>arm</name></package>"),
+        ("arm/urdf/arm.urdf.xacro", &top),
+        ("arm/urdf/inc/macros.xacro", &macros),
+        ("arm/urdf/common.xacro", &common),
+    ]);
+    let expanded = expand_in(&dir, "arm/urdf/arm.urdf.xacro").unwrap();
+    let mesh = "<mesh filename=\"package://arm/meshes/a.dae\" scale=\"0.001 0.001 0.001\"/>";
+    assert!(expanded.urdf.contains(mesh), "{}", expanded.urdf);
+    let line = expanded.urdf.lines().position(|line| line == mesh).unwrap() as u32 + 1;
+    let (file, line) = expanded.source(line).unwrap();
+    assert!(file.ends_with("inc/macros.xacro"));
+    assert_eq!(line, 5);
+    assert_eq!(expanded.files.len(), 3);
+}
+
+#[test]
+fn nothing_is_read_outside_of_packages_and_of_other_kinds_of_files() {
+    let includes = |name: &str| robot(&format!("<xacro:include filename=\"{name}\"/>"));
+    let yaml = robot("<x y=\"${xacro.load_yaml('../../secret/a.yaml')['a']}\"/>");
+    let dir = package(&[
+        ("arm/package.xml", "<package><name>arm</name></package>"),
+        ("arm/urdf/out.xacro", &includes("../../secret/a.xacro")),
+        ("arm/urdf/key.xacro", &includes("../id_rsa")),
+        ("arm/urdf/yaml.xacro", &yaml),
+        ("arm/urdf/net.xacro", &includes("https://example.org/a.xacro")),
+        ("arm/id_rsa", "<robot/>"),
+        ("secret/a.xacro", "<robot/>"),
+        ("secret/a.yaml", "a: 1"),
+    ]);
+    let of = |path: &str| expand_in(&dir, path).unwrap_err().to_string();
+    assert!(of("arm/urdf/out.xacro").contains("absolute path outside"), "{}", of("arm/urdf/out.xacro"));
+    assert!(of("arm/urdf/key.xacro").contains("is not a xacro or YAML file"), "{}", of("arm/urdf/key.xacro"));
+    assert!(of("arm/urdf/yaml.xacro").contains("absolute path outside"), "{}", of("arm/urdf/yaml.xacro"));
+    assert!(of("arm/urdf/net.xacro").contains("nothing is fetched"), "{}", of("arm/urdf/net.xacro"));
+}
+
+#[test]
+fn a_file_that_includes_itself_is_refused() {
+    let dir = package(&[("urdf/a.xacro", &robot("<xacro:include filename=\"a.xacro\"/>"))]);
+    assert!(expand_in(&dir, "urdf/a.xacro").unwrap_err().to_string().contains("nested deeper than 150"));
+}
+
+#[test]
+fn yaml_gives_maps_lists_numbers_and_angles() {
+    let config = "# limits\n---\njoints:\n  elbow:\n    max: !degrees 180.0 # half\n    has: true\n    name: \"it's #1\"\n  list:\n  - 1\n  - {a: 2, b: [x, 'y z']}\nflow: [1.5, 2,\n  3]\nempty:\ntext: plain words\n";
+    let top = robot(
+        "<xacro:property name='c' value=\"${xacro.load_yaml('c.yaml')}\"/><xacro:property name='j' value=\"${c['joints']}\"/>\
+         <x a=\"${j['elbow']['max'] == pi}\" b=\"${j.elbow.has}\" c=\"${j.elbow.name}\" d=\"${j.list[1].b[1]}\" e=\"${c.flow}\" f=\"${c.empty}\" g=\"${c.text}\"/>",
+    );
+    let dir = package(&[("urdf/a.xacro", &top), ("urdf/c.yaml", config)]);
+    let urdf = expand_in(&dir, "urdf/a.xacro").unwrap().urdf;
+    let expected =
+        "<x a=\"True\" b=\"True\" c=\"it's #1\" d=\"y z\" e=\"[1.5, 2, 3]\" f=\"None\" g=\"plain words\"/>";
+    assert!(urdf.contains(expected), "{urdf}");
+}
+
+#[test]
+fn yaml_that_grows_or_is_not_supported_is_refused_with_its_line() {
+    for (text, reason) in [
+        ("a: &x 1\nb: *x", "line 1: not supported: \"&x 1\" in YAML"),
+        ("a: |\n  b", "line 1: not supported: \"|\" in YAML"),
+        ("a: !!python/object 1", "line 1: not supported: the tag !!python/object"),
+        ("a: [1, 2", "line 1: \"[1, 2\" has no closing bracket"),
+        ("a: 1\n   b: 2", "line 2: the indentation fits nothing before it"),
+        ("a: 1\nb", "line 2: \"b\" has no `:`"),
+        ("a: 1\n---\nb: 2", "line 2: not supported: a second document"),
+    ] {
+        let why = yaml::read(text).unwrap_err();
+        assert!(why.contains(reason), "{text}: {why}");
+    }
+    let deep = "[".repeat(50) + &"]".repeat(50);
+    assert!(yaml::read(&deep).unwrap_err().contains("nested deeper than 40"));
+    let dashes = "- ".repeat(50) + "1";
+    assert!(yaml::read(&dashes).unwrap_err().contains("nested deeper than 40"));
+    assert!(yaml::read(&"- 1\n".repeat(10_001)).unwrap_err().contains("more than 10000 values"));
+    assert!(yaml::read(&"- 1\n".repeat(10_000)).is_ok());
+}
+
+#[test]
+fn a_mistake_in_an_included_file_is_reported_with_that_file_and_line() {
+    let dir = package(&[
+        ("urdf/a.xacro", &robot("<xacro:include filename=\"b.xacro\"/>\n<xacro:m/>")),
+        ("urdf/b.xacro", &robot("<xacro:macro name=\"m\">\n<x y=\"${nothing}\"/>\n</xacro:macro>")),
+    ]);
+    let error = expand_in(&dir, "urdf/a.xacro").unwrap_err();
+    assert!(error.file.as_ref().unwrap().ends_with("urdf/b.xacro"));
+    assert_eq!((error.line, error.message.as_str()), (3, "\"nothing\" is not defined, in ${nothing}"));
+}
