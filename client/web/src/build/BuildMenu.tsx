@@ -7,7 +7,7 @@ import { shownRobot } from "../panels/shown-robot";
 import { askFirst, placing, tool } from "../state/tools";
 import { future, past, redo, undo } from "../state/undo";
 import { role, simulation } from "../state/world";
-import { filming, filmSteps, toggleFilm } from "./film";
+import { beginFilmOfSteps, film, toggleFilm } from "./film";
 
 /** Its content; `close` closes it. */
 export function BuildMenu({ close }: { close: () => void }): JSX.Element {
@@ -35,10 +35,10 @@ export function BuildMenu({ close }: { close: () => void }): JSX.Element {
       <Item icon="step" testId="build-redo" text={`Redo ${future.value.at(-1)?.what ?? ""}`} disabled={future.value.length === 0} run={() => void redo()} />
       <Item icon="visuals" testId="build-robots" text="All robots …" run={then(() => (tool.value = { kind: "robots" }))} />
       <Item icon="film" testId="build-worlds" text="Saved worlds …" run={then(() => (tool.value = { kind: "worlds" }))} />
-      {simulation.value.state === "paused" && !filming.value && (
-        <Item icon="step" testId="build-film-steps" text="Take a video by steps (WebM)" disabled={isViewer} run={then(() => void filmSteps())} />
+      {simulation.value.state === "paused" && !film.value && (
+        <Item icon="step" testId="build-film-steps" text="Take a video by steps (WebM)" disabled={isViewer} run={then(() => void beginFilmOfSteps())} />
       )}
-      <Item icon={filming.value ? "stop" : "camera"} testId="build-film" text={filming.value ? "End the video, and save it" : "Take a video (WebM)"} run={then(toggleFilm)} />
+      <Item icon={film.value ? "stop" : "camera"} testId="build-film" text={film.value ? "End the video, and save it" : "Take a video (WebM)"} run={then(toggleFilm)} />
     </div>
   );
 }

@@ -1,7 +1,7 @@
 // A row of the joint panel: the name of a joint, its state, and its controls.
 import { useComputed, useSignalEffect } from "@preact/signals";
 import { Fragment, type JSX } from "preact";
-import { useEffect, useRef } from "preact/hooks";
+import { useLayoutEffect, useRef } from "preact/hooks";
 import { plotted, colorSlotOf, togglePlot } from "../plots/plotted";
 import { degrees, hoveredLink } from "../state/view";
 import { clients, targetSources, type Axis, type Mode } from "../state/world";
@@ -32,7 +32,8 @@ export function JointRow({ axis, label, filter }: { axis: Axis; label: string; f
   const mode = useRef<HTMLSelectElement>(null);
   const control = useRef<AxisControl | null>(null);
 
-  useEffect(() => {
+  // Before it is painted: until it has a state its slider is hidden, and Tab passes it by.
+  useLayoutEffect(() => {
     if (!row.current || !fill.current || !tick.current || !zero.current || !readout.current || !badge.current) return undefined;
     const made = new AxisControl(axis, {
       row: row.current,

@@ -1,6 +1,6 @@
 // A modal dialog: the browser keeps the focus in it, and Escape closes it.
 import type { ComponentChildren, JSX } from "preact";
-import { useEffect, useRef } from "preact/hooks";
+import { useLayoutEffect, useRef } from "preact/hooks";
 import { Icon } from "./icons";
 
 interface Properties {
@@ -13,7 +13,8 @@ interface Properties {
 /** Open as long as it is rendered. */
 export function Sheet({ title, testId, onClose, children }: Properties): JSX.Element {
   const dialog = useRef<HTMLDialogElement>(null);
-  useEffect(() => {
+  // Before it is painted: it takes the focus, which somebody quick may already have put into one of its fields.
+  useLayoutEffect(() => {
     dialog.current?.showModal();
   }, []);
   return (

@@ -101,11 +101,12 @@ function chooseRobot(key: string): void {
 }
 
 function toFilter(): void {
-  const focus = (): void => document.getElementById("joint-filter")?.focus();
+  const filter = (): HTMLElement | null => document.getElementById("joint-filter");
   panelOpen.value = true;
-  // At once if it exists, since the next key may be typed already.
-  focus();
-  requestAnimationFrame(focus);
+  // At once if it exists, since the next key may be typed already, and not again, since that may be Tab.
+  const found = filter();
+  if (found) found.focus();
+  else requestAnimationFrame(() => filter()?.focus());
 }
 
 /** All shortcuts of the page. */

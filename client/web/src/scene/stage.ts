@@ -8,7 +8,7 @@ import { constraints, hoveredConstraint } from "../state/constraints";
 import { linkColors, markers } from "../state/markers";
 import { hiddenRobots } from "../state/tools";
 import { inertias } from "../state/view";
-import { drawnSequence, pictureRequest, redraws } from "../state/picture";
+import { drawnPictures, drawnSequence, pictureRequest, redraws } from "../state/picture";
 import { ghosts, ghostsAlone } from "../state/playback";
 import { unmeasured } from "../state/report";
 import { hasGround, scenes } from "../state/scene";
@@ -383,6 +383,7 @@ export class Stage {
     this.contactScale.show(this.marks.group.visible ? this.marks.metresPerNewton() : 0, this.camera.camera, distance);
     this.pictures += 1;
     this.updateDrawn(now);
+    drawnPictures.value = this.pictures;
     reportCamera(this.camera, this.renderer.getSize(new Vector2()), this.followed);
   }
 

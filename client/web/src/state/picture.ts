@@ -17,6 +17,8 @@ export const pictureOpen = signal(false);
 
 /** The sequence of the newest state that is drawn. */
 export const drawnSequence = signal(0n);
+/** Grows with each picture of the scene, in the task that has drawn it. */
+export const drawnPictures = signal(0);
 /** Grows for each picture that is asked for though nothing has changed. */
 export const redraws = signal(0);
 
