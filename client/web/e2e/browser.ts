@@ -6,8 +6,9 @@ import { createRequire } from "node:module";
 import { resolve } from "node:path";
 
 import { type Browser, type BrowserContext, chromium, type Page } from "playwright-core";
+import { expect } from "vitest";
 
-import { REPOSITORY } from "./daemon";
+import { type Daemon, REPOSITORY } from "./daemon";
 
 const EXECUTABLES = [process.env.CHROMIUM, "/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"];
 
@@ -78,6 +79,15 @@ export class Tab {
   /** Waits until the page has drawn a state of at least this sequence. */
   async caughtUp(sequence: bigint): Promise<void> {
     await this.page.waitForFunction((least) => window.simd.drawn() >= BigInt(least), sequence.toString());
+  }
+
+  /** Waits until the page says that another client is here: the one of this test, which is listed for as long as it calls. */
+  async seesAnother(daemon: Daemon): Promise<void> {
+    const said = async (): Promise<string | null> => {
+      await daemon.simulation.getSimulationState({});
+      return this.page.getByTestId("clients").textContent();
+    };
+    await expect.poll(said).toMatch(/^([2-9]|[1-9]\d+) connected/);
   }
 
   /** The bounding box and the number of pixels of a range of hues, in degrees from red to yellow, within an area. */
