@@ -3,15 +3,15 @@
 //!
 //! * `options`: what can be said on the command line.
 //! * `work`: the loop, which asks for pictures to draw. `task`: from what is asked for to a scene, and back.
-//! * `looks`: what robots look like, from the daemon. `glb`, `images`: the files that it sends. `primitives`: triangles of the rest.
+//! * `appearance`: what robots look like, from the daemon. `glb`, `images`: the files that it sends. `primitives`: triangles of the rest.
 //! * `scene`: what a picture is made of. `drawing`: the thread that draws it. `draw`: how, and `gpu`: with what. These know no daemon.
 
+mod appearance;
 mod draw;
 mod drawing;
 mod glb;
 mod gpu;
 mod images;
-mod looks;
 mod options;
 mod primitives;
 mod scene;

@@ -9,14 +9,14 @@ use simd_client::proto::{
     Color, PictureLight, PicturePlane, PictureTask, PlaneCompression, PutPictureRequest, RobotLinkPoses,
 };
 
-use crate::looks::Look;
+use crate::appearance::Appearance;
 use crate::scene::{Item, Light, Picture, Planes, Scene};
 
 /// Numbers of a link's pose: x y z, then the quaternion x y z w.
 const POSE: usize = 7;
 
 /// What is to be drawn, of robots that look so; or why it cannot be, as a fragment of a sentence.
-pub(crate) fn scene(task: &PictureTask, looks: &[Look]) -> Result<Scene, String> {
+pub(crate) fn scene(task: &PictureTask, appearances: &[Appearance]) -> Result<Scene, String> {
     let planes = task.planes.unwrap_or_default();
     let mut planes = Planes { color: planes.color, depth: planes.depth, segmentation: planes.segmentation };
     if planes == Planes::default() {
@@ -24,8 +24,8 @@ pub(crate) fn scene(task: &PictureTask, looks: &[Look]) -> Result<Scene, String>
     }
     let mut items = Vec::new();
     let mut first_id = 1_u32;
-    for (robot, look) in task.robots.iter().zip(looks) {
-        put_robot(&mut items, robot, look, first_id)?;
+    for (robot, appearance) in task.robots.iter().zip(appearances) {
+        put_robot(&mut items, robot, appearance, first_id)?;
         let links = u32::try_from(robot.poses.len() / POSE).unwrap_or(u32::MAX);
         first_id = first_id.saturating_add(links);
     }
@@ -44,10 +44,10 @@ pub(crate) fn scene(task: &PictureTask, looks: &[Look]) -> Result<Scene, String>
 fn put_robot(
     items: &mut Vec<Item>,
     robot: &RobotLinkPoses,
-    look: &Look,
+    appearance: &Appearance,
     first_id: u32,
 ) -> Result<(), String> {
-    for shape in look.iter() {
+    for shape in appearance.iter() {
         let at = POSE * shape.link;
         let Some([x, y, z, qx, qy, qz, qw]) = robot.poses.get(at..at + POSE) else {
             return Err(format!("the task has no pose for link {} of robot `{}`", shape.link, robot.robot));

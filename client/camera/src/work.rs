@@ -11,9 +11,9 @@ use simd_client::{Client, Code, ConnectOptions, Error};
 use tokio::sync::Mutex;
 use tokio::task::JoinSet;
 
+use crate::appearance::{AppearanceError, Appearances};
 use crate::draw::DrawError;
 use crate::drawing::Drawing;
-use crate::looks::{LookError, Looks};
 use crate::task;
 
 /// How long the daemon is to wait for work: less than the five seconds after which it forgets a renderer.
@@ -45,7 +45,7 @@ struct Shared {
     client: Client,
     drawing: Drawing,
     /// One worker asks for what is new; the others need it most likely too.
-    looks: Mutex<Looks>,
+    appearances: Mutex<Appearances>,
     failures: AtomicU32,
 }
 
@@ -56,9 +56,9 @@ struct Shared {
 pub(crate) async fn run(work: Work, drawing: Drawing) -> anyhow::Result<()> {
     let client = connect(&work).await?;
     tracing::info!("{} draws for the daemon at {}", work.name, work.endpoint);
-    let looks = Mutex::new(Looks::new(client.clone(), drawing.clone(), work.mesh_bytes));
+    let appearances = Mutex::new(Appearances::new(client.clone(), drawing.clone(), work.mesh_bytes));
     let workers = if work.once { 1 } else { work.workers };
-    let shared = Arc::new(Shared { work, client, drawing, looks, failures: AtomicU32::new(0) });
+    let shared = Arc::new(Shared { work, client, drawing, appearances, failures: AtomicU32::new(0) });
     let mut all = JoinSet::new();
     for _ in 0..workers {
         all.spawn(worker(Arc::clone(&shared)));
@@ -96,7 +96,7 @@ async fn worker(shared: Arc<Shared>) -> anyhow::Result<()> {
             Ok(None) => pause = Pause::default(),
             Err(error) if is_passing(&error) => {
                 // Perhaps it is started anew, with other robots of the same names.
-                shared.looks.lock().await.forget_robots();
+                shared.appearances.lock().await.forget_robots();
                 pause.after(&error).await;
             }
             Err(error) => return Err(error.into()),
@@ -113,13 +113,13 @@ impl Shared {
                 self.failures.store(0, Ordering::Relaxed);
                 answer
             }
-            Err(LookError::Daemon(error)) if is_passing(&error) => {
+            Err(AppearanceError::Daemon(error)) if is_passing(&error) => {
                 tracing::warn!("a picture was not drawn: {error}");
                 return Ok(());
             }
             Err(error) => {
                 tracing::warn!("a picture was not drawn: {error}");
-                if let LookError::Draw(DrawError::Driver(reason)) = &error
+                if let AppearanceError::Draw(DrawError::Driver(reason)) = &error
                     && self.failures.fetch_add(1, Ordering::Relaxed) + 1 >= MOST_FAILURES
                 {
                     bail!("{MOST_FAILURES} pictures in a row were not drawn: {reason}");
@@ -135,9 +135,9 @@ impl Shared {
         Ok(())
     }
 
-    async fn drawn(&self, task: &PictureTask) -> Result<PutPictureRequest, LookError> {
-        let looks = self.looks.lock().await.of(&task.robots).await?;
-        let scene = match task::scene(task, &looks) {
+    async fn drawn(&self, task: &PictureTask) -> Result<PutPictureRequest, AppearanceError> {
+        let appearances = self.appearances.lock().await.of(&task.robots).await?;
+        let scene = match task::scene(task, &appearances) {
             Ok(scene) => scene,
             Err(reason) => return Ok(task::refusal(task, &self.work.name, reason)),
         };

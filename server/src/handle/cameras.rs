@@ -1,13 +1,13 @@
 //! Pictures of the world: who wants them, and who draws them. The daemon draws nothing: renderers are clients that ask for
 //! work. Nothing here is of the world, and the physics thread is not asked: what is drawn is a published state.
 //!
-//! * `book`: tasks and renderers. `kept`: the newest pictures. `picture`: what is to be drawn, and what was.
+//! * `queue`: tasks and renderers. `kept`: the newest pictures. `picture`: what is to be drawn, and what was.
 //! * `lens`: from where and how wide. `renderers`: those who draw. `recorded`: pictures for recordings.
 
-mod book;
 mod kept;
 mod lens;
 mod picture;
+mod picture_queue;
 mod recorded;
 mod renderers;
 #[cfg(test)]
@@ -22,14 +22,14 @@ use simd_model::sensor::{Camera, Picture as PictureKind, SensorKind};
 use tokio::sync::Notify;
 use tokio::time::{Instant, timeout_at};
 
-pub use self::book::{PictureTask, RendererStatus};
 pub use self::lens::{BadMatrix, Intrinsics, Lens, intrinsics};
 pub(crate) use self::picture::MOST_PIXELS;
 pub use self::picture::{
     CameraName, Drawn, Light, Picture, PictureOrder, PictureRobot, Plane, Planes, View as PictureView,
 };
+pub use self::picture_queue::{PictureTask, RendererStatus};
 
-use self::book::{Book, Bounds, Waiting};
+use self::picture_queue::{Bounds, PictureQueue, Waiting};
 use super::{CallError, Published, SimHandle};
 use crate::driver::CameraSample;
 use crate::info::DaemonLimits;
@@ -45,7 +45,7 @@ const WHITE: [f64; 3] = [1.0; 3];
 #[derive(Debug)]
 pub(super) struct Cameras {
     /// Held for a look or a change, never across a wait.
-    book: Mutex<Book>,
+    queue: Mutex<PictureQueue>,
     /// There may be work for renderers.
     work_came: Notify,
     /// There may be a new picture of a camera's own rate, or a camera may have gone.
@@ -77,12 +77,12 @@ impl Cameras {
     pub(super) fn new(limits: &DaemonLimits) -> Self {
         let DaemonLimits { waiting_pictures: waiting, picture_bytes: bytes, drawing_time: drawing, .. } =
             *limits;
-        let book = Mutex::new(Book::new(Bounds { waiting, bytes, drawing }));
-        Self { book, work_came: Notify::new(), picture_came: Notify::new(), followed: Notify::new() }
+        let queue = Mutex::new(PictureQueue::new(Bounds { waiting, bytes, drawing }));
+        Self { queue, work_came: Notify::new(), picture_came: Notify::new(), followed: Notify::new() }
     }
 
-    fn book(&self) -> MutexGuard<'_, Book> {
-        self.book.lock().unwrap_or_else(PoisonError::into_inner)
+    fn queue(&self) -> MutexGuard<'_, PictureQueue> {
+        self.queue.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -90,10 +90,10 @@ impl SimHandle {
     /// The cameras that robots have in the newest state, and the renderers that are there.
     pub fn camera_reports(&self) -> (Arc<Published>, Vec<CameraReport>, Vec<RendererStatus>) {
         let (state, now) = (self.newest(), Instant::now());
-        let book = self.inner.cameras.book();
+        let queue = self.inner.cameras.queue();
         let report = |sensor: &WorldSensor| {
             let camera = camera_of(sensor)?;
-            let status = book.camera(sensor.id, now);
+            let status = queue.camera(sensor.id, now);
             Some(CameraReport {
                 name: name_of(&state, sensor),
                 camera,
@@ -105,8 +105,8 @@ impl SimHandle {
             })
         };
         let reports = state.state.sensors.iter().filter_map(report).collect();
-        let renderers = book.renderers(now);
-        drop(book);
+        let renderers = queue.renderers(now);
+        drop(queue);
         (state, reports, renderers)
     }
 
@@ -122,7 +122,7 @@ impl SimHandle {
     ) -> Result<Arc<Picture>, CallError> {
         let state = self.newest();
         let sensor = find(&state, robot, sensor)?;
-        let kept = self.inner.cameras.book().of_state(sensor.id, state.sequence);
+        let kept = self.inner.cameras.queue().of_state(sensor.id, state.sequence);
         if let Some(picture) = kept {
             return Ok(picture);
         }
@@ -158,7 +158,7 @@ impl SimHandle {
             };
             let now = Instant::now();
             self.follow_camera(id, deadline.max(now + FOLLOWED))?;
-            if let Some(picture) = cameras.book().of_rate(id, after, since) {
+            if let Some(picture) = cameras.queue().of_rate(id, after, since) {
                 return Ok(picture);
             }
             timeout_at(deadline, self.until_drained(came)).await.map_err(|_elapsed| self.too_late())??;
@@ -181,7 +181,7 @@ impl SimHandle {
     async fn asked(&self, order: PictureOrder, timeout: Duration) -> Result<Arc<Picture>, CallError> {
         let deadline = Instant::now() + timeout;
         let cameras = &self.inner.cameras;
-        let mut waiting: Waiting = cameras.book().ask(order, Instant::now())?;
+        let mut waiting: Waiting = cameras.queue().ask(order, Instant::now())?;
         cameras.work_came.notify_waiters();
         let answered = async {
             match waiting.wait_for(Option::is_some).await.map(|answer| answer.clone()) {
@@ -195,7 +195,7 @@ impl SimHandle {
 
     /// Why there was no picture in time.
     fn too_late(&self) -> CallError {
-        let present = self.inner.cameras.book().check_renderers(Instant::now());
+        let present = self.inner.cameras.queue().check_renderers(Instant::now());
         present.err().unwrap_or(CallError::PictureTimeout)
     }
 
@@ -216,27 +216,27 @@ impl SimHandle {
     /// # Errors
     /// Where no renderer is there.
     pub(crate) fn follow_camera(&self, id: u64, until: Instant) -> Result<(), CallError> {
-        let mut book = self.inner.cameras.book();
-        let followed = book.follow(id, until, Instant::now());
+        let mut queue = self.inner.cameras.queue();
+        let followed = queue.follow(id, until, Instant::now());
         // At once, so that no sample of a step after this is overlooked.
-        self.want_followed(&book);
-        drop(book);
+        self.want_followed(&queue);
+        drop(queue);
         self.inner.cameras.followed.notify_waiters();
         followed
     }
 
     /// Has the samples of cameras kept that are followed; whether there are any.
-    fn want_followed(&self, book: &Book) -> bool {
+    fn want_followed(&self, queue: &PictureQueue) -> bool {
         let now = Instant::now();
-        self.inner.driver.sensors.want_cameras(book.followed(now));
-        book.followed(now).next().is_some()
+        self.inner.driver.sensors.want_cameras(queue.followed(now));
+        queue.followed(now).next().is_some()
     }
 
     /// The same, for publications that look again and again: the newest picture after a number.
     pub(crate) fn followed_picture(&self, id: u64, after: u64) -> Option<Arc<Picture>> {
         // Where no renderer is there, who subscribes gets nothing.
         self.follow_camera(id, Instant::now() + FOLLOWED).ok()?;
-        self.inner.cameras.book().of_rate(id, after, None)
+        self.inner.cameras.queue().of_rate(id, after, None)
     }
 
     /// The cameras of the newest state, with the ids of their sensors.
@@ -264,11 +264,11 @@ impl SimHandle {
                     let sensor = state.state.sensors.iter().find(|sensor| sensor.id == id);
                     let order = sensor.and_then(|sensor| order(&state, sensor));
                     if let Some(order) = order.filter(|order| self.check_size(&order.view).is_ok()) {
-                        self.inner.cameras.book().due(order, missed, Instant::now());
+                        self.inner.cameras.queue().due(order, missed, Instant::now());
                         self.inner.cameras.work_came.notify_waiters();
                     }
                 }
-                let is_any_followed = self.want_followed(&self.inner.cameras.book());
+                let is_any_followed = self.want_followed(&self.inner.cameras.queue());
                 match is_any_followed {
                     true => grown.await,
                     false => followed.await,
@@ -282,7 +282,7 @@ impl SimHandle {
     pub(super) fn tidy_cameras(&self, now: Instant) {
         let state = self.newest();
         let is_there = |id: u64| state.state.sensors.iter().any(|sensor| sensor.id == id);
-        self.inner.cameras.book().tidy(is_there, now);
+        self.inner.cameras.queue().tidy(is_there, now);
     }
 }
 

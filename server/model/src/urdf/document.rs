@@ -1,4 +1,4 @@
-//! What is wrong around a document, and mended in its text before it is parsed:
+//! What is wrong around a document, and repaired in its text before it is parsed:
 //! where its declaration stands, what follows its root, prefixes that it does
 //! not declare. Lines stay where they are.
 

@@ -8,9 +8,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use roxmltree::Node;
 
 use super::findings::{Findings, quoted};
-use super::mend::Mended;
 use super::numbers::{self, Shape};
 use super::prescan::is;
+use super::repair::RepairedUrdf;
 use super::unknown::nearest;
 use crate::report::Disposition::Ignored;
 use crate::report::{counted, short};
@@ -44,11 +44,11 @@ const OF_JOINTS: [&str; 5] = ["damping", "dampingFactor", "friction", "springSti
 
 impl Gazebo {
     /// Reads every `<gazebo>` of the robot, and names what is left aside in it.
-    pub(super) fn of(mended: &Mended, findings: &mut Findings) -> Self {
-        let links: BTreeSet<&str> = mended.robot.links.iter().map(|link| link.name.as_str()).collect();
-        let joints: BTreeSet<&str> = mended.robot.joints.iter().map(|joint| joint.name.as_str()).collect();
+    pub(super) fn of(repaired: &RepairedUrdf, findings: &mut Findings) -> Self {
+        let links: BTreeSet<&str> = repaired.robot.links.iter().map(|link| link.name.as_str()).collect();
+        let joints: BTreeSet<&str> = repaired.robot.joints.iter().map(|joint| joint.name.as_str()).collect();
         let mut gazebo = Self::default();
-        for node in mended.root.children().filter(|node| is(*node, "gazebo")) {
+        for node in repaired.root.children().filter(|node| is(*node, "gazebo")) {
             let Some(name) = node.attribute("reference") else {
                 gazebo.read_robot(node, findings);
                 continue;

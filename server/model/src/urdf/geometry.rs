@@ -4,9 +4,9 @@ use glamx::{DPose3, DQuat, DVec3};
 use roxmltree::Node;
 
 use super::findings::{Findings, quoted};
-use super::mend::{Mended, given};
 use super::meshes::{Meshes, Use};
 use super::numbers::{self, Shape};
+use super::repair::{RepairedUrdf, given};
 use crate::report::Disposition::{Defaulted, Ignored, Repaired};
 use crate::robot::Geometry;
 
@@ -44,18 +44,18 @@ pub(crate) fn rotation([roll, pitch, yaw]: [f64; 3]) -> DQuat {
 /// A shape of a visual or a collision; `None` where it has no extent, which is
 /// reported.
 pub(super) fn geometry<'a>(
-    mended: &Mended<'a, '_>,
+    repaired: &RepairedUrdf<'a, '_>,
     shape: Node<'a, '_>,
     geometry: &urdf_rs::Geometry,
     meshes: &mut Meshes,
     usage: &Use,
     findings: &mut Findings,
 ) -> Option<Geometry> {
-    let node = mended.child(shape, "geometry").unwrap_or(shape);
-    if let Some(plane) = mended.child(node, "plane") {
+    let node = repaired.child(shape, "geometry").unwrap_or(shape);
+    if let Some(plane) = repaired.child(node, "plane") {
         return Some(Geometry::Plane { normal: normal(plane, findings) });
     }
-    let cone = mended.child(node, "cone").and_then(cone);
+    let cone = repaired.child(node, "cone").and_then(cone);
     let read = match geometry {
         _ if cone.is_some() => cone?,
         urdf_rs::Geometry::Box { size } => Geometry::Box { size: DVec3::from_array(size.0) },
@@ -67,7 +67,7 @@ pub(super) fn geometry<'a>(
             Geometry::Capsule { radius: *radius, length: *length }
         }
         urdf_rs::Geometry::Mesh { filename, scale } => {
-            let node = mended.child(node, "mesh").unwrap_or(node);
+            let node = repaired.child(node, "mesh").unwrap_or(node);
             let scale = scale.map_or(DVec3::ONE, |scale| DVec3::from_array(scale.0));
             if scale.to_array().contains(&0.0) {
                 findings.warn(node, Ignored, format!("a scale of 0 leaves nothing of {}", quoted(filename)));
@@ -84,7 +84,7 @@ pub(super) fn geometry<'a>(
     None
 }
 
-/// Its numbers were looked at when the document was mended.
+/// Its numbers were looked at when the document was repaired.
 fn cone(cone: Node) -> Option<Geometry> {
     let length_of = |name| numbers::of::<1>(cone, name, Shape::Exactly(1)).map(|[length]| length);
     Some(Geometry::Cone { radius: length_of("radius")?, length: length_of("length")? })

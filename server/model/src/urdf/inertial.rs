@@ -9,7 +9,7 @@ use roxmltree::Node;
 
 use super::findings::Findings;
 use super::geometry::pose;
-use super::mend::{Mended, given};
+use super::repair::{RepairedUrdf, given};
 use super::tree::Tree;
 use crate::inertia;
 use crate::report::Disposition::{Defaulted, Ignored, Repaired, Used};
@@ -21,7 +21,7 @@ const SUSPICIOUS: f64 = 1e6;
 
 /// Sets `inertial` of the links.
 pub(super) fn resolve<'a, 'i>(
-    mended: &Mended<'a, 'i>,
+    repaired: &RepairedUrdf<'a, 'i>,
     tree: &Tree<'a, 'i>,
     joints: &[Joint],
     links: &mut [Link],
@@ -30,8 +30,8 @@ pub(super) fn resolve<'a, 'i>(
     let mut massless = Vec::new();
     let read_links = tree.links.iter().zip(&tree.link_nodes);
     for (index, (link, (in_file, node))) in links.iter_mut().zip(read_links).enumerate() {
-        let Some(read) = mended.robot.links.get(*in_file) else { continue };
-        let said = Said::of(mended, &read.inertial, *node, findings);
+        let Some(read) = repaired.robot.links.get(*in_file) else { continue };
+        let said = Said::of(repaired, &read.inertial, *node, findings);
         link.inertial = said.as_ref().map_or(Inertial::ZERO, |said| said.judged(link, findings));
         if link.inertial == Inertial::ZERO {
             massless.push((index, said.is_none()));
@@ -56,19 +56,19 @@ struct Said<'a, 'i> {
 
 impl<'a, 'i> Said<'a, 'i> {
     fn of(
-        mended: &Mended<'a, 'i>,
+        repaired: &RepairedUrdf<'a, 'i>,
         read: &urdf_rs::Inertial,
         link: Node<'a, 'i>,
         findings: &mut Findings,
     ) -> Option<Self> {
-        let node = mended.child(link, "inertial")?;
-        let mass = mended.child(node, "mass").map(|_| read.mass.value);
+        let node = repaired.child(link, "inertial")?;
+        let mass = repaired.child(node, "mass").map(|_| read.mass.value);
         let i = &read.inertia;
         let tensor = DMat3::from_cols_array(&[i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz]);
-        let inertia = mended.child(node, "inertia");
+        let inertia = repaired.child(node, "inertia");
         let diagonal = ["ixx", "iyy", "izz"].iter().all(|moment| given(inertia, moment));
         let tensor = (diagonal && tensor != DMat3::ZERO).then_some(tensor);
-        let link_from_mass = pose(&read.origin, mended.child(node, "origin"), findings);
+        let link_from_mass = pose(&read.origin, repaired.child(node, "origin"), findings);
         (mass.is_some() || tensor.is_some()).then_some(Self { node, mass, link_from_mass, tensor })
     }
 

@@ -5,39 +5,39 @@ use roxmltree::Node;
 
 use super::findings::{Findings, Refusal};
 use super::geometry::{ROUNDING, pose};
-use super::mend::{Mended, given};
 use super::mimic;
 use super::numbers::{self, Shape};
+use super::repair::{RepairedUrdf, given};
 use super::tree::Tree;
 use crate::report::Disposition::{Defaulted, Ignored, Repaired, Used};
 use crate::robot::{Joint, JointKind, JointLimits};
 
 /// All joints, in the tree's order.
 pub(super) fn read_all<'a, 'i>(
-    mended: &Mended<'a, 'i>,
+    repaired: &RepairedUrdf<'a, 'i>,
     tree: &Tree<'a, 'i>,
     findings: &mut Findings,
 ) -> Result<Vec<Joint>, Refusal> {
     let mut joints = Vec::with_capacity(tree.joints.len());
     for (index, (tree_joint, node)) in tree.joints.iter().zip(&tree.joint_nodes).enumerate() {
-        let Some(joint) = mended.robot.joints.get(tree_joint.in_file) else { continue };
+        let Some(joint) = repaired.robot.joints.get(tree_joint.in_file) else { continue };
         let kind = kind(&joint.joint_type);
-        let dynamics = mended.child(*node, "dynamics");
+        let dynamics = repaired.child(*node, "dynamics");
         let (damping, friction) = joint.dynamics.as_ref().map_or((0.0, 0.0), |it| (it.damping, it.friction));
         joints.push(Joint {
             name: joint.name.clone(),
             kind,
             parent: tree_joint.parent,
             child: index + 1,
-            parent_from_joint: pose(&joint.origin, mended.child(*node, "origin"), findings),
-            axis: axis(joint, kind, *node, mended.child(*node, "axis"), findings),
-            limits: limits(kind, *node, mended.child(*node, "limit"), findings),
+            parent_from_joint: pose(&joint.origin, repaired.child(*node, "origin"), findings),
+            axis: axis(joint, kind, *node, repaired.child(*node, "axis"), findings),
+            limits: limits(kind, *node, repaired.child(*node, "limit"), findings),
             damping: not_negative("damping", damping, dynamics, findings),
             friction: not_negative("friction", friction, dynamics, findings),
             mimic: None,
         });
     }
-    mimic::resolve(mended, tree, &mut joints, findings);
+    mimic::resolve(repaired, tree, &mut joints, findings);
     Ok(joints)
 }
 

@@ -10,8 +10,8 @@ use super::findings::{Findings, Refusal};
 use super::gazebo::Gazebo;
 use super::geometry::{geometry, pose};
 use super::material::Palette;
-use super::mend::Mended;
 use super::meshes::{Meshes, Use};
+use super::repair::RepairedUrdf;
 use super::surface::Surfaces;
 use super::tree::Tree;
 use crate::limits::LoadLimits;
@@ -20,7 +20,7 @@ use crate::robot::{Collision, Inertial, Link, Picture, Visual};
 
 /// All links, in the tree's order, without mass.
 pub(super) fn read_all<'a, 'i>(
-    mended: &Mended<'a, 'i>,
+    repaired: &RepairedUrdf<'a, 'i>,
     tree: &Tree<'a, 'i>,
     assets: &dyn Assets,
     gazebo: &Gazebo,
@@ -28,8 +28,8 @@ pub(super) fn read_all<'a, 'i>(
     findings: &mut Findings,
 ) -> Result<Vec<Link>, Refusal> {
     let mut reader = Reader {
-        mended,
-        palette: Palette::of(mended, findings),
+        repaired,
+        palette: Palette::of(repaired, findings),
         surfaces: Surfaces::of(gazebo),
         meshes: Meshes::new(assets, limits),
         deadline,
@@ -37,14 +37,14 @@ pub(super) fn read_all<'a, 'i>(
     };
     let mut links = Vec::with_capacity(tree.links.len());
     for (in_file, node) in tree.links.iter().zip(&tree.link_nodes) {
-        let Some(link) = mended.robot.links.get(*in_file) else { continue };
+        let Some(link) = repaired.robot.links.get(*in_file) else { continue };
         links.push(reader.link(link, *node)?);
     }
     Ok(links)
 }
 
 struct Reader<'r, 'a, 'i> {
-    mended: &'r Mended<'a, 'i>,
+    repaired: &'r RepairedUrdf<'a, 'i>,
     palette: Palette<'r>,
     surfaces: Surfaces<'r>,
     meshes: Meshes<'r>,
@@ -54,12 +54,12 @@ struct Reader<'r, 'a, 'i> {
 
 impl<'a, 'i> Reader<'_, 'a, 'i> {
     fn link(&mut self, link: &urdf_rs::Link, node: Node<'a, 'i>) -> Result<Link, Refusal> {
-        let Self { mended, palette, surfaces, meshes, deadline, findings } = self;
+        let Self { repaired, palette, surfaces, meshes, deadline, findings } = self;
         let mut visuals = Vec::with_capacity(link.visual.len());
-        for (visual, node) in link.visual.iter().zip(mended.children(node, "visual")) {
+        for (visual, node) in link.visual.iter().zip(repaired.children(node, "visual")) {
             deadline.check()?;
-            let link_from_shape = pose(&visual.origin, mended.child(node, "origin"), findings);
-            let material = mended.child(node, "material");
+            let link_from_shape = pose(&visual.origin, repaired.child(node, "origin"), findings);
+            let material = repaired.child(node, "material");
             let color = palette.color(visual.material.as_ref(), material, findings);
             let picture = palette.texture(material);
             let picture = picture.and_then(|(uri, repeat)| {
@@ -67,16 +67,16 @@ impl<'a, 'i> Reader<'_, 'a, 'i> {
                 Some(Picture { uri: uri.to_owned(), image, repeat })
             });
             let usage = Use::Visual(picture.as_ref().map(|picture| Arc::clone(&picture.image)));
-            let geometry = geometry(mended, node, &visual.geometry, meshes, &usage, findings);
+            let geometry = geometry(repaired, node, &visual.geometry, meshes, &usage, findings);
             let visual = |geometry| Visual { link_from_shape, geometry, color, texture: picture };
             visuals.extend(geometry.map(visual));
         }
-        let material = surfaces.material(mended, link, node, findings);
+        let material = surfaces.material(repaired, link, node, findings);
         let mut collisions = Vec::with_capacity(link.collision.len());
-        for (collision, node) in link.collision.iter().zip(mended.children(node, "collision")) {
+        for (collision, node) in link.collision.iter().zip(repaired.children(node, "collision")) {
             deadline.check()?;
-            let link_from_shape = pose(&collision.origin, mended.child(node, "origin"), findings);
-            let geometry = geometry(mended, node, &collision.geometry, meshes, &Use::Collision, findings);
+            let link_from_shape = pose(&collision.origin, repaired.child(node, "origin"), findings);
+            let geometry = geometry(repaired, node, &collision.geometry, meshes, &Use::Collision, findings);
             collisions.extend(geometry.map(|geometry| Collision { link_from_shape, geometry, material }));
         }
         deadline.check()?;

@@ -5,9 +5,9 @@ use std::collections::HashMap;
 use roxmltree::Node;
 
 use super::findings::{Findings, quoted};
-use super::mend::Mended;
 use super::numbers::{self, Shape};
 use super::prescan::{texture, texture_of};
+use super::repair::RepairedUrdf;
 use crate::report::Disposition::{Defaulted, Ignored, Repaired};
 use crate::robot::TextureRepeat;
 
@@ -25,9 +25,9 @@ impl<'m> Palette<'m> {
     /// Materials of the robot first, then those that a visual defines in
     /// passing: real files define "blue" in the first link and name it in the
     /// others.
-    pub(super) fn of(mended: &'m Mended, findings: &mut Findings) -> Self {
-        let robot = &mended.robot;
-        report_twins(mended, findings);
+    pub(super) fn of(repaired: &'m RepairedUrdf, findings: &mut Findings) -> Self {
+        let robot = &repaired.robot;
+        report_twins(repaired, findings);
         let passing =
             robot.links.iter().flat_map(|link| &link.visual).filter_map(|visual| visual.material.as_ref());
         let mut colors = HashMap::new();
@@ -36,10 +36,11 @@ impl<'m> Palette<'m> {
                 colors.entry(material.name.as_str()).or_insert(color.rgba.0);
             }
         }
-        let shapes = mended.children(mended.root, "link").flat_map(|link| mended.children(link, "visual"));
-        let passing = shapes.filter_map(|visual| mended.child(visual, "material"));
+        let shapes =
+            repaired.children(repaired.root, "link").flat_map(|link| repaired.children(link, "visual"));
+        let passing = shapes.filter_map(|visual| repaired.child(visual, "material"));
         let mut textures = HashMap::new();
-        for material in mended.children(mended.root, "material").chain(passing) {
+        for material in repaired.children(repaired.root, "material").chain(passing) {
             let name = material.attribute("name").map(str::trim).filter(|name| !name.is_empty());
             if let (Some(name), Some(file)) = (name, texture_of(material)) {
                 textures.entry(name.to_owned()).or_insert_with(|| (file.to_owned(), repeat_of(material)));
@@ -102,9 +103,10 @@ fn repeat_of(material: Node) -> TextureRepeat {
 }
 
 /// Materials of the robot that give a name another colour than the one before.
-fn report_twins(mended: &Mended, findings: &mut Findings) {
+fn report_twins(repaired: &RepairedUrdf, findings: &mut Findings) {
     let mut seen = HashMap::new();
-    for (material, node) in mended.robot.materials.iter().zip(mended.children(mended.root, "material")) {
+    for (material, node) in repaired.robot.materials.iter().zip(repaired.children(repaired.root, "material"))
+    {
         let Some(color) = material.color.as_ref().map(|color| color.rgba.0) else { continue };
         let (first, line) = *seen.entry(material.name.as_str()).or_insert((color, findings.line(node)));
         if first != color {

@@ -3,19 +3,19 @@
 use std::collections::HashMap;
 
 use super::findings::{Findings, quoted};
-use super::mend::Mended;
+use super::repair::RepairedUrdf;
 use super::tree::Tree;
 use crate::report::Disposition::Ignored;
 use crate::robot::{Joint, JointKind, Mimic};
 
 /// Sets `mimic` of the joints; they are in the tree's order.
-pub(super) fn resolve(mended: &Mended, tree: &Tree, joints: &mut [Joint], findings: &mut Findings) {
+pub(super) fn resolve(repaired: &RepairedUrdf, tree: &Tree, joints: &mut [Joint], findings: &mut Findings) {
     let kinds: HashMap<String, (usize, JointKind)> =
         joints.iter().enumerate().map(|(index, joint)| (joint.name.clone(), (index, joint.kind))).collect();
     let mut nodes = Vec::with_capacity(joints.len());
     for ((joint, tree_joint), node) in joints.iter_mut().zip(&tree.joints).zip(&tree.joint_nodes) {
-        let mimic = mended.robot.joints.get(tree_joint.in_file).and_then(|joint| joint.mimic.as_ref());
-        let node = mended.child(*node, "mimic").unwrap_or(*node);
+        let mimic = repaired.robot.joints.get(tree_joint.in_file).and_then(|joint| joint.mimic.as_ref());
+        let node = repaired.child(*node, "mimic").unwrap_or(*node);
         nodes.push(node);
         let Some(mimic) = mimic else { continue };
         let name = quoted(&mimic.joint);

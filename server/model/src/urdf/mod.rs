@@ -2,7 +2,7 @@
 //!
 //! The way in, each step in its file: `text` (bytes to text), `document` (what
 //! is wrong around the root), `prescan` (size, depth and syntax, with line
-//! numbers), `mend` (the document as urdf-rs takes it, every number checked),
+//! numbers), `repair` (the document as urdf-rs takes it, every number checked),
 //! urdf-rs, `tree` (one root, no loops), `link`, `joint` and `inertial` (what the
 //! numbers mean), `scale`. `findings` is the report on the way.
 
@@ -17,11 +17,11 @@ mod inertial;
 mod joint;
 mod link;
 mod material;
-mod mend;
 mod meshes;
 mod mimic;
 pub(crate) mod numbers;
 pub(crate) mod prescan;
+mod repair;
 mod rewrite;
 mod scale;
 mod sensors;
@@ -180,16 +180,16 @@ fn from_element(
 ) -> Result<RobotModel, Refusal> {
     let limits = &options.limits;
     deadline.check()?;
-    let mut mended = mend::mend(root, limits, findings)?;
-    tree::rename_twins(&mut mended, findings);
-    let tree = tree::build(&mended, findings)?;
+    let mut repaired = repair::repair(root, limits, findings)?;
+    tree::rename_twins(&mut repaired, findings);
+    let tree = tree::build(&repaired, findings)?;
 
-    let gazebo = Gazebo::of(&mended, findings);
-    let mut links = link::read_all(&mended, &tree, assets, &gazebo, (limits, deadline), findings)?;
-    let mut joints = joint::read_all(&mended, &tree, findings)?;
-    inertial::resolve(&mended, &tree, &joints, &mut links, findings);
-    let setup = setup::read(&mended, &tree, &gazebo, &mut links, &mut joints, findings);
-    let mut model = RobotModel { name: mended.robot.name.clone(), links, joints, setup };
+    let gazebo = Gazebo::of(&repaired, findings);
+    let mut links = link::read_all(&repaired, &tree, assets, &gazebo, (limits, deadline), findings)?;
+    let mut joints = joint::read_all(&repaired, &tree, findings)?;
+    inertial::resolve(&repaired, &tree, &joints, &mut links, findings);
+    let setup = setup::read(&repaired, &tree, &gazebo, &mut links, &mut joints, findings);
+    let mut model = RobotModel { name: repaired.robot.name.clone(), links, joints, setup };
     scale::apply(&mut model, options.scale);
     used::report(&model, &tree, findings);
     if options.strict {

@@ -1,4 +1,4 @@
-//! Numbers as people write them: what is meant, and what had to be mended.
+//! Numbers as people write them: what is meant, and what had to be repaired.
 
 use roxmltree::Node;
 
@@ -38,7 +38,7 @@ impl Shape {
     }
 }
 
-/// The numbers of an attribute that the mending has let pass.
+/// The numbers of an attribute that the repair has let pass.
 pub(crate) fn of<const N: usize>(node: Node, name: &str, shape: Shape) -> Option<[f64; N]> {
     read(node.attribute(name)?, shape).ok()?.values.try_into().ok()
 }

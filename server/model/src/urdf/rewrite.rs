@@ -10,7 +10,7 @@ use crate::setup::NamedState;
 
 /// The description's text with the file name of each mesh for which `address` gives
 /// another one. All else stays as it is, byte for byte, but for what [`describe`](super::describe)
-/// has to mend before it can be read: an XML declaration is blank, since the text is UTF-8 now.
+/// has to repair before it can be read: an XML declaration is blank, since the text is UTF-8 now.
 ///
 /// # Errors
 ///

@@ -5,8 +5,8 @@ use super::constraints;
 use super::control;
 use super::findings::Findings;
 use super::gazebo::Gazebo;
-use super::mend::Mended;
 use super::numbers::{self, Shape};
+use super::repair::RepairedUrdf;
 use super::sensors;
 use super::srdf;
 use super::states;
@@ -18,7 +18,7 @@ use crate::setup::{DriveMode, LinkGroups, LinkPair, Setup, Spring};
 
 /// Reads it all. Limits, damping and friction of joints are the joints' own; colours those of visuals.
 pub(super) fn read(
-    mended: &Mended,
+    repaired: &RepairedUrdf,
     tree: &Tree,
     gazebo: &Gazebo,
     links: &mut [Link],
@@ -30,22 +30,22 @@ pub(super) fn read(
         let Some(color) = gazebo.colors.get(&link.name) else { continue };
         link.visuals.iter_mut().for_each(|visual| visual.color = visual.color.or(Some(*color)));
     }
-    of_joints(mended, tree, gazebo, joints, &mut setup, findings);
-    control::read(mended.root, joints, &mut setup, findings);
-    transmission::read(mended.root, joints, &mut setup, findings);
-    setup.states = states::read(mended.root, joints, findings);
-    self_collisions(gazebo, links, &mut setup, mended, findings);
-    setup.pairs.extend(srdf::of_robot(mended.root, links, findings));
-    groups(mended, tree, &mut setup, findings);
-    setup.constraints = constraints::read(mended.root, (links, joints), findings);
-    setup.sensors = sensors::read(mended.root, (links, joints), findings);
+    of_joints(repaired, tree, gazebo, joints, &mut setup, findings);
+    control::read(repaired.root, joints, &mut setup, findings);
+    transmission::read(repaired.root, joints, &mut setup, findings);
+    setup.states = states::read(repaired.root, joints, findings);
+    self_collisions(gazebo, links, &mut setup, repaired, findings);
+    setup.pairs.extend(srdf::of_robot(repaired.root, links, findings));
+    groups(repaired, tree, &mut setup, findings);
+    setup.constraints = constraints::read(repaired.root, (links, joints), findings);
+    setup.sensors = sensors::read(repaired.root, (links, joints), findings);
     setup.joints.retain(|joint| !joint.is_silent());
     setup
 }
 
 /// Damping, friction and springs of `<gazebo>`, and the armature of `<dynamics>`.
 fn of_joints(
-    mended: &Mended,
+    repaired: &RepairedUrdf,
     tree: &Tree,
     gazebo: &Gazebo,
     joints: &mut [Joint],
@@ -53,7 +53,7 @@ fn of_joints(
     findings: &mut Findings,
 ) {
     for (index, (joint, node)) in joints.iter_mut().zip(&tree.joint_nodes).enumerate() {
-        let dynamics = mended.child(*node, "dynamics");
+        let dynamics = repaired.child(*node, "dynamics");
         let armature = dynamics.and_then(|node| numbers::of::<1>(node, "armature", Shape::Exactly(1)));
         if let (Some([armature]), Some(node)) = (armature, dynamics) {
             if armature < 0.0 {
@@ -92,7 +92,7 @@ fn self_collisions(
     gazebo: &Gazebo,
     links: &[Link],
     setup: &mut Setup,
-    mended: &Mended,
+    repaired: &RepairedUrdf,
     findings: &mut Findings,
 ) {
     let says = |link: &Link| gazebo.self_collide.contains(&link.name);
@@ -108,22 +108,22 @@ fn self_collisions(
             }
             if setup.pairs.len() >= srdf::MOST_PAIRS {
                 let message = "too many links touch each other or not: all of them do";
-                findings.warn(mended.root, Ignored, message);
+                findings.warn(repaired.root, Ignored, message);
                 setup.pairs.clear();
                 return;
             }
             setup.pairs.push(LinkPair { links: [before, index], enabled: false });
         }
     }
-    findings.used(mended.root, || super::gazebo::colliding(count));
+    findings.used(repaired.root, || super::gazebo::colliding(count));
 }
 
 /// Bits of `<contact>`: MuJoCo's words, of which a bit of one that is in the other lets two touch.
-fn groups(mended: &Mended, tree: &Tree, setup: &mut Setup, findings: &mut Findings) {
+fn groups(repaired: &RepairedUrdf, tree: &Tree, setup: &mut Setup, findings: &mut Findings) {
     for (index, node) in tree.link_nodes.iter().enumerate() {
-        let Some(contact) = mended.child(*node, "contact") else { continue };
+        let Some(contact) = repaired.child(*node, "contact") else { continue };
         let mut bits = |tag: &'static str| {
-            let node = mended.child(contact, tag)?;
+            let node = repaired.child(contact, tag)?;
             let [value] = numbers::of::<1>(node, "value", Shape::Exactly(1))?;
             let is_fit = value.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&value);
             if !is_fit {

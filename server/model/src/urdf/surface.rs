@@ -7,8 +7,8 @@ use roxmltree::Node;
 
 use super::findings::Findings;
 use super::gazebo::{Gazebo, checked_friction};
-use super::mend::Mended;
 use super::numbers::{self, Shape};
+use super::repair::RepairedUrdf;
 use crate::report::Disposition::Repaired;
 use crate::robot::Material;
 
@@ -26,15 +26,15 @@ impl<'g> Surfaces<'g> {
     /// The surface of a link: its own `<contact>` first.
     pub(super) fn material<'a, 'i>(
         &self,
-        mended: &Mended<'a, 'i>,
+        repaired: &RepairedUrdf<'a, 'i>,
         link: &urdf_rs::Link,
         node: Node<'a, 'i>,
         findings: &mut Findings,
     ) -> Material {
         let mut material = Material::default();
-        if let Some(contact) = mended.child(node, "contact") {
+        if let Some(contact) = repaired.child(node, "contact") {
             let value = |tag: &'static str| {
-                let node = mended.child(contact, tag)?;
+                let node = repaired.child(contact, tag)?;
                 numbers::of(node, "value", Shape::Exactly(1)).map(|[value]| (node, value))
             };
             let mut friction =

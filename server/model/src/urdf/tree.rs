@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use roxmltree::Node;
 
 use super::findings::{Findings, Refusal, quoted};
-use super::mend::Mended;
+use super::repair::RepairedUrdf;
 use super::unknown::nearest;
 use crate::report::Disposition::Repaired;
 
@@ -30,13 +30,16 @@ pub(super) struct TreeJoint {
 }
 
 /// Orders the links, or says why they form no tree.
-pub(super) fn build<'a, 'i>(mended: &Mended<'a, 'i>, findings: &Findings) -> Result<Tree<'a, 'i>, Refusal> {
-    let file = File { mended, findings, links: link_indices(mended, findings)? };
+pub(super) fn build<'a, 'i>(
+    repaired: &RepairedUrdf<'a, 'i>,
+    findings: &Findings,
+) -> Result<Tree<'a, 'i>, Refusal> {
+    let file = File { repaired, findings, links: link_indices(repaired, findings)? };
     let parents = file.parents()?;
     let root = file.root(&parents)?;
 
     // The joints that hang on each link, in the order of the file.
-    let mut hanging: Vec<Vec<(usize, usize)>> = vec![Vec::new(); mended.robot.links.len()];
+    let mut hanging: Vec<Vec<(usize, usize)>> = vec![Vec::new(); repaired.robot.links.len()];
     for (child, parent) in parents.iter().enumerate() {
         if let Some(slot) = parent.as_ref().and_then(|up| hanging.get_mut(up.link)) {
             slot.extend(parent.as_ref().map(|up| (up.joint, child)));
@@ -62,9 +65,9 @@ pub(super) fn build<'a, 'i>(mended: &Mended<'a, 'i>, findings: &Findings) -> Res
         let lost = (0..parents.len()).find(|link| !reached.contains(link)).unwrap_or(0);
         return Err(file.describe_loop(&parents, lost));
     }
-    let nodes: Vec<_> = mended.children(mended.root, "link").collect();
+    let nodes: Vec<_> = repaired.children(repaired.root, "link").collect();
     let link_nodes = links.iter().filter_map(|link| nodes.get(*link).copied()).collect();
-    let nodes: Vec<_> = mended.children(mended.root, "joint").collect();
+    let nodes: Vec<_> = repaired.children(repaired.root, "joint").collect();
     let joint_nodes = joints.iter().filter_map(|joint| nodes.get(joint.in_file).copied()).collect();
     Ok(Tree { links, joints, link_nodes, joint_nodes })
 }
@@ -76,15 +79,18 @@ struct Up {
 }
 
 struct File<'m, 'a, 'i> {
-    mended: &'m Mended<'a, 'i>,
+    repaired: &'m RepairedUrdf<'a, 'i>,
     findings: &'m Findings,
     links: HashMap<&'m str, usize>,
 }
 
-fn link_indices<'m>(mended: &'m Mended, findings: &Findings) -> Result<HashMap<&'m str, usize>, Refusal> {
+fn link_indices<'m>(
+    repaired: &'m RepairedUrdf,
+    findings: &Findings,
+) -> Result<HashMap<&'m str, usize>, Refusal> {
     let mut lines = HashMap::new();
     let mut indices = HashMap::new();
-    for (index, (link, node)) in mended.links().enumerate() {
+    for (index, (link, node)) in repaired.links().enumerate() {
         indices.insert(link.name.as_str(), index);
         if let Some(line) = lines.insert(link.name.as_str(), findings.line(node)) {
             return Err(findings.refuse(node, format!("another link has this name, at line {line}")));
@@ -95,11 +101,11 @@ fn link_indices<'m>(mended: &'m Mended, findings: &Findings) -> Result<HashMap<&
 
 /// Gives a name of its own to each joint that has another's. No joint is named
 /// by another element than a mimic, which then means the first.
-pub(super) fn rename_twins(mended: &mut Mended, findings: &mut Findings) {
-    let nodes: Vec<_> = mended.children(mended.root, "joint").collect();
-    let all: HashSet<String> = mended.robot.joints.iter().map(|joint| joint.name.clone()).collect();
+pub(super) fn rename_twins(repaired: &mut RepairedUrdf, findings: &mut Findings) {
+    let nodes: Vec<_> = repaired.children(repaired.root, "joint").collect();
+    let all: HashSet<String> = repaired.robot.joints.iter().map(|joint| joint.name.clone()).collect();
     let mut seen: HashMap<String, (u32, usize)> = HashMap::new();
-    for (joint, node) in mended.robot.joints.iter_mut().zip(nodes) {
+    for (joint, node) in repaired.robot.joints.iter_mut().zip(nodes) {
         let Some((line, count)) = seen.get_mut(&joint.name) else {
             seen.insert(joint.name.clone(), (findings.line(node), 1));
             continue;
@@ -121,11 +127,12 @@ pub(super) fn rename_twins(mended: &mut Mended, findings: &mut Findings) {
 impl File<'_, '_, '_> {
     /// What each link hangs on.
     fn parents(&self) -> Result<Vec<Option<Up>>, Refusal> {
-        let mut parents: Vec<Option<Up>> = self.mended.robot.links.iter().map(|_| None).collect();
-        for (index, (joint, node)) in self.mended.joints().enumerate() {
+        let mut parents: Vec<Option<Up>> = self.repaired.robot.links.iter().map(|_| None).collect();
+        for (index, (joint, node)) in self.repaired.joints().enumerate() {
             let find = |end: &str, name: &str| {
                 let unknown = || {
-                    let meant = nearest(name, self.mended.robot.links.iter().map(|link| link.name.as_str()));
+                    let meant =
+                        nearest(name, self.repaired.robot.links.iter().map(|link| link.name.as_str()));
                     let meant =
                         meant.map_or_else(String::new, |meant| format!("; did you mean {}?", quoted(meant)));
                     format!("its {end} link {} is not defined{meant}", quoted(name))
@@ -164,7 +171,7 @@ impl File<'_, '_, '_> {
                 let message = format!(
                     "{count} root links, where a robot has one (the link that is no joint's child): {names}{more}"
                 );
-                Err(self.findings.refuse(self.mended.root, message))
+                Err(self.findings.refuse(self.repaired.root, message))
             }
         }
     }
@@ -189,18 +196,18 @@ impl File<'_, '_, '_> {
         joints.reverse();
         let message =
             format!("joints form a loop through link {}: {}", self.link_name(first), joints.join(", "));
-        self.findings.refuse(self.mended.root, message)
+        self.findings.refuse(self.repaired.root, message)
     }
 
     fn link_name(&self, index: usize) -> String {
-        let link = self.mended.links().nth(index);
+        let link = self.repaired.links().nth(index);
         link.map_or_else(String::new, |(link, node)| {
             format!("{} (line {})", quoted(&link.name), self.findings.line(node))
         })
     }
 
     fn joint_name(&self, index: usize) -> String {
-        let joint = self.mended.joints().nth(index);
+        let joint = self.repaired.joints().nth(index);
         joint.map_or_else(String::new, |(joint, node)| {
             format!("{} (line {})", quoted(&joint.name), self.findings.line(node))
         })

@@ -27,10 +27,10 @@ impl ImageSource for CameraImages {
         let Some(handle) = self.0.upgrade().map(SimHandle::of_everybody) else { return Ok(None) };
         let now = Instant::now();
         handle.follow_camera(camera, now + FOLLOWED).map_err(|_no_renderer| NoRenderer)?;
-        let book = handle.inner.cameras.book();
-        let picture = book.of_rate(camera, after, None);
-        let drawn = book.camera(camera, now).drawn;
-        drop(book);
+        let queue = handle.inner.cameras.queue();
+        let picture = queue.of_rate(camera, after, None);
+        let drawn = queue.camera(camera, now).drawn;
+        drop(queue);
         Ok(picture.map(|picture| image(&picture, drawn)))
     }
 }

@@ -20,13 +20,13 @@ impl SimHandle {
     ) -> Result<Option<PictureTask>, CallError> {
         let deadline = Instant::now() + timeout;
         let cameras = &self.inner.cameras;
-        let name = cameras.book().begin_waiting(renderer, Instant::now())?;
+        let name = cameras.queue().begin_waiting(renderer, Instant::now())?;
         let present = EndWaiting { cameras, name };
         loop {
             let work_came = cameras.work_came.notified();
             let (task, expiry) = {
-                let mut book = cameras.book();
-                (book.next(&present.name, Instant::now()), book.next_expiry())
+                let mut queue = cameras.queue();
+                (queue.next(&present.name, Instant::now()), queue.next_expiry())
             };
             if task.is_some() {
                 return Ok(task);
@@ -52,7 +52,7 @@ impl SimHandle {
         drawn: Result<Drawn, String>,
     ) -> Result<bool, CallError> {
         let cameras = &self.inner.cameras;
-        let Some(order) = cameras.book().begin_put(id, renderer, Instant::now()) else { return Ok(false) };
+        let Some(order) = cameras.queue().begin_put(id, renderer, Instant::now()) else { return Ok(false) };
         let arriving = Arriving { cameras, id: Some(id) };
         let drawn = match drawn {
             Ok(drawn) => {
@@ -79,7 +79,7 @@ struct EndWaiting<'h> {
 
 impl Drop for EndWaiting<'_> {
     fn drop(&mut self) {
-        self.cameras.book().end_waiting(&self.name, Instant::now());
+        self.cameras.queue().end_waiting(&self.name, Instant::now());
     }
 }
 
@@ -91,14 +91,14 @@ struct Arriving<'h> {
 
 impl Arriving<'_> {
     fn end(mut self, drawn: Result<Drawn, CallError>) -> bool {
-        self.id.take().is_some_and(|id| self.cameras.book().end_put(id, drawn, Instant::now()))
+        self.id.take().is_some_and(|id| self.cameras.queue().end_put(id, drawn, Instant::now()))
     }
 }
 
 impl Drop for Arriving<'_> {
     fn drop(&mut self) {
         if let Some(id) = self.id {
-            self.cameras.book().abandon_put(id);
+            self.cameras.queue().abandon_put(id);
             // Its time may be over: those who wait for work did not wait for that.
             self.cameras.work_came.notify_waiters();
         }

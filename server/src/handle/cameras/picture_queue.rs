@@ -23,7 +23,7 @@ const MOST_TRIES: u32 = 3;
 /// state until its time is over.
 const MOST_DRAWN: usize = 16;
 
-/// What the book keeps to.
+/// What the queue keeps to.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bounds {
     /// Pictures that clients wait for.
@@ -42,7 +42,7 @@ pub(super) type Waiting = watch::Receiver<Option<Answer>>;
 
 /// Tasks, renderers, and the newest pictures.
 #[derive(Debug)]
-pub(super) struct Book {
+pub(super) struct PictureQueue {
     bounds: Bounds,
     last_task: u64,
     last_picture: u64,
@@ -76,7 +76,7 @@ struct Renderer {
     failed: u64,
 }
 
-/// What the book says of a camera.
+/// What the queue says of a camera.
 #[derive(Clone, Debug, Default)]
 pub(super) struct CameraStatus {
     pub(super) followed: bool,
@@ -109,7 +109,7 @@ pub struct PictureTask {
     pub time_left: Duration,
 }
 
-impl Book {
+impl PictureQueue {
     pub(super) fn new(bounds: Bounds) -> Self {
         let (tasks, renderers, cameras) = Default::default();
         Self { bounds, last_task: 0, last_picture: 0, tasks, renderers, cameras }

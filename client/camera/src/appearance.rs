@@ -24,9 +24,9 @@ const GROUND: [f32; 4] = [0.875, 0.890, 0.910, 1.0];
 /// Pictures after which a robot that was in none of them is forgotten.
 const FORGOTTEN: u64 = 256;
 
-/// Why the looks of robots are not known.
+/// Why the appearance of a robot is not known.
 #[derive(Debug, thiserror::Error)]
-pub(crate) enum LookError {
+pub(crate) enum AppearanceError {
     /// The daemon did not answer, or refused.
     #[error(transparent)]
     Daemon(#[from] Error),
@@ -46,7 +46,7 @@ pub(crate) enum LookError {
 
 /// One shape of a robot, on the GPU.
 #[derive(Clone, Debug)]
-pub(crate) struct Looked {
+pub(crate) struct PlacedSurface {
     /// Of the robot.
     pub(crate) link: usize,
     /// With the scale of the mesh.
@@ -57,26 +57,26 @@ pub(crate) struct Looked {
 }
 
 /// All shapes of a robot.
-pub(crate) type Look = Arc<[Looked]>;
+pub(crate) type Appearance = Arc<[PlacedSurface]>;
 
 /// A robot as it was from one load to the next.
 type RobotKey = (String, u64);
 
 struct Known {
-    look: Look,
+    appearance: Appearance,
     /// The picture that it was last in.
     picture: u64,
 }
 
-/// The looks of the robots of one world.
-pub(crate) struct Looks {
+/// The appearances of the robots of one world.
+pub(crate) struct Appearances {
     client: Client,
     surfaces: Surfaces,
     robots: HashMap<RobotKey, Known>,
     picture: u64,
 }
 
-impl Looks {
+impl Appearances {
     /// `most_bytes` is what meshes may take on the GPU.
     pub(crate) fn new(client: Client, drawing: Drawing, most_bytes: u64) -> Self {
         Self { client, surfaces: Surfaces::new(drawing, most_bytes), robots: HashMap::new(), picture: 0 }
@@ -88,11 +88,11 @@ impl Looks {
         self.robots.clear();
     }
 
-    /// The looks of robots, in their order. What is not known yet is asked for.
+    /// The appearances of robots, in their order. What is not known yet is asked for.
     ///
     /// # Errors
     /// Where one of them is not what the daemon shows now, where it does not answer, or where the GPU has no room.
-    pub(crate) async fn of(&mut self, robots: &[RobotLinkPoses]) -> Result<Vec<Look>, LookError> {
+    pub(crate) async fn of(&mut self, robots: &[RobotLinkPoses]) -> Result<Vec<Appearance>, AppearanceError> {
         self.picture += 1;
         let key = |robot: &RobotLinkPoses| (robot.robot.clone(), robot.layout_version);
         let unknown: Vec<&str> = robots
@@ -109,43 +109,43 @@ impl Looks {
             }
             self.ask(&unknown).await?;
         }
-        let mut looks = Vec::with_capacity(robots.len());
+        let mut appearances = Vec::with_capacity(robots.len());
         for robot in robots {
             let Some(known) = self.robots.get_mut(&key(robot)) else {
-                return Err(LookError::Changed(robot.robot.clone()));
+                return Err(AppearanceError::Changed(robot.robot.clone()));
             };
             known.picture = self.picture;
-            looks.push(Arc::clone(&known.look));
+            appearances.push(Arc::clone(&known.appearance));
         }
         let picture = self.picture;
         self.robots.retain(|_, known| picture - known.picture < FORGOTTEN);
-        Ok(looks)
+        Ok(appearances)
     }
 
-    async fn ask(&mut self, robots: &[&str]) -> Result<(), LookError> {
+    async fn ask(&mut self, robots: &[&str]) -> Result<(), AppearanceError> {
         let scene = self.client.scene(robots).await?;
         for robot in scene.robots {
-            let look = self.look(&robot).await?;
+            let appearance = self.appearance(&robot).await?;
             // Another version of it is not drawn again.
             self.robots.retain(|(name, _), _| *name != robot.robot);
-            let known = Known { look, picture: self.picture };
+            let known = Known { appearance, picture: self.picture };
             self.robots.insert((robot.robot, robot.layout_version), known);
         }
         Ok(())
     }
 
     /// A robot without visuals is drawn by its collision shapes, as in the page.
-    async fn look(&mut self, robot: &RobotScene) -> Result<Look, LookError> {
+    async fn appearance(&mut self, robot: &RobotScene) -> Result<Appearance, AppearanceError> {
         let drawn = if robot.visuals.is_empty() { &robot.collisions } else { &robot.visuals };
-        let mut look = Vec::with_capacity(drawn.len());
+        let mut appearance = Vec::with_capacity(drawn.len());
         for shape in drawn {
             let Some(placed) = placed(shape) else { continue };
             let Some(surface) = self.surfaces.get(&self.client, &placed.key).await? else { continue };
             let color = placed.color;
             let link = shape.link as usize;
-            look.push(Looked { link, link_from_mesh: placed.link_from_mesh, surface, color });
+            appearance.push(PlacedSurface { link, link_from_mesh: placed.link_from_mesh, surface, color });
         }
-        Ok(look.into())
+        Ok(appearance.into())
     }
 }
 

@@ -11,7 +11,7 @@ use crate::primitives::{self, segments};
 use crate::scene::Mesh;
 use crate::{glb, images};
 
-use super::LookError;
+use super::AppearanceError;
 
 const MIB: u64 = 1 << 20;
 
@@ -69,7 +69,7 @@ impl Surfaces {
         &mut self,
         client: &Client,
         key: &Key,
-    ) -> Result<Option<Arc<Surface>>, LookError> {
+    ) -> Result<Option<Arc<Surface>>, AppearanceError> {
         self.asked += 1;
         if let Some(kept) = self.kept.get_mut(key) {
             kept.asked = self.asked;
@@ -108,7 +108,7 @@ impl Surfaces {
     ///
     /// # Errors
     /// Where what robots show is beyond it.
-    fn shrink(&mut self) -> Result<(), LookError> {
+    fn shrink(&mut self) -> Result<(), AppearanceError> {
         let mut unused: Vec<(u64, Key)> = self
             .kept
             .iter()
@@ -123,7 +123,7 @@ impl Surfaces {
             self.kept.remove(&key);
         }
         if self.is_over() {
-            return Err(LookError::Memory { wanted: self.bytes() / MIB, most: self.most_bytes / MIB });
+            return Err(AppearanceError::Memory { wanted: self.bytes() / MIB, most: self.most_bytes / MIB });
         }
         Ok(())
     }
@@ -153,7 +153,7 @@ fn made(key: &Key) -> Option<Mesh> {
 }
 
 /// A primitive with a picture of the daemon; without one where that cannot be read.
-async fn pictured(client: &Client, mut mesh: Mesh, sha256: &str) -> Result<Mesh, LookError> {
+async fn pictured(client: &Client, mut mesh: Mesh, sha256: &str) -> Result<Mesh, AppearanceError> {
     let file = match client.asset(sha256).await {
         Ok(file) => file,
         Err(Error::Refused(refusal)) if is_gone(&refusal) => {
@@ -181,7 +181,7 @@ fn is_gone(refusal: &Refusal) -> bool {
 }
 
 /// A mesh of the daemon; `None` where it has none that can be read. The connection's failures are errors.
-async fn fetched(client: &Client, look: &str) -> Result<Option<Mesh>, LookError> {
+async fn fetched(client: &Client, look: &str) -> Result<Option<Mesh>, AppearanceError> {
     let file = match client.mesh(look).await {
         Ok(file) => file,
         Err(Error::Refused(refusal)) if is_gone(&refusal) => {

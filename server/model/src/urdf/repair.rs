@@ -20,7 +20,7 @@ use crate::limits::LoadLimits;
 use crate::report::Disposition::{Defaulted, Ignored, Repaired, Used};
 
 /// What urdf-rs read, beside the nodes that it read it from.
-pub(super) struct Mended<'a, 'i> {
+pub(super) struct RepairedUrdf<'a, 'i> {
     /// Links, joints and materials, each in the order of the file.
     pub(super) robot: urdf_rs::Robot,
     /// The `<robot>`.
@@ -28,7 +28,7 @@ pub(super) struct Mended<'a, 'i> {
     kept: HashSet<NodeId>,
 }
 
-impl<'a, 'i> Mended<'a, 'i> {
+impl<'a, 'i> RepairedUrdf<'a, 'i> {
     /// The children of this name that urdf-rs was given, in its order.
     pub(super) fn children(
         &self,
@@ -59,12 +59,12 @@ pub(super) fn given(node: Option<Node>, name: &str) -> bool {
     node.and_then(|node| node.attribute(name)).is_some_and(|value| !value.trim().is_empty())
 }
 
-/// Mends the document and has urdf-rs read it.
-pub(super) fn mend<'a, 'i>(
+/// Repairs the document and has urdf-rs read it.
+pub(super) fn repair<'a, 'i>(
     root: Node<'a, 'i>,
     limits: &LoadLimits,
     findings: &mut Findings,
-) -> Result<Mended<'a, 'i>, Refusal> {
+) -> Result<RepairedUrdf<'a, 'i>, Refusal> {
     for tag in ["link", "joint"] {
         let count = root.children().filter(|node| is(*node, tag)).count();
         if count > limits.links {
@@ -86,11 +86,15 @@ pub(super) fn mend<'a, 'i>(
     let Mender { xml, kept, findings, .. } = mender;
     let robot = urdf_rs::read_from_string(&xml)
         .map_err(|error| findings.refuse(root, format!("urdf-rs refuses it: {error}")))?;
-    let mended = Mended { robot, root, kept };
+    let repaired = RepairedUrdf { robot, root, kept };
     // They hold by construction; a robot put together from the wrong lines would be worse than none.
-    let links = mended.children(root, "link").count() == mended.robot.links.len();
-    let joints = mended.children(root, "joint").count() == mended.robot.joints.len();
-    if links && joints { Ok(mended) } else { Err(findings.refuse(root, "urdf-rs does not see all elements")) }
+    let links = repaired.children(root, "link").count() == repaired.robot.links.len();
+    let joints = repaired.children(root, "joint").count() == repaired.robot.joints.len();
+    if links && joints {
+        Ok(repaired)
+    } else {
+        Err(findings.refuse(root, "urdf-rs does not see all elements"))
+    }
 }
 
 struct Mender<'f> {
