@@ -118,7 +118,7 @@ for (const { name, options } of VIEWS) {
     await look("plots");
     await tab.page.keyboard.press("p");
     for (const sheet of SHEETS) {
-      // Where nobody else is here, nothing is asked.
+      // Where no other client is here, nothing is asked.
       if (sheet.shows === "ask-sheet") await tab.seesAnother(daemon);
       violations.push(...(await found(tab, sheet)));
     }

@@ -2,6 +2,7 @@
 
 import { resolve } from "node:path";
 
+import type { Locator } from "playwright-core";
 import { expect, test } from "vitest";
 
 import { Base } from "../src/gen/simd/v1/entity_pb";
@@ -137,4 +138,25 @@ test("text is larger in wide windows, and as the user chooses", async () => {
   expect(overflow).toBeLessThanOrEqual(0);
   expect(await usual.violations()).toEqual([]);
   await usual.picture("text-200");
+  // Each menu is within a low window, and all of it can be reached.
+  await usual.page.keyboard.press("Escape");
+  const height = 560;
+  await usual.page.setViewportSize({ width: 1280, height });
+  const menu = usual.page.locator("[popover]:popover-open");
+  const isWithin = async (part: Locator): Promise<boolean> => {
+    const box = await part.boundingBox();
+    return box !== null && box.y >= 0 && box.y + box.height <= height;
+  };
+  for (const button of ["view-menu", "build", "clients", "text-size", "remove"]) {
+    await usual.page.getByTestId(button).click();
+    await expect.poll(() => isWithin(menu), { message: button }).toBe(true);
+    if (button === "build") {
+      const last = usual.page.getByTestId("build-film");
+      await last.scrollIntoViewIfNeeded();
+      expect(await isWithin(last)).toBe(true);
+      await usual.picture("menu-200");
+    }
+    await usual.page.keyboard.press("Escape");
+    await menu.waitFor({ state: "detached" });
+  }
 });

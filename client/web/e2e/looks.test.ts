@@ -190,6 +190,39 @@ test("at high quality gaps are darker than what lies open, and without the code 
   expect(dark.consoleMessages).toEqual([]);
 });
 
+test("a graphics context that was lost and comes back has the light of the room again", async () => {
+  const daemon = await use.daemon(Daemon.start(["--paused"]));
+  const primitive = { geometry: { case: "box", value: { size: { x: 1, y: 1, z: 1 } } }, mass: 1, color: { red: 0.8, green: 0.8, blue: 0.8, alpha: 1 } } as const;
+  await daemon.entities.spawnEntity({ name: "box", base: Base.FIXED, pose: { position: { x: 0, y: 0, z: 0.5 } }, source: { source: { case: "primitive", value: primitive } } });
+  const context = await use.context();
+  await context.addInitScript(() => localStorage.setItem("simd.view.quality", JSON.stringify("high")));
+  const tab = await Tab.open(context, daemon.url);
+  // The side that is away from the sun.
+  const seen = async (): Promise<number> => {
+    await tab.page.evaluate(() => window.simd.camera.look([-2.2, -1, 0.8], [0, 0, 0.5]));
+    await tab.page.waitForFunction(() => window.simd.settled());
+    return (await brightness(tab, [[-0.5, 0, 0.6]]))[0] ?? 0;
+  };
+  const before = await seen();
+  await tab.page.evaluate(async () => {
+    const canvas = document.querySelector<HTMLCanvasElement>(".viewport canvas");
+    const loss = canvas?.getContext("webgl2")?.getExtension("WEBGL_lose_context");
+    if (!canvas || !loss) throw new Error("there is no context");
+    const happened = (name: string) => new Promise((resolve) => canvas.addEventListener(name, resolve, { once: true }));
+    const lost = happened("webglcontextlost");
+    loss.loseContext();
+    await lost;
+    // A context can come back once its event is over.
+    await new Promise((resolve) => setTimeout(resolve));
+    const restored = happened("webglcontextrestored");
+    loss.restoreContext();
+    await restored;
+  });
+  const after = await seen();
+  expect(Math.abs(after - before), `${before} before, ${after} after`).toBeLessThan(0.03 * before);
+  await tab.picture("context-restored");
+});
+
 test("the quality is that of the machine until it is chosen, and is kept", async () => {
   const daemon = await use.daemon(Daemon.demo());
   const context = await use.context();

@@ -33,7 +33,8 @@ export function AddSheet(): JSX.Element {
   const { kind } = form;
   const isGround = kind === "plane" || kind === "heights";
   const close = (): void => {
-    tool.value = null;
+    // Another sheet may have taken its place while a file was sent.
+    if (tool.peek()?.kind === "add") tool.value = null;
   };
   const add = async (): Promise<void> => {
     const wrong = problemOf(form) ?? (kind === "heights" && !file ? "Choose a grey PNG, or a CSV file of heights." : undefined);

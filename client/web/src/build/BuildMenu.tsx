@@ -4,10 +4,11 @@ import { duplicate, takeOut } from "../daemon/building";
 import { Icon, type IconName } from "../panels/icons";
 import { OpenFolder } from "../panels/OpenFolder";
 import { shownRobot } from "../panels/shown-robot";
+import { film } from "../state/film";
 import { askFirst, placing, tool } from "../state/tools";
 import { future, past, redo, undo } from "../state/undo";
 import { role, simulation } from "../state/world";
-import { beginFilmOfSteps, film, toggleFilm } from "./film";
+import { beginFilmOfSteps, toggleFilm } from "./film";
 
 /** Its content; `close` closes it. */
 export function BuildMenu({ close }: { close: () => void }): JSX.Element {

@@ -9,13 +9,15 @@ interface NumberProperties {
   /** SI. */
   value: number;
   kind?: "length" | "angle" | "number";
+  /** What is typed is taken when it is entered or left, since something moves at once: not with each key. Escape gives the old text back. */
+  whenEntered?: boolean;
   onChange: (value: number) => void;
 }
 
 const UNITS = { length: { name: "m", scale: 1 }, angle: { name: "deg", scale: Math.PI / 180 }, number: { name: "", scale: 1 } } as const;
 
 /** A number that is typed with any unit, or computed, and nudged by the arrows; angles in degrees where no unit is written. */
-export function NumberField({ label, testId, value, kind = "length", onChange }: NumberProperties): JSX.Element {
+export function NumberField({ label, testId, value, kind = "length", whenEntered = false, onChange }: NumberProperties): JSX.Element {
   const unit = UNITS[kind];
   const [typed, setTyped] = useState<string | null>(null);
   const [problem, setProblem] = useState("");
@@ -29,13 +31,35 @@ export function NumberField({ label, testId, value, kind = "length", onChange }:
     setProblem(typeof result === "string" ? result : "");
     if (typeof result === "number") onChange(result);
   };
+  const putBack = (): void => {
+    setTyped(null);
+    setProblem("");
+  };
+  /** Takes what was typed, if anything was; of what cannot be read the text stays. */
+  const enter = (): void => {
+    if (typed === null) return;
+    take(typed);
+    if (typeof read(typed) === "number") setTyped(null);
+  };
   const nudge = (event: KeyboardEvent): void => {
     const way = { ArrowUp: 1, ArrowDown: -1 }[event.key];
     if (way === undefined) return;
     event.preventDefault();
     const step = (kind === "angle" ? 1 : 0.01) * unit.scale * (event.shiftKey ? 10 : 1);
-    setTyped(null);
-    onChange(value + way * step);
+    const from = typed === null ? value : read(typed);
+    putBack();
+    onChange((typeof from === "number" ? from : value) + way * step);
+  };
+  const press = (event: KeyboardEvent): void => {
+    if (whenEntered && event.key === "Enter") {
+      enter();
+    } else if (whenEntered && event.key === "Escape" && typed !== null) {
+      // The next one closes what the field is in.
+      event.stopPropagation();
+      putBack();
+    } else {
+      nudge(event);
+    }
   };
   return (
     <label class="build-field">
@@ -54,13 +78,14 @@ export function NumberField({ label, testId, value, kind = "length", onChange }:
         value={typed ?? shownNumber(value / unit.scale)}
         onInput={(event) => {
           setTyped(event.currentTarget.value);
-          take(event.currentTarget.value);
+          if (whenEntered) setProblem("");
+          else take(event.currentTarget.value);
         }}
         onBlur={() => {
-          setTyped(null);
-          setProblem("");
+          if (whenEntered) enter();
+          putBack();
         }}
-        onKeyDown={nudge}
+        onKeyDown={press}
       />
       {problem !== "" && (
         <span class="refusal" role="alert">

@@ -1,8 +1,9 @@
 // What is placed, beside the picture: which part of which robot, and where it is, in numbers.
 import type { JSX } from "preact";
-import { useEffect, useState } from "preact/hooks";
+import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 import { noteMove, moveTo, poseOf } from "../daemon/building";
 import { messageOf } from "../daemon/error-message";
+import { Throttle } from "../daemon/throttle";
 import { Icon } from "../panels/icons";
 import { quaternionOf, rollPitchYaw } from "../state/joint-values";
 import type { Pose } from "../state/scene";
@@ -92,6 +93,8 @@ function Parts({ robot, wanted }: { robot: Robot; wanted: Placing }): JSX.Elemen
   );
 }
 
+/** Milliseconds between two calls at least, while an arrow is held. */
+const INTERVAL = 50;
 const AXES = ["x", "y", "z"] as const;
 const ANGLES = ["roll", "pitch", "yaw"] as const;
 
@@ -99,21 +102,39 @@ const ANGLES = ["roll", "pitch", "yaw"] as const;
 function Numbers({ robot, link }: { robot: Robot; link: string | undefined }): JSX.Element | null {
   const pose = poseIn(robot, link);
   const [asked, setAsked] = useState<Pose | null>(null);
-  // What was asked for is shown until the next state has it.
+  // One call after the other, so that the newest is the last.
+  const calls = useMemo(() => new Throttle(INTERVAL), []);
+  const pending = useRef<Pose | null>(null);
+  // What was asked for is shown until it is there and the next state has it.
   const state = frame.value?.sequence;
-  useEffect(() => setAsked(null), [state]);
+  useEffect(() => {
+    if (!pending.current) setAsked(null);
+  }, [state]);
   if (!pose) return null;
   const now = asked ?? pose;
   const angles = rollPitchYaw([now[3], now[4], now[5], now[6]]);
   const set = (to: Pose): void => {
     setAsked(to);
-    void (link === undefined ? place(robot.name, to) : reach(robot.name, link, pose, to));
+    pending.current = to;
+    calls.next(async () => {
+      const isThere = link === undefined ? await place(robot.name, to) : await reach(robot.name, link, pose, to);
+      if (pending.current !== to) return;
+      pending.current = null;
+      if (!isThere) setAsked(null);
+    });
   };
   return (
     <>
       <div class="build-row">
         {AXES.map((axis, index) => (
-          <NumberField key={axis} label={axis} testId={`place-${axis}`} value={now[index] ?? 0} onChange={(value) => set(now.map((old, at) => (at === index ? value : old)) as unknown as Pose)} />
+          <NumberField
+            key={axis}
+            label={axis}
+            testId={`place-${axis}`}
+            whenEntered
+            value={now[index] ?? 0}
+            onChange={(value) => set(now.map((old, at) => (at === index ? value : old)) as unknown as Pose)}
+          />
         ))}
       </div>
       {link === undefined && (
@@ -124,6 +145,7 @@ function Numbers({ robot, link }: { robot: Robot; link: string | undefined }): J
               label={name}
               testId={`place-${name}`}
               kind="angle"
+              whenEntered
               value={angles[index] ?? 0}
               onChange={(value) => {
                 const [roll, pitch, yaw] = angles.map((old, at) => (at === index ? value : old));
@@ -143,16 +165,21 @@ function poseIn(robot: Robot, link: string | undefined): Pose | undefined {
   return seven?.length === 7 ? ([...seven] as unknown as Pose) : undefined;
 }
 
-async function place(robot: string, to: Pose): Promise<void> {
+/** Puts a robot there; resolves to whether it is. What is refused is said. */
+async function place(robot: string, to: Pose): Promise<boolean> {
   try {
     const from = await poseOf(robot);
     await moveTo(robot, to);
     noteMove(robot, from, to);
+    return true;
   } catch (error) {
     toast("error", messageOf(error));
+    return false;
   }
 }
 
-function reach(robot: string, link: string, from: Pose, to: Pose): Promise<void> {
-  return new LinkPlacement(robot, link).end(from, to);
+/** Brings a link there by its joints, as near as they can: where that is, states say. */
+async function reach(robot: string, link: string, from: Pose, to: Pose): Promise<false> {
+  await new LinkPlacement(robot, link).end(from, to);
+  return false;
 }

@@ -1,90 +1,119 @@
 // A video of a paused world by steps: a second of the video is a second of the world, however slow the page is.
 // The browser's `MediaRecorder` stamps pictures with the clock on the wall, so pictures are encoded one by one with the time of the world.
-import { BufferTarget, CanvasSource, getFirstEncodableVideoCodec, Output, QUALITY_HIGH, WebMOutputFormat } from "mediabunny";
-import { messageOf } from "../daemon/error-message";
+import type { ReadonlySignal } from "@preact/signals";
+import { CanvasSource, getFirstEncodableVideoCodec, QUALITY_HIGH } from "mediabunny";
 import { stepAndSee } from "../daemon/stepping";
+import { film } from "../state/film";
 import { drawnPictures, drawnSequence, redraws } from "../state/picture";
 import { toast } from "../state/toasts";
-import { physics, simulation } from "../state/world";
-import { film, MAX_BYTES, saveFilm, sayFilmIsFull, viewCanvas } from "./film";
+import { connection, physics, simulation } from "../state/world";
+import { MAX_BYTES, saveFilm, sayFilmIsFull, viewCanvas } from "./film";
+import { FilmFile } from "./film-file";
 
 /** Seconds of the world between pictures, where a step is not longer. */
 const INTERVAL = 1 / 30;
 
-/** Takes one until it is ended, or until somebody lets the world play. */
+/** Takes one until it is ended, until a client lets the world play, or until the daemon is lost. What there is of it is saved. */
 export async function filmSteps(): Promise<void> {
   const canvas = viewCanvas();
   if (!canvas || film.peek()) return;
-  let ended = false;
-  film.value = { end: () => (ended = true) };
+  const stop = new AbortController();
+  film.value = { end: () => stop.abort() };
+  const begun = connection.peek();
+  const unwatch = connection.subscribe((now) => {
+    // A daemon that comes back counts its states anew: what is waited for might never come.
+    if (now === begun && now.state === "live") return;
+    if (!stop.signal.aborted) toast("info", "The daemon was lost, and the video ends there.");
+    stop.abort();
+  });
   try {
-    const taken = await take(canvas, () => ended);
-    if (taken) saveFilm(taken);
+    saveFilm(...(await take(canvas, stop.signal)));
   } catch (error) {
-    toast("error", `The video ended: ${messageOf(error)}`);
+    toast("error", `There is no video: ${wordsOf(error)}`);
   } finally {
+    unwatch();
     film.value = null;
   }
 }
 
-/** The file, once `isEnded` says so. */
-async function take(canvas: HTMLCanvasElement, isEnded: () => boolean): Promise<ArrayBuffer | null> {
+/** The file, once it is stopped. Rejects where there is no picture in it. */
+async function take(canvas: HTMLCanvasElement, stop: AbortSignal): Promise<BlobPart[]> {
   const size = { width: canvas.width, height: canvas.height };
-  // Browsers give encoders only to pages that nobody can have changed on their way.
+  // Browsers give encoders only to pages that cannot have been changed on their way.
   const codec = isSecureContext ? await getFirstEncodableVideoCodec(["vp9", "vp8"], size) : null;
-  if (codec === null) {
-    toast("error", "This browser encodes no video here. It needs a recent browser, and https or a daemon on this machine.");
-    return null;
-  }
-  const target = new BufferTarget();
-  let bytes = 0;
-  target.onwrite = (_, end) => (bytes = Math.max(bytes, end));
-  const output = new Output({ format: new WebMOutputFormat(), target });
+  if (codec === null) throw new Error("this browser encodes none here. It needs a recent browser, and https or a daemon on this machine.");
+  const file = new FilmFile();
   const source = new CanvasSource(canvas, { codec, bitrate: QUALITY_HIGH, sizeChangeBehavior: "contain" });
-  output.addVideoTrack(source, { frameRate: 1 / INTERVAL });
-  await output.start();
+  file.output.addVideoTrack(source, { frameRate: 1 / INTERVAL });
+  await file.output.start();
   const period = physics.peek()?.timeStep ?? 0.001;
   let steps = 0;
-  for (let pictures = 1; !isEnded() && simulation.peek().state === "paused"; pictures += 1) {
-    const due = Math.max(1, Math.round((pictures * INTERVAL) / period) - steps);
-    await picture(() => source.add(steps * period, due * period));
-    const sequence = await stepAndSee(due);
-    if (sequence === undefined) break;
-    steps += due;
-    await drawn(sequence);
-    if (bytes > MAX_BYTES) {
-      sayFilmIsFull();
-      break;
+  let pictures = 0;
+  let failure: unknown;
+  try {
+    while (!stop.aborted && simulation.peek().state === "paused") {
+      const due = Math.max(1, Math.round(((pictures + 1) * INTERVAL) / period) - steps);
+      if (!(await picture(() => source.add(steps * period, due * period), stop))) break;
+      pictures += 1;
+      const sequence = await stepAndSee(due, stop);
+      if (sequence === undefined) break;
+      steps += due;
+      await when(drawnSequence, (newest) => newest >= sequence, stop);
+      if (file.bytes > MAX_BYTES) {
+        sayFilmIsFull();
+        break;
+      }
     }
+  } catch (error) {
+    failure = error;
   }
-  await output.finalize();
-  return target.buffer;
+  if (pictures === 0) {
+    await file.output.cancel();
+    throw failure ?? new Error("nothing was drawn.");
+  }
+  const { parts, problem } = await file.content();
+  failure ??= problem;
+  if (failure !== undefined) toast("error", `The browser ended the video; what there is of it is saved: ${wordsOf(failure)}`);
+  return parts;
 }
 
-/** Waits until a state is drawn. */
-function drawn(sequence: bigint): Promise<void> {
-  return new Promise((resolve) => {
-    let end: (() => void) | undefined;
-    const look = (newest: bigint): void => {
-      if (newest < sequence) return;
-      resolve();
-      queueMicrotask(() => end?.());
-    };
-    end = drawnSequence.subscribe(look);
-  });
-}
-
-/** Draws a picture, and calls `take` while the canvas still holds it: browsers empty it once they have shown it. */
-function picture(take: () => Promise<void>): Promise<void> {
+/** Draws a picture, and calls `take` while the canvas still holds it: browsers empty it once they have shown it. Resolves to whether it was drawn. */
+function picture(take: () => Promise<void>, stop: AbortSignal): Promise<boolean> {
   const before = drawnPictures.peek();
-  return new Promise((resolve, reject) => {
+  const taken = when(drawnPictures, (count) => count !== before, stop, take);
+  redraws.value += 1;
+  return taken;
+}
+
+/** Waits until a signal has such a value, and then for what `then` does in the task that has set it. Resolves to whether it came before the stop. */
+function when<T>(source: ReadonlySignal<T>, isIt: (value: T) => boolean, stop: AbortSignal, then = (): Promise<void> => Promise.resolve()): Promise<boolean> {
+  let cancel = (): void => undefined;
+  const waited = new Promise<boolean>((resolve, reject) => {
+    let came = false;
     let end: (() => void) | undefined;
-    const look = (count: number): void => {
-      if (count === before) return;
-      take().then(resolve, reject);
-      queueMicrotask(() => end?.());
+    const look = (value: T): void => {
+      if (came || !isIt(value)) return;
+      came = true;
+      end?.();
+      try {
+        then().then(() => resolve(true), reject);
+      } catch (error) {
+        // What has set the signal has more to do.
+        reject(error);
+      }
     };
-    end = drawnPictures.subscribe(look);
-    redraws.value += 1;
+    cancel = () => {
+      end?.();
+      resolve(came);
+    };
+    end = source.subscribe(look);
+    if (came) end();
   });
+  stop.addEventListener("abort", cancel);
+  if (stop.aborted) cancel();
+  return waited.finally(() => stop.removeEventListener("abort", cancel));
+}
+
+function wordsOf(error: unknown): string {
+  return error instanceof Error ? error.message : String(error);
 }

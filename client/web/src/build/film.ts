@@ -1,6 +1,6 @@
 // A video of the picture, as WebM: of what happens, as it is drawn, or of a paused world by steps.
-import { signal } from "@preact/signals";
 import { save } from "../state/download";
+import { film } from "../state/film";
 import { toast } from "../state/toasts";
 import { daemonName } from "../state/world";
 
@@ -10,13 +10,12 @@ const RATE = 60;
 export const MAX_BYTES = 512 << 20;
 const TYPES: readonly string[] = ["video/webm;codecs=vp9", "video/webm;codecs=vp8", "video/webm"];
 
-/** The video that is being taken. */
-export interface Film {
-  /** Ends and saves it. */
-  end(): void;
-}
-
-export const film = signal<Film | null>(null);
+// A reload would lose it.
+const ask = (event: Event): void => event.preventDefault();
+film.subscribe((running) => {
+  if (running) addEventListener("beforeunload", ask);
+  else removeEventListener("beforeunload", ask);
+});
 
 /** The canvas of the view. */
 export function viewCanvas(): HTMLCanvasElement | null {

@@ -9,6 +9,7 @@ import { RobotsSheet } from "./RobotsSheet";
 import { WorldsSheet } from "./WorldsSheet";
 
 export { BuildMenu } from "./BuildMenu";
+export { FilmNote } from "./FilmNote";
 export { PlaceCard } from "./PlaceCard";
 
 /** The sheet that is open. */

@@ -2,7 +2,7 @@
 import { createClient, type Client } from "@connectrpc/connect";
 import { Quaternion, Vector3 } from "three";
 import { moveTo, noteMove, wirePose } from "../daemon/building";
-import { messageOf } from "../daemon/error-message";
+import { messageOf, worded } from "../daemon/error-message";
 import { daemonConnection } from "../daemon/page";
 import { services, transport } from "../daemon/services";
 import { KinematicsService } from "../gen/simd/v1/kinematics_pb";
@@ -51,6 +51,7 @@ let solver: Client<typeof KinematicsService> | undefined;
 export class LinkPlacement implements Placement {
   private readonly axes: Axis[];
   private readonly before: Map<string, number>;
+  private sent: Sent = new Map();
   private unreachable = false;
 
   constructor(
@@ -69,14 +70,14 @@ export class LinkPlacement implements Placement {
       const target = turned || this.axes.length >= ENOUGH ? { position, orientation } : { position };
       const { positions, converged, positionError } = await solver.computeInverseKinematics({ robot: this.robot, link: this.link, target, joints: this.axes.map(({ joint }) => joint), tolerance: 1e-3, maxIterations: 100 });
       this.unreachable = !converged && positionError > 1e-2;
-      await setJoints(this.axes, (axis) => positions[axis.positionIndex]);
+      this.sent = await setJoints(this.axes, (axis) => positions[axis.positionIndex]);
     });
   }
 
   async end(from: Pose, to: Pose): Promise<void> {
     await this.to(to, from);
     if (this.unreachable) toast("info", `${this.link} cannot reach that place; its joints are as near as they can be.`);
-    noteJoints(`the joints of ${this.robot}`, this.axes, this.before);
+    noteJoints(`the joints of ${this.robot}`, this.axes, this.before, this.sent);
   }
 }
 
@@ -84,6 +85,7 @@ export class LinkPlacement implements Placement {
 export class JointPlacement implements Placement {
   private readonly axes: Axis[];
   private readonly before: Map<string, number>;
+  private sent: Sent = new Map();
 
   constructor(robot: string, joint: string) {
     this.axes = drivenAxes(robot).filter((axis) => axis.joint === joint);
@@ -97,13 +99,13 @@ export class JointPlacement implements Placement {
       const began = this.before.get(axis.key) ?? 0;
       const moved = began + (axis.kind === "angle" ? turnAbout(from, to) : slideAlong(from, to));
       const value = Math.min(axis.upper ?? Infinity, Math.max(axis.lower ?? -Infinity, moved));
-      await setJoints(this.axes, () => value);
+      this.sent = await setJoints(this.axes, () => value);
     });
   }
 
   async end(from: Pose, to: Pose): Promise<void> {
     await this.to(to, from);
-    for (const axis of this.axes) noteJoints(`the joint ${axis.label}`, [axis], this.before);
+    for (const axis of this.axes) noteJoints(`the joint ${axis.label}`, [axis], this.before, this.sent);
   }
 }
 
@@ -135,14 +137,18 @@ function positionsOf(axes: readonly Axis[]): Map<string, number> {
   return found;
 }
 
-/** Targets while the world plays; in one that is paused the joints themselves, with targets that hold them there. */
-async function setJoints(axes: readonly Axis[], valueOf: (axis: Axis) => number | undefined): Promise<void> {
+/** Positions that were asked for, by the keys of axes. */
+type Sent = ReadonlyMap<string, number>;
+
+/** Targets while the world plays; in one that is paused the joints themselves, with targets that hold them there. Resolves to what was sent. */
+async function setJoints(axes: readonly Axis[], valueOf: (axis: Axis) => number | undefined): Promise<Sent> {
   const values = axes.flatMap((axis) => {
     const value = valueOf(axis);
     return value === undefined ? [] : [{ axis, value }];
   });
+  const sent = new Map(values.map(({ axis, value }) => [axis.key, value]));
   const [first] = values;
-  if (!first) return;
+  if (!first) return sent;
   const { joints } = services();
   const { robot } = first.axis;
   const targets = values.map(({ axis, value }) => ({ joint: axis.joint, target: { case: "position", value: { position: value } } as const }));
@@ -151,13 +157,14 @@ async function setJoints(axes: readonly Axis[], valueOf: (axis: Axis) => number 
   }
   await joints.setJointTargets({ robots: [{ robot, joints: targets }] });
   daemonConnection().pollNow();
+  return sent;
 }
 
-/** Notes where the joints are, as a change from where they were. */
-function noteJoints(what: string, axes: readonly Axis[], before: ReadonlyMap<string, number>): void {
-  const after = positionsOf(axes);
-  const set = (values: ReadonlyMap<string, number>) => () => setJoints(axes, (axis) => values.get(axis.key)).catch((error: unknown) => Promise.reject(new Error(messageOf(error))));
-  changed({ what: `moving ${what}`, undo: set(before), redo: set(after) });
+/** Notes where the joints were sent, as a change from where they were: the page hears of it only with a later state. */
+function noteJoints(what: string, axes: readonly Axis[], before: Sent, after: Sent): void {
+  if (after.size === 0) return;
+  const set = (values: Sent) => () => worded(() => setJoints(axes, (axis) => values.get(axis.key)));
+  changed({ what: `moving ${what}`, of: `place ${axes.map(({ key }) => key).join()}`, undo: set(before), redo: set(after) });
 }
 
 async function said(act: () => Promise<unknown>): Promise<void> {

@@ -12,7 +12,7 @@ import { bringIn, noteSpawn } from "./building";
 import { BallTargets } from "./ball-targets";
 import { Coalescer } from "./coalesce";
 import { daemonConnection } from "./page";
-import { messageOf } from "./error-message";
+import { messageOf, worded } from "./error-message";
 import { services } from "./services";
 import { ballTargetOf, targetOf, type WireTarget } from "./targets";
 
@@ -30,7 +30,11 @@ const pulls = new Coalescer<string, Pull>(async (values) => void (await attempt(
 export function setTarget(axis: Axis, mode: Mode, value: number): Promise<void> {
   const joints = frame.peek()?.joints.get(axis.robot);
   const before = joints && axisValues(axis, joints);
-  const set = (to: Mode, at: number) => () => targets.set(axis.key, { axis, mode: to, value: at });
+  const set = (to: Mode, at: number) => () => {
+    // One that waits would come after it. Sent by itself, so that it is not said to be done where the daemon refuses it.
+    targets.drop((key) => key === axis.key);
+    return worded(() => sendTargets(new Map([[axis.key, { axis, mode: to, value: at }]])));
+  };
   if (before) changed({ what: `the target of ${axis.key}`, of: axis.key, undo: set(before.mode, before.target), redo: set(mode, value) });
   return targets.set(axis.key, { axis, mode, value });
 }
@@ -94,7 +98,7 @@ export async function loadFiles(files: DroppedFile[], options?: LoadOptions): Pr
   const done = await attempt(async () => {
     // Most visits load nothing.
     const { loadDropped } = await import("../load/load");
-    await loadDropped(services().entities, files, options, noteSpawn);
+    await loadDropped(services().entities, files, options, (spawned, request, isLifted) => noteSpawn(spawned, request, "adding", isLifted));
   });
   daemonConnection().pollAllNow();
   return done;

@@ -2,41 +2,49 @@
 import type { MessageInitShape } from "@bufbuild/protobuf";
 import { Base, type SpawnEntityRequest, type SpawnEntityRequestSchema } from "../gen/simd/v1/entity_pb";
 import { nextSpawnPosition } from "../load/spawn-position";
+import { measureLater } from "../state/report";
 import { scenes as drawn, type Pose } from "../state/scene";
 import { toast } from "../state/toasts";
 import { changed, type Change } from "../state/undo";
 import { selectedRobot } from "../state/view";
 import { frame, robots, type JointValues, type Robot } from "../state/world";
-import { messageOf } from "./error-message";
+import { messageOf, worded } from "./error-message";
 import { daemonConnection } from "./page";
 import { services } from "./services";
 
 /** A request for a robot. */
 export type Spawn = Exclude<MessageInitShape<typeof SpawnEntityRequestSchema>, SpawnEntityRequest>;
 
-/** What this page asked for, by the name of the robot: it says more than the daemon's answers about a robot. */
-const asked = new Map<string, Spawn>();
-
-/** Keeps what was asked for a robot, so that it can be brought back and doubled. */
-export function rememberSpawn(name: string, request: Spawn): void {
-  asked.set(name, request);
+/** A robot that this page has brought in. One that has its name later is another, and has another version. */
+export interface Spawned {
+  name: string;
+  layoutVersion: bigint;
 }
+
+/** What this page asked for, by the name of the robot: it says more than the daemon's answers about a robot. */
+const asked = new Map<string, { request: Spawn; version: bigint }>();
 
 /** Brings a robot in, and selects it. Resolves to its name; undefined where it was refused, which is said. */
 export function bringIn(request: Spawn, what = "adding"): Promise<string | undefined> {
   return attempt(async () => {
-    const name = await spawn(request);
-    noteSpawn(name, request, what);
-    selectedRobot.value = name;
-    return name;
+    const spawned = await spawn(request);
+    noteSpawn(spawned, request, what);
+    selectedRobot.value = spawned.name;
+    return spawned.name;
   });
 }
 
-/** Notes that a robot was brought in. */
-export function noteSpawn(name: string, request: Spawn, what = "adding"): void {
-  rememberSpawn(name, request);
-  const again = { ...request, name, allowRenaming: false };
-  note({ what: `${what} ${name}`, undo: () => remove(name), redo: () => spawn(again) });
+/** Notes that a robot was brought in, and whether the page lifts it onto the ground. */
+export function noteSpawn({ name, layoutVersion }: Spawned, request: Spawn, what = "adding", isLifted = false): void {
+  let version = keep(name, layoutVersion, request);
+  note({
+    what: `${what} ${name}`,
+    undo: () => removeOwn(name, version),
+    redo: async () => {
+      version = await bringBack(name, request);
+      if (isLifted) measureLater(name);
+    },
+  });
 }
 
 /** Takes a robot out of the world. */
@@ -46,7 +54,8 @@ export function takeOut(name: string): Promise<unknown> {
     const back = await requestOf(name).catch(() => undefined);
     await remove(name);
     if (!back) return;
-    note({ what: `removing ${name}`, undo: () => spawn({ ...back, name, allowRenaming: false }), redo: () => remove(name) });
+    let version = 0n;
+    note({ what: `removing ${name}`, undo: async () => (version = await bringBack(name, back)), redo: () => removeOwn(name, version) });
   });
 }
 
@@ -57,10 +66,7 @@ export function duplicate(name: string): Promise<string | undefined> {
     const [x, , z, ...turn] = await poseOf(name);
     const { y } = nextSpawnPosition(drawn.peek(), frame.peek());
     const made: Spawn = { ...request, name, allowRenaming: true, pose: wirePose([x, y, z, ...turn]) };
-    const twin = await spawn(made);
-    noteSpawn(twin, made, "duplicating to");
-    selectedRobot.value = twin;
-    return twin;
+    return bringIn(made, "duplicating to");
   });
 }
 
@@ -72,7 +78,7 @@ export async function moveTo(robot: string, pose: Pose): Promise<void> {
 
 /** Notes that a robot was moved. */
 export function noteMove(robot: string, from: Pose, to: Pose): void {
-  note({ what: `moving ${robot}`, undo: () => moveTo(robot, from), redo: () => moveTo(robot, to) });
+  note({ what: `moving ${robot}`, of: `place ${robot}`, undo: () => moveTo(robot, from), redo: () => moveTo(robot, to) });
 }
 
 /** world_from_root, as the daemon has it. */
@@ -90,8 +96,8 @@ async function requestOf(robot: string): Promise<Spawn> {
   const known = robots.peek().find(({ name }) => name === robot);
   const joints = frame.peek()?.joints.get(robot);
   const now: Spawn = { name: robot, pose: wirePose(pose), base: entity?.base ?? Base.UNSPECIFIED, ...(known && joints && placesOf(known, joints)) };
-  const before = asked.get(robot);
-  if (before) return { ...before, ...now };
+  const own = asked.get(robot);
+  if (own && own.version === entity?.layoutVersion) return { ...own.request, ...now };
   const assets: Record<string, string> = {};
   for (const { geometry } of [...(scene?.visuals ?? []), ...(scene?.collisions ?? [])]) {
     if (geometry.case === "mesh" && geometry.value.sha256 !== "") assets[geometry.value.uri] = geometry.value.sha256;
@@ -118,10 +124,29 @@ export function wirePose([x, y, z, qx, qy, qz, qw]: Pose): { position: { x: numb
   return { position: { x, y, z }, orientation: { x: qx, y: qy, z: qz, w: qw } };
 }
 
-async function spawn(request: Spawn): Promise<string> {
+async function spawn(request: Spawn): Promise<Spawned> {
   const { entity } = await services().entities.spawnEntity(request);
   daemonConnection().pollAllNow();
-  return entity?.name ?? "";
+  return { name: entity?.name ?? "", layoutVersion: entity?.layoutVersion ?? 0n };
+}
+
+/** Keeps what was asked for a robot, so that it can be doubled, and returns its version. */
+function keep(name: string, version: bigint, request: Spawn): bigint {
+  asked.set(name, { request, version });
+  return version;
+}
+
+/** Brings a robot in again under its name. Resolves to its version now. */
+async function bringBack(name: string, request: Spawn): Promise<bigint> {
+  const { layoutVersion } = await spawn({ ...request, name, allowRenaming: false });
+  return keep(name, layoutVersion, request);
+}
+
+/** Takes out what this page has brought in, and nothing that another client has called the same since. */
+async function removeOwn(name: string, version: bigint): Promise<void> {
+  const { entity } = await services().entities.getEntityInfo({ robot: name });
+  if (entity?.layoutVersion !== version) throw new Error(`another robot is called ${name} now`);
+  await remove(name);
 }
 
 async function remove(robot: string): Promise<void> {
@@ -140,12 +165,5 @@ async function attempt<T>(act: () => Promise<T>): Promise<T | undefined> {
 
 /** Notes a change; what the daemon refuses of it is said in its words. */
 function note(change: Change): void {
-  const worded = (act: () => Promise<unknown>) => async () => {
-    try {
-      await act();
-    } catch (error) {
-      throw new Error(messageOf(error));
-    }
-  };
-  changed({ ...change, undo: worded(change.undo), redo: worded(change.redo) });
+  changed({ ...change, undo: () => worded(change.undo), redo: () => worded(change.redo) });
 }

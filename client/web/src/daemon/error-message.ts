@@ -9,6 +9,15 @@ export function messageOf(error: unknown): string {
   return error instanceof Error ? sentence(error.message) : String(error);
 }
 
+/** Does something that rejects, where it fails, with what is to be said to the user. */
+export async function worded<T>(act: () => Promise<T>): Promise<T> {
+  try {
+    return await act();
+  } catch (error) {
+    throw new Error(messageOf(error));
+  }
+}
+
 /** Tells a status from the daemon from an error of the browser, which has a cause, or of a proxy. */
 function isFromDaemon(error: ConnectError): boolean {
   if (error.cause !== undefined || error.rawMessage === "") return false;

@@ -5,6 +5,7 @@ import { deflateSync } from "node:zlib";
 import { expect, test } from "vitest";
 import { CameraPictureSchema, CameraService, PlaneCompression } from "../gen/simd/v1/camera_pb";
 import type { SensorPicture } from "../state/pictures";
+import { connection } from "../state/world";
 import { PictureFollower, shownOf } from "./pictures";
 import { servicesOver } from "./services";
 
@@ -41,6 +42,37 @@ test("a plane of another size is refused, before it is unpacked", async () => {
   }
 });
 
+/** The state of the connection. */
+function connected(state: "live" | "lost"): void {
+  connection.value = { state, reason: "", retryAt: 0 };
+}
+
+test("a hidden page and one whose daemon is lost ask for no pictures", async () => {
+  let asked = 0;
+  const transport = createRouterTransport(({ service }) => {
+    service(CameraService, {
+      getPicture: () => {
+        asked += 1;
+        return { picture: { ...SIZE, sequence: BigInt(asked), color: raw(new Uint8Array(6)) } };
+      },
+    });
+  });
+  const follower = new PictureFollower(() => servicesOver(transport));
+  connected("live");
+  follower.setVisible(false);
+  const end = follower.follow("arm", "eye", () => undefined);
+  await follower.round();
+  expect(asked).toBe(0);
+  connected("lost");
+  follower.setVisible(true);
+  await follower.round();
+  expect(asked).toBe(0);
+  connected("live");
+  await follower.round();
+  expect(asked).toBeGreaterThan(0);
+  end();
+});
+
 test("a picture is passed on once, and so is why there is none", async () => {
   let sequence = 1n;
   let refused = false;
@@ -53,6 +85,7 @@ test("a picture is passed on once, and so is why there is none", async () => {
       },
     });
   });
+  connected("live");
   const calls: [SensorPicture | undefined, string][] = [];
   const follower = new PictureFollower(() => servicesOver(transport));
   // The loop begins with a round of its own, which is the first of these.

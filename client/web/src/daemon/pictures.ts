@@ -1,6 +1,7 @@
 // Pictures of cameras while they are shown: one call at a time for all of them, so that they take one connection of the browser.
 import { PlaneCompression, type CameraPicture, type PicturePlane } from "../gen/simd/v1/camera_pb";
 import type { SensorPicture } from "../state/pictures";
+import { connection } from "../state/world";
 import { messageOf } from "./error-message";
 import { PollLoop } from "./poll-loop";
 import { services, type Services } from "./services";
@@ -29,25 +30,39 @@ interface Followed {
 export class PictureFollower {
   private readonly followed = new Set<Followed>();
   private readonly loop = new PollLoop(() => this.round());
+  private visible = true;
 
   constructor(private readonly services: () => Services) {}
+
+  /** Asks for pictures, or for none while the page is hidden. */
+  setVisible(visible: boolean): void {
+    this.visible = visible;
+    this.update();
+  }
 
   /** Calls `onPicture` with each new picture of a camera from now on. Returns what ends that. */
   follow(robot: string, sensor: string, onPicture: OnPicture): () => void {
     const one = { robot, sensor, onPicture, sequence: 0n };
     this.followed.add(one);
-    this.loop.start();
+    this.update();
     this.loop.wake();
     return () => {
       this.followed.delete(one);
-      if (this.followed.size === 0) this.loop.stop();
+      this.update();
     };
+  }
+
+  private update(): void {
+    if (this.visible && this.followed.size > 0) this.loop.start();
+    else this.loop.stop();
   }
 
   /** Returns the milliseconds until the next round. */
   async round(): Promise<number> {
     let delay = INTERVAL;
     for (const one of this.followed) {
+      // A lost daemon is asked by the connection alone, until it answers.
+      if (!this.visible || connection.peek().state !== "live") break;
       try {
         const { robot, sensor } = one;
         const { picture } = await this.services().cameras.getPicture({ robot, sensor, timeout: WAIT }, { timeoutMs: 1000 * (WAIT + 3) });
@@ -65,11 +80,21 @@ export class PictureFollower {
   }
 }
 
-const ours = new PictureFollower(services);
+let ours: PictureFollower | undefined;
 
 /** Shows what a camera sees until the returned function is called. */
 export function followPicture(robot: string, sensor: string, onPicture: OnPicture): () => void {
+  ours ??= ofThisPage();
   return ours.follow(robot, sensor, onPicture);
+}
+
+/** This code is loaded with the first camera, so that the connection of the page does not know it. */
+function ofThisPage(): PictureFollower {
+  const follower = new PictureFollower(services);
+  const update = () => follower.setVisible(!document.hidden);
+  document.addEventListener("visibilitychange", update);
+  update();
+  return follower;
 }
 
 /** The first plane that a picture has, as colours: depths are lighter the nearer, and links have colours of their own. */

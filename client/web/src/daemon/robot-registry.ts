@@ -18,6 +18,8 @@ export class RobotRegistry {
   private known: Layouts = new Map();
   private fetching = false;
   private notBefore = 0;
+  /** Robots whose joints are to be fetched again: with the next fetch, since one may be on its way already. */
+  private owed = new Set<string>();
 
   /** `changed` is called after each fetch: `layouts` may differ from then on. */
   constructor(
@@ -32,27 +34,33 @@ export class RobotRegistry {
 
   /** Fetches everything, since this may be another daemon than before. Rejects if it does not answer. */
   async load(): Promise<void> {
+    this.owed.clear();
     await this.fetch(new Map(), new Set());
   }
 
   /** Compares with the layouts of a state, and fetches what is new or has changed. */
   async update(layouts: Layouts): Promise<void> {
-    if (this.fetching || performance.now() < this.notBefore || same(this.known, layouts)) return;
-    await this.try(new Set());
+    if (this.owed.size > 0 || !same(this.known, layouts)) await this.try();
   }
 
   /** Fetches what changes without a new layout: the claims on joints of these robots, and whether a robot is disabled. */
   async refresh(names: ReadonlySet<string>): Promise<void> {
-    if (!this.fetching) await this.try(names);
+    for (const name of names) this.owed.add(name);
+    await this.try();
   }
 
-  private async try(names: ReadonlySet<string>): Promise<void> {
+  /** Does nothing while a fetch runs, or soon after one has failed: the next state asks again. */
+  private async try(): Promise<void> {
+    if (this.fetching || performance.now() < this.notBefore) return;
     this.fetching = true;
+    const names = this.owed;
+    this.owed = new Set();
     try {
       await this.fetch(this.known, names);
     } catch {
       // A robot was deleted in the meantime, or the daemon is lost: the next states show which.
       this.notBefore = performance.now() + RETRY_INTERVAL;
+      for (const name of names) this.owed.add(name);
     } finally {
       this.fetching = false;
     }

@@ -1,10 +1,10 @@
 // Loads dropped robots: finds their files, uploads those that the daemon does not have, and spawns.
 import type { MessageInitShape } from "@bufbuild/protobuf";
-import type { DescriptionSourceSchema, SpawnEntityRequest, SpawnEntityRequestSchema, SpawnEntityResponse } from "../gen/simd/v1/entity_pb";
+import type { DescriptionSourceSchema, EntityInfo, SpawnEntityRequest, SpawnEntityRequestSchema, SpawnEntityResponse } from "../gen/simd/v1/entity_pb";
 import { AssetState, Base, MeshShapes } from "../gen/simd/v1/entity_pb";
 import { loadingOf, reportOf } from "../daemon/mapping";
 import type { Services } from "../daemon/services";
-import { loading, reports, unmeasured } from "../state/report";
+import { loading, measureLater, reports } from "../state/report";
 import { scenes } from "../state/scene";
 import { toast } from "../state/toasts";
 import { selectedRobot } from "../state/view";
@@ -53,9 +53,11 @@ const SHAPES: Record<LoadOptions["meshes"], MeshShapes> = { mesh: MeshShapes.MES
 type Entities = Services["entities"];
 type Spawn = Exclude<MessageInitShape<typeof SpawnEntityRequestSchema>, SpawnEntityRequest>;
 type Source = MessageInitShape<typeof DescriptionSourceSchema>;
+/** Is called with each robot that is loaded, what was asked for, and whether the page lifts it onto the ground. */
+type OnLoaded = (entity: EntityInfo, request: Spawn, isLifted: boolean) => void;
 
-/** Loads each URDF among the files. `loaded` is called with the name of each and its request. Rejects with the error of the daemon, or with one of its own. */
-export async function loadDropped(entities: Entities, dropped: DroppedFile[], options = DEFAULT_OPTIONS, loaded: (name: string, request: Spawn) => void = () => undefined): Promise<void> {
+/** Loads each URDF among the files. Rejects with the error of the daemon, or with one of its own. */
+export async function loadDropped(entities: Entities, dropped: DroppedFile[], options = DEFAULT_OPTIONS, loaded: OnLoaded = () => undefined): Promise<void> {
   const files = new Map(dropped.map(({ path, file }) => [`${MOUNT}/${path.replace(/^\/+/, "")}`, file]));
   const tree = new Tree(files.keys(), await manifestsOf(files));
   try {
@@ -72,7 +74,7 @@ async function manifestsOf(files: Map<string, File>): Promise<Map<string, string
 }
 
 /** Expands a xacro file and loads what it becomes. */
-async function loadXacro(entities: Entities, files: Map<string, File>, tree: Tree, xacro: XacroChoice, options: LoadOptions, loaded: (name: string, request: Spawn) => void): Promise<void> {
+async function loadXacro(entities: Entities, files: Map<string, File>, tree: Tree, xacro: XacroChoice, options: LoadOptions, loaded: OnLoaded): Promise<void> {
   loading.value = { what: nameOf(xacro.path), phase: "reading", done: 0, total: 0, item: "" };
   const { urdf, messages } = await expandXacro(entities, files, xacro);
   for (const message of messages.slice(0, MOST_MESSAGES)) toast("info", `${nameOf(xacro.path)}: ${message}`);
@@ -85,7 +87,7 @@ interface Description {
   bytes: Uint8Array<ArrayBuffer>;
 }
 
-async function load(entities: Entities, files: Map<string, File>, tree: Tree, { urdf, bytes }: Description, options: LoadOptions, loaded: (name: string, request: Spawn) => void): Promise<void> {
+async function load(entities: Entities, files: Map<string, File>, tree: Tree, { urdf, bytes }: Description, options: LoadOptions, loaded: OnLoaded): Promise<void> {
   loading.value = { what: nameOf(urdf), phase: "reading", done: 0, total: 0, item: "" };
   let prepared = await entities.prepareDescription({ urdf: bytes });
   const locator = new Locator(tree, urdf);
@@ -110,9 +112,10 @@ async function load(entities: Entities, files: Map<string, File>, tree: Tree, { 
   const source = { source: { case: "description", value: prepared.description }, assets: found.hashes, missing: found.missing } as const;
   const request = requestOf(source, options, prepared.models.length > 0);
   const spawned = await spawn(entities, what, request);
-  const name = keepReport(spawned, request.base !== Base.FIXED, options.position === undefined);
+  const isLifted = options.position === undefined;
+  const entity = keepReport(spawned, request.base !== Base.FIXED, isLifted);
   // Of several robots each would bring all.
-  if (spawned?.others.length === 0) loaded(name, request);
+  if (spawned?.others.length === 0) loaded(entity, request, isLifted);
 }
 
 /** What is asked for. An SDF or MJCF says itself what is fixed, unless the user says otherwise. */
@@ -182,18 +185,18 @@ async function spawn(entities: Entities, what: string, request: Spawn): Promise<
   return spawned;
 }
 
-/** Keeps what was said of the robot, and has it lifted onto the ground where nothing says where it is to be. Returns its name. */
-function keepReport(spawned: SpawnEntityResponse | undefined, saysBase: boolean, isLifted: boolean): string {
-  const name = spawned?.entity?.name;
-  if (!spawned || name === undefined) throw new Error("The daemon ended the call without a result.");
+/** Keeps what was said of the robot, and has it lifted onto the ground where nothing says where it is to be. Returns what it is. */
+function keepReport(spawned: SpawnEntityResponse | undefined, saysBase: boolean, isLifted: boolean): EntityInfo {
+  if (!spawned?.entity) throw new Error("The daemon ended the call without a result.");
+  const { name } = spawned.entity;
   const report = reportOf(name, spawned.report);
   reports.value = new Map(reports.value).set(name, report);
-  if (isLifted) unmeasured.value = new Set(unmeasured.value).add(name);
+  if (isLifted) measureLater(name);
   const others = spawned.others.map((other) => other.name);
   selectedRobot.value = name;
   const said = report.summary === "" ? `${[name, ...others].join(", ")} is loaded` : report.summary;
   toast("info", saysBase ? `${said}.` : `${said}. Its base is fixed to the world.`);
-  return name;
+  return spawned.entity;
 }
 
 async function bytesOf(files: Map<string, File>, path: string): Promise<Uint8Array<ArrayBuffer>> {

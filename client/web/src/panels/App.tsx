@@ -17,6 +17,7 @@ import type { JSX } from "preact";
 import { useEffect } from "preact/hooks";
 import { LazyPlots } from "../plots/LazyPlots";
 import { Viewport } from "../scene/Viewport";
+import { film } from "../state/film";
 import { playback } from "../state/playback";
 import { pictureOpen } from "../state/picture";
 import { recordingsOpen } from "../state/recordings";
@@ -47,6 +48,7 @@ const GuideSheet = lazy(async () => (await import("./GuideSheet")).GuideSheet, "
 const PictureSheet = lazy(async () => (await import("./PictureSheet")).PictureSheet, "The sheet for pictures", () => (pictureOpen.value = false));
 const ToolSheet = lazy(async () => (await import("../build")).ToolSheet, "The tool", () => (tool.value = null));
 const PlaceCard = lazy(async () => (await import("../build")).PlaceCard, "The tool", () => (placing.value = null));
+const FilmNote = lazy(async () => (await import("../build")).FilmNote, "The tool");
 
 /** The whole page. */
 export function App(): JSX.Element {
@@ -68,6 +70,7 @@ export function App(): JSX.Element {
         {empty && <EmptyWorld />}
         <InputNote />
         {placing.value && <PlaceCard />}
+        {film.value && <FilmNote />}
         <ViewToggles />
         <Toasts />
       </main>

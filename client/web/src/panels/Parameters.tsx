@@ -40,6 +40,8 @@ const PENDING_TIMEOUT = 1500;
 function ParameterSlider({ parameter }: { parameter: Parameter }): JSX.Element {
   const { name, minimum, maximum } = parameter;
   const [own, setOwn] = useState<{ value: number } | null>(null);
+  /** What is in the number box while it is edited: the list is rendered anew whenever any parameter changes. */
+  const [typed, setTyped] = useState<string | null>(null);
   const dragging = useRef(false);
   // A refused value must not be shown until the next change of the parameters.
   useEffect(() => {
@@ -61,16 +63,17 @@ function ParameterSlider({ parameter }: { parameter: Parameter }): JSX.Element {
     // In a text field the horizontal arrow keys move the caret.
     if (direction !== 0 && event.currentTarget instanceof HTMLInputElement && event.currentTarget.type === "text" && /Left|Right/.test(event.key)) return;
     event.preventDefault();
+    setTyped(null);
     const step = niceStep((maximum - minimum) / 200);
     set(Math.round((value + direction * step * (event.shiftKey ? 10 : 1)) / step) * step);
   };
-  const type = (box: HTMLInputElement): void => {
+  const take = (): void => {
+    setTyped(null);
     // The shown text is rounded: if it was not edited, the value must not change.
-    if (box.value === shortened(value)) return;
-    const typed = valueOf(box.value);
-    if (Number.isFinite(typed)) set(typed);
-    else toast("error", `${name}: "${box.value}" is not a number.`);
-    box.value = shortened(value);
+    if (typed === null || typed === shortened(value)) return;
+    const number = valueOf(typed);
+    if (Number.isFinite(number)) set(number);
+    else toast("error", `${name}: "${typed}" is not a number.`);
   };
   const release = (): void => {
     dragging.current = false;
@@ -110,11 +113,13 @@ function ParameterSlider({ parameter }: { parameter: Parameter }): JSX.Element {
           inputMode="decimal"
           data-testid="parameter-number"
           aria-label={`${name}, as a number`}
-          value={shortened(value)}
+          value={typed ?? shortened(value)}
           onFocus={(event) => event.currentTarget.select()}
-          onBlur={(event) => type(event.currentTarget)}
+          onInput={(event) => setTyped(event.currentTarget.value)}
+          onBlur={take}
           onKeyDown={(event) => {
-            if (event.key === "Enter") type(event.currentTarget);
+            if (event.key === "Enter") take();
+            else if (event.key === "Escape") setTyped(null);
             else nudge(event);
           }}
         />

@@ -27,7 +27,8 @@ export function Popover({ face, title, label, class: className, testId, children
     const under = button.current.getBoundingClientRect();
     const { style, offsetHeight } = sheet.current;
     const below = under.bottom + 6;
-    style.top = `${below + offsetHeight <= innerHeight ? below : Math.max(8, under.top - offsetHeight - 6)}px`;
+    const lowest = innerHeight - offsetHeight - 8;
+    style.top = `${below <= lowest ? below : Math.max(8, Math.min(lowest, under.top - offsetHeight - 6))}px`;
     style.right = `${Math.max(8, Math.min(innerWidth - under.right, innerWidth - sheet.current.offsetWidth - 8))}px`;
   };
   // Its content may be loaded after it was opened.

@@ -146,10 +146,17 @@ function Row({ recording }: { recording: RecordingInfo }): JSX.Element {
 /** What is in it, asked for when it is opened: the daemon reads the whole recording for it. */
 function Contents({ name }: { name: string }): JSX.Element {
   const [contents, setContents] = useState<RecordingContents | undefined>();
+  const [failed, setFailed] = useState(false);
+  const read = async (): Promise<void> => {
+    setFailed(false);
+    const found = await recordingContents(name);
+    setContents(found);
+    setFailed(!found);
+  };
   return (
     <details
       onToggle={(event) => {
-        if (event.currentTarget.open && !contents) void recordingContents(name).then(setContents);
+        if (event.currentTarget.open && !contents) void read();
       }}
     >
       <summary class="hint" data-testid="recording-contents">
@@ -169,7 +176,7 @@ function Contents({ name }: { name: string }): JSX.Element {
           </tbody>
         </table>
       ) : (
-        <p class="hint">It is being read …</p>
+        <p class="hint">{failed ? "It could not be read. Close this and open it again to try once more." : "It is being read …"}</p>
       )}
     </details>
   );

@@ -2,9 +2,12 @@
 import type { JSX } from "preact";
 import { useEffect } from "preact/hooks";
 import { readings, sensors, sensorsShownOf, type Sensor } from "../state/sensors";
-import { CameraPicture } from "./CameraPicture";
+import { lazy } from "./lazy";
 import { shortened } from "./quantity";
 import { words } from "./sensor-words";
+
+// Most robots have no camera.
+const CameraPicture = lazy(async () => (await import("./CameraPicture")).CameraPicture, "The picture");
 
 /** The sensors of a robot; nothing where it has none. */
 export function Sensors({ robot }: { robot: string }): JSX.Element | null {

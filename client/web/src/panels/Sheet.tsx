@@ -13,7 +13,7 @@ interface Properties {
 /** Open as long as it is rendered. */
 export function Sheet({ title, testId, onClose, children }: Properties): JSX.Element {
   const dialog = useRef<HTMLDialogElement>(null);
-  // Before it is painted: it takes the focus, which somebody quick may already have put into one of its fields.
+  // Before it is painted: it takes the focus, which a quick user may already have put into one of its fields.
   useLayoutEffect(() => {
     dialog.current?.showModal();
   }, []);

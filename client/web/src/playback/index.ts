@@ -15,10 +15,15 @@ export { PlaybackBar, PlaybackPlots };
 export type PlaybackModule = typeof import(".");
 
 let end: (() => void) | undefined;
+/** How many were asked for: the last of them is shown, whichever is read first. */
+let asked = 0;
 
 /** Shows a recording in place of the one before. Rejects with a sentence where it cannot be read. */
 export async function open(name: string, sources: readonly Source[], module: PlaybackModule): Promise<void> {
+  asked += 1;
+  const own = asked;
   const timeline = await Timeline.open(sources);
+  if (own !== asked) return;
   close();
   const player = new Player(timeline, name);
   const casting = new Casting(timeline);

@@ -1,6 +1,8 @@
 // Joint values over a whole recording, as far as they were read: evenly spread at first, then denser, within bounds.
 import type { Quantity } from "../panels/quantity";
 import { columnOf } from "../plots/recorder";
+import type { JointState } from "../recording/cdr";
+import { Damage } from "../recording/source";
 import { topicPart, type Timeline } from "../recording/timeline";
 import type { Axis } from "../state/world";
 
@@ -10,6 +12,8 @@ const MAX_SAMPLES = 60_000;
 const MAX_READ = 256 << 20;
 /** Milliseconds between two announcements. */
 const ANNOUNCE = 100;
+/** Milliseconds until what could not be had is asked for again. */
+const RETRY = 1000;
 const QUANTITIES: readonly Quantity[] = ["position", "velocity", "effort"];
 
 /** Columns over time, as plots read them. */
@@ -68,8 +72,7 @@ export class Overview {
   }
 
   private async readSpan(first: number): Promise<void> {
-    // What cannot be read is a gap; the time line says why.
-    const states = await this.timeline.jointsOf(first).catch(() => []);
+    const states = await this.statesOf(first);
     states.forEach((joints, offset) => {
       const number = first + offset;
       if (number % this.stride !== 0) return;
@@ -83,6 +86,19 @@ export class Overview {
         }
       }
     });
+  }
+
+  /** What is damaged is a gap; the time line says why. What cannot be had now is asked for until it comes, or all is stopped. */
+  private async statesOf(first: number): Promise<readonly ReadonlyMap<string, JointState>[]> {
+    while (!this.stopped) {
+      try {
+        return await this.timeline.jointsOf(first);
+      } catch (error) {
+        if (error instanceof Damage) break;
+        await new Promise((resolve) => setTimeout(resolve, RETRY));
+      }
+    }
+    return [];
   }
 }
 

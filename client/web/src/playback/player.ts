@@ -100,14 +100,19 @@ export class Player {
     this.wanted = Math.floor(this.position.peek());
     if (this.reading) return;
     this.reading = true;
-    for (let number = -1; number !== this.wanted && !this.stopped; ) {
-      number = this.wanted;
-      this.waiting.value = this.shown.peek() === null || !this.timeline.isReady(number);
-      const state = await this.timeline.state(number);
-      if (!this.stopped && !this.playing.peek()) this.take(state);
+    try {
+      for (let number = -1; number !== this.wanted && !this.stopped; ) {
+        number = this.wanted;
+        this.waiting.value = this.shown.peek() === null || !this.timeline.isReady(number);
+        // What cannot be had now is asked for until it comes; the timeline pauses between.
+        const state = await this.timeline.state(number).catch(() => undefined);
+        if (!state) number = -1;
+        else if (!this.stopped && !this.playing.peek()) this.take(state);
+      }
+    } finally {
+      this.reading = false;
+      this.waiting.value = false;
     }
-    this.reading = false;
-    this.waiting.value = false;
   }
 
   private take(state: RecordedState): void {

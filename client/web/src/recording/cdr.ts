@@ -1,4 +1,5 @@
 // Reads the two messages of ROS 2 that a recording is played from, as CDR has them: little-endian, numbers aligned to their size.
+import { Damage } from "./source";
 
 /** A `sensor_msgs/JointState`. */
 export interface JointState {
@@ -30,7 +31,7 @@ class Cdr {
   constructor(private readonly bytes: Uint8Array) {
     this.view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
     // The representation: plain CDR, little-endian.
-    if (bytes[0] !== 0 || bytes[1] !== 1) throw new Error("a message in it is not in little-endian CDR");
+    if (bytes[0] !== 0 || bytes[1] !== 1) throw new Damage("a message in it is not in little-endian CDR");
   }
 
   u32(): number {
@@ -73,7 +74,7 @@ class Cdr {
 }
 
 function tooShort(): Error {
-  return new Error("a message in it ends too soon");
+  return new Damage("a message in it ends too soon");
 }
 
 /** Reads a `sensor_msgs/JointState`. */

@@ -1,7 +1,7 @@
 // One file of a recording: where its chunks are, and what is in one of them. Nothing in it is trusted.
 import { McapIndexedReader, McapRecordBuilder, McapStreamReader, MCAP_MAGIC, Opcode, type TypedMcapRecords } from "@mcap/core";
 import { decompress } from "./lz4";
-import type { Source } from "./source";
+import { Damage, type Source } from "./source";
 
 /** The newest format that this page reads. Formats differ in commands, which it does not read; `simd replay` reads one alone. */
 const FORMAT = 3;
@@ -102,7 +102,7 @@ export class McapFile {
     return new McapFile(source, chunks, file.channels, false);
   }
 
-  /** The messages of a chunk, in their order. Rejects where it is damaged. */
+  /** The messages of a chunk, in their order. Rejects with `Damage` where it is damaged, and as its source does. */
   async read({ offset, length }: Pick<ChunkRange, "offset" | "length">): Promise<Message[]> {
     const bytes = await this.source.read(offset, length);
     const reader = new McapStreamReader({ noMagicPrefix: true, decompressHandlers: { lz4: decompressChunk } });
@@ -118,7 +118,7 @@ export class McapFile {
         if (record.type === "Message") messages.push(this.message(record));
       }
     } catch (error) {
-      throw new Error(`${this.source.name} is damaged at byte ${offset}: ${reason(error)}`);
+      throw new Damage(`${this.source.name} is damaged at byte ${offset}: ${reason(error)}`);
     }
     return messages;
   }

@@ -1,5 +1,9 @@
 // Where the bytes of a recording come from: the daemon, in parts, or a file that was dropped on the page.
+import { Code, ConnectError } from "@connectrpc/connect";
 import type { Services } from "../daemon/services";
+
+/** What cannot be read, however often it is tried. Other failures pass: those of a connection that is lost. */
+export class Damage extends Error {}
 
 /** Bytes that are read at one time at most. */
 export const MAX_READ = 32 << 20;
@@ -10,7 +14,7 @@ export interface Source {
   name: string;
   /** Bytes. */
   size: number;
-  /** Exactly these bytes; rejects where it has fewer, or they are too many. */
+  /** Exactly these bytes; rejects with `Damage` where it has fewer, or they are too many. */
   read(offset: number, length: number): Promise<Uint8Array>;
 }
 
@@ -21,7 +25,11 @@ export function fileSource(file: Blob & { name: string }): Source {
     size: file.size,
     async read(offset, length) {
       check(offset, length, file.size);
-      return new Uint8Array(await file.slice(offset, offset + length).arrayBuffer());
+      try {
+        return new Uint8Array(await file.slice(offset, offset + length).arrayBuffer());
+      } catch {
+        throw new Damage(`${file.name} cannot be read: was it moved, or changed since it was opened?`);
+      }
     },
   };
 }
@@ -35,8 +43,10 @@ export function daemonSource(recordings: Services["recordings"], name: string, f
       check(offset, length, size);
       const bytes = new Uint8Array(length);
       for (let done = 0; done < length; ) {
-        const part = await recordings.readRecording({ name, file, offset: BigInt(offset + done), maxBytes: BigInt(length - done) });
-        if (part.data.length === 0 || part.data.length > length - done) throw new Error(`${file} has changed on the daemon's disk`);
+        const part = await recordings.readRecording({ name, file, offset: BigInt(offset + done), maxBytes: BigInt(length - done) }).catch((error: unknown) => {
+          throw error instanceof ConnectError && error.code === Code.NotFound ? new Damage(`${file} is no longer on the daemon's disk`) : error;
+        });
+        if (part.data.length === 0 || part.data.length > length - done) throw new Damage(`${file} has changed on the daemon's disk`);
         bytes.set(part.data, done);
         done += part.data.length;
       }
@@ -46,6 +56,6 @@ export function daemonSource(recordings: Services["recordings"], name: string, f
 }
 
 function check(offset: number, length: number, size: number): void {
-  if (length > MAX_READ) throw new Error(`a part of ${length} bytes is larger than anything in a recording`);
-  if (offset < 0 || length < 0 || offset + length > size) throw new Error("it ends before it is complete");
+  if (length > MAX_READ) throw new Damage(`a part of ${length} bytes is larger than anything in a recording`);
+  if (offset < 0 || length < 0 || offset + length > size) throw new Damage("it ends before it is complete");
 }

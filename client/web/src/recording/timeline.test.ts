@@ -1,5 +1,5 @@
 // Recordings as they are, cut short, damaged, and of others.
-import { expect, test } from "vitest";
+import { afterEach, expect, test, vi } from "vitest";
 import { positionOf, recording } from "./fixture";
 import { McapFile } from "./mcap-file";
 import { fileSource, type Source } from "./source";
@@ -19,6 +19,8 @@ function source(bytes: Uint8Array<ArrayBuffer>, name = "run.mcap"): Source {
 function open(...files: Uint8Array<ArrayBuffer>[]): Promise<Timeline> {
   return Timeline.open(files.map((bytes, index) => source(bytes, `run.${index}.mcap`)));
 }
+
+afterEach(() => vi.useRealTimers());
 
 /** All states have what was written. */
 async function check(timeline: Timeline, count: number): Promise<void> {
@@ -134,4 +136,32 @@ test("chunks are kept within bounds, and read again", async () => {
   const before = reads;
   for (let round = 0; round < 3; round += 1) for (let number = 0; number < 20; number += 1) await timeline.state(number);
   expect(reads).toBe(before);
+});
+
+test("what a lost daemon does not give is asked for again, a second later, and is no gap", async () => {
+  const bytes = await recording({ states: 200 });
+  let isLost = false;
+  let reads = 0;
+  const whole = source(bytes);
+  const read: Source["read"] = (offset, length) => {
+    reads += 1;
+    return isLost ? Promise.reject(new TypeError("Failed to fetch")) : whole.read(offset, length);
+  };
+  const timeline = await Timeline.open([{ ...whole, read }]);
+  vi.useFakeTimers();
+  isLost = true;
+  await expect(timeline.state(150)).rejects.toThrow("Failed to fetch");
+  const before = reads;
+  isLost = false;
+  // While it plays it is wanted sixty times a second.
+  for (let picture = 0; picture < 30; picture += 1) {
+    expect(timeline.peek(150)).toBeUndefined();
+    await vi.advanceTimersByTimeAsync(16);
+  }
+  expect(reads).toBe(before);
+  await vi.advanceTimersByTimeAsync(1000);
+  expect(timeline.peek(150)?.simTime).toBeCloseTo(1.5, 9);
+  expect([...timeline.problems]).toEqual([]);
+  isLost = true;
+  await expect(Timeline.open([{ ...whole, read }])).rejects.toThrow("Failed to fetch");
 });

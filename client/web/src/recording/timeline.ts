@@ -2,7 +2,7 @@
 import { clock, jointState, string, transforms, type JointState, type Transform } from "./cdr";
 import { worldPoses, type RobotPoses } from "./frames";
 import { McapFile, type ChunkRange, type Message } from "./mcap-file";
-import type { Source } from "./source";
+import { Damage, type Source } from "./source";
 
 /** Bytes of chunks that are kept, decompressed. The one that is shown is kept in any case. */
 const MAX_KEPT = 64 << 20;
@@ -12,6 +12,8 @@ const MAX_SAID = 256;
 const MAX_EVENTS = 1000;
 /** Sentences about what could not be read. */
 const MAX_PROBLEMS = 20;
+/** Milliseconds after a chunk could not be had until one is asked for again. */
+const RETRY = 1000;
 
 /** What topics of joint states end with. */
 const JOINTS = "/joint_states";
@@ -74,6 +76,8 @@ export class Timeline {
   /** Links that do not move in others, since when. */
   private readonly fixed: { time: bigint; transforms: Transform[] }[] = [];
   private bytesKept = 0;
+  /** `performance.now()` before which no chunk is asked for. */
+  private notBefore = 0;
 
   private constructor(files: readonly McapFile[]) {
     let first = 0;
@@ -99,7 +103,7 @@ export class Timeline {
     return timeline;
   }
 
-  /** A state; rejects where its chunk cannot be read. The number is clamped to those there are. */
+  /** A state, which is empty where its chunk is damaged; rejects where that cannot be had now. The number is clamped to those there are. */
   async state(number: number): Promise<RecordedState> {
     const part = this.partOf(this.clamp(number));
     return this.decode(part, await this.load(part), this.clamp(number));
@@ -128,7 +132,7 @@ export class Timeline {
   /** Reads the chunk of a state, if there is one, so that it is at hand. */
   prefetch(number: number): void {
     if (number < 0 || number >= this.count) return;
-    // A failure is among the problems.
+    // Damage is among the problems, and what cannot be had now is asked for again.
     this.load(this.partOf(number)).catch(() => undefined);
   }
 
@@ -193,20 +197,30 @@ export class Timeline {
   private load(part: Part): Promise<RawState[]> {
     const loading = this.chunks.get(part);
     if (loading) return loading;
-    const loaded = this.messagesOf(part).then(
-      (messages) => {
-        const states = statesOf(messages);
-        this.keep(part, states);
-        return states;
-      },
-      (error: unknown) => {
-        this.problem(error);
-        this.keep(part, []);
-        return [];
-      },
-    );
+    const loaded = this.read(part).catch((error: unknown) => {
+      // The daemon does not answer, which says nothing of the chunk.
+      this.chunks.delete(part);
+      this.notBefore = performance.now() + RETRY;
+      throw error;
+    });
     this.chunks.set(part, loaded);
     return loaded;
+  }
+
+  /** The states of a chunk, none where it is damaged, which are kept. */
+  private async read(part: Part): Promise<RawState[]> {
+    const pause = this.notBefore - performance.now();
+    if (pause > 0) await new Promise((resolve) => setTimeout(resolve, pause));
+    const states = await this.messagesOf(part).then(statesOf, (error: unknown) => this.noneOf(error));
+    this.keep(part, states);
+    return states;
+  }
+
+  /** Nothing in the place of what is damaged; throws all other errors. */
+  private noneOf(error: unknown): [] {
+    if (!(error instanceof Damage)) throw error;
+    this.problem(error);
+    return [];
   }
 
   /** The messages of a chunk, behind those of its first state that are in the chunk before. */
@@ -216,7 +230,7 @@ export class Timeline {
     const before = this.parts[this.parts.indexOf(part) - 1];
     if (!isBegun || part.states === 0 || before?.file !== part.file) return messages;
     // Where that is damaged the state lacks its joints, and the frames are there.
-    const earlier = await before.file.read(before.chunk).catch(() => []);
+    const earlier = await before.file.read(before.chunk).catch((error: unknown) => this.noneOf(error));
     const rest = earlier.slice(earlier.findLastIndex(({ topic }) => topic === "/tf") + 1);
     // Copies, which do not keep all of that chunk.
     return [...rest.map((message) => ({ ...message, data: message.data.slice() })), ...messages];
@@ -260,8 +274,9 @@ export class Timeline {
         this.problems.add(`Robots that came after the first ${MAX_SAID} are not shown.`);
         return;
       }
+      const messages = await file.read(chunk).catch((error: unknown) => this.noneOf(error));
       try {
-        for (const { topic, time, data } of await file.read(chunk)) {
+        for (const { topic, time, data } of messages) {
           if (topic === "/tf_static") this.fixed.push({ time, transforms: transforms(data) });
           else if (isSaidOnce(topic)) this.descriptions.set(topic.slice(1, -"/robot_description".length), string(data));
         }

@@ -41,12 +41,13 @@ function begin(holder: HTMLDivElement, canvas: HTMLCanvasElement): (() => void) 
   const size = new ResizeObserver(fill);
   size.observe(holder);
   fill();
-  const redraw = () => stage.invalidate();
-  canvas.addEventListener("webglcontextrestored", redraw);
+  // After the renderer, which listens too.
+  const restored = () => stage.appearance.restored();
+  canvas.addEventListener("webglcontextrestored", restored);
   const unhook = hook(stage, canvas);
   return () => {
     size.disconnect();
-    canvas.removeEventListener("webglcontextrestored", redraw);
+    canvas.removeEventListener("webglcontextrestored", restored);
     unhook();
     stage.dispose();
   };

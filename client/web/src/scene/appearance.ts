@@ -1,5 +1,5 @@
 // How fine the picture is: shadows, reflections, ambient occlusion and pixels, by the choice of the user or by how fast pictures come.
-import type { Scene, Texture, WebGLRenderer } from "three";
+import type { Scene, WebGLRenderer, WebGLRenderTarget } from "three";
 import type { Quality } from "../state/view";
 import type { AmbientOcclusion } from "./ambient-occlusion";
 import { FrameTimes } from "./frame-times";
@@ -18,7 +18,7 @@ export class Appearance {
   /** "auto" has found that pictures come too slowly, or are drawn by the processor. */
   private isSlow: boolean;
   private choice: Quality = "auto";
-  private room: Texture | undefined;
+  private room: WebGLRenderTarget | undefined;
   private isLoading = false;
   /** "auto" has found that there is time for ambient occlusion, or that there is none with it. */
   private occludes: "unknown" | "yes" | "no" = "unknown";
@@ -92,10 +92,21 @@ export class Appearance {
     this.apply();
   }
 
+  /** Draws anew what the graphics processor has lost: three.js makes everything again but what it has drawn itself. */
+  restored(): void {
+    this.forget();
+    this.apply();
+  }
+
   dispose(): void {
     this.disposed = true;
+    this.forget();
+  }
+
+  private forget(): void {
     this.room?.dispose();
     this.occlusion?.dispose();
+    this.room = this.occlusion = undefined;
   }
 
   private wantsOcclusion(): boolean {
@@ -106,7 +117,7 @@ export class Appearance {
     const isHigh = this.quality === "high";
     if (isHigh && !this.room) void this.load();
     if (this.wantsOcclusion() && !this.occlusion) void this.loadOcclusion();
-    this.scene.environment = isHigh ? (this.room ?? null) : null;
+    this.scene.environment = isHigh ? (this.room?.texture ?? null) : null;
     this.light.refine(isHigh, this.scene.environment !== null);
     this.setPixels();
     this.changed();

@@ -1,5 +1,5 @@
 // The light of a bright room, for materials to reflect. It is loaded when it is first wanted.
-import { BackSide, BoxGeometry, Color, Mesh, MeshBasicMaterial, PMREMGenerator, Scene, type Texture, type WebGLRenderer } from "three";
+import { BackSide, BoxGeometry, Color, Mesh, MeshBasicMaterial, PMREMGenerator, Scene, type WebGLRenderer, type WebGLRenderTarget } from "three";
 
 /** Walls, and panels that shine: brightness, position and size in metres; z is up. */
 const WALL = 0.55;
@@ -13,7 +13,7 @@ const PANELS: readonly { light: number; at: readonly [number, number, number]; s
 const FLOOR = 0.3;
 
 /** Draws it, ready for materials of any roughness; the caller disposes of it. */
-export function roomOf(renderer: WebGLRenderer): Texture {
+export function roomOf(renderer: WebGLRenderer): WebGLRenderTarget {
   const room = new Scene();
   const box = new BoxGeometry();
   const materials: MeshBasicMaterial[] = [];
@@ -30,7 +30,7 @@ export function roomOf(renderer: WebGLRenderer): Texture {
   for (const { light, at, size } of PANELS) add(light, at, size);
   const generator = new PMREMGenerator(renderer);
   try {
-    return generator.fromScene(room, 0.04).texture;
+    return generator.fromScene(room, 0.04);
   } finally {
     generator.dispose();
     box.dispose();

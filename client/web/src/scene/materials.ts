@@ -1,4 +1,4 @@
-// Materials, one for each colour and picture, with highlighted variants.
+// Materials, one for each colour and picture; and variants of them, which are their users' own.
 import { Color, DoubleSide, FrontSide, MeshBasicMaterial, MeshStandardMaterial, RepeatWrapping, SRGBColorSpace, TextureLoader, type Material, type Texture } from "three";
 import type { Shape } from "../state/scene";
 import { COLLISION, HIGHLIGHT, MISSING, UNCOLOURED } from "./palette";
@@ -11,9 +11,6 @@ type Rgba = NonNullable<Shape["color"]> | readonly [number, number, number, numb
 /** All materials but those of mesh files. */
 export class Materials {
   private readonly solids = new Map<string, MeshStandardMaterial>();
-  /** Of `coloured`. */
-  private readonly variants = new Map<string, MeshStandardMaterial>();
-  private readonly highlights = new Map<Material, Material>();
   private readonly textures = new Map<string, Texture>();
   private loading = 0;
   /** Translucent and two-sided, so that the inside is visible. */
@@ -49,13 +46,8 @@ export class Materials {
     let material = this.solids.get(key);
     if (!material) {
       const side = isShell ? DoubleSide : FrontSide;
-      material = new MeshStandardMaterial({ color: UNCOLOURED, roughness: 0.62, metalness: 0.05, side });
-      if (color) {
-        const [red, green, blue, alpha] = color;
-        material.color = new Color().setRGB(red, green, blue, SRGBColorSpace);
-        material.transparent = alpha < 1;
-        material.opacity = alpha;
-      }
+      material = new MeshStandardMaterial({ color: UNCOLOURED, ...SURFACE, side });
+      if (color) tint(material, color);
       if (texture !== undefined) {
         // The picture as it is, where there is no colour.
         if (!color) material.color.set(0xffffff);
@@ -64,22 +56,6 @@ export class Materials {
       this.solids.set(key, material);
     }
     return material;
-  }
-
-  /** A material in another colour, which its picture is multiplied by. */
-  coloured(material: Material, color: Rgba): Material {
-    const map = material instanceof MeshStandardMaterial ? material.map : null;
-    const key = `${color.join()} ${material.side} ${map?.uuid ?? ""}`;
-    let variant = this.variants.get(key);
-    if (!variant) {
-      const [red, green, blue, alpha] = color;
-      variant = new MeshStandardMaterial({ roughness: 0.62, metalness: 0.05, side: material.side, map });
-      variant.color = new Color().setRGB(red, green, blue, SRGBColorSpace);
-      variant.transparent = alpha < 1;
-      variant.opacity = alpha;
-      this.variants.set(key, variant);
-    }
-    return variant;
   }
 
   private texture(sha256: string): Texture {
@@ -101,22 +77,33 @@ export class Materials {
     return texture;
   }
 
-  /** The highlighted variant of a material. */
-  highlighted(material: Material): Material {
-    let variant = this.highlights.get(material);
-    if (!variant) {
-      variant = material.clone();
-      if (variant instanceof MeshStandardMaterial) highlight(variant);
-      this.highlights.set(material, variant);
-    }
-    return variant;
-  }
-
   dispose(): void {
     const own = [this.collision, this.wire, this.missing, this.ground];
     for (const texture of this.textures.values()) texture.dispose();
-    for (const material of [...own, ...this.solids.values(), ...this.variants.values(), ...this.highlights.values()]) material.dispose();
+    for (const material of [...own, ...this.solids.values()]) material.dispose();
   }
+}
+
+/** One for `tint`, with the picture of a material. The caller disposes of it: programs may change colours with each state. */
+export function colourable(material: Material): MeshStandardMaterial {
+  const map = material instanceof MeshStandardMaterial ? material.map : null;
+  return new MeshStandardMaterial({ ...SURFACE, side: material.side, map });
+}
+
+/** Gives a material a colour, which its picture is multiplied by. */
+export function tint(material: MeshStandardMaterial, [red, green, blue, alpha]: Rgba): void {
+  material.color.setRGB(red, green, blue, SRGBColorSpace);
+  // What shines through is drawn by another program.
+  if (material.transparent !== (alpha < 1)) material.needsUpdate = true;
+  material.transparent = alpha < 1;
+  material.opacity = alpha;
+}
+
+/** The highlighted variant of a material. The caller disposes of it. */
+export function highlighted(material: Material): Material {
+  const variant = material.clone();
+  if (variant instanceof MeshStandardMaterial) highlight(variant);
+  return variant;
 }
 
 /** Adds emission of the own colour; bright and dark colours are tinted instead, on which that would hardly show. */
@@ -132,6 +119,8 @@ function highlight(material: MeshStandardMaterial): void {
   }
 }
 
+/** Of what has no material of its own. */
+const SURFACE = { roughness: 0.62, metalness: 0.05 };
 /** Luminances. */
 const BRIGHT = 0.42;
 const DARK = 0.12;

@@ -1,5 +1,5 @@
 // A robot is drawn from its scene; its colliders are those of the physics.
-import { BoxGeometry, Group, Mesh, MeshStandardMaterial, type Object3D } from "three";
+import { BoxGeometry, Group, Mesh, MeshStandardMaterial, type Material, type Object3D } from "three";
 import { expect, test } from "vitest";
 import type { RobotScene, Shape } from "../state/scene";
 import { addressOf, type MeshCache } from "./mesh-cache";
@@ -89,4 +89,32 @@ test("a link has the colour that a program gave it, also while it is highlighted
   view.color(new Map());
   expect(colors()).toEqual([described, described]);
   materials.dispose();
+});
+
+test("a colour that changes with each state is one material, which goes with the colour, a highlight or the robot", () => {
+  const view = new RobotView(SCENE, new MeshStub() as unknown as MeshCache, new Materials(), () => undefined);
+  const made = new Set<Material>();
+  const gone = new Set<Material>();
+  const see = (): void => {
+    for (const { material } of meshesIn(view.group) as { material: Material }[]) {
+      if (!made.has(material)) material.addEventListener("dispose", () => gone.add(material));
+      made.add(material);
+    }
+  };
+  see();
+  for (let state = 0; state < 100; state += 1) {
+    view.color(new Map([["base", [state / 100, 0, 0, 1] as const]]));
+    see();
+  }
+  // That of the description, and that of the colours.
+  expect([made.size, gone.size]).toEqual([2, 0]);
+  view.color(new Map());
+  expect(gone.size).toBe(1);
+  view.highlight(0);
+  see();
+  view.color(new Map([["base", [0, 1, 0, 0.5] as const]]));
+  see();
+  view.dispose();
+  // All but that of the description.
+  expect([made.size - gone.size, made.size]).toEqual([1, 4]);
 });

@@ -5,7 +5,7 @@ import type { Geometry, RobotScene, Shape } from "../state/scene";
 import { MIN_MOTION } from "../state/stillness";
 import { repeatPicture, triangles } from "./geometries";
 import { addressOf, isUnpainted, type MeshCache } from "./mesh-cache";
-import type { Materials } from "./materials";
+import { colourable, highlighted, tint, type Materials } from "./materials";
 import { Triad } from "./rods";
 
 /** Which layers of a robot are shown. */
@@ -117,11 +117,7 @@ export class RobotView {
   /** Highlights a link in place of the one before. Returns whether that changed anything. */
   highlight(index: number): boolean {
     if (index === this.highlighted) return false;
-    this.forEachMesh(this.highlighted, (mesh) => {
-      const plain = mesh.userData["plain"] as Material | undefined;
-      if (plain) mesh.material = plain;
-      delete mesh.userData["plain"];
-    });
+    this.forEachMesh(this.highlighted, (mesh) => putBack(mesh, "plain"));
     this.highlighted = index;
     this.addHighlight(index);
     return true;
@@ -139,25 +135,19 @@ export class RobotView {
   private addColor(index: number): void {
     const color = this.colors.get(this.scene.links[index]?.name ?? "");
     this.forEachMesh(index, (mesh) => {
-      const { userData } = mesh;
-      if (!color && userData["described"] === undefined) return;
-      // Of one that is highlighted the plain one is kept.
-      const now = (userData["plain"] ?? mesh.material) as Material;
-      const described = (userData["described"] ?? now) as Material;
-      const next = color ? this.materials.coloured(described, color) : described;
-      if (color) userData["described"] = described;
-      else delete userData["described"];
-      if (userData["plain"]) userData["plain"] = next;
-      mesh.material = userData["plain"] ? this.materials.highlighted(next) : next;
+      if (!color && !mesh.userData["described"]) return;
+      // What is highlighted is so in its new colour.
+      putBack(mesh, "plain");
+      if (!color) return putBack(mesh, "described");
+      if (!mesh.userData["described"]) putOn(mesh, "described", colourable(mesh.material as Material));
+      tint(mesh.material as MeshStandardMaterial, color);
     });
+    if (index === this.highlighted) this.addHighlight(index);
   }
 
   private addHighlight(index: number): void {
     this.forEachMesh(index, (mesh) => {
-      if (mesh.userData["plain"]) return;
-      const plain = mesh.material as Material;
-      mesh.userData["plain"] = plain;
-      mesh.material = this.materials.highlighted(plain);
+      if (!mesh.userData["plain"]) putOn(mesh, "plain", highlighted(mesh.material as Material));
     });
   }
 
@@ -192,6 +182,8 @@ export class RobotView {
       layer.traverse((object) => {
         if (!(object instanceof Mesh)) return;
         object.castShadow = false;
+        // That of a program or a highlight is the mesh's own.
+        if (object.userData["described"] || object.userData["plain"]) return;
         const material = object.material as Material | Material[];
         if (!Array.isArray(material) && material instanceof MeshStandardMaterial && isPale(material)) object.material = this.materials.ground;
       });
@@ -213,6 +205,8 @@ export class RobotView {
 
   dispose(): void {
     this.disposed = true;
+    this.highlight(-1);
+    this.color(new Map());
     this.group.removeFromParent();
     for (const geometry of this.geometries) geometry.dispose();
     for (const address of this.acquired) this.meshes.release(address);
@@ -283,6 +277,23 @@ export class RobotView {
     }
     at.add(object);
   }
+}
+
+/** Under which a mesh keeps the material that it had before one of its own: without the highlight, and as it is described. */
+type Before = "plain" | "described";
+
+function putOn(mesh: Mesh, before: Before, own: Material): void {
+  mesh.userData[before] = mesh.material;
+  mesh.material = own;
+}
+
+/** Takes off what `putOn` has put on, and disposes of it. */
+function putBack(mesh: Mesh, before: Before): void {
+  const material = mesh.userData[before] as Material | undefined;
+  if (!material) return;
+  (mesh.material as Material).dispose();
+  mesh.material = material;
+  delete mesh.userData[before];
 }
 
 type Seven = [number, number, number, number, number, number, number];

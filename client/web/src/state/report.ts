@@ -41,3 +41,8 @@ export const reports = signal<Map<string, LoadReport>>(new Map());
 export const loading = signal<Loading | null>(null);
 /** Robots that this tab loaded and whose lowest point was not measured yet: it may be below the ground. */
 export const unmeasured = signal<ReadonlySet<string>>(new Set());
+
+/** Has a robot measured once it is drawn, and lifted onto the ground. */
+export function measureLater(robot: string): void {
+  unmeasured.value = new Set(unmeasured.value).add(robot);
+}

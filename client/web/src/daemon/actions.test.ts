@@ -1,0 +1,61 @@
+// What the page sends of targets, and what it says where the daemon refuses them.
+import { Code, ConnectError, createRouterTransport } from "@connectrpc/connect";
+import { beforeEach, expect, test, vi } from "vitest";
+import { JointService } from "../gen/simd/v1/joint_pb";
+import { toasts } from "../state/toasts";
+import { future, past, redo, undo } from "../state/undo";
+import { frame, type Axis, type Frame } from "../state/world";
+import { setTarget } from "./actions";
+import { servicesOver } from "./services";
+
+const sent: number[] = [];
+let refused = false;
+
+const services = servicesOver(
+  createRouterTransport(({ service }) =>
+    service(JointService, {
+      setJointTargets: ({ robots }) => {
+        if (refused) throw new ConnectError("joint elbow is claimed by lab", Code.FailedPrecondition);
+        for (const { target } of robots[0]?.joints ?? []) if (target.case === "position") sent.push(target.value.position);
+        return {};
+      },
+    }),
+  ),
+);
+
+vi.mock("./services", async (original) => ({ ...(await original<typeof import("./services")>()), services: () => services }));
+vi.mock("./page", () => ({ daemonConnection: () => ({ pollNow: () => undefined, pollAllNow: () => undefined }) }));
+
+const elbow = { key: "arm/elbow", robot: "arm", joint: "elbow", axis: 0, kind: "angle", positionIndex: 0, velocityIndex: 0 } as Axis;
+
+beforeEach(() => {
+  const joints = new Map([["arm", { position: [0], velocity: [0], effort: [0], target: [0.25], mode: ["position"], flags: [0] }]]);
+  frame.value = { sequence: 1n, joints } as unknown as Frame;
+  refused = false;
+  sent.length = 0;
+  past.value = [];
+  future.value = [];
+  toasts.value = [];
+});
+
+test("a target is undone and redone", async () => {
+  await setTarget(elbow, "position", 1);
+  await undo();
+  await redo();
+  expect(sent).toEqual([1, 0.25, 1]);
+  expect(toasts.value.map(({ kind }) => kind)).toEqual(["info", "info"]);
+});
+
+test("what the daemon refuses of an undo or a redo was not done, and is said", async () => {
+  await setTarget(elbow, "position", 1);
+  refused = true;
+  await undo();
+  expect(toasts.value.map(({ kind, sentence }) => [kind, sentence])).toEqual([["error", "The target of arm/elbow cannot be undone: Joint elbow is claimed by lab."]]);
+  refused = false;
+  await setTarget(elbow, "position", 2);
+  await undo();
+  toasts.value = [];
+  refused = true;
+  await redo();
+  expect(toasts.value.map(({ kind }) => kind)).toEqual(["error"]);
+});

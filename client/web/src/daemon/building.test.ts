@@ -1,0 +1,134 @@
+// What this page has brought in is its own as long as it is the same robot, whatever it is called.
+import { Code, ConnectError, createRouterTransport } from "@connectrpc/connect";
+import { beforeEach, expect, test, vi } from "vitest";
+import { EntityService, type SpawnEntityRequest } from "../gen/simd/v1/entity_pb";
+import { unmeasured } from "../state/report";
+import { toasts } from "../state/toasts";
+import { future, past, redo, undo } from "../state/undo";
+import { bringIn, duplicate, moveTo, noteMove, noteSpawn, takeOut } from "./building";
+import { servicesOver } from "./services";
+
+/** Robots by name, with their versions. */
+const world = new Map<string, bigint>();
+const spawned: SpawnEntityRequest[] = [];
+const moved: number[] = [];
+let versions = 0n;
+
+/** Brings one in, as this page or another client does. */
+function put(name: string): { name: string; layoutVersion: bigint } {
+  versions += 1n;
+  world.set(name, versions);
+  return { name, layoutVersion: versions };
+}
+
+function found(robot: string): { name: string; layoutVersion: bigint; description: string } {
+  const layoutVersion = world.get(robot);
+  if (layoutVersion === undefined) throw new ConnectError(`there is no robot ${robot}`, Code.NotFound);
+  return { name: robot, layoutVersion, description: "of its own" };
+}
+
+const services = servicesOver(
+  createRouterTransport(({ service }) =>
+    service(EntityService, {
+      spawnEntity: (request) => {
+        spawned.push(request);
+        const isTaken = world.has(request.name) && request.allowRenaming;
+        return { entity: put(isTaken ? `${request.name}_1` : request.name) };
+      },
+      deleteEntity: ({ robot }) => {
+        found(robot);
+        world.delete(robot);
+        return {};
+      },
+      getEntityInfo: ({ robot }) => ({ entity: found(robot) }),
+      getEntityState: () => ({ pose: { position: {}, orientation: { w: 1 } } }),
+      setEntityState: ({ pose }) => {
+        moved.push(pose?.position?.x ?? NaN);
+        return {};
+      },
+      getScene: () => ({ robots: [] }),
+    }),
+  ),
+);
+
+vi.mock("./services", async (original) => ({ ...(await original<typeof import("./services")>()), services: () => services }));
+vi.mock("./page", () => ({ daemonConnection: () => ({ pollNow: () => undefined, pollAllNow: () => undefined }) }));
+
+const crate = { name: "crate", allowRenaming: true, scale: 3 };
+const said = (): string[] => toasts.value.filter(({ kind }) => kind === "error").map(({ sentence }) => sentence);
+
+beforeEach(() => {
+  world.clear();
+  spawned.length = 0;
+  moved.length = 0;
+  past.value = [];
+  future.value = [];
+  toasts.value = [];
+  unmeasured.value = new Set();
+});
+
+test("undo takes out what was brought in, also after a redo, and not another robot of that name", async () => {
+  await bringIn(crate);
+  await undo();
+  await redo();
+  expect([...world.keys()]).toEqual(["crate"]);
+  await undo();
+  expect([...world.keys()]).toEqual([]);
+  expect(said()).toEqual([]);
+  await redo();
+  const { layoutVersion } = put("crate");
+  await undo();
+  expect(world.get("crate")).toBe(layoutVersion);
+  expect(said()).toEqual(["Adding crate cannot be undone: Another robot is called crate now."]);
+});
+
+test("a removal is redone of the robot that its undo has brought back, and of no other", async () => {
+  await bringIn(crate);
+  await takeOut("crate");
+  await undo();
+  await redo();
+  expect([...world.keys()]).toEqual([]);
+  await undo();
+  const { layoutVersion } = put("crate");
+  await redo();
+  expect(world.get("crate")).toBe(layoutVersion);
+  expect(said()[0]).toContain("Another robot is called crate now");
+});
+
+test("a double is as this page asked for the robot, or of its own description where another has its name", async () => {
+  await bringIn(crate);
+  await duplicate("crate");
+  expect(spawned.at(-1)?.scale).toBe(3);
+  put("crate");
+  await duplicate("crate");
+  expect(spawned.at(-1)?.scale).not.toBe(3);
+  expect(spawned.at(-1)?.source?.source).toMatchObject({ case: "description", value: "of its own" });
+});
+
+test("what was removed and brought back is doubled as it was asked for", async () => {
+  await bringIn(crate);
+  await takeOut("crate");
+  await undo();
+  await duplicate("crate");
+  expect(spawned.at(-1)?.scale).toBe(3);
+});
+
+test("a robot that was lifted onto the ground is lifted again when its loading is redone", async () => {
+  noteSpawn(put("arm"), { name: "arm" }, "adding", true);
+  await undo();
+  expect([...unmeasured.value]).toEqual([]);
+  await redo();
+  expect([...unmeasured.value]).toEqual(["arm"]);
+});
+
+test("moves within a second are one change, which goes back to before the first", async () => {
+  put("crate");
+  for (const x of [1, 2, 3]) {
+    await moveTo("crate", [x, 0, 0, 0, 0, 0, 1]);
+    noteMove("crate", [x - 1, 0, 0, 0, 0, 0, 1], [x, 0, 0, 0, 0, 0, 1]);
+  }
+  await undo();
+  expect([past.value.length, moved.at(-1)]).toEqual([0, 0]);
+  await redo();
+  expect(moved.at(-1)).toBe(3);
+});
