@@ -5,6 +5,7 @@
 mod autosave;
 mod cameras;
 mod client;
+mod constraints;
 mod docs;
 mod doctor;
 mod draining;

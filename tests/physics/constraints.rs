@@ -63,7 +63,7 @@ pub(crate) fn kind(rng: &mut Rng) -> RequestedConstraint {
 }
 
 /// Some robots, with some constraints that hold where they are: loops, chains, and what is held twice.
-fn world(rng: &mut Rng, integrator: Integrator) -> Simulation {
+pub(crate) fn world(rng: &mut Rng, integrator: Integrator) -> Simulation {
     let gravity = DVec3::new(0.0, 0.0, -G);
     let settings = PhysicsSettings { time_step: 1e-3, integrator, gravity, ..PhysicsSettings::default() };
     let mut world = Simulation::new(settings, WorldLimits::default());

@@ -11,8 +11,33 @@ use crate::constraints::{energy, held, kind, tree, vector};
 
 const G: f64 = 9.81;
 
-/// A robot without dampers, and two or three constraints that want its links a metre away from where they are.
-fn world(rng: &mut Rng) -> Simulation {
+/// What the constraints of a world are.
+#[derive(Clone, Copy, Debug)]
+enum Mix {
+    Any,
+    Welds,
+    Rods,
+    RopesAndRods,
+    Points,
+}
+
+impl Mix {
+    const ALL: [Self; 5] = [Self::Any, Self::Welds, Self::Rods, Self::RopesAndRods, Self::Points];
+
+    fn kind(self, rng: &mut Rng) -> RequestedConstraint {
+        let (length, is_rope) = (Some(0.3 * rng.f64()), rng.bool());
+        match self {
+            Self::Any => kind(rng),
+            Self::Welds => RequestedConstraint::Weld,
+            Self::Rods => RequestedConstraint::Distance { length, is_rope: false },
+            Self::RopesAndRods => RequestedConstraint::Distance { length, is_rope },
+            Self::Points => RequestedConstraint::PointToPoint,
+        }
+    }
+}
+
+/// A robot without dampers, and two to four constraints that want its links a metre away from where they are.
+fn world(rng: &mut Rng, mix: Mix) -> Simulation {
     let settings = PhysicsSettings {
         time_step: 1e-3,
         integrator: Integrator::Leapfrog,
@@ -40,39 +65,41 @@ fn world(rng: &mut Rng) -> Simulation {
         loaded_at_start: false,
     };
     world.apply(&Command::Spawn(Box::new(spawn))).unwrap();
-    for _ in 0..rng.usize(2..=3) {
+    for _ in 0..rng.usize(2..=4) {
         let link = format!("link-{}", rng.usize(0..links));
         let parent = RequestedEnd { pose: Some(pose(rng, 1.0)), ..RequestedEnd::default() };
         let pose = Some(pose(rng, 0.1));
         let child = RequestedEnd { robot: "robot".into(), link, pose, ..RequestedEnd::default() };
         // A link that cannot move: refused.
-        let _ = world.apply(&Command::CreateConstraint(Box::new(held(kind(rng), parent, child))));
+        let _ = world.apply(&Command::CreateConstraint(Box::new(held(mix.kind(rng), parent, child))));
     }
     world
 }
 
-/// What pulls them together at 10 m/s leaves them in motion, as nothing damps them; but no world bursts, and what does not hold is
-/// reported.
+/// What is put right in positions alone moves no energy: after two seconds nothing moves faster than what fell to where it is, no world
+/// bursts, and what does not hold is reported.
 #[test]
 fn what_a_robot_cannot_meet_does_not_tear_it_apart() {
-    let seeds = std::env::var("CONSTRAINED_WORLDS").ok().and_then(|count| count.parse().ok()).unwrap_or(60);
-    let (mut reported, mut fast) = (0, 0);
-    for seed in 0..seeds {
-        let mut world = world(&mut Rng::with_seed(seed));
-        let mut state = PublishedState::default();
-        for _ in 0..1_500 {
-            world.step();
-            world.observe(&mut state);
-            assert!(state.roots[0].disabled.is_none(), "{seed}: {:?}", state.roots[0].disabled);
-        }
-        let (kinetic, _) = energy(&state);
-        fast += u64::from(kinetic > 1e4);
-        for of in &state.constraint_states {
-            if of.position_error > 0.01 {
+    let seeds = std::env::var("CONSTRAINED_WORLDS").ok().and_then(|count| count.parse().ok()).unwrap_or(15);
+    for mix in Mix::ALL {
+        let (mut off, mut reported, mut fast) = (0, 0, 0);
+        for seed in 0..seeds {
+            let mut world = world(&mut Rng::with_seed(seed), mix);
+            let mut state = PublishedState::default();
+            for _ in 0..2_000 {
+                world.step();
+                world.observe(&mut state);
+                let disabled = &state.roots[0].disabled;
+                assert!(disabled.is_none(), "{mix:?} {seed}: {disabled:?}");
+            }
+            let (kinetic, _) = energy(&state);
+            fast += u64::from(kinetic > 1e3);
+            for of in state.constraint_states.iter().filter(|of| of.position_error > 0.01) {
+                off += 1;
                 reported += usize::from(of.velocity_residual > 1e-3);
             }
         }
+        assert!(off > 0 && reported * 10 > off * 8, "{mix:?}: {reported} of {off}");
+        assert!(fast <= seeds / 20, "{mix:?}: {fast} worlds have links at tens of metres a second");
     }
-    assert!(reported > seeds as usize / 4, "{reported}");
-    assert!(fast <= seeds / 20, "{fast} worlds have links at hundreds of metres a second");
 }

@@ -63,6 +63,23 @@ pub(crate) fn print_reads() {
     }
 }
 
+/// Prints the table for worlds that are stepped by one thread and by two. The world of one arm is too small for more than one.
+pub(crate) fn print_threads() {
+    println!(
+        "\nseven-joint arms, 1 ms, stepped by one thread and by two, one reader of every state, {SECONDS} s"
+    );
+    println!("                      actual factor   lateness of steps: p50, p99, largest (microseconds)");
+    let runtime = runtime();
+    for count in [1, 100] {
+        // In turn, so that what else the machine does is the same for both.
+        for step_threads in [1, 2, 1, 2] {
+            let running = runtime.block_on(start_on(step_threads, (0..count).map(arm).collect(), 1e-3));
+            let title = format!("{count:3} arms, {step_threads} threads");
+            runtime.block_on(async { measure(&title, running, Vec::new()).await });
+        }
+    }
+}
+
 /// Beside each other, on a square.
 fn arms() -> Vec<Robot> {
     (0..ROBOTS).map(arm).collect()
@@ -80,8 +97,13 @@ pub(crate) fn arm(index: usize) -> Robot {
 }
 
 pub(crate) async fn start(robots: Vec<Robot>, time_step: f64) -> Running {
+    start_on(Config::default().driver.step_threads, robots, time_step).await
+}
+
+async fn start_on(step_threads: u32, robots: Vec<Robot>, time_step: f64) -> Running {
     let zenoh = simd_server::config::Zenoh::off();
     let mut config = Config { robots, zenoh, ..Config::default() };
+    config.driver.step_threads = step_threads;
     config.listen = SocketAddr::from(([127, 0, 0, 1], 0));
     config.physics.time_step = time_step;
     daemon::start(config).await.expect("it starts")

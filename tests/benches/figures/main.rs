@@ -1,6 +1,6 @@
 //! Figures for this machine, printed as tables: run with `make bench`. Nothing
-//! here is asserted; compare within a run. `-- reads` prints one table alone, lateness under a flood of reads; `-- town` that of
-//! a quadruped among what cannot move; `-- rapier` what rapier's broad phase and queries would cost; `-- recording` what a
+//! here is asserted; compare within a run. `-- reads` prints one table alone, lateness under a flood of reads; `-- threads` that of
+//! worlds that one thread and two step; `-- town` that of a quadruped among what cannot move; `-- rapier` what rapier's broad phase and queries would cost; `-- recording` what a
 //! recording costs; `-- turns` round trips; `-- hops` a turn within a process, and `-- network-hops` calls over the network;
 //! `-- rollouts` what copies of a world cost; `-- lidar` what a lidar costs the steps; `-- subscribers` what a hundred
 //! subscribers of every state cost.
@@ -37,6 +37,7 @@ fn main() {
         Some("town") => return town::print(),
         Some("rapier") => return rapier::print(),
         Some("reads") => return lateness::print_reads(),
+        Some("threads") => return lateness::print_threads(),
         Some("recording") => return recording::print(),
         Some("turns") => return round_trip::print(),
         Some("rollouts") => return rollouts::print(),
@@ -55,6 +56,7 @@ fn main() {
     network_hops::print();
     lateness::print();
     lateness::print_reads();
+    lateness::print_threads();
     recording::print();
     rollouts::print();
     lidar::print();

@@ -149,9 +149,19 @@ fn of_world(world: &mut WorldState) -> Vec<&mut f64> {
     let mut numbers = vec![&mut world.sim_time, &mut world.time_base.1, &mut world.settings.time_step];
     numbers.extend(vector(&mut world.settings.gravity));
     for contact in &mut world.contacts {
-        let Contact { robots: _, index: _, point, impulse, turning_impulse, is_least: _, total } = contact;
+        let Contact {
+            robots: _,
+            index: _,
+            point,
+            impulse,
+            turning_impulse,
+            is_least: _,
+            total,
+            moved,
+            wanders: _,
+        } = contact;
         let [a, b] = &mut point.on;
-        let vectors = [a, b, &mut point.position, &mut point.normal, impulse, turning_impulse, total];
+        let vectors = [a, b, &mut point.position, &mut point.normal, impulse, turning_impulse, total, moved];
         numbers.extend(vectors.into_iter().flat_map(vector));
         let Surface { friction, restitution, rolling_friction, spinning_friction, stiffness, damping } =
             &mut point.surface;

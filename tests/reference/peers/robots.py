@@ -38,9 +38,9 @@ def robots(folder):
 
 
 def crowds(folder):
-    """Many arms that are held."""
+    """Many arms that are held, and one."""
     arm = ASSETS / "seven_arm/urdf/seven_arm.urdf"
-    return [Scene(f"{count} x arm held", arm, bare(arm, folder), False, count) for count in (100, 500)]
+    return [Scene(f"{count} x arm held", arm, bare(arm, folder), False, count) for count in (1, 100, 500)]
 
 
 def chains(folder, lengths):

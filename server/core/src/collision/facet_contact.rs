@@ -145,7 +145,7 @@ impl FacetContact {
         let Some(normal) = unit_normal(triangle) else { return };
         let inward = surface_from_shape.rotation.inverse() * -normal;
         let least = (surface_from_shape.translation - triangle.a).dot(normal) - within - ROUNDING;
-        outermost_beyond((convex.shape, convex.graph), inward, least, |point, radius| {
+        outermost_beyond((convex.shape, convex.graph), (inward, false), least, |point, radius| {
             let at = surface_from_shape.transform_point(point);
             let height = (at - triangle.a).dot(normal);
             if height - radius < within {

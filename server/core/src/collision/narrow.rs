@@ -206,7 +206,7 @@ impl Narrow {
         if let Some(plane) = a.as_halfspace() {
             let inward = a_from_b.rotation.inverse() * -plane.normal;
             let least = a_from_b.translation.dot(plane.normal) - within - ROUNDING;
-            outermost_beyond((b, graph_b), inward, least, |point, radius| {
+            outermost_beyond((b, graph_b), (inward, true), least, |point, radius| {
                 let height = a_from_b.transform_point(point).dot(plane.normal);
                 if height - radius < within {
                     let above = a_from_b.transform_point(point);
@@ -219,7 +219,7 @@ impl Narrow {
         if let Some(plane) = b.as_halfspace() {
             let normal = a_from_b.rotation * plane.normal;
             let least = -a_from_b.translation.dot(normal) - within - ROUNDING;
-            outermost_beyond((a, graph_a), -normal, least, |point, radius| {
+            outermost_beyond((a, graph_a), (-normal, true), least, |point, radius| {
                 let height = (point - a_from_b.translation).dot(normal);
                 if height - radius < within {
                     self.points.push((point - normal * radius, height - radius));

@@ -11,10 +11,10 @@ use super::hull::Graph;
 pub(super) const ROUNDING: f64 = 1e-9;
 
 /// As [`outermost`], of a shape that may be a hull with a graph, without corners that lie less than `least` along the
-/// direction.
+/// direction. Where that leads to a `plane`, what is round and leans has the points of its rim alone: a triangle may end between them.
 pub(super) fn outermost_beyond(
     (shape, graph): (&dyn Shape, Option<&Graph>),
-    direction: DVec3,
+    (direction, plane): (DVec3, bool),
     least: f64,
     mut found: impl FnMut(DVec3, f64),
 ) {
@@ -22,13 +22,42 @@ pub(super) fn outermost_beyond(
         (Some(graph), Some(hull)) => {
             graph.beyond(hull.points(), direction, least, |point| found(point, 0.0));
         }
-        _ => outermost(shape, direction, found),
+        _ => {
+            tips(shape, direction, &mut found);
+            if !plane || is_flat(direction) {
+                corners(shape, direction, &mut found);
+            }
+        }
     }
 }
 
 /// Calls `found` with each point of a shape, in its own axes, that may touch what lies in
 /// `direction`, and with a radius around the point.
 pub(super) fn outermost(shape: &dyn Shape, direction: DVec3, mut found: impl FnMut(DVec3, f64)) {
+    tips(shape, direction, &mut found);
+    corners(shape, direction, &mut found);
+}
+
+/// Whether what is round about y may stand on its base, which leans by no more than three degrees: beyond, it rolls on its rim, and corners there
+/// would take the load as they come by.
+fn is_flat(direction: DVec3) -> bool {
+    direction.x.hypot(direction.z) < 0.05 * direction.length()
+}
+
+/// Of what is round, four points of the base that it stands on, which do not move with the tilt.
+fn corners(shape: &dyn Shape, direction: DVec3, found: &mut impl FnMut(DVec3, f64)) {
+    let (radius, base) = match shape.as_typed_shape() {
+        TypedShape::Cylinder(cylinder) => (cylinder.radius, cylinder.half_height.copysign(direction.y)),
+        TypedShape::Cone(cone) if direction.y < 0.0 => (cone.radius, -cone.half_height),
+        _ => return,
+    };
+    for corner in [DVec3::X, DVec3::Z, -DVec3::X, -DVec3::Z] {
+        found(corner * radius + DVec3::Y * base, 0.0);
+    }
+}
+
+/// The other ones.
+fn tips(shape: &dyn Shape, direction: DVec3, found: &mut impl FnMut(DVec3, f64)) {
     match shape.as_typed_shape() {
         TypedShape::Ball(ball) => found(DVec3::ZERO, ball.radius),
         TypedShape::Capsule(capsule) => {
@@ -47,11 +76,6 @@ pub(super) fn outermost(shape: &dyn Shape, direction: DVec3, mut found: impl FnM
             for end in [-half, half] {
                 found(outward * radius + DVec3::Y * end, 0.0);
             }
-            // The end that it stands on also has four corners that do not move with the tilt.
-            let end = half.copysign(direction.y);
-            for corner in [DVec3::X, DVec3::Z, -DVec3::X, -DVec3::Z] {
-                found(corner * radius + DVec3::Y * end, 0.0);
-            }
         }
         TypedShape::Cone(cone) => {
             let (radius, half) = (cone.radius, cone.half_height);
@@ -59,12 +83,6 @@ pub(super) fn outermost(shape: &dyn Shape, direction: DVec3, mut found: impl FnM
             found(DVec3::Y * half, 0.0);
             let outward = DVec3::new(direction.x, 0.0, direction.z).normalize_or(DVec3::X);
             found(outward * radius - DVec3::Y * half, 0.0);
-            // As of a cylinder, where it may stand on its base.
-            if direction.y < 0.0 {
-                for corner in [DVec3::X, DVec3::Z, -DVec3::X, -DVec3::Z] {
-                    found(corner * radius - DVec3::Y * half, 0.0);
-                }
-            }
         }
         TypedShape::ConvexPolyhedron(hull) => hull.points().iter().for_each(|point| found(*point, 0.0)),
         _ => {}

@@ -3,6 +3,8 @@
 mod body_state;
 mod leapfrog;
 mod mobility;
+pub(super) mod momenta;
+mod placing;
 mod rows;
 mod state;
 
@@ -62,6 +64,13 @@ struct StepScratch {
     meets_jump: bool,
     /// Of an impulse.
     response: Vec<f64>,
+    /// What put positions right in this step; empty where nothing did.
+    placed: Vec<f64>,
+    /// Of a single body whose position was put right, m/s.
+    shift: DVec3,
+    /// Positions that are looked at, and bodies in them.
+    ahead: Vec<f64>,
+    bodies_ahead: Vec<BodyScratch>,
     /// Of gravity compensation.
     carried: Vec<Carried>,
     /// Of a robot that is a single free body.
@@ -99,6 +108,10 @@ impl Articulation {
             is_kinked: false,
             meets_jump: false,
             response: vec![0.0; tree.velocity_count],
+            placed: Vec::new(),
+            shift: DVec3::ZERO,
+            ahead: Vec::new(),
+            bodies_ahead: Vec::new(),
             carried: Vec::new(),
             free_body,
             drift: Drift::default(),

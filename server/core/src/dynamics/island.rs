@@ -1,9 +1,11 @@
 //! Robots that touch or are constrained, solved together: the rows of their joints, of their contacts and of the constraints between
 //! their links, on all their velocities.
 
-mod contradictions;
+mod dragging;
 mod impulses;
 mod links;
+mod momenta;
+mod placement;
 mod projection;
 mod rows;
 mod stiffening;
@@ -19,6 +21,7 @@ use super::constraint::link_constraint::LinkConstraint;
 use super::constraint::link_rows::LinkRows;
 use super::constraint::turning::TurningRows;
 use super::symmetric::Symmetric;
+use placement::Split;
 
 /// Sweeps of position correction; the rest is left to the next step.
 const CORRECTION_SWEEPS: usize = 5;
@@ -52,6 +55,8 @@ pub struct Island {
     /// Member and body of each side of each contact.
     touched: Vec<(usize, usize)>,
     direct: Direct,
+    /// Of constraints that put positions right.
+    split: Split,
     /// All impulses that it starts from are the least of the step before, and it is so with those that it ends with.
     was_least: bool,
     /// Of each member, what it resists turning with beside its own moment, world.
@@ -146,7 +151,7 @@ impl Island {
             if self.postpone_hits(contacts, gravity.length(), h) && !self.find_impulses(robots, interrupt) {
                 return false;
             }
-            if !self.settle_contradictions(robots, interrupt) {
+            if !self.stop_idle_pulls(robots, constraints, h, interrupt) {
                 return false;
             }
             if !self.project(robots, constraints, h, interrupt) {
@@ -165,6 +170,7 @@ impl Island {
             }
             robots.iter_mut().for_each(|robot| robot.as_mut().predict(gravity, h));
         }
+        let Some(is_placed) = self.place_links(robots, constraints, h, interrupt) else { return false };
         for rows in &self.rows {
             let contact = &mut *contacts[rows.contact];
             (contact.impulse, contact.is_least) = (rows.world_impulse(), self.was_least);
@@ -178,6 +184,13 @@ impl Island {
         }
         robots.iter_mut().for_each(|robot| robot.as_mut().keep_rows());
         self.keep_links(robots, constraints);
+        if is_placed {
+            let split = &self.split.velocities;
+            self.velocities.iter_mut().zip(split).for_each(|(velocity, split)| *velocity += split);
+            self.foresee(robots, constraints, h);
+            self.finish_placed(robots, gravity, h);
+            return true;
+        }
         let is_corrected = self.correct_positions();
         self.foresee(robots, constraints, h);
         for (robot, member) in robots.iter_mut().zip(&self.members) {

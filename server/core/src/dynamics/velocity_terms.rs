@@ -178,6 +178,44 @@ impl VelocityTerms {
         &self.response
     }
 
+    /// Takes `velocities` along where positions go by h times `way` beside them, so that kinetic energy is kept in first order: parallel
+    /// transport with the connection of M, v' = v - h M^-1 B(way, v), B the symmetric form of the velocity terms, and in velocities about a body's own
+    /// axes less h/2 way x v (Bullo and Lewis, "Geometric Control of Mechanical Systems" (2005), section 4.4). O(n).
+    pub fn transport(
+        &mut self,
+        tree: &Tree,
+        q: &[f64],
+        (way, h): (&[f64], f64),
+        scratch: &Scratch,
+        velocities: &mut [f64],
+    ) {
+        self.fit(tree, scratch);
+        self.velocities.iter_mut().zip(&*velocities).zip(way).for_each(|((sum, v), way)| *sum = v + way);
+        self.find_terms(tree, q, scratch, 1);
+        for own in [&*velocities, way] {
+            self.velocities.copy_from_slice(own);
+            self.find_terms(tree, q, scratch, 0);
+            let [less, sum] = &mut self.terms;
+            sum.iter_mut().zip(less).for_each(|(sum, less)| *sum -= *less);
+        }
+        let [efforts, sum] = &mut self.terms;
+        efforts.iter_mut().zip(sum).for_each(|(effort, sum)| *effort = 0.5 * *sum);
+        self.apply_inverse(tree, q, scratch);
+        for body in &tree.bodies {
+            let at = match body.joint_type {
+                JointType::Free { .. } => body.velocity + 3,
+                JointType::Spherical { axis: 0 } => body.velocity,
+                _ => continue,
+            };
+            let of = |list: &[f64]| DVec3::new(list[at], list[at + 1], list[at + 2]);
+            let turn = of(way).cross(of(velocities)) * 0.5;
+            for (response, turn) in self.response[at..].iter_mut().zip(turn.to_array()) {
+                *response += turn;
+            }
+        }
+        velocities.iter_mut().zip(&self.response).for_each(|(velocity, response)| *velocity -= h * response);
+    }
+
     fn fit(&mut self, tree: &Tree, scratch: &Scratch) {
         for ((moving, body), at) in self.bodies.iter_mut().zip(&tree.bodies).zip(&scratch.bodies) {
             moving.inertia = body.inertia.turned(&at.rotation);

@@ -127,7 +127,7 @@ pub(super) fn check(robots: &[Entity], constraints: &[LinkConstraint]) -> Result
 }
 
 fn check_one(robots: &[Entity], of: &LinkConstraint) -> Result<(), String> {
-    let LinkConstraint { definition, impulses, is_least: _, motion, reading } = of;
+    let LinkConstraint { definition, impulses, is_least: _, motion, is_dragged: _, reading } = of;
     let ConstraintDefinition { name, ends, kind, max_force, max_torque, breaks: _, disable_collisions: _ } =
         definition;
     if !super::entity::is_robot_name(name) || name.len() > MAX_CONSTRAINT_NAME {

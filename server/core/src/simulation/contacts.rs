@@ -20,6 +20,9 @@ use crate::valid::finite;
 /// metres.
 const SAME_POINT: f64 = 0.01;
 
+/// The only point of two colliders moves steadily where its way differs from that of the step before by less than this part of it.
+const STEADY: f64 = 0.25;
+
 /// The contacts of a world, in the order of their robots and colliders.
 #[derive(Debug, Default)]
 pub(super) struct Contacts {
@@ -261,6 +264,8 @@ impl Search {
                     turning_impulse: DVec3::ZERO,
                     is_least: false,
                     total: DVec3::ZERO,
+                    moved: DVec3::ZERO,
+                    wanders: DVec3::ZERO,
                 });
             };
             if pair[0] != pair[1] && !(a.is_fixed() && b.is_fixed()) {
@@ -295,11 +300,21 @@ pub(super) fn complete(robots: &[Entity], contacts: &mut [Contact]) -> Result<()
         if sides.iter().all(|side| side.body.is_none()) {
             return Err("a contact is between what cannot move".into());
         }
-        let Contact { robots: _, index, point, impulse, turning_impulse, is_least: _, total } = contact;
+        let Contact {
+            robots: _,
+            index,
+            point,
+            impulse,
+            turning_impulse,
+            is_least: _,
+            total,
+            moved,
+            wanders: _,
+        } = contact;
         (point.links, point.bodies) = (sides.map(|side| side.link), sides.map(|side| side.body));
         let ContactPoint { colliders: _, links: _, bodies: _, on, position, normal, distance, surface } =
             point;
-        let vectors = [on[0], on[1], *position, *normal, *impulse, *turning_impulse, *total];
+        let vectors = [on[0], on[1], *position, *normal, *impulse, *turning_impulse, *total, *moved];
         let values = vectors.into_iter().flat_map(|vector| vector.to_array()).chain([*distance]);
         finite("the contacts have numbers", values)?;
         if (normal.length_squared() - 1.0).abs() > 1e-6 {
@@ -388,6 +403,11 @@ fn inherit(list: &mut [Contact], before: &[Contact]) {
                 let Contact { impulse, turning_impulse, is_least, total, .. } = *known;
                 (contact.impulse, contact.turning_impulse) = (impulse, turning_impulse);
                 (contact.is_least, contact.total) = (is_least, total);
+            }
+            if single {
+                contact.moved = contact.point.position - known.point.position;
+                let is_steady = contact.moved.distance(known.moved) < STEADY * contact.moved.length();
+                contact.wanders = if is_steady { contact.moved } else { DVec3::ZERO };
             }
         }
         start += len;

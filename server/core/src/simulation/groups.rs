@@ -262,15 +262,15 @@ impl Group<'_, '_> {
     }
 }
 
+/// Whether neither its velocities move it, nor what constraints put right in its position alone.
 fn is_still(robot: &Entity) -> bool {
     let square = |velocities: &[f64]| velocities.iter().map(|velocity| velocity * velocity).sum::<f64>();
-    match robot.body.velocities() {
-        velocities if velocities.len() == 6 => {
-            square(&velocities[..3]) < STILL_LINEAR * STILL_LINEAR
-                && square(&velocities[3..]) < STILL_ANGULAR * STILL_ANGULAR
-        }
-        _ => false,
-    }
+    let is_slow = |velocities: &[f64]| {
+        square(&velocities[..3]) < STILL_LINEAR * STILL_LINEAR
+            && square(&velocities[3..]) < STILL_ANGULAR * STILL_ANGULAR
+    };
+    let (velocities, placed) = (robot.body.velocities(), robot.body.placed());
+    velocities.len() == 6 && is_slow(velocities) && (placed.is_empty() || is_slow(placed))
 }
 
 impl<'b, 'a> GroupRange<'b, 'a> {

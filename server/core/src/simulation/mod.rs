@@ -279,11 +279,9 @@ impl Simulation {
 
     /// The index of a robot.
     fn robot_index(&self, robot: &str) -> Result<usize, Error> {
-        self.entities.iter().position(|entity| entity.state.name == robot).ok_or_else(|| {
-            Error::RobotNotFound {
-                robot: robot.to_owned(),
-                known: self.entities.iter().map(|entity| entity.state.name.clone()).collect(),
-            }
+        self.layout.index_of(robot).ok_or_else(|| Error::RobotNotFound {
+            robot: robot.to_owned(),
+            known: self.entities.iter().map(|entity| entity.state.name.clone()).collect(),
         })
     }
 

@@ -89,8 +89,8 @@ pub struct ConstraintState {
     pub position_error: f64,
     /// The same of their orientations, rad.
     pub angle_error: f64,
-    /// How fast they leave where they are to be, since other constraints ask for something else or the limits
-    /// are reached: m/s.
+    /// By how much slower than a fifth of the error in each step they go to where they are to be, since other constraints ask for
+    /// something else or the limits are reached: m/s.
     pub velocity_residual: f64,
     /// The same of their orientations, rad/s.
     pub angular_residual: f64,
@@ -158,6 +158,36 @@ pub struct ContactReport {
 pub struct WorldLayout {
     /// In the order of their spawning.
     pub entities: Vec<Arc<EntityLayout>>,
+    /// Their indices in the order of their names: a command for a thousand robots names each.
+    by_name: Vec<usize>,
+}
+
+impl WorldLayout {
+    /// The first robots of another layout, and these after them.
+    pub(in crate::simulation) fn with_others(
+        before: &Self,
+        first: usize,
+        others: Vec<Arc<EntityLayout>>,
+    ) -> Self {
+        let mut entities: Vec<_> = before.entities.iter().take(first).cloned().collect();
+        let mut by_name: Vec<usize> = before.by_name.iter().copied().filter(|index| *index < first).collect();
+        by_name.extend(first..first + others.len());
+        entities.extend(others);
+        // Which is nearly in order already.
+        by_name.sort_by(|a, b| entities[*a].name.cmp(&entities[*b].name));
+        Self { entities, by_name }
+    }
+
+    /// The index of the robot of this name.
+    pub fn index_of(&self, name: &str) -> Option<usize> {
+        let at = self.search(name).ok()?;
+        self.by_name.get(at).copied()
+    }
+
+    fn search(&self, name: &str) -> Result<usize, usize> {
+        let name_of = |index: &usize| self.entities.get(*index).map(|entity| entity.name.as_str());
+        self.by_name.binary_search_by(|index| name_of(index).cmp(&Some(name)))
+    }
 }
 
 /// A robot and where its values lie in a [`PublishedState`].
@@ -254,7 +284,8 @@ impl PublishedState {
 
     /// A robot by name, with its index among the robots.
     pub fn entity(&self, name: &str) -> Option<(usize, &Arc<EntityLayout>)> {
-        self.world.entities.iter().enumerate().find(|(_, entity)| entity.name == name)
+        let index = self.world.index_of(name)?;
+        Some((index, self.world.entities.get(index)?))
     }
 
     /// `world_from_link` of each link of the robot at this index, in the model's order.

@@ -6,8 +6,8 @@ use super::Articulation;
 use super::StepScratch;
 use crate::dynamics::constraint::side::Side;
 use crate::dynamics::constraint::{
-    Constraints, prepare, project_onto, respond, respond_to_force, respond_to_unit_forces, single_body_rows,
-    sweep,
+    Constraints, RowKey, prepare, project_onto, respond, respond_to_force, respond_to_unit_forces,
+    single_body_rows, sweep,
 };
 use crate::dynamics::implicit_inertia::implicit_inertia;
 use crate::dynamics::inertia::Rigid;
@@ -16,6 +16,7 @@ use crate::dynamics::kinematics::joint_placement;
 use crate::dynamics::ldlt::Ldlt6;
 use crate::dynamics::spatial::{Placement, Spatial};
 use crate::dynamics::symmetric::Symmetric;
+use crate::dynamics::tree::JointType;
 
 /// Positions of a body at the most: those of a free one.
 const MOST_POSITIONS: usize = 7;
@@ -148,5 +149,28 @@ impl Articulation {
     pub(in crate::dynamics) fn keep_rows(&mut self) {
         self.judge_rows();
         self.state.impulses.keep(&self.scratch.constraints.rows);
+    }
+
+    /// How much of `step` beside the velocities `goes` leads in `h` seconds no joint beyond a limit that has no row in this step: 1 at the most.
+    pub(in crate::dynamics) fn part_within_limits(&self, goes: &[f64], step: &[f64], h: f64) -> f64 {
+        let rows = &self.scratch.constraints.rows;
+        let mut part = 1.0f64;
+        for body in &self.tree.bodies {
+            if !matches!(body.joint_type, JointType::Revolute | JointType::Prismatic) {
+                continue;
+            }
+            let (dof, limits) = (body.velocity, &self.state.axes[body.velocity].settings.limits);
+            let at = self.state.positions[body.position] + h * goes[dof];
+            for (limit, key, sign) in
+                [(limits.lower, RowKey::Lower(dof), -1.0), (limits.upper, RowKey::Upper(dof), 1.0)]
+            {
+                let Some(limit) = limit else { continue };
+                let (room, way) = ((limit - at) * sign, h * step[dof] * sign);
+                if way > room && room > 0.0 && !rows.iter().any(|row| row.key == key) {
+                    part = part.min(room / way);
+                }
+            }
+        }
+        part
     }
 }

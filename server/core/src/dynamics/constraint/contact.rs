@@ -50,6 +50,12 @@ pub struct Contact {
     /// The sum of the impulses of the parts of a step.
     #[serde(with = "vector3")]
     pub total: DVec3,
+    /// How far the only point of two colliders has moved since the step before, world, metres; 0 where there are more, and where it is new.
+    #[serde(with = "vector3")]
+    pub moved: DVec3,
+    /// The same where it moves on steadily, as that of a coin that rolls, and 0 elsewhere. Found again with the contact.
+    #[serde(skip)]
+    pub wanders: DVec3,
 }
 
 /// Along a direction that no joint can move, J M^-1 J' is rounding: less than this part of what
@@ -69,6 +75,8 @@ pub struct ContactRows {
     pub unloaded: [f64; 3],
     /// The least normal velocity.
     pub target: f64,
+    /// The tangent velocities of what does not slip.
+    pub drift: [f64; 2],
     /// The normal velocity of position correction.
     pub correction_velocity: f64,
     /// The split impulse: that of position correction, which changes no velocity.
@@ -96,6 +104,13 @@ impl ContactRows {
         self.sides[0].add_velocities(blocks, velocities, &mut sums);
         self.sides[1].add_velocities(blocks, velocities, &mut sums);
         sums.map(|[even, odd]| even + odd)
+    }
+
+    /// The normal velocity, and by how much tangent velocities are not those of what does not slip.
+    #[inline]
+    pub fn slip(&self, blocks: &[f64], velocities: &[f64]) -> [f64; 3] {
+        let [n, t, u] = self.velocities(blocks, velocities);
+        [n, t - self.drift[0], u - self.drift[1]]
     }
 
     /// Gives the velocities an impulse along the axes.
@@ -140,8 +155,9 @@ impl ContactRows {
         };
     }
 
-    /// The least normal velocity for a step of `h`, from the normal velocity before the step and the
-    /// unloaded one; and the velocity of position correction. `gravity` is its size.
+    /// The least normal velocity for a step of `h`, from the velocities before the step and the
+    /// unloaded ones; and the velocity of position correction. `gravity` is its size, and `turning` the velocities here
+    /// with which the point that is touched in the middle of the step has none.
     ///
     /// Less deep than [`REST`]: arrive there, and do not pass. Deeper: come no nearer. So what rests is not where a
     /// rounding decides between the two, and does not fall again and again. After a
@@ -154,8 +170,13 @@ impl ContactRows {
     ///
     /// A spring and a damper are implicit, p = h (-k (d + h v) - c v), as MuJoCo's and Bullet's are: stable at any stiffness, and
     /// exact at rest.
-    pub fn aim(&mut self, contact: &Contact, before: f64, gravity: f64, h: f64) {
+    pub fn aim(&mut self, contact: &Contact, before: [f64; 3], turning: [f64; 3], (gravity, h): (f64, f64)) {
         let ContactPoint { distance, surface, .. } = contact.point;
+        // In steady motion these are what the point has come with, turned round, which takes no energy: more would give some.
+        let [leaving, drift @ ..] =
+            [0, 1, 2].map(|i| turning[i].clamp((-before[i]).min(0.0), (-before[i]).max(0.0)));
+        let [before, ..] = before;
+        self.drift = drift;
         if surface.stiffness > 0.0 {
             let hardness = h * surface.stiffness + surface.damping;
             self.compliance = 1.0 / (h * hardness);
@@ -163,7 +184,8 @@ impl ContactRows {
             (self.correction_velocity, self.split_impulse) = (0.0, 0.0);
             return;
         }
-        self.target = if distance + REST > AT_REST { -(distance + REST) / h } else { 0.0 };
+        let arrives = if distance + REST > AT_REST { -(distance + REST) / h } else { 0.0 };
+        self.target = arrives + leaving;
         let hits = distance + h * self.unloaded[0] <= 0.0 && before < -(BOUNCE_THRESHOLD + 2.0 * gravity * h);
         // What does not bounce arrives: to end it where the hit was found would leave a gap.
         if hits && surface.restitution > 0.0 {
@@ -229,7 +251,7 @@ impl ContactRows {
     #[inline]
     pub fn solve(&mut self, blocks: &[f64], velocities: &mut [f64]) -> f64 {
         let [nn, nt, nu, tt, _, uu] = self.effect;
-        let velocity = self.velocities(blocks, velocities);
+        let velocity = self.slip(blocks, velocities);
         let left = self.target - velocity[0] - self.compliance * self.impulse[0];
         let normal = (self.impulse[0] + left / (nn + self.compliance)).max(0.0);
         let dn = normal - self.impulse[0];

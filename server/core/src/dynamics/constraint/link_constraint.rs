@@ -87,6 +87,8 @@ pub struct LinkConstraint {
     pub is_least: bool,
     /// What foresees how far it leaves a tangent; `None` where something else than a step has moved it.
     pub motion: Option<[Motion; 2]>,
+    /// Something else than a step has moved what it asks for, or what it is on: it is to take along what it holds.
+    pub is_dragged: bool,
     /// What it does and how well it holds.
     pub reading: Reading,
 }
@@ -111,8 +113,8 @@ pub struct Reading {
     pub point: DVec3,
     /// How far the last step found it from what it asks for: metres, and rad; of a gear the unit of the second joint.
     pub errors: [f64; 2],
-    /// How fast that was to go on as the last step left it beyond what was aimed at: what other constraints
-    /// did not let it reach. m/s, and rad/s.
+    /// By how much slower than [`ERROR_REDUCTION`](super::ERROR_REDUCTION) of it a step the last step put that right: what other
+    /// constraints did not let it reach. m/s, and rad/s.
     pub residuals: [f64; 2],
     /// It did what it may do at the most.
     pub is_saturated: bool,
@@ -133,19 +135,20 @@ impl LinkConstraint {
             impulses: [[0.0; 3]; 2],
             is_least: false,
             motion: None,
+            is_dragged: false,
             reading: Reading::default(),
         }
     }
 
     /// Something else than a step has moved what it is on.
     pub fn forget_motion(&mut self) {
-        self.motion = None;
+        (self.motion, self.is_dragged) = (None, true);
     }
 
     /// Forgets the last step.
     pub fn forget_step(&mut self) {
         (self.impulses, self.is_least, self.motion) = ([[0.0; 3]; 2], false, None);
-        self.reading = Reading::default();
+        (self.is_dragged, self.reading) = (false, Reading::default());
     }
 
     /// Before a step.

@@ -1,11 +1,14 @@
 //! The rows of a constraint between links: up to three forces, or three torques, as one block.
 //!
-//! A row is J v + R p = target, with a small R that stays: constraints that contradict each other then settle where the sum of R p^2 is the
-//! least, and each has a force of a definite size. The block's impulse is at most of a given size, by its norm, so that it does not
+//! A row is J v + R p = target, with a small R that stays: of constraints that say the same twice each then has a force of a definite
+//! size. The block's impulse is at most of a given size, by its norm, so that it does not
 //! depend on the axes of the frames.
 //!
-//! The target has two parts. A part [`ERROR_REDUCTION`] of the error is put right in each step (Baumgarte's method; as PyBullet's `erp`
-//! and MuJoCo's `solref` of 2.2 steps). And what the velocities of the last step bent away from is put right beforehand: positions
+//! The target has two parts. What R gives way by is put right, and no more: a velocity that closed an error would be a motor, which puts
+//! energy in wherever the error does not close. What is left of an error is put right in
+//! [positions alone](crate::dynamics::island), unless a client drags at the constraint, which is then to move what it holds: a part
+//! [`ERROR_REDUCTION`] of the error in each step (Baumgarte's method; as PyBullet's `erp` and MuJoCo's `solref` of 2.2 steps). And what
+//! the velocities of the last step bent away from is put right beforehand: positions
 //! move along curves, and rows are tangents. Where q + h v is off the curve by h^2/2 v' H v, the velocity that stays on it has
 //! J v = -h/2 v' H v (SHAKE: Ryckaert, Ciccotti and Berendsen (1977)). That is first taken from the last step, as the
 //! difference between the error that it foresaw and the error that is found, which leaves an error of third order in h; and then, where
@@ -17,6 +20,7 @@ use serde::{Deserialize, Serialize};
 
 use super::ERROR_REDUCTION;
 use super::contact::ContactRows;
+use super::three_rows::{eigen, weigh};
 
 /// R as a part of the mean J M^-1 J' of the block.
 const COMPLIANCE: f64 = 1e-5;
@@ -25,14 +29,23 @@ const COMPLIANCE: f64 = 1e-5;
 /// by that much in a step of 1 ms.
 pub const FAR: [f64; 2] = [1e-3, 3e-3];
 
-/// R of what is as far off as that: where links can hardly move towards where they are to be, as a chain that is nearly straight, its
-/// joints would turn ever faster (damped least squares: Wampler (1986)).
+/// R of what is dragged and as far off as that: where links can hardly move towards where they are to be, as a chain that is nearly
+/// straight, its joints would turn ever faster (damped least squares: Wampler (1986)).
 const FAR_COMPLIANCE: f64 = 0.05;
+
+/// Velocities put errors right at this, m/s or rad/s, where loads ask for less: an energy of 5e-11 J/kg.
+const GENTLE: f64 = 1e-5;
+
+/// The same as a part of R p.
+const GIVEN_WAY: f64 = 2.0;
+
+/// What brakes contradictions takes their relative motion away within this, s.
+const BRAKE: f64 = 0.05;
 
 /// Errors are put right no faster than this, m/s, and of angles rad/s: fast enough for what scripts drag along.
 pub const MAX_CORRECTION: [f64; 2] = [10.0, 30.0];
 
-/// A curve that leads farther away from its tangent in a step is none: something has been put elsewhere. m or rad.
+/// A larger departure from the tangent in one step means that something was teleported, m or rad.
 const MOST_BENT: f64 = 1e-2;
 
 /// J of what no joint can move is below this, metres, and of torques 1.
@@ -48,7 +61,7 @@ const ALL_DIRECTIONS: [f64; 6] = [1.0, 0.0, 0.0, 1.0, 0.0, 1.0];
 /// A velocity before the step that is not yet what the rows ask for, m/s or rad/s.
 const AT_REST: f64 = 1e-6;
 
-/// What leaves its tangent otherwise than in the step before by a part 1 / this of that is not foreseen at all.
+/// The correction is predicted from the last step. It is dropped where it changed by more than 1 / this of itself since then.
 const UNSTEADY: f64 = 2.0;
 
 /// What a step leaves of a block for the next one to foresee how far its motion leaves a tangent.
@@ -104,8 +117,12 @@ pub struct LinkRows {
     pub gear: Option<GearRow>,
     /// m or rad.
     pub errors: [f64; 3],
+    /// The same after the step, with velocities that were looked at last.
+    pub errors_after: [f64; 3],
     /// By how much the last step left its tangent, m or rad.
     pub bent: [f64; 3],
+    /// The step, s.
+    pub h: f64,
     /// m/s or rad/s.
     pub targets: [f64; 3],
     /// The targets without what is put right beforehand.
@@ -116,10 +133,18 @@ pub struct LinkRows {
     pub first_ahead: [f64; 3],
     /// By how much the velocities found now would leave it.
     pub bending: [f64; 3],
-    /// In the last step it was far from the fastest target that there is.
-    pub was_unreached: bool,
-    /// Of what contradicts other constraints, how far its velocities are from what it aimed at, m/s or rad/s.
-    pub unreached: Option<[f64; 3]>,
+    /// It only brakes.
+    pub is_brake: bool,
+    /// A client drags at it.
+    pub is_dragged: bool,
+    /// Velocities put its errors right.
+    pub is_pulled: bool,
+    /// Errors up to this are left to velocities, m or rad.
+    pub within: f64,
+    /// Errors after the step that are gone back to.
+    pub errors_kept: [f64; 3],
+    /// How far velocities are from what puts errors right, m/s or rad/s, where positions were to be put right.
+    pub left: Option<[f64; 3]>,
     /// What takes directions without rows out of targets: nn, nt, nu, tt, tu, uu.
     pub directions: [f64; 6],
     /// The impulse's norm at the most, N s or N m s.
@@ -144,55 +169,104 @@ pub struct LinkRows {
     pub residuals: [f64; 3],
 }
 
+impl Aim {
+    /// The size of the error, m or rad.
+    pub fn error(&self) -> f64 {
+        DVec3::from_array(self.errors).length()
+    }
+}
+
 impl LinkRows {
-    /// What it aims at in a step of `h`, from errors found now and what the last step left.
-    pub fn aim(&mut self, last: Option<Motion>, h: f64) {
-        (self.bent, self.ahead, self.first_ahead) = ([0.0; 3], [0.0; 3], [0.0; 3]);
-        if self.is_one_sided && self.errors[0] > 0.0 {
-            // Slack: it may go on to where it is tight.
-            self.aimed = [-self.errors[0] / h, 0.0, 0.0];
-            self.targets = self.aimed;
-            return;
-        }
-        // Where constraints contradict each other, what they have in common follows from whole errors, and is slowed down afterwards.
-        let most = if self.is_far() && self.most.is_infinite() && self.was_unreached {
-            f64::INFINITY
-        } else {
-            MAX_CORRECTION[usize::from(self.turns)]
-        };
-        let correction = DVec3::from_array(self.errors) * (-ERROR_REDUCTION / h);
-        let mut ahead = DVec3::ZERO;
-        if let Some(Motion { foreseen, bent: before }) = last {
+    /// Foresees from the last step how far this one leaves its tangent.
+    pub fn foresee(&mut self, last: Option<Motion>) {
+        (self.bent, self.ahead) = ([0.0; 3], [0.0; 3]);
+        if let Some(Motion { foreseen, bent: before }) = last.filter(|_| !self.is_slack()) {
             let bent = DVec3::from_array(self.errors) - DVec3::from_array(foreseen);
             let (size, change) = (bent.length(), bent.distance(DVec3::from_array(before)));
             // What changes from step to step as fast as this is no guide: without it the motion across the constraint is damped.
-            if size > 0.0 && size < MOST_BENT {
-                ahead = bent * (1.0 - UNSTEADY * change / size).max(0.0);
+            if size > 0.0 && size < MOST_BENT && !self.is_far() {
+                self.ahead = (bent * (1.0 - UNSTEADY * change / size).max(0.0)).to_array();
             }
             self.bent = bent.to_array();
         }
-        self.aimed = correction.clamp_length_max(most).to_array();
-        (self.ahead, self.first_ahead) = (ahead.to_array(), ahead.to_array());
-        self.targets = (DVec3::from_array(self.aimed) - ahead / h).to_array();
+        self.first_ahead = self.ahead;
     }
 
-    /// Aims anew, with what a step of `h` is taken to leave its tangent by, m or rad.
-    pub fn aim_ahead(&mut self, ahead: [f64; 3], h: f64) {
+    /// What it aims at.
+    fn aim(&mut self) {
+        let correction = DVec3::from_array(self.errors) * (-ERROR_REDUCTION / self.h);
+        self.aimed = if self.is_slack() {
+            // It may go on to where it is tight.
+            [-self.errors[0] / self.h, 0.0, 0.0]
+        } else if self.is_pulled {
+            correction.clamp_length_max(MAX_CORRECTION[usize::from(self.turns)]).to_array()
+        } else if correction.length() <= self.gentle() {
+            correction.to_array()
+        } else {
+            [0.0; 3]
+        };
+        self.aim_ahead(self.ahead);
+    }
+
+    /// Aims anew, with what a step is taken to leave its tangent by, m or rad.
+    pub fn aim_ahead(&mut self, ahead: [f64; 3]) {
         self.ahead = ahead;
-        self.targets = weigh(self.directions, [0, 1, 2].map(|k| self.aimed[k] - ahead[k] / h));
+        self.targets = weigh(self.directions, [0, 1, 2].map(|k| self.aimed[k] - ahead[k] / self.h));
+    }
+
+    /// The velocity at which errors are put right that nothing drags at, m/s or rad/s.
+    fn gentle(&self) -> f64 {
+        let impulse = DVec3::from_array(self.rows.impulse).length();
+        GENTLE.max(GIVEN_WAY * self.compliance * impulse)
+    }
+
+    /// Errors up to this are left to velocities, m or rad.
+    pub fn near(&self) -> f64 {
+        self.gentle() * self.h / ERROR_REDUCTION
+    }
+
+    /// Whether errors are no larger than this, m and rad.
+    pub fn is_within(&self, most: [f64; 2]) -> bool {
+        DVec3::from_array(self.errors).length() <= most[usize::from(self.turns)]
+    }
+
+    /// Whether this impulse is all that it may do.
+    pub fn is_at_most(&self, impulse: [f64; 3]) -> bool {
+        DVec3::from_array(impulse).length() >= self.most * (1.0 - 1e-9)
+    }
+
+    /// It is a rope that is slack.
+    pub fn is_slack(&self) -> bool {
+        self.is_one_sided && self.errors[0] > 0.0
     }
 
     /// Whether it is farther from what it asks for than loads would take it.
     pub fn is_far(&self) -> bool {
-        let is_slack = self.is_one_sided && self.errors[0] > 0.0;
-        !is_slack && DVec3::from_array(self.errors).length() > FAR[usize::from(self.turns)]
+        !self.is_slack() && DVec3::from_array(self.errors).length() > FAR[usize::from(self.turns)]
     }
 
-    /// Aims at these velocities instead, m/s or rad/s: what it aimed at is farther off by `unreached`.
-    pub fn go_on_at(&mut self, speeds: [f64; 3], unreached: [f64; 3]) {
+    /// Whether velocities put right all of the error that there is.
+    pub fn is_near(&self) -> bool {
+        DVec3::from_array(self.errors).length() <= self.near()
+    }
+
+    /// Whether it is put to a place that is far away, without velocities.
+    pub fn is_put_far(&self) -> bool {
+        !self.is_brake && !self.is_pulled && self.is_far()
+    }
+
+    /// The size of its errors after the step, m or rad.
+    pub fn error_after(&self) -> f64 {
+        let [n, t, u] = weigh(self.directions, self.errors_after);
+        if self.is_one_sided && n > 0.0 { 0.0 } else { DVec3::new(n, t, u).length() }
+    }
+
+    /// Holds where it is, instead of putting errors right by velocities.
+    pub fn stop_pulling(&mut self) {
+        self.is_pulled = false;
         (self.ahead, self.first_ahead) = ([0.0; 3], [0.0; 3]);
-        (self.aimed, self.targets) = (speeds, speeds);
-        self.unreached = Some(unreached);
+        self.soften(COMPLIANCE);
+        self.aim();
     }
 
     /// Takes J M^-1 J' from the blocks. What no joint can move, as what leads out of the plane of a plane linkage, has no row:
@@ -204,10 +278,27 @@ impl LinkRows {
         self.rows.measure(blocks);
         self.directions = ALL_DIRECTIONS;
         self.drop_singular(blocks);
-        let [nn, nt, nu, tt, tu, uu] = self.rows.effect;
+        self.soften(if self.is_brake {
+            (BRAKE / self.h - 1.0).max(COMPLIANCE)
+        } else if self.is_pulled && self.is_far() {
+            FAR_COMPLIANCE
+        } else {
+            COMPLIANCE
+        });
+        self.aim();
+    }
+
+    /// The mean J M^-1 J' of its rows.
+    pub fn mean_effect(&self) -> f64 {
+        let [nn, _, _, tt, _, uu] = self.rows.effect;
         let count = [nn, tt, uu].into_iter().filter(|effect| *effect > 0.0).count().max(1);
-        let part = if self.is_far() { FAR_COMPLIANCE } else { COMPLIANCE };
-        let r = part * (nn + tt + uu) / count as f64;
+        (nn + tt + uu) / count as f64
+    }
+
+    /// Makes R this part of the mean J M^-1 J'.
+    pub fn soften(&mut self, part: f64) {
+        let [nn, nt, nu, tt, tu, uu] = self.rows.effect;
+        let r = part * self.mean_effect();
         self.compliance = r;
         let (nn, tt, uu) = (nn + r, tt + r, uu + r);
         let (a, b, c) = (tt * uu - tu * tu, nu * tu - nt * uu, nt * tu - nu * tt);
@@ -238,7 +329,6 @@ impl LinkRows {
             side.combine_rows(|rows| weigh(kept, rows), blocks);
         }
         self.directions = kept;
-        self.targets = weigh(kept, self.targets);
         self.rows.impulse = weigh(kept, self.rows.impulse);
         self.rows.measure(blocks);
     }
@@ -331,61 +421,5 @@ impl LinkRows {
         self.rows.impulse = impulse;
         self.rows.apply_impulse(blocks, change, velocities);
         (change[0] * nn).abs().max((change[1] * tt).abs()).max((change[2] * uu).abs())
-    }
-}
-
-/// Eigenvalues and eigenvectors of a symmetric matrix, nn, nt, nu, tt, tu, uu, by Jacobi's rotations.
-pub fn eigen([nn, nt, nu, tt, tu, uu]: [f64; 6]) -> ([f64; 3], [[f64; 3]; 3]) {
-    /// Each makes what is beside the diagonal quadratically smaller.
-    const ROUNDS: usize = 8;
-    let mut matrix = [[nn, nt, nu], [nt, tt, tu], [nu, tu, uu]];
-    let mut vectors = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-    for (p, q) in [(0, 1), (0, 2), (1, 2)].into_iter().cycle().take(3 * ROUNDS) {
-        if matrix[p][q] == 0.0 {
-            continue;
-        }
-        let theta = 0.5 * (matrix[q][q] - matrix[p][p]) / matrix[p][q];
-        let tangent = theta.signum() / (theta.abs() + theta.hypot(1.0));
-        let cosine = 1.0 / tangent.hypot(1.0);
-        let sine = tangent * cosine;
-        for row in &mut matrix {
-            (row[p], row[q]) = (cosine * row[p] - sine * row[q], sine * row[p] + cosine * row[q]);
-        }
-        let (a, b) = (matrix[p], matrix[q]);
-        for k in 0..3 {
-            (matrix[p][k], matrix[q][k]) = (cosine * a[k] - sine * b[k], sine * a[k] + cosine * b[k]);
-        }
-        let (a, b) = (vectors[p], vectors[q]);
-        for k in 0..3 {
-            (vectors[p][k], vectors[q][k]) = (cosine * a[k] - sine * b[k], sine * a[k] + cosine * b[k]);
-        }
-    }
-    ([matrix[0][0], matrix[1][1], matrix[2][2]], vectors)
-}
-
-/// A symmetric matrix, nn, nt, nu, tt, tu, uu, times a vector.
-pub fn weigh([nn, nt, nu, tt, tu, uu]: [f64; 6], [n, t, u]: [f64; 3]) -> [f64; 3] {
-    [nn * n + nt * t + nu * u, nt * n + tt * t + tu * u, nu * n + tu * t + uu * u]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn eigenvectors_make_a_matrix_again() {
-        for matrix in
-            [[2.0, 0.3, -0.4, 1.0, 0.2, 3.0], [1.0, 1.0, 1.0, 1.0, 1.0, 1.0], [1.0, 0.0, 0.0, 1.0, 0.0, 0.0]]
-        {
-            let (values, vectors) = eigen(matrix);
-            let mut again = [0.0; 6];
-            for (value, [n, t, u]) in values.into_iter().zip(vectors) {
-                let square = [n * n, n * t, n * u, t * t, t * u, u * u];
-                again.iter_mut().zip(square).for_each(|(sum, square)| *sum += value * square);
-            }
-            for (again, given) in again.into_iter().zip(matrix) {
-                assert!((again - given).abs() < 1e-14, "{again} {given}");
-            }
-        }
     }
 }

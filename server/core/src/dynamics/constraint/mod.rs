@@ -12,6 +12,7 @@ mod response;
 mod rows;
 pub mod side;
 mod solve;
+pub mod three_rows;
 pub mod turning;
 
 pub use response::{

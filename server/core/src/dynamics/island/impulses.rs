@@ -9,7 +9,7 @@ use crate::dynamics::constraint::direct::{Outcome, System};
 const MAX_SWEEPS: usize = 50;
 
 /// Sweeping ends when no impulse changes its own velocity by more than this, m/s or rad/s.
-const SETTLED: f64 = 1e-6;
+pub(super) const SETTLED: f64 = 1e-6;
 
 /// The same where the impulses are the least ones of the step before: then there is nothing to solve.
 const UNCHANGED: f64 = 1e-13;

@@ -2,15 +2,22 @@
 
 use glamx::{DPose3, DVec3};
 
-use super::contradictions::UNREACHED;
+use super::dragging::UNREACHED;
 use super::rows::{Measure, find_spans};
 use super::{ActiveConstraint, Island, Member};
 use crate::dynamics::articulation::Articulation;
+use crate::dynamics::constraint::ERROR_REDUCTION;
 use crate::dynamics::constraint::contact::ContactRows;
-use crate::dynamics::constraint::link_constraint::{ConstraintEnd, ConstraintKind};
-use crate::dynamics::constraint::link_rows::{Aim, GearRow, LinkRows, LinkState, MAX_CORRECTION, Motion};
+use crate::dynamics::constraint::link_constraint::{ConstraintEnd, ConstraintKind, LinkConstraint};
+use crate::dynamics::constraint::link_rows::{
+    Aim, FAR, GearRow, LinkRows, LinkState, MAX_CORRECTION, Motion,
+};
 use crate::dynamics::constraint::side::Side;
 use crate::dynamics::tree::JointType;
+
+/// A constraint that something else than a step has moved, or moved what it is on, by no more than this, m and rad, takes along what it
+/// holds; what is farther away is put there.
+const DRAGGED: [f64; 2] = [0.05, 0.15];
 
 /// Member and body of an end, and where its frame is, world.
 type End = ((usize, Option<usize>), DPose3);
@@ -28,6 +35,12 @@ impl Island {
             self.was_least &= constraint.is_least;
             let definition = &constraint.definition;
             let ends = [0, 1].map(|i| self.end(robots, definition.ends[i], fixed[i]));
+            let mut idle = false;
+            let is_gear = matches!(definition.kind, ConstraintKind::Gear { .. });
+            let aims = (!is_gear).then(|| constraint.aims(ends.map(|end| end.1)));
+            // Position and orientation together: one that is put there is not dragged by the other.
+            let drags = constraint.is_dragged
+                && aims.iter().flatten().zip(DRAGGED).all(|(aim, most)| aim.error() <= most);
             let mut add = |turns: bool, Aim { axes, errors }, gear: Option<GearRow>| {
                 let kept = constraint.impulses[usize::from(turns)];
                 let most = if turns { definition.max_torque } else { definition.max_force } * h;
@@ -41,14 +54,19 @@ impl Island {
                     errors,
                     most,
                     is_one_sided: matches!(definition.kind, ConstraintKind::Distance { is_rope: true, .. }),
-                    was_unreached: constraint.reading.residuals[usize::from(turns)]
-                        > UNREACHED * MAX_CORRECTION[usize::from(turns)],
+                    h,
                     ..LinkRows::default()
                 };
                 (link.rows.impulse, link.state) = link.bounded(kept);
+                link.is_dragged = drags && link.is_within(DRAGGED);
+                link.is_pulled = (link.is_dragged || link.most.is_finite()) && !link.is_near();
+                // What did not reach what it aims at does not try again.
+                let is_idle = is_idle(constraint, &link);
+                idle |= is_idle;
+                link.is_pulled &= !link.is_slack() && !is_idle;
                 let is_smooth = !link.is_one_sided || kept[0] > 0.0;
                 let motion = constraint.motion.filter(|_| is_smooth);
-                link.aim(motion.map(|motion| motion[usize::from(turns)]), h);
+                link.foresee(motion.map(|motion| motion[usize::from(turns)]));
                 self.links.push(link);
             };
             if let ConstraintKind::Gear { ratio, offset } = definition.kind {
@@ -60,11 +78,14 @@ impl Island {
                 );
                 continue;
             }
-            let aims = constraint.aims(ends.map(|end| end.1));
-            for (turns, aim) in [false, true].into_iter().zip(aims) {
+            for (turns, aim) in [false, true].into_iter().zip(aims.into_iter().flatten()) {
                 if aim.axes != [DVec3::ZERO; 3] {
                     add(turns, aim, None);
                 }
+            }
+            if idle {
+                let (ends, point) = (ends.map(|end| end.0), ends[1].1.translation);
+                self.links.extend([false, true].map(|turns| brake(index, ends, point, (turns, h))));
             }
         }
         self.lay_out_links(robots, at);
@@ -152,12 +173,13 @@ impl Island {
     ) {
         for ActiveConstraint { constraint, .. } in &mut *constraints {
             constraint.is_least = self.was_least;
+            constraint.is_dragged = false;
             let reading = &mut constraint.reading;
             (reading.last_force, reading.last_torque) = (DVec3::ZERO, DVec3::ZERO);
         }
         // Velocities that were given take half of a kick alike, or a whole one: parts of their own would part what is held together.
         let is_alike = robots.iter_mut().all(|robot| robot.as_mut().takes_half_alike());
-        for link in &self.links {
+        for link in self.links.iter().filter(|link| !link.is_brake) {
             let constraint = &mut *constraints[link.rows.contact].constraint;
             let part = usize::from(link.turns);
             let was_pulling = constraint.impulses[part] != [0.0; 3];
@@ -172,8 +194,9 @@ impl Island {
                 }
             }
             let left = link
-                .unreached
+                .left
                 .unwrap_or_else(|| link.residual(link.rows.velocities(&self.blocks, &self.velocities)));
+            constraint.is_dragged |= link.is_dragged && link.is_pulled && !link.is_near();
             let impulse = link.rows.world_impulse();
             constraint.impulses[part] = link.rows.impulse;
             let is_turn = link.turns || link.gear.is_some_and(|gear| turns(robots, gear));
@@ -204,11 +227,13 @@ impl Island {
         constraints: &mut [ActiveConstraint<'_>],
         h: f64,
     ) {
-        let is_known = !robots.iter_mut().any(|robot| robot.as_mut().halves_its_kick());
+        // What puts positions far away turns on a curve, which is none of the motion.
+        let is_known = !self.links.iter().any(LinkRows::is_put_far)
+            && !robots.iter_mut().any(|robot| robot.as_mut().halves_its_kick());
         for of in &mut *constraints {
             of.constraint.motion = is_known.then_some([Motion { foreseen: [0.0; 3], bent: [0.0; 3] }; 2]);
         }
-        for link in self.links.iter().filter(|_| is_known) {
+        for link in self.links.iter().filter(|link| is_known && !link.is_brake) {
             let velocities = link.rows.velocities(&self.blocks, &self.velocities);
             if let Some(motion) = &mut constraints[link.rows.contact].constraint.motion {
                 let foreseen = [0, 1, 2].map(|k| link.errors[k] + h * velocities[k]);
@@ -261,6 +286,22 @@ fn gear<R: AsMut<Articulation>>(
     let (first, second) = (joint(robots, ends[0])?, joint(robots, ends[1])?);
     let joints = [(first.0, first.1, first.2, -ratio), (second.0, second.1, second.2, 1.0)];
     Some((GearRow { joints }, second.4, second.3 - ratio * first.3 - offset))
+}
+
+/// What brakes how the two ends of the constraint of this index move against each other, in steps of `h`: all of their turning, or all of
+/// the motion of a point.
+fn brake(index: usize, ends: [(usize, Option<usize>); 2], point: DVec3, (turns, h): (bool, f64)) -> LinkRows {
+    let axes = [DVec3::X, DVec3::Y, DVec3::Z];
+    let rows = ContactRows { contact: index, axes, ..ContactRows::default() };
+    LinkRows { rows, ends, point, turns, most: f64::INFINITY, h, is_brake: true, ..LinkRows::default() }
+}
+
+/// Whether in the last step it did not come nearer to where it is to be, though it did not do all that it may.
+fn is_idle(constraint: &LinkConstraint, link: &LinkRows) -> bool {
+    let part = usize::from(link.turns);
+    let (error, left) = (constraint.reading.errors[part], constraint.reading.residuals[part]);
+    let aim = (ERROR_REDUCTION * error / link.h).min(MAX_CORRECTION[part]);
+    error > FAR[part] && left > UNREACHED * aim && !link.is_at_most(constraint.impulses[part])
 }
 
 /// Whether the second joint of a gear turns.

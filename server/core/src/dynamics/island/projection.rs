@@ -12,7 +12,8 @@ use glamx::{DPose3, DVec3};
 use super::{ActiveConstraint, Island};
 use crate::dynamics::articulation::Articulation;
 use crate::dynamics::constraint::direct::System;
-use crate::dynamics::constraint::link_rows::{LinkState, weigh};
+use crate::dynamics::constraint::link_rows::LinkState;
+use crate::dynamics::constraint::three_rows::weigh;
 
 /// Rounds at the most, each of which costs what a refinement of the solution does.
 const MAX_ROUNDS: usize = 20;
@@ -23,12 +24,9 @@ const ENOUGH: f64 = 1e-10;
 /// What leaves its tangent farther than this in a step is not followed, m or rad.
 const MOST_BENT: f64 = 0.1;
 
-/// Robots with joints are not stiffened as [single bodies](super::stiffening) are: what leaves its tangent otherwise than in the step
-/// before by more than this is not resolved by steps, m or rad, and is damped where it is not followed.
+/// For robots with joints, which are not stiffened as [single bodies](super::stiffening) are: a departure from the tangent that changes by
+/// more than this from step to step is not followed, and is damped, m or rad.
 const MOST_SUDDEN: f64 = 1e-5;
-
-/// What is this far from where it is to be does not hold, and is not on a curve, m or rad.
-const MOST_ERROR: f64 = 0.05;
 
 impl Island {
     /// Has positions after a step of `h` meet the constraints. Nothing where the rows were not solved directly, since it takes exact
@@ -62,7 +60,7 @@ impl Island {
             }
             for link in &mut self.links {
                 let ahead = if comes_nearer { link.bending } else { link.first_ahead };
-                link.aim_ahead(ahead, h);
+                link.aim_ahead(ahead);
             }
             let Self { members, rows, links, blocks, velocities, free, direct, .. } = self;
             let system = System { robots: &mut *robots, members, rows, links, blocks, free, velocities };
@@ -85,13 +83,54 @@ impl Island {
         constraints: &[ActiveConstraint<'_>],
         h: f64,
     ) -> f64 {
-        let Self { members, links, blocks, velocities, .. } = self;
+        self.find_errors_after(robots, constraints, h);
+        let Self { links, blocks, velocities, .. } = self;
         let mut largest = 0.0f64;
-        let mut last: Option<(usize, [DPose3; 2])> = None;
         for link in links {
             link.bending = link.ahead;
-            let holds = link.unreached.is_none() && DVec3::from_array(link.errors).length() <= MOST_ERROR;
-            if link.gear.is_some() || link.state != LinkState::Holds || !link.acts() || !holds {
+            if link.gear.is_some()
+                || link.state != LinkState::Holds
+                || !link.acts()
+                || link.is_far()
+                || link.is_brake
+            {
+                continue;
+            }
+            let speeds = link.rows.velocities(blocks, velocities);
+            let bending = [0, 1, 2].map(|k| link.errors_after[k] - link.errors[k] - h * speeds[k]);
+            let is_single = link
+                .ends
+                .iter()
+                .all(|(member, body)| body.is_none() || robots[*member].as_mut().free_moment().is_some());
+            let sudden = DVec3::from_array(bending).distance(DVec3::from_array(link.first_ahead));
+            let is_followed =
+                DVec3::from_array(bending).length() <= MOST_BENT && (is_single || sudden <= MOST_SUDDEN);
+            if is_followed {
+                link.bending = bending;
+                let change = weigh(link.directions, [0, 1, 2].map(|k| bending[k] - link.ahead[k]));
+                largest = change.into_iter().fold(largest, |largest, change| largest.max(change.abs()));
+            }
+        }
+        largest
+    }
+
+    /// The errors of each constraint after a step of `h` with the velocities that there are.
+    pub(super) fn find_errors_after<R: AsMut<Articulation>>(
+        &mut self,
+        robots: &mut [R],
+        constraints: &[ActiveConstraint<'_>],
+        h: f64,
+    ) {
+        let Self { members, links, blocks, velocities, .. } = self;
+        let mut last: Option<(usize, [DPose3; 2])> = None;
+        for link in links {
+            if link.gear.is_some() {
+                let speeds = link.rows.velocities(blocks, velocities);
+                link.errors_after = [0, 1, 2].map(|k| link.errors[k] + h * speeds[k]);
+                continue;
+            }
+            if link.is_brake {
+                link.errors_after = [0.0; 3];
                 continue;
             }
             let ActiveConstraint { constraint, fixed, .. } = &constraints[link.rows.contact];
@@ -108,22 +147,7 @@ impl Island {
                 }),
             };
             last = Some((link.rows.contact, frames));
-            let errors = constraint.aims(frames)[usize::from(link.turns)].errors;
-            let speeds = link.rows.velocities(blocks, velocities);
-            let bending = [0, 1, 2].map(|k| errors[k] - link.errors[k] - h * speeds[k]);
-            let is_single = link
-                .ends
-                .iter()
-                .all(|(member, body)| body.is_none() || robots[*member].as_mut().free_moment().is_some());
-            let sudden = DVec3::from_array(bending).distance(DVec3::from_array(link.first_ahead));
-            let is_followed =
-                DVec3::from_array(bending).length() <= MOST_BENT && (is_single || sudden <= MOST_SUDDEN);
-            if is_followed {
-                link.bending = bending;
-                let change = weigh(link.directions, [0, 1, 2].map(|k| bending[k] - link.ahead[k]));
-                largest = change.into_iter().fold(largest, |largest, change| largest.max(change.abs()));
-            }
+            link.errors_after = constraint.aims(frames)[usize::from(link.turns)].errors;
         }
-        largest
     }
 }

@@ -132,19 +132,46 @@ impl Island {
         h: f64,
     ) {
         self.before.clear();
-        for robot in robots {
+        for robot in &mut *robots {
             self.before.extend_from_slice(robot.as_mut().half_velocities());
         }
         for rows in &mut self.rows {
-            let before = rows.velocities(&self.blocks, &self.before)[0];
+            let before = rows.velocities(&self.blocks, &self.before);
             rows.unloaded = rows.velocities(&self.blocks, &self.velocities);
-            rows.aim(contacts[rows.contact], before, gravity.length(), h);
+            let contact = &*contacts[rows.contact];
+            let turning = turning(robots, rows, contact, h);
+            rows.aim(contact, before, rows.axes.map(|axis| axis.dot(turning)), (gravity.length(), h));
         }
         let links = self.links.iter_mut().map(|link| &mut link.rows);
         for rows in self.turning.iter_mut().map(|turning| &mut turning.rows).chain(links) {
             rows.unloaded = rows.velocities(&self.blocks, &self.velocities);
         }
     }
+}
+
+/// The velocity that a body has where it is touched at the beginning of a step, if the point that is touched in the middle of it has none; world.
+///
+/// Where the point wanders on the body, J u = 0 holds with the J of that moment, for the velocities u of the middle of the step. With that of the
+/// beginning J u = -h/2 J' u, where J' u = w x (p' - v) of a body that turns with w, about an origin that moves with v, and a point that
+/// moves with p'. To ask for 0 would stop what rolls on an edge in each step as it comes down, and nothing would have it leave again.
+///
+/// Of single bodies on what cannot move.
+fn turning<R: AsMut<Articulation>>(robots: &mut [R], rows: &ContactRows, contact: &Contact, h: f64) -> DVec3 {
+    // Of the two, one moves.
+    let sign = match contact.point.bodies {
+        [None, Some(_)] => 1.0,
+        [Some(_), None] => -1.0,
+        _ => return DVec3::ZERO,
+    };
+    if contact.wanders == DVec3::ZERO {
+        return DVec3::ZERO;
+    }
+    let robot = robots[rows.sides[0].member].as_mut();
+    if robot.tree().bodies.len() != 1 {
+        return DVec3::ZERO;
+    }
+    let (linear, angular) = robot.root_twist();
+    angular.cross(contact.wanders / h - linear) * (-0.5 * h * sign)
 }
 
 /// Members and bodies of a contact; no body where it cannot move.

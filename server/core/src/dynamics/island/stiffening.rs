@@ -15,7 +15,7 @@ use glamx::DVec3;
 
 use super::Island;
 use crate::dynamics::articulation::Articulation;
-use crate::dynamics::constraint::link_rows::eigen;
+use crate::dynamics::constraint::three_rows::eigen;
 use crate::dynamics::inertia::around;
 use crate::dynamics::symmetric::Symmetric;
 
@@ -39,7 +39,7 @@ impl Island {
         }
         stiffness.clear();
         stiffness.resize(members.len(), Symmetric::ZERO);
-        for link in links.iter().filter(|link| !link.turns && link.gear.is_none()) {
+        for link in links.iter().filter(|link| !link.turns && link.gear.is_none() && !link.is_brake) {
             let impulse = link.rows.world_impulse();
             for ((member, body), sign) in link.ends.into_iter().zip([-1.0, 1.0]) {
                 if body.is_none() {
@@ -85,7 +85,7 @@ impl Island {
     /// Brakes the swinging against each other of bodies that resist so.
     pub(super) fn brake<R: AsMut<Articulation>>(&mut self, robots: &mut [R]) {
         let Self { members, links, stiffening, velocities, scratch, .. } = self;
-        for link in links.iter().filter(|link| !link.turns && link.gear.is_none()) {
+        for link in links.iter().filter(|link| !link.turns && link.gear.is_none() && !link.is_brake) {
             let [(a, Some(_)), (b, Some(_))] = link.ends else { continue };
             let size = |member: usize| stiffening.get(member).map_or(0.0, Symmetric::largest);
             let moment = BRAKE * size(a).min(size(b));

@@ -66,7 +66,7 @@ impl Simulation {
             .filter(|constraint| is_of_one(constraint))
             .map(|constraint| described_name(&new.name, &constraint.name))
             .collect();
-        let index = self.entities.iter().position(|entity| entity.state.name == new.name);
+        let index = self.layout.index_of(&new.name);
         let is_own = |robot: usize| Some(robot) == index;
         let gone: Vec<String> = self
             .constraints

@@ -85,24 +85,33 @@ impl Simulation {
 
     /// To be called when robots came, went or changed their model.
     pub(in crate::simulation) fn lay_out(&mut self) {
-        let (mut position, mut velocity) = (0, 0);
-        let entities = self.entities.iter().enumerate().map(|(robot_index, entity)| {
+        self.lay_out_from(0);
+    }
+
+    /// The same where those before the robot at this index are as they were: of thousands of robots one more costs little.
+    pub(in crate::simulation) fn lay_out_from(&mut self, first: usize) {
+        let mut others = Vec::new();
+        let last = first.checked_sub(1).and_then(|last| self.layout.entities.get(last));
+        let (mut position, mut velocity) =
+            last.map(|last| (last.positions.end, last.velocities.end)).unwrap_or_default();
+        for (robot_index, entity) in self.entities.iter().enumerate().skip(first) {
             let tree = entity.body.tree();
             let (positions, velocities) =
                 (tree.position_count - tree.root_positions(), tree.velocity_count - tree.root_velocities());
             let (first_position, first_velocity) = (position, velocity);
             position += positions;
             velocity += velocities;
-            // Of hundreds of robots one more leaves the others as they are. A version is of one robot and model.
+            // A version is of one robot and model.
             let known = self.layout.entities.get(robot_index).filter(|known| {
                 known.version == entity.version
                     && (known.positions.start, known.velocities.start) == (first_position, first_velocity)
             });
             if let Some(known) = known {
-                return Arc::clone(known);
+                others.push(Arc::clone(known));
+                continue;
             }
             let (joint_positions, joint_velocities) = entity.joint_ranges();
-            Arc::new(EntityLayout {
+            others.push(Arc::new(EntityLayout {
                 name: entity.state.name.clone(),
                 version: entity.version,
                 model: Arc::clone(&entity.model),
@@ -114,13 +123,14 @@ impl Simulation {
                 velocities: first_velocity..velocity,
                 joint_positions,
                 joint_velocities,
-            })
-        });
-        let layout = Arc::new(WorldLayout { entities: entities.collect() });
-        let before = std::mem::replace(&mut self.layout, layout);
-        self.keep_target_sources(&before);
-        let settings = self.entities.iter().map(|entity| Arc::new(entity.robot_settings()));
-        self.robot_settings = Arc::new(settings.collect());
+            }));
+        }
+        let layout = WorldLayout::with_others(&self.layout, first, others);
+        let before = std::mem::replace(&mut self.layout, Arc::new(layout));
+        self.keep_target_sources(&before, first);
+        let mut settings = self.robot_settings[..first].to_vec();
+        settings.extend(self.entities[first..].iter().map(|entity| Arc::new(entity.robot_settings())));
+        self.robot_settings = Arc::new(settings);
         self.sensors_changed();
     }
 }

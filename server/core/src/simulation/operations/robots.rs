@@ -1,6 +1,6 @@
 //! Robots come, change and go.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use glamx::{DPose3, DVec3};
 use simd_model::RobotModel;
@@ -31,7 +31,7 @@ fn described_pairs(model: &RobotModel) -> Vec<CollisionPair> {
 }
 
 /// The number of a robot that was renamed from this name.
-fn number_of(robot: &str, name: &str) -> Option<u64> {
+fn number_of(robot: &str, name: &str) -> Option<usize> {
     let digits = robot.strip_prefix(name)?.strip_prefix('_')?;
     let is_plain = digits.bytes().all(|digit| digit.is_ascii_digit()) && !digits.starts_with('0');
     if is_plain { digits.parse().ok() } else { None }
@@ -46,7 +46,9 @@ impl Simulation {
         let entity = self.prepared(spawn, &[])?;
         self.check_described_constraints([spawn])?;
         self.check_described_sensors([spawn])?;
+        let first = self.entities.len();
         let name = self.admit(entity);
+        self.lay_out_from(first);
         self.make_described_constraints(&[came(&name, spawn)]);
         Ok(Reply::Spawned { name })
     }
@@ -60,7 +62,9 @@ impl Simulation {
         }
         self.check_described_constraints(spawns)?;
         self.check_described_sensors(spawns)?;
+        let first = self.entities.len();
         let names: Vec<String> = entities.into_iter().map(|entity| self.admit(entity)).collect();
+        self.lay_out_from(first);
         let came: Vec<Came> = names.iter().zip(spawns).map(|(name, spawn)| came(name, spawn)).collect();
         self.make_described_constraints(&came);
         Ok(Reply::SpawnedAll { names })
@@ -131,7 +135,7 @@ impl Simulation {
         Ok(entity)
     }
 
-    /// Brings a robot in that was prepared; gives its name.
+    /// Brings a robot in that was prepared; gives its name. The world has to be laid out anew.
     fn admit(&mut self, mut entity: Entity) -> String {
         // What sleeps is not looked for by what cannot move.
         if entity.body.tree().fixed_base {
@@ -140,7 +144,6 @@ impl Simulation {
         entity.version = self.take_version();
         let name = entity.state.name.clone();
         self.entities.push(entity);
-        self.lay_out();
         self.happened(EventKind::EntitySpawned { robot: name.clone() });
         name
     }
@@ -229,7 +232,7 @@ impl Simulation {
         let left = |index: usize| (index != robot_index).then_some(index - usize::from(index > robot_index));
         let gone = self.constraints.keep(left);
         self.entities.remove(robot_index);
-        self.lay_out();
+        self.lay_out_from(robot_index);
         self.constraints_went(gone, ConstraintDeletion::RobotDeleted);
         self.happened(EventKind::EntityDeleted { robot: robot.to_owned() });
         Ok(Reply::Done)
@@ -315,9 +318,14 @@ impl Simulation {
         if !allow_renaming {
             return Err(Error::RobotExists { robot: name.to_owned() });
         }
-        // Once through all names: thousands of robots may have one and its numbers.
-        let taken: BTreeSet<u64> = names().filter_map(|other| number_of(other, name)).collect();
-        let free = (1..).find(|number| !taken.contains(number)).unwrap_or(u64::MAX);
+        // Once through all names: thousands of robots may have one and its numbers, of which one up to their count is free.
+        let mut taken = vec![false; self.entities.len() + with.len() + 1];
+        for number in names().filter_map(|other| number_of(other, name)) {
+            if let Some(taken) = taken.get_mut(number) {
+                *taken = true;
+            }
+        }
+        let free = (1..taken.len()).find(|number| !taken[*number]).unwrap_or(taken.len());
         Ok(format!("{name}_{free}"))
     }
 }

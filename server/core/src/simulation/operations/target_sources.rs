@@ -32,11 +32,14 @@ impl Simulation {
         self.target_sources = Arc::new(vec![RobotTargetSources::default(); self.entities.len()]);
     }
 
-    /// Robots came, went or changed their model, which makes other robots of them.
-    pub(in crate::simulation) fn keep_target_sources(&mut self, before: &WorldLayout) {
+    /// Robots from this index on came, went or changed their model, which makes other robots of them.
+    pub(in crate::simulation) fn keep_target_sources(&mut self, before: &WorldLayout, first: usize) {
         let versions = before.entities.iter().map(|entity| entity.version);
-        let mut known: BTreeMap<u64, _> = versions.zip(self.target_sources.iter().cloned()).collect();
-        let sources = self.entities.iter().map(|entity| known.remove(&entity.version).unwrap_or_default());
-        self.target_sources = Arc::new(sources.collect());
+        let known = versions.zip(self.target_sources.iter().cloned()).skip(first);
+        let mut known: BTreeMap<u64, _> = known.collect();
+        let mut sources = self.target_sources[..first].to_vec();
+        let later = self.entities[first..].iter();
+        sources.extend(later.map(|entity| known.remove(&entity.version).unwrap_or_default()));
+        self.target_sources = Arc::new(sources);
     }
 }

@@ -4,8 +4,9 @@ use super::{Direct, SOFTNESS, State, System, TOLERANCE};
 use crate::dynamics::articulation::Articulation;
 use crate::dynamics::block_cholesky::BlockCholesky;
 use crate::dynamics::constraint::contact::ContactRows;
-use crate::dynamics::constraint::link_rows::{LinkState, weigh};
+use crate::dynamics::constraint::link_rows::LinkState;
 use crate::dynamics::constraint::side::{Side, add_transposed};
+use crate::dynamics::constraint::three_rows::weigh;
 
 /// Steps of refinement at the most.
 const REFINEMENTS: usize = 4;
@@ -72,7 +73,7 @@ impl Direct {
             if *state == State::Open {
                 continue;
             }
-            let [n, t, u] = rows.velocities(system.blocks, system.velocities);
+            let [n, t, u] = rows.slip(system.blocks, system.velocities);
             residual[0] = rows.target - n - rows.compliance * rows.impulse[0];
             if *state == State::Sticks {
                 (residual[1], residual[2]) = (-t, -u);

@@ -113,7 +113,7 @@ impl Direct {
         for (i, rows) in system.rows.iter().enumerate() {
             let (mut speeds, mut impulse, mut weights) = ([0.0; 3], [0.0; 3], [0.0; 4]);
             if rows.acts() {
-                speeds = rows.velocities(system.blocks, system.velocities);
+                speeds = rows.slip(system.blocks, system.velocities);
                 (impulse, weights) = if is_first {
                     given(rows, self.hardness[i], self.states[i], speeds)
                 } else {
@@ -253,7 +253,7 @@ impl Direct {
             }
             let (both, before) = (self.hardness[i], self.bounds[i]);
             let [_, hardness] = both;
-            let speeds = rows.velocities(system.blocks, system.velocities);
+            let speeds = rows.slip(system.blocks, system.velocities);
             let (old, weights) = soft(rows, both, before, speeds);
             let bound = rows.friction * old[0];
             let (new, _) = soft(rows, both, bound, speeds);

@@ -3,6 +3,7 @@
 mod bodies;
 mod extremes;
 mod loops;
+mod placement;
 mod rules;
 mod threads;
 

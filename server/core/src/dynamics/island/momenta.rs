@@ -1,0 +1,54 @@
+//! Energy and momenta where positions were put right.
+//!
+//! What moves in positions alone takes its velocities along so that they keep their kinetic energy, as far as the way is short; where it is
+//! not, they are made smaller until they do.
+//!
+//! It keeps its momentum, too, but r x p has another r then: a ring of bodies that is free in space would turn slower
+//! with each of its errors that is put right. For what drifts apart keeps its angular momentum on its way out, as the integrator does, and has to
+//! keep it on its way back. So where nothing holds an island in the world, it gets a motion as of one rigid body, which all
+//! constraints within it allow, and has the momenta that it would have without. Where a client wants links to be far from
+//! where they are, it does not: two bodies that are put from metres apart to one place would turn a thousand times as fast.
+
+use glamx::DVec3;
+
+use super::Island;
+use crate::dynamics::articulation::Articulation;
+use crate::dynamics::articulation::momenta::Momenta;
+use crate::dynamics::inertia::Articulated;
+use crate::dynamics::ldlt::Ldlt6;
+
+impl Island {
+    /// Moves robots on by velocities and by what puts positions right.
+    pub(super) fn finish_placed<R: AsMut<Articulation>>(&mut self, robots: &mut [R], gravity: DVec3, h: f64) {
+        let is_far = self.links.iter().any(|link| link.is_far());
+        let is_free = !is_far && self.is_free(robots);
+        let Some(first) = robots.first_mut() else { return };
+        let point = first.as_mut().body_motion(0).pose.translation;
+        let (mut before, mut after) = (Momenta::default(), Momenta::default());
+        for (robot, member) in robots.iter_mut().zip(&self.members) {
+            let robot = robot.as_mut();
+            robot.begin_placing(is_far, gravity, h);
+            robot.add_momenta_ahead(point, h, &mut before);
+            robot.place(&self.split.velocities[member.velocities()], h);
+            robot.add_momenta(point, &mut after);
+        }
+        let part = if after.energy > before.energy { (before.energy / after.energy).sqrt() } else { 1.0 };
+        for robot in robots.iter_mut().filter(|_| part < 1.0) {
+            robot.as_mut().scale_motion(part);
+        }
+        robots.iter_mut().for_each(|robot| robot.as_mut().finish_placed(gravity, h));
+        if is_free {
+            let inertia = Ldlt6::new(&Articulated::of(&after.inertia));
+            let motion = inertia.solve(before.momentum - after.momentum * part);
+            robots.iter_mut().for_each(|robot| robot.as_mut().add_motion(point, motion));
+        }
+    }
+
+    /// Whether nothing holds it in the world.
+    fn is_free<R: AsMut<Articulation>>(&self, robots: &mut [R]) -> bool {
+        // Two sides, or one of two links of one robot.
+        let is_within = self.rows.iter().all(|rows| rows.sides[0].is_pair || rows.sides[1].len > 0);
+        let is_held = self.links.iter().any(|link| link.ends.iter().any(|(_, body)| body.is_none()));
+        is_within && !is_held && robots.iter_mut().all(|robot| robot.as_mut().has_free_root())
+    }
+}

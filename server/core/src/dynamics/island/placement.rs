@@ -1,0 +1,360 @@
+//! Positions that constraints between links put right without velocities.
+//!
+//! Velocities keep to the rows, which are homogeneous but for what R gives way by and what motion leaves its tangent by: so they always
+//! can, whatever contradicts whatever, and do no work. What positions are then away from where constraints want them, after a
+//! step that was too long for how they moved, a teleport, or because constraints contradict each other, is put right by velocities
+//! that move positions in this step and are then dropped: split impulses, as contacts have them (Guendelman, Bridson and Fedkiw,
+//! "Nonconvex rigid bodies with stacking" (2003)). They are those of Gauss and Newton's method for the least sum of the squares of the errors,
+//! each over its mean J M^-1 J', damped as Levenberg and Marquardt do, with contacts and limits as inequalities; and they go only as far as
+//! that sum falls. So constraints that contradict each other settle.
+
+use glamx::DVec3;
+
+use super::impulses::SETTLED;
+use super::{ActiveConstraint, Island};
+use crate::dynamics::articulation::Articulation;
+use crate::dynamics::constraint::contact::ContactRows;
+use crate::dynamics::constraint::direct::{Outcome, System};
+use crate::dynamics::constraint::link_rows::{LinkRows, LinkState, MAX_CORRECTION};
+use crate::dynamics::constraint::{ERROR_REDUCTION, Row, RowKey};
+
+/// R as a part of the mean J M^-1 J': the next one where the last one led nowhere.
+const DAMPINGS: [f64; 3] = [1e-5, 1e-2, 1.0];
+
+/// Steps of Gauss and Newton at the most.
+const STEPS: usize = 5;
+
+/// Lengths of one of them that are tried, each half of the one before.
+const HALVINGS: usize = 5;
+
+/// A sum that falls by less than this part of itself has fallen as far as it will.
+const FALLS: f64 = 0.1;
+
+/// A sum that falls by less than this part of itself falls by rounding.
+const ROUNDING: f64 = 1e-9;
+
+/// A step that leads no farther than this leads nowhere, m and rad: what contradicts itself has settled.
+const NO_WAY: f64 = 1e-11;
+
+/// What moves farther in a step is not linear, rad and m.
+const MOST_MOVED: f64 = 0.1;
+
+/// Rounds of the direct solver, and sweeps where it finds nothing.
+const ROUNDS: usize = 12;
+const SWEEPS: usize = 20;
+
+/// The memory of it, kept from step to step.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Split {
+    /// What is added to the velocities that move positions.
+    pub(super) velocities: Vec<f64>,
+    /// What moves them without that.
+    drift: Vec<f64>,
+    /// A step of Gauss and Newton.
+    step: Vec<f64>,
+    /// The part of it that is left where it led too far.
+    length: f64,
+    /// Velocities that are tried.
+    trial: Vec<f64>,
+    /// Rows as the step of the world has left them.
+    rows: Vec<ContactRows>,
+    links: Vec<LinkRows>,
+    joints: Vec<Row>,
+}
+
+impl Island {
+    /// Finds what is to be added to the velocities that move positions in a step of `h`. Whether there is anything; `None` where it was
+    /// interrupted.
+    pub(super) fn place_links<R: AsMut<Articulation>>(
+        &mut self,
+        robots: &mut [R],
+        constraints: &[ActiveConstraint<'_>],
+        h: f64,
+        interrupt: &dyn Fn() -> bool,
+    ) -> Option<bool> {
+        if self.links.is_empty() {
+            return Some(false);
+        }
+        // Where a step takes half of its kick, velocities are not yet known.
+        let is_known = !robots.iter_mut().any(|robot| robot.as_mut().may_halve_its_kick());
+        let Self { velocities, split, .. } = self;
+        split.drift.clear();
+        split.drift.extend(velocities.iter().map(|velocity| if is_known { *velocity } else { 0.0 }));
+        split.velocities.clear();
+        split.velocities.resize(velocities.len(), 0.0);
+        std::mem::swap(velocities, &mut split.drift);
+        self.find_errors_after(robots, constraints, h);
+        std::mem::swap(&mut self.velocities, &mut self.split.drift);
+        self.links.iter_mut().for_each(|link| link.within = link.near());
+        if !self.links.iter().any(is_off) {
+            return Some(false);
+        }
+        self.set_rows_aside(robots);
+        let is_found = self.find_placement(robots, constraints, h, interrupt);
+        self.put_rows_back(robots, h);
+        self.direct.begin();
+        is_found
+    }
+
+    /// Keeps rows as they are, and takes out of them what is not for positions: friction, and limits of forces.
+    fn set_rows_aside<R: AsMut<Articulation>>(&mut self, robots: &mut [R]) {
+        let Self { rows, links, split, .. } = self;
+        split.rows.clone_from(rows);
+        split.links.clone_from(links);
+        split.joints.clear();
+        for robot in robots.iter_mut() {
+            split.joints.extend_from_slice(&robot.as_mut().constraints_mut().rows);
+        }
+        rows.iter_mut().for_each(|rows| rows.friction = 0.0);
+        for link in links.iter_mut() {
+            if link.is_brake || !is_placed(link) && (link.state == LinkState::Saturated || link.most == 0.0) {
+                // It gives way as far as the others go.
+                link.compliance = 0.0;
+            }
+            link.most = f64::INFINITY;
+        }
+    }
+
+    /// Takes rows as they were, and keeps of the placement how far it leaves links from what they aim at.
+    fn put_rows_back<R: AsMut<Articulation>>(&mut self, robots: &mut [R], h: f64) {
+        let Self { rows, links, blocks, split, .. } = self;
+        for (kept, link) in split.links.iter_mut().zip(&*links).filter(|(kept, _)| is_placed(kept)) {
+            let most = MAX_CORRECTION[usize::from(kept.turns)];
+            let aim = (DVec3::from_array(kept.errors) * (-ERROR_REDUCTION / h)).clamp_length_max(most);
+            let found = DVec3::from_array(link.rows.velocities(blocks, &split.velocities));
+            let found = found.clamp_length_max(aim.length());
+            kept.left = (!kept.is_slack()).then_some((aim - found).to_array());
+        }
+        std::mem::swap(rows, &mut split.rows);
+        std::mem::swap(links, &mut split.links);
+        let mut kept = split.joints.iter();
+        for robot in robots {
+            for (row, kept) in robot.as_mut().constraints_mut().rows.iter_mut().zip(&mut kept) {
+                row.clone_from(kept);
+            }
+        }
+    }
+
+    fn find_placement<R: AsMut<Articulation>>(
+        &mut self,
+        robots: &mut [R],
+        constraints: &[ActiveConstraint<'_>],
+        h: f64,
+        interrupt: &dyn Fn() -> bool,
+    ) -> Option<bool> {
+        let mut sum = self.error_sum();
+        let (mut level, mut is_any) = (0, false);
+        let is_direct = self.direct.plan(robots, &self.members, &self.rows, &self.links);
+        for _ in 0..STEPS {
+            self.links.iter_mut().for_each(|link| link.errors_kept = link.errors_after);
+            let mut fallen = None;
+            while level < DAMPINGS.len() {
+                self.links.iter_mut().for_each(|link| link.errors_after = link.errors_kept);
+                if !self.find_step(robots, (level, h), is_direct, interrupt) {
+                    return None;
+                }
+                if self.split.step.iter().all(|step| step.abs() * h < NO_WAY) {
+                    return Some(is_any);
+                }
+                fallen = self.go_where_it_is_least(robots, constraints, h, sum);
+                if fallen.is_some() {
+                    break;
+                }
+                level += 1;
+            }
+            let Some((length, next)) = fallen else { break };
+            is_any = true;
+            let has_fallen = next < (1.0 - FALLS) * sum;
+            sum = next;
+            if !self.links.iter().any(is_off) || !has_fallen || length < 1.0 {
+                break;
+            }
+        }
+        Some(is_any)
+    }
+
+    /// One step of Gauss and Newton. False where it was interrupted.
+    fn find_step<R: AsMut<Articulation>>(
+        &mut self,
+        robots: &mut [R],
+        (level, h): (usize, f64),
+        is_direct: bool,
+        interrupt: &dyn Fn() -> bool,
+    ) -> bool {
+        self.aim_at_positions(robots, (level, h));
+        let Self { members, rows, links, blocks, split, direct, .. } = self;
+        let Split { step, trial: zero, .. } = split;
+        for list in [&mut *step, &mut *zero] {
+            list.clear();
+            list.resize(split.velocities.len(), 0.0);
+        }
+        direct.begin();
+        let mut is_solved = false;
+        if is_direct {
+            let system =
+                System { robots: &mut *robots, members, rows, links, blocks, free: zero, velocities: step };
+            match direct.solve(system, ROUNDS, interrupt) {
+                Outcome::Solved => is_solved = true,
+                Outcome::Interrupted => return false,
+                Outcome::Unsolved => {}
+            }
+        }
+        if !is_solved {
+            for _ in 0..SWEEPS {
+                if interrupt() {
+                    return false;
+                }
+                let mut largest = 0.0f64;
+                for (robot, member) in robots.iter_mut().zip(&*members) {
+                    largest = largest.max(robot.as_mut().sweep_rows(&mut step[member.velocities()]));
+                }
+                for rows in rows.iter_mut().filter(|rows| rows.acts()) {
+                    largest = largest.max(rows.solve(blocks, step));
+                }
+                for link in links.iter_mut().filter(|link| link.acts()) {
+                    largest = largest.max(link.solve(blocks, step));
+                }
+                if largest <= SETTLED {
+                    break;
+                }
+            }
+        }
+        self.shorten_step(robots, h);
+        true
+    }
+
+    /// What rows aim at in a step of Gauss and Newton: where constraints hold, on this side of contacts and limits.
+    fn aim_at_positions<R: AsMut<Articulation>>(&mut self, robots: &mut [R], (level, h): (usize, f64)) {
+        let Self { members, rows, links, blocks, split, .. } = self;
+        for (rows, kept) in rows.iter_mut().zip(&split.rows) {
+            rows.impulse = [0.0; 3];
+            let [goes, ..] = kept.velocities(blocks, &split.drift);
+            let [is_split, ..] = kept.velocities(blocks, &split.velocities);
+            let least = if kept.correction_velocity > 0.0 {
+                kept.correction_velocity
+            } else {
+                (kept.target - goes).min(0.0)
+            };
+            rows.target = least - is_split;
+        }
+        for link in links.iter_mut() {
+            link.rows.impulse = [0.0; 3];
+            link.state = if link.is_one_sided { LinkState::Open } else { LinkState::Holds };
+            let is_slack = link.is_one_sided && link.errors_after[0] > 0.0;
+            let errors = if is_off(link) || is_slack { link.errors_after } else { [0.0; 3] };
+            link.aimed = errors.map(|error| -error / h);
+            link.aim_ahead([0.0; 3]);
+            if link.compliance > 0.0 {
+                link.soften(DAMPINGS[level]);
+            }
+        }
+        let mut kept = split.joints.iter();
+        for (robot, member) in robots.iter_mut().zip(&*members) {
+            let own = member.velocities();
+            let (goes, is_split) = (&split.drift[own.clone()], &split.velocities[own]);
+            for (row, kept) in robot.as_mut().constraints_mut().rows.iter_mut().zip(&mut kept) {
+                row.impulse = 0.0;
+                match row.key {
+                    RowKey::Friction(_) => row.effect = 0.0,
+                    RowKey::Mimic(_) => row.bias = 0.0,
+                    RowKey::Lower(_) | RowKey::Upper(_) => {
+                        row.bias = (kept.velocity(goes) + kept.bias).max(0.0) + kept.velocity(is_split);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Takes no more of a step than is linear, than constraints are put right by at the most, and than leads to limits, which have rows in the
+    /// next step of the world.
+    fn shorten_step<R: AsMut<Articulation>>(&mut self, robots: &mut [R], h: f64) {
+        let Self { members, links, blocks, split, .. } = self;
+        let Split { velocities, drift, step, trial: goes, .. } = split;
+        let mut part = 1.0f64;
+        let largest = step.iter().fold(0.0f64, |largest, step| largest.max(step.abs()));
+        if !step.iter().all(|step| step.is_finite()) {
+            step.fill(0.0);
+        } else if largest * h > MOST_MOVED {
+            part = MOST_MOVED / (largest * h);
+        }
+        for link in links.iter() {
+            let speed = DVec3::from_array(link.rows.velocities(blocks, step)).length();
+            let most = MAX_CORRECTION[usize::from(link.turns)];
+            if speed * part > most {
+                part = most / speed;
+            }
+        }
+        step.iter_mut().for_each(|step| *step *= part);
+        goes.iter_mut()
+            .zip(&*drift)
+            .zip(&*velocities)
+            .for_each(|((goes, drift), split)| *goes = drift + split);
+        let mut within = 1.0f64;
+        for (robot, member) in robots.iter_mut().zip(&*members) {
+            let own = member.velocities();
+            within = within.min(robot.as_mut().part_within_limits(&goes[own.clone()], &step[own], h));
+        }
+        step.iter_mut().for_each(|step| *step *= within);
+        split.length = part * within;
+    }
+
+    /// Adds as much of the step as the sum of errors falls with most: the whole of it could lead from one side of the least to the other
+    /// in each step of the world. How long that was, and the sum there.
+    fn go_where_it_is_least<R: AsMut<Articulation>>(
+        &mut self,
+        robots: &mut [R],
+        constraints: &[ActiveConstraint<'_>],
+        h: f64,
+        before: f64,
+    ) -> Option<(f64, f64)> {
+        let (mut length, mut best) = (1.0, None);
+        for _ in 0..HALVINGS {
+            let sum = self.sum_after(robots, constraints, h, length);
+            match best {
+                Some((_, least)) if sum >= least => break,
+                _ if sum < before * (1.0 - ROUNDING) => best = Some((length, sum)),
+                _ => {}
+            }
+            length *= 0.5;
+        }
+        let (length, sum) = best?;
+        // The errors there are those that the next step begins with.
+        self.sum_after(robots, constraints, h, length);
+        let Split { velocities, step, .. } = &mut self.split;
+        velocities.iter_mut().zip(&*step).for_each(|(split, step)| *split += length * step);
+        Some((length * self.split.length, sum))
+    }
+
+    /// The sum of errors after so much of the step.
+    fn sum_after<R: AsMut<Articulation>>(
+        &mut self,
+        robots: &mut [R],
+        constraints: &[ActiveConstraint<'_>],
+        h: f64,
+        length: f64,
+    ) -> f64 {
+        let Split { velocities, drift, step, trial, .. } = &mut self.split;
+        trial.clear();
+        trial.extend((0..drift.len()).map(|i| drift[i] + velocities[i] + length * step[i]));
+        std::mem::swap(&mut self.velocities, trial);
+        self.find_errors_after(robots, constraints, h);
+        std::mem::swap(&mut self.velocities, &mut self.split.trial);
+        self.error_sum()
+    }
+
+    /// Half of the sum of the squares of errors, each over its mean J M^-1 J'.
+    fn error_sum(&self) -> f64 {
+        let of = |link: &LinkRows| 0.5 * link.error_after().powi(2) / link.mean_effect();
+        self.links.iter().filter(|link| is_placed(link)).map(of).sum()
+    }
+}
+
+/// Positions put its errors right: nothing drags at it, and it does not do all that it may.
+fn is_placed(link: &LinkRows) -> bool {
+    !link.is_brake && !link.is_pulled && link.acts() && link.state != LinkState::Saturated && link.most > 0.0
+}
+
+/// It is farther from where it is to be than is left to velocities.
+fn is_off(link: &LinkRows) -> bool {
+    is_placed(link) && link.error_after() > link.within
+}

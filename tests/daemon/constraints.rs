@@ -1,0 +1,100 @@
+//! `simctl constraint`, from a terminal: each of its commands, and what it says where it is refused.
+
+use serde_json::{Value, json};
+use simd_tests::process::{Process, repository};
+
+use crate::paused;
+
+/// What a command writes as JSON.
+async fn written(daemon: &Process, line: &str) -> Value {
+    let said = daemon.shell(&format!("simctl {line} -o json"), &repository()).await;
+    assert_eq!(said.code, 0, "{line}: {}", said.err);
+    serde_json::from_str(&said.out).unwrap_or_else(|error| panic!("{line}: {error}: {}", said.out))
+}
+
+/// A world with two boxes of a kilogram in the air beside the demo's arm.
+async fn boxes() -> Process {
+    let daemon = paused().await;
+    for (name, x) in [("left", 2.0), ("right", 2.5)] {
+        written(&daemon, &format!("robot shape box:0.1,0.1,0.1 --name {name} --mass 1 --pose {x},0,1")).await;
+    }
+    daemon
+}
+
+#[tokio::test]
+async fn constraints_are_created_listed_changed_and_deleted() {
+    let daemon = boxes().await;
+    let made = written(&daemon, "constraint create weld world left --parent-pose 2,0,1").await;
+    assert_eq!(made, json!({ "created": "constraint_1" }));
+    for (create, name) in [
+        ("weld left right --name pair", "pair"),
+        ("point-to-point left right --name ball", "ball"),
+        ("hinge left right --axis 0,0,1 --name door", "door"),
+        ("slide left right --axis 1,0,0 --name rail", "rail"),
+        ("distance left right --length 0.5 --rope --max-force 20 --name rope", "rope"),
+        ("weld bench_arm left --disable-collisions --max-torque 5 --name tool", "tool"),
+    ] {
+        assert_eq!(
+            written(&daemon, &format!("constraint create {create}")).await["created"],
+            name,
+            "{create}"
+        );
+    }
+    let all = written(&daemon, "constraint list").await;
+    let of = |name: &str| all.as_array().unwrap().iter().find(|of| of["name"] == name).unwrap().clone();
+    assert_eq!(all.as_array().unwrap().len(), 7);
+    assert_eq!((&of("pair")["kind"], &of("pair")["child"]["robot"]), (&json!("weld"), &json!("right")));
+    assert_eq!((&of("door")["axis"], &of("pair")["axis"]), (&json!([0.0, 0.0, 1.0]), &Value::Null));
+    assert_eq!((&of("rope")["rope"], &of("rope")["length"]), (&json!(true), &json!(0.5)));
+    assert_eq!((&of("rope")["max_force"], &of("tool")["max_torque"]), (&json!(20.0), &json!(5.0)));
+    assert_eq!(of("tool")["disable_collisions"], json!(true));
+    assert_eq!(of("constraint_1")["parent"]["robot"], Value::Null);
+    // Those on one robot.
+    assert_eq!(written(&daemon, "constraint list right").await.as_array().unwrap().len(), 5);
+
+    for name in ["ball", "door", "rail", "rope", "tool"] {
+        assert_eq!(written(&daemon, &format!("constraint delete {name}")).await, json!({ "deleted": name }));
+    }
+    daemon.client().await.step(500).await.unwrap();
+    // The first one carries both, and the second one the right box.
+    let held = written(&daemon, "constraint list").await;
+    for (index, weight) in [(0, 2.0 * 9.81), (1, 9.81)] {
+        let force = held[index]["force"][2].as_f64().unwrap();
+        assert!((force - weight).abs() < 1e-4, "{held}");
+    }
+    let page = daemon.simctl(["constraint", "list"]).await;
+    assert!(page.code == 0 && page.out.contains("pair") && page.out.contains("holds"), "{page:?}");
+
+    let changed =
+        written(&daemon, "constraint change pair --max-force 5 --max-torque inf --breaks true").await;
+    assert_eq!(changed, json!({ "changed": "pair" }));
+    daemon.client().await.step(1).await.unwrap();
+    // It would need 9.81 N.
+    let left = written(&daemon, "constraint list").await;
+    assert_eq!(left.as_array().unwrap().len(), 1, "{left}");
+}
+
+#[tokio::test]
+async fn what_is_wrong_with_a_constraint_is_said_in_a_sentence() {
+    let daemon = boxes().await;
+    written(&daemon, "constraint create weld left right --name pair").await;
+    for (line, sentence) in [
+        ("constraint create weld left right --name pair", "pair"),
+        ("constraint create weld left moon", "moon"),
+        ("constraint create weld left left", "child.link"),
+        ("constraint create weld left/handle right", "handle"),
+        ("constraint create gear left right", "joint"),
+        ("constraint create hinge left right --axis 0,0,0", "axis"),
+        ("constraint create weld left right --max-force=-1", "max_force"),
+        ("constraint create weld left right --rope", "rope"),
+        ("constraint change pair --ratio 2", "only a gear"),
+        ("constraint change none --max-force 2", "none"),
+        ("constraint delete none", "none"),
+        ("constraint list moon", "moon"),
+    ] {
+        let said = daemon.shell(&format!("simctl {line}"), &repository()).await;
+        assert_ne!(said.code, 0, "{line}");
+        assert!(said.err.contains(sentence), "{line}: {}", said.err);
+    }
+    assert_eq!(written(&daemon, "constraint list").await.as_array().unwrap().len(), 1);
+}
