@@ -116,10 +116,10 @@ pub(crate) enum Command {
     /// The world: play, pause, step, reset, physics
     #[command(subcommand)]
     Sim(sim::Sim),
-    /// Robots: load, shape, reload, list, info, links, ik, delete
+    /// Robots: load, shape, validate, convert, reload, list, info, filter, links, ik, delete
     #[command(subcommand)]
     Robot(robot::Robot),
-    /// Joints: list, get, set, reset, watch, hz
+    /// Joints: list, get, set, play, trajectories, properties, reset, watch, hz
     #[command(subcommand)]
     Joint(joint::Joint),
     /// Sliders and buttons for people and programs: list, get, add, set, press, watch, remove
@@ -131,7 +131,7 @@ pub(crate) enum Command {
     /// What holds links together beside joints: create, list, change, delete
     #[command(subcommand)]
     Constraint(constraint::Constraint),
-    /// What touches what: list, ray, surfaces, set
+    /// What touches what: list, ray, distance, overlaps, cast, bounds, surfaces, set
     #[command(subcommand)]
     Contact(contact::Contact),
     /// What robots feel and see: add, list, read, watch, delete
@@ -151,7 +151,7 @@ pub(crate) enum Command {
     /// The daemon: info, ping
     #[command(subcommand)]
     Server(server::Server),
-    /// States of the world to go back to: save, restore, list, delete
+    /// States of the world to go back to: save, restore, list, delete, export, import
     #[command(subcommand)]
     State(state::State),
     /// What happens: watch

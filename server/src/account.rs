@@ -35,7 +35,8 @@ impl Account {
         }
     }
 
-    /// Whom the running task works for; the process where none was named.
+    /// Whom the running task works for; the process where none was named. A task that it spawns does not know that by
+    /// itself: it is spawned within [`scope`](Self::scope).
     pub(crate) fn current() -> Self {
         CURRENT.try_with(Self::clone).unwrap_or(Self::Process)
     }

@@ -163,10 +163,9 @@ impl Running {
         }
     }
 
-    /// Ends every stream with OK, takes no more calls, and ends the world. What
+    /// Ends every stream with OK, takes no more calls, saves the world where it is saved as it runs, and ends it. What
     /// has not ended by itself after two seconds is cut off.
     pub async fn drain(self) {
-        world::save_last(self.autosave.as_ref(), &self.handle).await;
         self.handle.draining().cancel();
         let zenoh = async {
             if let Some(zenoh) = self.zenoh {
@@ -194,6 +193,8 @@ impl Running {
             }
         };
         tokio::join!(server, zenoh, ros2);
+        // What the last calls did is part of it.
+        world::save_last(self.autosave.as_ref(), &self.handle).await;
         self.handle.end_driver();
         if tokio::time::timeout(DRAIN, self.handle.recording_ended()).await.is_err() {
             tracing::warn!("the disk takes too long for the end of the recording");

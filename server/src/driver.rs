@@ -123,7 +123,7 @@ pub(crate) struct Link {
     pub(crate) spin: Duration,
 }
 
-/// Starts the thread, and tasks that wake readers of states and of sensors.
+/// Starts the thread, and tasks that wake readers of states, of events and of sensors.
 ///
 /// # Errors
 /// Where the system gives no thread, and outside of a runtime.
@@ -153,6 +153,8 @@ pub(crate) fn start(world: impl World, config: Config) -> std::io::Result<Link> 
     link.mailbox.wakes(thread.thread().clone());
     let (board, ended) = (link.board.clone(), link.mailbox.ended().clone());
     runtime.spawn(async move { ended.run_until_cancelled(board.announce()).await });
+    let (events, ended) = (link.events.clone(), link.mailbox.ended().clone());
+    runtime.spawn(async move { ended.run_until_cancelled(events.announce()).await });
     let (sensors, ended) = (link.sensors.clone(), link.mailbox.ended().clone());
     runtime.spawn(async move { ended.run_until_cancelled(sensors.announce()).await });
     Ok(link)

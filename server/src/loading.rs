@@ -73,7 +73,8 @@ pub(crate) struct Loader {
 struct Cache {
     store: Store,
     partials: Partials,
-    known: Vec<Known>,
+    /// By the address of the model, which no other one gets while this is here.
+    known: BTreeMap<usize, Known>,
 }
 
 /// Where a model came from. Lives as long as the model does, be it in the world,
@@ -105,7 +106,7 @@ impl Loader {
         let cache = Cache {
             store: Store::new(limits.upload_store_bytes, limits.unused_file),
             partials: Partials::new(&limits),
-            known: Vec::new(),
+            known: BTreeMap::new(),
         };
         Ok(Self {
             limits,
@@ -195,8 +196,12 @@ impl Loader {
         }
         let LoadOptions { read: ReadOptions { scale, .. }, mesh_shapes, fixed_base } = options;
         let fixed_base = Spawn::is_base_fixed(model, fixed_base);
+        let address = Arc::as_ptr(model).addr();
         let model = Arc::downgrade(model);
-        cache.known.push(Known { model, origin, description, scale, mesh_shapes, fixed_base, srdf, pinned });
+        let known = Known { model, origin, description, scale, mesh_shapes, fixed_base, srdf, pinned };
+        if let Some(before) = cache.known.insert(address, known) {
+            cache.store.unpin(&before.pinned);
+        }
         Ok(())
     }
 
@@ -229,14 +234,13 @@ impl Loader {
             }
             _ => 0,
         };
-        let known: usize = cache.known.iter().map(|it| size_of::<Known>() + of_origin(it)).sum();
+        let known: usize = cache.known.values().map(|it| size_of::<Known>() + of_origin(it)).sum();
         cache.store.bytes() as usize + cache.partials.bytes() + known
     }
 
     pub(crate) fn with_known<T>(&self, model: &Arc<RobotModel>, look: impl FnOnce(&Known) -> T) -> Option<T> {
         let cache = self.lock();
-        let model = Arc::as_ptr(model);
-        cache.known.iter().find(|known| std::ptr::eq(known.model.as_ptr(), model)).map(look)
+        cache.known.get(&Arc::as_ptr(model).addr()).map(look)
     }
 }
 
@@ -244,13 +248,12 @@ impl Cache {
     /// Releases the files of models that are gone.
     fn release_unused(&mut self) {
         let Self { store, known, .. } = self;
-        known.retain(|known| {
+        known.retain(|_, known| {
             let lives = known.model.strong_count() > 0;
             if !lives {
                 store.unpin(&known.pinned);
             }
             lives
         });
-        known.shrink_to_fit();
     }
 }

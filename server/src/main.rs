@@ -18,9 +18,8 @@ use simd_server::log::{Log, LogFormat};
 use simd_server::{authority, daemon, replay, zenoh_acl};
 use tracing_subscriber::EnvFilter;
 
-/// Threads beside one for each processor that may work or wait for long; what comes beyond waits for one. At one time at
-/// the most five publish and one replies over Zenoh, two read descriptions, one makes glTF, and half of the processors do
-/// heavy reads.
+/// Threads for what blocks: files of tokens and autosaves, and what Zenoh sends in place. What computes has threads of its
+/// own: see `blocking_threads`.
 const BLOCKING_THREADS: usize = 16;
 /// What is left after a drain (a mesh that is being parsed) may take so long.
 const SHUTDOWN_TIMEOUT: Duration = Duration::from_millis(100);

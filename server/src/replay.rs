@@ -34,7 +34,8 @@ struct Replay {
     /// Begins with the last recorded world that is not after this simulated time, in seconds
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     from: Option<f64>,
-    /// Runs it a second time beside with this changed, and says how joints differ: time_step, substeps, gravity, integrator, or
+    /// Runs it a second time beside with this changed, and says how joints differ: time_step, substeps, gravity, integrator,
+    /// surface_combination, or
     /// ROBOT/JOINT. and stiffness, gain_damping, damping, friction, armature or gravity_compensation
     #[arg(long = "set", value_name = "KEY=VALUE")]
     changes: Vec<String>,

@@ -48,7 +48,7 @@ path = "/srv/robots/arm"        # required: a .urdf, or a package's folder
 name = "arm"
 xyz = [0, 0, 0]                 # metres
 rpy = [0, 0, 0]                 # radians, as in URDF
-fixed = true                    # left out: fixed where the root link is called world
+fixed = true                    # left out: fixed where the root link is called world or has a plane
 passive = false                 # whether joints are not actuated, instead of holding their positions
 positions = { shoulder = 0.5 }  # rad or m
 scale = 1.0

@@ -20,6 +20,7 @@ environment (SIMD_ and its path: SIMD_PHYSICS_TIME_STEP) and in the file. Flags 
 Other words:
   simd tls init FOLDER         makes certificates
   simd zenoh-acl               prints the access control of a Zenoh router
+  simd replay FILE...          runs a recording again and compares each step
 
 Exit codes:
   0  drained after SIGTERM, SIGINT or, where asked for, the end of stdin

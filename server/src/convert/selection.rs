@@ -26,6 +26,8 @@ pub struct Selection {
 /// A robot and which of its values are wanted.
 #[derive(Debug)]
 struct Found {
+    /// Its index in [`WorldLayout::entities`].
+    index: usize,
     entity: Arc<EntityLayout>,
     values: Values,
 }
@@ -70,6 +72,22 @@ impl Selection {
         Ok(v1::JointStates { stamp: Some(to_proto::stamp::published(published)), robots })
     }
 
+    /// The robots of this selection in a world, in its order, with their indices among those of the world.
+    ///
+    /// # Errors
+    /// `RobotNotFound` and `JointNotFound`.
+    pub fn robots(&mut self, world: &Arc<WorldLayout>) -> Result<Vec<(usize, Arc<EntityLayout>)>, Error> {
+        let found = self.found_in(world)?;
+        Ok(found.iter().map(|found| (found.index, Arc::clone(&found.entity))).collect())
+    }
+
+    /// All joints of the robot at this index of a state, for which no name is looked up; `None` where it has fewer robots.
+    pub fn whole_robot(published: &Published, index: usize) -> Option<v1::JointStates> {
+        let state = &published.state;
+        let robots = vec![whole(state, state.world.entities.get(index)?)];
+        Some(v1::JointStates { stamp: Some(to_proto::stamp::published(published)), robots })
+    }
+
     fn found_in(&mut self, world: &Arc<WorldLayout>) -> Result<&[Found], Error> {
         let known = self.found.take().filter(|(known, _found)| Arc::ptr_eq(known, world));
         let (_world, found) = self.found.insert(match known {
@@ -82,19 +100,25 @@ impl Selection {
 
 fn find(world: &WorldLayout, wanted: &[JointSelection]) -> Result<Vec<Found>, Error> {
     if wanted.is_empty() {
-        let whole = |entity: &Arc<EntityLayout>| Found { entity: Arc::clone(entity), values: Values::Whole };
-        return Ok(world.entities.iter().map(whole).collect());
+        let whole = |(index, entity): (usize, &Arc<EntityLayout>)| Found {
+            index,
+            entity: Arc::clone(entity),
+            values: Values::Whole,
+        };
+        return Ok(world.entities.iter().enumerate().map(whole).collect());
     }
-    let by_name: BTreeMap<&str, &Arc<EntityLayout>> =
-        world.entities.iter().map(|entity| (entity.name.as_str(), entity)).collect();
+    let named = world.entities.iter().enumerate().map(|of| (of.1.name.as_str(), of));
+    let by_name: BTreeMap<&str, (usize, &Arc<EntityLayout>)> = named.collect();
     wanted
         .iter()
         .map(|selection| {
-            let entity = by_name.get(selection.robot.as_str()).ok_or_else(|| Error::RobotNotFound {
-                robot: selection.robot.clone(),
-                known: world.entities.iter().map(|entity| entity.name.clone()).collect(),
-            })?;
-            Ok(Found { entity: Arc::clone(entity), values: find_values(entity, &selection.joints)? })
+            let (index, entity) =
+                *by_name.get(selection.robot.as_str()).ok_or_else(|| Error::RobotNotFound {
+                    robot: selection.robot.clone(),
+                    known: world.entities.iter().map(|entity| entity.name.clone()).collect(),
+                })?;
+            let values = find_values(entity, &selection.joints)?;
+            Ok(Found { index, entity: Arc::clone(entity), values })
         })
         .collect()
 }

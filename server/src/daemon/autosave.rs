@@ -6,12 +6,10 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use simd_core::Command;
-
 use crate::config::Autosave;
 use crate::handle::{CallError, SimHandle};
 
-/// The saved state that is written: clients see when that was.
+/// What the state is called in its file. The world has no saved state of it: clients' names and limits are theirs.
 const NAME: &str = "autosave";
 /// How long the last one may take, of the time in which a daemon drains.
 const LAST: Duration = Duration::from_millis(700);
@@ -39,11 +37,7 @@ pub(super) async fn restore(handle: &SimHandle, settings: &Autosave) -> bool {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return false,
         Err(error) => return set_aside(path, &error),
     };
-    let restored = async {
-        handle.import_saved_state_file(file.into(), NAME.into()).await?;
-        handle.command(Command::RestoreState { name: NAME.into() }).await
-    };
-    match restored.await {
+    match handle.restore_at_start(file.into(), NAME).await {
         Ok(done) => {
             let robots = handle.newest().state.roots.len();
             tracing::info!(file = %path.display(), robots, step = done.applied.at.step, "the world is as it was saved");
@@ -84,17 +78,18 @@ pub(super) async fn keep(handle: SimHandle, settings: Autosave) {
     let mut written = None;
     let mut is_failing = false;
     while draining.run_until_cancelled(timer.tick()).await.is_some() {
-        let sequence = handle.newest().sequence;
-        // Its own command publishes a state too.
-        if written.is_some_and(|written| sequence <= written) {
+        if written.is_some_and(|written| handle.newest().sequence <= written) {
             continue;
         }
-        match save(&handle, &settings.file).await {
-            Ok(()) => {
+        // The last one, which the drain writes, is not to be replaced by an older one.
+        let saving = draining.run_until_cancelled(save(&handle, &settings.file));
+        let Some(saved) = saving.await else { return };
+        match saved {
+            Ok(sequence) => {
                 if std::mem::take(&mut is_failing) {
                     tracing::info!(file = %settings.file.display(), "the world is saved again");
                 }
-                written = Some(handle.newest().sequence);
+                written = Some(sequence);
             }
             Err(Failed::State(CallError::ShuttingDown)) => return,
             Err(error) if !is_failing => {
@@ -106,22 +101,22 @@ pub(super) async fn keep(handle: SimHandle, settings: Autosave) {
     }
 }
 
-/// Writes the world for the last time.
+/// Writes the world for the last time, once no more calls come.
 pub(super) async fn last(handle: &SimHandle, settings: &Autosave) {
     let file = settings.file.display();
     match tokio::time::timeout(LAST, save(handle, &settings.file)).await {
-        Ok(Ok(())) => tracing::info!(%file, "the world is saved"),
+        Ok(Ok(_sequence)) => tracing::info!(%file, "the world is saved"),
         Ok(Err(error)) => tracing::error!("the world is not saved to {file}: {error}"),
         Err(_elapsed) => tracing::error!("the world is not saved to {file}: it takes too long"),
     }
 }
 
-async fn save(handle: &SimHandle, path: &Path) -> Result<(), Failed> {
-    handle.command(Command::SaveState { name: NAME.into() }).await?;
-    let (_, file) = handle.saved_state_file(NAME).await?;
+/// Gives the sequence of the state that was written.
+async fn save(handle: &SimHandle, path: &Path) -> Result<u64, Failed> {
+    let (sequence, file) = handle.present_state_file(NAME).await?;
     let path = path.to_owned();
     tokio::task::spawn_blocking(move || replace(&path, &file)).await.map_err(io::Error::other)??;
-    Ok(())
+    Ok(sequence)
 }
 
 /// Held while a file is written: the last one may come while another is on its way to the disk.

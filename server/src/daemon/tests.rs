@@ -1,5 +1,8 @@
 //! Starts and drains, in this process.
 
+use simd_core::Command;
+use simd_core::simulation::command::PhysicsChange;
+
 use super::*;
 use crate::handle::RunState;
 
@@ -55,5 +58,59 @@ async fn robots_are_there_before_the_first_step() {
     let newest = running.handle.newest();
     assert_eq!(newest.state.at.step, 0);
     assert!(newest.state.entity("first").is_some());
+    running.drain().await;
+}
+
+/// Paused, with a file of its world, from which it begins where there is one.
+fn saved_in(file: &Path) -> Config {
+    let mut config = config();
+    config.driver.state = RunState::Paused;
+    let every = Duration::from_secs(3600);
+    config.autosave = Some(Autosave { file: file.into(), every, restore: true });
+    config
+}
+
+#[tokio::test]
+async fn a_world_is_saved_and_restored_whatever_saved_states_its_clients_have_or_may_have() {
+    let dir = tempfile::tempdir().unwrap();
+    let (file, path) = (dir.path().join("world.simdstate"), dir.path().join("box.urdf"));
+    std::fs::write(&path, r#"<robot name="box"><link name="base"/></robot>"#).unwrap();
+    let save = |name: &str| Command::SaveState { name: name.into() };
+    let mut full = saved_in(&file);
+    full.limits.saved_states = 1;
+    full.robots = vec![Robot { name: "first".into(), fixed: Some(true), ..Robot::at(path) }];
+    let running = start(full).await.unwrap();
+    running.handle.command(save("of a client")).await.unwrap();
+    running.drain().await;
+
+    let mut none = saved_in(&file);
+    none.limits.saved_states = 0;
+    let running = start(none).await.unwrap();
+    let newest = running.handle.newest();
+    assert!(newest.state.entity("first").is_some());
+    assert!(newest.state.saved.is_empty(), "clients may have none, and find none");
+    let refused = running.handle.command(save("of a client")).await.unwrap_err();
+    assert!(matches!(refused, CallError::LimitExceeded { limit: 0, .. }), "{refused}");
+    running.drain().await;
+    assert!(!dir.path().join("world.simdstate.unusable").exists());
+}
+
+/// A call that is answered is done, also where it comes late.
+#[tokio::test]
+async fn what_calls_do_while_a_daemon_drains_is_saved() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("world.simdstate");
+    let running = start(saved_in(&file)).await.unwrap();
+    let handle = running.handle.clone();
+    let late = tokio::spawn(async move {
+        handle.draining().cancelled().await;
+        let change = PhysicsChange { time_step: Some(0.002), ..PhysicsChange::default() };
+        handle.command(Command::SetPhysics(change)).await
+    });
+    running.drain().await;
+    late.await.unwrap().unwrap();
+
+    let running = start(saved_in(&file)).await.unwrap();
+    assert_eq!(running.handle.physics().0.time_step, 0.002);
     running.drain().await;
 }

@@ -32,10 +32,9 @@ pub(crate) fn loader(config: &Config) -> Result<Loader, Error> {
 /// Where the system gives no thread.
 pub(crate) fn open(config: &Config, loader: Loader, access: Access) -> Result<SimHandle, Error> {
     let limits = config.limits;
-    let world = Simulation::new(
-        config.physics,
-        WorldLimits { robots: limits.robots as usize, saved_states: limits.saved_states as usize },
-    );
+    // One that is restored at the start is kept for a moment, also where clients may keep none: `SimHandle` refuses theirs.
+    let saved_states = (limits.saved_states as usize).max(1);
+    let world = Simulation::new(config.physics, WorldLimits { robots: limits.robots as usize, saved_states });
     let paused = driver::Config { state: RunState::Paused, ..config.driver };
     let link = driver::start(world, paused).map_err(Error::System)?;
     let encoders = Encoders {

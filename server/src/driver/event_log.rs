@@ -1,9 +1,18 @@
 //! What happened, numbered without holes; the last 1,024 are kept, or fewer where they are long.
+//!
+//! Events come through a queue without a lock: who logs one, the driver before all, waits for no reader. Readers hold the
+//! lock of what is kept, and move to it what waits in the queue before they look. One task does the same for readers that
+//! wait, and wakes them.
 
-use std::collections::VecDeque;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::collections::{BTreeMap, VecDeque};
+use std::future::poll_fn;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::task::Poll;
 use std::time::{Duration, SystemTime};
 
+use crossbeam_queue::ArrayQueue;
+use futures_util::task::AtomicWaker;
 use simd_core::simulation::EventKind;
 use simd_core::simulation::trajectory::TrajectoryEnd;
 use simd_core::{Event, Moment, PhysicsSettings};
@@ -14,6 +23,8 @@ use crate::run_state::RunState;
 
 /// Bytes of names and sentences in all of them: so many fit in one message.
 const MAX_BYTES: usize = 2 << 20;
+/// Events that may wait in the queue: more than one command makes happen.
+const MOST_WAITING: usize = 4_096;
 
 /// Something that happened, with its number.
 #[derive(Clone, Debug, PartialEq)]
@@ -159,15 +170,24 @@ pub struct EventBatch {
 pub(crate) struct EventLog {
     /// How many are kept.
     limit: usize,
-    /// Held for a push or a copy, never across a step.
+    /// The last number that was given.
+    numbered: AtomicU64,
+    arrived: ArrayQueue<Arc<LoggedEvent>>,
+    /// Grows with each event in there.
+    handed_over: AtomicU64,
+    /// Of the task that announces events.
+    announcer: AtomicWaker,
+    /// Held for a look, never while an event is logged or copied.
     kept: Mutex<Kept>,
     grown: Notify,
 }
 
 #[derive(Debug, Default)]
 struct Kept {
-    events: VecDeque<LoggedEvent>,
-    /// Of all of them.
+    events: VecDeque<Arc<LoggedEvent>>,
+    /// Those that came before the event that has the number before theirs, which is on its way.
+    early: BTreeMap<u64, Arc<LoggedEvent>>,
+    /// Of all events that are kept.
     bytes: usize,
     last_sequence: u64,
 }
@@ -175,39 +195,79 @@ struct Kept {
 impl EventLog {
     /// Keeps the last so many.
     pub(crate) fn new(limit: usize) -> Self {
-        Self { limit, kept: Mutex::default(), grown: Notify::new() }
+        Self {
+            limit,
+            numbered: AtomicU64::new(0),
+            arrived: ArrayQueue::new(MOST_WAITING),
+            handed_over: AtomicU64::new(0),
+            announcer: AtomicWaker::new(),
+            kept: Mutex::default(),
+            grown: Notify::new(),
+        }
     }
 
-    /// Appends an event; gives its number.
-    pub(crate) fn push(&self, wall_time: SystemTime, state_sequence: u64, what: Happened) -> u64 {
-        let sequence = {
-            let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
-            kept.last_sequence += 1;
-            let sequence = kept.last_sequence;
-            kept.bytes += bytes_of(&what);
-            kept.events.push_back(LoggedEvent { sequence, wall_time, state_sequence, what });
-            // The newest stays, however long it is.
-            while kept.events.len() > self.limit || (kept.bytes > MAX_BYTES && kept.events.len() > 1) {
-                kept.bytes -= kept.events.pop_front().map_or(0, |gone| bytes_of(&gone.what));
-            }
-            sequence
-        };
-        self.grown.notify_waiters();
-        sequence
+    /// Appends an event; gives it with its number.
+    pub(crate) fn push(
+        &self,
+        wall_time: SystemTime,
+        state_sequence: u64,
+        what: Happened,
+    ) -> Arc<LoggedEvent> {
+        let sequence = self.numbered.fetch_add(1, Ordering::Relaxed) + 1;
+        let event = Arc::new(LoggedEvent { sequence, wall_time, state_sequence, what });
+        let mut waiting = Arc::clone(&event);
+        // There is no room only where the announcer has had no turn for thousands of events.
+        while let Err(full) = self.arrived.push(waiting) {
+            waiting = full;
+            drop(self.collected());
+        }
+        self.handed_over.fetch_add(1, Ordering::Release);
+        self.announcer.wake();
+        event
+    }
+
+    /// What is kept, with all that was handed over by now.
+    fn collected(&self) -> MutexGuard<'_, Kept> {
+        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        while let Some(event) = self.arrived.pop() {
+            kept.early.insert(event.sequence, event);
+            kept.append(self.limit);
+        }
+        kept
+    }
+
+    /// Wakes readers, as long as it is polled. One task does so.
+    pub(crate) async fn announce(&self) {
+        let mut announced = 0;
+        loop {
+            poll_fn(|context| {
+                // Before the look, so that an event that is handed over between the two wakes it.
+                self.announcer.register(context.waker());
+                let handed_over = self.handed_over.load(Ordering::Acquire);
+                match std::mem::replace(&mut announced, handed_over) == handed_over {
+                    true => Poll::Pending,
+                    false => Poll::Ready(()),
+                }
+            })
+            .await;
+            drop(self.collected());
+            self.grown.notify_waiters();
+            // A world in which something happens at each step would leave this thread to nothing else.
+            tokio::task::yield_now().await;
+        }
     }
 
     /// Events after a number, at once.
     pub(crate) fn after(&self, sequence: u64) -> EventBatch {
-        let kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        let kept = self.collected();
         // A number from before a restart of the daemon may lie ahead.
         let wanted = kept.last_sequence.saturating_sub(sequence);
         let there = wanted.min(kept.events.len() as u64);
         let skipped = kept.events.len() - there as usize;
-        EventBatch {
-            events: kept.events.iter().skip(skipped).cloned().collect(),
-            missed: wanted - there,
-            last_sequence: kept.last_sequence,
-        }
+        let events: Vec<Arc<LoggedEvent>> = kept.events.iter().skip(skipped).cloned().collect();
+        let (missed, last_sequence) = (wanted - there, kept.last_sequence);
+        drop(kept);
+        EventBatch { events: events.into_iter().map(Arc::unwrap_or_clone).collect(), missed, last_sequence }
     }
 
     /// Events after a number, waiting for the first.
@@ -225,6 +285,21 @@ impl EventLog {
         match tokio::time::timeout(timeout, wait).await {
             Ok(batch) => batch,
             Err(_elapsed) => self.after(after),
+        }
+    }
+}
+
+impl Kept {
+    /// Appends those that come next, and drops the oldest beyond the limits.
+    fn append(&mut self, limit: usize) {
+        while let Some(event) = self.early.remove(&(self.last_sequence + 1)) {
+            self.last_sequence = event.sequence;
+            self.bytes += bytes_of(&event.what);
+            self.events.push_back(event);
+            // The newest stays, however long it is.
+            while self.events.len() > limit || (self.bytes > MAX_BYTES && self.events.len() > 1) {
+                self.bytes -= self.events.pop_front().map_or(0, |gone| bytes_of(&gone.what));
+            }
         }
     }
 }
@@ -276,69 +351,4 @@ fn bytes_of(what: &Happened) -> usize {
 }
 
 #[cfg(test)]
-mod tests {
-    use simd_core::simulation::event::Claimed;
-
-    use super::*;
-
-    const KEPT: usize = 1024;
-
-    fn overrun(log: &EventLog) {
-        log.push(SystemTime::UNIX_EPOCH, 0, Happened::Overrun { at: Moment::default(), dropped_lag: 1.0 });
-    }
-
-    #[test]
-    fn events_are_numbered_from_one_and_read_after_a_number() {
-        let log = EventLog::new(KEPT);
-        assert_eq!(log.after(0), EventBatch::default());
-        (0..3).for_each(|_| overrun(&log));
-        let batch = log.after(1);
-        assert_eq!(batch.events.iter().map(|e| e.sequence).collect::<Vec<_>>(), [2, 3]);
-        assert_eq!((batch.missed, batch.last_sequence), (0, 3));
-    }
-
-    #[test]
-    fn a_slow_reader_learns_how_many_it_missed() {
-        let log = EventLog::new(KEPT);
-        (0..KEPT + 10).for_each(|_| overrun(&log));
-        let batch = log.after(4);
-        assert_eq!(batch.events.len(), KEPT);
-        assert_eq!(batch.events[0].sequence, 11);
-        assert_eq!(batch.missed, 6);
-    }
-
-    #[test]
-    fn long_events_are_kept_in_bytes_and_the_newest_always() {
-        let log = EventLog::new(KEPT);
-        let claimed = |joints: usize| {
-            let claimed = Claimed { joints: vec!["j".repeat(1024); joints], ..Claimed::default() };
-            let kind = EventKind::JointsClaimed { holder: "me".into(), claimed };
-            let event = Event { at: Moment::default(), kind };
-            log.push(SystemTime::UNIX_EPOCH, 0, Happened::World(event));
-        };
-        (0..100).for_each(|_| claimed(1000));
-        let batch = log.after(0);
-        assert_eq!((batch.events.len(), batch.missed), (2, 98));
-        claimed(10_000);
-        assert_eq!(log.after(0).events.len(), 1);
-        (0..KEPT).for_each(|_| overrun(&log));
-        assert_eq!(log.after(0).events.len(), KEPT);
-        assert_eq!(log.kept.lock().unwrap().bytes, 0);
-    }
-
-    #[test]
-    fn a_number_from_another_life_of_the_daemon_reads_nothing() {
-        let log = EventLog::new(KEPT);
-        overrun(&log);
-        assert_eq!(log.after(99).events, []);
-    }
-
-    #[tokio::test]
-    async fn a_waiting_reader_gets_the_next_event() {
-        let log = EventLog::new(KEPT);
-        let read = log.next(0, Duration::from_secs(60));
-        let write = async { overrun(&log) };
-        let (batch, ()) = tokio::join!(read, write);
-        assert_eq!(batch.events.len(), 1);
-    }
-}
+mod tests;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use simd_core::Moment;
 use simd_core::simulation::Saved;
 
-use super::event_log::{Happened, LoggedEvent, RecordingEnd};
+use super::event_log::{Happened, RecordingEnd};
 use super::main_loop::Driver;
 use super::published::Published;
 use super::tap::{Entry, Tap, TapEnd, WorldEntry};
@@ -14,10 +14,9 @@ use super::world::World;
 impl<W: World> Driver<W> {
     pub(super) fn log(&mut self, what: Happened) {
         let (wall_time, state_sequence) = (std::time::SystemTime::now(), self.publisher.sequence());
-        let recorded = self.tap.is_some().then(|| what.clone());
-        let sequence = self.events.push(wall_time, state_sequence, what);
-        if let Some(what) = recorded {
-            self.record(Entry::Event(LoggedEvent { sequence, wall_time, state_sequence, what }));
+        let event = self.events.push(wall_time, state_sequence, what);
+        if self.tap.is_some() {
+            self.record(Entry::Event(event));
         }
     }
 

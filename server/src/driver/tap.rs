@@ -28,7 +28,7 @@ pub(crate) enum Entry {
     /// A step was done, and this is what the world looks like.
     Step(Arc<Published>),
     /// Something happened.
-    Event(LoggedEvent),
+    Event(Arc<LoggedEvent>),
     /// A robot came.
     Report(Box<ReportEntry>),
 }

@@ -11,8 +11,8 @@ use tokio::time::{MissedTickBehavior, interval};
 use super::notices::{Notifier, Ticket, What};
 use crate::SimHandle;
 use crate::convert::to_proto;
-use crate::handle::{CallError, MOST_FOLLOWED, Published, SensorCursor};
-use crate::zenoh::publications::{STATISTICS, UNCHANGED, joint_states, link_poses, newest};
+use crate::handle::{CallError, MOST_FOLLOWED, SensorCursor};
+use crate::zenoh::publications::{Encode, STATISTICS, UNCHANGED, joint_states, link_poses, newest};
 
 /// How long a task waits for an event before it looks again.
 const WAIT: Duration = Duration::from_secs(60);
@@ -100,7 +100,7 @@ impl To<'_> {
         wanted: &str,
         rate: f64,
         key: fn(&str, &str) -> String,
-        encode: fn(&Published, &str) -> Option<Vec<u8>>,
+        encode: Encode,
     ) -> Ended {
         if rate <= 0.0 {
             return std::future::pending().await;
@@ -112,10 +112,14 @@ impl To<'_> {
             ticks.tick().await;
             let state = newest(self.handle, sent).await?;
             sent = state.sequence;
-            let robots = state.state.world.entities.iter().map(|robot| &robot.name);
-            for robot in robots.filter(|robot| wanted == ALL || wanted == robot.as_str()) {
-                if let Some(payload) = encode(&state, robot) {
-                    self.notify(key(self.name, robot), payload).await;
+            let robots = &state.state.world.entities;
+            let indices = match wanted {
+                ALL => 0..robots.len(),
+                name => state.state.entity(name).map_or(0..0, |(index, _)| index..index + 1),
+            };
+            for index in indices {
+                if let Some((robot, payload)) = robots.get(index).zip(encode(&state, index)) {
+                    self.notify(key(self.name, &robot.name), payload).await;
                 }
             }
         }

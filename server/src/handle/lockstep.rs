@@ -90,6 +90,20 @@ impl Group {
         found.ok_or(CallError::LockstepMemberNotFound)
     }
 
+    /// The member of that id, which has not asked.
+    fn asks(&mut self, id: &str) -> Result<&mut Member, CallError> {
+        self.forget_gone();
+        let member = self.find(id)?;
+        if matches!(member.state, State::Waits { .. }) {
+            return Err(CallError::InvalidValue {
+                element: "lockstep_member".into(),
+                value: "that of a request that waits".into(),
+                expected: "a member asks once, and again when it has its answer".into(),
+            });
+        }
+        Ok(member)
+    }
+
     /// Callers that went away have not asked.
     fn forget_gone(&mut self) {
         for member in &mut self.members {
@@ -211,16 +225,7 @@ impl SimHandle {
 
     /// Refuses who is no member, or waits already.
     pub(super) fn check_member(&self, id: &str) -> Result<(), CallError> {
-        let mut group = self.inner.lockstep.lock();
-        group.forget_gone();
-        match group.find(id)?.state {
-            State::Computes { .. } => Ok(()),
-            State::Waits { .. } => Err(CallError::InvalidValue {
-                element: "lockstep_member".into(),
-                value: "that of a request that waits".into(),
-                expected: "a member asks once, and again when it has its answer".into(),
-            }),
-        }
+        self.inner.lockstep.lock().asks(id).map(|_member| ())
     }
 
     /// Does steps together with the other members: answers once the world has advanced by so many, and each of the others has
@@ -229,11 +234,11 @@ impl SimHandle {
     /// # Errors
     /// Where the caller is no member, has asked already, or leaves; and those of steps.
     pub(super) async fn step_together(&self, id: &str, steps: u64) -> Result<Stepped, CallError> {
-        self.check_member(id)?;
         let (reply, answer) = oneshot::channel();
         {
+            // Looked at and changed at once: another request of this member may come at the same moment.
             let mut group = self.inner.lockstep.lock();
-            let member = group.find(id)?;
+            let member = group.asks(id)?;
             member.state = State::Waits { remaining: steps, claim: self.claim, is_counted: false, reply };
         }
         // Also where the caller goes away before it is answered.
@@ -328,3 +333,6 @@ impl SimHandle {
         self.inner.driver.events.push(SystemTime::now(), state.sequence, what);
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -251,14 +251,16 @@ impl Entries {
     ) -> Result<(), CallError> {
         let under_way = self.shares.get(&key.scope).map_or(0, |share| share.under_way);
         let most = (self.limit / 2).max(1);
-        let has_room =
-            under_way < most && (self.by_key.len() < self.limit || self.evict(Share::entries, None));
-        if !has_room {
-            return Err(CallError::LimitExceeded {
-                what: "the number of requests with an id that are under way".into(),
-                value: under_way as u64 + 1,
-                limit: most as u64,
-            });
+        let beyond = |whose: &str, value: usize, limit: usize| {
+            let what = format!("the number of requests with an id that are under way, {whose},");
+            Err(CallError::LimitExceeded { what, value: value as u64 + 1, limit: limit as u64 })
+        };
+        if under_way >= most {
+            return beyond("of one caller", under_way, most);
+        }
+        if self.by_key.len() >= self.limit && !self.evict(Share::entries, None) {
+            let whose = "of all callers (send this one again when others have ended, or without an id)";
+            return beyond(whose, self.by_key.len(), self.limit);
         }
         // The id is in the key and in the request.
         let weight = ENTRY + 2 * key.id.len();

@@ -108,6 +108,11 @@ impl SimHandle {
             | Command::ImportSavedState { name, .. } => name.as_str(),
             _ => "",
         };
+        // The world has room for one, which is for a state that is restored at the start.
+        if self.inner.info.limits.saved_states == 0 && !matches!(command, Command::DeleteSavedState { .. }) {
+            let what = "the number of saved states".into();
+            return Err(CallError::LimitExceeded { what, value: 1, limit: 0 });
+        }
         if let Some(owner) = owners.get(named) {
             self.check_owner(|| format!("saved state {named:?}"), &owner)?;
         }

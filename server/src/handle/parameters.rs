@@ -193,7 +193,7 @@ impl SimHandle {
         self.inner.parameters.change(|list| {
             let (version, owner) = (list.version, self.owner());
             let added = |name: &str| Parameter { name: name.into(), kind, version, owner, binding };
-            let added = match (list.index_of(name), taken) {
+            let is_taken = match (list.index_of(name), taken) {
                 (Some(_), NameTaken::Refuse) => {
                     return Err(CallError::ParameterExists { name: name.to_owned() });
                 }
@@ -203,9 +203,9 @@ impl SimHandle {
                     list.parameters[index] = added.clone();
                     return Ok((added, true));
                 }
-                (Some(_), NameTaken::Rename) => added(&list.free_name(name)?),
-                (None, _) => added(name),
+                (found, _) => found.is_some(),
             };
+            // Before a name is looked for, for which all others wait.
             if list.parameters.len() >= limit {
                 return Err(CallError::LimitExceeded {
                     what: "the number of parameters".into(),
@@ -213,6 +213,7 @@ impl SimHandle {
                     limit: limit as u64,
                 });
             }
+            let added = if is_taken { added(&list.free_name(name)?) } else { added(name) };
             list.parameters.push(added.clone());
             Ok((added, true))
         })
@@ -292,17 +293,27 @@ impl ParameterList {
         CallError::ParameterNotFound { name: name.to_owned(), known }
     }
 
+    /// A taken name with the smallest number that makes it free.
     fn free_name(&self, name: &str) -> Result<String, CallError> {
-        let mut number = 1_u64;
-        loop {
-            let candidate = format!("{name}_{number}");
-            check_name(&candidate)?;
-            if self.index_of(&candidate).is_none() {
-                return Ok(candidate);
+        // Once through all names: thousands may have one and its numbers, of which one up to their count is free.
+        let mut taken = vec![false; self.parameters.len() + 1];
+        for number in self.parameters.iter().filter_map(|it| number_of(&it.name, name)) {
+            if let Some(taken) = taken.get_mut(number) {
+                *taken = true;
             }
-            number += 1;
         }
+        let free = taken.iter().skip(1).take_while(|taken| **taken).count() + 1;
+        let free = format!("{name}_{free}");
+        check_name(&free)?;
+        Ok(free)
     }
+}
+
+/// The number after a name and an underscore, as it is written there; 0 is none.
+fn number_of(other: &str, name: &str) -> Option<usize> {
+    let number = other.strip_prefix(name)?.strip_prefix('_')?;
+    let is_plain = number.starts_with(|first: char| ('1'..='9').contains(&first));
+    number.parse().ok().filter(|_| is_plain)
 }
 
 impl ParameterChange {

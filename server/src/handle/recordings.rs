@@ -5,6 +5,7 @@ use std::sync::Arc;
 use simd_core::Moment;
 
 use super::{CallError, Cancelled, SimHandle};
+use crate::account::Account;
 use crate::driver::{Event, TapEnd};
 use crate::recording::{RecordingContents, RecordingInfo, RecordingRequest, RecordingSources, Running};
 
@@ -18,9 +19,9 @@ impl SimHandle {
         request: RecordingRequest,
     ) -> Result<(RecordingInfo, Moment), CallError> {
         self.check_robots(None)?;
-        // A task of its own, so that a caller who goes away leaves no recording without an owner.
-        let begun = tokio::spawn(self.clone().begin_recording(request)).await;
-        begun.map_err(|error| CallError::Internal { message: error.to_string() })?
+        // A task of its own, so that a caller who goes away leaves no recording without an owner. It counts for that caller.
+        let begin = Account::current().scope(self.clone().begin_recording(request));
+        tokio::spawn(begin).await.map_err(|error| CallError::Internal { message: error.to_string() })?
     }
 
     async fn begin_recording(self, request: RecordingRequest) -> Result<(RecordingInfo, Moment), CallError> {

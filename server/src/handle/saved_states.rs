@@ -7,7 +7,8 @@ use simd_core::simulation::command::SavedStateInfo;
 use simd_core::{Command, Reply};
 use simd_model::robot::Sha256;
 
-use super::{CallError, SimHandle};
+use super::{CallError, Done, SimHandle};
+use crate::driver::Event;
 
 impl SimHandle {
     /// Writes a saved state into a file, which is kept as an upload is; gives its hash and size.
@@ -21,16 +22,36 @@ impl SimHandle {
         Ok((sha256, size))
     }
 
-    /// A saved state as a file, with its hash.
-    ///
-    /// # Errors
-    /// Where there is no such state, and where the file would be larger than an upload may be.
-    pub(crate) async fn saved_state_file(&self, name: &str) -> Result<(Sha256, Arc<[u8]>), CallError> {
+    async fn saved_state_file(&self, name: &str) -> Result<(Sha256, Arc<[u8]>), CallError> {
         let state = self.newest();
         let kept = state.state.saved(name)?;
         let (info, saved) = (kept.info(), kept.saved().clone());
         drop(state);
         self.loader().write_saved_state(info.name, saved).await
+    }
+
+    /// The present state of the world as a file, in which it is called `name`; with the sequence of the published state of
+    /// that moment. No saved state is made: clients may have all that there may be, and that name too.
+    ///
+    /// # Errors
+    /// Where the file would be larger than an upload may be, and where the driver ended.
+    pub(crate) async fn present_state_file(&self, name: &str) -> Result<(u64, Arc<[u8]>), CallError> {
+        let (saved, published) = self.ask(|reply| Event::WholeState { reply }).await?;
+        let (_, file) = self.loader().write_saved_state(name.to_owned(), saved).await?;
+        Ok((published.sequence, file))
+    }
+
+    /// Makes the state in a file the present one. It is kept for that moment alone, under this name, and the limit of clients'
+    /// saved states does not count it: before there are clients, the world has room for one.
+    ///
+    /// # Errors
+    /// Where the file is not a saved state or is damaged, and where its robots cannot be read as they were.
+    pub(crate) async fn restore_at_start(&self, file: Bytes, name: &str) -> Result<Done, CallError> {
+        let (name, saved) = self.loader().read_saved_state(file, name.to_owned()).await?;
+        self.post(Command::ImportSavedState { name: name.clone(), saved }).await?;
+        let restored = self.post(Command::RestoreState { name: name.clone() }).await;
+        self.post(Command::DeleteSavedState { name }).await?;
+        restored
     }
 
     /// Keeps the state that is in an uploaded file, under this name or, where it is empty, under the
@@ -45,19 +66,7 @@ impl SimHandle {
     ) -> Result<SavedStateInfo, CallError> {
         let file = self.loader().asset(&sha256);
         let lacking = || CallError::AssetNotUploaded { uri: String::new(), sha256: sha256.to_string() };
-        self.import_saved_state_file(file.ok_or_else(lacking)?, name).await
-    }
-
-    /// The same of a file in memory.
-    ///
-    /// # Errors
-    /// Where the file is not a saved state or is damaged, and where its robots cannot be read as they were.
-    pub(crate) async fn import_saved_state_file(
-        &self,
-        file: Bytes,
-        name: String,
-    ) -> Result<SavedStateInfo, CallError> {
-        let (name, saved) = self.loader().read_saved_state(file, name).await?;
+        let (name, saved) = self.loader().read_saved_state(file.ok_or_else(lacking)?, name).await?;
         let done = self.command(Command::ImportSavedState { name, saved }).await?;
         match done.applied.reply {
             Reply::SavedState(info) => Ok(info),

@@ -66,8 +66,7 @@ impl SimHandle {
     pub fn sensors(&self, robot: Option<&str>) -> Result<(Arc<Published>, Vec<NumberedSensor>), CallError> {
         let state = self.newest();
         let only = robot.map(|robot| robot_index(&state, robot)).transpose()?;
-        let all = state.state.sensors.iter().filter(|of| only.is_none_or(|only| of.robot == only));
-        let found: Vec<WorldSensor> = all.cloned().collect();
+        let found = only.map_or(state.state.sensors.as_slice(), |robot| of_robot(&state, robot)).to_vec();
         let last = self.inner.driver.sensors.last_sequences(found.iter().map(|of| of.id));
         Ok((state, found.into_iter().zip(last).collect()))
     }
@@ -248,7 +247,7 @@ fn chosen<'a>(
     for SensorSelection { robot, sensors } in selections {
         let robot = robot_index(state, robot)?;
         if sensors.is_empty() {
-            found.extend(state.state.sensors.iter().filter(|of| of.robot == robot));
+            found.extend(of_robot(state, robot));
         }
         for sensor in sensors {
             found.push(find(state, robot, sensor)?);
@@ -267,15 +266,81 @@ fn robot_index(state: &Published, robot: &str) -> Result<usize, CallError> {
 }
 
 fn find<'a>(state: &'a Published, robot: usize, sensor: &str) -> Result<&'a WorldSensor, CallError> {
-    let of_robot = || state.state.sensors.iter().filter(|of| of.robot == robot);
-    of_robot().find(|of| of.definition.name == sensor).ok_or_else(|| {
-        let known = of_robot().map(|of| of.definition.name.clone()).collect();
+    let sensors = of_robot(state, robot);
+    sensors.iter().find(|of| of.definition.name == sensor).ok_or_else(|| {
+        let known = sensors.iter().map(|of| of.definition.name.clone()).collect();
         let robot = state.state.world.entities.get(robot);
         let robot = robot.map(|entity| entity.name.clone()).unwrap_or_default();
         Error::SensorNotFound { robot, sensor: sensor.to_owned(), known }.into()
     })
 }
 
+/// The sensors of the robot at an index. They lie by robot, so that those of others are not looked through.
+fn of_robot(state: &Published, robot: usize) -> &[WorldSensor] {
+    let sensors = state.state.sensors.as_slice();
+    let first = sensors.partition_point(|of| of.robot < robot);
+    let end = sensors.partition_point(|of| of.robot <= robot);
+    sensors.get(first..end).unwrap_or_default()
+}
+
 fn robot_name(state: &Published, sensor: &WorldSensor) -> String {
     state.state.world.entities.get(sensor.robot).map(|entity| entity.name.clone()).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::SystemTime;
+
+    use glamx::DPose3;
+    use simd_core::simulation::sensors::SensorDefinition;
+    use simd_core::{PhysicsSettings, PublishedState};
+    use simd_model::sensor::{SensorKind, SensorMount};
+
+    use super::*;
+    use crate::handle::{Pace, RunState, Statistics};
+
+    /// With sensors that are numbered from 1 and named by that, of the robots at these indices.
+    fn with_sensors(robots: &[usize]) -> Published {
+        let definition = |id: u64| SensorDefinition {
+            name: format!("imu_{id}"),
+            on: SensorMount::Link(0),
+            link: 0,
+            pose: DPose3::IDENTITY,
+            rate: None,
+            kind: SensorKind::Imu,
+            noise: Vec::new(),
+            seed: 0,
+            is_described: false,
+        };
+        let sensors = (1..).zip(robots).map(|(id, robot)| WorldSensor {
+            id,
+            robot: *robot,
+            definition: Arc::new(definition(id)),
+        });
+        Published {
+            sequence: 1,
+            wall_time: SystemTime::UNIX_EPOCH,
+            state: PublishedState { sensors: Arc::new(sensors.collect()), ..PublishedState::default() },
+            physics: PhysicsSettings::default(),
+            statistics: Statistics::at_start(RunState::Paused, Pace::default()),
+        }
+    }
+
+    #[test]
+    fn the_sensors_of_a_robot_are_its_own_in_their_order() {
+        let state = with_sensors(&[0, 0, 2, 5, 5, 5]);
+        let ids = |robot: usize| of_robot(&state, robot).iter().map(|of| of.id).collect::<Vec<u64>>();
+        assert_eq!([ids(0), ids(2), ids(5)], [vec![1, 2], vec![3], vec![4, 5, 6]]);
+        assert!([1, 3, 6].into_iter().all(|robot| ids(robot).is_empty()));
+        assert!(of_robot(&with_sensors(&[]), 0).is_empty());
+    }
+
+    #[test]
+    fn a_sensor_of_another_robot_is_not_found() {
+        let state = with_sensors(&[0, 0, 2, 5]);
+        assert_eq!(find(&state, 0, "imu_2").unwrap().id, 2);
+        let refused = find(&state, 2, "imu_2").unwrap_err();
+        let CallError::World(Error::SensorNotFound { known, .. }) = refused else { panic!() };
+        assert_eq!(known, ["imu_3"]);
+    }
 }

@@ -1,5 +1,7 @@
 //! The handle on a driver that runs.
 
+pub(crate) mod waiting;
+
 use std::sync::Mutex;
 
 use simd_core::Command;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use axum::body::Body;
-use axum::extract::{Path, State};
+use axum::extract::{Path, Request, State};
 use axum::http::header::{self, HeaderValue};
 use axum::http::{HeaderMap, Response, StatusCode};
 use axum::response::IntoResponse;
@@ -75,19 +75,20 @@ async fn gltf(page: &Page, key: MeshKey, sha256: Sha256, asked: &HeaderMap) -> O
 pub(super) async fn asset(
     State(page): State<Arc<Page>>,
     Path(name): Path<String>,
-    asked: HeaderMap,
+    request: Request,
 ) -> Response<Body> {
+    let asked = request.headers();
     let (hash, extension) = name.split_once('.').unwrap_or((&name, ""));
     let Some(sha256) = Sha256::parse(hash) else {
-        let file = page.bundle.answer(&format!("assets/{name}"), &asked);
+        let file = page.bundle.answer(&format!("assets/{name}"), asked);
         return file.unwrap_or_else(|| not_found("there is no such file"));
     };
     // The page's own files are for everybody, those of robots are not.
-    if let Err(denied) = login::allow(page.handle.access(), &asked) {
-        return denied;
+    if let Err(refusal) = login::admit(&page.handle, &request) {
+        return refusal;
     }
     let tag = caching::tag(&sha256.to_string());
-    if caching::has(&asked, &tag) {
+    if caching::has(asked, &tag) {
         return unchanged(tag);
     }
     match page.handle.asset(&sha256) {

@@ -1,32 +1,46 @@
-//! The token of the page: kept in a cookie that its scripts cannot read, for as long as the browser runs.
+//! The token of the page: kept in a cookie that its scripts cannot read, for as long as the browser runs. What is asked for
+//! with it, or without one, counts for a client as its calls do.
 
 use std::sync::Arc;
 
 use axum::body::Body;
 use axum::extract::{Request, State};
-use axum::http::{HeaderMap, HeaderValue, Response, StatusCode, header};
+use axum::http::{HeaderValue, Response, StatusCode, header};
 use axum::middleware::Next;
 use axum::response::IntoResponse as _;
 use simd_proto::access::{Role, TOKEN_COOKIE, TOKEN_HEADER};
 
 use super::Page;
+use crate::SimHandle;
 use crate::access::{Access, Denied};
+use crate::account::Account;
+use crate::handle::Peer;
 use crate::service::authorization::token;
 
-/// What the page asks for is read alone.
-pub(super) async fn check(State(access): State<Access>, request: Request, next: Next) -> Response<Body> {
-    match allow(&access, request.headers()) {
-        Ok(()) => next.run(request).await,
-        Err(denied) => denied,
+/// What the page asks for is read alone, and waits as one of the requests of its client.
+pub(super) async fn check(State(handle): State<SimHandle>, request: Request, next: Next) -> Response<Body> {
+    match admit(&handle, &request) {
+        Ok(account) => account.scope(next.run(request)).await,
+        Err(refusal) => refusal,
     }
 }
 
-/// Whether the token in these headers allows reading; else the refusal.
-pub(super) fn allow(access: &Access, headers: &HeaderMap) -> Result<(), Response<Body>> {
-    access.check(token(headers), Role::Viewer, "the page").map(drop).map_err(|denied| {
+/// Whom a request counts for, where its token allows reading and its client has not had its share; else the refusal.
+pub(super) fn admit(handle: &SimHandle, request: &Request) -> Result<Account, Response<Body>> {
+    let access = handle.access();
+    let grant = access.check(token(request.headers()), Role::Viewer, "the page").map_err(|denied| {
         log(access, &denied);
         refused(&denied)
-    })
+    })?;
+    let account = match (grant, request.extensions().get::<Peer>()) {
+        (Some(grant), _) => Account::Token(grant.name.as_str().into()),
+        (None, Some(Peer::Connection { number, address })) => Account::of_connection(*number, *address),
+        (None, Some(Peer::Session(id))) => Account::Session(Arc::clone(id)),
+        // No network brings a request without a peer.
+        (None, Some(Peer::Process) | None) => Account::Process,
+    };
+    handle.count_call(&account).map_err(|error| super::refused(&error))?;
+    Ok(account)
 }
 
 /// `POST /login` with `authorization: Bearer TOKEN`: 204 and the cookie, or 401.

@@ -2,7 +2,7 @@
 //!
 //! * Here: which address is answered by what.
 //! * `guard`: who may ask, and what browsers must keep to.
-//! * `login`: whose token the page has.
+//! * `login`: whose token the page has, and whom a request counts for.
 //! * `bundle`: the page itself. `fallback` has the one that stands in for it.
 //! * `files`: meshes, colliders and files by their hash; the former two as glTF.
 //! * `robots`: robots as JSON and as URDF.
@@ -64,14 +64,13 @@ struct Page {
 pub(crate) fn beside(services: Router, handle: &SimHandle, settings: Settings) -> Router {
     let Settings { bundle, hosts, is_tls } = settings;
     let page = Arc::new(Page { handle: handle.clone(), bundle, is_tls });
-    let access = handle.access().clone();
     Router::new()
         .route("/meshes/{name}", get(files::mesh))
         .route("/colliders/{name}", get(files::collider))
         .route("/metrics", get(metrics::metrics))
         .route("/robots", get(robots::list))
         .route("/robots/{robot}/robot.urdf", get(robots::description))
-        .route_layer(middleware::from_fn_with_state(access, login::check))
+        .route_layer(middleware::from_fn_with_state(handle.clone(), login::check))
         .route("/assets/{*name}", get(files::asset))
         .route("/healthz", get(metrics::health))
         .route("/readyz", get(metrics::readiness))

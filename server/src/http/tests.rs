@@ -13,11 +13,13 @@ use tonic::codegen::Service as _;
 use tonic::service::Routes;
 
 use super::*;
+use crate::account::Account;
 use crate::blocking_threads::BlockingThreads;
 use crate::convert::test_world::spawn;
 use crate::convert::to_proto;
 use crate::driver;
-use crate::handle::{DaemonInfo, DaemonLimits, RunState, Transport};
+use crate::handle::tests::waiting::{crowd, waits};
+use crate::handle::{DaemonInfo, DaemonLimits, Peer, RunState, Transport};
 use crate::loading::Loader;
 
 /// The routes of a daemon with `arm`, as they are where no viewer was built.
@@ -26,7 +28,10 @@ async fn routes() -> Router {
 }
 
 async fn beside_a_world(spawn: Command) -> (Router, SimHandle) {
-    let limits = DaemonLimits::default();
+    within(DaemonLimits::default(), spawn).await
+}
+
+async fn within(limits: DaemonLimits, spawn: Command) -> (Router, SimHandle) {
     let world = Simulation::new(PhysicsSettings::default(), WorldLimits::default());
     let driver =
         driver::start(world, driver::Config { state: RunState::Paused, ..Default::default() }).unwrap();
@@ -53,6 +58,16 @@ async fn get_bytes(routes: &mut Router, path: &str) -> (StatusCode, HeaderMap, V
     let (parts, body) = response.into_parts();
     let bytes = axum::body::to_bytes(body, 1 << 20).await.unwrap();
     (parts.status, parts.headers, bytes.to_vec())
+}
+
+/// The same over a connection of this machine.
+async fn get_over(mut routes: Router, path: String, number: u64) -> (StatusCode, String) {
+    let peer = Peer::Connection { number, address: std::net::Ipv4Addr::LOCALHOST.into() };
+    let request = Request::builder().uri(path).header(header::HOST, "localhost").extension(peer);
+    let response = routes.call(request.body(Body::empty()).unwrap()).await.unwrap();
+    let status = response.status();
+    let bytes = axum::body::to_bytes(response.into_body(), 1 << 20).await.unwrap();
+    (status, String::from_utf8_lossy(&bytes).into_owned())
 }
 
 #[tokio::test]
@@ -168,4 +183,40 @@ async fn a_collider_that_no_robot_has_is_not_found() {
         let (status, _, said) = get(&mut routes, path).await;
         assert_eq!((status, said.as_str()), (StatusCode::NOT_FOUND, sentence), "{path}");
     }
+}
+
+#[tokio::test]
+async fn what_a_page_asks_for_waits_as_the_calls_of_its_client() {
+    let (routes, handle) = beside_a_world(spawn_with_a_mesh(MeshShapes::Hull)).await;
+    let newest = handle.newest();
+    let (_, robot) = newest.state.entity("arm").unwrap();
+    let scene = to_proto::scene::robot_scene(robot);
+    let Some(v1::shape::Geometry::Convex(convex)) = &scene.colliders[0].geometry else { panic!("{scene:?}") };
+    let path = format!("/colliders/{}.glb", convex.sha256);
+    let crowd = crowd(&handle, &Account::Connection(1)).await;
+    let (status, sentence) = get_over(routes.clone(), path.clone(), 1).await;
+    assert_eq!(status, StatusCode::SERVICE_UNAVAILABLE);
+    assert!(sentence.contains("of one client would be 33, and the limit is 32"), "{sentence}");
+    let mut other = Box::pin(get_over(routes, path, 2));
+    waits(other.as_mut()).await;
+    drop(crowd);
+    assert_eq!(other.await.0, StatusCode::OK);
+}
+
+#[tokio::test(start_paused = true)]
+async fn requests_beyond_what_a_client_may_ask_in_a_second_are_refused() {
+    let limits = DaemonLimits { calls_per_second_of_client: 2, ..DaemonLimits::default() };
+    let (routes, _handle) = within(limits, spawn("arm", &[])).await;
+    let file = format!("/assets/{}.stl", Sha256::of(b"none"));
+    let get = |path: &str, number| get_over(routes.clone(), path.to_owned(), number);
+    assert_eq!(get("/robots", 1).await.0, StatusCode::OK);
+    assert_eq!(get(&file, 1).await.0, StatusCode::NOT_FOUND);
+    for path in ["/robots", "/metrics", file.as_str()] {
+        let (status, sentence) = get(path, 1).await;
+        assert_eq!(status, StatusCode::SERVICE_UNAVAILABLE, "{path}");
+        let expected = "calls a second by connection 1 would be 3, and the limit is 2";
+        assert!(sentence.contains(expected), "{path}: {sentence}");
+    }
+    assert_eq!(get("/page.js", 1).await.0, StatusCode::OK, "the page's own files are no calls");
+    assert_eq!(get("/robots", 2).await.0, StatusCode::OK, "another has a share of its own");
 }

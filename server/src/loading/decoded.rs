@@ -2,10 +2,10 @@
 //! of them together stay within a limit.
 
 use std::cell::Cell;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
-use simd_core::collision::Shapes;
+use simd_core::collision::{MeshKey, Shapes};
 use simd_model::robot::{MeshAsset, Sha256};
 use simd_model::{Asset, Assets};
 
@@ -24,25 +24,87 @@ pub(super) struct Decoded {
 
 #[derive(Debug, Default)]
 struct Used {
-    meshes: HashMap<Key, Weak<MeshAsset>>,
-    /// Of robots: each knows what its meshes became.
+    meshes: BTreeMap<Key, Mesh>,
+    made: BTreeMap<MeshKey, Made>,
+    /// What all of it takes in memory. What is no more counts until it is forgotten, so that one more robot costs what its own
+    /// meshes cost and not those of all.
+    bytes: u64,
+}
+
+#[derive(Debug)]
+struct Mesh {
+    asset: Weak<MeshAsset>,
+    bytes: u64,
+}
+
+/// What a mesh became that robots touch with.
+#[derive(Debug)]
+struct Made {
+    /// Of the robots that share it: each knows what its meshes became.
     shapes: Vec<Weak<Shapes>>,
+    bytes: u64,
+}
+
+impl Made {
+    /// The last that there are of those that share it.
+    fn newest(&mut self) -> Option<Arc<Shapes>> {
+        loop {
+            let newest = self.shapes.last()?.upgrade();
+            if newest.is_some() {
+                return newest;
+            }
+            self.shapes.pop();
+        }
+    }
 }
 
 impl Used {
     /// Forgets what is no more.
     fn tidy(&mut self) {
-        self.shapes.retain(|shapes| shapes.strong_count() > 0);
-        self.meshes.retain(|_, mesh| mesh.strong_count() > 0);
+        let Self { meshes, made, bytes } = self;
+        meshes.retain(|_, mesh| mesh.asset.strong_count() > 0);
+        made.retain(|_, made| {
+            made.shapes.retain(|shapes| shapes.strong_count() > 0);
+            !made.shapes.is_empty()
+        });
+        let all = meshes.values().map(|mesh| mesh.bytes).chain(made.values().map(|made| made.bytes));
+        *bytes = all.fold(0, u64::saturating_add);
     }
 
-    /// What all of it takes in memory, with the shapes of one more robot.
-    fn bytes(&self, more: Option<&Shapes>) -> u64 {
-        let meshes: u64 = self.meshes.values().filter_map(Weak::upgrade).map(|mesh| bytes(&mesh)).sum();
-        let shapes: Vec<Arc<Shapes>> = self.shapes.iter().filter_map(Weak::upgrade).collect();
-        let all = shapes.iter().map(|shapes| &**shapes).chain(more);
-        let shared: BTreeMap<_, u64> = all.flat_map(Shapes::mesh_bytes).collect();
-        shared.into_values().fold(meshes, u64::saturating_add)
+    /// Makes sure that so many bytes more are within a limit.
+    ///
+    /// # Errors
+    /// What all would come to, where that is beyond it.
+    fn check(&mut self, limit: u64, more: impl Fn(&Self) -> u64) -> Result<(), u64> {
+        let all = |used: &Self| used.bytes.saturating_add(more(used));
+        if all(self) > limit {
+            // Maybe only with what is no more.
+            self.tidy();
+        }
+        let value = all(self);
+        if value > limit { Err(value) } else { Ok(()) }
+    }
+
+    /// What the shapes of a robot take beside those that others have too.
+    fn own_bytes(&self, shapes: &Shapes) -> u64 {
+        let own = shapes.mesh_bytes().filter(|(key, _)| !self.made.contains_key(key));
+        own.map(|(_, bytes)| bytes).fold(0, u64::saturating_add)
+    }
+
+    fn add_shapes(&mut self, shapes: &Arc<Shapes>) {
+        self.bytes = self.bytes.saturating_add(self.own_bytes(shapes));
+        for (key, bytes) in shapes.mesh_bytes() {
+            let made = self.made.entry(key).or_insert_with(|| Made { shapes: Vec::new(), bytes });
+            made.shapes.push(Arc::downgrade(shapes));
+        }
+    }
+
+    fn add_mesh(&mut self, key: Key, asset: &Arc<MeshAsset>, bytes: u64) {
+        self.bytes = self.bytes.saturating_add(bytes);
+        let asset = Arc::downgrade(asset);
+        if let Some(gone) = self.meshes.insert(key, Mesh { asset, bytes }) {
+            self.bytes = self.bytes.saturating_sub(gone.bytes);
+        }
     }
 }
 
@@ -56,9 +118,14 @@ impl Decoded {
         self.used.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Shapes of robots that there are: hulls of the same meshes need not be made again.
+    /// Shapes of robots that there are, which have all that the meshes of robots became: hulls of the same meshes need not be made
+    /// again. Of robots that are alike it is one.
     pub(super) fn shapes(&self) -> Vec<Arc<Shapes>> {
-        self.lock().shapes.iter().filter_map(Weak::upgrade).collect()
+        let mut used = self.lock();
+        let newest = used.made.values_mut().filter_map(Made::newest);
+        let each_once: BTreeMap<usize, Arc<Shapes>> =
+            newest.map(|shapes| (Arc::as_ptr(&shapes).addr(), shapes)).collect();
+        each_once.into_values().collect()
     }
 
     /// Keeps those of a robot in mind.
@@ -67,12 +134,8 @@ impl Decoded {
     /// Where all would take more than the limit.
     pub(super) fn admit_shapes(&self, shapes: &Arc<Shapes>) -> Result<(), CallError> {
         let mut used = self.lock();
-        used.tidy();
-        let value = used.bytes(Some(shapes));
-        if value > self.limit {
-            return Err(self.too_much(value));
-        }
-        used.shapes.push(Arc::downgrade(shapes));
+        used.check(self.limit, |used| used.own_bytes(shapes)).map_err(|value| self.too_much(value))?;
+        used.add_shapes(shapes);
         Ok(())
     }
 
@@ -82,31 +145,28 @@ impl Decoded {
     }
 
     fn known(&self, key: &Key) -> Option<Arc<MeshAsset>> {
-        self.lock().meshes.get(key)?.upgrade()
+        self.lock().meshes.get(key)?.asset.upgrade()
     }
 
     /// The mesh of a look that a robot uses, whichever format it was read as.
     pub(super) fn find(&self, look: &Sha256) -> Option<Arc<MeshAsset>> {
         let used = self.lock();
-        let alike = used.meshes.iter().filter(|((own, _format), _)| own == look);
-        let live = alike.filter_map(|((_, format), mesh)| Some((format, mesh.upgrade()?)));
-        live.min_by(|a, b| a.0.cmp(b.0)).map(|(_format, mesh)| mesh)
+        let from_look_on = used.meshes.range((*look, String::new())..);
+        let mut alike = from_look_on.take_while(|((own, _format), _)| own == look);
+        alike.find_map(|(_, mesh)| mesh.asset.upgrade())
     }
 
     /// Keeps a mesh in mind that was just read; the error is what all would come to.
     fn admit(&self, key: Key, mesh: MeshAsset) -> Result<Arc<MeshAsset>, u64> {
         let mut used = self.lock();
         // Two may have read the same file at the same time.
-        if let Some(known) = used.meshes.get(&key).and_then(Weak::upgrade) {
+        if let Some(known) = used.meshes.get(&key).and_then(|mesh| mesh.asset.upgrade()) {
             return Ok(known);
         }
-        used.tidy();
-        let value = used.bytes(None).saturating_add(bytes(&mesh));
-        if value > self.limit {
-            return Err(value);
-        }
+        let bytes = bytes(&mesh);
+        used.check(self.limit, |_| bytes)?;
         let mesh = Arc::new(mesh);
-        used.meshes.insert(key, Arc::downgrade(&mesh));
+        used.add_mesh(key, &mesh, bytes);
         Ok(mesh)
     }
 
@@ -181,64 +241,4 @@ impl Assets for Decoding<'_> {
 }
 
 #[cfg(test)]
-mod tests {
-    use glamx::DVec3;
-
-    use super::*;
-
-    struct Nowhere;
-
-    impl Assets for Nowhere {
-        fn find(&self, _uri: &str) -> Result<Asset, Vec<String>> {
-            Err(Vec::new())
-        }
-    }
-
-    /// 1200 bytes.
-    fn mesh(n: u8) -> MeshAsset {
-        MeshAsset {
-            sha256: Sha256::of(&[n]),
-            vertices: vec![DVec3::ZERO; 40],
-            triangles: vec![[0, 1, 2]; 20],
-            paints: Vec::new(),
-            files: Vec::new(),
-            grid: None,
-        }
-    }
-
-    fn get(decoding: &Decoding, n: u8, reads: &Cell<u32>) -> Result<Arc<MeshAsset>, String> {
-        decoding.mesh(Sha256::of(&[n]), "stl", &mut || {
-            reads.set(reads.get() + 1);
-            Ok(mesh(n))
-        })
-    }
-
-    #[test]
-    fn a_file_is_decoded_once_while_it_is_used() {
-        let (decoded, reads) = (Decoded::new(10_000), Cell::new(0));
-        let [one, other] = [Decoding::new(&decoded, &Nowhere), Decoding::new(&decoded, &Nowhere)];
-        let [first, second] = [get(&one, 1, &reads).unwrap(), get(&other, 1, &reads).unwrap()];
-        assert!(Arc::ptr_eq(&first, &second));
-        assert_eq!(reads.get(), 1);
-        drop((first, second));
-        get(&other, 1, &reads).unwrap();
-        assert_eq!(reads.get(), 2, "nothing unused is kept");
-    }
-
-    #[test]
-    fn all_meshes_together_stay_within_the_limit() {
-        let (decoded, reads) = (Decoded::new(2400), Cell::new(0));
-        let decoding = Decoding::new(&decoded, &Nowhere);
-        let kept = [1, 2].map(|n| get(&decoding, n, &reads).unwrap());
-        decoding.check().unwrap();
-        get(&decoding, 3, &reads).unwrap_err();
-        let refused = decoding.check().unwrap_err().to_string();
-        assert!(refused.ends_with("would be 3600, and the limit is 2400"), "{refused}");
-        assert!(get(&decoding, 4, &reads).is_err());
-        assert_eq!(reads.get(), 3, "the fourth is not read");
-        drop(kept);
-        let decoding = Decoding::new(&decoded, &Nowhere);
-        get(&decoding, 3, &reads).unwrap();
-        decoding.check().unwrap();
-    }
-}
+mod tests;

@@ -16,6 +16,7 @@ use super::progress::Reporter;
 use super::reading::{LoadOptions, LoadedRobot, Origin, Reading, Used, Which};
 use super::report::summary;
 use super::source::{AssetState, Prepared, Source, Validated};
+use crate::account::Account;
 use crate::call_error::CallError;
 
 impl Loader {
@@ -101,9 +102,9 @@ impl Loader {
             };
             checked.cancelled().await;
         };
-        // A task of its own: others wait for the file, also where this caller goes away.
+        // A task of its own: others wait for the file, also where this caller goes away. It counts for this caller.
         let loader = self.clone();
-        let checked = tokio::spawn(async move {
+        let checked = tokio::spawn(Account::current().scope(async move {
             let check = Check { loader, sha256 };
             let loader = &check.loader;
             let (found, bytes) = loader.off_thread(move || (Sha256::of(&bytes), Arc::from(bytes))).await?;
@@ -113,7 +114,7 @@ impl Loader {
             }
             loader.insert(sha256, bytes)?;
             Ok(total)
-        });
+        }));
         let failed = |error| CallError::Internal { message: format!("a file was not checked: {error}") };
         checked.await.map_err(failed)?
     }

@@ -14,6 +14,7 @@ use super::file_part::part;
 use super::once::once;
 use super::spawning::spawning;
 use crate::SimHandle;
+use crate::account::Account;
 use crate::convert::field::Path;
 use crate::convert::from_proto::{entity as from_proto, xacro};
 use crate::convert::to_proto::contact::{collision_filter, link_properties};
@@ -158,15 +159,16 @@ impl EntityService for Service {
         let request = Request::from_parts(metadata, extensions, spawn);
         let (say, heard) = watch::channel(Progress::default());
         let service = self.clone();
-        // A task of its own: the robot comes, though the one who asked for it goes away.
-        let work = tokio::spawn(async move {
+        // A task of its own: the robot comes, though the one who asked for it goes away. A task does not know by itself
+        // whose call it is.
+        let work = tokio::spawn(Account::current().scope(async move {
             let own = service.clone();
             let spawned = once(&service.handle, request, |handle, request| async move {
                 let loaded = handle.spawn_reporting(from_proto::spawn(request)?, say).await?;
                 Ok(own.spawned(loaded))
             });
             spawned.await.map(Response::into_inner)
-        });
+        }));
         let work = async {
             work.await.unwrap_or_else(|error| Err(CallError::Internal { message: error.to_string() }.into()))
         };
@@ -379,3 +381,6 @@ impl EntityService for Service {
         .await
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,5 +1,6 @@
 //! The simulation service: the world, its time, whether it runs, how it is stepped.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -95,21 +96,20 @@ impl SimulationService for Service {
                 true => handle.step_with(targets, steps).await?,
                 false => handle.step_with_others(&member, targets, steps).await?,
             };
-            let states = selection.map(|mut selection| selection.states(&stepped.state)).transpose()?;
-            let robots = states.iter().filter(|_| with_links).flat_map(|states| &states.robots);
             let state_of_world = &stepped.state.state;
-            let links = |of: &v1::RobotJointStates| {
-                let (index, entity) = state_of_world.entity(&of.robot)?;
-                Some(to_proto_kinematics::link_states(state_of_world, index, entity))
-            };
-            let link_states = robots.filter_map(links).collect();
-            let mut contacts = Vec::new();
-            if let Some(states) = states.as_ref().filter(|_| with_contacts) {
-                let entities = states.robots.iter().filter_map(|of| state_of_world.entity(&of.robot));
-                let wanted: Vec<usize> = entities.map(|(index, _entity)| index).collect();
-                contacts = to_proto_contact::contacts(state_of_world, |robots| {
-                    all || robots.iter().any(|robot| wanted.contains(robot))
-                });
+            let (mut states, mut link_states, mut contacts) = (None, Vec::new(), Vec::new());
+            if let Some(selection) = &mut selection {
+                states = Some(selection.states(&stepped.state)?);
+                let robots = selection.robots(&state_of_world.world)?;
+                for (index, entity) in robots.iter().filter(|_| with_links) {
+                    link_states.push(to_proto_kinematics::link_states(state_of_world, *index, entity));
+                }
+                if with_contacts {
+                    let wanted: BTreeSet<usize> = robots.iter().map(|(index, _entity)| *index).collect();
+                    contacts = to_proto_contact::contacts(state_of_world, |robots| {
+                        all || robots.iter().any(|robot| wanted.contains(robot))
+                    });
+                }
             }
             let mut readings = Vec::new();
             if !sensors.is_empty() {

@@ -5,14 +5,13 @@
 //! events shows in their numbers.
 
 mod pictures;
+mod robots;
 mod sensors;
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
 use prost::Message;
-use simd_core::simulation::command::JointSelection;
 use simd_proto::{keys, v1};
 use tokio::sync::watch;
 use tokio::time::{MissedTickBehavior, interval};
@@ -23,6 +22,7 @@ use zenoh::qos::CongestionControl;
 use zenoh::sample::SourceInfo;
 use zenoh::{Session, Wait as _};
 
+use self::robots::OfRobots;
 use super::Error;
 use crate::SimHandle;
 use crate::convert::{Selection, to_proto};
@@ -82,20 +82,21 @@ struct EachRobot {
     key: fn(&str, &str) -> String,
     /// Its name in the schema.
     message: &'static str,
-    /// None where the robot is gone.
-    encode: fn(&Published, &str) -> Option<Vec<u8>>,
+    encode: Encode,
 }
 
-/// The states of a robot's joints, as they are published; none where the robot is gone.
-pub(crate) fn joint_states(state: &Published, robot: &str) -> Option<Vec<u8>> {
-    let wanted = JointSelection { robot: robot.to_owned(), joints: Vec::new() };
-    Selection::new(vec![wanted]).states(state).ok().map(|states| states.encode_to_vec())
+/// What a robot publishes, by its index in a state; `None` where the state has fewer robots.
+pub(crate) type Encode = fn(&Published, usize) -> Option<Vec<u8>>;
+
+/// The states of a robot's joints, as they are published.
+pub(crate) fn joint_states(state: &Published, robot: usize) -> Option<Vec<u8>> {
+    Selection::whole_robot(state, robot).map(|states| states.encode_to_vec())
 }
 
 /// The poses of its links.
-pub(crate) fn link_poses(state: &Published, robot: &str) -> Option<Vec<u8>> {
-    let (index, entity) = state.state.entity(robot)?;
-    let robots = vec![to_proto::entity::link_poses(&state.state, index, entity)];
+pub(crate) fn link_poses(state: &Published, robot: usize) -> Option<Vec<u8>> {
+    let entity = state.state.world.entities.get(robot)?;
+    let robots = vec![to_proto::entity::link_poses(&state.state, robot, entity)];
     let stamp = Some(to_proto::stamp::published(state));
     Some(v1::GetLinkPosesResponse { stamp, robots }.encode_to_vec())
 }
@@ -103,7 +104,7 @@ pub(crate) fn link_poses(state: &Published, robot: &str) -> Option<Vec<u8>> {
 async fn publish_robots(world: World, topic: EachRobot, mut demand: Demand, period: Duration) {
     let mut ticks = interval(period);
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
-    let mut publishers: BTreeMap<String, Publisher<'static>> = BTreeMap::new();
+    let mut publishers = OfRobots::default();
     let mut sent = 0;
     loop {
         if demand.wait().await {
@@ -112,15 +113,11 @@ async fn publish_robots(world: World, topic: EachRobot, mut demand: Demand, peri
         ticks.tick().await;
         let Ok(state) = newest(&world.handle, sent).await else { return };
         sent = state.sequence;
-        let robots = &state.state.world.entities;
-        publishers.retain(|name, _| robots.iter().any(|robot| robot.name == *name));
-        for robot in robots {
-            if !publishers.contains_key(&robot.name) {
-                let key = (topic.key)(&world.name, &robot.name);
-                match publisher(&world.session, key, topic.message).await {
-                    Ok(publisher) => drop(publishers.insert(robot.name.clone(), publisher)),
-                    Err(error) => tracing::warn!(robot = robot.name, "cannot be published: {error}"),
-                }
+        for robot in publishers.follow(&state.state.world) {
+            let key = (topic.key)(&world.name, &robot.1);
+            match publisher(&world.session, key, topic.message).await {
+                Ok(publisher) => publishers.insert(robot, publisher),
+                Err(error) => tracing::warn!(robot = robot.1, "cannot be published: {error}"),
             }
         }
         let wanted = publishers.iter().filter(|(_, publisher)| has_subscribers(publisher));

@@ -68,7 +68,7 @@ pub(super) fn configuration(path: Option<&Path>) -> Vec<Finding> {
 pub(super) fn daemon(path: &Path) -> (Vec<Finding>, DaemonFiles) {
     const CHECK: &str = "daemon's file";
     let bad = |sentence: String| {
-        let advice = "correct the file, or name another by --config; docs/daemon.md has an example";
+        let advice = "correct the file, or name another by --config; `simd config default` prints an example";
         (vec![Finding::problem(CHECK, sentence, advice)], DaemonFiles::default())
     };
     let text = match bounded(path) {

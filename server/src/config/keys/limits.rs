@@ -17,7 +17,7 @@ fn descriptions() -> Vec<Key> {
     let most = LoadLimits::default();
     let count = |path, range, meaning, field| Key::new(path, meaning, Access::Count(range, field));
     vec![
-        // Two defaults in one: a request may have 8 MiB, and a file on the disk twice that.
+        // A daemon also holds each description to service.description_bytes, on its disk too.
         count("limits.urdf_bytes", 1..=1 << 30, "bytes of a URDF", |draft| {
             &mut draft.config.limits.reading.urdf_bytes
         }),
@@ -75,9 +75,12 @@ fn service() -> Vec<Key> {
     let seconds = |path, meaning, field| Key::new(path, meaning, Access::Seconds(SECONDS, field));
     vec![
         count("service.robots", 1..=100_000, "robots at one time", |draft| &mut draft.config.limits.robots),
-        count("service.description_bytes", 1..=1 << 30, "bytes of one URDF in a request", |draft| {
-            &mut draft.config.limits.description_bytes
-        }),
+        count(
+            "service.description_bytes",
+            1..=1 << 30,
+            "bytes of one description, sent or on the daemon's disk; never more than `limits.urdf_bytes`",
+            |draft| &mut draft.config.limits.description_bytes,
+        ),
         count(
             "service.asset_bytes",
             1..=1 << 30,

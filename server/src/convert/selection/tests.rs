@@ -72,3 +72,26 @@ fn names_are_looked_up_once_a_layout() {
     selection.wanted[0].robot = "missing".into();
     assert!(selection.states(&publish(&simulation, 2)).is_ok());
 }
+
+#[test]
+fn a_robot_by_its_index_is_as_it_is_by_its_name() {
+    let state = publish(&simulation(), 5);
+    for (index, name) in ["left", "right"].into_iter().enumerate() {
+        let by_name = Selection::new(vec![select(name, &[])]).states(&state).unwrap();
+        assert_eq!(Selection::whole_robot(&state, index), Some(by_name));
+    }
+    assert_eq!(Selection::whole_robot(&state, 2), None);
+}
+
+#[test]
+fn robots_of_a_selection_come_in_its_order_with_their_indices() {
+    let state = publish(&simulation(), 1).state;
+    let robots = |wanted: &[&str]| -> Vec<(usize, String)> {
+        let wanted = wanted.iter().map(|robot| select(robot, &[])).collect();
+        let found = Selection::new(wanted).robots(&state.world).unwrap();
+        found.into_iter().map(|(index, entity)| (index, entity.name.clone())).collect()
+    };
+    let [left, right] = [(0, "left".to_owned()), (1, "right".to_owned())];
+    assert_eq!(robots(&["right", "left", "right"]), [right.clone(), left.clone(), right.clone()]);
+    assert_eq!(robots(&[]), [left, right]);
+}

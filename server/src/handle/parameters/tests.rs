@@ -188,3 +188,34 @@ async fn waiting_in_vain_gives_what_there_is_and_draining_ends_it() {
     let (waited, ()) = tokio::join!(handle.next_parameters(list.version, None), drain);
     assert!(matches!(waited, Err(CallError::ShuttingDown)));
 }
+
+#[tokio::test]
+async fn a_name_that_is_taken_gets_the_first_number_that_is_free_as_it_is_written() {
+    let handle = paused();
+    let add = |name: &str| {
+        let button = ParameterKind::Button { presses: 0 };
+        handle.add_parameter(name, button, NameTaken::Rename).unwrap().name.to_string()
+    };
+    let beyond = format!("go_{}0", u64::MAX);
+    for name in ["go", "go_0", "go_02", "go_+4", "go_4x", "go_1", "go_3", "go_1_1", beyond.as_str()] {
+        assert_eq!(add(name), name);
+    }
+    for expected in ["go_2", "go_4", "go_5"] {
+        assert_eq!(add("go"), expected);
+    }
+    assert_eq!(add("go_1"), "go_1_2");
+}
+
+/// All others wait while a name is looked for. That the name would be too long is not found then.
+#[tokio::test]
+async fn where_there_is_no_room_no_name_is_looked_for() {
+    let handle = paused();
+    let button = ParameterKind::Button { presses: 0 };
+    let long = "x".repeat(256);
+    handle.add_parameter(&long, button, NameTaken::Refuse).unwrap();
+    for number in 1..handle.info().limits.parameters {
+        handle.add_parameter(&number.to_string(), button, NameTaken::Refuse).unwrap();
+    }
+    let refused = handle.add_parameter(&long, button, NameTaken::Rename).unwrap_err();
+    assert!(matches!(refused, CallError::LimitExceeded { .. }), "{refused}");
+}

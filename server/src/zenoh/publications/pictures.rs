@@ -1,8 +1,8 @@
 //! Pictures of cameras at their own rate: a key for each, and on it each picture as it comes. A subscriber is what makes renderers draw
 //! them.
 
-use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 use prost::Message as _;
@@ -34,7 +34,8 @@ pub(super) async fn publish(world: World, mut demand: Demand) {
         demand.wait().await;
         ticks.tick().await;
         let cameras = world.handle.cameras_by_id();
-        topics.retain(|id, _| cameras.iter().any(|(of, _)| of == id));
+        let there: BTreeSet<u64> = cameras.iter().map(|(id, _)| *id).collect();
+        topics.retain(|id, _| there.contains(id));
         let mut pictures = Vec::new();
         for (id, name) in cameras {
             if let Entry::Vacant(entry) = topics.entry(id) {
