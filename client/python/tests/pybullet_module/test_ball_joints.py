@@ -78,14 +78,22 @@ def test_a_new_joint_swings_as_pybullets_does(script: ModuleType, bullet: Any, t
         assert turned_by > 0.2, (each, position)
 
 
-def test_a_torque_lasts_a_step(script: ModuleType) -> None:
-    body = script.loadURDF(str(PENDULUM), useFixedBase=True)
-    script.setJointMotorControlMultiDof(body, 0, script.POSITION_CONTROL, targetPosition=[0, 0, 0, 1], force=[0, 0, 0])
-    script.setJointMotorControlMultiDof(body, 0, script.TORQUE_CONTROL, force=[0.1, -0.2, 0.3])
-    script.stepSimulation()
-    assert script.getJointStateMultiDof(body, 0)[3] == pytest.approx((0.1, -0.2, 0.3), abs=1e-12)
-    script.stepSimulation()
-    assert script.getJointStateMultiDof(body, 0)[3] == (0.0, 0.0, 0.0)
+def test_torques_of_a_step_add_up_and_last_it_and_are_none_of_the_motors(
+    script: ModuleType, bullet: Any, turned: str
+) -> None:
+    for each in (script, bullet):
+        bodies = [each.loadURDF(turned, [4 * x, 0, 0], useFixedBase=True) for x in (0, 1)]
+        for body in bodies:
+            each.setJointMotorControlMultiDof(body, 0, each.POSITION_CONTROL, targetPosition=[0, 0, 0, 1], force=[0, 0, 0])
+        parts, sums = ((0.1, -0.2, 0.3), (0.2, 0.1, -0.1)), ((0.3, -0.1, 0.2),)
+        for torques in ((parts, sums), ((), ())):
+            for body, values in zip(bodies, torques, strict=True):
+                for torque in values:
+                    each.setJointMotorControlMultiDof(body, 0, each.TORQUE_CONTROL, force=torque)
+            each.stepSimulation()
+            (_, first, _, motor), (_, second, _, _) = (each.getJointStateMultiDof(body, 0) for body in bodies)
+            assert motor == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
+            assert first == pytest.approx(second, abs=1e-9) and max(map(abs, first)) > 1e-4
 
 
 def test_stable_pd_control_is_taken_where_pybullet_takes_it(script: ModuleType, bullet: Any, turned: str) -> None:

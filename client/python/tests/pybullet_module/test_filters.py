@@ -129,6 +129,39 @@ def test_flags_of_self_collision_let_the_same_links_touch(
     assert seen[0] == seen[1]
 
 
+def made_chain(p: Any, flags: int) -> int:
+    """The same four boxes, made of shapes."""
+    shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.2, 0.2, 0.2])
+    still = [[0, 0, 0, 1]] * 3
+    body: int = p.createMultiBody(
+        *(0, shape, -1, [0, 0, 3]),
+        linkMasses=[1] * 3,
+        linkCollisionShapeIndices=[shape] * 3,
+        linkVisualShapeIndices=[-1] * 3,
+        linkPositions=[[0.1, 0, 0]] * 3,
+        linkOrientations=still,
+        linkInertialFramePositions=[[0, 0, 0]] * 3,
+        linkInertialFrameOrientations=still,
+        linkParentIndices=[0, 1, 2],
+        linkJointTypes=[p.JOINT_REVOLUTE] * 3,
+        linkJointAxis=[[0, 1, 0]] * 3,
+        flags=flags,
+    )
+    return body
+
+
+@pytest.mark.parametrize("flags", [0, 8, 8 | 16, 8 | 32, 8 | 8192, 16])
+def test_links_of_what_is_made_of_shapes_touch_as_flags_say(script: Any, bullet: Any, flags: int) -> None:
+    seen: list[list[list[tuple[int, int]]]] = []
+    for p in (script, bullet):
+        body = made_chain(p, flags)
+        answer = [overlapping(p, body)]
+        p.setCollisionFilterPair(body, body, -1, 1, 0)
+        answer.append(overlapping(p, body))
+        seen.append(answer)
+    assert seen[0] == seen[1]
+
+
 def test_filters_stay_when_a_body_is_loaded_again(script: Any) -> None:
     floor, box = boxes(script)
     script.setCollisionFilterPair(box, floor, -1, -1, 0)

@@ -78,6 +78,49 @@ def test_a_link_weighs_and_turns_as_pybullets(bullet: Any, script: ModuleType, r
     assert found[1] == pytest.approx(found[0], rel=1e-5, abs=1e-9)
 
 
+@pytest.mark.parametrize("flag", ["", "URDF_USE_IMPLICIT_CYLINDER", "URDF_USE_INERTIA_FROM_FILE"])
+def test_another_mass_brings_the_inertia_of_the_shape_as_in_pybullet(
+    bullet: Any, script: ModuleType, robot: str, flag: str
+) -> None:
+    found: list[list[float]] = []
+    for p in (bullet, script):
+        body = p.loadURDF(robot, flags=getattr(p, flag) if flag else 0, globalScaling=2.5)
+        for link in range(-1, p.getNumJoints(body)):
+            p.changeDynamics(body, link, mass=3.5 + link)
+        found.append(inertias(p, body))
+        p.changeDynamics(body, 0, mass=2, localInertiaDiagonal=[1, 2, 3])
+        found[-1] += p.getDynamicsInfo(body, 0)[2]
+    assert found[1] == pytest.approx(found[0], rel=1e-5, abs=1e-9)
+
+
+def test_another_mass_of_what_is_made_of_shapes_brings_their_inertia_too(
+    bullet: Any, script: ModuleType, robot: str
+) -> None:
+    corner = str(Path(robot).with_name("corner.obj"))
+    found: list[list[float]] = []
+    for p in (bullet, script):
+        found.append([])
+        aside = {"collisionFramePosition": [0.3, 0.1, 0.0]}
+        shapes = [
+            p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 0.2, 0.3]),
+            p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 0.2, 0.3], **aside),
+            p.createCollisionShape(p.GEOM_SPHERE, radius=0.2),
+            p.createCollisionShape(p.GEOM_CYLINDER, radius=0.2, height=0.6),
+            p.createCollisionShape(p.GEOM_CAPSULE, radius=0.2, height=0.6),
+            p.createCollisionShape(p.GEOM_MESH, fileName=corner),
+        ]
+        for shape in shapes:
+            body = p.createMultiBody(1, shape)
+            # An inertia that is no shape's.
+            p.changeDynamics(body, -1, localInertiaDiagonal=[1, 2, 2.5])
+            p.changeDynamics(body, -1, mass=4)
+            found[-1] += inertias(p, body)
+    # Bullet's hulls and boxes of several have a margin of 1 to 4 cm here.
+    assert found[1] == pytest.approx(found[0], rel=0.15)
+    # What is one shape in the middle has none.
+    assert found[1][:4] == pytest.approx(found[0][:4]) and found[1][8:16] == pytest.approx(found[0][8:16])
+
+
 def test_a_pole_swings_as_pybullets(bullet: Any, script: ModuleType, tmp_path: Path) -> None:
     """The inertia of its file is a placeholder, a hundred times what its shape has."""
     file = tmp_path / "pole.urdf"

@@ -68,9 +68,23 @@ def test_requests_that_cannot_be_are_refused(script: ModuleType) -> None:
         ([], [], {}, "0 target positions for 0 links"),
         ([99], [[0, 0, 0]], {}, "out-of-range"),
         ([3], [[0, 0]], {}, "has 3 numbers"),
-        ([3], [[0, 0, 1]], {"restPoses": [0.0]}, "1 joint positions for 7 degrees"),
+        ([3], [[0, 0, 1]], {"currentPositions": [0.0]}, "1 joint positions for 7 degrees"),
     ):
         with pytest.raises(script.error, match=said):
             script.calculateInverseKinematics2(arm, links, goals, **more)
     with pytest.raises(script.error, match="failed"):
         script.calculateInverseKinematics2(99, [1], [[0, 0, 0]])
+
+
+def test_rest_poses_of_another_number_are_not_read_as_in_pybullet(bullet: Any, script: ModuleType) -> None:
+    for p in (bullet, script):
+        arm = p.loadURDF(str(SEVEN_ARM), useFixedBase=1)
+        bent(p, arm, 0.1)
+        goal = [0.3, 0.1, 0.6]
+        for solve, link, target in (
+            (p.calculateInverseKinematics, 6, goal),
+            (p.calculateInverseKinematics2, [6], [goal]),
+        ):
+            plain = solve(arm, link, target)
+            for rest in ([0.0], [0.0] * 9, ()):
+                assert solve(arm, link, target, restPoses=rest) == pytest.approx(plain, abs=1e-9)

@@ -61,6 +61,16 @@ def test_a_new_joint_is_braked_by_an_impulse_of_one_each_step() -> None:
     assert braked.max_effort == pytest.approx(240.0)
 
 
+def test_substeps_bound_the_impulse_of_a_whole_step_each() -> None:
+    """btMultiBodyJointMotor has force times the time step, and the first impulse, in each of them; PD_CONTROL is a force."""
+    h = 1.0 / 960.0
+    assert law(Motor(force=5.0), 1.0, h, 4).max_effort == 20.0
+    assert law(Motor(), 1.0, h, 4).max_effort == pytest.approx(960.0)
+    assert law(Motor(force=10.0, torque=30.0), 1.0, h, 4) == Law("effort", 30.0, friction=40.0)
+    assert law(Motor(constants.PD_CONTROL, force=5.0), 1.0, h, 4).max_effort == 5.0
+    assert law(Motor(force=100000.0), 1.0, h, 4).max_effort is None
+
+
 def test_pybullets_way_of_no_limit_is_no_limit() -> None:
     assert law(Motor(force=100000.0), 1.0, 0.01).max_effort is None
 

@@ -94,8 +94,10 @@ def test_what_is_kept_says_what_is_said_anew() -> None:
         for number, index in waiting:
             bodies[number].joints[index].motor.position += 0.01
         time_step = rng.choice([TIME_STEP, TIME_STEP, TIME_STEP, 0.002])
+        parts, with_torques = rng.choice([0, 1, 1, 4]), rng.random() < 0.8
         anew = Outgoing()
-        assert kept.put(waiting, bodies, time_step) == anew.put(waiting, bodies, time_step)
+        frictions = [each.put(waiting, bodies, time_step, parts, with_torques) for each in (kept, anew)]
+        assert frictions[0] == frictions[1]
         assert request_of(kept) == request_of(anew)
         assert kept.targets().robots == anew.targets().robots
 
@@ -121,12 +123,31 @@ def test_a_robot_that_was_loaded_again_has_its_new_joints() -> None:
     assert request_of(kept).robots[0].joints[0].joint == "other"
 
 
-def test_torques_matter_in_their_step_and_in_the_one_after() -> None:
+def test_torques_are_known_and_left_out_where_there_is_no_step_for_them() -> None:
+    bodies, keys = {0: arm(0)}, [(0, 0), (0, JOINTS - 1)]
+    kept, anew = Outgoing(), Outgoing()
+    motor, ball = bodies[0].joints[0].motor, bodies[0].joints[-1].ball
+    assert ball is not None
+    kept.put(keys, bodies, TIME_STEP)
+    assert not kept.has_torques
+    without = request_of(kept)
+    motor.torque, ball.torque = 1.0, (1.0, 2.0, 3.0)
+    kept.put(keys, bodies, TIME_STEP)
+    assert kept.has_torques and request_of(kept) != without
+    kept.put(keys, bodies, TIME_STEP, with_torques=False)
+    assert kept.has_torques and request_of(kept) == without
+    anew.put(keys, bodies, TIME_STEP, with_torques=False)
+    assert request_of(anew) == without
+    assert (motor.torque, ball.torque) == (1.0, (1.0, 2.0, 3.0))
+
+
+def test_other_substeps_are_other_gains() -> None:
     bodies, keys = {0: arm(0)}, [(0, 0)]
+    bodies[0].joints[0].motor.force = 5.0
     kept = Outgoing()
-    matter: list[bool] = []
-    for torque in (None, 1.0, None, None):
-        bodies[0].joints[0].motor.torque = torque
-        kept.put(keys, bodies, TIME_STEP)
-        matter.append(kept.sent())
-    assert matter == [False, True, True, False]
+    kept.put(keys, bodies, TIME_STEP)
+    once = request_of(kept).robots[0].joints[0].velocity
+    kept.put(keys, bodies, TIME_STEP, 4)
+    assert request_of(kept).robots[0].joints[0].velocity.max_effort == 4 * once.max_effort == 20.0
+    kept.put(keys, bodies, TIME_STEP)
+    assert request_of(kept).robots[0].joints[0].velocity == once

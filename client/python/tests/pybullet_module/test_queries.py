@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 # PyBullet's boxes and hulls have a margin of a millimetre, and its GJK ends within some 1e-5 m.
@@ -158,6 +159,41 @@ def test_rays_by_the_ten_thousand_hit_what_they_hit_in_pybullet(script: Any, bul
     ]
     assert len(differing) < 100
     assert {row[0] for row in found[0]} == {row[0] for row in found[1]}
+
+
+def test_rays_of_a_link_are_about_its_centre_of_mass_as_in_pybullet(script: Any, bullet: Any) -> None:
+    found: list[list[Any]] = []
+    for p in (script, bullet):
+        wall = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 5, 5])
+        p.createMultiBody(0, wall, -1, [3, 0, 0])
+        ball = p.createCollisionShape(p.GEOM_SPHERE, radius=0.01)
+        turn = p.getQuaternionFromEuler([0.1, 0.05, 0.1])
+        body = p.createMultiBody(
+            *(1, ball, -1, [0, 0, 1], turn, [0.3, -0.2, 0.1], turn),
+            linkMasses=[1],
+            linkCollisionShapeIndices=[ball],
+            linkVisualShapeIndices=[-1],
+            linkPositions=[[0, 0.5, 0]],
+            linkOrientations=[turn],
+            linkInertialFramePositions=[[0.1, 0.2, -0.3]],
+            linkInertialFrameOrientations=[turn],
+            linkParentIndices=[0],
+            linkJointTypes=[p.JOINT_FIXED],
+            linkJointAxis=[[0, 0, 1]],
+        )
+        ends = ([[0.4, 0, 0], [0.4, 0.1, 0.2]], [[9, 0, 0], [9, 0.1, 0.2]])
+        found.append([p.rayTestBatch(*ends, parentObjectUniqueId=body, parentLinkIndex=link) for link in (-1, 0)])
+    assert all(row[0] == 0 for rows in found[1] for row in rows)
+    assert list(flat(found[0])) == pytest.approx(list(flat(found[1])), abs=1e-4)
+
+
+def test_two_arrays_of_three_numbers_are_a_ray(script: Any, bullet: Any) -> None:
+    for p in (script, bullet):
+        ball, *_ = bodies(p)
+        begin, end = np.array([0, 0.02, 3.0]), np.array([0, 0.02, -1.0])
+        assert [row[0] for row in p.rayTestBatch(begin, end)] == [ball]
+        assert [row[0] for row in p.rayTestBatch(np.array([begin, begin]), np.array([end, end]))] == [ball, ball]
+        assert [row[0] for row in p.rayTestBatch([begin], [end])] == [ball]
 
 
 def test_masks_of_rays_are_as_in_pybullet(script: Any, bullet: Any) -> None:

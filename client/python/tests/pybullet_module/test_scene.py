@@ -51,6 +51,18 @@ def bodies(p: Any, mesh: Path) -> list[int]:
     return made
 
 
+def test_colours_of_another_length_are_white_as_in_pybullet(bullet: Any, script: ModuleType) -> None:
+    for p in (bullet, script):
+        for color in ([1, 0, 0], [], [0.1, 0.2, 0.3, 0.4, 0.5]):
+            body = p.createMultiBody(1, -1, p.createVisualShape(p.GEOM_SPHERE, radius=0.1, rgbaColor=color))
+            assert p.getVisualShapeData(body)[0][7] == (1.0, 1.0, 1.0, 1.0)
+            p.changeVisualShape(body, -1, rgbaColor=[0, 1, 0, 0.5])
+            p.changeVisualShape(body, -1, rgbaColor=color, specularColor=color)
+            assert p.getVisualShapeData(body)[0][7] == (1.0, 1.0, 1.0, 1.0)
+        shape = p.createVisualShapeArray([p.GEOM_SPHERE], radii=[0.1], halfExtents=[[1, 1, 1]], rgbaColors=[[1, 0]])
+        assert p.getVisualShapeData(p.createMultiBody(1, -1, shape))[0][7] == (1.0, 1.0, 1.0, 1.0)
+
+
 def test_visual_shapes_are_reported_as_pybullet_does(bullet: Any, script: ModuleType, tmp_path: Path) -> None:
     mesh = tmp_path / "corner.obj"
     mesh.write_text(OBJ)
@@ -312,7 +324,7 @@ def test_colours_that_a_script_changes_are_reported_as_pybullet_does(
     # Links of the arm in the description's own colours differ in the last digits of single precision.
     theirs, ours = (list(flat(rows)) for rows in found)
     assert ours == pytest.approx(theirs, abs=1e-6)
-    with pytest.raises(script.error, match="four numbers"):
-        script.changeVisualShape(0, -1, rgbaColor=[1, 0])
+    with pytest.raises(script.error, match="must be numbers"):
+        script.changeVisualShape(0, -1, rgbaColor=["red", 0, 0, 1])
     with pytest.raises(script.error, match="have 12 values, and not 3"):
         script.changeTexture(0, [0] * 3, 2, 2)

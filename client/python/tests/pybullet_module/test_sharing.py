@@ -12,8 +12,8 @@ import pytest
 
 import simd_client
 import simd_client.pybullet as p
-from simd_client import embedded_link
-from simd_client.pybullet import daemon_process
+from simd_client import embedded_link, endpoint
+from simd_client.pybullet import connections, daemon_process, wire
 from simd_client.pybullet.connections import connected
 from simd_client.pybullet.daemon_process import DaemonProcess
 
@@ -64,6 +64,31 @@ def test_direct_is_a_world_in_this_process_unless_a_daemon_is_named(daemon: Daem
     assert not connected(other).wire.is_embedded
     p.disconnect(number)
     assert p.isConnected(number) == 0
+
+
+def test_each_world_of_direct_is_one_of_its_own(
+    daemon: DaemonProcess, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    """Also where a daemon runs at the default address, and no world can be in this process."""
+    for module in (endpoint, wire, connections):
+        monkeypatch.setattr(module, "DEFAULT_ENDPOINT", daemon.endpoint.partition("#")[0])
+    monkeypatch.setattr(embedded_link, "is_installed", lambda: False)
+    first = p.connect(p.DIRECT)
+    assert connected(first).wire.endpoint == daemon.endpoint
+    p.loadURDF(str(BENCH_ARM), physicsClientId=first)
+    second, third = p.connect(p.DIRECT), p.connect(p.DIRECT)
+    assert len({connected(number).wire.endpoint for number in (first, second, third)}) == 3
+    assert (p.getNumBodies(first), p.getNumBodies(second)) == (1, 0)
+    said = capsys.readouterr().err
+    assert said.count("another connection of this script has the daemon that runs; started ") == 2
+    # Who names the daemon, or asks for no world of its own, shares it.
+    shared = [p.connect(p.DIRECT, endpoint=daemon.endpoint), p.connect(p.SHARED_MEMORY)]
+    assert [p.getNumBodies(number) for number in shared] == [1, 1]
+    # Where no daemon can be started, it is said.
+    monkeypatch.setenv("SIMD_BINARY", str(tmp_path / "lost"))
+    last = p.connect(p.DIRECT)
+    assert p.getNumBodies(last) == 1
+    assert "this connection shares the world of another one of this script: SIMD_BINARY names" in capsys.readouterr().err
 
 
 def test_a_daemon_that_was_started_ends_with_its_script() -> None:

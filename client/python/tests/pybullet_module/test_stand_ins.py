@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+import inspect
 import os
 import site
 import subprocess
@@ -43,6 +45,38 @@ def test_each_bullet_client_has_a_world_of_its_own() -> None:
     first.disconnect()
     assert second.isConnected()
     second.disconnect()
+
+
+def test_a_bullet_client_that_is_dropped_disconnects_and_not_in_a_process_that_was_forked() -> None:
+    assert list(inspect.signature(BulletClient).parameters) == ["connection_mode", "hostName", "options"]
+    client = BulletClient(pybullet.DIRECT, options="--new")
+    number = client._client  # pyright: ignore[reportPrivateUsage]
+    # Of a function that needs no connection too.
+    assert client.isNumpyEnabled() == 1 and client.getAPIVersion() == pybullet.getAPIVersion()
+    del client
+    gc.collect()
+    assert not pybullet.isConnected(number)
+    forked = BulletClient(pybullet.DIRECT, options="--new")
+    number = forked._client  # pyright: ignore[reportPrivateUsage]
+    forked._pid += 1  # pyright: ignore[reportPrivateUsage]
+    del forked
+    gc.collect()
+    assert pybullet.isConnected(number)
+    # A number that is another's by now stays open.
+    late = BulletClient(pybullet.DIRECT, options="--new")
+    pybullet.disconnect(late._client)  # pyright: ignore[reportPrivateUsage]
+    other = pybullet.connect(pybullet.DIRECT, options="--new")
+    assert other == late._client  # pyright: ignore[reportPrivateUsage]
+    del late
+    gc.collect()
+    assert pybullet.isConnected(other)
+    for each in (number, other):
+        pybullet.disconnect(each)
+    with pytest.raises(pybullet.error):
+        BulletClient(99)
+    with pytest.raises(pybullet.error, match="no daemon"):
+        BulletClient(pybullet.TCP, "tcp/127.0.0.1:1#missing")
+    gc.collect()
 
 
 def test_a_script_that_imports_pybullets_helpers_gets_ours(tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ from .errors import error
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
+Color = tuple[float, float, float, float]
 Pose = tuple[Vector, Quaternion]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -46,6 +47,15 @@ def quaternion(value: Any, message: str) -> Quaternion:
     """Four numbers: x y z w."""
     x, y, z, w = floats(value, message, 4)
     return (x, y, z, w)
+
+
+def rgba(value: Any, message: str) -> Color:
+    """Red, green, blue and alpha, 0 to 1. As in PyBullet, a colour of another length is white."""
+    numbers = floats(value, message)
+    if len(numbers) != 4:
+        return (1.0, 1.0, 1.0, 1.0)
+    red, green, blue, alpha = numbers
+    return (red, green, blue, alpha)
 
 
 def indices(value: Any, message: str) -> list[int]:

@@ -33,8 +33,10 @@ class BallMotor:
     position_gain: float = FIRST_GAIN
     velocity_gain: float = 1.0
     max_velocity: float = 0.0
-    # TORQUE_CONTROL, for the next step only.
+    # TORQUE_CONTROL, for the next step only: the sum of what was asked for since the last one.
     torque: Vector | None = None
+    # That of the last step.
+    torque_sent: Vector = ORIGIN
 
 
 def unit(values: Sequence[float]) -> Quaternion:
@@ -63,12 +65,12 @@ def spherical_reset(orientation: Quaternion, velocity: Vector, turn: Quaternion,
 
 
 def ball_target(
-    joint: str, motor: BallMotor, inertia: float, h: float, turn: Quaternion, target: JointTarget
+    joint: str, motor: BallMotor, inertia: float, h: float, turn: Quaternion, target: JointTarget, parts: int = 1
 ) -> None:
-    """Sets `target` to the motor's law for the next step of `h` seconds, of a joint whose actuator sees
-    `inertia` (kg m^2) about an axis."""
+    """Sets `target` to the motor's law for the next step, whose `parts` substeps take `h` seconds each, of a joint whose
+    actuator sees `inertia` (kg m^2) about an axis."""
     target.joint = joint
-    limit = motor.force
+    limit = motor.force if motor.mode == constants.PD_CONTROL else motor.force * parts
     torque = rotate(turn, motor.torque) if motor.torque is not None else ORIGIN
     if limit == 0.0 or motor.mode == constants.TORQUE_CONTROL:
         if motor.torque is None:

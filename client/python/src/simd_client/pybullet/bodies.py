@@ -83,7 +83,7 @@ class BodyJoint:
     ball: BallMotor | None = None
     # What changes with a motor's force, as the daemon has it; None where a restored state brought its own.
     friction_sent: float | None = 0.0
-    # Of TORQUE_CONTROL over the last step, N m or N.
+    # Of TORQUE_CONTROL over the last step, N m or N, as far as the joint's own limit lets it act. Of a spherical one its motor has it.
     torque_sent: float = 0.0
     sensor: bool = False
     # Where it is at position 0, in the parent link's frame, and its axis there.
@@ -94,6 +94,31 @@ class BodyJoint:
     def has_motor(self) -> bool:
         """Whether it takes targets."""
         return self.driven or self.ball is not None
+
+    def add_torque(self, torque: Sequence[float]) -> None:
+        """For the next step, N m or N: one number, or three of a spherical joint. As in PyBullet, those of one step add up."""
+        if self.ball is not None:
+            (a, b, c), (x, y, z) = self.ball.torque or ORIGIN, torque
+            self.ball.torque = (a + x, b + y, c + z)
+        else:
+            self.motor.torque = torque[0] + (self.motor.torque or 0.0)
+
+    def take_torque(self) -> tuple[float, ...] | None:
+        """That sum, which ends with this; `None` where there is none."""
+        if self.ball is not None:
+            of_ball, self.ball.torque = self.ball.torque, None
+            return of_ball
+        torque, self.motor.torque = self.motor.torque, None
+        return None if torque is None else (torque,)
+
+    def torque_acted(self, torque: Sequence[float]) -> None:
+        """Over the last step; zeros for none."""
+        if self.ball is not None:
+            x, y, z = torque
+            self.ball.torque_sent = (x, y, z)
+        else:
+            most = self.limits[2]
+            self.torque_sent = torque[0] if most is None else min(max(torque[0], -most), most)
 
 
 @dataclass(slots=True)
@@ -127,6 +152,12 @@ class Body:
     made_of: frozenset[str] = frozenset()
     # The file that the script loaded, as it named it.
     file: str = ""
+    # Of the description that the daemon has; empty where it does not say.
+    description: str = ""
+    # Bullet's collision margin of its shapes, metres, where their inertias are made of those; `None` where it is not known.
+    shape_margin: float | None = None
+    # Its cylinders are round, and no hulls.
+    has_round_cylinders: bool = False
     scale: float = 1.0
     # Its links collide with each other.
     self_collision: bool = False
@@ -200,6 +231,7 @@ def body(
         frames=known,
         link_order=tuple(link_order),
         urdf=urdf,
+        description=entity.description,
     )
 
 
@@ -207,13 +239,7 @@ def _joint(joint: JointInfo, frames: Mapping[str, Pose], number: int, parent: in
     kind = _TYPES.get(joint.type, constants.JOINT_FIXED)
     width = joint.velocity_count
     single = width == 1
-    limits = (
-        joint.limits.lower if joint.limits.HasField("lower") else None,
-        joint.limits.upper if joint.limits.HasField("upper") else None,
-        joint.limits.effort if joint.limits.HasField("effort") else None,
-        joint.limits.velocity if joint.limits.HasField("velocity") else None,
-    )
-    lower, upper, effort, velocity = limits
+    lower, upper, effort, velocity = limits = limits_of(joint)
     bounded = lower is not None and upper is not None
     position, turn = _parent_frame(joint, frames)
     moves = kind != constants.JOINT_FIXED
@@ -259,6 +285,17 @@ def _joint(joint: JointInfo, frames: Mapping[str, Pose], number: int, parent: in
         parent_from_joint=_wire_pose(joint),
         axis=(joint.axis.x, joint.axis.y, joint.axis.z),
         ball=BallMotor() if kind == constants.JOINT_SPHERICAL else None,
+    )
+
+
+def limits_of(joint: JointInfo) -> Limits:
+    """As the daemon has them."""
+    limits = joint.limits
+    return (
+        limits.lower if limits.HasField("lower") else None,
+        limits.upper if limits.HasField("upper") else None,
+        limits.effort if limits.HasField("effort") else None,
+        limits.velocity if limits.HasField("velocity") else None,
     )
 
 

@@ -3,19 +3,30 @@
 from __future__ import annotations
 
 import functools
+import os
 from types import TracebackType
 from typing import Any
 
 from simd_client import pybullet
 
+from .connections import connected
+
 
 class BulletClient:
-    """A connection; its attributes are PyBullet's, for this connection."""
+    """A connection; its attributes are PyBullet's, for this connection, which ends with it."""
 
-    def __init__(self, connection_mode: int | None = None, options: str = "") -> None:
+    # Before there is one, and after its end.
+    _client = -1
+
+    def __init__(
+        self, connection_mode: int | None = None, hostName: str | None = None, options: str = ""
+    ) -> None:
+        """Connects: see `connect`. `hostName` is for TCP and UDP."""
         mode = pybullet.DIRECT if connection_mode is None else connection_mode
         self._shapes: dict[int, int] = {}
-        self._client = pybullet.connect(mode, options=options)
+        self._pid = os.getpid()
+        self._client = pybullet.connect(mode, hostName=hostName, options=options)
+        self._world = connected(self._client)
 
     def __enter__(self) -> BulletClient:
         return self
@@ -28,11 +39,21 @@ class BulletClient:
     ) -> None:
         self.disconnect()
 
+    def __del__(self) -> None:
+        # In a process that was forked the connection is not its own.
+        if self._client >= 0 and self._pid == os.getpid():
+            try:
+                self.disconnect()
+            except pybullet.error:
+                # As in PyBullet: its daemon has gone before.
+                pass
+
     def disconnect(self) -> None:
         """Ends the connection, if it is open."""
-        if self._client >= 0 and pybullet.getConnectionInfo(self._client)["isConnected"]:
-            pybullet.disconnect(self._client)
-        self._client = -1
+        number, self._client = self._client, -1
+        # Where the script has ended it itself, its number may be another's.
+        if number >= 0 and pybullet.isConnected(number) and connected(number) is self._world:
+            pybullet.disconnect(number)
 
     def __getattr__(self, name: str) -> Any:
         found = getattr(pybullet, name)

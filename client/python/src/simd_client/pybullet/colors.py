@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from .arguments import floats
+from .arguments import floats, rgba
 from .connections import connected
 from .errors import error
 from .loading import found
@@ -33,13 +33,14 @@ def changeVisualShape(
         world.say_once(f"changeVisualShape: {_NOT_DRAWN}")
     body = world.bodies.get(objectUniqueId)
     if specularColor is not None:
-        floats(specularColor, "specularColor needs three numbers", 3)
+        # It is not drawn, and as in PyBullet it may have any length.
+        floats(specularColor, "specularColor must be numbers")
     if rgbaColor is None:
         return
-    red, green, blue, alpha = floats(rgbaColor, "rgbaColor needs four numbers", 4)
+    color = rgba(rgbaColor, "rgbaColor must be numbers")
     if body is None or body.link_name(linkIndex) is None:
         return
-    body.colors[linkIndex] = (red, green, blue, alpha)
+    body.colors[linkIndex] = color
     world.paint(body, linkIndex)
 
 

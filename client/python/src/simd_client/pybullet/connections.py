@@ -9,7 +9,7 @@ import sys
 from typing import Any
 
 from simd_client import embedded_link, tls
-from simd_client.endpoint import ENVIRONMENT
+from simd_client.endpoint import DEFAULT_ENDPOINT, ENVIRONMENT
 
 from . import constants, daemon_process, page
 from .daemon_process import DaemonProcess
@@ -80,8 +80,8 @@ def connect(
     Where: `endpoint`, else `--endpoint=LOCATOR` in `options`, else the host and port of
     TCP and UDP, else $SIMD_ENDPOINT; it is an error if that daemon does not answer. Else, with DIRECT and where the wheel
     `simd-embedded` is installed, a world in this process. Else the
-    daemon at the default locator; if there is none, a new one is started, which ends with
-    the connection. `--new` in `options` always starts one, `--embedded` always opens a world in this process. `--remove-robots` removes the script's robots
+    daemon at the default locator; if there is none, or with DIRECT if another connection of this script has it already, a new
+    one is started, which ends with the connection. `--new` in `options` always starts one, `--embedded` always opens a world in this process. `--remove-robots` removes the script's robots
     at the end of the connection, also from a daemon that was running. `--tls-ca=FILE`, `--tls-cert=FILE` and
     `--tls-key=FILE` are for an endpoint tls/HOST:PORT: the authority that signed the daemon's certificate, and
     a certificate of the script.
@@ -106,14 +106,16 @@ def connect(
     is_direct = method == constants.DIRECT and not new and not is_named and embedded_link.is_installed()
     if "--embedded" in words or is_direct:
         wire = Wire.embedded()
-    elif not new:
+    elif method == constants.DIRECT and not new and not is_named and _has_default():
+        child = _another()
+    if wire is None and child is None and not new:
         try:
             wire = Wire.open(named or default_endpoint, {**default_certificates, **own})
         except NoDaemon as missing:
             if missing.named:
                 raise error(str(missing)) from None
     if wire is None:
-        child = daemon_process.start()
+        child = child or daemon_process.start()
         wire = Wire.open(child.endpoint)
     world = World(wire, method, Sliders(wire), child is not None or wire.is_embedded)
     world.removes_robots = always_remove or "--remove-robots" in words
@@ -135,6 +137,20 @@ def connect(
     if method in _WITH_WINDOW:
         _show(wire, child)
     return number
+
+
+def _has_default() -> bool:
+    """Whether this script is connected to the default daemon."""
+    return any(world.wire.locator == DEFAULT_ENDPOINT for world in _worlds.values())
+
+
+def _another() -> DaemonProcess | None:
+    """A daemon for another world of DIRECT, each of which is one of its own in PyBullet; `None` where none can be started."""
+    try:
+        return daemon_process.start("another connection of this script has the daemon that runs")
+    except error as problem:
+        print(f"simd: this connection shares the world of another one of this script: {problem}", file=sys.stderr)
+        return None
 
 
 def _words(options: str) -> list[str]:
@@ -196,8 +212,9 @@ def getAPIVersion(physicsClientId: int = 0) -> int:
     return _API_VERSION
 
 
-def isNumpyEnabled() -> int:
+def isNumpyEnabled(physicsClientId: int = 0) -> int:
     """1: images and meshes would be arrays."""
+    del physicsClientId
     return 1
 
 

@@ -129,7 +129,7 @@ def changeConstraint(
         made.offset = float(relativePositionTarget)
     if made.kind == constants.JOINT_GEAR and (gearRatio or relativePositionTarget is not None):
         request.ratio = -(made.ratio or 1.0)
-        request.offset = _gear_position(world, made) + made.offset
+        request.offset = gear_position(world, made) + made.offset
     if gearAuxLink is not None and gearAuxLink >= 0:
         made.aux_link = int(gearAuxLink)
     if erp is not None and erp >= 0:
@@ -236,6 +236,7 @@ def _end(body: Body | None, link: int, frame: Pose) -> proto.ConstraintEnd:
 
 def _make(world: World, body: Body, other: Body | None, made: Constraint) -> None:
     request = proto.CreateConstraintRequest(
+        name=world.constraint_name(),
         kind=_KINDS[made.kind],
         parent=_end(body, made.parent_link, made.parent_frame),
         child=_end(other, made.child_link, made.child_frame),
@@ -260,12 +261,12 @@ def _make_gear(world: World, body: Body, other: Body | None, made: Constraint) -
             raise error(f"createConstraint: joint {index} of {robot} neither turns nor slides")
         ends.append(proto.ConstraintEnd(robot=each.robot, joint=each.joints[index].name))
     request = proto.CreateConstraintRequest(
-        kind=_KINDS[made.kind], parent=ends[0], child=ends[1], ratio=-1.0
+        name=world.constraint_name(), kind=_KINDS[made.kind], parent=ends[0], child=ends[1], ratio=-1.0
     )
     made.name = world.wire.call(methods.CreateConstraint, request).name
 
 
-def _gear_position(world: World, made: Constraint) -> float:
+def gear_position(world: World, made: Constraint) -> float:
     """What the gear keeps, where the joints are now."""
     total = 0.0
     for number, index, factor in ((made.body, made.parent_link, 1.0), (made.child, made.child_link, made.ratio or 1.0)):

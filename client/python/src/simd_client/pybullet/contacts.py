@@ -185,7 +185,7 @@ def _near(pair: ClosestPoints, a: tuple[int, int], b: tuple[int, int], swapped: 
 
 
 def performCollisionDetection(physicsClientId: int = 0) -> None:
-    """Does nothing: contacts are those of the last step."""
+    """Does nothing: contacts stay those of the last step. `getClosestPoints` has those of now."""
     connected(physicsClientId)
 
 
@@ -214,10 +214,12 @@ def rayTestBatch(
     fractionEpsilon: float = 0.0,
     physicsClientId: int = 0,
 ) -> tuple[tuple[Any, ...], ...]:
-    """`rayTest` for many rays, in world axes or in those of a link."""
+    """`rayTest` for many rays, in world axes, or about the centre of mass of a link in the axes of its inertia. Of two arrays of
+    three numbers it is one ray."""
     del numThreads, reportHitNumber, fractionEpsilon
     mask = None if collisionFilterMask == -1 else int(collisionFilterMask) & 0xFFFFFFFF
     world = connected(physicsClientId)
+    rayFromPositions, rayToPositions = _of_one(rayFromPositions), _of_one(rayToPositions)
     if len(rayFromPositions) != len(rayToPositions):
         raise error("Size of from_positions need to be equal to size of to_positions.")
     frame = _frame(world, parentObjectUniqueId, parentLinkIndex)
@@ -235,15 +237,20 @@ def rayTestBatch(
     return tuple(answers)
 
 
+def _of_one(ends: Any) -> Any:
+    """The ends of several rays: an array of three numbers is that of one, as in PyBullet, and a list of them is not."""
+    return [ends] if getattr(ends, "shape", None) == (3,) else ends
+
+
 def _frame(world: World, number: int, link: int) -> Pose | None:
-    """world_from_link of the link that rays are given in."""
+    """world_from_inertia of the link that rays are given in."""
     if number < 0:
         return None
     body: Body = world.body(number, "there is no such body")
     name = body.link_name(link)
     if name is None:
         raise error("Link index out-of-range.")
-    return link_pose(body, world.link_poses(body), name)
+    return compose(link_pose(body, world.link_poses(body), name), body.frame(name))
 
 
 def _placed(frame: Pose | None, point: Vector) -> Vector:

@@ -91,8 +91,8 @@ def _installed() -> Path | None:
     return next((program.resolve() for program in programs if program.is_file()), None)
 
 
-def start() -> DaemonProcess:
-    """Starts a daemon on free ports of this machine, and waits until it is ready.
+def start(why: str = "no daemon was running") -> DaemonProcess:
+    """Starts a daemon on free ports of this machine, and waits until it is ready. `why` is for a line on stderr.
 
     Raises:
         error: if it does not start, with its last output.
@@ -123,7 +123,7 @@ def start() -> DaemonProcess:
         running.end()
         why = said.strip() or " ".join(line.strip() for line in last) or "it said nothing"
         raise error(f"{program} did not start as a daemon with Zenoh: {why}")
-    print(f"simd: no daemon was running; started {program} as {running.endpoint}", file=sys.stderr)
+    print(f"simd: {why}; started {program} as {running.endpoint}", file=sys.stderr)
     return running
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping
 from dataclasses import replace
-from math import isnan
+from math import isfinite, isnan
+from pathlib import Path
 from typing import Any
 
 from simd_client.proto import (
@@ -15,7 +16,7 @@ from simd_client.proto import (
 )
 from simd_client.surface import Surface
 
-from . import descriptions
+from . import beyond, descriptions, shape_inertia
 from .arguments import Vector, vector
 from .bodies import Body, put_limits
 from .connections import connected
@@ -134,8 +135,9 @@ def changeDynamics(
     sleepThreshold: float | None = None,
     physicsClientId: int = 0,
 ) -> None:
-    """Mass, inertia, friction and restitution of a link, damping, limits and maximum velocity of the
-    joint to its parent, springs of its contacts. Other settings of Bullet's solver are kept for getDynamicsInfo, with one warning."""
+    """Mass, inertia, friction and restitution of a link, damping and limits of the joint to its parent, springs of its
+    contacts; the maximum velocity of all joints of the body, rad/s or m/s. A mass without localInertiaDiagonal brings the inertia of
+    the shape, about the centre of mass. Other settings of Bullet's solver are kept for getDynamicsInfo, with one warning."""
     given = dict(locals())
     world = connected(physicsClientId)
     body = world.body(bodyUniqueId, "changeDynamics failed: there is no such body")
@@ -163,10 +165,10 @@ def changeDynamics(
     if mass is not None or localInertiaDiagonal is not None:
         _set_mass(world, body, linkIndex, mass, localInertiaDiagonal)
         body = world.bodies[bodyUniqueId]
-    if 0 <= linkIndex and any(
-        value is not None for value in (jointDamping, maxJointVelocity, jointLowerLimit, jointUpperLimit)
-    ):
-        _set_joint(world, body, linkIndex, jointDamping, maxJointVelocity, jointLowerLimit, jointUpperLimit)
+    if 0 <= linkIndex and any(value is not None for value in (jointDamping, jointLowerLimit, jointUpperLimit)):
+        _set_joint(world, body, linkIndex, jointDamping, jointLowerLimit, jointUpperLimit)
+    if maxJointVelocity is not None and maxJointVelocity >= 0.0:
+        _set_speed(world, body, float(maxJointVelocity))
 
 
 def _of_spring(value: float) -> float:
@@ -188,7 +190,6 @@ def _set_joint(
     body: Body,
     index: int,
     damping: float | None,
-    speed: float | None,
     lower: float | None,
     upper: float | None,
 ) -> None:
@@ -200,12 +201,7 @@ def _set_joint(
     if damping is not None:
         properties.damping = joint.damping = float(damping)
     old = joint.limits
-    new = (
-        lower if lower is not None else old[0],
-        upper if upper is not None else old[1],
-        old[2],
-        speed if speed is not None else old[3],
-    )
+    new = (lower if lower is not None else old[0], upper if upper is not None else old[1], *old[2:])
     if new != old:
         # In PyBullet a lower limit above the upper one means no limits.
         free = new[0] is not None and new[1] is not None and new[0] > new[1]
@@ -219,8 +215,15 @@ def _set_joint(
         info[8], info[9] = joint.limits[0], joint.limits[1]
     else:
         info[8], info[9] = 0.0, -1.0
-    info[11] = joint.limits[3] or 0.0
     joint.info = tuple(info)  # pyright: ignore[reportAttributeAccessIssue]
+
+
+def _set_speed(world: World, body: Body, speed: float) -> None:
+    """As in PyBullet, of all joints of the body, whichever link was named; getJointInfo goes on with those of the description."""
+    for index, joint in enumerate(body.joints):
+        if joint.width == 1:
+            joint.limits = (*joint.limits[:3], speed if isfinite(speed) else None)
+            beyond.send(world, body, index)
 
 
 def _set_mass(world: World, body: Body, index: int, mass: float | None, diagonal: Any) -> None:
@@ -241,20 +244,34 @@ def _set_mass(world: World, body: Body, index: int, mass: float | None, diagonal
         raise error(f"changeDynamics: the description of {body.robot} cannot be edited")
     old = body.links[body.link_indices[name or ""]]
     weight = old.mass if mass is None else float(mass)
-    if diagonal is not None:
-        x, y, z = vector(diagonal, "localInertiaDiagonal needs three numbers")
-    else:
-        # The same shape, heavier or lighter.
-        x, y, z = (i * (weight / old.mass if old.mass else 1.0) for i in _diagonal(body, old))
     # The description's lengths are not scaled yet, and an inertia grows with their square.
     unit = body.scale * body.scale
-    _write_inertia(link, weight, (x / unit, y / unit, z / unit), body)
+    if diagonal is not None:
+        x, y, z = (i / unit for i in vector(diagonal, "localInertiaDiagonal needs three numbers"))
+    else:
+        # The same shape, heavier or lighter, where it is not known.
+        factor = (weight / old.mass if old.mass else 1.0) / unit
+        x, y, z = _of_shape(body, link, weight) or (i * factor for i in _diagonal(body, old))
+    _write_inertia(link, weight, (x, y, z), body)
     text = ElementTree.tostring(robot)
     if mass and index == -1 and body.fixed:
         respawn(world, body, "changeDynamics", fixed=False, pose=world.root(body)[0], urdf=text)
         return
     entity = world.wire.reload(body.robot, text, body.files)
     world.replaced(body, entity, body.frames, text)
+
+
+def _of_shape(body: Body, link: ElementTree.Element, mass: float) -> Vector | None:
+    """The diagonal that PyBullet gives a link with its mass, in the description's lengths: of what it touches with, whatever it was
+    before."""
+    if body.shape_margin is None or (body.shape_margin == 0.0 and link.find("collision") is None):
+        return None
+
+    def locate(uri: str) -> Path | None:
+        return Path(body.paths[uri]) if body.paths.get(uri) else None
+
+    margin = body.shape_margin / body.scale
+    return shape_inertia.of_link(link, mass, locate, margin, body.has_round_cylinders)
 
 
 def _write_inertia(link: ElementTree.Element, mass: float, diagonal: Vector, body: Body) -> None:

@@ -13,6 +13,9 @@ from .bodies import Body
 from .connections import connected
 from .world import World
 
+Pair = tuple[tuple[int, int], tuple[int, int]]
+"""Two links, each by the number of its body and its own; the smaller first."""
+
 _DEFAULT = PairCollision.PAIR_COLLISION_DEFAULT
 _OFF = PairCollision.PAIR_COLLISION_DISABLED
 _ON = PairCollision.PAIR_COLLISION_ENABLED

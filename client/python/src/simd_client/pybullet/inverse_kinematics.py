@@ -43,7 +43,7 @@ def calculateInverseKinematics(
     physicsClientId: int = 0,
 ) -> tuple[float, ...]:
     """Joint positions, one per degree of freedom, at which a link's frame is at a world pose. The
-    robot's own limits bound them; rest poses are where the search starts."""
+    robot's own limits bound them; rest poses are where the search starts, if there are as many."""
     del solver, jointRanges, jointDamping, lowerLimits, upperLimits
     world = connected(physicsClientId)
     body = world.body(bodyUniqueId, "calculateInverseKinematics failed.")
@@ -59,7 +59,7 @@ def calculateInverseKinematics(
         turn.x, turn.y, turn.z, turn.w = quaternion(targetOrientation, text)
     request.max_iterations = _iterations(maxNumIterations)
     request.tolerance = float(residualThreshold)
-    start = _start(currentPositions, restPoses, text)
+    start = _start(currentPositions, restPoses, sum(joint.count for joint in body.joints), text)
     if start:
         # An empty guess is one of no joints.
         request.guess.positions.extend(_as_the_daemon_counts(body, start))
@@ -84,7 +84,8 @@ def calculateInverseKinematics2(
     physicsClientId: int = 0,
 ) -> tuple[float, ...]:
     """Joint positions, one per degree of freedom, at which the origins of these links' frames are at these world places, or as
-    near to them as can be: damped least squares within the robot's own limits. Rest poses are where the search starts."""
+    near to them as can be: damped least squares within the robot's own limits. Rest poses are where the search starts, if there
+    are as many."""
     del solver, jointRanges, jointDamping, lowerLimits, upperLimits
     world = connected(physicsClientId)
     body = world.body(bodyUniqueId, "calculateInverseKinematics failed.")
@@ -99,7 +100,8 @@ def calculateInverseKinematics2(
     states = world.joint_states(body)
     moving = [index for index, joint in enumerate(body.joints) if joint.width == 1]
     q = np.array([states.position[body.joints[index].position_index] for index in moving])
-    given = _start(currentPositions, restPoses, "calculateInverseKinematics2: positions must be sequences of numbers")
+    text = "calculateInverseKinematics2: positions must be sequences of numbers"
+    given = _start(currentPositions, restPoses, len(moving), text)
     if given:
         if len(given) != len(moving):
             raise error(f"calculateInverseKinematics2: {len(given)} joint positions for {len(moving)} degrees of freedom")
@@ -122,10 +124,12 @@ def _as_the_daemon_counts(body: Body, given: list[float]) -> list[float]:
     return placed
 
 
-def _start(current: Any, rest: Any, text: str) -> list[float]:
-    """Where the search starts; empty for where the robot is."""
-    start = current if current is not None and len(current) else rest
-    return floats(start, text) if start is not None and len(start) else []
+def _start(current: Any, rest: Any, count: int, text: str) -> list[float]:
+    """Where the search of so many positions starts; empty for where the robot is. As in PyBullet, rest poses of another number are
+    not read."""
+    if current is not None and len(current):
+        return floats(current, text)
+    return floats(rest, text) if rest is not None and len(rest) == count else []
 
 
 def _iterations(given: int) -> int:

@@ -206,10 +206,11 @@ def _command(
                 world.say_once(f"{body.robot}/{joint.name} has no motor: another joint or nothing moves it")
             continue
         driven.append(index)
-        motor = joint.motor
         if mode == constants.TORQUE_CONTROL:
-            motor.torque = force
+            with world.commands:
+                joint.add_torque((force,))
             continue
+        motor = joint.motor
         motor.mode = mode
         motor.position = position
         motor.velocity = velocity
@@ -237,7 +238,9 @@ def _command_ball(
     if motor is None:
         return
     if mode == constants.TORQUE_CONTROL:
-        motor.torque = _three(force, (0.0, 0.0, 0.0))
+        torque = _three(force, (0.0, 0.0, 0.0))
+        with world.commands:
+            body.joints[index].add_torque(torque)
         world.drive(body, [index])
         return
     motor.mode = mode

@@ -9,7 +9,7 @@ from typing import Any
 from simd_client.proto import JointReset, RobotJointStates
 
 from . import beyond
-from .arguments import Vector, floats, indices
+from .arguments import ORIGIN, Vector, floats, indices
 from .ball_motors import spherical_reset, to_bullet, unit
 from .bodies import Body, JointInfoTuple
 from .connections import connected
@@ -39,7 +39,8 @@ def getJointInfo(bodyUniqueId: int, jointIndex: int, physicsClientId: int = 0) -
 
 
 def getJointState(bodyUniqueId: int, jointIndex: int, physicsClientId: int = 0) -> JointState:
-    """Position, velocity, reaction (force and torque), and the effort that the motor applied."""
+    """Position, velocity, reaction (force and torque), and the effort that the motor applied over the last step, N m or N,
+    without the script's own of TORQUE_CONTROL; with substeps divided by their number, as in PyBullet."""
     world = connected(physicsClientId)
     body = world.body(bodyUniqueId, "getJointState failed.")
     if not 0 <= jointIndex < len(body.joints):
@@ -112,7 +113,7 @@ def getJointStatesMultiDof(bodyUniqueId: int, jointIndices: Any, physicsClientId
     body = world.body(bodyUniqueId, "getJointState failed.")
     wanted = indices(jointIndices, "expected a sequence of joint indices")
     _in_range(body, wanted)
-    states = world.joint_states(body)
+    states, efforts = world.joint_states(body), world.joint_values(body)[2]
     answers: list[Any] = []
     for index in wanted:
         joint = body.joints[index]
@@ -128,7 +129,7 @@ def getJointStatesMultiDof(bodyUniqueId: int, jointIndices: Any, physicsClientId
                 tuple(states.position[q]),
                 tuple(states.velocity[u]),
                 reaction(world, body, states, index),
-                tuple(states.effort[u]),
+                tuple(efforts[u]),
             )
         )
     return tuple(answers)
@@ -143,7 +144,10 @@ def _ball_state(world: World, body: Body, states: RobotJointStates, index: int) 
     for values in (states.velocity, states.effort):
         a, b, c = values[joint.velocity_index : joint.velocity_index + 3]
         of_axes.append(rotate(back, (a, b, c)))
-    return (to_bullet((x, y, z, w), turn), of_axes[0], reaction(world, body, states, index), of_axes[1])
+    (x1, y1, z1), (x2, y2, z2) = of_axes[1], ORIGIN if joint.ball is None else joint.ball.torque_sent
+    parts = max(world.substeps, 1)
+    motor: Vector = ((x1 - x2) / parts, (y1 - y2) / parts, (z1 - z2) / parts)
+    return (to_bullet((x, y, z, w), turn), of_axes[0], reaction(world, body, states, index), motor)
 
 
 def resetJointState(
@@ -184,7 +188,10 @@ def resetJointStatesMultiDof(
     wanted = indices(jointIndices, "expected a sequence of joint indices")
     text = "number of target values should match the number of joint indices"
     values = [floats(value, text) for value in targetValues]
-    velocities = [floats(value, text) for value in targetVelocities or [[0.0] * len(value) for value in values]]
+    velocities = [[0.0] * len(value) for value in values]
+    # An array has no truth value.
+    if targetVelocities is not None and len(targetVelocities) > 0:
+        velocities = [floats(value, text) for value in targetVelocities]
     if len(values) != len(wanted) or len(velocities) != len(wanted):
         raise error(text)
     _reset(world, body, wanted, values, velocities)

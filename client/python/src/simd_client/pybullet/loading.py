@@ -91,6 +91,8 @@ def loadURDF(
     number = settled(world, entity, description, urdf, files, globalScaling, link_order=order)
     body = world.bodies[number]
     body.self_collision, body.paths, body.file = spawn.self_collision, paths, str(fileName)
+    body.shape_margin = shape_inertia.MARGIN
+    body.has_round_cylinders = bool(flags & constants.URDF_USE_IMPLICIT_CYLINDER)
     filters.set_parents(world, body, flags)
     return number
 

@@ -7,8 +7,9 @@ readings are answered from those.
 from __future__ import annotations
 
 import math
+import threading
 import time
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from simd_client.proto import (
     ApplyLinkWrenchRequest,
@@ -21,20 +22,24 @@ from simd_client.proto import (
     SetJointPropertiesRequest,
     SetPhysicsRequest,
     SimulationState,
+    StepSimulationResponse,
     methods,
 )
 
+from .arguments import ORIGIN
 from .bodies import Body, BodyJoint, Limits, put_limits
 from .errors import error
-from .outgoing import Outgoing
+from .outgoing import Key, Outgoing
 from .readings import Readings
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from .arguments import Vector
     from .wire import Wire
 
+
+Answer = TypeVar("Answer")
 
 # How long stepSimulation waits for the next state of a world that plays, seconds.
 _NEXT_STATE = 1.0
@@ -56,10 +61,16 @@ class Loop(Readings):
         self.physics = Physics()
         self.gravity: Vector = (0.0, 0.0, 0.0)
         self.time_step = TIME_STEP
-        self.substeps = 0
+        # Bullet's defaults, until a script says otherwise: they do nothing here.
+        self.solver_iterations, self.inner_iterations = 50, 1
         # Motors that have changed since the last step, by body and joint.
-        self._waiting: dict[tuple[int, int], None] = {}
+        self._waiting: dict[Key, None] = {}
         self._outgoing = Outgoing()
+        # Torques of the script that acted over the last step, N m or N: one number, or three of a spherical joint.
+        self.torques: dict[Key, Sequence[float]] = {}
+        # Is held while a torque is added, and while those that were are taken: scripts command from other threads than the one
+        # that steps.
+        self.commands = threading.RLock()
         # Joints to be put elsewhere, by robot: position and velocity by the joint's name and axis. They go with the next call
         # of any kind.
         self._resets: dict[str, dict[tuple[str, int], JointReset]] = {}
@@ -118,22 +129,20 @@ class Loop(Readings):
             self.flush()
 
     def flush(self) -> None:
-        """Sends the changed motors, and joints that are put elsewhere."""
+        """Sends the changed motors, and joints that are put elsewhere. While the world is paused, torques wait for its step."""
         self._send_before()
         if self._waiting:
-            self._put_targets()
-            self.wire.call(methods.SetJointTargets, self._outgoing.targets())
-            self._sent()
+            self._with_motors(
+                lambda: self.wire.call(methods.SetJointTargets, self._outgoing.targets()), with_torques=self.playing
+            )
 
     def advance(self) -> None:
         """One step, or the next state of a world that plays by itself."""
         if self.playing:
             self._follow()
         else:
-            self._put_targets()
-            request = self._outgoing.step(self.wants_links(), self.wants_contacts())
             try:
-                answer = self.wire.call(methods.StepSimulation, request)
+                answer = self._with_motors(self._step, with_torques=True)
             except error as refusal:
                 if refusal.reason != "WRONG_STATE":
                     raise
@@ -141,7 +150,6 @@ class Loop(Readings):
                 self.now_playing(True)
                 self._follow()
             else:
-                self._sent()
                 self.take_step(answer)
 
     def _follow(self) -> None:
@@ -156,10 +164,62 @@ class Loop(Readings):
             if not self.playing:
                 self.advance()
 
-    def _put_targets(self) -> None:
-        """Puts the changed motors into the next request."""
-        for body, friction in self._outgoing.put(self._waiting, self.bodies, self.time_step):
-            self._set_friction(body, friction)
+    def _step(self) -> StepSimulationResponse:
+        request = self._outgoing.step(self.wants_links(), self.wants_contacts())
+        return self.wire.call(methods.StepSimulation, request)
+
+    def _with_motors(self, call: Callable[[], Answer], with_torques: bool) -> Answer:
+        """Makes a call that has the changed motors. Those that another thread changes meanwhile go with the next one, and so do all
+        of them if this one is refused."""
+        # Marks go before motors are read, and commands mark after they have changed one: what is not read yet is marked again.
+        sending = list(self._waiting)
+        for key in sending:
+            self._waiting.pop(key, None)
+        with self.commands:
+            frictions = self._outgoing.put(sending, self.bodies, self.time_step, self.substeps, with_torques)
+            torques = self._take_torques(sending, with_torques) if self._outgoing.has_torques else {}
+        try:
+            for body, friction in frictions:
+                self._set_friction(body, friction)
+            answer = call()
+        except BaseException:
+            self._waiting.update({key: None for key in sending if key[0] in self.bodies})
+            with self.commands:
+                for key, joint in self._joints(torques):
+                    joint.add_torque(torques[key])
+            raise
+        if with_torques and (torques or self.torques):
+            self.torques_acted(torques)
+        return answer
+
+    def torques_acted(self, torques: Mapping[Key, Sequence[float]]) -> None:
+        """These torques of the script acted over the last step, and no others."""
+        for _, joint in self._joints(self.torques):
+            joint.torque_acted(ORIGIN)
+        self.torques = dict(torques)
+        for key, joint in self._joints(torques):
+            joint.torque_acted(torques[key])
+
+    def _joints(self, keys: Iterable[Key]) -> Iterator[tuple[Key, BodyJoint]]:
+        """Those that are there."""
+        for number, index in keys:
+            body = self.bodies.get(number)
+            if body is not None and index < len(body.joints):
+                yield (number, index), body.joints[index]
+
+    def _take_torques(self, sending: Iterable[Key], with_torques: bool) -> dict[Key, Sequence[float]]:
+        """The torques among these motors, which last one step: then the motors are set again without them. Where they do not go
+        with this request, they go with the step after it."""
+        torques: dict[Key, Sequence[float]] = {}
+        for key, joint in self._joints(sending):
+            motor = joint.motor if joint.ball is None else joint.ball
+            if motor.torque is None:
+                continue
+            self._waiting[key] = None
+            torque = joint.take_torque() if with_torques else None
+            if torque is not None:
+                torques[key] = torque
+        return torques
 
     def _set_friction(self, body: Body, friction: Iterable[tuple[BodyJoint, float]]) -> None:
         request = SetJointPropertiesRequest(robot=body.robot)
@@ -167,20 +227,6 @@ class Loop(Readings):
             request.joints.add(joint=joint.name, friction=value)
             joint.friction_sent = value
         self.wire.call(methods.SetJointProperties, request)
-
-    def _sent(self) -> None:
-        """The daemon has the changed motors. A torque lasts one step; then the motor is set again."""
-        waiting = self._waiting
-        self._waiting = {}
-        if not self._outgoing.sent():
-            return
-        for number, index in waiting:
-            joint = self.bodies[number].joints[index]
-            motor = joint.motor if joint.ball is None else joint.ball
-            joint.torque_sent = joint.motor.torque or 0.0
-            if motor.torque is not None:
-                motor.torque = None
-                self._waiting[(number, index)] = None
 
     # The settings.
 

@@ -9,6 +9,9 @@ in SI units; over one step of a joint with inertia M it gives
 
     v+ = (v + (b / h) (target - q) + a targetVelocity) / (1 + a + b),  a = h damping / M, b = h^2 stiffness / M
 
+With substeps both hold for each of them: gains are per substep of h seconds. Bullet bounds a motor's impulse by `force` times
+the whole time step, in each substep anew, so that its effort is bounded by `force` times their number.
+
 Equal coefficients give the gains below. A velocityGain of one needs infinite gains: it is
 limited to `STIFFEST`, which leaves 0.1 % of the effort's effect, as simd's own velocity mode does.
 """
@@ -22,7 +25,7 @@ from . import constants
 STIFFEST = 1.0 - 1.0 / 1000.0
 # PyBullet's motors have no limit unless a force is given; this value replaces it.
 NO_LIMIT = 100000.0
-# The motor that each joint has from the start, in N m s (or N s) per step.
+# The motor that each joint has from the start, in N m s (or N s) per step or substep.
 FIRST_IMPULSE = 1.0
 
 
@@ -39,12 +42,15 @@ class Motor:
     velocity_gain: float = 1.0
     # On the way to a position, rad/s or m/s; 0 is no limit.
     max_velocity: float = 0.0
-    # TORQUE_CONTROL, for the next step only.
+    # TORQUE_CONTROL, for the next step only: the sum of what was asked for since the last one.
     torque: float | None = None
 
-    def limit(self, h: float) -> float:
-        """The most effort over a step of h seconds."""
-        return FIRST_IMPULSE / h if self.force is None else self.force
+    def limit(self, h: float, parts: int = 1) -> float:
+        """The most effort over a substep of h seconds, of which a step has `parts`. A force without a limit stays one."""
+        if self.force is None:
+            return FIRST_IMPULSE / h
+        # The spring and damper of PD_CONTROL are a force and no impulse.
+        return self.force if self.mode == constants.PD_CONTROL else self.force * parts
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,10 +70,10 @@ class Law:
     friction: float = 0.0
 
 
-def law(motor: Motor, inertia: float, h: float) -> Law:
-    """The target for the next step of `h` seconds, of a joint whose actuator sees
+def law(motor: Motor, inertia: float, h: float, parts: int = 1) -> Law:
+    """The target for the next step, whose `parts` substeps take `h` seconds each, of a joint whose actuator sees
     `inertia` (kg m^2 or kg)."""
-    limit = motor.limit(h)
+    limit = motor.limit(h, parts)
     torque = motor.torque or 0.0
     # A bound above any effort that occurs is left out: simd would plan the motion with it.
     most = None if limit >= NO_LIMIT else limit

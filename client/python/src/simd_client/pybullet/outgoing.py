@@ -7,7 +7,7 @@ only that number is put into them.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from simd_client.proto import JointTarget, RobotTargets, SetJointTargetsRequest, StepSimulationRequest
@@ -49,9 +49,11 @@ class Outgoing:
         self._is_empty = True
         self._keys: list[Key] = []
         self._robots: list[tuple[Body, list[_Row]]] = []
-        self._time_step = 0.0
-        self._has_torques = False
-        self._had_torques = False
+        # Seconds of a substep, and how many a step has.
+        self._step = (0.0, 1)
+        self._with_torques = True
+        # Whether any of the motors that were put in last has a torque for the next step.
+        self.has_torques = False
 
     def step(self, links: bool, contacts: bool) -> StepSimulationRequest:
         """The request of a step with what was put in last, which answers also with states of links or with contact points."""
@@ -64,17 +66,24 @@ class Outgoing:
         """The same targets without a step."""
         return SetJointTargetsRequest(robots=() if self._is_empty else self._request.robots)
 
-    def put(self, waiting: Iterable[Key], bodies: Mapping[int, Body], time_step: float) -> list[Friction]:
-        """Puts in the targets of these motors and of no others, for steps of so many seconds. Returns the frictions that
-        have to be set before they hold."""
-        self._has_torques = False
-        keys = list(waiting)
+    def put(
+        self,
+        waiting: Iterable[Key],
+        bodies: Mapping[int, Body],
+        time_step: float,
+        substeps: int = 1,
+        with_torques: bool = True,
+    ) -> list[Friction]:
+        """Puts in the targets of these motors and of no others, for steps of so many seconds and substeps, with the torques
+        for the next step or without. Returns the frictions that have to be set before they hold."""
+        self.has_torques, self._with_torques = False, with_torques
+        keys, step = list(waiting), (time_step / max(substeps, 1), max(substeps, 1))
         self._is_empty = not keys
         if not keys:
             return []
-        is_same = keys == self._keys and time_step == self._time_step
+        is_same = keys == self._keys and step == self._step
         if not is_same or any(bodies.get(body.unique_id) is not body for body, _ in self._robots):
-            self._keys, self._time_step = keys, time_step
+            self._keys, self._step = keys, step
             self._lay_out(bodies)
         frictions: list[Friction] = []
         for body, rows in self._robots:
@@ -88,12 +97,6 @@ class Outgoing:
             if changed:
                 frictions.append((body, changed))
         return frictions
-
-    def sent(self) -> bool:
-        """The daemon has them. Returns whether any of these motors has a torque, or had one before."""
-        matters = self._has_torques or self._had_torques
-        self._had_torques = self._has_torques
-        return matters
 
     def _lay_out(self, bodies: Mapping[int, Body]) -> None:
         """Makes room for the targets of the motors, robot by robot."""
@@ -110,16 +113,22 @@ class Outgoing:
     def _put(self, body: Body, row: _Row) -> None:
         joint = row.joint
         if joint.ball is not None:
-            self._has_torques = True
+            h, parts = self._step
             row.target.Clear()
-            turn = body.frame(joint.link)[1]
-            ball_target(joint.name, joint.ball, joint.inertia, self._time_step, turn, row.target)
+            turn, ball = body.frame(joint.link)[1], joint.ball
+            if ball.torque is not None:
+                self.has_torques = True
+                ball = ball if self._with_torques else replace(ball, torque=None)
+            ball_target(joint.name, ball, joint.inertia, h, turn, row.target, parts)
             return
         motor = joint.motor
         torque, mode = motor.torque, motor.mode
+        if torque is not None:
+            self.has_torques = True
+            if not self._with_torques:
+                motor, torque = replace(motor, torque=None), None
         made_of: tuple[object, ...] | None = None
         if torque is not None:
-            self._has_torques = True
             if torque and (motor.force == 0.0 or mode == constants.TORQUE_CONTROL):
                 made_of = ("effort",)
         elif mode == constants.VELOCITY_CONTROL:
@@ -134,7 +143,7 @@ class Outgoing:
                 motor.max_velocity,
             )
         if made_of is None or made_of != row.made_of:
-            law = motors.law(motor, joint.inertia, self._time_step)
+            law = motors.law(motor, joint.inertia, *self._step)
             row.target.Clear()
             joint_target(joint.name, law, row.target)
             row.made_of, row.kind, row.friction = made_of, law.kind, law.friction

@@ -17,8 +17,11 @@ from simd_client.proto import (
 from .errors import error
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from .world import World
 
+_NAMES = ("gravity", "time_step", "substeps", "integrator", "surface_combination")
 
 _SURFACES = {
     SurfaceCombination.SURFACE_COMBINATION_MIN: "the smaller of two",
@@ -41,8 +44,7 @@ def put_back(world: World, found: tuple[Physics, bool] | None) -> None:
         # A daemon that is gone has no settings.
         return
     now = world.physics
-    names = ("gravity", "time_step", "substeps", "integrator", "surface_combination")
-    changed = [name for name in names if getattr(now, name) != getattr(before, name)]
+    changed = differing(now, before)
     if world.wire.call(methods.ListEntities, ListEntitiesRequest()).entities:
         if changed:
             print(
@@ -51,18 +53,27 @@ def put_back(world: World, found: tuple[Physics, bool] | None) -> None:
                 file=sys.stderr,
             )
         return
-    request = SetPhysicsRequest()
-    for name in changed:
-        # What another client has set since then stays.
-        if getattr(now, name) == getattr(ours, name):
-            if name == "gravity":
-                request.gravity.CopyFrom(before.gravity)
-            else:
-                setattr(request, name, getattr(before, name))
     if changed:
-        world.set_physics(request)
+        # What another client has set since then stays.
+        world.set_physics(settings(before, [name for name in changed if getattr(now, name) == getattr(ours, name)]))
     if played and not world.playing:
         world.play(True)
+
+
+def differing(one: Physics, other: Physics) -> list[str]:
+    """Names of the settings that a script changes and that are not equal."""
+    return [name for name in _NAMES if getattr(one, name) != getattr(other, name)]
+
+
+def settings(physics: Physics, names: Iterable[str]) -> SetPhysicsRequest:
+    """A change to these settings of a world."""
+    request = SetPhysicsRequest()
+    for name in names:
+        if name == "gravity":
+            request.gravity.CopyFrom(physics.gravity)
+        else:
+            setattr(request, name, getattr(physics, name))
+    return request
 
 
 def _settings(physics: Physics) -> str:

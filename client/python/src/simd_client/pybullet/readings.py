@@ -38,7 +38,9 @@ if TYPE_CHECKING:
 State = TypeVar("State")
 
 JointValues = tuple[list[float], list[float], list[float]]
-"""Positions, velocities and efforts of a robot's joints, each with a 0 after the last, which is what a joint without a value has."""
+"""Positions, velocities and efforts of motors of a robot's joints, each with a 0 after the last, which is what a joint without a
+value has. As in PyBullet, a torque of the script is no effort of the motor's, and with substeps an effort is divided by their
+number."""
 
 # How many steps include the states of links, and contact points, after a script has read any.
 _LINKS_FOR = 16
@@ -55,6 +57,8 @@ class Readings:
         # The next state must be newer than this.
         self.sequence = 0
         self.sim_time = 0.0
+        # As the script gave them: 0 is one, as 1 is.
+        self.substeps = 0
         self._joint_states: dict[str, RobotJointStates] | None = None
         # The numbers of those that were read, by robot, with the message that they are of.
         self._joint_values: dict[str, tuple[RobotJointStates, JointValues]] = {}
@@ -99,6 +103,11 @@ class Readings:
             return known[1]
         # Lists: to take one number out of a message's takes as long as to take all of them at once.
         values = [*states.position, 0.0], [*states.velocity, 0.0], [*states.effort, 0.0]
+        for joint in body.joints:
+            if joint.torque_sent:
+                values[2][joint.velocity_index] -= joint.torque_sent
+        if self.substeps > 1:
+            values[2][:] = [effort / self.substeps for effort in values[2]]
         self._joint_values[body.robot] = states, values
         return values
 

@@ -80,7 +80,8 @@ def _spawned(world: World, model: Model) -> int:
     except error as refusal:
         raise error(f"Cannot load SDF file. {refusal}", refusal.reason) from None
     number = settled(world, entity, descriptions.read(model.urdf, scale), model.urdf, files, scale)
-    world.bodies[number].paths = {uri: str(path) for uri, path in model.files.items()}
+    body = world.bodies[number]
+    body.paths, body.shape_margin = {uri: str(path) for uri, path in model.files.items()}, shape_inertia.MARGIN
     return number
 
 

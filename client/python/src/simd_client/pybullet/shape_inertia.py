@@ -72,15 +72,10 @@ def as_in_pybullet(
             # The daemon scales inertias with the lengths, and Bullet does not.
             _multiply(inertial, scaling / scale**2)
             continue
-        shapes = [_shape(collision, locate, has_round_cylinders) for collision in link.iterfind("collision")]
-        known = [shape for shape in shapes if shape is not None]
-        if len(known) < len(shapes):
+        found = of_link(link, mass, locate, margin, has_round_cylinders)
+        if found is None:
             continue
-        try:
-            x, y, z = (i * scaling for i in inertia_of(mass, _pose(inertial), known, margin, margin))
-        except ArithmeticError:
-            # Numbers that the daemon refuses.
-            continue
+        x, y, z = (i * scaling for i in found)
         if not min(x, y, z) > 0.0 or not math.isfinite(x + y + z):
             continue
         for old in inertial.findall("inertia"):
@@ -88,6 +83,24 @@ def as_in_pybullet(
         moments = {"ixx": repr(x), "iyy": repr(y), "izz": repr(z), "ixy": "0", "ixz": "0", "iyz": "0"}
         ElementTree.SubElement(inertial, "inertia", moments)
     return ElementTree.tostring(robot)
+
+
+def of_link(
+    link: ElementTree.Element, mass: float, locate: Locate, margin: float, has_round_cylinders: bool
+) -> Vector | None:
+    """The diagonal of a link of this mass about its centre of mass, in the axes of its inertia, as Bullet makes it of what the link
+    touches with, with a collision margin. `None` where the size of that is not known, or is no number."""
+    shapes = [_shape(collision, locate, has_round_cylinders) for collision in link.iterfind("collision")]
+    known = [shape for shape in shapes if shape is not None]
+    if len(known) < len(shapes):
+        return None
+    inertial = link.find("inertial")
+    center = (ORIGIN, UPRIGHT) if inertial is None else _pose(inertial)
+    try:
+        return inertia_of(mass, center, known, margin, margin)
+    except ArithmeticError:
+        # Numbers that the daemon refuses.
+        return None
 
 
 def _multiply(inertial: ElementTree.Element, factor: float) -> None:

@@ -7,8 +7,8 @@ from typing import Any
 
 from simd_client.proto import DescriptionSource
 
-from . import constants, descriptions, meshes, terrain
-from .arguments import ORIGIN, UPRIGHT, Pose, floats, indices, quaternion, vector
+from . import constants, descriptions, filters, meshes, terrain
+from .arguments import ORIGIN, UPRIGHT, Color, Pose, indices, quaternion, rgba, vector
 from .connections import connected
 from .errors import error, unsupported
 from .loading import default_surfaces, found, settled
@@ -219,13 +219,13 @@ def _mesh(world: World, function: str, file: str, vertices: Any, indices: Any, i
     return meshes.of_arrays(function, vertices, indices)
 
 
-def _scaled(mesh: Mesh, scale: Any, frame: Pose, color: tuple[float, ...] | None) -> Primitive:
+def _scaled(mesh: Mesh, scale: Any, frame: Pose, color: Color | None) -> Primitive:
     factors = (1.0, 1.0, 1.0) if scale is None else vector(scale, "meshScale needs three numbers")
     return Primitive(constants.GEOM_MESH, factors, frame, color, mesh)
 
 
-def _color(given: Any) -> tuple[float, ...] | None:
-    return None if given is None else tuple(floats(given, "rgbaColor needs four numbers", 4))
+def _color(given: Any) -> Color | None:
+    return None if given is None else rgba(given, "rgbaColor must be numbers")
 
 
 def _primitive(
@@ -235,10 +235,10 @@ def _primitive(
         raise unsupported(
             function, "boxes, spheres, cylinders, capsules, planes and meshes only, and height fields for collision"
         )
-    rgba = _color(color)
+    shade = _color(color)
     if kind == constants.GEOM_PLANE:
         flat = plane(vector(normal, "planeNormal needs three numbers"))
-        return Primitive(flat.kind, flat.size, compose(frame, flat.pose), rgba)
+        return Primitive(flat.kind, flat.size, compose(frame, flat.pose), shade)
     if kind == constants.GEOM_BOX:
         x, y, z = vector(half, "halfExtents needs three numbers")
         size: tuple[float, ...] = (2.0 * x, 2.0 * y, 2.0 * z)
@@ -248,7 +248,7 @@ def _primitive(
         size = (float(radius), float(length))
     if min(size) <= 0.0:
         raise error(f"{function}: lengths must be above 0")
-    return Primitive(kind, size, frame, rgba)
+    return Primitive(kind, size, frame, shade)
 
 
 def pose(position: Any, orientation: Any) -> Pose:
@@ -285,9 +285,9 @@ def createMultiBody(
     batchPositions: Any = None,
     physicsClientId: int = 0,
 ) -> int | tuple[int, ...]:
-    """Makes a body of shapes, fixed to the world if its base has no mass. Returns its number, or the numbers of as many
-    bodies as there are batchPositions."""
-    del useMaximalCoordinates, flags
+    """Makes a body of shapes, fixed to the world if its base has no mass. Of flags those of self-collision are granted. Returns its
+    number, or the numbers of as many bodies as there are batchPositions."""
+    del useMaximalCoordinates
     world = connected(physicsClientId)
     base = _part(
         world,
@@ -326,11 +326,13 @@ def createMultiBody(
     numbers: list[int] = []
     positions: Any = batchPositions if is_batch else (basePosition,)
     is_divided = any(mesh.is_concave for mesh in touched.values())
+    self_collision = bool(flags & constants.URDF_USE_SELF_COLLISION)
     spawns = [
         Spawn(
             position=vector(position, "basePosition needs 3 coordinates [x,y,z]."),
             orientation=orientation,
             fixed=baseMass == 0.0,
+            self_collision=self_collision,
             divided=is_divided,
             surfaces=surfaces,
         )
@@ -340,7 +342,9 @@ def createMultiBody(
         number = settled(world, entity, description, text, files, 1.0, surfaces)
         body = world.bodies[number]
         body.paths, body.divided = {uri: mesh.file for uri, mesh in used.items()}, is_divided
-        body.made_of = frozenset(used)
+        body.made_of, body.self_collision = frozenset(used), self_collision
+        body.shape_margin, body.has_round_cylinders = 0.0, True
+        filters.set_parents(world, body, flags)
         numbers.append(number)
     return tuple(numbers) if is_batch else numbers[0]
 

@@ -2,44 +2,28 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from simd_client.proto import (
     DeleteSavedStateRequest,
-    RestoreStateRequest,
     SaveStateRequest,
     SetPhysicsRequest,
     methods,
 )
 
+from . import restoring
 from .connections import connected
 from .errors import error
 from .files import read_state
 
-# Parameters of setPhysicsEngineParameter without effect in simd.
-_SOLVER = (
-    "numSolverIterations",
-    "useSplitImpulse",
-    "splitImpulsePenetrationThreshold",
-    "collisionFilterMode",
-    "contactBreakingThreshold",
-    "restitutionVelocityThreshold",
-    "erp",
-    "contactERP",
-    "frictionERP",
-    "enableConeFriction",
-    "allowedCcdPenetration",
-    "jointFeedbackMode",
-    "solverResidualThreshold",
-    "contactSlop",
-    "enableSAT",
-    "constraintSolverType",
-    "globalCFM",
-    "minimumSolverIslandSize",
-    "warmStartingFactor",
-    "sparseSdfVoxelSize",
-    "numNonContactInnerIterations",
-)
+# Parameters of setPhysicsEngineParameter that do something, or that belong to no solver and are left out of the warning.
+_NOT_THE_SOLVERS = {
+    "fixedTimeStep",
+    "numSubSteps",
+    "maxNumCmdPer1ms",
+    "enableFileCaching",
+    "deterministicOverlappingPairs",
+    "reportSolverAnalytics",
+    "physicsClientId",
+}
 
 
 def stepSimulation(physicsClientId: int = 0) -> tuple[()]:
@@ -81,47 +65,72 @@ def setRealTimeSimulation(enableRealTimeSimulation: int, physicsClientId: int = 
 
 
 def setPhysicsEngineParameter(
-    fixedTimeStep: float | None = None,
-    numSubSteps: int | None = None,
+    fixedTimeStep: float = -1.0,
+    numSolverIterations: int = -1,
+    useSplitImpulse: int = -1,
+    splitImpulsePenetrationThreshold: float = -1.0,
+    numSubSteps: int = -1,
+    collisionFilterMode: int = -1,
+    contactBreakingThreshold: float = -1.0,
+    maxNumCmdPer1ms: int = -2,
+    enableFileCaching: int = -1,
+    restitutionVelocityThreshold: float = -1.0,
+    erp: float = -1.0,
+    contactERP: float = -1.0,
+    frictionERP: float = -1.0,
+    enableConeFriction: int = -1,
+    deterministicOverlappingPairs: int = -1,
+    allowedCcdPenetration: float = -1.0,
+    jointFeedbackMode: int = -1,
+    solverResidualThreshold: float = -1.0,
+    contactSlop: float = -1.0,
+    enableSAT: int = -1,
+    constraintSolverType: int = -1,
+    globalCFM: float = -1.0,
+    minimumSolverIslandSize: int = -1,
+    reportSolverAnalytics: int = -1,
+    warmStartingFactor: float = -1.0,
+    sparseSdfVoxelSize: float = -1.0,
+    numNonContactInnerIterations: int = -1,
     physicsClientId: int = 0,
-    **others: Any,
 ) -> None:
-    """Sets time step and substeps. The other settings are those of Bullet's solver, kept for
-    getPhysicsEngineParameters only."""
+    """Sets the time step, 1e-6 to 0.1 s, and the substeps of each. The other settings are those of Bullet's solver, which do
+    nothing; getPhysicsEngineParameters gives its iterations back. As in PyBullet, what is negative is not given."""
+    arguments = dict(locals())
+    given = [name for name, value in arguments.items() if value >= 0]
     world = connected(physicsClientId)
-    unknown = [name for name in others if name not in _SOLVER and name not in _SILENT]
-    if unknown:
-        raise TypeError(f"setPhysicsEngineParameter() got an unexpected keyword argument '{unknown[0]}'")
-    if fixedTimeStep is not None:
+    if "fixedTimeStep" in given:
         _set_time_step(physicsClientId, fixedTimeStep)
-    if numSubSteps is not None:
+    if "numSubSteps" in given:
         world.substeps = int(numSubSteps)
         world.set_physics(SetPhysicsRequest(substeps=max(int(numSubSteps), 1)))
         world.retune()
-    ignored = [name for name in others if name in _SOLVER]
+    if "numSolverIterations" in given:
+        world.solver_iterations = int(numSolverIterations)
+    if numNonContactInnerIterations >= 1:
+        world.inner_iterations = int(numNonContactInnerIterations)
+    ignored = [name for name in given if name not in _NOT_THE_SOLVERS]
     if ignored:
         world.say_once(
             f"setPhysicsEngineParameter: {', '.join(ignored)} belong to Bullet's solver and do nothing"
         )
 
 
-_SILENT = ("maxNumCmdPer1ms", "enableFileCaching", "deterministicOverlappingPairs", "reportSolverAnalytics")
-
-
 def getPhysicsEngineParameters(physicsClientId: int = 0) -> dict[str, float]:
-    """Time step, substeps, gravity, whether the world plays."""
+    """Time step (s), substeps, gravity (world axes, m/s^2), whether the world plays, and what the script said of the iterations of
+    Bullet's solver."""
     world = connected(physicsClientId)
     world.read_state()
     x, y, z = world.gravity
     return {
         "fixedTimeStep": world.time_step,
         "numSubSteps": world.substeps,
-        "numSolverIterations": 50,
+        "numSolverIterations": world.solver_iterations,
         "useRealTimeSimulation": int(world.playing),
         "gravityAccelerationX": x,
         "gravityAccelerationY": y,
         "gravityAccelerationZ": z,
-        "numNonContactInnerIterations": 1,
+        "numNonContactInnerIterations": world.inner_iterations,
     }
 
 
@@ -130,33 +139,35 @@ def saveState(physicsClientId: int = 0) -> int:
     world = connected(physicsClientId)
     world.flush()
     number = world.saved_state_number()
-    world.wire.call(methods.SaveState, SaveStateRequest(name=world.saved_state_name(number)))
+    name = world.saved_state_name(number)
+    world.wire.call(methods.SaveState, SaveStateRequest(name=name))
+    world.saved[name] = restoring.remember(world)
     return number
 
 
 def restoreState(stateId: int = -1, fileName: str = "", physicsClientId: int = 0) -> None:
-    """Restores a saved state: of that number, or of a file of saveBullet's."""
+    """Goes back to a saved state, of that number or of a file of saveBullet's: to poses, positions, velocities and contacts. Motors,
+    settings, masses, surfaces and constraints of the script stay as they are."""
     world = connected(physicsClientId)
     if stateId < 0 and not fileName:
         raise error("Couldn't restore state.")
     name = world.saved_state_name(stateId) if stateId >= 0 else read_state(world, fileName)
     try:
-        world.wire.call(methods.RestoreState, RestoreStateRequest(name=name))
+        restoring.restore(world, name)
     except error as refusal:
         raise error(f"Couldn't restore state. {refusal}", refusal.reason) from None
     finally:
         if stateId < 0:
             world.wire.call(methods.DeleteSavedState, DeleteSavedStateRequest(name=name))
-    world.restored()
 
 
 def removeState(stateUniqueId: int, physicsClientId: int = 0) -> None:
     """Deletes a saved state."""
     world = connected(physicsClientId)
+    name = world.saved_state_name(stateUniqueId)
+    world.saved.pop(name, None)
     try:
-        world.wire.call(
-            methods.DeleteSavedState, DeleteSavedStateRequest(name=world.saved_state_name(stateUniqueId))
-        )
+        world.wire.call(methods.DeleteSavedState, DeleteSavedStateRequest(name=name))
     except error as refusal:
         # PyBullet ignores a state that does not exist.
         if refusal.reason != "SAVED_STATE_NOT_FOUND":

@@ -139,6 +139,11 @@ class Wire:
         return f"{self._link.endpoint.locator}#{self._link.name}"
 
     @property
+    def locator(self) -> str:
+        """Where the daemon is, without its name."""
+        return self._link.endpoint.locator
+
+    @property
     def is_embedded(self) -> bool:
         """Whether the world is in this process."""
         return self._link.endpoint.is_embedded

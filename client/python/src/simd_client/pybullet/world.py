@@ -29,7 +29,7 @@ from .drawings import Drawings
 from .errors import error
 from .input_queue import InputQueue
 from .kept import Camera, Notes
-from .looks import Looks
+from .link_colors import LinkColors
 from .loop import TIME_STEP, Loop
 from .primitives import Shapes
 from .put_back import put_back
@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from .arguments import Pose
     from .constraints import Constraint
     from .log import Log
+    from .restoring import Saved
     from .sliders import Sliders
     from .wire import Wire
 
@@ -64,7 +65,7 @@ class World(Loop):
         self._found: tuple[Physics, bool] | None = None
         self.sliders = sliders
         self.drawings = Drawings(wire, self.say_once)
-        self.looks = Looks(wire, self.say_once)
+        self.link_colors = LinkColors(wire, self.say_once)
         self.input = InputQueue(wire)
         self.search_paths: list[str] = []
         # The numbers of bodies, in the order of getBodyUniqueId.
@@ -92,7 +93,10 @@ class World(Loop):
         # Shapes of robots by name.
         self.scenes: dict[str, RobotScene] = {}
         self._said: set[str] = set()
+        # What the script had said when it saved states, by the daemon's names of them.
+        self.saved: dict[str, Saved] = {}
         self._saved_states = 0
+        self._constraint_names = 0
         self._recordings = 0
         self._script = uuid.uuid4().hex[:8]
         # What runs after each step: state logs.
@@ -166,7 +170,7 @@ class World(Loop):
         """Removes a robot from the daemon's world."""
         # What is drawn on it is taken as long as it is there.
         self.drawings.flush()
-        self.looks.flush()
+        self.link_colors.flush()
         self.wire.call(methods.DeleteEntity, DeleteEntityRequest(robot=body.robot))
         self._drop(body.unique_id)
 
@@ -178,6 +182,7 @@ class World(Loop):
         made = bodies.body(body.unique_id, entity, layout, frames, body.own, urdf, body.link_order)
         made.files, made.kept, made.scale = body.files, body.kept, body.scale
         made.paths, made.file, made.made_of = body.paths, body.file, body.made_of
+        made.shape_margin, made.has_round_cylinders = body.shape_margin, body.has_round_cylinders
         made.colors = body.colors
         made.self_collision, made.divided = body.self_collision, body.divided
         made.parent_flags = body.parent_flags
@@ -205,7 +210,7 @@ class World(Loop):
         name, color = body.link_name(link), body.colors.get(link)
         if name is not None and color is not None:
             red, green, blue, alpha = (min(max(each, 0.0), 1.0) for each in color)
-            self.looks.paint(body.robot, name, (red, green, blue, alpha))
+            self.link_colors.paint(body.robot, name, (red, green, blue, alpha))
 
     def set_surfaces(self, body: Body, surfaces: Mapping[str, Surface]) -> None:
         """Sets friction and restitution of links, also for when the robot is loaded again."""
@@ -275,13 +280,14 @@ class World(Loop):
 
     def restored(self) -> None:
         """Fetches everything again after the world was replaced: states, settings, robots."""
-        self._waiting.clear()
         self.sync()
-        for body in self.bodies.values():
-            for joint in body.joints:
-                joint.friction_sent = None
         self.read_state()
         self.forget_states()
+
+    @property
+    def names(self) -> str:
+        """What the daemon's names of this script's saved states, constraints and recordings begin with."""
+        return f"pybullet-{self._script}-"
 
     def saved_state_number(self) -> int:
         """The number of the next saved state."""
@@ -290,12 +296,17 @@ class World(Loop):
 
     def saved_state_name(self, number: int) -> str:
         """The daemon's name of a saved state of this script."""
-        return f"pybullet-{self._script}-{number}"
+        return f"{self.names}{number}"
+
+    def constraint_name(self) -> str:
+        """The daemon's name of the next constraint of this script, which no other gets: a restored state may bring old ones back."""
+        self._constraint_names += 1
+        return f"{self.names}{self._constraint_names - 1}"
 
     def recording_name(self) -> str:
         """The daemon's name of the next recording of this script."""
         self._recordings += 1
-        return f"pybullet-{self._script}-{self._recordings - 1}"
+        return f"{self.names}{self._recordings - 1}"
 
     def play(self, playing: bool) -> None:
         """Whether steps come by themselves."""
@@ -305,6 +316,8 @@ class World(Loop):
         )
         self.wire.call(methods.SetSimulationState, SetSimulationStateRequest(state=wanted))
         self.now_playing(playing)
+        # Torques wait for a step, and these come by themselves now.
+        self.sent_if_playing()
         self.forget_states()
 
     def reset(self) -> None:
@@ -316,6 +329,7 @@ class World(Loop):
             self._freed.clear()
             self.collision_shapes, self.visual_shapes = Shapes(), Shapes()
         self._waiting.clear()
+        self.solver_iterations, self.inner_iterations = 50, 1
         self.constraints.clear()
         self.next_constraint = 1
         self.sliders.remove_own()
@@ -372,7 +386,7 @@ class World(Loop):
                 self.remove_own()
             elif not self.child:
                 self.flush()
-            self.looks.flush()
+            self.link_colors.flush()
             self.sliders.remove_own()
             self.drawings.remove_all()
             if not self.child:

@@ -23,7 +23,7 @@ Rgba = tuple[float, float, float, float]
 _MOST = 4096
 
 
-class Looks(Gathered):
+class LinkColors(Gathered):
     """Colours that wait to be sent."""
 
     def __init__(self, wire: Wire, say: Callable[[str], None]) -> None:
