@@ -84,7 +84,7 @@ def pairs() -> list[Pair]:
         own("scene", "textured/models/scene.xml", [0.1, 0.0, 0.25], 2.0, peer="mujoco"),
         own("humanoid", "humanoid/urdf/humanoid.urdf", [0.0, 0.0, 0.0], 3.4),
         own("textured", "textured/models/shape.xml", [0.0, 0.0, 0.0], 0.7, peer="mujoco"),
-        Pair("anymal", "pybullet", anymal, [0.0, 0.0, -0.1], 2.2, root=ROBOTS),
+        Pair("anymal", "pybullet", anymal, [0.0, 0.0, -0.1], 2.2, root=ROBOTS.parents[1]),
     ]
 
 
