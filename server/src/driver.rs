@@ -4,6 +4,7 @@
 //! It is an OS thread and no task, it holds no lock across a step, and it waits
 //! for nothing but its mailbox and the clock.
 
+mod announcer;
 mod board;
 mod call_budget;
 mod callers;

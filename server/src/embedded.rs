@@ -243,11 +243,13 @@ impl Embedded {
 
     /// Ends the world as a daemon that drains: calls that wait are refused with `SHUTTING_DOWN`, a recording is ended.
     pub fn close(&self) {
-        if let Some(runtime) = self.runtime.as_ref().filter(|_| !self.connection.is_cancelled()) {
-            runtime.block_on(daemon::world::save_last(self.autosave.as_ref(), &self.handle));
-        }
+        let was_open = !self.connection.is_cancelled();
         self.connection.cancel();
         self.handle.draining().cancel();
+        // Once no more calls come.
+        if let Some(runtime) = self.runtime.as_ref().filter(|_| was_open) {
+            runtime.block_on(daemon::world::save_last(self.autosave.as_ref(), &self.handle));
+        }
         for (_, task) in self.lock().tasks.drain() {
             task.abort();
         }

@@ -35,6 +35,7 @@ mod robots;
 mod rollouts;
 mod saved_state_files;
 mod security;
+mod sensor_publications;
 mod sensors;
 mod streams;
 mod terrain;

@@ -65,6 +65,22 @@ async fn constraints_are_created_listed_changed_and_deleted() {
     let page = daemon.simctl(["constraint", "list"]).await;
     assert!(page.code == 0 && page.out.contains("pair") && page.out.contains("holds"), "{page:?}");
 
+    // Two that contradict each other, and none that says it holds.
+    for (name, z) in [("low", 3), ("high", 4)] {
+        let create = format!(
+            "constraint create weld world left --name {name} --parent-pose 2,0,{z} --child-pose 0,0,0"
+        );
+        assert_eq!(written(&daemon, &create).await["created"], name);
+    }
+    daemon.client().await.step(500).await.unwrap();
+    let page = daemon.simctl(["constraint", "list"]).await.out;
+    let of = |name: &str| page.lines().find(|line| line.starts_with(name)).unwrap_or_default();
+    assert!(of("low").ends_with("is off") && of("high").ends_with("is off"), "{page}");
+    for name in ["low", "high"] {
+        assert_eq!(written(&daemon, &format!("constraint delete {name}")).await, json!({ "deleted": name }));
+    }
+    daemon.client().await.step(500).await.unwrap();
+
     let changed =
         written(&daemon, "constraint change pair --max-force 5 --max-torque inf --breaks true").await;
     assert_eq!(changed, json!({ "changed": "pair" }));

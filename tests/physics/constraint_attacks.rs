@@ -11,8 +11,9 @@ use simd_core::simulation::command::*;
 use simd_core::{Command, Integrator, PhysicsSettings, PublishedState, Simulation};
 use simd_model::RobotModel;
 use simd_model::robot::JointKind;
+use simd_tests::scenes;
 
-use crate::constraints::{tree, vector};
+use crate::constraints::{kind, tree, vector};
 
 /// A size of any decade, and what is not one.
 fn any_limit(rng: &mut Rng) -> Option<f64> {
@@ -41,15 +42,8 @@ fn end(rng: &mut Rng) -> RequestedEnd {
 }
 
 fn any_kind(rng: &mut Rng) -> RequestedConstraint {
-    let axis = vector(rng, 1.0);
     match rng.u8(0..8) {
-        0 => RequestedConstraint::Weld,
-        1 => RequestedConstraint::PointToPoint,
-        2 => RequestedConstraint::Hinge { axis },
-        3 => RequestedConstraint::Slide { axis },
-        4 => {
-            RequestedConstraint::Distance { length: rng.bool().then(|| 2.0 * rng.f64()), is_rope: rng.bool() }
-        }
+        0..=4 => kind(rng),
         5 => RequestedConstraint::Distance { length: Some(0.0), is_rope: rng.bool() },
         6 => RequestedConstraint::Gear {
             ratio: 10f64.powf(8.0 * rng.f64() - 4.0),
@@ -85,20 +79,8 @@ fn constraint(rng: &mut Rng) -> CreateConstraint {
 }
 
 fn spawn(rng: &mut Rng, name: String, model: Arc<RobotModel>) -> Command {
-    Command::Spawn(Box::new(Spawn {
-        name,
-        allow_renaming: false,
-        model,
-        pose: pose(rng, 0.5),
-        fixed_base: Some(rng.bool()),
-        passive: rng.bool(),
-        joint_positions: Vec::new(),
-        joint_orientations: Vec::new(),
-        shapes: Default::default(),
-        contact_settings: Default::default(),
-        collision_pairs: Vec::new(),
-        loaded_at_start: false,
-    }))
+    let (pose, fixed, passive) = (pose(rng, 0.5), rng.bool(), rng.bool());
+    Command::Spawn(Box::new(Spawn { passive, ..scenes::robot(&name, &model, pose, fixed) }))
 }
 
 fn command(rng: &mut Rng, seen: &PublishedState) -> Command {

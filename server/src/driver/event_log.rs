@@ -5,19 +5,17 @@
 //! wait, and wakes them.
 
 use std::collections::{BTreeMap, VecDeque};
-use std::future::poll_fn;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::task::Poll;
 use std::time::{Duration, SystemTime};
 
 use crossbeam_queue::ArrayQueue;
-use futures_util::task::AtomicWaker;
 use simd_core::simulation::EventKind;
 use simd_core::simulation::trajectory::TrajectoryEnd;
 use simd_core::{Event, Moment, PhysicsSettings};
 use tokio::sync::Notify;
 
+use super::announcer::Announcer;
 use super::published::Pace;
 use crate::run_state::RunState;
 
@@ -173,10 +171,7 @@ pub(crate) struct EventLog {
     /// The last number that was given.
     numbered: AtomicU64,
     arrived: ArrayQueue<Arc<LoggedEvent>>,
-    /// Grows with each event in there.
-    handed_over: AtomicU64,
-    /// Of the task that announces events.
-    announcer: AtomicWaker,
+    announcer: Announcer,
     /// Held for a look, never while an event is logged or copied.
     kept: Mutex<Kept>,
     grown: Notify,
@@ -199,8 +194,7 @@ impl EventLog {
             limit,
             numbered: AtomicU64::new(0),
             arrived: ArrayQueue::new(MOST_WAITING),
-            handed_over: AtomicU64::new(0),
-            announcer: AtomicWaker::new(),
+            announcer: Announcer::default(),
             kept: Mutex::default(),
             grown: Notify::new(),
         }
@@ -221,8 +215,7 @@ impl EventLog {
             waiting = full;
             drop(self.collected());
         }
-        self.handed_over.fetch_add(1, Ordering::Release);
-        self.announcer.wake();
+        self.announcer.hand_over();
         event
     }
 
@@ -240,16 +233,7 @@ impl EventLog {
     pub(crate) async fn announce(&self) {
         let mut announced = 0;
         loop {
-            poll_fn(|context| {
-                // Before the look, so that an event that is handed over between the two wakes it.
-                self.announcer.register(context.waker());
-                let handed_over = self.handed_over.load(Ordering::Acquire);
-                match std::mem::replace(&mut announced, handed_over) == handed_over {
-                    true => Poll::Pending,
-                    false => Poll::Ready(()),
-                }
-            })
-            .await;
+            self.announcer.next(&mut announced).await;
             drop(self.collected());
             self.grown.notify_waiters();
             // A world in which something happens at each step would leave this thread to nothing else.

@@ -16,18 +16,16 @@ mod tests;
 mod writer;
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::future::poll_fn;
-use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::task::Poll;
 
 use crossbeam_queue::ArrayQueue;
-use futures_util::task::AtomicWaker;
 use simd_core::simulation::measure::SensorReading;
 use simd_core::simulation::sensors::WorldSensor;
 use tokio::sync::Notify;
 use tokio::sync::futures::Notified;
 
+use super::announcer::Announcer;
 use super::board::Board;
 use super::published::Published;
 pub(crate) use cameras::CameraSample;
@@ -71,10 +69,7 @@ pub(crate) struct SensorLog {
     /// Lists for the driver to fill.
     emptied: ArrayQueue<Vec<(u64, SensorReading)>>,
     due: ArrayQueue<DueSamples>,
-    /// Grows with whatever the driver hands over.
-    handed_over: AtomicU64,
-    /// Of the task that announces it.
-    announcer: AtomicWaker,
+    announcer: Announcer,
     /// Held for a look, never by the driver.
     kept: Mutex<Kept>,
     grown: Notify,
@@ -121,8 +116,7 @@ impl SensorLog {
             waiting: AtomicUsize::new(0),
             emptied: ArrayQueue::new(EMPTIED),
             due: ArrayQueue::new(MOST_DUE),
-            handed_over: AtomicU64::new(0),
-            announcer: AtomicWaker::new(),
+            announcer: Announcer::default(),
             kept: Mutex::new(kept),
             grown: Notify::new(),
             scan_is_due: Notify::new(),
@@ -153,16 +147,7 @@ impl SensorLog {
     pub(crate) async fn announce(&self) {
         let mut announced = 0;
         loop {
-            poll_fn(|context| {
-                // Before the look, so that what is handed over between the two wakes it.
-                self.announcer.register(context.waker());
-                let handed_over = self.handed_over.load(Ordering::Acquire);
-                match std::mem::replace(&mut announced, handed_over) == handed_over {
-                    true => Poll::Pending,
-                    false => Poll::Ready(()),
-                }
-            })
-            .await;
+            self.announcer.next(&mut announced).await;
             if self.collected().scans.is_ready() {
                 self.scan_is_due.notify_waiters();
             }

@@ -1,5 +1,6 @@
 //! The joint service: what joints are, what they do, what they are asked to do.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use futures_util::stream;
@@ -205,15 +206,16 @@ impl JointService for Service {
         let states = selection.states(&state).map_err(CallError::World)?;
         let sensors = readings_beside(&self.handle, &wanted)?;
         let state_of_world = &state.state;
-        let entities = || states.robots.iter().filter_map(|of| state_of_world.entity(&of.robot));
+        let robots = selection.robots(&state_of_world.world).map_err(CallError::World)?;
         let mut link_poses = Vec::new();
         if request.return_link_poses {
-            link_poses
-                .extend(entities().map(|(index, entity)| entity_link_poses(state_of_world, index, entity)));
+            let poses =
+                robots.iter().map(|(index, entity)| entity_link_poses(state_of_world, *index, entity));
+            link_poses.extend(poses);
         }
         let mut contacts = Vec::new();
         if request.return_contacts {
-            let wanted: Vec<usize> = entities().map(|(index, _entity)| index).collect();
+            let wanted: BTreeSet<usize> = robots.iter().map(|(index, _entity)| *index).collect();
             contacts = to_proto::contact::contacts(state_of_world, |robots| {
                 all || robots.iter().any(|robot| wanted.contains(robot))
             });

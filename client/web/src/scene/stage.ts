@@ -1,7 +1,6 @@
 // Draws the scene, and only when something in it has changed.
 import { effect } from "@preact/signals";
 import { Box3, Color, Fog, Matrix4, PCFShadowMap, Scene, Sphere, Vector2, WebGLRenderer } from "three";
-import { lift } from "../daemon/actions";
 import { shownRobot } from "../panels/shown-robot";
 import { cameraTarget, type CameraTarget } from "../state/camera";
 import { constraints, hoveredConstraint } from "../state/constraints";
@@ -10,7 +9,6 @@ import { hiddenRobots } from "../state/tools";
 import { inertias } from "../state/view";
 import { drawnPictures, drawnSequence, pictureRequest, redraws } from "../state/picture";
 import { ghosts, ghostsAlone } from "../state/playback";
-import { unmeasured } from "../state/report";
 import { hasGround, scenes } from "../state/scene";
 import { readings } from "../state/sensors";
 import { cameraMove, cameraView, centresOfMass, collisions, constraintsShown, contacts, fitRequest, followed, frames, grid, hoveredLink, jointAxes, linkNames, markersShown, orthographic, quality, readingsShown, sideViews, visuals } from "../state/view";
@@ -23,12 +21,14 @@ import { ConstraintMarks, type Finder } from "./constraints";
 import { ContactScale } from "./contact-scale";
 import { ContactMarks } from "./contacts";
 import { DrawnMarkers } from "./drawn-markers";
+import { radiusOf, weightOf } from "./extent";
 import { Extras } from "./extras";
 import { Follower } from "./follower";
 import { GhostViews } from "./ghosts";
 import { Grid } from "./grid";
 import { InputReport } from "./input-report";
 import { Labels } from "./labels";
+import { liftOntoGround } from "./lift";
 import { namesOf } from "./link-names";
 import { PointerInteraction } from "./pointer-interaction";
 import { Light } from "./light";
@@ -37,15 +37,11 @@ import { PALETTES } from "./palette";
 import { pictureOf } from "./picture";
 import type { RobotView } from "./robot-view";
 import { RobotViews } from "./robot-views";
-import { isFlatGround } from "./scenery";
 import type { SideViews } from "./side-views";
 import { StructureMarks } from "./structure-marks";
 
 /** Milliseconds between updates of the area that the shadow covers. */
 const SHADOW_INTERVAL = 500;
-const GRAVITY = 9.81;
-/** Metres that a robot may be below the ground. */
-const MAX_DEPTH = 1e-3;
 
 /** The scene of one canvas, and its render loop. */
 export class Stage {
@@ -265,7 +261,7 @@ export class Stage {
 
   private take(next: Frame): void {
     this.interpolator.push(next);
-    if (contacts.value && this.marks.set(next.contacts, this.robots.size(), this.weight())) this.dirty = true;
+    if (contacts.value && this.marks.set(next.contacts, this.robots.size(), weightOf(this.robots))) this.dirty = true;
     if (this.isAtRest()) this.updateDrawn(performance.now());
     else this.wake();
   }
@@ -297,12 +293,6 @@ export class Stage {
     this.invalidate();
   }
 
-  /** The weight of the heaviest robot, without links that cannot move, newtons. */
-  private weight(): number {
-    const masses = [...this.robots.all()].map(({ scene }) => sum(scene.links.map((link) => (link.movable ? link.mass : 0))));
-    return GRAVITY * Math.max(0, ...masses);
-  }
-
   private tick(at: number): void {
     this.request = 0;
     // Before the first state nothing is drawn: the first frame is the slowest, and would be empty.
@@ -329,7 +319,7 @@ export class Stage {
     this.robots.show({ visuals: visuals.peek(), collisions: collisions.peek(), frames: frames.peek() });
     const isGroundFound = this.robots.findGround();
     const isComplete = this.robots.meshes.isComplete();
-    if (isComplete) this.measure();
+    if (isComplete) liftOntoGround(this.robots);
     if (isComplete) hasGround.value = isGroundFound;
     const { pendingFit } = this;
     if (isComplete) this.pendingFit = null;
@@ -345,20 +335,6 @@ export class Stage {
     return scenes.peek().size > 0 && this.robots.group.visible ? recorded.union(this.robots.bounds()) : recorded;
   }
 
-  /** Lifts the robots that this tab loaded onto the ground, which is not part of their description. */
-  private measure(): void {
-    const waiting = [...unmeasured.peek()].filter((name) => this.robots.get(name));
-    if (waiting.length === 0) return;
-    unmeasured.value = new Set([...unmeasured.peek()].filter((name) => !waiting.includes(name)));
-    for (const name of waiting) {
-      const view = this.robots.get(name);
-      const box = view?.bounds() ?? new Box3();
-      // Ground is where its description puts it.
-      const lowest = !view || isFlatGround(view.scene, box) ? 0 : box.min.z;
-      if (lowest < -MAX_DEPTH) void lift(name, -lowest);
-    }
-  }
-
   private draw(now: number): void {
     this.dirty = false;
     if (now - this.covered > SHADOW_INTERVAL) {
@@ -366,7 +342,7 @@ export class Stage {
       this.light.cover(this.bounds().getBoundingSphere(new Sphere()), this.camera.controls.target, this.camera.distance());
     }
     if (constraints.peek().length > 0 || this.constraints.anchors.size > 0) {
-      this.constraints.set(constraints.peek(), this.frameOf, hoveredConstraint.peek(), this.robots.size(), this.weight());
+      this.constraints.set(constraints.peek(), this.frameOf, hoveredConstraint.peek(), this.robots.size(), weightOf(this.robots));
     }
     this.markers.pose(this.linkOf);
     this.extras.update();
@@ -396,7 +372,7 @@ export class Stage {
 
   /** The radius of a robot in metres, as it was when it was last measured: marks do not change their size as it moves. */
   private readonly sizeOf = (view: RobotView): number => {
-    const size = this.sizes.get(view) ?? radius(view.bounds());
+    const size = this.sizes.get(view) ?? radiusOf(view.bounds());
     this.sizes.set(view, size);
     return size;
   };
@@ -413,12 +389,4 @@ export class Stage {
     this.drawn = this.interpolator.reached(now)?.sequence ?? this.drawn;
     drawnSequence.value = this.drawn;
   }
-}
-
-function radius(box: Box3): number {
-  return box.isEmpty() ? 1 : box.getBoundingSphere(new Sphere()).radius;
-}
-
-function sum(numbers: number[]): number {
-  return numbers.reduce((total, number) => total + number, 0);
 }

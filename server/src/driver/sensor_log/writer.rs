@@ -94,8 +94,7 @@ impl SensorWriter {
     }
 
     pub(super) fn announce(&self) {
-        self.log.handed_over.fetch_add(1, Ordering::Release);
-        self.log.announcer.wake();
+        self.log.announcer.hand_over();
     }
 }
 
