@@ -18,6 +18,7 @@ mod pacer;
 mod published;
 mod realtime;
 mod record;
+mod relay;
 mod sensor_log;
 mod step_queue;
 mod step_threads;
@@ -58,6 +59,7 @@ use mailbox::{Ending, mailbox};
 use main_loop::{Driver, period};
 use meter::Meter;
 use pacer::Pacer;
+use relay::Relay;
 use step_queue::StepQueue;
 
 /// The longest that the thread may look for a call before it waits, in microseconds.
@@ -133,7 +135,12 @@ pub(crate) fn start(world: impl World, config: Config) -> std::io::Result<Link> 
     let (mut driver, mut link) = build(world, config);
     let builder = std::thread::Builder::new().name("simd-driver".into());
     let step_threads = step_threads::count(config.step_threads, &config.real_time);
-    let thread = if config.callers_drive && step_threads < 2 {
+    let callers_drive = config.callers_drive && step_threads < 2;
+    if config.real_time.priority > 0 && !callers_drive {
+        let Link { board, events, sensors, .. } = link.clone();
+        driver.relay = Some(Relay::start(config.real_time, board, events, sensors)?);
+    }
+    let thread = if callers_drive {
         let shared = Arc::new(Shared::new(driver));
         link.callers = Some(shared.clone());
         builder.spawn(move || {
@@ -205,6 +212,7 @@ fn build<W: World>(world: W, config: Config) -> (Driver<W>, Link) {
         long_steps: LongSteps::default(),
         before_retry: 0,
         tap: None,
+        relay: None,
     };
     (driver, link)
 }
@@ -224,7 +232,8 @@ fn finish<W: World>(mut driver: Driver<W>, ending: &Ending, outcome: std::thread
     if outcome.is_ok() {
         driver.end_tap();
     }
-    let Driver { world, inbox, steps, tap, .. } = driver;
+    let Driver { world, inbox, steps, tap, relay, .. } = driver;
+    drop(relay);
     if let Some(tap) = tap {
         tap.end(TapEnd::DriverEnded);
     }

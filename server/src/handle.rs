@@ -1,7 +1,7 @@
 //! The one way to the world, for every front-end: plain types, no wire types. Here are its parts and its end; what
 //! can be asked of it is in one file a noun.
 //!
-//! * `simulation`: commands, steps, states. `events`: what happened.
+//! * `simulation`: commands, steps, states. `changes`: since when robots are as they are. `events`: what happened.
 //! * `entities`: robots and their descriptions. `meshes`: their meshes as glTF. `parameters`: sliders and buttons.
 //! * `view`: what pages show beside the world, and what people do in them.
 //! * `cameras`: pictures of the world, and who draws them.
@@ -18,6 +18,7 @@ mod audit;
 mod bindings;
 mod calls;
 mod cameras;
+mod changes;
 mod claims;
 mod clients;
 mod entities;
@@ -94,6 +95,7 @@ use crate::recording::Recordings;
 use accounts::Accounts;
 use calls::CallCounts;
 use cameras::Cameras;
+use changes::ChangeTracker;
 use claims::Leases;
 use clients::Clients;
 use meshes::Meshes;
@@ -135,6 +137,7 @@ struct Inner {
     parameters: Parameters,
     view: View,
     cameras: Cameras,
+    changes: ChangeTracker,
     meshes: Meshes,
     saved_state_owners: SavedStateOwners,
     lockstep: Lockstep,
@@ -197,6 +200,7 @@ impl SimHandle {
             parameters,
             view: View::default(),
             cameras: Cameras::new(&info.limits),
+            changes: ChangeTracker::default(),
             meshes: Meshes::default(),
             saved_state_owners,
             lockstep,

@@ -1,11 +1,13 @@
 //! What a viewer lives on: states with poses and contacts of one moment, and a push that
 //! ends by itself.
 
+use std::collections::BTreeMap;
+
 use simd_client::proto::{self, ErrorReason, NextJointStatesRequest};
-use simd_client::{Client, every_joint};
+use simd_client::{Client, Target, every_joint};
 use simd_tests::daemon::{Daemon, Via};
 
-use crate::{arm, load_arm};
+use crate::{arm, load_arm, set};
 
 /// A box that lies on the ground, beside the arm.
 async fn scene(via: Via) -> Daemon {
@@ -89,6 +91,60 @@ async fn states_come_with_poses_and_contacts_of_their_moment(via: Via) {
     assert_eq!((seen.contacts.len(), seen.link_poses.len()), (0, 3));
 }
 
+/// A client that takes what has changed, as it comes, never differs from the world by more than twice what counts as a change, and gets nothing
+/// of what rests.
+async fn a_client_gets_what_has_changed_and_has_all_of_it(via: Via) {
+    let daemon = scene(via).await;
+    daemon.pass(1.0).await;
+    let mut since = 0;
+    let mut held = BTreeMap::new();
+    let mut whole = 0;
+    for step in 0..60 {
+        match step {
+            20 => {
+                // By 5e-8 rad in a step: too little in each, and too much in three.
+                set(&daemon, Target::velocity(5e-5)).await;
+            }
+            40 => load_arm(&daemon.client, "late").await,
+            _ => {}
+        }
+        daemon.pass(0.001).await;
+        let request = NextJointStatesRequest { changes_since: Some(since), ..all(Vec::new()) };
+        let seen = daemon.client.next_joint_states(request).await.unwrap();
+        let states = seen.states.unwrap();
+        since = states.stamp.unwrap().sequence;
+        for (robot, poses) in states.robots.into_iter().zip(seen.link_poses) {
+            assert_eq!(robot.unchanged, poses.unchanged);
+            let is_at_rest = match robot.robot.as_str() {
+                "ground" => step > 0,
+                "arm" => (5..20).contains(&step),
+                _ => false,
+            };
+            assert!(robot.unchanged || !is_at_rest, "{} in step {step}", robot.robot);
+            if robot.unchanged {
+                assert!(robot.position.is_empty() && poses.poses.is_empty());
+                assert!(held.contains_key(&robot.robot), "{} in step {step}", robot.robot);
+            } else {
+                whole += usize::from(step > 0);
+                held.insert(robot.robot.clone(), (robot, poses));
+            }
+        }
+        let now = daemon.client.next_joint_states(all(Vec::new())).await.unwrap();
+        for (robot, poses) in now.states.unwrap().robots.into_iter().zip(now.link_poses) {
+            let (held, held_poses) = &held[&robot.robot];
+            let difference = |one: &[f64], other: &[f64]| {
+                assert_eq!(one.len(), other.len());
+                one.iter().zip(other).map(|(one, other)| (one - other).abs()).fold(0.0, f64::max)
+            };
+            assert!(difference(&held.position, &robot.position) <= 2e-7, "step {step}");
+            assert!(difference(&held.velocity, &robot.velocity) <= 2e-4, "step {step}");
+            assert!(difference(&held_poses.poses, &poses.poses) <= 1e-6, "step {step}");
+            assert_eq!((&held.target, &held.mode), (&robot.target, &robot.mode));
+        }
+    }
+    assert!((8..60).contains(&whole), "{whole} robots came whole");
+}
+
 /// 2 N on 1 kg for 0.05 s, without weight: 0.1 m/s, and no more of it afterwards.
 async fn a_push_with_a_duration_ends_by_itself(via: Via) {
     let daemon = scene(via).await;
@@ -165,6 +221,7 @@ async fn a_pull_brings_a_link_to_a_point_and_ends_by_itself(via: Via) {
 crate::over_every_transport![
     a_step_brings_what_touches_where_it_is_asked_to,
     states_come_with_poses_and_contacts_of_their_moment,
+    a_client_gets_what_has_changed_and_has_all_of_it,
     a_push_with_a_duration_ends_by_itself,
     a_pull_brings_a_link_to_a_point_and_ends_by_itself,
 ];

@@ -177,6 +177,7 @@ mod tests {
             target: values.to_vec(),
             mode: vec![JointMode::Effort.into(); values.len()],
             flags: flags.to_vec(),
+            unchanged: false,
         };
         JointStates { stamp: Some(Stamp::default()), robots: vec![robot] }
     }

@@ -20,7 +20,7 @@ afterEach(async () => {
   await rm(folder, { recursive: true, force: true });
 });
 
-/** Two robots with sensors, a constraint, a parameter, a recording, a saved world, and a report with a warning. */
+/** Two robots with sensors, a constraint, a parameter, a recording, a saved state, and a report with a warning. */
 async function furnished(): Promise<Daemon> {
   folder = await mkdtemp(`${tmpdir()}/simd-axe-`);
   const daemon = await use.daemon(Daemon.demo("--gravity", "0,0,0", "--recordings", folder, "--asset-root", resolve(REPOSITORY, "tests/assets")));
@@ -51,7 +51,7 @@ const SHEETS: readonly { name: string; keys?: string; buttons?: readonly string[
   { name: "building", buttons: ["build"], shows: "build-menu" },
   { name: "a shape", buttons: ["build", "build-add"], shows: "add-sheet" },
   { name: "all robots", buttons: ["build", "build-robots"], shows: "robots-sheet" },
-  { name: "saved worlds", buttons: ["build", "build-worlds"], shows: "worlds-sheet" },
+  { name: "saved states", buttons: ["build", "build-states"], shows: "states-sheet" },
   { name: "a question", keys: "Backspace", shows: "ask-sheet" },
   { name: "moving", buttons: ["build", "build-place"], shows: "place-card" },
 ];

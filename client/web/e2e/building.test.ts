@@ -342,30 +342,30 @@ test("a hundred robots are a short list: groups, a filter, and what is hidden on
   await expect.poll(red).toBeGreaterThan(100);
 });
 
-test("saved worlds are made, put back, saved as a file, deleted, and taken from the file", async () => {
+test("saved states are made, put back, saved as a file, deleted, and taken from the file", async () => {
   const daemon = await paused();
   await redBox(daemon, "crate");
   const tab = await Tab.open(await use.context({ acceptDownloads: true }), daemon.url);
   const x = async () => (await daemon.entities.getEntityState({ robot: "crate" })).pose?.position?.x;
-  await open(tab, "build-worlds");
-  await tab.page.getByTestId("world-name").fill("before");
-  await tab.page.getByTestId("world-save").click();
-  await tab.page.getByTestId("world-before").waitFor();
+  await open(tab, "build-states");
+  await tab.page.getByTestId("state-name").fill("before");
+  await tab.page.getByTestId("state-save").click();
+  await tab.page.getByTestId("state-before").waitFor();
   expect(await tab.violations()).toEqual([]);
-  await tab.picture("worlds-sheet");
-  const [download] = await Promise.all([tab.page.waitForEvent("download"), tab.page.getByTestId("world-download").click()]);
+  await tab.picture("states-sheet");
+  const [download] = await Promise.all([tab.page.waitForEvent("download"), tab.page.getByTestId("state-download").click()]);
   expect(download.suggestedFilename()).toBe("before.simdstate");
   const file = await download.path();
-  await tab.page.getByTestId("world-delete").click();
-  await tab.page.getByTestId("world-delete-surely").click();
-  await tab.page.getByTestId("world-before").waitFor({ state: "detached" });
+  await tab.page.getByTestId("state-delete").click();
+  await tab.page.getByTestId("state-delete-surely").click();
+  await tab.page.getByTestId("state-before").waitFor({ state: "detached" });
   await daemon.entities.setEntityState({ robot: "crate", pose: { position: { x: 3, y: 0, z: 1 } } });
-  await tab.page.getByTestId("world-file").setInputFiles(file);
-  await tab.page.getByTestId("world-before").waitFor();
+  await tab.page.getByTestId("state-file").setInputFiles(file);
+  await tab.page.getByTestId("state-before").waitFor();
   expect(await x()).toBe(3);
   // This test's own client and the page: the question comes where others are connected.
   await tab.seesAnother(daemon);
-  await tab.page.getByTestId("world-restore").click();
+  await tab.page.getByTestId("state-restore").click();
   await tab.page.getByTestId("ask-surely").click();
   await expect.poll(x).toBe(0);
 });

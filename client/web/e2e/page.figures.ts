@@ -138,8 +138,11 @@ test("a hundred robots of 3,000 links in one tab", async () => {
   // Each robot moves one joint to and fro, so that every picture is another one.
   const { layout } = await daemon.joints.getJointLayout({ robot: "robot_0" });
   const joint = layout?.joints.find(({ limits, mimic }) => limits !== undefined && !mimic)?.name ?? "";
-  const robots = Array.from({ length: 100 }, (_, index) => ({ robot: `robot_${index}`, joints: [{ joint, target: { case: "velocity", value: { velocity: 0.05 } } as const }] }));
-  await daemon.joints.setJointTargets({ robots });
+  const names = Array.from({ length: 100 }, (_, index) => `robot_${index}`);
+  const swing = (velocity: number) =>
+    daemon.joints.setJointTargets({ robots: names.map((robot) => ({ robot, joints: [{ joint, target: { case: "velocity", value: { velocity } } as const }] })) });
+  let velocity = 0.05;
+  const swinging = setInterval(() => void swing((velocity = -velocity)), 2000);
   await pause(2000);
   // Minutes after which the memory is looked at again: 10 for a figure of a release.
   const minutes = Number(process.env.FIGURES_MINUTES ?? "1");
@@ -152,7 +155,8 @@ test("a hundred robots of 3,000 links in one tab", async () => {
   figures.forEach((figure, index) => console.log(`moving, tab ${index + 1} of 3: ${figure}`));
   for (const each of tabs.slice(1)) await each.page.close();
   await tab.page.bringToFront();
-  await daemon.joints.setJointTargets({ robots: robots.map(({ robot }) => ({ robot, joints: [{ joint, target: { case: "hold", value: {} } as const }] })) });
+  clearInterval(swinging);
+  await daemon.joints.setJointTargets({ robots: names.map((robot) => ({ robot, joints: [{ joint, target: { case: "hold", value: {} } as const }] })) });
   await pause(5000);
   console.log(`still, and playing: ${await measured(tab, 4 * SPAN)}`);
   await context.close();

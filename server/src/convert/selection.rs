@@ -60,11 +60,29 @@ impl Selection {
     /// # Errors
     /// `RobotNotFound` and `JointNotFound`, where the state has them no longer.
     pub fn states(&mut self, published: &Published) -> Result<v1::JointStates, Error> {
+        self.changed_states(published, &[])
+    }
+
+    /// The same without the values of robots that are unchanged, by index among those of the world; the others are not.
+    ///
+    /// # Errors
+    /// Those of [`Selection::states`].
+    pub fn changed_states(
+        &mut self,
+        published: &Published,
+        unchanged: &[bool],
+    ) -> Result<v1::JointStates, Error> {
         let state = &published.state;
         let robots = self
             .found_in(&state.world)?
             .iter()
             .map(|found| match &found.values {
+                _ if unchanged.get(found.index).copied().unwrap_or_default() => v1::RobotJointStates {
+                    robot: found.entity.name.clone(),
+                    layout_version: found.entity.version,
+                    unchanged: true,
+                    ..Default::default()
+                },
                 Values::Whole => whole(state, &found.entity),
                 Values::Some { positions, velocities } => some(state, &found.entity, positions, velocities),
             })
@@ -159,6 +177,7 @@ fn whole(state: &PublishedState, entity: &EntityLayout) -> v1::RobotJointStates 
         target: slice(&state.targets, velocities).to_vec(),
         mode: slice(&state.modes, velocities).iter().copied().map(mode).collect(),
         flags: slice(&state.flags, velocities).iter().copied().map(flags).collect(),
+        unchanged: false,
     }
 }
 
@@ -177,6 +196,7 @@ fn some(
         target: gather(&state.targets, velocities).collect(),
         mode: gather(&state.modes, velocities).map(mode).collect(),
         flags: gather(&state.flags, velocities).map(flags).collect(),
+        unchanged: false,
     }
 }
 

@@ -1,8 +1,10 @@
 //! News of the physics thread for many readers: it wakes one task, and that wakes the readers.
 
 use std::future::poll_fn;
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::task::Poll;
+use std::thread::Thread;
 
 use futures_util::task::AtomicWaker;
 
@@ -11,13 +13,33 @@ use futures_util::task::AtomicWaker;
 pub(super) struct Announcer {
     handed_over: AtomicU64,
     task: AtomicWaker,
+    /// The thread that wakes the task, where the physics thread leaves that to one: see `relay`.
+    relay: OnceLock<Thread>,
+    /// What the relay has woken the task for.
+    relayed: AtomicU64,
 }
 
 impl Announcer {
     /// To be called after something was handed over. Waits for nothing.
     pub(super) fn hand_over(&self) {
         self.handed_over.fetch_add(1, Ordering::Release);
-        self.task.wake();
+        match self.relay.get() {
+            Some(thread) => thread.unpark(),
+            None => self.task.wake(),
+        }
+    }
+
+    /// From now on this thread calls [`Announcer::relay`] when it is unparked.
+    pub(super) fn relay_by(&self, thread: Thread) {
+        let _ = self.relay.set(thread);
+    }
+
+    /// Wakes the task if something was handed over since the last time.
+    pub(super) fn relay(&self) {
+        let handed_over = self.handed_over.load(Ordering::Acquire);
+        if self.relayed.swap(handed_over, Ordering::Relaxed) != handed_over {
+            self.task.wake();
+        }
     }
 
     /// Waits until something was handed over since `announced`, which is then all of it.

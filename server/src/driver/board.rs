@@ -2,33 +2,29 @@
 //! the driver never waits for a reader, nor a reader for the driver.
 //!
 //! The driver wakes one task, [`Board::announce`], and that wakes the readers: each wake from outside of the runtime takes
-//! the runtime's lock, for which a thread with a real-time priority would wait. Where no reader waits it wakes none: to wake
-//! costs as much as a step of an arm.
+//! the runtime's lock. Where no reader waits it wakes none: to wake costs as much as a step of an arm.
 
-use std::future::poll_fn;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering, fence};
-use std::task::Poll;
 use std::time::{Duration, Instant, SystemTime};
 
 use arc_swap::ArcSwap;
-use futures_util::task::AtomicWaker;
 use simd_core::{PhysicsSettings, PublishedState};
 use tokio::sync::Notify;
 
+use super::announcer::Announcer;
 use super::published::{Published, Statistics};
 use crate::histogram::Histogram;
 
 /// Old states that are kept for their memory. Readers that stall hold more
 /// than these; then the driver allocates.
-const RETIRED: usize = 8;
+const RETIRED: usize = 16;
 
 /// The newest state, for readers.
 #[derive(Debug)]
 pub(crate) struct Board {
     newest: ArcSwap<Published>,
-    /// Of the task that announces states.
-    announcer: AtomicWaker,
+    announcer: Announcer,
     /// What readers wait for.
     changed: Notify,
     /// Those that look whether they have to wait, or wait.
@@ -74,20 +70,16 @@ impl Board {
         }
     }
 
+    /// Announces states that readers wait for.
+    pub(super) fn announcer(&self) -> &Announcer {
+        &self.announcer
+    }
+
     /// Wakes those that wait for a newer state, as long as it is polled. One task does so.
     pub(crate) async fn announce(&self) {
         let mut announced = 0;
         loop {
-            poll_fn(|context| {
-                // Before the look, so that a state published between the two wakes it.
-                self.announcer.register(context.waker());
-                let newest = self.newest.load().sequence;
-                match std::mem::replace(&mut announced, newest) == newest {
-                    true => Poll::Pending,
-                    false => Poll::Ready(()),
-                }
-            })
-            .await;
+            self.announcer.next(&mut announced).await;
             self.changed.notify_waiters();
         }
     }
@@ -160,7 +152,7 @@ impl Publisher {
         let first = Published { sequence: 1, wall_time: SystemTime::now(), state, physics, statistics };
         let board = Board {
             newest: ArcSwap::from_pointee(first),
-            announcer: AtomicWaker::new(),
+            announcer: Announcer::default(),
             changed: Notify::new(),
             readers: AtomicUsize::new(0),
             epoch: Instant::now(),
@@ -197,13 +189,20 @@ impl Publisher {
             self.retired.remove(0);
         }
         self.retired.push(old);
-        // Any other would keep robots or saved states that are gone in memory.
+        // Any other would keep robots or saved states that are gone in memory. Those without a reader are kept for the next states, since this thread
+        // would have to allocate others.
         let newest = self.board.newest.load();
-        self.retired.retain(|old| shares_all(&old.state, &newest.state));
+        self.retired.retain_mut(|old| {
+            old.state.shares_all_with(&newest.state)
+                || Arc::get_mut(old).is_some_and(|old| {
+                    old.state.share_with(&newest.state);
+                    true
+                })
+        });
         // A reader is counted before it looks, and this looks after the state is there: one of the two sees the other.
         fence(Ordering::SeqCst);
         if self.board.readers.load(Ordering::Relaxed) > 0 {
-            self.board.announcer.wake();
+            self.board.announcer.hand_over();
         }
         wall_time
     }
@@ -215,14 +214,6 @@ impl Publisher {
             None => Arc::new(Published::clone(&self.board.newest.load())),
         }
     }
-}
-
-/// Whether two states have all that is shared in common.
-fn shares_all(one: &PublishedState, other: &PublishedState) -> bool {
-    Arc::ptr_eq(&one.world, &other.world)
-        && Arc::ptr_eq(&one.settings, &other.settings)
-        && Arc::ptr_eq(&one.saved, &other.saved)
-        && Arc::ptr_eq(&one.sensors, &other.sensors)
 }
 
 #[cfg(test)]

@@ -200,6 +200,10 @@ impl EventLog {
         }
     }
 
+    pub(super) fn announcer(&self) -> &Announcer {
+        &self.announcer
+    }
+
     /// Appends an event; gives it with its number.
     pub(crate) fn push(
         &self,

@@ -18,6 +18,7 @@ use super::mailbox::Inbox;
 use super::meter::Meter;
 use super::pacer::{Due, Pacer};
 use super::published::{Done, Pace, PaceChange, Statistics, Stepped};
+use super::relay::Relay;
 use super::sensor_log::SensorWriter;
 use super::step_queue::{Pending, StepQueue};
 use super::tap::{AppliedCommand, Entry, Sender, Tap};
@@ -48,6 +49,8 @@ pub(super) struct Driver<W> {
     pub(super) before_retry: usize,
     /// Where a recorder gets everything.
     pub(super) tap: Option<Arc<Tap>>,
+    /// Who sends answers in its place.
+    pub(super) relay: Option<Relay>,
 }
 
 impl<W: World> Driver<W> {
@@ -118,7 +121,11 @@ impl<W: World> Driver<W> {
         match event {
             Event::StepDue => self.step(),
             Event::Command { command, claim, sender, reply } => {
-                drop(reply.send(self.command(&command, claim, sender)));
+                let answer = self.command(&command, claim, sender);
+                match &self.relay {
+                    Some(relay) => relay.answer(reply, answer, command),
+                    None => drop(reply.send(answer)),
+                }
             }
             Event::SetState { state, claim, sender, reply } => {
                 drop(reply.send(self.set_state(state, claim, sender)));

@@ -143,6 +143,10 @@ impl SensorLog {
         kept
     }
 
+    pub(super) fn announcer(&self) -> &Announcer {
+        &self.announcer
+    }
+
     /// Wakes readers and those who measure, as long as it is polled. One task does so.
     pub(crate) async fn announce(&self) {
         let mut announced = 0;

@@ -3,6 +3,7 @@
 mod calls;
 mod long_steps;
 mod pace;
+mod relay;
 mod steps;
 
 use simd_core::simulation::command::{ClaimRequest, PhysicsChange, ResetScope, RobotTargets, SetTargets};

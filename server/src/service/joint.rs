@@ -17,7 +17,7 @@ use super::{BoxStream, PublishedRobot, joints_of, mismatched};
 use crate::SimHandle;
 use crate::access::Grant;
 use crate::convert::from_proto::{joint as from_proto, sensor, state as from_proto_state};
-use crate::convert::to_proto::entity::link_poses as entity_link_poses;
+use crate::convert::to_proto::entity::{link_poses as entity_link_poses, unchanged_link_poses};
 use crate::convert::{Selection, to_proto, to_proto::stamp};
 use crate::handle::{CallError, Caller, Disconnect, SensorSelection, Transport};
 
@@ -203,14 +203,20 @@ impl JointService for Service {
         let wanted = sensor::beside(request.sensors)?;
         self.handle.readings_beside(&wanted)?;
         let state = self.handle.newer_than(request.after_sequence, Some(timeout)).await?;
-        let states = selection.states(&state).map_err(CallError::World)?;
+        let (state, unchanged) = match request.changes_since {
+            Some(since) => self.handle.newest_with_unchanged(since),
+            None => (state, Vec::new()),
+        };
+        let states = selection.changed_states(&state, &unchanged).map_err(CallError::World)?;
         let sensors = readings_beside(&self.handle, &wanted)?;
         let state_of_world = &state.state;
         let robots = selection.robots(&state_of_world.world).map_err(CallError::World)?;
         let mut link_poses = Vec::new();
         if request.return_link_poses {
-            let poses =
-                robots.iter().map(|(index, entity)| entity_link_poses(state_of_world, *index, entity));
+            let poses = robots.iter().map(|(index, entity)| match unchanged.get(*index) {
+                Some(true) => unchanged_link_poses(entity),
+                _ => entity_link_poses(state_of_world, *index, entity),
+            });
             link_poses.extend(poses);
         }
         let mut contacts = Vec::new();

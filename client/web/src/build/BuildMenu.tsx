@@ -35,7 +35,7 @@ export function BuildMenu({ close }: { close: () => void }): JSX.Element {
       <Item icon="back" testId="build-undo" text={`Undo ${past.value.at(-1)?.what ?? ""}`} disabled={past.value.length === 0} run={() => void undo()} />
       <Item icon="step" testId="build-redo" text={`Redo ${future.value.at(-1)?.what ?? ""}`} disabled={future.value.length === 0} run={() => void redo()} />
       <Item icon="visuals" testId="build-robots" text="All robots …" run={then(() => (tool.value = { kind: "robots" }))} />
-      <Item icon="film" testId="build-worlds" text="Saved worlds …" run={then(() => (tool.value = { kind: "worlds" }))} />
+      <Item icon="film" testId="build-states" text="Saved states …" run={then(() => (tool.value = { kind: "saved-states" }))} />
       {simulation.value.state === "paused" && !film.value && (
         <Item icon="step" testId="build-film-steps" text="Take a video by steps (WebM)" disabled={isViewer} run={then(() => void beginFilmOfSteps())} />
       )}

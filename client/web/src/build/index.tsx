@@ -6,7 +6,7 @@ import { AddSheet } from "./AddSheet";
 import { AskSheet } from "./AskSheet";
 import { LoadSheet } from "./LoadSheet";
 import { RobotsSheet } from "./RobotsSheet";
-import { WorldsSheet } from "./WorldsSheet";
+import { SavedStatesSheet } from "./SavedStatesSheet";
 
 export { BuildMenu } from "./BuildMenu";
 export { FilmNote } from "./FilmNote";
@@ -24,8 +24,8 @@ export function ToolSheet(): JSX.Element | null {
       return <AddSheet />;
     case "robots":
       return <RobotsSheet />;
-    case "worlds":
-      return <WorldsSheet />;
+    case "saved-states":
+      return <SavedStatesSheet />;
     case "ask":
       return <AskSheet title={open.title} text={open.text} button={open.button} run={open.run} />;
   }

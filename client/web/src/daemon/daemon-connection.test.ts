@@ -55,8 +55,10 @@ class World {
           this.asked.push(request);
           if (this.playing) this.sequence += 1n;
           if (this.playing && this.moving) this.position += 0.01;
+          const unchanged = (request.changesSince ?? 0n) > 0n && !(this.playing && this.moving);
+          const values = unchanged ? { unchanged } : { position: [this.position] };
           return create(NextJointStatesResponseSchema, {
-            states: { stamp: { sequence: this.sequence }, robots: [...this.robots].map(([robot, layoutVersion]) => ({ robot, layoutVersion, position: [this.position] })) },
+            states: { stamp: { sequence: this.sequence }, robots: [...this.robots].map(([robot, layoutVersion]) => ({ robot, layoutVersion, ...values })) },
           });
         },
       });
@@ -105,6 +107,25 @@ test("a playing world is polled at most sixty times a second", async () => {
   expect(rate).toBeLessThanOrEqual(61);
   expect(rate).toBeGreaterThan(50);
   expect(world.asked.at(-1)).toMatchObject({ timeout: 0.02, returnLinkPoses: true, returnContacts: false });
+});
+
+test("values of a robot that has not changed are those of the state before", async () => {
+  world.playing = true;
+  daemonConnection.setVisible(true);
+  await vi.advanceTimersByTimeAsync(500);
+  world.moving = false;
+  const seen = frame.value?.sequence ?? 0n;
+  await vi.advanceTimersByTimeAsync(500);
+  const [before, last] = world.asked.slice(-2);
+  expect((last?.changesSince ?? 0n) - (before?.changesSince ?? 0n)).toBe(1n);
+  const position = frame.value?.joints.get("arm")?.position;
+  expect(frame.value?.sequence).toBeGreaterThan(seen);
+  expect(position?.length).toBe(1);
+  // Another layout: what was known of the robot says nothing.
+  world.robots.set("arm", 2n);
+  await vi.advanceTimersByTimeAsync(1000);
+  expect(frame.value?.joints.get("arm")?.position).toEqual(position);
+  expect(world.asked.map((request) => request.changesSince)).toContain(0n);
 });
 
 test("a world that plays and in which nothing moves is polled five times a second, until something moves", async () => {

@@ -37,6 +37,8 @@ export class DaemonConnection {
   private readonly slow: PollLoop;
   private readonly view: ViewLink;
   private sequence = 0n;
+  /** The state of that sequence, of which the daemon sends what has changed since. */
+  private newest: Frame | null = null;
   /** The next response counts as new even if its sequence is not: the request differs from the last one. */
   private forceNew = true;
   private unchanged = 0;
@@ -109,6 +111,7 @@ export class DaemonConnection {
     if (connection.value.state === "lost") await fetchInfo();
     const [info] = await Promise.all([fetchInfo(), this.registry.load(), this.poller.begin()]);
     this.sequence = 0n;
+    this.newest = null;
     this.forceNew = true;
     this.unchanged = 0;
     this.still = 0;
@@ -127,7 +130,13 @@ export class DaemonConnection {
     const { forceNew } = this;
     this.forceNew = false;
     const response = await this.services.joints.nextJointStates(
-      { afterSequence: forceNew ? 0n : this.sequence, timeout, returnLinkPoses: true, returnContacts: contactsWanted.value },
+      {
+        afterSequence: forceNew ? 0n : this.sequence,
+        timeout,
+        returnLinkPoses: true,
+        returnContacts: contactsWanted.value,
+        changesSince: forceNew || !this.newest ? 0n : this.sequence,
+      },
       { timeoutMs: TIMEOUT },
     );
     const sequence = response.states?.stamp?.sequence ?? 0n;
@@ -143,8 +152,9 @@ export class DaemonConnection {
     }
     this.unchanged = 0;
     this.sequence = sequence;
-    const next = frameOf(response, this.registry.layouts(), performance.now());
+    const next = frameOf(response, this.registry.layouts(), performance.now(), forceNew ? null : this.newest);
     if (!next) return;
+    this.newest = next;
     this.compare(next);
     frame.value = next;
   }

@@ -218,13 +218,14 @@ export function layoutsOf(response: NextJointStatesResponse): Map<string, bigint
 }
 
 /**
- * The state of all robots. Robots with an unknown layout version are left out: their arrays
- * do not fit what is drawn until the layout is fetched again.
+ * The state of all robots; of those that are unchanged what the state `before` has. Robots with an unknown layout version are left out: their
+ * arrays do not fit what is drawn until the layout is fetched again.
  */
 export function frameOf(
   response: NextJointStatesResponse,
   known: ReadonlyMap<string, bigint>,
   receivedAt: number,
+  before: Frame | null = null,
 ): Frame | undefined {
   const states = response.states;
   const stamp = states?.stamp;
@@ -233,7 +234,13 @@ export function frameOf(
   const joints = new Map<string, JointValues>();
   for (const robot of states.robots.filter(fits)) {
     const { position, velocity, effort, target, flags } = robot;
-    joints.set(robot.robot, { position, velocity, effort, target, mode: robot.mode.map(modeOf), flags });
+    const values = robot.unchanged ? before?.joints.get(robot.robot) : { position, velocity, effort, target, mode: robot.mode.map(modeOf), flags };
+    if (values) joints.set(robot.robot, values);
+  }
+  const poses = new Map<string, Float64Array>();
+  for (const robot of response.linkPoses.filter(fits)) {
+    const values = robot.unchanged ? before?.poses.get(robot.robot) : Float64Array.from(robot.poses);
+    if (values) poses.set(robot.robot, values);
   }
   return {
     sequence: stamp.sequence,
@@ -242,7 +249,7 @@ export function frameOf(
     simTime: stamp.simTime,
     receivedAt,
     joints,
-    poses: new Map(response.linkPoses.filter(fits).map((of) => [of.robot, Float64Array.from(of.poses)])),
+    poses,
     contacts: response.contacts.map(contactOf),
   };
 }

@@ -12,7 +12,7 @@ export function Build(): JSX.Element {
       class="toggle"
       testId="build"
       label="build"
-      title="Build: add, move, double and remove; undo; all robots; saved worlds; videos"
+      title="Build: add, move, double and remove; undo; all robots; saved states; videos"
       face={
         <>
           <Icon name="plus" />

@@ -13,7 +13,7 @@ export function samePoses(before: Frame, now: Frame): boolean {
   if (before.epoch !== now.epoch || before.poses.size !== now.poses.size) return false;
   for (const [robot, poses] of now.poses) {
     const old = before.poses.get(robot);
-    if (!old || !isClose(old, poses, MIN_MOTION)) return false;
+    if (old !== poses && (!old || !isClose(old, poses, MIN_MOTION))) return false;
   }
   return true;
 }
@@ -23,7 +23,7 @@ export function isStill(before: Frame, now: Frame): boolean {
   if (!samePoses(before, now) || before.joints.size !== now.joints.size) return false;
   for (const [robot, values] of now.joints) {
     const old = before.joints.get(robot);
-    if (!old || !sameValues(old, values)) return false;
+    if (old !== values && (!old || !sameValues(old, values))) return false;
   }
   return true;
 }

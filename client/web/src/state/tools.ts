@@ -12,7 +12,7 @@ export type Tool =
   /** All robots: search, groups, what is hidden. */
   | { kind: "robots" }
   /** Saved states of the world. */
-  | { kind: "worlds" }
+  | { kind: "saved-states" }
   /** One question before what concerns other clients too. */
   | { kind: "ask"; title: string; text: string; button: string; run: () => void };
 

@@ -95,6 +95,17 @@ pub fn link_poses(state: &PublishedState, index: usize, entity: &EntityLayout) -
         robot: entity.name.clone(),
         layout_version: entity.version,
         poses: poses.iter().flat_map(geometry::pose_values).collect(),
+        unchanged: false,
+    }
+}
+
+/// In the place of poses that the client has.
+pub fn unchanged_link_poses(entity: &EntityLayout) -> v1::RobotLinkPoses {
+    v1::RobotLinkPoses {
+        robot: entity.name.clone(),
+        layout_version: entity.version,
+        unchanged: true,
+        ..Default::default()
     }
 }
 

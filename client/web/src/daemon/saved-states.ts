@@ -1,5 +1,5 @@
 // Saved states of the world: listed, made, put back, and as files. Errors are shown as toasts.
-import { MAX_FILE, type SavedWorld } from "../state/saved-worlds";
+import { MAX_FILE, type SavedState } from "../state/saved-states";
 import { sha256 } from "../load/sha256";
 import { uploadFile } from "../load/upload";
 import { save } from "../state/download";
@@ -12,13 +12,13 @@ import { services } from "./services";
 const PART = 1 << 20;
 
 /** All of them, the newest first. Rejects with the daemon's error. */
-export async function listWorlds(): Promise<SavedWorld[]> {
+export async function listSavedStates(): Promise<SavedState[]> {
   const { savedStates } = await services().simulation.listSavedStates({});
   return savedStates.map(({ name, stamp, robots, owner }) => ({ name, simTime: stamp?.simTime ?? 0, robots, owner })).toReversed();
 }
 
 /** Keeps the present state under a name; without one the daemon makes one up. Resolves to whether it is kept. */
-export function saveWorld(name: string): Promise<boolean> {
+export function saveState(name: string): Promise<boolean> {
   return attempt(async () => {
     const { savedState } = await services().simulation.saveState({ name });
     toast("info", `The world is kept as ${savedState?.name ?? name}.`);
@@ -26,19 +26,19 @@ export function saveWorld(name: string): Promise<boolean> {
 }
 
 /** Puts the world back to a state. */
-export function restoreWorld(name: string): Promise<boolean> {
+export function restoreState(name: string): Promise<boolean> {
   return attempt(async () => {
     await services().simulation.restoreState({ name });
     daemonConnection().pollAllNow();
   });
 }
 
-export function deleteWorld(name: string): Promise<boolean> {
+export function deleteState(name: string): Promise<boolean> {
   return attempt(() => services().simulation.deleteSavedState({ name }));
 }
 
 /** Saves a state as a file on this machine. */
-export function downloadWorld(name: string): Promise<boolean> {
+export function downloadState(name: string): Promise<boolean> {
   return attempt(async () => {
     const { sha256: hash, totalBytes } = await services().simulation.exportSavedState({ name });
     const total = Number(totalBytes);
@@ -55,7 +55,7 @@ export function downloadWorld(name: string): Promise<boolean> {
 }
 
 /** Keeps the state of a file of this machine; the world is left as it is. */
-export function uploadWorld(file: File): Promise<boolean> {
+export function uploadState(file: File): Promise<boolean> {
   return attempt(async () => {
     const bytes = new Uint8Array(await file.arrayBuffer());
     const hash = await sha256(bytes);

@@ -3,7 +3,7 @@
 /** Bytes that a browser keeps while it saves a file. */
 export const MAX_FILE = 1 << 30;
 
-export interface SavedWorld {
+export interface SavedState {
   name: string;
   /** Simulated seconds of the moment that was kept. */
   simTime: number;

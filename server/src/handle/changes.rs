@@ -1,0 +1,114 @@
+//! Since when each robot is as it is, so that clients that look again and again get what has changed.
+//!
+//! Nothing is compared but when a client asks, and never on the physics thread.
+
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use simd_core::simulation::published_state::{EntityLayout, Flags, Mode, PublishedState, RootState};
+
+use super::SimHandle;
+use crate::driver::Published;
+
+/// Metres, radians and components of quaternions: positions of joints and the pose of the root.
+const POSITION: f64 = 1e-7;
+/// m/s and rad/s.
+const VELOCITY: f64 = 1e-4;
+/// N and N m.
+const EFFORT: f64 = 1e-3;
+
+impl SimHandle {
+    /// The newest state, and which of its robots are as they were in an answer of this to the state of sequence `since`, by index.
+    pub fn newest_with_unchanged(&self, since: u64) -> (Arc<Published>, Vec<bool>) {
+        self.inner.changes.look(since, || self.newest())
+    }
+}
+
+/// What robots were like when they had last changed.
+#[derive(Debug, Default)]
+pub(super) struct ChangeTracker(Mutex<HashMap<u64, Values>>);
+
+/// Values of a robot of one version.
+#[derive(Debug)]
+struct Values {
+    /// Sequence of the state that they are of.
+    changed_at: u64,
+    root: Option<RootState>,
+    positions: Vec<f64>,
+    velocities: Vec<f64>,
+    efforts: Vec<f64>,
+    targets: Vec<f64>,
+    modes: Vec<Mode>,
+    flags: Vec<Flags>,
+}
+
+impl ChangeTracker {
+    /// Takes the newest state while no other call looks, so that what it compares never goes back.
+    fn look(&self, since: u64, newest: impl FnOnce() -> Arc<Published>) -> (Arc<Published>, Vec<bool>) {
+        let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let published = newest();
+        let mut before = std::mem::take(&mut *known);
+        let mut unchanged = Vec::with_capacity(published.state.world.entities.len());
+        for (index, entity) in published.state.world.entities.iter().enumerate() {
+            let values = match before.remove(&entity.version) {
+                Some(values) if values.are_close(&published.state, index, entity) => values,
+                _ => Values::of(&published, index, entity),
+            };
+            unchanged.push(values.changed_at <= since);
+            known.insert(entity.version, values);
+        }
+        drop(known);
+        (published, unchanged)
+    }
+}
+
+impl Values {
+    fn of(published: &Published, index: usize, entity: &EntityLayout) -> Self {
+        let state = &published.state;
+        let (positions, velocities) = (entity.positions.clone(), entity.velocities.clone());
+        Self {
+            changed_at: published.sequence,
+            root: state.roots.get(index).cloned(),
+            positions: state.positions[positions].to_vec(),
+            velocities: state.velocities[velocities.clone()].to_vec(),
+            efforts: state.efforts[velocities.clone()].to_vec(),
+            targets: state.targets[velocities.clone()].to_vec(),
+            modes: state.modes[velocities.clone()].to_vec(),
+            flags: state.flags[velocities].to_vec(),
+        }
+    }
+
+    fn are_close(&self, state: &PublishedState, index: usize, entity: &EntityLayout) -> bool {
+        let (positions, velocities) = (entity.positions.clone(), entity.velocities.clone());
+        let is_root_close = match (&self.root, state.roots.get(index)) {
+            (Some(root), Some(now)) => are_roots_close(root, now),
+            (root, now) => root.is_none() && now.is_none(),
+        };
+        is_root_close
+            && are_close(&self.positions, &state.positions[positions], POSITION)
+            && are_close(&self.velocities, &state.velocities[velocities.clone()], VELOCITY)
+            && are_close(&self.efforts, &state.efforts[velocities.clone()], EFFORT)
+            && are_close(&self.targets, &state.targets[velocities.clone()], 0.0)
+            && self.modes == state.modes[velocities.clone()]
+            && self.flags == state.flags[velocities]
+    }
+}
+
+fn are_roots_close(one: &RootState, other: &RootState) -> bool {
+    let values = |root: &RootState| {
+        [root.pose.translation.to_array(), root.linear.to_array(), root.angular.to_array()]
+    };
+    let rotation = |root: &RootState| root.pose.rotation.to_array();
+    let [position, linear, angular] = values(one);
+    let [other_position, other_linear, other_angular] = values(other);
+    one.disabled == other.disabled
+        && are_close(&position, &other_position, POSITION)
+        && are_close(&rotation(one), &rotation(other), POSITION)
+        && are_close(&linear, &other_linear, VELOCITY)
+        && are_close(&angular, &other_angular, VELOCITY)
+}
+
+/// What is not a number is never close to anything.
+fn are_close(one: &[f64], other: &[f64], least: f64) -> bool {
+    one.len() == other.len() && one.iter().zip(other).all(|(one, other)| (one - other).abs() <= least)
+}
