@@ -19,13 +19,11 @@ const INTERVAL = 1000 / 60;
 const WAIT = 0.02;
 /** After this many responses in a row without a new state, the world counts as idle. */
 const IDLE_AFTER = 5;
-/** Milliseconds between two calls while the world is idle: no connection is held for it. */
-const IDLE_INTERVAL = 250;
-const IDLE_WAIT = 0.001;
 /** After this many states in a row in which nothing moved, the world counts as still: only its time goes on. */
 const STILL_AFTER = 30;
-/** Milliseconds between two calls while the world is still. */
-const STILL_INTERVAL = 200;
+/** Milliseconds between two calls while the world is idle or still: no connection is held for it. */
+const IDLE_INTERVAL = 250;
+const IDLE_WAIT = 0.001;
 /** Milliseconds without a response after which the daemon is lost. */
 const TIMEOUT = 5000;
 
@@ -51,7 +49,7 @@ export class DaemonConnection {
 
   constructor(private readonly services: Services) {
     this.registry = new RobotRegistry(services, () => this.refresh());
-    this.poller = new DaemonPoller(services, this.registry);
+    this.poller = new DaemonPoller(services, this.registry, () => this.rests());
     this.slow = new PollLoop(() => this.poller.poll());
     this.view = new ViewLink(services);
     // Contacts are requested only if they are drawn or plotted, and an idle world has to be polled again for them.
@@ -69,7 +67,7 @@ export class DaemonConnection {
 
   /** Polls an idle or still world at once: this page has changed something. */
   pollNow(): void {
-    const rests = this.unchanged >= IDLE_AFTER || this.still >= STILL_AFTER;
+    const rests = this.rests();
     this.unchanged = 0;
     this.still = 0;
     if (rests && connection.value.state === "live") this.states.wake();
@@ -84,6 +82,11 @@ export class DaemonConnection {
   /** Reconnects to a lost daemon now, without waiting for the next attempt. */
   retry(): void {
     if (connection.value.state === "lost") this.states.wake();
+  }
+
+  /** Whether the world is idle or still. */
+  private rests(): boolean {
+    return this.unchanged >= IDLE_AFTER || this.still >= STILL_AFTER;
   }
 
   private refresh(): void {
@@ -101,8 +104,7 @@ export class DaemonConnection {
     } catch (error) {
       return this.disconnect(error);
     }
-    if (this.unchanged >= IDLE_AFTER) return IDLE_INTERVAL;
-    return this.still >= STILL_AFTER ? STILL_INTERVAL : Math.max(0, this.due - performance.now());
+    return this.rests() ? IDLE_INTERVAL : Math.max(0, this.due - performance.now());
   }
 
   private async connect(): Promise<void> {

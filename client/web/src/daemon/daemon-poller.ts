@@ -17,10 +17,11 @@ import type { RobotRegistry } from "./robot-registry";
 import { readingsOf, sensorOf } from "./sensors";
 import type { Services } from "./services";
 
-/** Milliseconds between two polls. */
+/** Milliseconds between two polls, and while the world rests. */
 const INTERVAL = 500;
-/** The clients are fetched at every second poll. */
-const CLIENTS_EVERY = 2;
+const RESTING_INTERVAL = 1000;
+/** Milliseconds between two looks at who is connected, at least. */
+const CLIENTS_INTERVAL = 900;
 /** Seconds; 0 would mean the default of one second. */
 const NO_WAIT = 0.001;
 const CALL = { timeoutMs: 5000 };
@@ -29,7 +30,7 @@ const ALL_EVENTS = 0n;
 
 /** Makes one call after the other, so that a tab needs at most one connection for it. */
 export class DaemonPoller {
-  private polls = 0;
+  private clientsAt = -Infinity;
   private parametersVersion = 0n;
   private lastEvent = 0n;
   private lag = new LagDetector();
@@ -37,11 +38,12 @@ export class DaemonPoller {
   constructor(
     private readonly services: Services,
     private readonly registry: RobotRegistry,
+    private readonly worldRests: () => boolean,
   ) {}
 
   /** Forgets the state of the daemon before, and fetches what is later fetched only after an event. */
   async begin(): Promise<void> {
-    this.polls = 0;
+    this.clientsAt = -Infinity;
     this.parametersVersion = 0n;
     this.lag = new LagDetector();
     const [events] = await Promise.all([this.services.events.nextEvents({ afterSequence: ALL_EVENTS }, CALL), this.fetchPhysics()]);
@@ -57,8 +59,9 @@ export class DaemonPoller {
   /** Returns the milliseconds until the next poll. */
   async poll(): Promise<number> {
     if (connection.value.state !== "live") return INTERVAL;
-    const withClients = this.polls % CLIENTS_EVERY === 0;
-    this.polls += 1;
+    const now = performance.now();
+    const withClients = now - this.clientsAt >= CLIENTS_INTERVAL;
+    if (withClients) this.clientsAt = now;
     try {
       await this.fetchStatistics();
       await this.fetchParameters();
@@ -72,7 +75,13 @@ export class DaemonPoller {
     } catch {
       // A lost daemon is detected by the poll of states, which is more frequent.
     }
-    return INTERVAL;
+    return this.worldRests() && !this.showsSensors() ? RESTING_INTERVAL : INTERVAL;
+  }
+
+  /** Whether the robot in the panel has sensors, whose readings change in a world at rest, too. */
+  private showsSensors(): boolean {
+    const robot = sensorsShownOf.value;
+    return sensors.value.some((sensor) => sensor.robot === robot);
   }
 
   private async fetchStatistics(): Promise<void> {
@@ -117,8 +126,8 @@ export class DaemonPoller {
 
   /** Of the robot in the panel, where it has sensors. What is measured is not waited for. */
   private async fetchReadings(): Promise<void> {
+    if (!this.showsSensors()) return;
     const robot = sensorsShownOf.value;
-    if (!sensors.value.some((sensor) => sensor.robot === robot)) return;
     const request = { selections: [{ robot }], timeout: NO_WAIT };
     const response = await this.services.sensors.getSensorReadings(request, CALL);
     if (sensorsShownOf.value === robot) readings.value = readingsOf(response.sensors);

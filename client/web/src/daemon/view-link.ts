@@ -11,7 +11,7 @@ import type { Services } from "./services";
 
 /** Milliseconds between two polls while something changes, and else. */
 const INTERVAL = 1000 / 30;
-const IDLE_INTERVAL = 250;
+const IDLE_INTERVAL = 500;
 /** Milliseconds after the last change in which there may be another. */
 const ACTIVE_FOR = 2000;
 /** Milliseconds between two reports of the camera. */
