@@ -157,7 +157,7 @@ def print_scripts(found: dict[str, dict[str, Any]], whole: bool) -> None:
 
 # What is said of a failure in the table, by a part of its message.
 REASONS = {
-    "loadSoftBody": "needs soft bodies",
+    "rigid bodies only": "needs soft bodies",
     "number of robots": "needs more than 1000 bodies",
     "Not found": "a file is not found",
     "Cannot load": "a file is not found",

@@ -262,8 +262,8 @@ fn realtime() -> Vec<Key> {
     vec![
         Key::new(
             "realtime.priority",
-            "the real-time priority of the physics thread (`SCHED_FIFO`); 0 is none. Needs `CAP_SYS_NICE` or \
-             `LimitRTPRIO`",
+            "the real-time priority of the physics thread (`SCHED_FIFO`); 0 is none. A thread that answers in its place has one \
+             less. Needs `CAP_SYS_NICE` or `LimitRTPRIO`",
             Access::Count(0..=99, |draft| &mut draft.config.driver.real_time.priority),
         ),
         Key::new(

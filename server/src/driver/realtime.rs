@@ -81,6 +81,17 @@ pub(super) fn ask(wanted: RealTime) {
     }
 }
 
+/// Asks for a real-time priority alone, for a thread that works for the physics thread: what the system refuses it refuses
+/// the physics thread too, which has said so.
+pub(super) fn ask_for_priority(priority: u32) {
+    #[cfg(target_os = "linux")]
+    if let Err(reason) = set_priority(priority) {
+        tracing::debug!(reason, "a thread of the physics thread has no real-time priority");
+    }
+    #[cfg(not(target_os = "linux"))]
+    let _ = priority;
+}
+
 #[cfg(target_os = "linux")]
 fn set_priority(priority: u32) -> Result<(), String> {
     use thread_priority::unix::{

@@ -1,5 +1,7 @@
 //! A thread between the physics thread and the runtime, where the physics thread has a real-time priority.
 //!
+//! It sends answers to commands, and wakes those who announce states, events and readings. Other calls are rarer, and answered by the physics thread.
+//!
 //! To wake a task takes locks of the runtime. A thread without such a priority that holds one may be taken off its processor
 //! for milliseconds, while the physics thread would wait for it. To unpark a thread takes no lock.
 
@@ -58,9 +60,9 @@ impl Relay {
         let (thread, is_over) = Default::default();
         let shared = Arc::new(Shared { answers, board, events, sensors, thread, is_over });
         let served = Arc::clone(&shared);
-        let priority = real_time.priority.saturating_sub(1);
+        let priority = real_time.priority.saturating_sub(1).max(1);
         let handle = std::thread::Builder::new().name("simd-relay".into()).spawn(move || {
-            realtime::ask(RealTime { priority, ..RealTime::default() });
+            realtime::ask_for_priority(priority);
             served.serve();
         })?;
         let thread = handle.thread();

@@ -2,7 +2,7 @@
 //!
 //! Nothing is compared but when a client asks, and never on the physics thread.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use simd_core::simulation::published_state::{EntityLayout, Flags, Mode, PublishedState, RootState};
@@ -10,12 +10,13 @@ use simd_core::simulation::published_state::{EntityLayout, Flags, Mode, Publishe
 use super::SimHandle;
 use crate::driver::Published;
 
-/// Metres, radians and components of quaternions: positions of joints and the pose of the root.
-const POSITION: f64 = 1e-7;
+/// Metres, radians and components of quaternions: positions of joints and the pose of the root. Half of what the schema says, here and below: a client
+/// may have values that differ by so much from those that are compared with.
+const POSITION: f64 = 5e-8;
 /// m/s and rad/s.
-const VELOCITY: f64 = 1e-4;
+const VELOCITY: f64 = 5e-5;
 /// N and N m.
-const EFFORT: f64 = 1e-3;
+const EFFORT: f64 = 5e-4;
 
 impl SimHandle {
     /// The newest state, and which of its robots are as they were in an answer of this to the state of sequence `since`, by index.
@@ -26,7 +27,15 @@ impl SimHandle {
 
 /// What robots were like when they had last changed.
 #[derive(Debug, Default)]
-pub(super) struct ChangeTracker(Mutex<HashMap<u64, Values>>);
+pub(super) struct ChangeTracker(Mutex<Known>);
+
+#[derive(Debug, Default)]
+struct Known {
+    /// Of the state that was compared last.
+    sequence: u64,
+    /// By version.
+    robots: HashMap<u64, Values>,
+}
 
 /// Values of a robot of one version.
 #[derive(Debug)]
@@ -47,18 +56,36 @@ impl ChangeTracker {
     fn look(&self, since: u64, newest: impl FnOnce() -> Arc<Published>) -> (Arc<Published>, Vec<bool>) {
         let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let published = newest();
-        let mut before = std::mem::take(&mut *known);
-        let mut unchanged = Vec::with_capacity(published.state.world.entities.len());
-        for (index, entity) in published.state.world.entities.iter().enumerate() {
-            let values = match before.remove(&entity.version) {
-                Some(values) if values.are_close(&published.state, index, entity) => values,
-                _ => Values::of(&published, index, entity),
-            };
-            unchanged.push(values.changed_at <= since);
-            known.insert(entity.version, values);
+        if known.sequence != published.sequence {
+            known.compare(&published);
         }
+        // A number from before a restart of the daemon may lie ahead.
+        let is_known = since <= published.sequence;
+        let is_unchanged = |entity: &Arc<EntityLayout>| {
+            known.robots.get(&entity.version).is_some_and(|values| values.changed_at <= since)
+        };
+        let entities = &published.state.world.entities;
+        let unchanged = entities.iter().map(|entity| is_known && is_unchanged(entity)).collect();
         drop(known);
         (published, unchanged)
+    }
+}
+
+impl Known {
+    fn compare(&mut self, published: &Published) {
+        self.sequence = published.sequence;
+        let entities = &published.state.world.entities;
+        for (index, entity) in entities.iter().enumerate() {
+            match self.robots.get_mut(&entity.version) {
+                Some(values) if values.are_close(&published.state, index, entity) => {}
+                Some(values) => *values = Values::of(published, index, entity),
+                None => drop(self.robots.insert(entity.version, Values::of(published, index, entity))),
+            }
+        }
+        if self.robots.len() > entities.len() {
+            let there: HashSet<u64> = entities.iter().map(|entity| entity.version).collect();
+            self.robots.retain(|version, _| there.contains(version));
+        }
     }
 }
 

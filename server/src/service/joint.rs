@@ -204,7 +204,10 @@ impl JointService for Service {
         self.handle.readings_beside(&wanted)?;
         let state = self.handle.newer_than(request.after_sequence, Some(timeout)).await?;
         let (state, unchanged) = match request.changes_since {
-            Some(since) => self.handle.newest_with_unchanged(since),
+            Some(since) => {
+                drop(state);
+                self.handle.newest_with_unchanged(since)
+            }
             None => (state, Vec::new()),
         };
         let states = selection.changed_states(&state, &unchanged).map_err(CallError::World)?;

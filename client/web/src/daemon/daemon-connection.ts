@@ -21,7 +21,7 @@ const WAIT = 0.02;
 const IDLE_AFTER = 5;
 /** After this many states in a row in which nothing moved, the world counts as still: only its time goes on. */
 const STILL_AFTER = 30;
-/** Milliseconds between two calls while the world is idle or still: no connection is held for it. */
+/** Milliseconds between two calls while the world is idle or still, and seconds that the daemon waits in an idle one: no connection is held for it. */
 const IDLE_INTERVAL = 250;
 const IDLE_WAIT = 0.001;
 /** Milliseconds without a response after which the daemon is lost. */
@@ -58,6 +58,8 @@ export class DaemonConnection {
 
   /** Starts polling, or stops it while the page is hidden. */
   setVisible(visible: boolean): void {
+    // Another daemon may have come meanwhile, of whose values nothing is known.
+    this.forceNew = true;
     for (const loop of [this.states, this.slow]) {
       if (visible) loop.start();
       else loop.stop();
@@ -70,7 +72,10 @@ export class DaemonConnection {
     const rests = this.rests();
     this.unchanged = 0;
     this.still = 0;
-    if (rests && connection.value.state === "live") this.states.wake();
+    if (rests && connection.value.state === "live") {
+      this.states.wake();
+      this.slow.wake();
+    }
   }
 
   /** Polls what changes slowly at once, too. */
@@ -152,13 +157,18 @@ export class DaemonConnection {
       this.unchanged += 1;
       return;
     }
+    const rested = this.rests();
     this.unchanged = 0;
     this.sequence = sequence;
     const next = frameOf(response, this.registry.layouts(), performance.now(), forceNew ? null : this.newest);
     if (!next) return;
     this.newest = next;
+    // Of a robot that was left out before, its layout being unknown.
+    if (response.states?.robots.some(({ robot, unchanged }) => unchanged && !next.joints.has(robot))) this.forceNew = true;
     this.compare(next);
     frame.value = next;
+    // What moves now, another client may have set going.
+    if (rested && !this.rests()) this.slow.wake();
   }
 
   /** Counts the states in which nothing has moved. */

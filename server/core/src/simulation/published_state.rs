@@ -245,17 +245,6 @@ pub struct Flags {
 }
 
 impl PublishedState {
-    /// Whether two states have all in common that a state shares with those before it.
-    pub fn shares_all_with(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.world, &other.world)
-            && Arc::ptr_eq(&self.constraints, &other.constraints)
-            && Arc::ptr_eq(&self.settings, &other.settings)
-            && Arc::ptr_eq(&self.collision_pairs, &other.collision_pairs)
-            && Arc::ptr_eq(&self.target_sources, &other.target_sources)
-            && Arc::ptr_eq(&self.sensors, &other.sensors)
-            && Arc::ptr_eq(&self.saved, &other.saved)
-    }
-
     /// Takes from another state all that a state shares with those before it, so that this one, which is to be written
     /// over, keeps nothing that is gone in memory.
     pub fn share_with(&mut self, other: &Self) {

@@ -120,7 +120,12 @@ pub(crate) fn robot_element<'a, 'i>(
         return Err(Refusal::at(findings.line(node), message.to_owned()));
     }
     if !robot.children().any(|node| is(node, "link")) {
-        return Err(findings.refuse(robot, "the robot has no links"));
+        // Bullet's.
+        let soft = robot.children().find(|node| is(*node, "deformable") || is(*node, "reduced_deformable"));
+        let why = soft.map(|node| {
+            format!(": <{}> is a soft body, and simd has rigid bodies only", node.tag_name().name())
+        });
+        return Err(findings.refuse(robot, &format!("the robot has no links{}", why.unwrap_or_default())));
     }
     Ok(robot)
 }

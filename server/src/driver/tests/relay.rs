@@ -38,6 +38,7 @@ async fn readers_that_wait_are_woken() {
         tokio::task::yield_now().await;
         drop(bench.command(nothing()));
         bench.iterations(1);
-        assert_eq!(reader.await.unwrap(), newest + 1);
+        let woken = tokio::time::timeout(std::time::Duration::from_secs(20), reader).await;
+        assert_eq!(woken.expect("it is woken").unwrap(), newest + 1);
     }
 }

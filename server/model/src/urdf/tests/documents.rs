@@ -60,6 +60,11 @@ fn what_is_no_text_is_refused_as_such() {
 #[test]
 fn a_robot_without_links_is_refused() {
     assert_eq!(refusal("<robot name='r'/>"), "robot (line 1): the robot has no links");
+    let soft = "<robot name='r'><reduced_deformable name='r'/></robot>";
+    assert_eq!(
+        refusal(soft),
+        "robot (line 1): the robot has no links: <reduced_deformable> is a soft body, and simd has rigid bodies only"
+    );
 }
 
 #[test]
