@@ -125,7 +125,7 @@ pub(crate) fn robot_element<'a, 'i>(
         let why = soft.map(|node| {
             format!(": <{}> is a soft body, and simd has rigid bodies only", node.tag_name().name())
         });
-        return Err(findings.refuse(robot, &format!("the robot has no links{}", why.unwrap_or_default())));
+        return Err(findings.refuse(robot, format!("the robot has no links{}", why.unwrap_or_default())));
     }
     Ok(robot)
 }
