@@ -75,8 +75,18 @@ test("a video of steps lasts as long as what is simulated in it, however slow th
       const seeked = happened("seeked");
       video.currentTime = time;
       await seeked;
-      drawing.drawImage(video, 0, 0);
-      const { data, width } = drawing.getImageData(0, 0, video.videoWidth, video.videoHeight);
+      // What is drawn is black until the browser shows the picture, which may come after it says that it is there.
+      const picture = (): ImageData => {
+        drawing.drawImage(video, 0, 0);
+        return drawing.getImageData(0, 0, video.videoWidth, video.videoHeight);
+      };
+      const isBlack = ({ data }: ImageData): boolean => data.every((value, index) => index % 4 === 3 || value === 0);
+      let seen = picture();
+      for (let tries = 0; tries < 100 && isBlack(seen); tries += 1) {
+        await new Promise((done) => setTimeout(done, 50));
+        seen = picture();
+      }
+      const { data, width } = seen;
       let [sum, count] = [0, 0];
       for (let index = 0; index < data.length; index += 4) {
         const [red = 0, green = 0, blue = 0] = data.subarray(index, index + 3);

@@ -1,4 +1,5 @@
 // Every change that the user makes to the world. Each resolves once it is applied; errors are shown as toasts.
+import { attempt } from "./attempt";
 import { Base } from "../gen/simd/v1/entity_pb";
 import { JointMode, type SetJointTargetsResponse } from "../gen/simd/v1/joint_pb";
 import { PaceMode, SimulationState } from "../gen/simd/v1/simulation_pb";
@@ -12,7 +13,7 @@ import { bringIn, noteSpawn } from "./building";
 import { BallTargets } from "./ball-targets";
 import { Coalescer } from "./coalesce";
 import { daemonConnection } from "./page";
-import { messageOf, worded } from "./error-message";
+import { worded } from "./error-message";
 import { services } from "./services";
 import { ballTargetOf, targetOf, type WireTarget } from "./targets";
 
@@ -148,17 +149,6 @@ interface Pull {
   target?: Vector;
   spring?: Spring;
   duration?: number;
-}
-
-/** Runs a change, and shows its error as a toast. Resolves to whether there was none. */
-async function attempt(change: () => Promise<unknown>): Promise<boolean> {
-  try {
-    await change();
-    return true;
-  } catch (error) {
-    toast("error", messageOf(error));
-    return false;
-  }
 }
 
 async function sendTargets(values: Map<string, { axis: Axis; mode: Mode; value: number }>): Promise<void> {

@@ -1,4 +1,5 @@
 // The daemon's recordings: made, listed, saved to this machine, deleted and shown. Errors are shown as toasts.
+import { attempt } from "./attempt";
 import { timestampMs } from "@bufbuild/protobuf/wkt";
 import { RecordingState, type Recording } from "../gen/simd/v1/recording_pb";
 import { daemonSource, fileSource, type Source } from "../recording/source";
@@ -123,15 +124,5 @@ async function show(name: string, sources: readonly Source[]): Promise<void> {
     recordingsOpen.value = false;
   } catch (error) {
     toast("error", `${name} cannot be shown: ${messageOf(error).replace(/^[A-Z](?=[a-z]* )/, (letter) => letter.toLowerCase())}`);
-  }
-}
-
-async function attempt(call: () => Promise<unknown>): Promise<boolean> {
-  try {
-    await call();
-    return true;
-  } catch (error) {
-    toast("error", messageOf(error));
-    return false;
   }
 }

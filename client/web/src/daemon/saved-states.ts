@@ -1,10 +1,10 @@
 // Saved states of the world: listed, made, put back, and as files. Errors are shown as toasts.
+import { attempt } from "./attempt";
 import { MAX_FILE, type SavedState } from "../state/saved-states";
 import { sha256 } from "../load/sha256";
 import { uploadFile } from "../load/upload";
 import { save } from "../state/download";
 import { toast } from "../state/toasts";
-import { messageOf } from "./error-message";
 import { daemonConnection } from "./page";
 import { services } from "./services";
 
@@ -63,14 +63,4 @@ export function uploadState(file: File): Promise<boolean> {
     const { savedState } = await services().simulation.importSavedState({ sha256: hash });
     toast("info", `${savedState?.name ?? file.name} is kept; put it back to go there.`);
   });
-}
-
-async function attempt(act: () => Promise<unknown>): Promise<boolean> {
-  try {
-    await act();
-    return true;
-  } catch (error) {
-    toast("error", messageOf(error));
-    return false;
-  }
 }
