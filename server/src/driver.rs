@@ -138,7 +138,9 @@ pub(crate) fn start(world: impl World, config: Config) -> std::io::Result<Link> 
     let callers_drive = config.callers_drive && step_threads < 2;
     if config.real_time.priority > 0 && !callers_drive {
         let Link { board, events, sensors, .. } = link.clone();
-        driver.relay = Some(Relay::start(config.real_time, board, events, sensors)?);
+        // All that may wait for an answer at one time.
+        let room = config.mailbox.saturating_add(config.waiting_steps);
+        driver.relay = Some(Relay::start((config.real_time, room), board, events, sensors)?);
     }
     let thread = if callers_drive {
         let shared = Arc::new(Shared::new(driver));

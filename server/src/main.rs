@@ -86,6 +86,7 @@ fn run(log: &Log) -> ExitCode {
             lines.with_env_filter(filter).json().with_current_span(true).with_span_list(false).init()
         }
     }
+    config.driver.real_time.keep_others_off();
     let threads = BLOCKING_THREADS + std::thread::available_parallelism().map_or(1, usize::from);
     let mut builder = tokio::runtime::Builder::new_multi_thread();
     let runtime = match builder.enable_all().max_blocking_threads(threads).build() {

@@ -28,13 +28,15 @@ fn main() -> ExitCode {
     let number = |name| std::env::var(name).ok().and_then(|text| text.parse::<f64>().ok());
     let minutes = number("SOAK_MINUTES").unwrap_or(MINUTES);
     let quiet = (QUIET * minutes).min(10.0);
+    let priority = number("SOAK_PRIORITY").map_or(PRIORITY, |priority| priority as u32);
     let options = Options {
         quiet: Duration::from_secs_f64(60.0 * quiet),
         duration: Duration::from_secs_f64(60.0 * (minutes - quiet)),
         every: Duration::from_secs(60),
         readers: 100,
         stopped: 10,
-        priority: number("SOAK_PRIORITY").map_or(PRIORITY, |priority| priority as u32),
+        priority,
+        processor: if priority > 0 { leave_the_last_processor() } else { None },
     };
     println!("{} with {} readers, {} of them stopped", simd(), options.readers, options.stopped);
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build().expect("a runtime");
@@ -58,6 +60,23 @@ fn main() -> ExitCode {
     );
     let is_well = ratio <= RATIO && !report.heap_slope.is_above(SLOPE);
     if failures == 0 && (is_well || minutes < LONG) { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
+
+/// The last of two processors or more, on which no thread of this process runs from now on: its clients stand for those of
+/// other machines.
+#[cfg(target_os = "linux")]
+fn leave_the_last_processor() -> Option<usize> {
+    use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
+
+    let mut others = sched_getaffinity(None).ok()?;
+    let last = (0..CpuSet::MAX_CPU).rev().find(|number| others.is_set(*number))?;
+    others.unset(last);
+    (others.count() > 0 && sched_setaffinity(None, &others).is_ok()).then_some(last)
+}
+
+#[cfg(not(target_os = "linux"))]
+fn leave_the_last_processor() -> Option<usize> {
+    None
 }
 
 /// The daemon that is used.

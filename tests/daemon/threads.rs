@@ -1,7 +1,7 @@
 //! Threads of the process, which do not grow with its work.
 #![cfg(target_os = "linux")]
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use simd_client::Client;
 use simd_client::proto::primitive::Geometry;
@@ -25,11 +25,51 @@ fn ball(number: usize) -> SpawnEntityRequest {
     }
 }
 
+/// The folder and the name of each thread.
+fn threads(pid: u32) -> Vec<(PathBuf, String)> {
+    let tasks = std::fs::read_dir(Path::new("/proc").join(pid.to_string()).join("task")).unwrap();
+    let folders = tasks.map(|task| task.unwrap().path());
+    // One that has ended has none.
+    folders
+        .filter_map(|folder| Some((folder.clone(), std::fs::read_to_string(folder.join("comm")).ok()?)))
+        .collect()
+}
+
 /// Of tokio's runtime: its workers, and those that may work or wait for long.
 fn threads_of_the_runtime(pid: u32) -> usize {
-    let tasks = std::fs::read_dir(Path::new("/proc").join(pid.to_string()).join("task")).unwrap();
-    let names = tasks.filter_map(|task| std::fs::read_to_string(task.ok()?.path().join("comm")).ok());
-    names.filter(|name| name.starts_with("tokio-rt")).count()
+    threads(pid).iter().filter(|(_, name)| name.starts_with("tokio-rt")).count()
+}
+
+/// Whether a list of the kernel, as `0-2,5`, has a number.
+fn contains(list: &str, number: usize) -> bool {
+    list.split(',').any(|range| {
+        let (first, last) = range.split_once('-').unwrap_or((range, range));
+        (first.parse().unwrap()..=last.parse().unwrap()).contains(&number)
+    })
+}
+
+#[tokio::test]
+async fn a_processor_of_the_physics_thread_is_its_own() {
+    let allowed = rustix::thread::sched_getaffinity(None).unwrap();
+    let processors: Vec<_> = (0..1024).filter(|number| allowed.is_set(*number)).collect();
+    let own = processors[processors.len() - 1];
+    let folder = tempfile::tempdir().unwrap();
+    let config = folder.path().join("simd.toml");
+    std::fs::write(&config, format!("[realtime]\nprocessors = [{own}]\n")).unwrap();
+    let daemon = Process::start([Path::new("--config"), &config]).await;
+    // Its physics thread has answered, and so has asked for what it wants.
+    daemon.client().await.pause().await.unwrap();
+    let threads = threads(daemon.pid().unwrap());
+    assert!(threads.iter().any(|(_, name)| name.trim() == "simd-driver"), "{threads:?}");
+    for (folder, name) in threads {
+        let Ok(status) = std::fs::read_to_string(folder.join("status")) else { continue };
+        let list = status.lines().find_map(|line| line.strip_prefix("Cpus_allowed_list:")).unwrap().trim();
+        match name.trim() {
+            "simd-driver" => assert_eq!(list, own.to_string()),
+            // Where there is one processor alone it is everybody's.
+            _ => assert_eq!(contains(list, own), processors.len() == 1, "{name}: {list}"),
+        }
+    }
 }
 
 /// Each publication may wait for a moment. A thread for each that is on its way would be some hundred.

@@ -49,6 +49,8 @@ pub struct Options {
     pub stopped: usize,
     /// `SCHED_FIFO` of the physics thread, in a process whose memory is locked; 0 is neither.
     pub priority: u32,
+    /// The processor that the physics thread has for itself. The caller keeps its own threads off it.
+    pub processor: Option<usize>,
 }
 
 /// What came of it.
@@ -102,12 +104,16 @@ pub async fn run(options: Options) -> Report {
     let file = File::create(&log).unwrap_or_else(|error| panic!("{error}"));
     // Memory that stays: what the system takes away comes back from the disk, which others may be waiting for.
     let (priority, locks) = (options.priority, options.priority > 0);
-    let text = format!("[realtime]\npriority = {priority}\nlock_memory = {locks}\n");
+    let processors = options.processor.map_or(String::new(), |number| format!("processors = [{number}]\n"));
+    let text = format!("[realtime]\npriority = {priority}\nlock_memory = {locks}\n{processors}");
     std::fs::write(&config, text).unwrap_or_else(|error| panic!("{error}"));
     let zenoh = ["--zenoh", "tcp/127.0.0.1:0"];
     let flags = [OsStr::new("--name"), OsStr::new("soak"), OsStr::new("--config"), config.as_os_str()];
     let mut daemon = Process::start_logging_to(Stdio::from(file), zenoh, flags).await;
     println!("{}", scheduling(daemon.pid(), options.priority));
+    if let Some(number) = options.processor {
+        println!("[realtime] processors = [{number}]: the physics thread's alone");
+    }
     let tally = Arc::new(Tally::default());
     let mut stage = Stage {
         endpoint: daemon.endpoint.clone(),

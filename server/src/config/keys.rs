@@ -268,7 +268,9 @@ fn realtime() -> Vec<Key> {
         ),
         Key::new(
             "realtime.processors",
-            "the processors that the physics thread runs on, by the system's numbers; left out: all",
+            "the processors that the physics thread runs on, by the system's numbers, with both threads of a core where it has \
+             two; the daemon's other threads run on those that are left, if any are. Left out: all run on all. A unit of \
+             systemd needs `realtime.conf` for it",
             Access::Counts(
                 0..=Processors::COUNT as u64 - 1,
                 |draft| draft.config.driver.real_time.processors.numbers().collect(),

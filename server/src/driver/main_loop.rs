@@ -11,14 +11,14 @@ use simd_core::{Applied, Command, Error, PhysicsSettings, Reply};
 
 use super::board::Publisher;
 use super::call_budget::CallBudget;
-use super::event::Event;
+use super::event::{Event, ReplyTo};
 use super::event_log::{EventLog, Happened};
 use super::long_step::LongSteps;
 use super::mailbox::Inbox;
 use super::meter::Meter;
 use super::pacer::{Due, Pacer};
 use super::published::{Done, Pace, PaceChange, Statistics, Stepped};
-use super::relay::Relay;
+use super::relay::{Addressed, Answer, Relay};
 use super::sensor_log::SensorWriter;
 use super::step_queue::{Pending, StepQueue};
 use super::tap::{AppliedCommand, Entry, Sender, Tap};
@@ -115,37 +115,59 @@ impl<W: World> Driver<W> {
         self.calls.may_serve(Instant::now(), period(self.pace, &settings).unwrap_or(settings.time_step))
     }
 
-    /// A caller that is gone does not read its answer, which is no fault.
     fn handle_event(&mut self, event: Event) -> ControlFlow<()> {
         self.calls.served();
         match event {
             Event::StepDue => self.step(),
             Event::Command { command, claim, sender, reply } => {
                 let answer = self.command(&command, claim, sender);
-                match &self.relay {
-                    Some(relay) => relay.answer(reply, answer, command),
-                    None => drop(reply.send(answer)),
-                }
+                self.answer(Answer::Applied(Addressed { reply, answer }, command));
             }
             Event::SetState { state, claim, sender, reply } => {
-                drop(reply.send(self.set_state(state, claim, sender)));
+                let answer = self.set_state(state, claim, sender);
+                self.answer(Answer::Done(Addressed { reply, answer }));
             }
             Event::Step { reply, .. } if reply.is_closed() => {}
             Event::Step { targets, steps, claim, sender, reply } => {
                 match self.begin_steps(targets, claim, sender) {
                     Ok(clamped) => self.steps.push(steps, clamped, reply),
-                    Err(refused) => drop(reply.send(Err(refused))),
+                    Err(refused) => self.answer_steps(reply, Err(refused)),
                 }
             }
             Event::SetPhysics { change, pace, claim, sender, reply } => {
-                drop(reply.send(self.set_physics(change, pace, claim, sender)));
+                let answer = self.set_physics(change, pace, claim, sender);
+                self.answer(Answer::Physics(Addressed { reply, answer }));
             }
-            Event::Record { tap, reply } => drop(reply.send(Ok(self.set_tap(tap)))),
+            Event::Record { tap, reply } => {
+                let answer = Ok(self.set_tap(tap));
+                self.answer(Answer::Moment(Addressed { reply, answer }));
+            }
             Event::WholeState { reply } if reply.is_closed() => {}
-            Event::WholeState { reply } => drop(reply.send(Ok(self.whole_state()))),
+            Event::WholeState { reply } => {
+                let answer = Ok(self.whole_state());
+                self.answer(Answer::WholeState(Addressed { reply, answer }));
+            }
             Event::Shutdown => return ControlFlow::Break(()),
         }
         ControlFlow::Continue(())
+    }
+
+    fn answer(&self, answer: Answer) {
+        match &self.relay {
+            Some(relay) => relay.answer(answer),
+            None => answer.send(),
+        }
+    }
+
+    fn answer_steps(&self, reply: ReplyTo<Stepped>, answer: Result<Stepped, CallError>) {
+        self.answer(Answer::Stepped(Addressed { reply, answer }));
+    }
+
+    /// Ends all calls that wait for steps; `by` says what did.
+    fn supersede_steps(&mut self, by: &str) {
+        while let Some((reply, superseded)) = self.steps.superseded(by) {
+            self.answer_steps(reply, Err(superseded));
+        }
     }
 
     /// The one place where a command reaches the world: what passes here, with
@@ -171,8 +193,8 @@ impl<W: World> Driver<W> {
     ) -> Result<Done, CallError> {
         let applied = self.apply(command, claim, sender)?;
         match command {
-            Command::Reset(_) => self.steps.supersede("a reset"),
-            Command::RestoreState { .. } => self.steps.supersede("a restored state"),
+            Command::Reset(_) => self.supersede_steps("a reset"),
+            Command::RestoreState { .. } => self.supersede_steps("a restored state"),
             _ => {}
         }
         // Its sender sees it in what it reads after the answer. Where the world plays, the values of targets and
@@ -269,7 +291,7 @@ impl<W: World> Driver<W> {
         if let Some(Pending { clamped, reply, .. }) = self.steps.stepped() {
             let done = self.done(Applied { at, reply: Reply::Done });
             let state = self.publisher.board().newest();
-            let _ = reply.send(Ok(Stepped { done, state, clamped }));
+            self.answer_steps(reply, Ok(Stepped { done, state, clamped }));
         }
     }
 
@@ -285,15 +307,15 @@ impl<W: World> Driver<W> {
         match state {
             RunState::Playing if before == RunState::Playing => {}
             RunState::Playing => {
-                self.steps.supersede("a play");
+                self.supersede_steps("a play");
                 self.pacer.restart(now);
                 self.meter.restart(now);
             }
-            RunState::Paused => self.steps.supersede("a pause"),
+            RunState::Paused => self.supersede_steps("a pause"),
             RunState::Stopped => {
                 let scope = ResetScope { time: true, state: true, spawned: false };
                 self.apply(&Command::Reset(scope), claim, sender)?;
-                self.steps.supersede("a stop");
+                self.supersede_steps("a stop");
             }
         }
         self.state = state;

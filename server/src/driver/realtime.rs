@@ -5,7 +5,7 @@
 pub struct RealTime {
     /// Of `SCHED_FIFO`, 1 to 99; 0 leaves the thread as all others are.
     pub priority: u32,
-    /// The processors that it runs on; none is all.
+    /// The processors that it runs on, and the daemon's other threads do not; none is all, for all.
     pub processors: Processors,
     /// Whether no memory of the process is ever swapped out.
     pub lock_memory: bool,
@@ -38,6 +38,52 @@ impl Processors {
             word.is_some_and(|word| word >> (number % 64) & 1 == 1)
         })
     }
+}
+
+impl RealTime {
+    /// Keeps all threads of the process off the processors of the physics thread, which asks for them when it starts, and
+    /// threads that are started from now on too. A system call of another thread delays the physics thread otherwise: most
+    /// kernels finish it first, whatever the priorities. Where no processor would be left for the others, nothing changes.
+    pub fn keep_others_off(&self) {
+        #[cfg(target_os = "linux")]
+        if self.processors != Processors::default() {
+            match keep_off(self.processors) {
+                Ok(true) => {}
+                Ok(false) => tracing::warn!(
+                    "no processor is left for other threads than the physics thread: they share those of realtime.processors"
+                ),
+                Err(error) => tracing::warn!(
+                    "the processors of the physics thread are shared with other threads ({error}): a unit of systemd needs \
+                     SystemCallFilter=sched_setaffinity, see realtime.conf"
+                ),
+            }
+        }
+    }
+}
+
+/// False where that leaves others none.
+#[cfg(target_os = "linux")]
+fn keep_off(processors: Processors) -> std::io::Result<bool> {
+    use rustix::thread::{Pid, sched_getaffinity, sched_setaffinity};
+
+    let mut others = sched_getaffinity(None)?;
+    for number in processors.numbers() {
+        others.unset(usize::try_from(number).unwrap_or(usize::MAX));
+    }
+    if others.count() == 0 {
+        return Ok(false);
+    }
+    sched_setaffinity(None, &others)?;
+    // Those that run already, as that of the log.
+    for thread in std::fs::read_dir("/proc/self/task")? {
+        let id = thread?.file_name().to_str().and_then(|id| id.parse().ok()).and_then(Pid::from_raw);
+        match id.map(|id| sched_setaffinity(Some(id), &others)) {
+            // It has ended.
+            None | Some(Ok(()) | Err(rustix::io::Errno::SRCH)) => {}
+            Some(Err(error)) => return Err(error.into()),
+        }
+    }
+    Ok(true)
 }
 
 /// Asks for it, for the calling thread. The log has a sentence for each thing that the system refuses, and the thread

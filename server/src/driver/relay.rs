@@ -1,38 +1,50 @@
 //! A thread between the physics thread and the runtime, where the physics thread has a real-time priority.
 //!
-//! It sends answers to commands, and wakes those who announce states, events and readings. Other calls are rarer, and answered by the physics thread.
+//! It sends answers to calls, and wakes those who announce states, events and readings.
 //!
 //! To wake a task takes locks of the runtime. A thread without such a priority that holds one may be taken off its processor
 //! for milliseconds, while the physics thread would wait for it. To unpark a thread takes no lock.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
-use std::thread::Thread;
+use std::thread::{JoinHandle, Thread};
 
 use crossbeam_queue::ArrayQueue;
-use simd_core::Command;
+use simd_core::simulation::Saved;
+use simd_core::{Command, Moment, PhysicsSettings};
 
 use super::board::Board;
 use super::event::ReplyTo;
 use super::event_log::EventLog;
-use super::published::Done;
+use super::published::{Done, Pace, Published, Stepped};
 use super::realtime::{self, RealTime};
 use super::sensor_log::SensorLog;
 use crate::call_error::CallError;
 
-/// Answers that may wait; beyond them the physics thread sends its answers itself.
-const MOST_ANSWERS: usize = 256;
-
 /// The physics thread's end; the thread ends with it.
 #[derive(Debug)]
-pub(super) struct Relay(Arc<Shared>);
+pub(super) struct Relay {
+    shared: Arc<Shared>,
+    handle: Option<JoinHandle<()>>,
+}
 
-/// An answer to a command, and the command, whose memory the physics thread need not give back.
+/// What a call is answered with, and where that goes.
 #[derive(Debug)]
-struct Answer {
-    reply: ReplyTo<Done>,
-    answer: Result<Done, CallError>,
-    _command: Command,
+pub(super) struct Addressed<T> {
+    pub(super) reply: ReplyTo<T>,
+    pub(super) answer: Result<T, CallError>,
+}
+
+/// An answer to a call.
+#[derive(Debug)]
+pub(super) enum Answer {
+    Done(Addressed<Done>),
+    /// With the command, whose memory the physics thread need not give back.
+    Applied(Addressed<Done>, Command),
+    Stepped(Addressed<Stepped>),
+    Physics(Addressed<(Done, PhysicsSettings, Pace)>),
+    Moment(Addressed<Moment>),
+    WholeState(Addressed<(Saved, Arc<Published>)>),
 }
 
 #[derive(Debug)]
@@ -46,17 +58,18 @@ struct Shared {
 }
 
 impl Relay {
-    /// Starts the thread, with a priority right below that of the physics thread: what it hands over is not left lying.
+    /// Starts the thread, with a priority right below that of the physics thread: what it hands over is not left lying. Where more
+    /// than `room` answers wait, the physics thread sends its answers itself.
     ///
     /// # Errors
     /// Where the system gives no thread.
     pub(super) fn start(
-        real_time: RealTime,
+        (real_time, room): (RealTime, usize),
         board: Arc<Board>,
         events: Arc<EventLog>,
         sensors: Arc<SensorLog>,
     ) -> std::io::Result<Self> {
-        let answers = ArrayQueue::new(MOST_ANSWERS);
+        let answers = ArrayQueue::new(room.max(1));
         let (thread, is_over) = Default::default();
         let shared = Arc::new(Shared { answers, board, events, sensors, thread, is_over });
         let served = Arc::clone(&shared);
@@ -70,13 +83,13 @@ impl Relay {
         shared.board.announcer().relay_by(thread.clone());
         shared.events.announcer().relay_by(thread.clone());
         shared.sensors.announcer().relay_by(thread.clone());
-        Ok(Self(shared))
+        Ok(Self { shared, handle: Some(handle) })
     }
 
-    /// Answers a command.
-    pub(super) fn answer(&self, reply: ReplyTo<Done>, answer: Result<Done, CallError>, command: Command) {
-        match self.0.answers.push(Answer { reply, answer, _command: command }) {
-            Ok(()) => self.0.unpark(),
+    /// Answers a call.
+    pub(super) fn answer(&self, answer: Answer) {
+        match self.shared.answers.push(answer) {
+            Ok(()) => self.shared.unpark(),
             Err(full) => full.send(),
         }
     }
@@ -85,9 +98,13 @@ impl Relay {
 /// All answers are on their way then, so that the daemon ends with none left.
 impl Drop for Relay {
     fn drop(&mut self) {
-        self.0.is_over.store(true, Ordering::Release);
-        self.0.unpark();
-        self.0.send_answers();
+        self.shared.is_over.store(true, Ordering::Release);
+        self.shared.unpark();
+        self.shared.send_answers();
+        // What it has taken and not sent yet: callers look for their answer once the driver has ended, and not later.
+        if let Some(handle) = self.handle.take() {
+            drop(handle.join());
+        }
     }
 }
 
@@ -122,6 +139,19 @@ impl Shared {
 
 impl Answer {
     /// A caller that is gone does not read its answer, which is no fault.
+    pub(super) fn send(self) {
+        match self {
+            Self::Done(answer) => answer.send(),
+            Self::Applied(answer, _command) => answer.send(),
+            Self::Stepped(answer) => answer.send(),
+            Self::Physics(answer) => answer.send(),
+            Self::Moment(answer) => answer.send(),
+            Self::WholeState(answer) => answer.send(),
+        }
+    }
+}
+
+impl<T> Addressed<T> {
     fn send(self) {
         drop(self.reply.send(self.answer));
     }

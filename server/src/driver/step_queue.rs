@@ -69,10 +69,9 @@ impl StepQueue {
         self.calls.pop_front()
     }
 
-    /// Ends all calls; `by` says what did.
-    pub(super) fn supersede(&mut self, by: &str) {
-        for Pending { steps, done, clamped: _, reply } in self.calls.drain(..) {
-            drop(reply.send(Err(CallError::Superseded { by: by.into(), steps_done: done, steps })));
-        }
+    /// Takes the first call, which `by` ends, and why it ended.
+    pub(super) fn superseded(&mut self, by: &str) -> Option<(ReplyTo<Stepped>, CallError)> {
+        let Pending { steps, done, clamped: _, reply } = self.calls.pop_front()?;
+        Some((reply, CallError::Superseded { by: by.into(), steps_done: done, steps }))
     }
 }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import struct
 import subprocess
 from pathlib import Path
@@ -247,7 +248,6 @@ def test_logs_that_only_bullet_can_write_are_accepted_or_refused(
 ) -> None:
     for kind in (
         script.STATE_LOGGING_VIDEO_MP4,
-        script.STATE_LOGGING_PROFILE_TIMINGS,
         script.STATE_LOGGING_ALL_COMMANDS,
         script.STATE_REPLAY_ALL_COMMANDS,
     ):
@@ -261,6 +261,24 @@ def test_logs_that_only_bullet_can_write_are_accepted_or_refused(
         script.startStateLogging(99, str(tmp_path / "none"))
     with pytest.raises(script.error, match="No such file"):
         script.startStateLogging(script.STATE_LOGGING_GENERIC_ROBOT, str(tmp_path / "no" / "log"))
+
+
+def test_timings_are_a_trace_of_the_steps(script: ModuleType, tmp_path: Path) -> None:
+    """Under names that are counted, as Bullet does it: scripts look for the first."""
+    logs = [script.startStateLogging(script.STATE_LOGGING_PROFILE_TIMINGS, str(tmp_path / name)) for name in "ab"]
+    for _ in range(3):
+        script.stepSimulation()
+    for log in logs:
+        script.stopStateLogging(log)
+    first, second = sorted(tmp_path.iterdir())
+    assert [int(file.stem[2:]) for file in (first, second)] == [int(first.stem[2:]), int(first.stem[2:]) + 1]
+    for file in (first, second):
+        trace = json.loads(file.read_text())
+        assert [event["name"] for event in trace["traceEvents"]] == ["stepSimulation"] * 3
+        times = [(event["ts"], event["dur"]) for event in trace["traceEvents"]]
+        assert all(dur > 0.0 for _, dur in times) and times == sorted(times)
+    with pytest.raises(script.error, match="No such file"):
+        script.startStateLogging(script.STATE_LOGGING_PROFILE_TIMINGS, str(tmp_path / "no" / "log"))
 
 
 def test_a_log_of_commands_is_a_recording_that_replays(script: ModuleType, binary: str, tmp_path: Path) -> None:

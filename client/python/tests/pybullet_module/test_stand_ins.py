@@ -88,6 +88,8 @@ def test_a_script_that_imports_pybullets_helpers_gets_ours(tmp_path: Path) -> No
         "client = bullet_client.BulletClient(connection_mode=pybullet.DIRECT)\n"
         f"arm = client.loadURDF({str(BENCH_ARM)!r}, useFixedBase=1)\n"
         "print(pybullet.__name__, again is bullet_client, client.getNumJoints(arm), sys.argv, __name__)\n"
+        "import runpy\n"
+        "print('BulletClient' in runpy.run_module('pybullet_utils.bullet_client'))\n"
     )
     ran = subprocess.run(
         [sys.executable, "-m", "simd_client.pybullet", "--new", str(script), "--fast", "7"],
@@ -96,7 +98,7 @@ def test_a_script_that_imports_pybullets_helpers_gets_ours(tmp_path: Path) -> No
         timeout=60,
         env=dict(os.environ),
     )
-    assert ran.stdout == f"simd_client.pybullet True 1 {[str(script), '--fast', '7']} __main__\n", ran.stderr
+    assert ran.stdout == f"simd_client.pybullet True 1 {[str(script), '--fast', '7']} __main__\nTrue\n", ran.stderr
 
 
 def test_old_names_of_arguments_are_taken(script: ModuleType) -> None:

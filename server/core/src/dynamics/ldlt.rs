@@ -4,6 +4,7 @@ use glamx::DVec3;
 
 use super::inertia::Articulated;
 use super::spatial::Spatial;
+use super::spatials::Spatials;
 
 /// L D L' of an inertia (Golub and Van Loan, algorithm 4.1.2).
 #[derive(Clone, Debug, Default)]
@@ -66,6 +67,40 @@ impl Ldlt6 {
         }
         Spatial::new(DVec3::new(x[0], x[1], x[2]), DVec3::new(x[3], x[4], x[5]))
     }
+
+    /// [`solve`](Self::solve) of minus each.
+    #[inline(always)]
+    #[allow(clippy::needless_range_loop, reason = "reads as the algorithm does")]
+    pub fn solve_all<const N: usize>(&self, minus: &Spatials<N>) -> Spatials<N> {
+        let ([a, b, c], [d, e, f]) = (minus.angular, minus.linear);
+        let mut x = [a, b, c, d, e, f];
+        for i in 0..6 {
+            for j in 0..N {
+                x[i][j] = -x[i][j];
+            }
+        }
+        for i in 0..6 {
+            for k in 0..i {
+                for j in 0..N {
+                    x[i][j] -= self.lower[i][k] * x[k][j];
+                }
+            }
+        }
+        for i in 0..6 {
+            for j in 0..N {
+                x[i][j] *= self.inverse_diagonal[i];
+            }
+        }
+        for i in (0..6).rev() {
+            for k in i + 1..6 {
+                for j in 0..N {
+                    x[i][j] -= self.lower[k][i] * x[k][j];
+                }
+            }
+        }
+        let [a, b, c, d, e, f] = x;
+        Spatials { angular: [a, b, c], linear: [d, e, f] }
+    }
 }
 
 /// The inertia as six rows.
@@ -95,8 +130,13 @@ mod tests {
         let moment = DMat3::from_diagonal(DVec3::new(0.2, 0.3, 0.4));
         let inertia = Articulated::of(&Rigid::new(3.0, DVec3::new(0.3, -0.1, 0.2), &moment));
         let motion = Spatial::new(DVec3::new(1.0, 2.0, 3.0), DVec3::new(-1.0, 0.5, 0.25));
-        let back = Ldlt6::new(&inertia).solve(inertia.times(motion)) - motion;
+        let factors = Ldlt6::new(&inertia);
+        let back = factors.solve(inertia.times(motion)) - motion;
         assert!(back.angular.length() + back.linear.length() < 1e-12);
+        let mut minus = Spatials::<3>::ZERO;
+        minus.set(1, -inertia.times(motion));
+        let all = factors.solve_all(&minus);
+        assert_eq!((all.get(0), all.get(1)), (Spatial::ZERO, factors.solve(inertia.times(motion))));
     }
 
     #[test]

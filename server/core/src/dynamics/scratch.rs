@@ -5,8 +5,11 @@ use glamx::{DMat3, DVec3};
 use super::inertia::Articulated;
 use super::integrator::Implicitness;
 use super::ldlt::Ldlt6;
-use super::six::Six;
 use super::spatial::Spatial;
+use super::spatials::Spatials;
+
+/// Impulses at the most whose responses are found at once.
+pub const TRIPS: usize = 8;
 
 /// Of one body. All vectors are in the base's axes and about the body's own origin:
 /// what goes from body to body is then only shifted, never turned.
@@ -64,13 +67,13 @@ impl Default for BodyScratch {
     }
 }
 
-/// Of one body, on the trips of six impulses at once.
+/// Of one body, on the trips of several impulses at once.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct SixTrips {
+pub struct Trips {
     /// As [`BodyScratch::delta`].
-    pub delta: Six,
+    pub delta: Spatials<TRIPS>,
     /// As [`BodyScratch::impulse`].
-    pub impulse: [f64; 6],
+    pub impulse: [f64; TRIPS],
     /// An impulse acts on it or on what hangs on it; else `delta` means nothing before the way down.
     pub has_impulse: bool,
 }
@@ -83,5 +86,5 @@ pub struct Scratch {
     /// One a free body: its IA, factorised.
     pub free: Vec<Ldlt6>,
     /// One a body; none where there is only one.
-    pub six: Vec<SixTrips>,
+    pub trips: Vec<Trips>,
 }

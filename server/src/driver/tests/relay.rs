@@ -5,7 +5,7 @@ use super::*;
 fn bench() -> Bench {
     let mut bench = Bench::paused();
     let Link { board, events, sensors, .. } = bench.link.clone();
-    bench.driver.relay = Some(Relay::start(RealTime::default(), board, events, sensors).unwrap());
+    bench.driver.relay = Some(Relay::start((RealTime::default(), 256), board, events, sensors).unwrap());
     bench
 }
 
@@ -24,6 +24,31 @@ fn commands_are_answered_also_those_that_are_left_at_the_end() {
     for answer in answers {
         assert!(answer.blocking_recv().unwrap().is_ok());
     }
+}
+
+#[test]
+fn all_other_calls_are_answered_too() {
+    let mut bench = bench();
+    let physics = bench.post(|reply| Event::SetPhysics {
+        change: PhysicsChange::default(),
+        pace: PaceChange::default(),
+        claim: None,
+        sender: None,
+        reply,
+    });
+    let whole = bench.post(|reply| Event::WholeState { reply });
+    let recorded = bench.post(|reply| Event::Record { tap: None, reply });
+    let (refused, stepped) = (bench.steps_of("missing", 1), bench.steps(1));
+    bench.iterations(6);
+    assert!(physics.blocking_recv().unwrap().is_ok());
+    assert!(whole.blocking_recv().unwrap().is_ok());
+    assert!(recorded.blocking_recv().unwrap().is_ok());
+    assert!(refused.blocking_recv().unwrap().is_err());
+    assert_eq!(stepped.blocking_recv().unwrap().unwrap().done.applied.at.step, 1);
+    let (superseded, paused) = (bench.steps(1_000_000), bench.state(RunState::Paused));
+    bench.iterations(2);
+    assert!(paused.blocking_recv().unwrap().is_ok());
+    assert!(matches!(superseded.blocking_recv().unwrap(), Err(CallError::Superseded { .. })));
 }
 
 #[tokio::test]

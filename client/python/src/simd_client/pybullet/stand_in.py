@@ -8,7 +8,8 @@ import sys
 from collections.abc import Sequence
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
-from types import ModuleType
+from importlib.util import module_from_spec
+from types import CodeType, ModuleType
 
 from . import data
 
@@ -29,6 +30,12 @@ class _StandIns(MetaPathFinder, Loader):
         if fullname in (_DATA, _UTILS) or (fullname == _CLIENT and not path):
             return ModuleSpec(fullname, self, is_package=fullname == _UTILS)
         return None
+
+    def get_code(self, fullname: str) -> CodeType:
+        """What `python -m` and `runpy` run: the module's names, imported."""
+        source = {_DATA: "pybullet.data", _UTILS: "", _CLIENT: "pybullet.bullet_client"}[fullname]
+        text = f"from simd_client.{source} import *" if source else ""
+        return compile(text, f"<{fullname}>", "exec")
 
     def exec_module(self, module: ModuleType) -> None:
         """Fills the module."""
@@ -54,7 +61,9 @@ def replace(pybullet: ModuleType) -> None:
     install()
     sys.modules["pybullet"] = pybullet
     sys.modules[_DATA] = data
-    bullet_client = importlib.import_module("simd_client.pybullet.bullet_client")
     utils = importlib.import_module(_UTILS)
+    # Also where the real one is installed.
+    bullet_client = module_from_spec(ModuleSpec(_CLIENT, _StandIns()))
+    _StandIns().exec_module(bullet_client)
     sys.modules[_CLIENT] = bullet_client
     setattr(utils, "bullet_client", bullet_client)

@@ -6,7 +6,8 @@ import struct
 from collections.abc import Iterable
 from math import asin, atan2, copysign, pi
 from pathlib import Path
-from typing import Any, BinaryIO
+from time import perf_counter
+from typing import Any, BinaryIO, TextIO
 
 from simd_client.proto import (
     DeleteRecordingRequest,
@@ -182,6 +183,37 @@ class NoLog:
         """Closes nothing."""
 
 
+class TimingsLog:
+    """How long each step took, for chrome://tracing: what this process waited for it."""
+
+    _written = 0
+
+    def __init__(self, prefix: str) -> None:
+        # Bullet counts its files, too.
+        path = Path(f"{prefix}_{TimingsLog._written}.json")
+        TimingsLog._written += 1
+        self._begun = perf_counter()
+        self._separator = ""
+        try:
+            self._file: TextIO = path.open("w")
+        except OSError as problem:
+            raise error(f"startStateLogging: {problem}") from None
+        self._file.write('{"traceEvents":[\n')
+
+    def __call__(self, world: World) -> None:
+        """Writes an event of a step, in microseconds."""
+        begun, ended = 1e6 * (world.step_began - self._begun), 1e6 * (perf_counter() - self._begun)
+        times = f'"ts":{begun:.3f},"dur":{ended - begun:.3f}'
+        event = f'{{"cat":"timing","pid":1,"tid":1,{times},"ph":"X","name":"stepSimulation","args":{{}}}}'
+        self._file.write(self._separator + event)
+        self._separator = ",\n"
+
+    def close(self) -> None:
+        """Completes the file."""
+        with self._file:
+            self._file.write('\n],\n"displayTimeUnit": "ns"}')
+
+
 class CommandLog:
     """All commands to the daemon, as a recording of the daemon's, which `simd replay` runs again."""
 
@@ -230,7 +262,6 @@ def _command_log(world: World, path: Path) -> CommandLog | NoLog:
 
 _ACCEPTED = {
     constants.STATE_LOGGING_VIDEO_MP4: "no video is written: there is no window",
-    constants.STATE_LOGGING_PROFILE_TIMINGS: "no timings are written: those are of Bullet's own functions",
     constants.STATE_LOGGING_CUSTOM_TIMER: "no timings are written: those are of Bullet's own functions",
     constants.STATE_REPLAY_ALL_COMMANDS: "commands are not done again in this world: `simd replay FILE` runs a log in one of its own",
 }
@@ -251,7 +282,8 @@ def startStateLogging(
 ) -> int:
     """Starts a log of robots, of a Minitaur or of contact points after each step of this script. Returns its number.
     A log of commands is one of the daemon's recordings, if the daemon keeps recordings. Of virtual reality there are no events to
-    log. Videos, timings and replays are accepted, and nothing is written or done."""
+    log. Timings are those of stepSimulation, in FILENAME_0.json, FILENAME_1.json and so on for chrome://tracing. Videos and
+    replays are accepted, and nothing is written or done."""
     del deviceTypeFilter
     world = connected(physicsClientId)
     path = Path(fileName)
@@ -266,6 +298,8 @@ def startStateLogging(
         return world.start_log(ContactLog(physicsClientId, path, bodies, links))
     if loggingType == constants.STATE_LOGGING_VR_CONTROLLERS:
         return world.start_log(VrLog(physicsClientId, path))
+    if loggingType == constants.STATE_LOGGING_PROFILE_TIMINGS:
+        return world.start_log(TimingsLog(fileName))
     if loggingType in _ACCEPTED:
         world.say_once(f"startStateLogging: {_ACCEPTED[loggingType]}")
         return world.start_log(NoLog())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import uuid
+from time import perf_counter
 from typing import TYPE_CHECKING
 
 from simd_client.proto import (
@@ -100,6 +101,7 @@ class World(Loop):
         self._recordings = 0
         self._script = uuid.uuid4().hex[:8]
         # What runs after each step: state logs.
+        self.step_began = 0.0
         self._logs: dict[int, Log] = {}
         self._next_log = 0
 
@@ -263,6 +265,7 @@ class World(Loop):
 
     def step(self) -> None:
         """One step, or the next state of a world that plays by itself."""
+        self.step_began = perf_counter()
         self.advance()
         if self.beyond:
             beyond.settle(self)

@@ -15,6 +15,7 @@ use crate::dynamics::integrate::advance_joint;
 use crate::dynamics::kinematics::joint_placement;
 use crate::dynamics::ldlt::Ldlt6;
 use crate::dynamics::spatial::{Placement, Spatial};
+use crate::dynamics::spatials::Spatials;
 use crate::dynamics::symmetric::Symmetric;
 use crate::dynamics::tree::JointType;
 
@@ -23,10 +24,11 @@ const MOST_POSITIONS: usize = 7;
 
 impl Articulation {
     /// Adds J for three impulses on a body about its origin, in the base's axes, to that of a side.
+    #[inline(always)]
     pub(in crate::dynamics) fn add_wrench_rows(
         &self,
         body: usize,
-        wrenches: [Spatial; 3],
+        wrenches: &Spatials<4>,
         side: &Side,
         jacobian: &mut [f64],
     ) {

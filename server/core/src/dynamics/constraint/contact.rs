@@ -131,6 +131,7 @@ impl ContactRows {
     }
 
     /// Takes J M^-1 J' from the blocks.
+    #[inline(always)]
     pub fn measure(&mut self, blocks: &[f64]) {
         let mut effect = [0.0; 6];
         for side in self.sides.iter().filter(|side| side.len > 0) {

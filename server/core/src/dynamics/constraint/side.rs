@@ -39,7 +39,7 @@ impl Span {
     }
 
     /// As a range of a robot's velocities.
-    #[inline]
+    #[inline(always)]
     pub fn range(self) -> Range<usize> {
         self.first as usize..self.end() as usize
     }
@@ -63,27 +63,28 @@ impl Side {
     }
 
     /// How many columns J has.
-    #[inline]
+    #[inline(always)]
     pub fn columns(&self) -> usize {
         self.spans.iter().map(|span| span.len as usize).sum()
     }
 
     /// Where its J has the numbers of a velocity of its robot: along the normal and the two tangents.
     pub fn columns_of(&self, velocity: usize) -> Option<[usize; 3]> {
+        self.columns_from(velocity).get(0)
+    }
+
+    /// Where its J has the numbers of the velocities from this one on that are of the same span.
+    #[inline(always)]
+    pub fn columns_from(&self, velocity: usize) -> Columns {
         let mut at = 0;
         for span in &self.spans {
             let len = span.len as usize;
             if span.range().contains(&velocity) {
-                let column = velocity - span.first as usize;
-                let is_last_alone = len % 2 == 1 && column + 1 == len;
-                let pair = at + 6 * (column / 2);
-                return Some(
-                    [0, 1, 2].map(|k| if is_last_alone { pair + k } else { pair + 2 * k + column % 2 }),
-                );
+                return Columns { at, len, first: velocity - span.first as usize };
             }
             at += 3 * len;
         }
-        None
+        Columns { at, len: 0, first: 0 }
     }
 
     /// Numbers that it needs: J, and then three rows of M^-1 J', which are as long as the robot has velocities.
@@ -95,7 +96,7 @@ impl Side {
     }
 
     /// Each span with its part of J.
-    #[inline]
+    #[inline(always)]
     pub fn parts<'a>(&self, blocks: &'a [f64]) -> impl Iterator<Item = (Range<usize>, &'a [f64])> + use<'a> {
         let mut rest = &blocks[self.at..];
         self.spans.into_iter().filter(|span| span.len > 0).map(move |span| {
@@ -105,7 +106,7 @@ impl Side {
         })
     }
 
-    #[inline]
+    #[inline(always)]
     fn responses<'a>(&self, blocks: &'a [f64]) -> [&'a [f64]; 3] {
         let (n, rest) = blocks[self.at + 3 * self.columns()..][..3 * self.len].split_at(self.len);
         let (t, u) = rest.split_at(self.len);
@@ -194,17 +195,62 @@ impl Side {
     }
 
     /// J M^-1 J' of this side: J times each of its three responses.
+    #[inline(always)]
     pub(super) fn effects(&self, blocks: &[f64]) -> [[f64; 3]; 3] {
         let responses = match self.single(blocks) {
             Some((_, [n, t, u])) => [&n[..], t, u],
             None => self.responses(blocks),
         };
-        responses.map(|response| {
+        let own = Self { first: 0, ..*self };
+        let mut effects = [[0.0; 3]; 3];
+        // No closure: what is not inlined is compiled for any processor.
+        for (effects, response) in effects.iter_mut().zip(responses) {
             let mut sums = [[0.0; 2]; 3];
-            let own = Self { first: 0, ..*self };
             own.add_velocities(blocks, response, &mut sums);
-            sums.map(|[even, odd]| even + odd)
-        })
+            for (effect, [even, odd]) in effects.iter_mut().zip(sums) {
+                *effect = even + odd;
+            }
+        }
+        effects
+    }
+}
+
+/// Columns of J that belong to velocities of one span.
+#[derive(Clone, Copy, Debug)]
+pub struct Columns {
+    /// Where the span's numbers begin.
+    at: usize,
+    /// Of the span; 0 where J has no columns for them.
+    len: usize,
+    /// The column of the first of these velocities.
+    first: usize,
+}
+
+impl Columns {
+    /// Where the numbers of the velocity are that follows the first by so many: along the normal and the two tangents.
+    #[inline(always)]
+    fn get(&self, offset: usize) -> Option<[usize; 3]> {
+        let Self { at, len, first } = *self;
+        let column = first + offset;
+        let pair = at + 6 * (column / 2);
+        let is_last_alone = len % 2 == 1 && column + 1 == len;
+        let numbers = if is_last_alone {
+            [pair, pair + 1, pair + 2]
+        } else {
+            let number = pair + column % 2;
+            [number, number + 2, number + 4]
+        };
+        (column < len).then_some(numbers)
+    }
+
+    /// Adds numbers, of which the first three count, to those of such a velocity.
+    #[inline(always)]
+    pub fn add(&self, offset: usize, numbers: &[f64; 4], jacobian: &mut [f64]) {
+        if let Some([n, t, u]) = self.get(offset) {
+            jacobian[n] += numbers[0];
+            jacobian[t] += numbers[1];
+            jacobian[u] += numbers[2];
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Projected Gauss-Seidel on the velocities of one robot: its rows of joints.
 
 use super::{Constraints, MAX_SWEEPS, SETTLED, respond, respond_to_joints};
-use crate::dynamics::scratch::Scratch;
+use crate::dynamics::scratch::{Scratch, TRIPS};
 use crate::dynamics::tree::Tree;
 
 /// Changes `velocities` until every row holds, or the sweeps are used up.
@@ -42,14 +42,14 @@ pub fn prepare(
     if rows.is_empty() {
         return;
     }
-    if scratch.six.is_empty() {
+    if scratch.trips.is_empty() {
         for (row, response) in rows.iter().zip(responses.chunks_exact_mut(n)) {
             let [a, b] = row.entries;
             let joints = [(row.bodies[0], a.1), (row.bodies[1], b.1)];
             respond(tree, q, &joints, scratch, response);
         }
     } else {
-        for (rows, responses) in rows.chunks(6).zip(responses.chunks_mut(6 * n)) {
+        for (rows, responses) in rows.chunks(TRIPS).zip(responses.chunks_mut(TRIPS * n)) {
             respond_to_joints(tree, q, rows, scratch, &mut responses[..rows.len() * n]);
         }
     }

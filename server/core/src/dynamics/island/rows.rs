@@ -1,6 +1,7 @@
 //! The rows of contacts: their sides, J and M^-1 J', and what they aim at.
 
 use glamx::DVec3;
+use pulp::{Arch, Simd, WithSimd};
 
 use super::{Basis, Island, Member};
 use crate::dynamics::articulation::Articulation;
@@ -80,20 +81,8 @@ impl Island {
     ) -> bool {
         self.find_bases(robots, contacts);
         let Self { rows, turning, blocks, scratch, bases, basis_responses, .. } = self;
-        let mut measure = Measure { blocks, scratch, bases, basis_responses };
-        for rows in rows {
-            if interrupt() {
-                return false;
-            }
-            measure.rows(robots, contacts[rows.contact], rows, false);
-        }
-        for TurningRows { rows, .. } in turning {
-            if interrupt() {
-                return false;
-            }
-            measure.rows(robots, contacts[rows.contact], rows, true);
-        }
-        true
+        let measure = Measure { blocks, scratch, bases, basis_responses };
+        Arch::new().dispatch(MeasureContacts { measure, robots, contacts, rows, turning, interrupt })
     }
 
     /// M^-1 J' of the six unit wrenches, for each body that has many contacts.
@@ -175,6 +164,7 @@ fn turning<R: AsMut<Articulation>>(robots: &mut [R], rows: &ContactRows, contact
 }
 
 /// Members and bodies of a contact; no body where it cannot move.
+#[inline(always)]
 fn ends(rows: &ContactRows, contact: &Contact) -> [(usize, Option<usize>); 2] {
     let [a, b] = contact.point.bodies;
     let second = rows.sides[usize::from(a.is_some() && rows.sides[1].len > 0)];
@@ -201,6 +191,38 @@ pub(super) fn find_spans(mut side: Side, tree: &Tree, bodies: [Option<usize>; 2]
     side
 }
 
+/// [`Island::measure`], compiled for the vectors of the processor.
+struct MeasureContacts<'a, 'b, R> {
+    measure: Measure<'a>,
+    robots: &'a mut [R],
+    contacts: &'a [&'b mut Contact],
+    rows: &'a mut [ContactRows],
+    turning: &'a mut [TurningRows],
+    interrupt: &'a dyn Fn() -> bool,
+}
+
+impl<R: AsMut<Articulation>> WithSimd for MeasureContacts<'_, '_, R> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> bool {
+        let Self { mut measure, robots, contacts, rows, turning, interrupt } = self;
+        for rows in rows {
+            if interrupt() {
+                return false;
+            }
+            measure.rows(robots, contacts[rows.contact], rows, false);
+        }
+        for TurningRows { rows, .. } in turning {
+            if interrupt() {
+                return false;
+            }
+            measure.rows(robots, contacts[rows.contact], rows, true);
+        }
+        true
+    }
+}
+
 /// Memory for measuring, and where numbers go.
 pub(super) struct Measure<'a> {
     pub(super) blocks: &'a mut [f64],
@@ -211,6 +233,7 @@ pub(super) struct Measure<'a> {
 
 impl Measure<'_> {
     /// J and M^-1 J' of a contact's forces, or of the torques against its turning.
+    #[inline(always)]
     fn rows<R: AsMut<Articulation>>(
         &mut self,
         robots: &mut [R],
@@ -226,6 +249,7 @@ impl Measure<'_> {
     ///
     /// Both are linear in the wrench. J is a walk to the root. M^-1 J' is a trip through the whole robot: a body
     /// with many points has it found once for each of the six unit wrenches, and each response is a sum of those.
+    #[inline(always)]
     pub(super) fn wrenches<R: AsMut<Articulation>>(
         &mut self,
         robots: &mut [R],
@@ -255,17 +279,15 @@ impl Measure<'_> {
                 jacobian.fill(0.0);
                 responses.fill(0.0);
             }
-            let wrenches = rows.axes.map(|axis| {
-                if turns {
-                    articulation.torque(axis * sign)
-                } else {
-                    articulation.wrench(body, point, axis * sign)
-                }
-            });
-            articulation.add_wrench_rows(body, wrenches, &side, jacobian);
+            let axes = rows.axes.map(|axis| axis * sign);
+            let wrenches =
+                if turns { articulation.torques(axes) } else { articulation.wrenches(body, point, axes) };
+            articulation.add_wrench_rows(body, &wrenches, &side, jacobian);
             let basis = self.bases.binary_search_by_key(&(member, body), |basis| (basis.member, basis.body));
-            for (wrench, kept) in wrenches.into_iter().zip(responses.chunks_exact_mut(n)) {
-                match basis.ok().map(|basis| self.bases[basis].at) {
+            let basis = basis.ok().map(|basis| self.bases[basis].at);
+            for (k, kept) in responses.chunks_exact_mut(n).enumerate() {
+                let wrench = wrenches.get(k);
+                match basis {
                     Some(at) => {
                         let (a, l) = (wrench.angular, wrench.linear);
                         add_sum([a.x, a.y, a.z, l.x, l.y, l.z], &self.basis_responses[at..], kept);
@@ -282,6 +304,7 @@ impl Measure<'_> {
 }
 
 /// Adds six responses, which lie one after the other, each times its factor.
+#[inline(always)]
 fn add_sum(factors: [f64; 6], responses: &[f64], sums: &mut [f64]) {
     let n = sums.len();
     let [a, b, c, d, e, f] = factors;

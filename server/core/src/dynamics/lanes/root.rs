@@ -69,7 +69,10 @@ impl<S: Simd> LaneRobot<S> {
     pub(super) fn push_root(&mut self, force: Spatial<S>) -> [Lanes<S>; 6] {
         let delta = self.factors.solve(force);
         self.bodies[0].delta = delta;
-        let (linear, angular) = self.root_velocities(delta);
+        // By matrices, as in `constraint/trips.rs`: another order has other bits.
+        let own_from_base = self.bodies[0].rotation.transpose();
+        let linear = self.root.rotation().matrix().after(own_from_base).times(delta.linear);
+        let angular = own_from_base.times(delta.angular);
         [linear.x, linear.y, linear.z, angular.x, angular.y, angular.z]
     }
 

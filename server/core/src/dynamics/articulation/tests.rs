@@ -1,0 +1,132 @@
+//! Responses to several impulses at once are those to each.
+
+use glamx::DMat3;
+use pulp::{Scalar, Simd, WithSimd as _};
+use simd_model::RobotModel;
+use simd_model::robot::{Inertial, Joint, JointKind, JointLimits, Link};
+
+use super::*;
+use crate::dynamics::constraint::{Row, Trip, respond, respond_to_joints};
+use crate::dynamics::spatial::Spatial;
+
+/// Links one after the other and in branches, with a joint of each kind.
+fn robot(is_fixed: bool) -> Articulation {
+    let link = |index: usize| Link {
+        name: format!("link_{index}"),
+        inertial: Inertial {
+            mass: 1.0 + 0.3 * index as f64,
+            center_of_mass: DVec3::new(0.1, -0.05 * index as f64, 0.02),
+            inertia: DMat3::from_diagonal(DVec3::new(0.02, 0.03, 0.01 * (1.0 + index as f64))),
+        },
+        visuals: Vec::new(),
+        collisions: Vec::new(),
+    };
+    let joint = |(index, (kind, parent)): (usize, (JointKind, usize))| Joint {
+        name: format!("joint_{index}"),
+        kind,
+        parent,
+        child: index + 1,
+        parent_from_joint: DPose3::from_parts(
+            DVec3::new(0.1, 0.2, -0.3 * index as f64),
+            DQuat::from_rotation_x(0.4 * index as f64),
+        ),
+        axis: DVec3::new(0.6, 0.0, 0.8),
+        limits: JointLimits::default(),
+        damping: 0.1,
+        friction: 0.0,
+        mimic: None,
+    };
+    let joints = [
+        (JointKind::Revolute, 0),
+        (JointKind::Prismatic, 1),
+        (JointKind::Spherical, 1),
+        (JointKind::Floating, 2),
+        (JointKind::Continuous, 4),
+    ];
+    let model = RobotModel {
+        name: "robot".into(),
+        links: (0..=joints.len()).map(link).collect(),
+        joints: joints.into_iter().enumerate().map(joint).collect(),
+        ..RobotModel::default()
+    };
+    let pose = DPose3::from_parts(DVec3::new(0.3, -0.2, 1.0), DQuat::from_rotation_y(0.7));
+    let tree = Arc::new(Tree::new(&model, is_fixed));
+    let mut positions = vec![0.3; tree.position_count - tree.root_positions()];
+    for body in &tree.bodies {
+        // Quaternions.
+        let start = match body.joint_type {
+            JointType::Free { .. } => body.position + 3,
+            JointType::Spherical { axis: 0 } => body.position,
+            _ => continue,
+        };
+        if let Some(start) = start.checked_sub(tree.root_positions()) {
+            positions[start..start + 4].copy_from_slice(&[0.6, 0.0, 0.0, 0.8]);
+        }
+    }
+    let mut robot = Articulation::new(tree, pose, Vec::new(), &positions);
+    robot.update_kinematics();
+    robot.start(DVec3::NEG_Z * 9.81, 1e-3, Integrator::Leapfrog);
+    robot
+}
+
+/// Of the six unit wrenches on a body, with these vectors.
+fn responses<S: Simd>(simd: S, robot: &mut Articulation, body: usize) -> Vec<f64> {
+    let mut out = vec![0.0; 6 * robot.tree.velocity_count];
+    let scratch = &mut robot.scratch.passes;
+    simd.vectorize(Trip::of_unit_forces(&robot.tree, &robot.state.positions, body, scratch, &mut out));
+    out
+}
+
+#[test]
+fn responses_to_six_wrenches_are_those_to_each_and_the_same_bits_by_all_vectors() {
+    for is_fixed in [false, true] {
+        let mut robot = robot(is_fixed);
+        let n = robot.tree.velocity_count;
+        for body in 0..robot.tree.bodies.len() {
+            let found = responses(Scalar, &mut robot, body);
+            for (k, found) in found.chunks_exact(n).enumerate() {
+                let mut wrench = Spatial::ZERO;
+                match k {
+                    0..3 => wrench.angular[k] = 1.0,
+                    _ => wrench.linear[k - 3] = 1.0,
+                }
+                let mut alone = vec![0.0; n];
+                robot.wrench_response(body, wrench, &mut alone);
+                let largest = alone.iter().fold(0.0f64, |largest, value| largest.max(value.abs()));
+                assert!(largest > 0.0, "{body} {k}");
+                let near = |(a, b): (&f64, &f64)| (a - b).abs() < 1e-12 * largest;
+                assert!(found.iter().zip(&alone).all(near), "{body} {k}: {found:?} {alone:?}");
+            }
+            #[cfg(target_arch = "x86_64")]
+            {
+                let bits = |values: &[f64]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
+                if let Some(simd) = pulp::x86::V3::try_new() {
+                    assert_eq!(bits(&responses(simd, &mut robot, body)), bits(&found), "{body}");
+                }
+                if let Some(simd) = pulp::x86::V4::try_new() {
+                    assert_eq!(bits(&responses(simd, &mut robot, body)), bits(&found), "{body}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn responses_to_rows_of_joints_are_those_to_each() {
+    let mut robot = robot(false);
+    let n = robot.tree.velocity_count;
+    let turns = |body: &Body| !matches!(body.joint_type, JointType::Free { .. });
+    let joints: Vec<usize> =
+        (0..robot.tree.bodies.len()).filter(|body| turns(&robot.tree.bodies[*body])).collect();
+    for pair in joints.windows(2) {
+        let joints = [(pair[0], 1.0), (pair[1], -0.7)];
+        let velocity = |(body, factor): (usize, f64)| (robot.tree.bodies[body].velocity, factor);
+        let row = Row { bodies: [pair[0], pair[1]], entries: joints.map(velocity), ..Row::default() };
+        let (mut together, mut alone) = (vec![0.0; n], vec![0.0; n]);
+        let (q, scratch) = (&robot.state.positions, &mut robot.scratch.passes);
+        respond_to_joints(&robot.tree, q, &[row], scratch, &mut together);
+        respond(&robot.tree, q, &joints, scratch, &mut alone);
+        let largest = alone.iter().fold(0.0f64, |largest, value| largest.max(value.abs()));
+        assert!(largest > 0.0 && together.iter().zip(&alone).all(|(a, b)| (a - b).abs() < 1e-12 * largest));
+    }
+}

@@ -1,0 +1,168 @@
+//! M^-1 J' of several impulses at once: one trip up and down the factorised tree for all, whose numbers lie side by side.
+//!
+//! Compiled for the vectors of the processor. Each has the same bits on all, since nothing is fused or summed in another order.
+
+use glamx::DMat3;
+use pulp::{Arch, Simd, WithSimd};
+
+use super::Row;
+use crate::dynamics::kinematics::free_pose;
+use crate::dynamics::scratch::{BodyScratch, Scratch, TRIPS, Trips};
+use crate::dynamics::spatials::{Spatials, turned};
+use crate::dynamics::tree::{Body, JointType, Tree};
+
+/// What [`respond_to_force`](super::respond_to_force) writes, for each of the six unit impulses on a body about its origin: torques about
+/// the base's axes, then forces along them; all of one after all of the one before.
+pub fn respond_to_unit_forces(tree: &Tree, q: &[f64], body: usize, scratch: &mut Scratch, out: &mut [f64]) {
+    Arch::new().dispatch(Trip::of_unit_forces(tree, q, body, scratch, out));
+}
+
+/// What [`respond`](super::respond) writes, for up to [`TRIPS`] rows of joints.
+pub fn respond_to_joints(tree: &Tree, q: &[f64], rows: &[Row], scratch: &mut Scratch, out: &mut [f64]) {
+    begin(&mut scratch.trips);
+    let mut highest = 0;
+    for (k, row) in rows.iter().take(TRIPS).enumerate() {
+        for (body, (_, factor)) in row.bodies.into_iter().zip(row.entries) {
+            push(&mut scratch.trips, body).impulse[k] += factor;
+            highest = highest.max(body);
+        }
+    }
+    Arch::new().dispatch(Trip { tree, q, highest, scratch, out });
+}
+
+fn begin(trips: &mut [Trips]) {
+    for at in trips {
+        (at.impulse, at.has_impulse) = ([0.0; TRIPS], false);
+    }
+}
+
+/// A body that an impulse acts on.
+#[inline(always)]
+fn push(trips: &mut [Trips], body: usize) -> &mut Trips {
+    let at = &mut trips[body];
+    if !at.has_impulse {
+        (at.delta, at.has_impulse) = (Spatials::ZERO, true);
+    }
+    at
+}
+
+/// Writes as many as there is room for.
+pub struct Trip<'a> {
+    tree: &'a Tree,
+    q: &'a [f64],
+    /// No body after it has an impulse.
+    highest: usize,
+    scratch: &'a mut Scratch,
+    out: &'a mut [f64],
+}
+
+impl<'a> Trip<'a> {
+    /// See [`respond_to_unit_forces`].
+    pub fn of_unit_forces(
+        tree: &'a Tree,
+        q: &'a [f64],
+        body: usize,
+        scratch: &'a mut Scratch,
+        out: &'a mut [f64],
+    ) -> Self {
+        begin(&mut scratch.trips);
+        let at = push(&mut scratch.trips, body);
+        for k in 0..3 {
+            (at.delta.angular[k][k], at.delta.linear[k][k + 3]) = (-1.0, -1.0);
+        }
+        Self { tree, q, highest: body, scratch, out }
+    }
+}
+
+impl WithSimd for Trip<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { tree, q, highest, scratch, out } = self;
+        let Scratch { bodies, free, trips } = scratch;
+        // Children come after their parents.
+        for i in (0..=highest).rev() {
+            let Body { joint_type, parent, .. } = tree.bodies[i];
+            if trips[i].has_impulse && !matches!(joint_type, JointType::Free { .. }) {
+                rise(trips, i, joint_type, parent, &bodies[i]);
+            }
+        }
+        let n = tree.velocity_count;
+        let count = (out.len() / n.max(1)).min(TRIPS);
+        for (i, body) in tree.bodies.iter().enumerate() {
+            let at = &bodies[i];
+            let (above, own) = trips.split_at_mut(i);
+            let own = &mut own[0];
+            let above = body.parent.map_or(&Spatials::ZERO, |parent| &above[parent].delta);
+            let JointType::Free { slot } = body.joint_type else {
+                let change = descend(own, above, body.joint_type, at);
+                for k in 0..count {
+                    out[k * n + body.velocity] = change[k];
+                }
+                continue;
+            };
+            let carried = above.motion_at(at.reach);
+            own.delta = if own.has_impulse { free[slot].solve_all(&own.delta) } else { Spatials::ZERO };
+            // Linear in the parent's axes, angular in its own: see `free_velocities`.
+            let own_from_base = at.rotation.transpose();
+            let parent_from_base = DMat3::from_quat(free_pose(&q[body.position..]).1) * own_from_base;
+            let linear = turned(&differences(&own.delta.linear, &carried.linear), &parent_from_base);
+            let angular = turned(&differences(&own.delta.angular, &carried.angular), &own_from_base);
+            for k in 0..count {
+                for i in 0..3 {
+                    out[k * n + body.velocity + i] = linear[i][k];
+                    out[k * n + body.velocity + 3 + i] = angular[i][k];
+                }
+            }
+        }
+    }
+}
+
+/// Takes what acts on a body on to its parent.
+#[inline(always)]
+fn rise(trips: &mut [Trips], body: usize, joint_type: JointType, parent: Option<usize>, at: &BodyScratch) {
+    let (above, own) = trips.split_at_mut(body);
+    let own = &mut own[0];
+    let felt = own.delta.along(joint_type, at.rotation.z_axis);
+    let mut taken = [0.0; TRIPS];
+    for k in 0..TRIPS {
+        own.impulse[k] -= felt[k];
+        taken[k] = at.inverse_d * own.impulse[k];
+    }
+    if let Some(parent) = parent {
+        let mut p = own.delta;
+        p.add_multiples(at.column, &taken);
+        push(above, parent).delta.add(&p.force_from(at.reach));
+    }
+}
+
+/// What the changes of its parent's velocity change a body's by, and its joint's.
+#[inline(always)]
+fn descend(
+    own: &mut Trips,
+    above: &Spatials<TRIPS>,
+    joint_type: JointType,
+    at: &BodyScratch,
+) -> [f64; TRIPS] {
+    let mut delta = above.motion_at(at.reach);
+    let taken = delta.dot(at.column);
+    let mut change = [0.0; TRIPS];
+    for k in 0..TRIPS {
+        change[k] = at.inverse_d * (own.impulse[k] - taken[k]);
+    }
+    delta.add_along(joint_type, at.rotation.z_axis, &change);
+    own.delta = delta;
+    change
+}
+
+#[inline(always)]
+fn differences<const N: usize>(a: &[[f64; N]; 3], b: &[[f64; N]; 3]) -> [[f64; N]; 3] {
+    let mut out = *a;
+    for i in 0..3 {
+        for k in 0..N {
+            out[i][k] -= b[i][k];
+        }
+    }
+    out
+}
