@@ -1,7 +1,7 @@
 //! Responses to several impulses at once are those to each.
 
 use glamx::DMat3;
-use pulp::{Scalar, Simd, WithSimd as _};
+use pulp::{Scalar, Simd};
 use simd_model::RobotModel;
 use simd_model::robot::{Inertial, Joint, JointKind, JointLimits, Link};
 
