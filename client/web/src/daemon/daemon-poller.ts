@@ -7,6 +7,7 @@ import { addHappenings, happenings } from "../state/happenings";
 import { beingMade, recordings, recordingSince, recordingsOpen } from "../state/recordings";
 import { readings, sensors, sensorsShownOf } from "../state/sensors";
 import { toast } from "../state/toasts";
+import { refreshClientsBy } from "../state/tools";
 import { clients, connection, parameters, physics, robots, simulation, targetSources } from "../state/world";
 import { constraintOf } from "./constraints";
 import { wordsOf } from "./event-words";
@@ -39,7 +40,9 @@ export class DaemonPoller {
     private readonly services: Services,
     private readonly registry: RobotRegistry,
     private readonly worldRests: () => boolean,
-  ) {}
+  ) {
+    refreshClientsBy(() => this.fetchClients());
+  }
 
   /** Forgets the state of the daemon before, and fetches what is later fetched only after an event. */
   async begin(): Promise<void> {

@@ -42,8 +42,20 @@ export function othersHere(): string[] {
   return clients.value.filter(({ isCaller }) => !isCaller).map(({ name }) => name);
 }
 
+/** Asks the daemon who is here. */
+let refreshClients: () => Promise<void> = () => Promise.resolve();
+
+/** Says how the daemon is asked who is here. */
+export function refreshClientsBy(refresh: () => Promise<void>): void {
+  refreshClients = refresh;
+}
+
 /** Does what concerns other clients too: at once where there are none, else after a question that names them. */
 export function askFirst(title: string, text: string, button: string, run: () => void): void {
-  if (othersHere().length === 0) run();
-  else tool.value = { kind: "ask", title, text, button, run };
+  // Some may have come since the page last asked; where the daemon does not answer, the page says so elsewhere.
+  const known = refreshClients().catch(() => undefined);
+  void known.then(() => {
+    if (othersHere().length === 0) run();
+    else tool.value = { kind: "ask", title, text, button, run };
+  });
 }
