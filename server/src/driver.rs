@@ -5,6 +5,7 @@
 //! for nothing but its mailbox and the clock.
 
 mod announcer;
+mod answers;
 mod board;
 mod call_budget;
 mod callers;

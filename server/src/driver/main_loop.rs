@@ -11,7 +11,7 @@ use simd_core::{Applied, Command, Error, PhysicsSettings, Reply};
 
 use super::board::Publisher;
 use super::call_budget::CallBudget;
-use super::event::{Event, ReplyTo};
+use super::event::Event;
 use super::event_log::{EventLog, Happened};
 use super::long_step::LongSteps;
 use super::mailbox::Inbox;
@@ -150,24 +150,6 @@ impl<W: World> Driver<W> {
             Event::Shutdown => return ControlFlow::Break(()),
         }
         ControlFlow::Continue(())
-    }
-
-    fn answer(&self, answer: Answer) {
-        match &self.relay {
-            Some(relay) => relay.answer(answer),
-            None => answer.send(),
-        }
-    }
-
-    fn answer_steps(&self, reply: ReplyTo<Stepped>, answer: Result<Stepped, CallError>) {
-        self.answer(Answer::Stepped(Addressed { reply, answer }));
-    }
-
-    /// Ends all calls that wait for steps; `by` says what did.
-    fn supersede_steps(&mut self, by: &str) {
-        while let Some((reply, superseded)) = self.steps.superseded(by) {
-            self.answer_steps(reply, Err(superseded));
-        }
     }
 
     /// The one place where a command reaches the world: what passes here, with

@@ -50,11 +50,19 @@ export function refreshClientsBy(refresh: () => Promise<void>): void {
   refreshClients = refresh;
 }
 
-/** Does what concerns other clients too: at once where there are none, else after a question that names them. */
+let asking = false;
+
+/**
+ * Does what concerns other clients too: at once where there are none, else after a question that names them. While it is asked who
+ * is here, a second click does nothing.
+ */
 export function askFirst(title: string, text: string, button: string, run: () => void): void {
+  if (asking) return;
+  asking = true;
   // Some may have come since the page last asked; where the daemon does not answer, the page says so elsewhere.
   const known = refreshClients().catch(() => undefined);
   void known.then(() => {
+    asking = false;
     if (othersHere().length === 0) run();
     else tool.value = { kind: "ask", title, text, button, run };
   });

@@ -10,7 +10,7 @@ mod state;
 
 use std::sync::Arc;
 
-use glamx::{DMat3, DPose3, DQuat, DVec3};
+use glamx::{DPose3, DQuat, DVec3};
 
 use super::actuator::{Actuator, Axis, Drive};
 use super::articulated::{accelerate, base_acceleration, gather_inertia};
@@ -21,8 +21,7 @@ use super::integrate::advance;
 use super::integrator::Integrator;
 use super::kinematics::{BodyMotion, update_kinematics};
 use super::scratch::{BodyScratch, Scratch, Trips};
-use super::spatial::{Placement, Spatial};
-use super::spatials::Spatials;
+use super::spatial::Placement;
 use super::spherical;
 use super::spin::{Drift, FreeBody};
 use super::symmetric::Symmetric;
@@ -328,42 +327,6 @@ impl Articulation {
             linear: turn * at.velocity.linear,
             angular: turn * at.velocity.angular,
         }
-    }
-
-    /// A unit impulse at a world point of a body, in a world direction, as it acts about the body's
-    /// origin, in the base's axes.
-    pub(super) fn wrench(&self, body: usize, point: DVec3, direction: DVec3) -> Spatial {
-        let arm = self.state.base.inverse_transform_point(point) - self.scratch.passes.bodies[body].origin;
-        let direction = self.state.base.rotation.inverse() * direction;
-        Spatial::new(arm.cross(direction), direction)
-    }
-
-    /// [`wrench`](Self::wrench) along each of three directions, to rounding; the fourth is nothing.
-    #[inline(always)]
-    pub(super) fn wrenches(&self, body: usize, point: DVec3, directions: [DVec3; 3]) -> Spatials<4> {
-        let base_from_world = DMat3::from_quat(self.state.base.rotation).transpose();
-        let arm =
-            base_from_world * (point - self.state.base.translation) - self.scratch.passes.bodies[body].origin;
-        let mut wrenches = Spatials::ZERO;
-        for (k, direction) in directions.into_iter().enumerate() {
-            let direction = base_from_world * direction;
-            wrenches.set(k, Spatial::new(arm.cross(direction), direction));
-        }
-        wrenches
-    }
-
-    /// [`torque`](Self::torque) about each of three directions; the fourth is nothing.
-    pub(super) fn torques(&self, directions: [DVec3; 3]) -> Spatials<4> {
-        let mut torques = Spatials::ZERO;
-        for (k, direction) in directions.into_iter().enumerate() {
-            torques.set(k, self.torque(direction));
-        }
-        torques
-    }
-
-    /// A unit torque impulse on a body about a world direction, in the base's axes.
-    pub(super) fn torque(&self, direction: DVec3) -> Spatial {
-        Spatial::new(self.state.base.rotation.inverse() * direction, DVec3::ZERO)
     }
 
     /// The new velocities, as far as they are found.

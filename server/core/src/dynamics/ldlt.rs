@@ -1,7 +1,5 @@
 //! A symmetric 6x6 block, factorised: what a free body needs to turn force into acceleration.
 
-use glamx::DVec3;
-
 use super::inertia::Articulated;
 use super::spatial::Spatial;
 use super::spatials::Spatials;
@@ -50,22 +48,9 @@ impl Ldlt6 {
 
     /// I^-1 force.
     pub fn solve(&self, force: Spatial) -> Spatial {
-        let (a, l) = (force.angular, force.linear);
-        let mut x = [a.x, a.y, a.z, l.x, l.y, l.z];
-        for i in 0..6 {
-            for k in 0..i {
-                x[i] -= self.lower[i][k] * x[k];
-            }
-        }
-        for (x, inverse) in x.iter_mut().zip(self.inverse_diagonal) {
-            *x *= inverse;
-        }
-        for i in (0..6).rev() {
-            for k in i + 1..6 {
-                x[i] -= self.lower[k][i] * x[k];
-            }
-        }
-        Spatial::new(DVec3::new(x[0], x[1], x[2]), DVec3::new(x[3], x[4], x[5]))
+        let mut minus = Spatials::<1>::ZERO;
+        minus.set(0, -force);
+        self.solve_all(&minus).get(0)
     }
 
     /// [`solve`](Self::solve) of minus each.
@@ -120,7 +105,7 @@ fn rows(inertia: &Articulated) -> [[f64; 6]; 6] {
 
 #[cfg(test)]
 mod tests {
-    use glamx::DMat3;
+    use glamx::{DMat3, DVec3};
 
     use super::*;
     use crate::dynamics::inertia::Rigid;

@@ -100,8 +100,9 @@ class World(Loop):
         self._constraint_names = 0
         self._recordings = 0
         self._script = uuid.uuid4().hex[:8]
-        # What runs after each step: state logs.
+        # When the last step was asked for, by perf_counter.
         self.step_began = 0.0
+        # What runs after each step: state logs.
         self._logs: dict[int, Log] = {}
         self._next_log = 0
 

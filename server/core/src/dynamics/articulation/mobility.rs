@@ -32,11 +32,10 @@ impl Articulation {
         // The responses are found with what was gathered, before any of them is looked at.
         let mut responses = vec![0.0; 3 * tree.velocity_count];
         let size = tree.velocity_count.max(1);
-        for (axis, response) in
-            [DVec3::X, DVec3::Y, DVec3::Z].into_iter().zip(responses.chunks_exact_mut(size))
-        {
-            let push = self.wrench(body, point, axis);
-            respond_to_force(&tree, &self.state.positions, (body, push), &mut self.scratch.passes, response);
+        let pushes = self.wrenches(body, point, [DVec3::X, DVec3::Y, DVec3::Z]);
+        for (k, response) in responses.chunks_exact_mut(size).enumerate() {
+            let push = (body, pushes.get(k));
+            respond_to_force(&tree, &self.state.positions, push, &mut self.scratch.passes, response);
         }
         let mut columns = [DVec3::ZERO; 3];
         for (column, response) in columns.iter_mut().zip(responses.chunks_exact(size)) {

@@ -1,6 +1,6 @@
 //! What rows of constraints need of a robot: Jacobians, responses to impulses, and where velocities lead to.
 
-use glamx::{DPose3, DQuat, DVec3};
+use glamx::{DMat3, DPose3, DQuat, DVec3};
 
 use super::Articulation;
 use super::StepScratch;
@@ -23,6 +23,40 @@ use crate::dynamics::tree::JointType;
 const MOST_POSITIONS: usize = 7;
 
 impl Articulation {
+    /// Unit impulses at a world point of a body along three world directions, as they act about the body's origin, in the base's
+    /// axes; the fourth is nothing.
+    #[inline(always)]
+    pub(in crate::dynamics) fn wrenches(
+        &self,
+        body: usize,
+        point: DVec3,
+        directions: [DVec3; 3],
+    ) -> Spatials<4> {
+        let base_from_world = DMat3::from_quat(self.state.base.rotation).transpose();
+        let arm =
+            base_from_world * (point - self.state.base.translation) - self.scratch.passes.bodies[body].origin;
+        let mut wrenches = Spatials::ZERO;
+        for (k, direction) in directions.into_iter().enumerate() {
+            let direction = base_from_world * direction;
+            wrenches.set(k, Spatial::new(arm.cross(direction), direction));
+        }
+        wrenches
+    }
+
+    /// Unit torque impulses about three world directions, in the base's axes; the fourth is nothing.
+    pub(in crate::dynamics) fn torques(&self, directions: [DVec3; 3]) -> Spatials<4> {
+        let mut torques = Spatials::ZERO;
+        for (k, direction) in directions.into_iter().enumerate() {
+            torques.set(k, self.torque(direction));
+        }
+        torques
+    }
+
+    /// A unit torque impulse on a body about a world direction, in the base's axes.
+    pub(in crate::dynamics) fn torque(&self, direction: DVec3) -> Spatial {
+        Spatial::new(self.state.base.rotation.inverse() * direction, DVec3::ZERO)
+    }
+
     /// Adds J for three impulses on a body about its origin, in the base's axes, to that of a side.
     #[inline(always)]
     pub(in crate::dynamics) fn add_wrench_rows(
