@@ -35,7 +35,7 @@ pub mod http;
 mod info;
 pub mod loading;
 pub mod log;
-mod process;
+pub mod process;
 pub mod recording;
 pub mod replay;
 pub mod ros2;

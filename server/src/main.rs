@@ -8,15 +8,21 @@
 //! * 5: a robot cannot be loaded at the start.
 //! * 6: a daemon of the same name is on the Zenoh network.
 
+use std::alloc::System;
 use std::io::{IsTerminal as _, Write as _};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::process::ExitCode;
 use std::time::Duration;
 
+use cap::Cap;
 use simd_server::config::{self, Config, ConfigError};
 use simd_server::log::{Log, LogFormat};
-use simd_server::{authority, daemon, replay, zenoh_acl};
+use simd_server::{authority, daemon, process, replay, zenoh_acl};
 use tracing_subscriber::EnvFilter;
+
+/// The system's allocator, and how much it has given: growth shows there hours before it shows in what the process has.
+#[global_allocator]
+static HEAP: Cap<System> = Cap::new(System, usize::MAX);
 
 /// Threads for what blocks: files of tokens and autosaves, and what Zenoh sends in place. What computes has threads of its
 /// own: see `blocking_threads`.
@@ -27,6 +33,7 @@ const SHUTDOWN_TIMEOUT: Duration = Duration::from_millis(100);
 const LAST_WORDS: Duration = Duration::from_millis(200);
 
 fn main() -> ExitCode {
+    process::count_heap_by(|| HEAP.allocated());
     let log = match Log::to_stderr() {
         Ok(log) => log,
         // There is no thread to say so.

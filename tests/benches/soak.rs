@@ -53,12 +53,16 @@ fn main() -> ExitCode {
     row("duration of steps, with everybody ", &report.loaded.duration);
     let ratio = among / alone;
     println!("lateness p99.9, with everybody / alone: {ratio:.2}");
-    println!("slope of memory: {} MiB an hour", report.heap_slope);
+    println!(
+        "slope of memory, MiB an hour: allocated {}, of the process {}",
+        report.heap_slope, report.memory_slope
+    );
     let failures = report.tally.failures().len();
     println!(
         "acknowledged commands that were lost, refusals that were not counted, other failures: {failures}"
     );
-    let is_well = ratio <= RATIO && !report.heap_slope.is_above(SLOPE);
+    let grows = [report.heap_slope, report.memory_slope].into_iter().any(|slope| slope.is_above(SLOPE));
+    let is_well = ratio <= RATIO && !grows;
     if failures == 0 && (is_well || minutes < LONG) { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 

@@ -34,6 +34,11 @@ pub use self::tally::Tally;
 use crate::process::{Process, soon};
 use crate::web;
 
+/// Between two looks at what the daemon costs.
+const LOOK: Duration = Duration::from_secs(5);
+/// How long twice as much comes and goes.
+const CROWDED: Duration = Duration::from_secs(300);
+
 /// How long, how many, and how much of it is seen.
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
@@ -62,8 +67,10 @@ pub struct Report {
     pub quiet: Steps,
     /// Of the world with everybody in it.
     pub loaded: Steps,
-    /// MiB an hour of memory that is no file's, after the first part of the run.
+    /// MiB an hour of what is allocated, after the first part of the run.
     pub heap_slope: Slope,
+    /// MiB an hour of memory that is no file's, after the first part of the run.
+    pub memory_slope: Slope,
 }
 
 /// What actors share: the way to the daemon, and what came of their calls.
@@ -133,18 +140,25 @@ pub async fn run(options: Options) -> Report {
     let quiet = came.since(&begun);
     println!("{:.1} minutes of the world alone", options.quiet.as_secs_f64() / 60.0);
 
-    stage.ends = Instant::now() + options.duration;
     let mut actors = JoinSet::new();
+    let begun = Instant::now();
+    // More comes and goes at first than later: the room for the most of everything at once is there before its growth is measured.
+    stage.ends = begun + CROWDED.min(options.duration / 10);
+    churn::start(&stage, churn::CHURNS..2 * churn::CHURNS, &mut actors);
+    stage.ends = begun + options.duration;
+    churn::start(&stage, 0..churn::CHURNS, &mut actors);
     writers::start(&stage, &mut actors);
     readers::start(&stage, options.readers.saturating_sub(options.stopped), &mut actors);
-    churn::start(&stage, &mut actors);
     stalled::start(&stage, options.stopped, &mut actors);
     flood::start(&stage, &mut actors);
     let mut gauge = Gauge::new(&stage, daemon.pid()).await;
     while stage.is_on() && tally.failures().is_empty() {
-        let next = stage.ends.min(Instant::now() + options.every);
-        tokio::time::sleep_until(next.into()).await;
-        gauge.read(&stage).await;
+        let line = stage.ends.min(Instant::now() + options.every);
+        while Instant::now() < line {
+            tokio::time::sleep_until(line.min(Instant::now() + LOOK).into()).await;
+            gauge.look(&stage).await;
+        }
+        gauge.line(&stage).await;
     }
     let loaded = so_far().await.since(&came);
     if !tally.failures().is_empty() {
@@ -181,7 +195,7 @@ pub async fn run(options: Options) -> Report {
     println!("{}", refused(&tally, &counted));
     println!("{tally}");
     println!("the log has {} lines, {} bytes", log.lines().count(), log.len());
-    Report { tally, quiet, loaded, heap_slope: gauge.heap_slope() }
+    Report { tally, quiet, loaded, heap_slope: gauge.heap_slope(), memory_slope: gauge.memory_slope() }
 }
 
 /// A table of refusals; a difference is a failure.

@@ -148,6 +148,10 @@ impl Scrape {
 
 /// What the system says of the process, in the names that Prometheus has for it. What cannot be read is left out.
 fn of_process(families: &mut Families<'_>) -> fmt::Result {
+    if let Some(bytes) = process::heap_bytes() {
+        let help = "Memory that is allocated and not freed.";
+        families.gauge_of("simd_heap", help, Some(&Unit::Bytes), bytes as f64)?;
+    }
     if let Some(bytes) = process::resident_bytes() {
         let help = "Memory that the process has.";
         families.gauge_of("process_resident_memory", help, Some(&Unit::Bytes), bytes as f64)?;

@@ -1,6 +1,7 @@
 //! What comes and goes: robots, worlds, claims, parameters, uploads, clients. Each thing has a name of its own, so
 //! that whatever the daemon keeps by name shows as growth.
 
+use std::ops::Range;
 use std::time::Duration;
 
 use fastrand::Rng;
@@ -17,11 +18,13 @@ use crate::daemon::fixed;
 use crate::http;
 use crate::robots::assets;
 
-const CHURNS: usize = 2;
+/// Clients of those that come and go all the time.
+pub(super) const CHURNS: usize = 2;
 const SECOND: Duration = Duration::from_secs(1);
 
-pub(super) fn start(stage: &Stage, actors: &mut JoinSet<()>) {
-    for number in 0..CHURNS {
+/// Clients of these numbers.
+pub(super) fn start(stage: &Stage, numbers: Range<usize>, actors: &mut JoinSet<()>) {
+    for number in numbers {
         let stage = stage.clone();
         actors.spawn(async move {
             let connected = async {

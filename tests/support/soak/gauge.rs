@@ -5,6 +5,7 @@ use std::time::Instant;
 use simd_client::Client;
 
 use super::Stage;
+use crate::http;
 
 /// Seconds that say nothing about growth: files that no robot uses, of which the run sends some each second, stay for ten
 /// minutes. No more than this part of a run.
@@ -15,16 +16,38 @@ pub(super) struct Gauge {
     pid: u32,
     client: Option<Client>,
     begun: Instant,
+    /// Since the last line.
+    looks: Vec<Sample>,
+    /// One for each line: means of its looks.
     samples: Vec<Sample>,
 }
 
+#[derive(Clone, Copy, Debug, Default)]
 struct Sample {
     /// Seconds since the start.
     at: f64,
-    /// MiB of memory that is no file's: heap, stacks.
+    /// MiB that are allocated and not freed.
+    heap: f64,
+    /// MiB of memory that is no file's: heap, what the allocator keeps of what was freed, stacks.
     anonymous: f64,
+    /// MiB, with files.
+    resident: f64,
     threads: f64,
     files: f64,
+}
+
+impl Sample {
+    fn mean(samples: &[Self]) -> Self {
+        let mean = |figure: fn(&Self) -> f64| samples.iter().map(figure).sum::<f64>() / samples.len() as f64;
+        Self {
+            at: mean(|it| it.at),
+            heap: mean(|it| it.heap),
+            anonymous: mean(|it| it.anonymous),
+            resident: mean(|it| it.resident),
+            threads: mean(|it| it.threads),
+            files: mean(|it| it.files),
+        }
+    }
 }
 
 impl Gauge {
@@ -32,42 +55,61 @@ impl Gauge {
     #[allow(clippy::print_stdout, reason = "a bench prints")]
     pub(super) async fn new(stage: &Stage, pid: Option<u32>) -> Self {
         println!(
-            "   minute  heap MiB  RSS MiB  threads  files   pace  overruns  step us  done      refused   age of \
-             states when they are read, ms: p50, p99"
+            "   minute  heap MiB  anonymous  RSS MiB  threads  files   pace  overruns  step us  done      refused   age \
+             of states when they are read, ms: p50, p99"
         );
         let client = Client::connect(&stage.endpoint).await.ok();
-        Self { pid: pid.unwrap_or_default(), client, begun: Instant::now(), samples: Vec::new() }
+        let pid = pid.unwrap_or_default();
+        Self { pid, client, begun: Instant::now(), looks: Vec::new(), samples: Vec::new() }
     }
 
-    /// Prints a line. A process that is gone is a failure.
-    #[allow(clippy::print_stdout, reason = "a bench prints")]
-    pub(super) async fn read(&mut self, stage: &Stage) {
+    /// A process that is gone, and one that does not count its heap, are failures.
+    pub(super) async fn look(&mut self, stage: &Stage) {
         let folder = format!("/proc/{}", self.pid);
-        let status = std::fs::read_to_string(format!("{folder}/status")).unwrap_or_default();
-        let figure = |name: &str| {
-            let line = status.lines().find_map(|line| line.strip_prefix(name));
-            line.and_then(|rest| rest.split_whitespace().next()?.parse::<f64>().ok())
-        };
-        let (Some(rss), Some(anonymous), Some(threads)) =
-            (figure("VmRSS:"), figure("RssAnon:"), figure("Threads:"))
-        else {
+        let Ok(status) = std::fs::read_to_string(format!("{folder}/status")) else {
             return stage.tally.fail("the daemon is gone".to_owned());
         };
-        let files = std::fs::read_dir(format!("{folder}/fd")).map_or(0, Iterator::count);
-        let at = self.begun.elapsed().as_secs_f64();
-        let sample = Sample { at, anonymous: anonymous / 1024.0, threads, files: files as f64 };
+        let metrics = http::get(stage.address, "/metrics", &[]).await.text();
+        let figure = |text: &str, name: &str| {
+            let line = text.lines().find_map(|line| line.strip_prefix(name));
+            line.and_then(|rest| rest.split_whitespace().next()?.parse::<f64>().ok())
+        };
+        let (Some(resident), Some(anonymous), Some(threads), Some(heap)) = (
+            figure(&status, "VmRSS:"),
+            figure(&status, "RssAnon:"),
+            figure(&status, "Threads:"),
+            figure(&metrics, "simd_heap_bytes "),
+        ) else {
+            return stage.tally.fail("the daemon does not say what it has allocated".to_owned());
+        };
+        self.looks.push(Sample {
+            at: self.begun.elapsed().as_secs_f64(),
+            heap: heap / 1_048_576.0,
+            anonymous: anonymous / 1024.0,
+            resident: resident / 1024.0,
+            threads,
+            files: std::fs::read_dir(format!("{folder}/fd")).map_or(0, Iterator::count) as f64,
+        });
+    }
+
+    /// Prints a line: means since the last one.
+    #[allow(clippy::print_stdout, reason = "a bench prints")]
+    pub(super) async fn line(&mut self, stage: &Stage) {
+        let mean = Sample::mean(&self.looks);
+        self.looks.clear();
         let statistics = match &self.client {
             Some(client) => client.world_statistics().await.unwrap_or_default(),
             None => Default::default(),
         };
         let (done, refused) = stage.tally.totals();
         let mut line = format!(
-            "  {:7.2} {:9.2} {:8.2} {:8} {:6} {:6.3} {:9} {:8.1}  {done:8}  {refused:8}",
-            at / 60.0,
-            sample.anonymous,
-            rss / 1024.0,
-            threads,
-            files,
+            "  {:7.2} {:9.2} {:10.2} {:8.2} {:8.1} {:6.1} {:6.3} {:9} {:8.1}  {done:8}  {refused:8}",
+            self.begun.elapsed().as_secs_f64() / 60.0,
+            mean.heap,
+            mean.anonymous,
+            mean.resident,
+            mean.threads,
+            mean.files,
             statistics.real_time_factor,
             statistics.overruns,
             statistics.step_duration * 1e6,
@@ -76,7 +118,7 @@ impl Gauge {
             line += &format!("  {transport} {median:.2}, {late:.2}");
         }
         println!("{line}");
-        self.samples.push(sample);
+        self.samples.push(mean);
     }
 
     fn end(&self) -> f64 {
@@ -94,17 +136,23 @@ impl Gauge {
         Slope::of(&points)
     }
 
-    /// MiB an hour.
+    /// MiB an hour of what is allocated.
     pub(super) fn heap_slope(&self) -> Slope {
+        self.slope(|sample| sample.heap)
+    }
+
+    /// MiB an hour of what the process has.
+    pub(super) fn memory_slope(&self) -> Slope {
         self.slope(|sample| sample.anonymous)
     }
 
     /// Of all that must not grow.
     pub(super) fn slopes(&self) -> String {
         format!(
-            "slope after the first {:.1} minutes, an hour: heap {} MiB, threads {}, files {}",
+            "slope after the first {:.1} minutes, an hour: heap {} MiB, anonymous memory {} MiB, threads {}, files {}",
             self.warm_up() / 60.0,
             self.heap_slope(),
+            self.memory_slope(),
             self.slope(|sample| sample.threads),
             self.slope(|sample| sample.files),
         )
