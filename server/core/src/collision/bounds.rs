@@ -1,6 +1,6 @@
 //! Boxes around colliders.
 
-use glamx::{DPose3, DVec3};
+use glamx::{DMat3, DPose3, DVec3};
 use rapier3d_f64::parry::bounding_volume::BoundingVolume as _;
 use rapier3d_f64::parry::shape::Shape;
 
@@ -22,10 +22,9 @@ impl Default for Bounds {
 impl Bounds {
     /// Around a box, given by its middle and half lengths, and this far from it.
     pub(super) fn of_box([middle, half]: [DVec3; 2], world_from_box: &DPose3, margin: f64) -> Self {
-        let DPose3 { rotation, .. } = *world_from_box;
-        let sides = [DVec3::X * half.x, DVec3::Y * half.y, DVec3::Z * half.z];
+        let DMat3 { x_axis, y_axis, z_axis } = DMat3::from_quat(world_from_box.rotation);
         let half =
-            sides.map(|side| (rotation * side).abs()).into_iter().sum::<DVec3>() + DVec3::splat(margin);
+            x_axis.abs() * half.x + y_axis.abs() * half.y + z_axis.abs() * half.z + DVec3::splat(margin);
         let middle = world_from_box.transform_point(middle);
         Self { least: middle - half, most: middle + half }
     }

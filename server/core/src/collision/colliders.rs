@@ -93,6 +93,8 @@ pub(super) struct Placed {
     middle: DVec3,
     pub(super) radius: f64,
     pub(super) world_from_shape: DPose3,
+    /// Where that puts the middle.
+    pub(super) world_middle: DVec3,
     /// Contacts are looked for this far from the shape, metres.
     pub(super) margin: f64,
     /// As much of that as is for the motion of its middle, along that motion.
@@ -106,12 +108,17 @@ pub(super) struct Placed {
 impl Placed {
     /// Puts it there. How far any point of it moved, at the most.
     fn put(&mut self, world_from_shape: DPose3) -> f64 {
-        let (was, middle) = (self.world_from_shape, self.world_middle());
-        self.world_from_shape = world_from_shape;
-        let (q, p) = (world_from_shape.rotation, was.rotation);
+        let (p, middle) = (self.world_from_shape.rotation, self.world_middle);
+        self.set_pose(world_from_shape);
+        let q = world_from_shape.rotation;
         // Of a turn by an angle t the difference of quaternions is 2 sin(t / 4), a chord of radius 1 2 sin(t / 2).
-        let turned = 2.0 * (q - p).length().min((q + p).length());
-        self.world_middle().distance(middle) + turned * self.radius
+        let turned = 2.0 * (q - p).length_squared().min((q + p).length_squared()).sqrt();
+        self.world_middle.distance(middle) + turned * self.radius
+    }
+
+    fn set_pose(&mut self, world_from_shape: DPose3) {
+        self.world_from_shape = world_from_shape;
+        self.world_middle = world_from_shape.transform_point(self.middle);
     }
 
     /// How far from each other contacts of the two are looked for, metres. Of what moves the same way in both nothing counts:
@@ -123,7 +130,7 @@ impl Placed {
 
     /// At least so far apart are the two, metres; negative where the spheres around them meet.
     pub(super) fn sphere_gap(&self, other: &Self) -> f64 {
-        self.world_middle().distance(other.world_middle()) - self.radius - other.radius
+        self.world_middle.distance(other.world_middle) - self.radius - other.radius
     }
 
     /// How far from its body's origin any point of it is at the most.
@@ -136,15 +143,10 @@ impl Placed {
         self.middle
     }
 
-    /// The middle of the shape, world.
-    pub(super) fn world_middle(&self) -> DVec3 {
-        self.world_from_shape.transform_point(self.middle)
-    }
-
     /// Finds its bounds anew.
     fn bound(&mut self, shapes: &Shapes) {
         let part = &shapes.parts[self.part];
-        self.bounds = if part.shape.shape_type() == ShapeType::ConvexPolyhedron {
+        self.bounds = if matches!(part.shape.shape_type(), ShapeType::ConvexPolyhedron | ShapeType::Cuboid) {
             Bounds::of_box(part.local_box, &self.world_from_shape, self.margin)
         } else {
             Bounds::of(&*part.shape, &self.world_from_shape, self.margin)
@@ -174,6 +176,7 @@ impl RobotColliders {
                 middle: sphere.center,
                 radius: sphere.radius,
                 world_from_shape: DPose3::IDENTITY,
+                world_middle: sphere.center,
                 margin: 0.0,
                 drift: DVec3::ZERO,
                 bounds: Bounds::default(),
@@ -257,7 +260,7 @@ impl RobotColliders {
         self.base = Some(base);
         self.bounds = Bounds::default();
         // Shapes of one body mostly come one after the other.
-        let mut last: Option<(usize, BodyMotion)> = None;
+        let mut last: Option<(usize, BodyMotion, f64)> = None;
         let mut farthest = 0.0f64;
         self.reach = 0.0;
         for placed in &mut self.placed {
@@ -268,14 +271,16 @@ impl RobotColliders {
                     (placed.margin, placed.drift) = (0.0, DVec3::ZERO);
                 }
                 Some(index) => {
-                    let known = last.filter(|(of, _)| *of == index).map(|(_, motion)| motion);
-                    let motion = known.unwrap_or_else(|| body(index));
-                    last = Some((index, motion));
+                    let (_, motion, spin) = last.filter(|(of, ..)| *of == index).unwrap_or_else(|| {
+                        let motion = body(index);
+                        (index, motion, motion.angular.length())
+                    });
+                    last = Some((index, motion, spin));
                     let BodyMotion { pose, linear, angular } = motion;
                     farthest = farthest.max(placed.put(pose * placed.body_from_shape));
-                    let arm = placed.world_middle() - pose.translation;
+                    let arm = placed.world_middle - pose.translation;
                     let velocity = linear + angular.cross(arm);
-                    let speed = velocity.length() + angular.length() * placed.radius;
+                    let speed = velocity.length() + spin * placed.radius;
                     placed.margin = slack + LOOK_AHEAD * h * speed;
                     placed.drift = velocity * (LOOK_AHEAD * h);
                 }
@@ -325,7 +330,8 @@ impl RobotColliders {
         self.bounds = Bounds::default();
         for (placed, rest) in self.placed.iter_mut().zip(poses) {
             let RestPose { world_from_shape, margin, drift } = *rest;
-            (placed.world_from_shape, placed.margin, placed.drift) = (world_from_shape, margin, drift);
+            placed.set_pose(world_from_shape);
+            (placed.margin, placed.drift) = (margin, drift);
             placed.bound(&self.shapes);
             self.bounds = self.bounds.around(placed.bounds);
         }

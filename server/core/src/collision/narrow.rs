@@ -338,7 +338,7 @@ fn has_faces(shape: &dyn Shape) -> bool {
 fn far_above(shape: &dyn Shape, plane: &Placed, other: &Placed, within: f64) -> bool {
     shape.as_halfspace().is_some_and(|half| {
         let normal = plane.world_from_shape.rotation * half.normal;
-        let height = (other.world_middle() - plane.world_from_shape.translation).dot(normal);
+        let height = (other.world_middle - plane.world_from_shape.translation).dot(normal);
         height - other.radius > within
     })
 }
