@@ -105,7 +105,7 @@ impl Implicitness {
         const STIFF: f64 = 1e16;
         let x = stiffness;
         if x < STIFF {
-            let before = 0.5 + x * (1.0 / 6.0 + x / 24.0);
+            let before = 0.5 + x * (1.0 / 6.0 + x * (1.0 / 24.0));
             let rest = 1.0 + x * before;
             let all = 1.0 + x * rest;
             // One division for both.

@@ -6,6 +6,7 @@ use super::scratch::BodyScratch;
 use super::spatial::{Placement, Spatial};
 use super::spherical::{NEXT_AXIS, orientation, velocity_product};
 use super::tree::{Body, JointType, LinkFrame, Tree};
+use super::trigonometry::sin_cos;
 
 /// Where a body is and how it moves, world axes.
 #[derive(Clone, Copy, Debug)]
@@ -98,7 +99,7 @@ fn turned_to_first_axis(zero: &DMat3, q: &[f64]) -> DMat3 {
 /// A frame after a turn about its own z.
 #[inline]
 fn turned_about_z(frame: &DMat3, angle: f64) -> DMat3 {
-    let (sin, cos) = angle.sin_cos();
+    let (sin, cos) = sin_cos(angle);
     let DMat3 { x_axis: x, y_axis: y, z_axis: z } = *frame;
     DMat3::from_cols(x * cos + y * sin, y * cos - x * sin, z)
 }

@@ -4,6 +4,7 @@
 //! * [`spatial`], [`inertia`], [`symmetric`]: spatial vectors and inertias.
 //! * [`tree`]: a robot as a tree of moving bodies; immutable.
 //! * [`kinematics`], [`articulated`], [`integrate`]: the passes of a step; [`integrator`]: which velocities they act on.
+//! * [`trigonometry`]: sines and cosines that have the same bits everywhere.
 //! * [`spherical`]: ball joints.
 //! * [`spin`], [`velocity_terms`]: what spins fast stays finite.
 //! * [`actuator`], [`gains`], [`gravity_compensation`]: what drives a joint.
@@ -46,6 +47,7 @@ pub mod spherical;
 pub mod spin;
 pub mod symmetric;
 pub mod tree;
+pub mod trigonometry;
 pub mod velocity_terms;
 
 pub use actuator::{Actuator, Axis, Mode};

@@ -7,6 +7,8 @@ use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, Neg, Not, Sub, SubAssign
 
 use pulp::{Simd, bytemuck};
 
+use crate::dynamics::trigonometry::{self, Number};
+
 /// One `f64` a lane.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Lanes<S: Simd> {
@@ -67,7 +69,7 @@ impl<S: Simd> Lanes<S> {
     /// See [`f64::abs`].
     #[inline(always)]
     pub(super) fn abs(self) -> Self {
-        (self.lt(self.same(0.0))).select(-self, self)
+        Self { simd: self.simd, values: self.simd.abs_f64s(self.values) }
     }
 
     /// The larger one.
@@ -89,14 +91,16 @@ impl<S: Simd> Lanes<S> {
         most.lt(above).select(most, above)
     }
 
-    /// Sines and cosines, each by the function that a step of one copy uses: another polynomial would have other bits.
+    /// Sines and cosines, those of a step of one copy.
     #[inline(always)]
     pub(super) fn sin_cos(self) -> (Self, Self) {
-        let (mut sin, mut cos) = (self, self);
-        for lane in 0..S::F64_LANES {
-            let (s, c) = self.get(lane).sin_cos();
-            sin.set(lane, s);
-            cos.set(lane, c);
+        let (mut sin, mut cos) = trigonometry::sin_cos_of_moderate(self);
+        if (!self.abs().le(self.same(trigonometry::LARGEST))).any() {
+            for lane in 0..S::F64_LANES {
+                let (s, c) = trigonometry::sin_cos(self.get(lane));
+                sin.set(lane, s);
+                cos.set(lane, c);
+            }
         }
         (sin, cos)
     }
@@ -129,6 +133,18 @@ impl<S: Simd> Lanes<S> {
     #[inline(always)]
     pub(super) fn is_finite(self) -> Mask<S> {
         self.abs().lt(self.same(f64::INFINITY))
+    }
+}
+
+impl<S: Simd> Number for Lanes<S> {
+    #[inline(always)]
+    fn same(self, value: f64) -> Self {
+        Lanes::same(self, value)
+    }
+
+    #[inline(always)]
+    fn select_if(self, value: f64, yes: Self, no: Self) -> Self {
+        self.is(Lanes::same(self, value)).select(yes, no)
     }
 }
 

@@ -222,7 +222,7 @@ impl<S: Simd> LaneRobot<S> {
 #[inline(always)]
 pub(super) fn implicitness<S: Simd>(x: Lanes<S>) -> (Lanes<S>, Lanes<S>) {
     let one = x.same(1.0);
-    let before = x.same(0.5) + x * (x.same(1.0 / 6.0) + x / x.same(24.0));
+    let before = x.same(0.5) + x * (x.same(1.0 / 6.0) + x * x.same(1.0 / 24.0));
     let rest = one + x * before;
     let all = one + x * rest;
     let inverse = one / (rest * all);

@@ -1,0 +1,160 @@
+//! Sines and cosines of joints' positions, of one number or of one a lane: the same operations in the same order, none of them
+//! fused, so that both have the same bits, on every processor and with every library of mathematics.
+//!
+//! Reduction by Cody and Waite, polynomials of Sun's fdlibm (`k_sin.c`, `k_cos.c`).
+
+use std::ops::{Add, Mul, Neg, Sub};
+
+/// Larger angles are for the system's functions, radians: up to here a multiple of the first part of pi / 2 is exact.
+pub const LARGEST: f64 = 1_048_576.0;
+
+/// Its sum with a number that is not large is rounded to an integer.
+const ROUNDS: f64 = 1.5 / f64::EPSILON;
+/// 33 bits of pi / 2, and the rest.
+const HALF_PI: f64 = 1.570_796_326_734_125_6;
+const HALF_PI_REST: f64 = 6.077_100_506_506_192e-11;
+
+const SINE: [f64; 6] = [
+    -1.666_666_666_666_663_2e-1,
+    8.333_333_333_322_49e-3,
+    -1.984_126_982_985_795e-4,
+    2.755_731_370_707_006_8e-6,
+    -2.505_076_025_340_686_3e-8,
+    1.589_690_995_211_55e-10,
+];
+const COSINE: [f64; 6] = [
+    4.166_666_666_666_66e-2,
+    -1.388_888_888_887_411e-3,
+    2.480_158_728_947_673e-5,
+    -2.755_731_435_139_066_3e-7,
+    2.087_572_321_298_175e-9,
+    -1.135_964_755_778_819_5e-11,
+];
+
+/// What is computed with: a number, or several side by side.
+pub trait Number:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
+{
+    /// A constant.
+    fn same(self, value: f64) -> Self;
+
+    /// `yes` where this is `value`, else `no`.
+    fn select_if(self, value: f64, yes: Self, no: Self) -> Self;
+}
+
+impl Number for f64 {
+    #[inline(always)]
+    fn same(self, value: f64) -> Self {
+        value
+    }
+
+    #[inline(always)]
+    fn select_if(self, value: f64, yes: Self, no: Self) -> Self {
+        if self == value { yes } else { no }
+    }
+}
+
+/// Sine and cosine, radians.
+#[inline]
+pub fn sin_cos(angle: f64) -> (f64, f64) {
+    if angle.abs() <= LARGEST { sin_cos_of_moderate(angle) } else { angle.sin_cos() }
+}
+
+/// The same of an angle up to [`LARGEST`].
+#[inline(always)]
+pub fn sin_cos_of_moderate<N: Number>(angle: N) -> (N, N) {
+    let count = rounded(angle * angle.same(std::f64::consts::FRAC_2_PI));
+    let from_first = angle - count * angle.same(HALF_PI);
+    let rest = count * angle.same(HALF_PI_REST);
+    let x = from_first - rest;
+    // What rounding left of the angle.
+    let t = (from_first - x) - rest;
+    let (sin, cos) = (sine(x, t), cosine(x, t));
+    // Quarters of a turn beyond whole ones: -2 to 2.
+    let quarters = count - angle.same(4.0) * rounded(count * angle.same(0.25));
+    let square = quarters * quarters;
+    let (up, along) = (square.select_if(1.0, cos, sin), square.select_if(1.0, sin, cos));
+    (
+        square.select_if(4.0, -up, quarters.select_if(-1.0, -up, up)),
+        square.select_if(4.0, -along, quarters.select_if(1.0, -along, along)),
+    )
+}
+
+/// To the nearest integer; of two the even one.
+#[inline(always)]
+fn rounded<N: Number>(number: N) -> N {
+    number + number.same(ROUNDS) - number.same(ROUNDS)
+}
+
+/// Of an angle `x + t` of at most pi / 4, whose second part is small.
+#[inline(always)]
+fn sine<N: Number>(x: N, t: N) -> N {
+    let [s1, s2, s3, s4, s5, s6] = SINE;
+    let z = x * x;
+    let first = x.same(s2) + z * (x.same(s3) + z * x.same(s4));
+    let r = first + z * (z * z) * (x.same(s5) + z * x.same(s6));
+    let v = z * x;
+    x - ((z * (x.same(0.5) * t - v * r) - t) - v * x.same(s1))
+}
+
+/// The same for the cosine.
+#[inline(always)]
+fn cosine<N: Number>(x: N, t: N) -> N {
+    let [c1, c2, c3, c4, c5, c6] = COSINE;
+    let z = x * x;
+    let w = z * z;
+    let first = z * (x.same(c1) + z * (x.same(c2) + z * x.same(c3)));
+    let r = first + w * w * (x.same(c4) + z * (x.same(c5) + z * x.same(c6)));
+    let half = x.same(0.5) * z;
+    let near = x.same(1.0) - half;
+    near + (((x.same(1.0) - near) - half) + (z * r - x * t))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
+
+    use super::*;
+
+    /// Of both, from the system's functions, in units of 2^-53.
+    fn error(angle: f64) -> f64 {
+        let (sin, cos) = sin_cos(angle);
+        (sin - angle.sin()).abs().max((cos - angle.cos()).abs()) * 2.0 / f64::EPSILON
+    }
+
+    #[test]
+    fn sines_and_cosines_are_those_of_the_system_to_rounding() {
+        let mut largest = 0.0f64;
+        for scale in [1e-8, 1.0, 10.0, 1e3, LARGEST] {
+            for i in 0..100_000 {
+                // Spread by the golden ratio.
+                let spread = (f64::from(i) * 0.618_033_988_749_894_9).fract();
+                largest = largest.max(error((2.0 * spread - 1.0) * scale));
+            }
+        }
+        assert!(largest <= 2.0, "{largest}");
+    }
+
+    #[test]
+    fn they_hold_where_quarters_of_a_turn_end() {
+        for quarter in -40..40 {
+            for at in [f64::from(quarter) * FRAC_PI_2, f64::from(quarter) * FRAC_PI_2 + FRAC_PI_4] {
+                for angle in [at.next_down(), at, at.next_up()] {
+                    assert!(error(angle) <= 2.0, "{angle}: {}", error(angle));
+                }
+            }
+        }
+        assert_eq!(sin_cos(0.0), (0.0, 1.0));
+    }
+
+    #[test]
+    fn what_is_large_or_no_number_is_left_to_the_system() {
+        for angle in [LARGEST, LARGEST.next_up(), -1e9, 1e300] {
+            assert!(error(angle) <= 2.0, "{angle}");
+        }
+        for angle in [f64::NAN, f64::INFINITY] {
+            let (sin, cos) = sin_cos(angle);
+            assert!(sin.is_nan() && cos.is_nan(), "{angle}");
+        }
+    }
+}
