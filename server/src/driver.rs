@@ -21,6 +21,7 @@ mod realtime;
 mod record;
 mod relay;
 mod sensor_log;
+mod step_calls;
 mod step_queue;
 mod step_threads;
 mod tap;

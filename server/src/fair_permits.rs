@@ -1,4 +1,4 @@
-//! Permits for work that few may do at a time. Clients that wait take turns, one call each, so that one with many calls
+//! Permits for work that few may do at a time. Clients that wait are served round robin, one call each, so that one with many calls
 //! does not keep the others waiting.
 
 use std::collections::VecDeque;
@@ -40,12 +40,12 @@ impl FairPermits {
         Self { queue: Arc::new(Mutex::new(queue)), what, waiting, waiting_of_one }
     }
 
-    /// A permit, once it is this client's turn.
+    /// A permit, once this client is next in the round robin.
     ///
     /// # Errors
     /// At once where too many wait already, of all clients or of this one.
     pub(crate) async fn acquire(&self) -> Result<Permit, CallError> {
-        let turn = {
+        let receiver = {
             let mut queue = lock(&self.queue);
             if queue.free > 0 {
                 queue.free -= 1;
@@ -53,7 +53,7 @@ impl FairPermits {
             }
             self.wait(&mut queue, Account::current())?
         };
-        turn.await.map_err(|_closed| CallError::ShuttingDown)
+        receiver.await.map_err(|_closed| CallError::ShuttingDown)
     }
 
     fn wait(&self, queue: &mut Queue, account: Account) -> Result<oneshot::Receiver<Permit>, CallError> {
@@ -88,7 +88,7 @@ fn lock(queue: &Mutex<Queue>) -> MutexGuard<'_, Queue> {
 }
 
 impl Queue {
-    /// The first call of the client whose turn it is, which is the last in the order then.
+    /// The first call of the client that is next in the round robin, which is the last in the order then.
     fn next(&mut self) -> Option<oneshot::Sender<Permit>> {
         let (client, mut calls) = self.clients.pop_front()?;
         let call = calls.pop_front();
@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn clients_take_turns_however_many_calls_one_has() {
+    fn clients_are_served_round_robin_however_many_calls_one_has() {
         let permits = permits(1, 10, 10);
         let mut held = granted(&mut call(permits, "a"));
         let mut calls: Vec<(&str, Call)> =

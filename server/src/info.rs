@@ -31,7 +31,7 @@ pub struct DaemonLimits {
     pub upload_store_bytes: u64,
     /// Of all robots' meshes in memory, each counted once.
     pub decoded_bytes: u64,
-    /// Of the time in which a description is read, waiting for its turn included.
+    /// Of the time in which a description is read, waiting for a permit included.
     pub reading_seconds: u64,
     /// Of one message on the wire.
     pub message_bytes: u64,
@@ -93,6 +93,14 @@ pub struct DaemonLimits {
     pub waiting_descriptions_of_client: usize,
     /// Uploads of one client under way.
     pub uploads_of_client: usize,
+    /// Sliders and buttons of one client.
+    pub parameters_of_client: usize,
+    /// Bytes of their names, and of the names of the robots and joints that they move.
+    pub parameter_bytes_of_client: usize,
+    /// States of the world that are kept for one client.
+    pub saved_states_of_client: usize,
+    /// Claims of one client.
+    pub claims_of_client: usize,
 }
 
 impl Default for DaemonLimits {
@@ -108,7 +116,7 @@ impl Default for DaemonLimits {
             // A description travels in one message.
             message_bytes: 16 << 20,
             steps: 100_000_000,
-            saved_states: 32,
+            saved_states: 48,
             reading: simd_model::LoadLimits::default(),
             parameters: 1_024,
             claims: 1_024,
@@ -136,6 +144,10 @@ impl Default for DaemonLimits {
             waiting_rollouts_of_client: 4,
             waiting_descriptions_of_client: 32,
             uploads_of_client: 32,
+            parameters_of_client: 768,
+            parameter_bytes_of_client: 128 << 10,
+            saved_states_of_client: 32,
+            claims_of_client: 768,
         }
     }
 }

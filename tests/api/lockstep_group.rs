@@ -4,18 +4,20 @@ use std::time::Duration;
 
 use simd_client::proto::event::Kind;
 use simd_client::proto::{
-    ErrorReason, LockstepCause, SimulationState, StepSimulationRequest, StepSimulationResponse,
+    ClaimJointsRequest, ErrorReason, JointMode, LockstepCause, SimulationState, StepSimulationRequest,
+    StepSimulationResponse,
 };
 use simd_client::{Client, Error, Target, every_joint, joint_target, robot_targets};
 use simd_tests::daemon::{Daemon, Via};
 use simd_tests::process::soon;
 
-use crate::{arm, load_arm, over_every_transport};
+use crate::{arm, load_arm, over_every_transport, shoulder};
 
 over_every_transport! {
     the_world_advances_once_each_member_has_asked_and_to_the_nearest_step,
     a_member_that_does_not_ask_in_its_time_is_one_no_more_and_the_others_go_on,
     while_there_are_members_others_neither_step_nor_play,
+    a_step_of_a_member_that_is_refused_has_set_nothing,
 }
 
 const LONG: Duration = Duration::from_secs(60);
@@ -43,7 +45,10 @@ async fn waiting(daemon: &Daemon, count: usize) {
         let waits = |members: Vec<simd_client::proto::LockstepMember>| {
             members.iter().filter(|member| member.waits_for > 0).count()
         };
-        while waits(daemon.client.lockstep_members().await.unwrap()) != count {}
+        while waits(daemon.client.lockstep_members().await.unwrap()) != count {
+            // The handle answers at once: others have to get on too.
+            tokio::task::yield_now().await;
+        }
     })
     .await;
 }
@@ -127,6 +132,47 @@ async fn while_there_are_members_others_neither_step_nor_play(via: Via) {
     let member = client.join_lockstep(LONG).await.unwrap();
     let refused = client.step_with(steps(1, &member)).await.unwrap_err();
     assert_eq!(refused.reason(), Some(ErrorReason::WrongState), "{refused}");
+}
+
+async fn a_step_of_a_member_that_is_refused_has_set_nothing(via: Via) {
+    let daemon = arm(via).await;
+    let client = &daemon.client;
+    let targets = |robot: &str| vec![robot_targets(robot, [joint_target("shoulder", Target::position(0.2))])];
+    let turn = |member: &str| StepSimulationRequest { robots: targets("arm"), ..steps(1, member) };
+    let set = async || {
+        let shoulder = shoulder(&daemon).await;
+        (shoulder.mode, shoulder.target)
+    };
+    let before = set().await;
+    client.play().await.unwrap();
+    let member = client.join_lockstep(LONG).await.unwrap();
+    let refused = client.step_with(turn(&member)).await.unwrap_err();
+    assert_eq!(refused.reason(), Some(ErrorReason::WrongState), "{refused}");
+    client.pause().await.unwrap();
+    assert_eq!(set().await, before);
+
+    let world =
+        ClaimJointsRequest { world: true, lease: 60.0, holder: "operator".into(), ..Default::default() };
+    let secret = client.claim(world).await.unwrap();
+    let refused = client.step_with(turn(&member)).await.unwrap_err();
+    assert_eq!(refused.reason(), Some(ErrorReason::WorldClaimed), "{refused}");
+    let missing = StepSimulationRequest { robots: targets("missing"), ..steps(1, &member) };
+    let operator = client.clone().with_claim(&secret);
+    let refused = operator.step_with(missing).await.unwrap_err();
+    assert_eq!(refused.reason(), Some(ErrorReason::RobotNotFound), "{refused}");
+    assert_eq!(set().await, before);
+    assert_eq!(client.lockstep_members().await.unwrap()[0].waits_for, 0, "it has not asked");
+
+    // The steps come with the claim of the member that joined first, also where it asks last.
+    let second = client.join_lockstep(LONG).await.unwrap();
+    let mut asked = Box::pin(client.step_with(turn(&second)));
+    tokio::select! {
+        answer = &mut asked => panic!("answered before its step: {answer:?}"),
+        () = waiting(&daemon, 1) => {}
+    }
+    let (asked, last) = tokio::join!(asked, operator.step_with(turn(&member)));
+    assert_eq!(at(asked), at(last));
+    assert_eq!(set().await, (JointMode::Position, 0.2));
 }
 
 /// Over Zenoh a query does not end where its asker goes away: there its session does.

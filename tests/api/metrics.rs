@@ -2,9 +2,12 @@
 
 use std::time::Instant;
 
+use simd_client::proto::entity_service_client::EntityServiceClient;
 use simd_client::{every_joint, proto};
+use simd_model::robot::Sha256;
 use simd_tests::daemon::{Daemon, Via};
 use simd_tests::http::{get, send};
+use tonic::transport::Channel;
 
 use crate::arm;
 
@@ -56,6 +59,30 @@ async fn a_call_that_ends_before_its_message_counts_as_cancelled() {
         Some(1.0),
         "{text}"
     );
+}
+
+/// As long as the rest has not come.
+#[tokio::test]
+async fn a_part_of_an_upload_is_seen_with_its_bytes_until_the_rest_has_come() {
+    let daemon = arm(Via::Grpc).await;
+    let endpoint = Channel::from_shared(format!("http://{}", daemon.address)).unwrap();
+    let mut entities = EntityServiceClient::new(endpoint.connect().await.unwrap());
+    let shown = async || {
+        let text = get(daemon.address, "/metrics", &[]).await.text();
+        ["simd_uploads", "simd_upload_bytes"].map(|name| sample(&text, name))
+    };
+    assert_eq!(shown().await, [Some(0.0); 2]);
+    let file = b"a file in two parts";
+    for (part, seen) in [(0..8, [Some(1.0), Some(8.0)]), (8..file.len(), [Some(0.0); 2])] {
+        let request = proto::UploadAssetRequest {
+            sha256: Sha256::of(file).to_string(),
+            total_bytes: file.len() as u64,
+            offset: part.start as u64,
+            data: file[part].to_vec(),
+        };
+        entities.upload_asset(request).await.unwrap();
+        assert_eq!(shown().await, seen);
+    }
 }
 
 async fn the_same_counts_are_asked_for_over_every_transport(via: Via) {

@@ -106,6 +106,36 @@ fn the_two_units_are_alike_but_for_whose_they_are() {
     assert_eq!(settings(UNITS[0]), settings(UNITS[1]));
 }
 
+/// The values that a unit or a drop-in has for a setting, in their order.
+fn values<'t>(text: &'t str, setting: &str) -> Vec<&'t str> {
+    text.lines().filter_map(|line| line.strip_prefix(setting)?.strip_prefix('=')).collect()
+}
+
+/// Which the units alone refuse: they give no more than most worlds need.
+#[test]
+fn the_drop_in_allows_all_that_realtime_asks_for() {
+    let drop_in = read("systemd/realtime.conf");
+    assert_eq!(values(&drop_in, "RestrictRealtime"), ["no"]);
+    assert_eq!(values(&drop_in, "LimitMEMLOCK"), ["infinity"]);
+    let (priority, processors) = (values(&drop_in, "LimitRTPRIO")[0], values(&drop_in, "CPUAffinity")[0]);
+    let asked = read_as_file(&format!("[realtime]\npriority = {priority}\nlock_memory = true\n"));
+    for part in [format!("priority: {priority},"), "lock_memory: true,".into()] {
+        assert!(asked.contains(&part), "{part}: {asked}");
+    }
+    let one = processors.split(' ').next_back().unwrap();
+    assert!(drop_in.contains(&format!("`[realtime] processors = [{one}]`")), "{drop_in}");
+    let filters = values(&drop_in, "SystemCallFilter");
+    let calls: Vec<&str> = filters.iter().flat_map(|filter| filter.split(' ')).collect();
+    for call in ["sched_setscheduler", "sched_setaffinity", "mlockall"] {
+        assert!(calls.contains(&call), "{call}: {calls:?}");
+    }
+    for unit in UNITS {
+        let unit = read(&format!("systemd/{unit}"));
+        assert_eq!(values(&unit, "RestrictRealtime"), ["yes"]);
+        assert!(values(&unit, "LimitRTPRIO").is_empty());
+    }
+}
+
 /// Where systemd is: below 2.0 it calls a service well confined.
 #[tokio::test]
 async fn units_are_confined() {

@@ -62,7 +62,7 @@ and may be followed by
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Joint {
-    /// Shows the joints of a robot: type, axis, limits, mode
+    /// Shows the joints of a robot: type, axis, limits, mode, who holds them
     List {
         /// The robot's name
         #[arg(add = complete::robots())]

@@ -46,7 +46,8 @@ pub(super) const TABLES: [(&str, &str); 12] = [
     (
         "clients",
         "What one client may have, so that it leaves room for others. A client is who has a token; without tokens an IPv4 \
-         address, an IPv6 network of 64 bits, a session of Zenoh, or on the same machine a connection.",
+         address, an IPv6 network of 64 bits, a session of Zenoh, or on the same machine a connection. What it made counts as \
+         long as it is there.",
     ),
     ("recording", "Runs as files, which clients start and stop: see recording.md."),
     ("connections", "Connections of gRPC, gRPC-Web and the page: see daemon.md."),
@@ -263,7 +264,7 @@ fn realtime() -> Vec<Key> {
         Key::new(
             "realtime.priority",
             "the real-time priority of the physics thread (`SCHED_FIFO`); 0 is none. A thread that answers in its place has one \
-             less. Needs `CAP_SYS_NICE` or `LimitRTPRIO`",
+             less. Needs `CAP_SYS_NICE` or `LimitRTPRIO`; a unit of systemd has it by `realtime.conf`",
             Access::Count(0..=99, |draft| &mut draft.config.driver.real_time.priority),
         ),
         Key::new(
@@ -290,7 +291,8 @@ fn realtime() -> Vec<Key> {
         ),
         Key::new(
             "realtime.lock_memory",
-            "whether no memory of the process is swapped out. Needs `CAP_IPC_LOCK` or `LimitMEMLOCK`",
+            "whether no memory of the process is swapped out. Needs `CAP_IPC_LOCK` or `LimitMEMLOCK`; a unit of systemd has it by \
+             `realtime.conf`",
             Access::Switch(
                 |draft| draft.config.driver.real_time.lock_memory,
                 |draft, lock| draft.config.driver.real_time.lock_memory = lock,

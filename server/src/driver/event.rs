@@ -57,6 +57,20 @@ pub(crate) enum Event {
         /// After the last one; dropped by a caller who does not want them any more.
         reply: ReplyTo<Stepped>,
     },
+    /// Set targets of a client that steps the world with others, for steps that come once all have asked: where those may
+    /// not be done, nothing.
+    TargetsOfMember {
+        /// Applied when the event is handled.
+        targets: SetTargets,
+        /// That their sender holds.
+        claim: Option<ClaimId>,
+        /// What the steps come with, a claim or none; `None` while one has yet to ask, who may come with one.
+        steps_claim: Option<Option<ClaimId>>,
+        /// Who sends them.
+        sender: Sender,
+        /// Once they hold.
+        reply: ReplyTo<Done>,
+    },
     /// Change how steps are done and when: both or, where one is refused, nothing.
     SetPhysics {
         /// How.
@@ -99,6 +113,7 @@ impl Event {
             Self::SetState { state: RunState::Playing, .. }
             | Self::StepDue
             | Self::Step { .. }
+            | Self::TargetsOfMember { .. }
             | Self::SetPhysics { .. }
             | Self::Record { .. }
             | Self::WholeState { .. }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use simd_core::simulation::EventKind;
-use simd_core::simulation::command::{ClaimId, Clamped, PhysicsChange, ResetScope, SetTargets};
+use simd_core::simulation::command::{ClaimId, PhysicsChange, ResetScope};
 use simd_core::{Applied, Command, Error, PhysicsSettings, Reply};
 
 use super::board::Publisher;
@@ -134,6 +134,12 @@ impl<W: World> Driver<W> {
                     Err(refused) => self.answer_steps(reply, Err(refused)),
                 }
             }
+            Event::TargetsOfMember { reply, .. } if reply.is_closed() => {}
+            Event::TargetsOfMember { targets, claim, steps_claim, sender, reply } => {
+                let command = Command::SetTargets(targets);
+                let answer = self.targets_of_member(&command, claim, steps_claim, sender);
+                self.answer(Answer::Applied(Addressed { reply, answer }, command));
+            }
             Event::SetPhysics { change, pace, claim, sender, reply } => {
                 let answer = self.set_physics(change, pace, claim, sender);
                 self.answer(Answer::Physics(Addressed { reply, answer }));
@@ -154,7 +160,12 @@ impl<W: World> Driver<W> {
 
     /// The one place where a command reaches the world: what passes here, with
     /// the step at which it did, is a complete recording of a run.
-    fn apply(&mut self, command: &Command, claim: Option<ClaimId>, sender: Sender) -> Result<Applied, Error> {
+    pub(super) fn apply(
+        &mut self,
+        command: &Command,
+        claim: Option<ClaimId>,
+        sender: Sender,
+    ) -> Result<Applied, Error> {
         let applied = self.world.apply_for(command, claim)?;
         if self.tap.is_some() {
             let (at, command) = (applied.at, command.clone());
@@ -167,7 +178,7 @@ impl<W: World> Driver<W> {
         Ok(applied)
     }
 
-    fn command(
+    pub(super) fn command(
         &mut self,
         command: &Command,
         claim: Option<ClaimId>,
@@ -191,31 +202,6 @@ impl<W: World> Driver<W> {
         }
         self.log_events();
         Ok(self.done(applied))
-    }
-
-    /// What comes before the steps of a call. Its targets are applied and not
-    /// published: the first step shows them.
-    fn begin_steps(
-        &mut self,
-        targets: Option<SetTargets>,
-        claim: Option<ClaimId>,
-        sender: Sender,
-    ) -> Result<Vec<Clamped>, CallError> {
-        if self.state == RunState::Playing {
-            return Err(CallError::WrongState {
-                state: self.state,
-                message: "simulation is playing; pause it before stepping".into(),
-            });
-        }
-        self.world.allow_step(claim)?;
-        self.steps.has_room()?;
-        let Some(targets) = targets else { return Ok(Vec::new()) };
-        let applied = self.apply(&Command::SetTargets(targets), claim, sender)?;
-        self.has_unpublished = true;
-        match applied.reply {
-            Reply::Targets { clamped, changed_law: _ } => Ok(clamped),
-            _ => Ok(Vec::new()),
-        }
     }
 
     fn step(&mut self) {

@@ -99,7 +99,8 @@ pub(super) fn ask(wanted: RealTime) {
         && let Err(error) = mlockall(pages)
     {
         tracing::warn!(
-            "memory is not locked ({error}): the process needs CAP_IPC_LOCK or a higher LimitMEMLOCK (ulimit -l)"
+            "memory is not locked ({error}): the process needs CAP_IPC_LOCK or a higher LimitMEMLOCK (ulimit -l), \
+             which realtime.conf gives a unit of systemd"
         );
     }
     let mut processors = CpuSet::new();
@@ -113,7 +114,7 @@ pub(super) fn ask(wanted: RealTime) {
         let numbers: Vec<u64> = wanted.processors.numbers().collect();
         tracing::warn!(
             "the physics thread is not held to the processors {numbers:?} ({error}): realtime.processors must name some \
-             that are there and that the process may use"
+             that are there and that the process may use; a unit of systemd needs realtime.conf"
         );
     }
     if wanted.priority > 0
@@ -121,7 +122,7 @@ pub(super) fn ask(wanted: RealTime) {
     {
         tracing::warn!(
             "the physics thread has no real-time priority ({reason}): the process needs CAP_SYS_NICE, or LimitRTPRIO \
-             (ulimit -r) of at least {}",
+             (ulimit -r) of at least {}; a unit of systemd needs realtime.conf, which gives it that and RestrictRealtime=no",
             wanted.priority
         );
     }

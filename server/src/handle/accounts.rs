@@ -120,6 +120,15 @@ impl SimHandle {
         self.inner.accounts.call(account, Instant::now())
     }
 
+    /// Refuses what would be more than the share of the client that this handle is for.
+    pub(super) fn check_share(&self, what: &str, value: usize, limit: usize) -> Result<(), CallError> {
+        if self.account == Account::Process || value <= limit {
+            return Ok(());
+        }
+        let what = format!("{what} of {}", self.account);
+        Err(CallError::LimitExceeded { what, value: value as u64, limit: limit as u64 })
+    }
+
     /// Counts a stream of a client, until the result is dropped.
     ///
     /// # Errors

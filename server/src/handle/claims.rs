@@ -14,6 +14,7 @@ use tokio::time::Instant;
 use tokio_util::sync::{CancellationToken, DropGuard};
 
 use super::{CallError, Done, SimHandle};
+use crate::account::Account;
 
 /// Shortest and longest lease.
 const LEASE: std::ops::RangeInclusive<Duration> = Duration::from_millis(100)..=Duration::from_secs(3600);
@@ -31,6 +32,8 @@ pub(super) struct Leases {
 
 #[derive(Debug)]
 struct Lease {
+    /// Whom it counts for.
+    account: Account,
     /// A caller that has it may set the joints.
     secret: Arc<str>,
     /// Of the last proof that was taken; another must have a larger one.
@@ -130,8 +133,8 @@ impl SimHandle {
     /// client is known from then on.
     ///
     /// # Errors
-    /// Where the lease is not within 0.1 s and an hour, where there are too many
-    /// claims, or where the world refuses.
+    /// Where the lease is not within 0.1 s and an hour, where there are too many claims, in all or of this client, or
+    /// where the world refuses.
     pub async fn claim(
         &self,
         request: ClaimRequest,
@@ -150,6 +153,8 @@ impl SimHandle {
         let over = CancellationToken::new();
         {
             let mut running = self.inner.leases.lock();
+            let own = running.values().filter(|lease| lease.account == self.account).count();
+            self.check_share("the number of claims", own + 1, self.info().limits.claims_of_client)?;
             let limit = self.info().limits.claims;
             if running.len() >= limit {
                 return Err(CallError::LimitExceeded {
@@ -159,8 +164,9 @@ impl SimHandle {
                 });
             }
             let ends = Instant::now() + lease;
-            let (secret, _over) = (secret.as_str().into(), over.clone().drop_guard());
-            running.insert(claim, Lease { secret, counter: 0, length: lease, ends, _over });
+            let (account, secret) = (self.account.clone(), secret.as_str().into());
+            let _over = over.clone().drop_guard();
+            running.insert(claim, Lease { account, secret, counter: 0, length: lease, ends, _over });
         }
         // A task of its own, so that a claim whose caller goes away before the
         // answer has a lease that ends it.
@@ -299,7 +305,8 @@ mod tests {
         for claim in [mine, yours] {
             let over = CancellationToken::new().drop_guard();
             let ends = Instant::now() + length;
-            let lease = Lease { secret: "".into(), counter: 0, length, ends, _over: over };
+            let (account, secret) = (Account::Process, "".into());
+            let lease = Lease { account, secret, counter: 0, length, ends, _over: over };
             handle.inner.leases.lock().insert(ClaimId(claim), lease);
         }
         tokio::time::advance(Duration::from_secs(4)).await;

@@ -4,7 +4,7 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, SystemTime};
 
-use simd_core::simulation::command::ClaimId;
+use simd_core::simulation::command::{ClaimId, SetTargets};
 use tokio::sync::{Notify, oneshot};
 use tokio::time::Instant;
 use tokio_util::sync::CancellationToken;
@@ -54,6 +54,8 @@ enum State {
         claim: Option<ClaimId>,
         /// Whether the steps that are being done are done for it: it asked before they began.
         is_counted: bool,
+        /// Where its targets are still to be set: until when it has to ask, if they are refused. Until then it has not asked.
+        sets_targets: Option<Instant>,
         reply: oneshot::Sender<Result<Stepped, CallError>>,
     },
 }
@@ -107,8 +109,11 @@ impl Group {
     /// Callers that went away have not asked.
     fn forget_gone(&mut self) {
         for member in &mut self.members {
-            if matches!(&member.state, State::Waits { reply, .. } if reply.is_closed()) {
-                member.state = State::Computes { deadline: Instant::now() + member.timeout };
+            if let State::Waits { sets_targets, reply, .. } = &member.state
+                && reply.is_closed()
+            {
+                let deadline = sets_targets.unwrap_or_else(|| Instant::now() + member.timeout);
+                member.state = State::Computes { deadline };
             }
         }
     }
@@ -116,8 +121,26 @@ impl Group {
     /// Whether all have asked.
     fn is_due(&mut self) -> bool {
         self.forget_gone();
-        !self.members.is_empty()
-            && self.members.iter().all(|member| matches!(member.state, State::Waits { .. }))
+        let has_asked = |member: &Member| matches!(member.state, State::Waits { sets_targets: None, .. });
+        !self.members.is_empty() && self.members.iter().all(has_asked)
+    }
+
+    /// What the next steps come with: the first claim that a member asked with, in the order in which they joined, or none.
+    /// `None` while one has yet to ask.
+    fn steps_claim(&self) -> Option<Option<ClaimId>> {
+        let asked_with = |member: &Member| match member.state {
+            State::Waits { claim, .. } => Some(claim),
+            State::Computes { .. } => None,
+        };
+        let claims: Option<Vec<Option<ClaimId>>> = self.members.iter().map(asked_with).collect();
+        claims.map(|claims| claims.into_iter().flatten().next())
+    }
+
+    /// From now on it has asked.
+    fn targets_are_set(&mut self, id: &str) {
+        if let Ok(Member { state: State::Waits { sets_targets, .. }, .. }) = self.find(id) {
+            *sets_targets = None;
+        }
     }
 
     /// Where all have asked: steps to the nearest that one asked for, which are done for all of them from now on, and the
@@ -208,8 +231,8 @@ impl SimHandle {
             client: Arc::clone(&member.client),
             timeout: member.timeout,
             waits_for: match member.state {
-                State::Waits { remaining, .. } => remaining,
-                State::Computes { .. } => 0,
+                State::Waits { remaining, sets_targets: None, .. } => remaining,
+                State::Waits { .. } | State::Computes { .. } => 0,
             },
         };
         self.inner.lockstep.lock().members.iter().map(seen).collect()
@@ -223,29 +246,42 @@ impl SimHandle {
         }
     }
 
-    /// Refuses who is no member, or waits already.
-    pub(super) fn check_member(&self, id: &str) -> Result<(), CallError> {
-        self.inner.lockstep.lock().asks(id).map(|_member| ())
-    }
-
-    /// Does steps together with the other members: answers once the world has advanced by so many, and each of the others has
-    /// asked for as many by then.
+    /// Sets targets and does steps together with the other members: answers once the world has advanced by so many, and each of the
+    /// others has asked for as many by then. Where the targets are refused, or the steps would be, nothing is set, and the
+    /// member has not asked.
     ///
     /// # Errors
-    /// Where the caller is no member, has asked already, or leaves; and those of steps.
-    pub(super) async fn step_together(&self, id: &str, steps: u64) -> Result<Stepped, CallError> {
+    /// Where the caller is no member, has asked already, or leaves; and those of targets and steps.
+    pub(super) async fn step_together(
+        &self,
+        id: &str,
+        targets: Option<SetTargets>,
+        steps: u64,
+    ) -> Result<Stepped, CallError> {
+        // Also where the caller goes away before it is answered, or its targets are refused: dropped after what says so.
+        let _changed = NotifyOnDrop(&self.inner.lockstep.changed);
         let (reply, answer) = oneshot::channel();
-        {
+        let steps_claim = {
             // Looked at and changed at once: another request of this member may come at the same moment.
             let mut group = self.inner.lockstep.lock();
             let member = group.asks(id)?;
-            member.state = State::Waits { remaining: steps, claim: self.claim, is_counted: false, reply };
+            let sets_targets = match member.state {
+                State::Computes { deadline } if targets.is_some() => Some(deadline),
+                _ => None,
+            };
+            let claim = self.claim;
+            member.state = State::Waits { remaining: steps, claim, is_counted: false, sets_targets, reply };
+            group.steps_claim()
+        };
+        let mut clamped = Vec::new();
+        if let Some(targets) = targets {
+            clamped = self.set_targets_of_member(targets, steps_claim).await?;
+            self.inner.lockstep.lock().targets_are_set(id);
         }
-        // Also where the caller goes away before it is answered.
-        let _changed = NotifyOnDrop(&self.inner.lockstep.changed);
         self.inner.lockstep.changed.notify_waiters();
         self.advance_lockstep();
-        answer.await.map_err(|_left| CallError::LockstepMemberNotFound)?
+        let stepped = answer.await.map_err(|_left| CallError::LockstepMemberNotFound)??;
+        Ok(Stepped { clamped, ..stepped })
     }
 
     /// Advances the world where all members have asked. One at a time does.

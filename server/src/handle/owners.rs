@@ -57,6 +57,12 @@ impl SavedStateOwners {
     fn get(&self, name: &str) -> Option<Owner> {
         self.by_name.lock().unwrap_or_else(PoisonError::into_inner).get(name).cloned()
     }
+
+    /// How many a client has beside the one of this name.
+    fn count_beside(&self, name: &str, account: &Account) -> usize {
+        let by_name = self.by_name.lock().unwrap_or_else(PoisonError::into_inner);
+        by_name.iter().filter(|(other, owner)| other.as_str() != name && owner.account == *account).count()
+    }
 }
 
 impl SimHandle {
@@ -108,13 +114,19 @@ impl SimHandle {
             | Command::ImportSavedState { name, .. } => name.as_str(),
             _ => "",
         };
+        let limits = &self.inner.info.limits;
+        let keeps = !matches!(command, Command::DeleteSavedState { .. });
         // The world has room for one, which is for a state that is restored at the start.
-        if self.inner.info.limits.saved_states == 0 && !matches!(command, Command::DeleteSavedState { .. }) {
+        if limits.saved_states == 0 && keeps {
             let what = "the number of saved states".into();
             return Err(CallError::LimitExceeded { what, value: 1, limit: 0 });
         }
         if let Some(owner) = owners.get(named) {
             self.check_owner(|| format!("saved state {named:?}"), &owner)?;
+        }
+        if keeps {
+            let count = owners.count_beside(named, &self.account) + 1;
+            self.check_share("the number of saved states", count, limits.saved_states_of_client)?;
         }
         let done = self.post(command).await?;
         // Those of states that are gone go too.

@@ -1,6 +1,8 @@
 //! Sliders and buttons that programs put up and people move: no part of the
 //! world, so that no step, reset or saved state knows of them.
 
+mod share;
+
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -170,7 +172,7 @@ impl SimHandle {
     ///
     /// # Errors
     /// Where the name cannot be or is taken, also by another's parameter that would be replaced, where a number is not
-    /// finite or the range is empty, and where there are as many as there may be.
+    /// finite or the range is empty, and where there are as many as there may be, in all or of this client.
     pub fn add_parameter(
         &self,
         name: &str,
@@ -199,9 +201,7 @@ impl SimHandle {
                 }
                 (Some(index), NameTaken::Replace) => {
                     self.check_parameter(&list.parameters[index])?;
-                    let added = added(name);
-                    list.parameters[index] = added.clone();
-                    return Ok((added, true));
+                    return self.insert_parameter(list, Some(index), added(name));
                 }
                 (found, _) => found.is_some(),
             };
@@ -214,8 +214,7 @@ impl SimHandle {
                 });
             }
             let added = if is_taken { added(&list.free_name(name)?) } else { added(name) };
-            list.parameters.push(added.clone());
-            Ok((added, true))
+            self.insert_parameter(list, None, added)
         })
     }
 

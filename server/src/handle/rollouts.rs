@@ -2,8 +2,8 @@
 //! are there.
 //!
 //! A rollout is computed in slices of some milliseconds, of as many threads as there are processors, and of one less while the
-//! world follows the wall clock: two rollouts that are computed at one time share them, and what else these threads are for has
-//! its turn between slices.
+//! world follows the wall clock: two rollouts that are computed at one time share them, and what else these threads are for
+//! runs between slices.
 
 use std::cell::Cell;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
@@ -23,7 +23,7 @@ use crate::info::DaemonLimits;
 
 /// Rollouts that are computed at one time.
 const ROLLOUTS: usize = 2;
-/// How long one goes on before others have their turn: a batch at least.
+/// How long one goes on before others run: a batch at least.
 const SLICE: Duration = Duration::from_millis(10);
 /// Steps between two looks at the clock.
 const STEPS_BETWEEN_LOOKS: u32 = 16;

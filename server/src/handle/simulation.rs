@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use simd_core::simulation::command::{PhysicsChange, SetTargets};
+use simd_core::simulation::command::{ClaimId, Clamped, PhysicsChange, SetTargets};
 use simd_core::{Command, PhysicsSettings, Reply};
 
 use super::{CallError, RunState, SimHandle};
@@ -68,7 +68,7 @@ impl SimHandle {
     }
 
     /// The same with the other clients that step the world together: once each of them has asked. Targets are set at once,
-    /// while the world waits.
+    /// while the world waits, unless it is known by then that the steps would be refused.
     ///
     /// # Errors
     /// Where the caller is no member, has asked already, or leaves; and those of [`SimHandle::step_with`].
@@ -79,16 +79,22 @@ impl SimHandle {
         steps: u64,
     ) -> Result<Stepped, CallError> {
         self.check_steps(steps)?;
-        self.check_member(member)?;
-        let mut clamped = Vec::new();
-        if let Some(targets) = targets {
-            let done = self.command(Command::SetTargets(targets)).await?;
-            if let Reply::Targets { clamped: beyond, .. } = done.applied.reply {
-                clamped = beyond;
-            }
+        self.step_together(member, targets, steps).await
+    }
+
+    /// Sets targets before steps that come with `steps_claim`, where those may be done; `None`: with which is not known yet.
+    pub(super) async fn set_targets_of_member(
+        &self,
+        targets: SetTargets,
+        steps_claim: Option<Option<ClaimId>>,
+    ) -> Result<Vec<Clamped>, CallError> {
+        self.note_robots(targets.robots.iter().map(|targets| targets.robot.as_str()));
+        let (claim, sender) = (self.renewed_claim(), self.sender.clone());
+        let set = self.ask(|reply| Event::TargetsOfMember { targets, claim, steps_claim, sender, reply });
+        match set.await?.applied.reply {
+            Reply::Targets { clamped, changed_law: _ } => Ok(clamped),
+            _ => Ok(Vec::new()),
         }
-        let stepped = self.step_together(member, steps).await?;
-        Ok(Stepped { clamped, ..stepped })
     }
 
     fn check_steps(&self, steps: u64) -> Result<(), CallError> {

@@ -65,6 +65,7 @@ impl Collector for Scrape {
         let mut families = Families(encoder);
         self.world(&mut families)?;
         self.clients(&mut families)?;
+        self.uploads(&mut families)?;
         of_process(&mut families)
     }
 }
@@ -143,6 +144,17 @@ impl Scrape {
         families.gauges("simd_streams", "Streams that go on.", open)?;
         let took = "Wall time until calls were answered; until the first answer of streams.";
         families.histograms("simd_call_duration", took, calls.iter().map(|of| (labels(of), &of.duration)))
+    }
+
+    fn uploads(&self, families: &mut Families<'_>) -> fmt::Result {
+        let (uploads, bytes) = self.0.loader().uploads_under_way();
+        families.gauge(
+            "simd_uploads",
+            "Uploads of which a part has come and not the rest.",
+            uploads as f64,
+        )?;
+        let help = "Bytes of these uploads that have come.";
+        families.gauge_of("simd_upload", help, Some(&Unit::Bytes), bytes as f64)
     }
 }
 

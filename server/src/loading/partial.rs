@@ -116,7 +116,12 @@ impl Partials {
         self.by_hash.retain(|_, partial| now.saturating_duration_since(partial.touched) < self.abandoned);
     }
 
-    /// Bytes of all of them.
+    /// How many there are, and the bytes of them that have come.
+    pub(super) fn under_way(&self) -> (usize, usize) {
+        (self.by_hash.len(), self.by_hash.values().map(|partial| partial.bytes.len()).sum())
+    }
+
+    /// Bytes of all of them, in memory.
     #[cfg(test)]
     pub(super) fn bytes(&self) -> usize {
         self.by_hash.values().map(|partial| partial.bytes.capacity()).sum()
@@ -145,7 +150,7 @@ impl Partials {
     /// have so many bytes.
     fn make_room(&mut self, count: usize, bytes: usize, of: impl Fn(&Sha256, &Partial) -> bool) {
         loop {
-            let held: usize = self.by_hash.values().map(|partial| partial.bytes.len()).sum();
+            let (_, held) = self.under_way();
             let some = || self.by_hash.iter().filter(|(sha256, partial)| of(sha256, partial));
             if some().count() <= count && held <= bytes {
                 return;

@@ -119,6 +119,11 @@ impl Loader {
         checked.await.map_err(failed)?
     }
 
+    /// Uploads of which a part has come and not the rest, and the bytes that have.
+    pub(crate) fn uploads_under_way(&self) -> (usize, usize) {
+        self.lock().partials.under_way()
+    }
+
     /// Reads a description as a spawn would, and only reports.
     ///
     /// # Errors

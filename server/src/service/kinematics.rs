@@ -43,7 +43,7 @@ pub(super) fn link_of(entity: &EntityLayout, link: &str) -> Result<usize, CallEr
     })
 }
 
-/// What joints resist with, by rate.
+/// What joints resist with, by velocity.
 fn resistances(entity: &EntityLayout, joints: &[JointStatus]) -> Vec<Resistance> {
     let mut resistances = vec![Resistance::default(); entity.tree.velocity_count];
     for body in entity.tree.bodies.iter().filter(|body| body.joint_type.velocities() == 1) {

@@ -220,7 +220,7 @@ mod tests {
             panic!("it ends without a result");
         };
         let result = tokio::time::timeout(Duration::from_secs(60), whole).await;
-        assert_eq!(result.expect("it has its turn").steps_done, [5, 5]);
+        assert_eq!(result.expect("it gets a permit").steps_done, [5, 5]);
         drop(unread);
     }
 }

@@ -133,7 +133,8 @@ fn real_time(limit: Limit) -> Finding {
         Some(0) => Finding::warning(
             CHECK,
             "not allowed to this user (`ulimit -r` is 0)",
-            "where steps must not be late, give the service LimitRTPRIO= or CPUSchedulingPolicy=; else leave it",
+            "where steps must not be late, give the service LimitRTPRIO=, as the drop-in realtime.conf does, or \
+             CPUSchedulingPolicy=; else leave it",
         ),
         Some(limit) => Finding::ok(CHECK, format!("allowed up to priority {limit}")),
         None => Finding::ok(CHECK, "allowed"),

@@ -127,6 +127,9 @@ pub(super) fn list(joints: &[InfoView], wide: bool) -> Page {
         Column::right(unit.heading("EFFORT", Unit::effort)),
         Column::left("MODE"),
     ];
+    // Most robots are held by no client.
+    let held = joints.iter().any(|joint| joint.claimed_by.is_some());
+    columns.extend(held.then(|| Column::left("HELD BY")));
     if wide {
         columns.extend([
             Column::right("STIFFNESS"),
@@ -137,11 +140,11 @@ pub(super) fn list(joints: &[InfoView], wide: bool) -> Page {
             Column::left("CHILD"),
         ]);
     }
-    let rows = joints.iter().map(|joint| row(joint, wide)).collect();
+    let rows = joints.iter().map(|joint| row(joint, held, wide)).collect();
     Page::new().table(Table::new(columns, rows))
 }
 
-fn row(joint: &InfoView, wide: bool) -> Vec<String> {
+fn row(joint: &InfoView, held: bool, wide: bool) -> Vec<String> {
     let mut cells = vec![
         joint.index.to_string(),
         joint.name.clone(),
@@ -153,6 +156,7 @@ fn row(joint: &InfoView, wide: bool) -> Vec<String> {
         optional(joint.limits.effort, 2),
         joint.mode.replace("none", ABSENT),
     ];
+    cells.extend(held.then(|| joint.claimed_by.clone().unwrap_or_else(|| ABSENT.to_owned())));
     if wide {
         let moves = |value: f64| if joint.unit.is_some() { fixed(value, 4) } else { ABSENT.to_owned() };
         cells.extend([
@@ -198,6 +202,22 @@ mod tests {
         assert_eq!(json["limits"]["upper"], serde_json::Value::Null);
         assert_eq!(json["limits"]["effort"], 0.0);
         assert_eq!(json["type"], "revolute");
+    }
+
+    #[test]
+    fn who_holds_a_joint_is_a_column_where_one_is_held() {
+        let free = joint("elbow", JointType::Revolute);
+        let held = JointInfo { claimed_by: "planner".into(), ..joint("wrist", JointType::Revolute) };
+        let lines = |joints: &[&JointInfo], wide| -> Vec<String> {
+            let views: Vec<InfoView> = joints.iter().map(|joint| InfoView::from(*joint)).collect();
+            list(&views, wide).render(false).lines().map(str::to_owned).collect()
+        };
+        let shown = lines(&[&free, &held], false);
+        for (line, end) in shown.iter().zip(["MODE  HELD BY", "hold  -", "hold  planner"]) {
+            assert!(line.ends_with(end), "{shown:?}");
+        }
+        assert!(lines(&[&held], true)[0].contains("MODE  HELD BY  STIFFNESS"));
+        assert!(lines(&[&free], false)[0].ends_with("MODE"));
     }
 
     #[test]

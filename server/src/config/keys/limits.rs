@@ -260,6 +260,21 @@ fn clients() -> Vec<Key> {
         count("clients.waiting_rollouts", 1..=65_536, "rollouts that wait", |draft| {
             &mut draft.config.limits.waiting_rollouts_of_client
         }),
+        count("clients.parameters", 0..=100_000, "sliders and buttons", |draft| {
+            &mut draft.config.limits.parameters_of_client
+        }),
+        count(
+            "clients.parameter_bytes",
+            0..=MANY,
+            "bytes of their names, and of the names of the robots and joints that they move",
+            |draft| &mut draft.config.limits.parameter_bytes_of_client,
+        ),
+        count("clients.saved_states", 0..=10_000, "saved states of the world", |draft| {
+            &mut draft.config.limits.saved_states_of_client
+        }),
+        count("clients.claims", 0..=100_000, "claims on joints, robots and the world", |draft| {
+            &mut draft.config.limits.claims_of_client
+        }),
     ]
 }
 

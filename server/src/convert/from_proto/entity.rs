@@ -187,7 +187,7 @@ pub fn set_entity_state(request: v1::SetEntityStateRequest) -> Result<Command, B
     })
 }
 
-/// A push on a link.
+/// A wrench on a link.
 pub fn link_wrench(request: v1::ApplyLinkWrenchRequest) -> Result<Command, BadField> {
     let at = Path::ROOT.field("wrench");
     let (force, torque) = geometry::wrench(at.given(request.wrench)?);

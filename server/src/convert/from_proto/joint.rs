@@ -211,7 +211,7 @@ pub fn cancel_trajectory(request: v1::CancelTrajectoryRequest) -> Result<Command
     Ok(Command::CancelTrajectory { robot, id: request.id })
 }
 
-/// Joints to be put at a position and a rate.
+/// Joints to be put at a position with a velocity.
 pub fn reset_joints(request: v1::ResetJointsRequest) -> Result<Command, BadField> {
     if request.robots.is_empty() {
         return Err(Path::ROOT.field("robots").refuse("empty", "it must name at least one robot"));

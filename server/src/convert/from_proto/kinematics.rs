@@ -101,7 +101,7 @@ fn numbers(at: &Path<'_>, name: &str, given: Vec<f64>, count: usize) -> Result<V
     Ok(given)
 }
 
-/// Accelerations by rate, a free root's six first; none is at rest.
+/// Accelerations by velocity, a free root's six first; none is at rest.
 pub fn accelerations(given: Vec<f64>, entity: &EntityLayout) -> Result<Vec<f64>, BadField> {
     if given.is_empty() {
         return Ok(given);

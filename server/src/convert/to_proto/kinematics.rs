@@ -26,7 +26,7 @@ pub fn link_states(state: &PublishedState, index: usize, entity: &EntityLayout) 
     }
 }
 
-/// Columns by rate as rows of numbers.
+/// Columns, one to each velocity, as rows of numbers.
 pub fn jacobian(columns: &[Spatial], stamp: v1::Stamp) -> v1::GetJacobianResponse {
     let rows = |part: fn(&Spatial) -> DVec3| {
         (0..3).flat_map(move |row| columns.iter().map(move |column| part(column)[row])).collect()

@@ -35,9 +35,9 @@ fn a_stamp_carries_all_clocks() {
 fn a_layout_says_where_each_joints_values_are() {
     let world = world();
     let state = publish(&world, 1);
-    let (place, right) = state.state.entity("right").unwrap();
-    let joints = state.state.joint_status(place).unwrap();
-    let layout = joint::layout(&state.state, place, right, &joints);
+    let (index, right) = state.state.entity("right").unwrap();
+    let joints = state.state.joint_status(index).unwrap();
+    let layout = joint::layout(&state.state, index, right, &joints);
     assert_eq!((layout.robot.as_str(), layout.layout_version), ("right", right.version));
     assert_eq!((layout.position_count, layout.velocity_count), (5, 5));
     let values: Vec<_> =
@@ -59,8 +59,8 @@ fn a_layout_says_where_each_joints_values_are() {
 #[test]
 fn an_entity_is_described_link_by_link() {
     let state = publish(&world(), 1);
-    let (place, left) = state.state.entity("left").unwrap();
-    let info = entity::entity_info(left, state.state.roots.get(place), Some(Sha256::of(b"urdf")));
+    let (index, left) = state.state.entity("left").unwrap();
+    let info = entity::entity_info(left, state.state.roots.get(index), Some(Sha256::of(b"urdf")));
     assert_eq!((info.name.as_str(), info.model.as_str()), ("left", "test arm"));
     assert_eq!(info.base(), v1::Base::Fixed);
     assert_eq!((info.joints, info.moving_joints, info.mass), (4, 3, 5.0));
@@ -81,8 +81,8 @@ fn a_model_that_is_not_spawned_has_a_name_fit_for_the_wire_and_no_layout() {
 #[test]
 fn link_poses_are_seven_numbers_a_link() {
     let state = publish(&world(), 1);
-    let (place, left) = state.state.entity("left").unwrap();
-    let poses = entity::link_poses(&state.state, place, left).poses;
+    let (index, left) = state.state.entity("left").unwrap();
+    let poses = entity::link_poses(&state.state, index, left).poses;
     assert_eq!(poses.len(), 5 * 7);
     assert_eq!(poses[..7], [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
     assert_eq!(poses[7 + 2], 0.5);

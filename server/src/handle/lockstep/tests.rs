@@ -18,7 +18,7 @@ fn meet(arrived: &AtomicUsize) {
 fn ask_twice_at_once(handle: &SimHandle, member: &str) -> Vec<String> {
     let (begun, asked) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let ask = || {
-        let mut call = std::pin::pin!(handle.step_together(member, 1));
+        let mut call = std::pin::pin!(handle.step_together(member, None, 1));
         meet(&begun);
         let polled = call.as_mut().poll(&mut Context::from_waker(Waker::noop()));
         // One that goes away has not asked.

@@ -2,6 +2,7 @@
 
 use super::super::tests::paused;
 use super::*;
+use crate::account::Account;
 
 fn slider(minimum: f64, maximum: f64, value: f64) -> ParameterKind {
     ParameterKind::Slider { minimum, maximum, value }
@@ -218,4 +219,44 @@ async fn where_there_is_no_room_no_name_is_looked_for() {
     }
     let refused = handle.add_parameter(&long, button, NameTaken::Rename).unwrap_err();
     assert!(matches!(refused, CallError::LimitExceeded { .. }), "{refused}");
+}
+
+/// As long as they are there; the process itself has no share.
+#[tokio::test]
+async fn a_client_has_a_share_of_the_parameters_and_of_the_bytes_of_their_names() {
+    let handle = paused();
+    let limits = handle.info().limits;
+    let [one, other] = ["one", "other"].map(|name| handle.of_account(Some(&Account::Token(name.into()))));
+    let add = |handle: &SimHandle, name: &str, taken| {
+        let added = handle.add_parameter(name, ParameterKind::Button { presses: 0 }, taken);
+        added.map(drop).map_err(|refused| refused.to_string())
+    };
+    for number in 0..limits.parameters_of_client {
+        add(&one, &number.to_string(), NameTaken::Refuse).unwrap();
+    }
+    for (name, taken) in [("more", NameTaken::Refuse), ("0", NameTaken::Rename)] {
+        let refused = add(&one, name, taken).unwrap_err();
+        assert_eq!(
+            refused,
+            "the number of parameters of the token of one would be 769, and the limit is 768"
+        );
+    }
+    add(&one, "0", NameTaken::Replace).unwrap();
+    one.remove_parameters(&["0".into()]).unwrap();
+    add(&one, "more", NameTaken::Refuse).unwrap();
+    one.remove_parameters(&[]).unwrap();
+
+    let long = |number: usize| format!("{number:0>256}");
+    let fitting = limits.parameter_bytes_of_client / 256;
+    for number in 0..fitting {
+        add(&other, &long(number), NameTaken::Refuse).unwrap();
+    }
+    let refused = add(&other, "x", NameTaken::Refuse).unwrap_err();
+    assert_eq!(
+        refused,
+        "the bytes of the names of parameters of the token of other would be 131073, and the limit is 131072"
+    );
+    add(&other, &long(0), NameTaken::Replace).unwrap();
+    add(&one, &long(fitting), NameTaken::Refuse).unwrap();
+    add(&handle, "x", NameTaken::Refuse).unwrap();
 }
