@@ -11,6 +11,7 @@ mod gauge;
 mod lateness;
 mod readers;
 mod refusals;
+mod sleeper;
 mod stalled;
 mod tally;
 mod writers;
@@ -30,6 +31,7 @@ use tokio::task::JoinSet;
 use self::gauge::Gauge;
 pub use self::gauge::Slope;
 pub use self::lateness::{Spread, Steps};
+use self::sleeper::Sleeper;
 pub use self::tally::Tally;
 use crate::process::{Process, soon};
 use crate::web;
@@ -67,6 +69,8 @@ pub struct Report {
     pub quiet: Steps,
     /// Of the world with everybody in it.
     pub loaded: Steps,
+    /// How late a thread was woken that only sleeps, in both.
+    pub sleeper: [Spread; 2],
     /// MiB an hour of what is allocated, after the first part of the run.
     pub heap_slope: Slope,
     /// MiB an hour of memory that is no file's, after the first part of the run.
@@ -135,9 +139,11 @@ pub async fn run(options: Options) -> Report {
     let so_far = || async { Steps::so_far(&observer).await.unwrap_or_else(|error| panic!("{error}")) };
 
     let begun = so_far().await;
+    let sleeper = Sleeper::start(options.priority, options.processor);
     tokio::time::sleep(options.quiet).await;
     let came = so_far().await;
     let quiet = came.since(&begun);
+    let alone = sleeper.take(&quiet.lateness);
     println!("{:.1} minutes of the world alone", options.quiet.as_secs_f64() / 60.0);
 
     let mut actors = JoinSet::new();
@@ -161,6 +167,8 @@ pub async fn run(options: Options) -> Report {
         gauge.line(&stage).await;
     }
     let loaded = so_far().await.since(&came);
+    let among = sleeper.take(&loaded.lateness);
+    drop(sleeper);
     if !tally.failures().is_empty() {
         // They would go on to the end.
         println!("{tally}");
@@ -195,7 +203,8 @@ pub async fn run(options: Options) -> Report {
     println!("{}", refused(&tally, &counted));
     println!("{tally}");
     println!("the log has {} lines, {} bytes", log.lines().count(), log.len());
-    Report { tally, quiet, loaded, heap_slope: gauge.heap_slope(), memory_slope: gauge.memory_slope() }
+    let (heap_slope, memory_slope) = (gauge.heap_slope(), gauge.memory_slope());
+    Report { tally, quiet, loaded, sleeper: [alone, among], heap_slope, memory_slope }
 }
 
 /// A table of refusals; a difference is a failure.

@@ -51,6 +51,18 @@ impl Spread {
         Self { upper_bounds: self.upper_bounds.clone(), counts }
     }
 
+    /// Other durations, counted within the same bounds.
+    pub(super) fn counted(&self, durations: &[f64]) -> Self {
+        let mut counts = vec![0; self.upper_bounds.len()];
+        for duration in durations {
+            let bucket = self.upper_bounds.partition_point(|bound| bound < duration);
+            if let Some(count) = counts.get_mut(bucket) {
+                *count += 1;
+            }
+        }
+        Self { upper_bounds: self.upper_bounds.clone(), counts }
+    }
+
     /// How many there are.
     pub fn count(&self) -> u64 {
         self.counts.iter().sum()
@@ -88,5 +100,6 @@ mod tests {
         assert!((phase.percentile(0.95) - 1.5).abs() < 1e-12);
         assert_eq!(spread([0, 0, 4]).percentile(0.5), 2.0);
         assert!(spread([0, 0, 0]).percentile(0.5).is_nan());
+        assert_eq!(spread([0, 0, 0]).counted(&[0.5, 1.0, 1.5, 9.0]).counts, [2, 1, 1]);
     }
 }
