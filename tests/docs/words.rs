@@ -51,6 +51,8 @@ const WORDS: &[(&str, &str, &[&str])] = &[
 
 /// Identifiers as they stand, of which the words alone say too little.
 const IDENTIFIERS: &[(&str, &str)] = &[
+    ("_PUSHES", "_WRENCHES"),
+    ("_pushes", "_wrenches"),
     ("Freedom", "JointType"),
     ("Hands", "PointerInteraction"),
     ("Noted", "what it is of"),
@@ -59,12 +61,64 @@ const IDENTIFIERS: &[(&str, &str)] = &[
     ("SixByFactors", "Ldlt6"),
     ("Touch", "ContactPoint, ContactReading"),
     ("Touches", "contact points"),
+    ("begin_placing", "begin_position_update"),
     ("letGo", "endDrag"),
+    ("place_links", "update_split_velocities"),
+    ("pushes_at", "applies_wrench_at"),
     ("was_put", "teleported"),
 ];
 
-/// What only an index has: brackets.
-const PLACES: [&str; 2] = ["[place]", "[place -"];
+/// Code and phrases as they stand, of words that mean something else elsewhere: the beginning of the paths where they are looked
+/// for, and what is said instead.
+const PHRASES: &[(&str, &str, &str)] = &[
+    ("", "[place -", "index"),
+    ("", "[place]", "index"),
+    ("server/core/src/dynamics/", "fn place", "update_positions"),
+    ("server/core/src/dynamics/", ".place(", "update_positions"),
+    ("", "angular rate", "angular velocity"),
+    ("server/core/src/dynamics/", "rate", "velocity"),
+    ("tests/physics/closed_forms/", "rate", "velocity"),
+    ("tests/reference/solver_scenes.py", "rate", "velocity"),
+    ("", "class Effort", "SolverOptions, or what it is of"),
+    ("", "struct Effort", "SolverOptions, or what it is of"),
+    ("server/core/src/dynamics/inverse_kinematics", "Effort", "SolverOptions"),
+    ("server/", ".itself", "self_collision"),
+    ("server/", "pub itself", "self_collision"),
+    ("server/core/src/dynamics/", ".apart", "position correction, split impulse"),
+    ("server/core/src/dynamics/", "pub apart", "position correction, split impulse"),
+    ("server/core/src/dynamics/constraint/", ".part", "position correction, split impulse"),
+    ("server/core/src/dynamics/constraint/", "pub part", "position correction, split impulse"),
+    ("server/core/src/dynamics/", ".pushed", "position correction, split impulse"),
+    ("server/core/src/dynamics/", "pub pushed", "position correction, split impulse"),
+    ("", "# Pushes", "applied wrenches"),
+    ("", "let pushes", "wrenches"),
+    ("server/", ".pushes", "applied_wrenches"),
+    ("server/", "pub pushes", "applied_wrenches"),
+    ("server/core/src/", ".passed", "expired"),
+    ("server/core/src/", "pub passed", "expired"),
+    ("server/core/src/", ".waits", "suspended"),
+    ("server/core/src/", "pub waits", "suspended"),
+    ("server/core/src/", "self.merged", "ignored_overlaps"),
+    ("server/core/src/", "pub merged", "ignored_overlaps"),
+    ("server/core/src/collision/", "fn leave", "save_poses"),
+    ("server/core/src/collision/", ".leave(", "save_poses"),
+    ("server/core/src/collision/", "fn left", "saved poses, rest poses"),
+    ("server/core/src/collision/", "pub left", "saved poses, rest poses"),
+    ("server/core/src/collision/", ".left", "saved poses, rest poses"),
+    ("server/core/src/", "Work", "BodyScratch"),
+    ("server/core/src/dynamics/", "travel", "advance"),
+    ("server/core/src/dynamics/", "travels", "advances"),
+    ("", "setpoint travels", "setpoint advances"),
+    ("server/core/src/dynamics/actuator.rs", "follow", "advance_setpoint, anti_windup"),
+    ("server/src/fair_permits.rs", "turn", "permit, round robin"),
+    ("server/src/fair_permits.rs", "turns", "permits, round robin"),
+    ("", "class Limits", "what they limit"),
+    ("", "interface Limits", "what they limit"),
+    ("", "message Limits", "what they limit"),
+    ("", "struct Limits", "what they limit"),
+    ("", "type Limits", "what they limit"),
+    ("", "Limits =", "what they limit"),
+];
 
 const ENDINGS: [&str; 12] =
     ["rs", "py", "pyi", "ts", "tsx", "js", "proto", "md", "toml", "css", "html", "wgsl"];
@@ -81,6 +135,17 @@ fn words(text: &str) -> impl Iterator<Item = &str> {
         let starts: Vec<usize> = std::iter::once(0).chain((1..run.len()).filter(is_start)).collect();
         let ends = starts.clone().into_iter().skip(1).chain([run.len()]);
         starts.into_iter().zip(ends).map(|(start, end)| &run[start..end]).collect::<Vec<_>>()
+    })
+}
+
+/// Whether a line has a phrase, and not only as a part of longer names.
+fn has_phrase(line: &str, phrase: &str) -> bool {
+    let is_of_name = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    line.match_indices(phrase).any(|(at, _)| {
+        let (before, after) = (&line[..at], &line[at + phrase.len()..]);
+        let is_longer_before = phrase.starts_with(is_of_name) && before.ends_with(is_of_name);
+        let is_longer_after = phrase.ends_with(is_of_name) && after.starts_with(is_of_name);
+        !is_longer_before && !is_longer_after
     })
 }
 
@@ -111,8 +176,10 @@ fn wrong(path: &str, text: &str) -> Vec<String> {
                 say(name, better);
             }
         }
-        if let Some(place) = PLACES.iter().find(|place| line.contains(*place)) {
-            say(place, "index");
+        for (area, phrase, better) in PHRASES {
+            if path.starts_with(area) && has_phrase(line, phrase) {
+                say(phrase, better);
+            }
         }
     }
     wrong
@@ -162,5 +229,8 @@ fn words_are_found_in_prose_and_in_identifiers() {
     assert_eq!(of("const lockNobodyOut = HTTPSeat(1);"), 2);
     assert_eq!(of("struct Touch; let touch = values[place];"), 2);
     assert_eq!(of("let pirates = separate(&Touching, untold);"), 0, "parts of words are none");
+    assert_eq!(of("struct Limits; struct LoadLimits; self.parts.leave();"), 1);
+    assert_eq!(wrong("server/core/src/dynamics/actuator.rs", "self.travel(h); self.follow(h);").len(), 2);
+    assert_eq!(wrong("server/core/src/dynamics/a.rs", "fn place(&self) { self.place_at(pose) }").len(), 1);
     assert_eq!(wrong("tests/daemon/a.rs", "insta::assert_snapshot!(name, text);").len(), 0);
 }

@@ -302,11 +302,11 @@ impl Robot {
     fn positions(&self, seen: &PublishedState) -> Vec<f64> {
         let Some((_, entity)) = seen.entity(&self.name) else { return Vec::new() };
         let own = &seen.positions[entity.positions.clone()];
-        let place = |name: &String| {
+        let position = |name: &String| {
             let joint = entity.model.joints.iter().position(|joint| joint.name == *name)?;
             own.get(entity.joint_positions[joint].start).copied()
         };
-        self.order.iter().map(|name| place(name).unwrap_or(f64::NAN)).collect()
+        self.order.iter().map(|name| position(name).unwrap_or(f64::NAN)).collect()
     }
 }
 

@@ -198,8 +198,8 @@ impl<'a> InRapier<'a> {
     /// Puts the joints of a robot where they start, and gives it its first velocities.
     fn begin(&mut self, robot: &Robot, placed: &Placed) {
         let PhysicsWorld { multibody_joints, bodies, .. } = &mut self.world;
-        let place = multibody_joints.rigid_body_link(placed.handles[0]).map(|link| link.multibody);
-        let Some(multibody) = place.and_then(|place| multibody_joints.get_multibody_mut(place)) else {
+        let handle = multibody_joints.rigid_body_link(placed.handles[0]).map(|link| link.multibody);
+        let Some(multibody) = handle.and_then(|handle| multibody_joints.get_multibody_mut(handle)) else {
             return;
         };
         multibody.set_self_contacts_enabled(false);

@@ -30,6 +30,6 @@ impl fmt::Display for Spread {
 
 /// Of sorted figures, the one that this part lies below; NaN of none.
 pub fn percentile(sorted: &[f64], part: f64) -> f64 {
-    let place = (sorted.len().saturating_sub(1) as f64 * part).round() as usize;
-    sorted.get(place).copied().unwrap_or(f64::NAN)
+    let index = (sorted.len().saturating_sub(1) as f64 * part).round() as usize;
+    sorted.get(index).copied().unwrap_or(f64::NAN)
 }

@@ -72,7 +72,7 @@ pub enum Drive {
         /// N m s/rad or N s/m.
         damping: f64,
     },
-    /// Dampers that pull towards a rate.
+    /// Dampers that pull towards a velocity.
     Velocity {
         /// rad/s or m/s, by joint axis.
         targets: Vec<f64>,

@@ -12,7 +12,7 @@ ROBOT = Path(__file__).parents[3] / "tests" / "assets" / "Two Link.v2"
 
 
 def main() -> None:
-    """Tries two pushes from one moment, and the first of them again."""
+    """Tries two wrenches from one moment, and the first of them again."""
     with simd_client.connect() as sim:
         sim.pause()
         arm = sim.load(ROBOT, "saved_arm", fixed=True, allow_renaming=True, passive=True)

@@ -193,7 +193,7 @@ impl Client {
         }
     }
 
-    /// Pushes a link.
+    /// Applies a wrench to a link.
     ///
     /// # Errors
     /// `ROBOT_NOT_FOUND`, `LINK_NOT_FOUND`, `INVALID_VALUE`.

@@ -14,7 +14,7 @@ pub enum Target {
     Position {
         /// rad or m.
         position: f64,
-        /// Rate that the damper pulls towards, rad/s or m/s.
+        /// Velocity that the damper pulls towards, rad/s or m/s.
         velocity: f64,
         /// N m/rad or N/m; `None` is the joint's default.
         stiffness: Option<f64>,

@@ -44,8 +44,8 @@ fn scene(items: Vec<Item>) -> Scene {
 
 /// Of a plane with 4 bytes a pixel.
 fn word(plane: &Option<Vec<u8>>, x: u32, y: u32) -> [u8; 4] {
-    let place = 4 * (y * SIDE + x) as usize;
-    plane.as_ref().unwrap()[place..place + 4].try_into().unwrap()
+    let index = 4 * (y * SIDE + x) as usize;
+    plane.as_ref().unwrap()[index..index + 4].try_into().unwrap()
 }
 
 fn depth(picture: &Picture, x: u32, y: u32) -> f64 {
@@ -57,8 +57,8 @@ fn id(picture: &Picture, x: u32, y: u32) -> u32 {
 }
 
 fn color(picture: &Picture, x: u32, y: u32) -> [u8; 3] {
-    let place = 3 * (y * SIDE + x) as usize;
-    picture.color.as_ref().unwrap()[place..place + 3].try_into().unwrap()
+    let index = 3 * (y * SIDE + x) as usize;
+    picture.color.as_ref().unwrap()[index..index + 3].try_into().unwrap()
 }
 
 fn assert_near(found: [u8; 3], expected: [f64; 3]) {

@@ -174,8 +174,8 @@ function LookFacts({ scene, link }: { scene: RobotScene; link: SceneLink }): JSX
   });
   return (
     <>
-      {looks.slice(0, MOST_LOOKS).map((shape, place) => (
-        <div key={place}>
+      {looks.slice(0, MOST_LOOKS).map((shape, lookIndex) => (
+        <div key={lookIndex}>
           <dt>looks</dt>
           <dd class="tabular">
             {shapeWords(shape.geometry)} <Paint shape={shape} />

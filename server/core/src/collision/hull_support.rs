@@ -44,7 +44,7 @@ impl<'a> HullSupport<'a> {
         about.or_else(|| best(&mut (0..faces.len()))).unwrap_or(0)
     }
 
-    /// Up to four corners of a face, as places in its list, in order: all, or four that span it. The direction in which the first
+    /// Up to four corners of a face, as indices into its list, in order: all, or four that span it. The direction in which the first
     /// lies farthest is fixed to the hull's axes, so that a contact keeps its points while it rests.
     fn spanning(&self, corners: &[u32], normal: DVec3) -> ([usize; CLIPPED], usize) {
         if corners.len() <= CLIPPED {

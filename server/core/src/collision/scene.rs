@@ -78,6 +78,13 @@ impl PlacedShape {
         self.shape.shape_type() == ShapeType::HalfSpace
     }
 
+    /// Whether it goes into a tree, which takes no numbers that are not finite: not so a plane, and what is so large
+    /// or so far away that its box is not finite.
+    fn is_bounded(&self) -> bool {
+        let Aabb { mins, maxs } = self.solid_bounds();
+        !self.is_plane() && mins.is_finite() && maxs.is_finite()
+    }
+
     /// Whether it is a mesh of triangles or a height field.
     pub fn is_surface(&self) -> bool {
         matches!(self.shape.shape_type(), ShapeType::TriMesh | ShapeType::HeightField)
@@ -139,25 +146,25 @@ pub fn link_bounds(shapes: &[PlacedShape], links: usize) -> Vec<Option<[DVec3; 2
 
 /// The shapes of robots at one moment.
 pub struct Scene {
-    /// Those with bounds, in the order of the tree's leaves, and after them the planes.
+    /// Those with bounds, in the order of the tree's leaves, and after them the planes and what has no finite box.
     pub(super) shapes: Vec<PlacedShape>,
     pub(super) bounded: usize,
     pub(super) tree: Bvh,
 }
 
 impl Scene {
-    /// Of shapes that were placed.
+    /// Of shapes that were placed. Those at a pose that is not finite are nowhere, and nothing meets them.
     pub fn new(shapes: Vec<PlacedShape>) -> Self {
-        let (mut planes, mut shapes): (Vec<_>, Vec<_>) =
-            shapes.into_iter().partition(|placed| placed.is_plane());
+        let somewhere = shapes.into_iter().filter(|placed| placed.world_from_shape.is_finite());
+        let (mut shapes, mut others): (Vec<_>, Vec<_>) = somewhere.partition(PlacedShape::is_bounded);
         let bounds: Vec<Aabb> = shapes.iter().map(PlacedShape::solid_bounds).collect();
         let tree = Bvh::from_leaves(BvhBuildStrategy::Binned, &bounds);
         let bounded = shapes.len();
-        shapes.append(&mut planes);
+        shapes.append(&mut others);
         Self { shapes, bounded, tree }
     }
 
-    /// Those whose bounds meet a box, and the planes.
+    /// Those whose bounds meet a box, and all that are not in the tree.
     pub(super) fn near<'a>(&'a self, bounds: &'a Aabb) -> impl Iterator<Item = &'a PlacedShape> {
         let near = self.tree.intersect_aabb(bounds).map(|leaf| leaf as usize);
         near.chain(self.bounded..self.shapes.len()).filter_map(|index| self.shapes.get(index))

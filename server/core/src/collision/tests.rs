@@ -8,6 +8,7 @@ use simd_model::robot::{
     Collision, Geometry, Joint, JointKind, JointLimits, Link, Material, MeshAsset, Sha256,
 };
 
+use super::scene::{PlacedShape, QueryShape, Scene};
 use super::{Collider, ColliderGeometry, MeshShapes, Shapes};
 use crate::dynamics::Tree;
 use crate::simulation::WorldLimits;
@@ -345,4 +346,33 @@ fn a_plane_that_could_move_is_no_collider() {
     };
     assert_eq!(colliders(true), [ColliderGeometry::Plane { normal: DVec3::Y }]);
     assert_eq!(colliders(false), []);
+}
+
+/// A tree takes no numbers that are not finite: what has such a box is looked at beside it, and what is at no finite place is met by
+/// nothing.
+#[test]
+fn questions_meet_shapes_whose_boxes_are_not_finite() {
+    let query = |geometry: Geometry| QueryShape::new(&geometry).unwrap();
+    let place = |robot: usize, shape: &QueryShape, x: f64| {
+        let mut placed = PlacedShape::of_no_robot(shape, DPose3::from_translation(DVec3::new(x, 0.0, 0.0)));
+        placed.robot = robot;
+        placed
+    };
+    let cube = query(Geometry::Box { size: DVec3::ONE });
+    // Its far side is beyond the largest number.
+    let huge = query(Geometry::Box { size: DVec3::splat(1.6e308) });
+    let mut shapes =
+        vec![place(20, &huge, 1.2e308), place(21, &cube, f64::INFINITY), place(22, &cube, f64::NAN)];
+    shapes.extend((0..20).map(|robot| place(robot, &cube, 3.0 * robot as f64)));
+    let scene = Scene::new(shapes);
+    let ball = query(Geometry::Sphere { radius: 0.1 });
+    for robot in 0..20 {
+        let middle = DVec3::new(3.0 * robot as f64, 0.0, 0.0);
+        let found = scene.overlaps(&ball, DPose3::from_translation(middle), false, || false);
+        assert_eq!(found.into_iter().collect::<Vec<_>>(), [(robot, 0)]);
+        let hit = scene.cast(middle + DVec3::Z * 5.0, middle - DVec3::Z * 5.0, |_| true);
+        assert!(hit.is_some_and(|hit| hit.robot == robot), "{hit:?}");
+    }
+    let met = scene.fraction(DVec3::Y * 5.0, DVec3::new(1.6e308, 5.0, 0.0), |_| true);
+    assert!(met.is_some_and(|fraction| (fraction - 0.25).abs() < 1e-9), "{met:?}");
 }

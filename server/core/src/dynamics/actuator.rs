@@ -87,7 +87,7 @@ pub struct Actuator {
     pub feed_forward: f64,
     /// The most effort for this target, beside the joint's own limit.
     pub max_effort: Option<f64>,
-    /// How fast the setpoint travels, beside the joint's own limit.
+    /// How fast the setpoint advances, beside the joint's own limit.
     pub max_velocity: Option<f64>,
     /// Where a position target has got to on its way; see [`Axis::advance_setpoint`].
     pub setpoint: f64,
@@ -215,7 +215,7 @@ impl Axis {
 
     /// Keeps the setpoint of a saturated actuator where the law asks for the limit and no
     /// more (anti-windup by back-calculation): a joint that something stronger carried off
-    /// is braked with its whole effort, and then travels back along a profile, where a
+    /// is braked with its whole effort, and then moves back along a profile, where a
     /// setpoint that waited at the target would make it swing. A joint that is blocked
     /// goes on to push with its limit.
     ///

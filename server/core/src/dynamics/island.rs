@@ -170,7 +170,9 @@ impl Island {
             }
             robots.iter_mut().for_each(|robot| robot.as_mut().predict(gravity, h));
         }
-        let Some(is_placed) = self.place_links(robots, constraints, h, interrupt) else { return false };
+        let Some(is_placed) = self.update_split_velocities(robots, constraints, h, interrupt) else {
+            return false;
+        };
         for rows in &self.rows {
             let contact = &mut *contacts[rows.contact];
             (contact.impulse, contact.is_least) = (rows.world_impulse(), self.was_least);

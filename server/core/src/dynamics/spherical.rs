@@ -222,7 +222,7 @@ mod tests {
 
     /// A limit of velocity holds for each axis, and the setpoint arrives exactly.
     #[test]
-    fn a_setpoint_travels_no_faster_than_the_limit_and_arrives() {
+    fn a_setpoint_advances_no_faster_than_the_limit_and_arrives() {
         let target = DVec3::new(1.0, -0.5, 2.0);
         let mut axes = driven(target, Some(2.0));
         let mut drives = <[Drive; 3]>::default();

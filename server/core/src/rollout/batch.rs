@@ -213,7 +213,7 @@ impl Rollout {
             let factor = |joint: usize| factors.get(joint).copied().unwrap_or(1.0);
             control.drive(world, (copy, step), factor, memory)?;
         }
-        self.variations.iter().try_for_each(|variation| variation.push(world, copy, step))
+        self.variations.iter().try_for_each(|variation| variation.apply_wrench(world, copy, step))
     }
 
     /// Writes the quantities of the next row.

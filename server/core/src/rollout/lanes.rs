@@ -136,12 +136,12 @@ impl Rollout {
                 break;
             }
             let is_due = self.controls.iter().any(|control| control.drives_at(step));
-            let has_wrench = self.variations.iter().any(|variation| variation.pushes_at(step));
+            let has_wrench = self.variations.iter().any(|variation| variation.applies_wrench_at(step));
             for (lane, running) in group.iter_mut().enumerate().filter(|(_, running)| running.stop.is_none())
             {
                 let worker = &mut workers[lane];
                 if has_wrench && lanes.has(lane) {
-                    // What is pushed steps by itself for as long as it is.
+                    // A copy with an applied wrench steps by itself for as long as it has one.
                     lanes.give_back(lane, worker.world.body_mut(robot));
                     lanes.leave(lane);
                 }
@@ -170,8 +170,11 @@ impl Rollout {
                 if done.is_ok() {
                     result.steps_done[running.index] = step + 1;
                 }
-                let mut copy_result = self.copy_result(result, running.index);
                 let weighed = done.and_then(|()| {
+                    if !self.is_looked_at(step + 1) {
+                        return Ok(());
+                    }
+                    let mut copy_result = self.copy_result(result, running.index);
                     if self.is_row(step + 1) {
                         self.read(worker, &mut running.rows, &mut copy_result);
                     }
@@ -205,7 +208,7 @@ impl Rollout {
         step: u64,
         running: &mut Running,
     ) -> Result<(), Stop> {
-        let looks = self.is_row(step + 1) || !self.costs.is_empty();
+        let looks = self.is_looked_at(step + 1);
         if lanes.has(lane) && lanes.has_stepped(lane) {
             worker.world.pass_step();
             running.pause = 0;
@@ -240,6 +243,11 @@ impl Rollout {
             }
         }
         Ok(())
+    }
+
+    /// Whether something is read of the copies after so many steps.
+    fn is_looked_at(&self, steps: u64) -> bool {
+        self.is_row(steps) || !self.costs.is_empty()
     }
 
     /// What a copy writes into the arrays of its batch.

@@ -1,4 +1,4 @@
-//! What differs from copy to copy: where joints begin, masses, friction, gains, pushes.
+//! What differs from copy to copy: where joints begin, masses, friction, gains, applied wrenches.
 
 use std::sync::Arc;
 
@@ -207,13 +207,13 @@ impl VariationPlan {
         world.apply(&command).map(drop)
     }
 
-    /// Whether it pushes copies, from this step on.
-    pub(super) fn pushes_at(&self, step: u64) -> bool {
+    /// Whether it applies a wrench to copies, from this step on.
+    pub(super) fn applies_wrench_at(&self, step: u64) -> bool {
         matches!(self.of, VariedPlan::Push { at, .. } if at == step)
     }
 
-    /// Pushes a copy, in the step with which the push begins.
-    pub(super) fn push(&self, world: &mut Simulation, copy: usize, step: u64) -> Result<(), Error> {
+    /// Applies the wrench to a copy, in the step with which it begins.
+    pub(super) fn apply_wrench(&self, world: &mut Simulation, copy: usize, step: u64) -> Result<(), Error> {
         let VariedPlan::Push { name, link, at, seconds } = &self.of else { return Ok(()) };
         if step != *at {
             return Ok(());

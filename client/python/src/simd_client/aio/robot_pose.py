@@ -1,4 +1,4 @@
-"""Where a robot is, how it moves there, and what pushes its links."""
+"""Where a robot is, how it moves there, and wrenches applied to its links."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from simd_client.world import Stamp, stamp_from_proto
 
 
 class RobotPose(RobotContacts):
-    """The part of a robot that is its pose and what pushes it."""
+    """The part of a robot that is its pose and the wrenches applied to it."""
 
     @property
     async def pose(self) -> Pose:

@@ -1,5 +1,5 @@
 # Generated from simd_client/aio/robot_pose.py by tools/make_blocking.py; do not edit.
-"""Where a robot is, how it moves there, and what pushes its links."""
+"""Where a robot is, how it moves there, and wrenches applied to its links."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from simd_client.world import Stamp, stamp_from_proto
 
 
 class RobotPose(RobotContacts):
-    """The part of a robot that is its pose and what pushes it."""
+    """The part of a robot that is its pose and the wrenches applied to it."""
 
     @property
     def pose(self) -> Pose:

@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .bodies import Body, Limits
+    from .bodies import Body, JointBounds
     from .world import World
 
 # Radians or metres that a joint may be beyond its limits as they are.
@@ -60,7 +60,7 @@ def send(world: World, body: Body, index: int) -> None:
     world.bound(body, joint, (lower, upper, *joint.limits[2:]))
 
 
-def came_back(world: World, body: Body, index: int, limits: Limits) -> None:
+def came_back(world: World, body: Body, index: int, limits: JointBounds) -> None:
     """The daemon has a joint as it was once, with the limits of then."""
     joint = body.joints[index]
     world.beyond.pop((body.unique_id, index), None)
@@ -75,6 +75,6 @@ def came_back(world: World, body: Body, index: int, limits: Limits) -> None:
     send(world, body, index)
 
 
-def _is_within(limits: Limits, position: float) -> bool:
+def _is_within(limits: JointBounds, position: float) -> bool:
     lower, upper = limits[:2]
     return (lower is None or position >= lower - _NEAR) and (upper is None or position <= upper + _NEAR)

@@ -38,7 +38,7 @@ JointInfoTuple = tuple[
 Reader = Callable[[list[float], list[float], list[float]], tuple[tuple[float, float, tuple[float, ...], float], ...]]
 """From positions, velocities and efforts of a robot to what getJointStates gives of some joints."""
 
-Limits = tuple[float | None, float | None, float | None, float | None]
+JointBounds = tuple[float | None, float | None, float | None, float | None]
 """Lower and upper position, effort and velocity of a joint; `None` for none."""
 
 _TYPES = {
@@ -75,7 +75,7 @@ class BodyJoint:
     driven: bool
     # What its actuator sees, kg m^2 or kg.
     inertia: float
-    limits: Limits
+    limits: JointBounds
     damping: float
     friction: float
     motor: Motor = field(default_factory=Motor)
@@ -288,7 +288,7 @@ def _joint(joint: JointInfo, frames: Mapping[str, Pose], number: int, parent: in
     )
 
 
-def limits_of(joint: JointInfo) -> Limits:
+def limits_of(joint: JointInfo) -> JointBounds:
     """As the daemon has them."""
     limits = joint.limits
     return (
@@ -299,7 +299,7 @@ def limits_of(joint: JointInfo) -> Limits:
     )
 
 
-def put_limits(message: JointLimits, limits: Limits) -> None:
+def put_limits(message: JointLimits, limits: JointBounds) -> None:
     """Sets a message."""
     for name, value in zip(("lower", "upper", "effort", "velocity"), limits, strict=True):
         if value is not None:

@@ -1,4 +1,4 @@
-"""Poses and velocities of links, and what pushes them."""
+"""Poses and velocities of links, and wrenches applied to them."""
 
 from __future__ import annotations
 
@@ -154,7 +154,7 @@ def applyExternalForce(
     the link's inertia at a position from its centre of mass."""
     text = "force and position need 3 coordinates [x,y,z]."
     force, position = vector(forceObj, text), vector(posObj, text)
-    _push(physicsClientId, objectUniqueId, linkIndex, force, None, position, flags)
+    _apply_wrench(physicsClientId, objectUniqueId, linkIndex, force, None, position, flags)
 
 
 def applyExternalTorque(
@@ -162,10 +162,10 @@ def applyExternalTorque(
 ) -> None:
     """A torque on a link for the next step, in world axes or in those of the link's inertia."""
     torque = vector(torqueObj, "torque needs 3 coordinates [x,y,z].")
-    _push(physicsClientId, objectUniqueId, linkIndex, None, torque, None, flags)
+    _apply_wrench(physicsClientId, objectUniqueId, linkIndex, None, torque, None, flags)
 
 
-def _push(
+def _apply_wrench(
     client: int,
     unique_id: int,
     index: int,
@@ -202,7 +202,7 @@ def _push(
         wire.x, wire.y, wire.z = rotate(turn, torque)
     if point is not None:
         request.point.x, request.point.y, request.point.z = point
-    world.push(request)
+    world.apply_wrench(request)
 
 
 def put_pose(message: PoseMessage, pose: Pose) -> None:

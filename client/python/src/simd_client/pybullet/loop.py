@@ -27,7 +27,7 @@ from simd_client.proto import (
 )
 
 from .arguments import ORIGIN
-from .bodies import Body, BodyJoint, Limits, put_limits
+from .bodies import Body, BodyJoint, JointBounds, put_limits
 from .errors import error
 from .outgoing import Key, Outgoing
 from .readings import Readings
@@ -43,8 +43,8 @@ Answer = TypeVar("Answer")
 
 # How long stepSimulation waits for the next state of a world that plays, seconds.
 _NEXT_STATE = 1.0
-# How many forces wait at the most.
-_PUSHES = 256
+# How many wrenches wait at the most.
+_WRENCHES = 256
 # Wall seconds for which settings are taken to be as they were seen.
 _SEEN = 0.5
 # PyBullet's time step, until a script sets another.
@@ -75,9 +75,9 @@ class Loop(Readings):
         # of any kind.
         self._resets: dict[str, dict[tuple[str, int], JointReset]] = {}
         # Limits that joints get, by robot and the joint's name: they go before that.
-        self._bounds: dict[str, dict[str, Limits]] = {}
-        # Forces for the next step, which go with that call too, together.
-        self._pushes: list[ApplyLinkWrenchRequest] = []
+        self._bounds: dict[str, dict[str, JointBounds]] = {}
+        # Wrenches for the next step, which go with that call too, together.
+        self._wrenches: list[ApplyLinkWrenchRequest] = []
         # The wall time at which the settings were read or changed.
         self._physics_at = -math.inf
         wire.before = self._send_before
@@ -94,13 +94,13 @@ class Loop(Readings):
             self._send_before()
         self.forget_states()
 
-    def push(self, request: ApplyLinkWrenchRequest) -> None:
-        """A force or a torque for the next step, beside those that wait."""
-        self._pushes.append(request)
-        if self.playing or len(self._pushes) >= _PUSHES:
+    def apply_wrench(self, request: ApplyLinkWrenchRequest) -> None:
+        """A wrench for the next step, beside those that wait."""
+        self._wrenches.append(request)
+        if self.playing or len(self._wrenches) >= _WRENCHES:
             self._send_before()
 
-    def bound(self, body: Body, joint: BodyJoint, limits: Limits) -> None:
+    def bound(self, body: Body, joint: BodyJoint, limits: JointBounds) -> None:
         """Gives a joint limits, with the next call of any kind."""
         self._bounds.setdefault(body.robot, {})[joint.name] = limits
 
@@ -113,9 +113,9 @@ class Loop(Readings):
                 for name, limits in joints.items():
                     put_limits(properties.joints.add(joint=name).limits, limits)
                 self.wire.call(methods.SetJointProperties, properties)
-        if self._pushes:
-            pushes, self._pushes = self._pushes, []
-            self.wire.call_all(methods.ApplyLinkWrench, pushes)
+        if self._wrenches:
+            wrenches, self._wrenches = self._wrenches, []
+            self.wire.call_all(methods.ApplyLinkWrench, wrenches)
         if self._resets:
             resets, self._resets = self._resets, {}
             request = ResetJointsRequest()

@@ -217,8 +217,8 @@ def calculateVelocityQuaternion(
     x, y, z, _ = turn
     length = math.sqrt(x * x + y * y + z * z)
     (x, y, z), length = ((1.0, 0.0, 0.0), 1.0) if length < _EPSILON else ((x, y, z), length)
-    rate = _angle(turn) / (deltaTime * length)
-    return (x * rate, y * rate, z * rate)
+    speed = _angle(turn) / (deltaTime * length)
+    return (x * speed, y * speed, z * speed)
 
 
 def getQuaternionSlerp(

@@ -32,9 +32,9 @@ impl Articulation {
         // The responses are found with what was gathered, before any of them is looked at.
         let mut responses = vec![0.0; 3 * tree.velocity_count];
         let size = tree.velocity_count.max(1);
-        let pushes = self.wrenches(body, point, [DVec3::X, DVec3::Y, DVec3::Z]);
+        let wrenches = self.wrenches(body, point, [DVec3::X, DVec3::Y, DVec3::Z]);
         for (k, response) in responses.chunks_exact_mut(size).enumerate() {
-            let push = (body, pushes.get(k));
+            let push = (body, wrenches.get(k));
             respond_to_force(&tree, &self.state.positions, push, &mut self.scratch.passes, response);
         }
         let mut columns = [DVec3::ZERO; 3];

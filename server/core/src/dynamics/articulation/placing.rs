@@ -8,9 +8,9 @@ use crate::dynamics::integrator::Integrator;
 use crate::dynamics::kinematics::free_pose;
 
 impl Articulation {
-    /// The first part of [`finish`](Self::finish), where constraints between links put positions right; [`place`](Self::place) has to
-    /// follow. What goes `far` is not smooth.
-    pub(in crate::dynamics) fn begin_placing(&mut self, far: bool, gravity: DVec3, h: f64) {
+    /// The first part of [`finish`](Self::finish), where constraints between links put positions right;
+    /// [`update_positions`](Self::update_positions) has to follow. What goes `far` is not smooth.
+    pub(in crate::dynamics) fn begin_position_update(&mut self, far: bool, gravity: DVec3, h: f64) {
         self.scratch.is_kinked |= far;
         self.note_efforts(h);
         self.note_changes(gravity, h);
@@ -19,7 +19,7 @@ impl Articulation {
     /// Moves on by the new velocities and by `split`, with which constraints between links put positions right. The new velocities
     /// go along, so that the robot keeps its kinetic energy. [`finish_placed`](Self::finish_placed) has to follow,
     /// and [`add_momenta_ahead`](Self::add_momenta_ahead) has to have looked.
-    pub(in crate::dynamics) fn place(&mut self, split: &[f64], h: f64) {
+    pub(in crate::dynamics) fn update_positions(&mut self, split: &[f64], h: f64) {
         let StepScratch { new_velocities, passes, velocity_terms, response: sum, placed, free_body, .. } =
             &mut self.scratch;
         placed.clear();
@@ -51,7 +51,7 @@ impl Articulation {
             .for_each(|(velocity, shift)| *velocity += sign * shift);
     }
 
-    /// After [`place`](Self::place), what [`finish`](Self::finish) does with velocities.
+    /// After [`update_positions`](Self::update_positions), what [`finish`](Self::finish) does with velocities.
     pub(in crate::dynamics) fn finish_placed(&mut self, gravity: DVec3, h: f64) {
         // Leapfrog takes a single body's velocities for those at the begin of its drift.
         if self.scratch.integrator == Integrator::Leapfrog {

@@ -27,9 +27,9 @@ impl Island {
         let (mut before, mut after) = (Momenta::default(), Momenta::default());
         for (robot, member) in robots.iter_mut().zip(&self.members) {
             let robot = robot.as_mut();
-            robot.begin_placing(is_far, gravity, h);
+            robot.begin_position_update(is_far, gravity, h);
             robot.add_momenta_ahead(point, h, &mut before);
-            robot.place(&self.split.velocities[member.velocities()], h);
+            robot.update_positions(&self.split.velocities[member.velocities()], h);
             robot.add_momenta(point, &mut after);
         }
         let part = if after.energy > before.energy { (before.energy / after.energy).sqrt() } else { 1.0 };

@@ -65,7 +65,7 @@ pub(super) struct Split {
 impl Island {
     /// Finds what is to be added to the velocities that move positions in a step of `h`. Whether there is anything; `None` where it was
     /// interrupted.
-    pub(super) fn place_links<R: AsMut<Articulation>>(
+    pub(super) fn update_split_velocities<R: AsMut<Articulation>>(
         &mut self,
         robots: &mut [R],
         constraints: &[ActiveConstraint<'_>],

@@ -77,7 +77,7 @@ pub enum Target {
         feed_forward: f64,
         /// The most effort that is applied for this target; `None` is the joint's limit.
         max_effort: Option<f64>,
-        /// How fast the setpoint travels; `None` is the joint's limit.
+        /// How fast the setpoint advances; `None` is the joint's limit.
         max_velocity: Option<f64>,
     },
     /// Turn or slide at a velocity.

@@ -129,7 +129,7 @@ fn what_is_left_of_a_wrench_is_part_of_the_world() {
     assert_eq!(look(&world).velocities, [0.0]);
 }
 
-/// A thousand passing pushes on a paused world are one push of a thousand times the size.
+/// A thousand wrenches for the next step on a paused world are one of a thousand times the size.
 #[test]
 fn passing_wrenches_add_up_until_the_next_step() {
     let mut world = world_with(1e-3, Spawn { passive: true, ..spawn("arm", arm()) });
