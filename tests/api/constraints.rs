@@ -85,6 +85,69 @@ async fn a_constraint_is_made_read_changed_and_deleted(via: Via) {
     assert_eq!(gone.collect::<Vec<_>>(), expected.map(|(cause, name)| (cause, name.to_owned())));
 }
 
+/// A ball that the world holds up at its middle, or from half a metre above, by each of the other kinds in turn.
+async fn each_kind_is_listed_with_its_force_changed_and_deleted(via: Via) {
+    let daemon = Daemon::paused_via(via).await;
+    let client = &daemon.client;
+    let world = |z: f64| {
+        let position = Some(proto::Vector3 { x: 0.0, y: 0.0, z });
+        let pose = Some(proto::Pose { position, orientation: None });
+        Some(proto::ConstraintEnd { pose, ..Default::default() })
+    };
+    let of = |kind: ConstraintKind| proto::CreateConstraintRequest {
+        kind: kind.into(),
+        parent: world(1.0),
+        ..weld("held", "", "ball")
+    };
+    let axis = Some(proto::Vector3 { x: 1.0, y: 0.0, z: 0.0 });
+    let rod = proto::CreateConstraintRequest { parent: world(1.5), ..of(ConstraintKind::Distance) };
+    let rope = proto::CreateConstraintRequest { rope: true, ..rod.clone() };
+    for request in [
+        proto::CreateConstraintRequest { axis, ..of(ConstraintKind::Hinge) },
+        proto::CreateConstraintRequest { axis, ..of(ConstraintKind::Slide) },
+        of(ConstraintKind::PointToPoint),
+        rod,
+        rope,
+    ] {
+        let (g, is_distance) = (9.81, request.kind() == ConstraintKind::Distance);
+        let held = async || client.constraints(Some("ball")).await.unwrap().remove(0);
+        ball(client, "ball", 0.0).await;
+        assert_eq!(client.create_constraint(request.clone()).await.unwrap(), "held");
+        client.step(500).await.unwrap();
+        let first = held().await;
+        assert_eq!((first.kind, first.axis, first.rope), (request.kind, request.axis, request.rope));
+        assert_eq!(first.length, is_distance.then_some(0.5));
+        assert!((first.force.unwrap().z - g).abs() < 1e-4 && first.position_error < 1e-6, "{first:?}");
+
+        // Two centimetres down: a rope lets it fall and catches it.
+        let change = proto::ChangeConstraintRequest { name: "held".into(), ..Default::default() };
+        let down = match is_distance {
+            true => proto::ChangeConstraintRequest { length: Some(0.52), ..change.clone() },
+            false => proto::ChangeConstraintRequest {
+                parent_pose: world(0.98).and_then(|end| end.pose),
+                ..change.clone()
+            },
+        };
+        client.change_constraint(down).await.unwrap();
+        client.step(500).await.unwrap();
+        let pose = client.robot_state("ball").await.unwrap().pose.unwrap();
+        assert!((pose.position.unwrap().z - 0.98).abs() < 1e-5, "{request:?}: {pose:?}");
+        let moved = held().await;
+        assert_eq!(moved.length, is_distance.then_some(0.52));
+        assert!((moved.force.unwrap().z - g).abs() < 1e-4 && moved.position_error < 1e-6, "{moved:?}");
+
+        let weak = proto::ChangeConstraintRequest { max_force: Some(5.0), ..change };
+        client.change_constraint(weak).await.unwrap();
+        client.step(1).await.unwrap();
+        let saturated = held().await;
+        assert!(saturated.saturated && saturated.max_force == Some(5.0), "{saturated:?}");
+        assert!((saturated.force.unwrap().z - 5.0).abs() < 1e-6, "{saturated:?}");
+        client.delete_constraint("held").await.unwrap();
+        assert!(client.constraints(None).await.unwrap().is_empty());
+        client.delete_robot("ball").await.unwrap();
+    }
+}
+
 async fn what_cannot_be_is_refused_by_its_field(via: Via) {
     let daemon = Daemon::paused_via(via).await;
     let client = &daemon.client;
@@ -147,6 +210,7 @@ async fn a_gear_is_between_joints_and_goes_into_files(via: Via) {
 
 over_every_transport! {
     a_constraint_is_made_read_changed_and_deleted,
+    each_kind_is_listed_with_its_force_changed_and_deleted,
     what_cannot_be_is_refused_by_its_field,
     a_gear_is_between_joints_and_goes_into_files,
 }

@@ -34,8 +34,8 @@ async fn a_velocity_target_holds_within_a_percent_all_the_way_round() {
         daemon.pass(0.2).await;
         for _ in 0..32 {
             daemon.pass(0.2).await;
-            let rate = shoulder(&daemon).await.velocity;
-            assert!((rate - 1.0).abs() < 0.01, "{rate}");
+            let velocity = shoulder(&daemon).await.velocity;
+            assert!((velocity - 1.0).abs() < 0.01, "{velocity}");
         }
     }
 }
@@ -77,7 +77,7 @@ async fn a_passive_arm_swings_as_the_pendulum_equation_says() {
 }
 
 /// Between two answers with a millisecond between them the position never moves by more than the
-/// peak rate of the stiffest mode allows, whatever targets come meanwhile.
+/// peak velocity of the stiffest mode allows, whatever targets come meanwhile.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn switching_modes_while_moving_is_smooth() {
     let daemon = arm(Via::Grpc).await;

@@ -63,7 +63,7 @@ async fn fill(client: &Client) {
     client.load(assets().join("seven_arm"), free).await.unwrap();
 }
 
-/// Settings, surfaces, pushes and targets on their way.
+/// Settings, surfaces, applied wrenches and targets on their way.
 async fn change(client: &Client) {
     let layout = client.joint_layout("two").await.unwrap();
     let joint = layout.joints.iter().find(|joint| joint.name.contains(' ')).unwrap().name.clone();

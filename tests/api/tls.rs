@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use simd_client::access::Role;
-use simd_client::{Client, Error};
+use simd_client::{Client, Error, JointWatch, every_joint};
 use simd_server::config::TlsFiles;
+use simd_tests::process::soon;
 use tempfile::TempDir;
 
 use crate::security::{certificates, guarded, of, options};
@@ -52,6 +53,41 @@ async fn clients_talk_over_tls_and_to_no_other_daemon() {
     let old = connect(&guarded.grpc(), Some(other.path().join("ca.pem"))).await;
     assert!(matches!(&old, Error::Untrusted { .. }), "{old:?}");
     guarded.client(&of(Role::Viewer)).await.robots().await.unwrap();
+}
+
+/// Reads a stream until a state comes that is newer than all there were before.
+async fn goes_on(client: &Client, watch: &mut JointWatch) {
+    let now = client.joint_states(Vec::new()).await.unwrap().stamp.unwrap().sequence;
+    soon("a newer state of the stream", async {
+        while watch.next().await.unwrap().unwrap().stamp.unwrap().sequence <= now {}
+    })
+    .await;
+}
+
+/// Those who come meanwhile get the new certificate, which the authority of before did not sign; those who are connected need it not.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_stream_goes_on_while_the_certificate_is_read_again() {
+    let guarded = guarded(|config, folder| config.tls = Some(certificates(folder))).await;
+    let folder = guarded.folder.path();
+    let admin = guarded.client(&of(Role::Admin)).await;
+    crate::load_arm(&admin, "arm").await;
+    let mut watch = admin.watch(vec![every_joint("arm")], 200.0).await.unwrap();
+    goes_on(&admin, &mut watch).await;
+    let before = folder.join("before.pem");
+    std::fs::rename(folder.join("ca.pem"), &before).unwrap();
+    for file in ["server.pem", "server.key", "ca.key"] {
+        std::fs::remove_file(folder.join(file)).unwrap();
+    }
+    // There is none to read: that of before is kept.
+    guarded.running.reload();
+    goes_on(&admin, &mut watch).await;
+    certificates(folder);
+    guarded.running.reload();
+    goes_on(&admin, &mut watch).await;
+    guarded.client(&of(Role::Viewer)).await.robots().await.unwrap();
+    let late = Client::connect_with(&guarded.grpc(), options(Some(of(Role::Viewer)), Some(before))).await;
+    assert!(matches!(late.map(drop), Err(Error::Untrusted { .. })), "it has the certificate of before");
+    goes_on(&admin, &mut watch).await;
 }
 
 /// A server's certificate of the authority in a folder, whose time was over a day ago.

@@ -1,12 +1,16 @@
-//! A daemon that saves its world goes on with it when it is started again, however it ended.
+//! A daemon that saves its world goes on with it when it is started again, however it ended. What a full disk does to that, and to
+//! a saved state that `simctl` exports.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use rustix::process::{Pid, Resource, Rlimit, prlimit};
 use simd_client::{Client, Target, joint_target};
 use simd_tests::daemon::fixed;
 use simd_tests::process::{Home, Process, soon};
 use simd_tests::robots::assets;
+
+use crate::paused;
 
 const EVERY: &str = "autosave.every_seconds=0.1";
 
@@ -122,4 +126,57 @@ async fn where_the_world_cannot_be_saved_the_log_says_so_once_and_the_world_goes
     daemon.logged("the world is saved again").await;
     end(daemon).await;
     assert!(folder.join("world.simdstate").exists());
+}
+
+/// A limit of what files may have is to who writes one what a full disk is: a part of it is taken, and no more.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn on_a_full_disk_the_file_before_stays_as_it_was_and_the_world_goes_on() {
+    let home = Home::new();
+    let file = autosave(&home);
+    let mut daemon = start(&file).await;
+    let client = daemon.client().await;
+    soon("the file", async {
+        while !file.exists() {
+            tokio::task::yield_now().await
+        }
+    })
+    .await;
+    let pid = Pid::from_raw(i32::try_from(daemon.pid().unwrap()).unwrap());
+    prlimit(pid, Resource::Fsize, Rlimit { current: Some(100), maximum: None }).unwrap();
+    daemon.logged(&format!("the world is not saved to {}: File too large", file.display())).await;
+    let before = fs::read(&file).unwrap();
+    assert!(before.len() > 100, "so little would fit: {}", before.len());
+    let step = async || client.joint_states(Vec::new()).await.unwrap().stamp.unwrap().step;
+    let failed = step().await;
+    // In the time of some more tries.
+    soon("further steps", async { while step().await < failed + 400 {} }).await;
+    assert!(fs::read(&file).unwrap() == before, "it was written to");
+    daemon.signal("TERM").await;
+    let (status, left) = daemon.ended().await;
+    assert_eq!(status.code(), Some(0), "{left}");
+    // The log said so once as the world ran, and says so of the last one.
+    assert_eq!(left.matches("the world is not saved to").count(), 1, "{left}");
+    assert!(fs::read(&file).unwrap() == before, "it was written to");
+    assert!(!with(&file, ".new").exists(), "what did not fit takes room");
+
+    let mut daemon = start(&file).await;
+    daemon.logged("the world is as it was saved").await;
+    assert_eq!(daemon.client().await.robots().await.unwrap().len(), 1);
+    end(daemon).await;
+}
+
+#[tokio::test]
+async fn an_export_onto_a_full_disk_says_so_and_the_saved_state_is_kept() {
+    let home = Home::new();
+    let daemon = paused().await;
+    let saved = daemon.simctl(["state", "save", "mark"]).await;
+    assert_eq!(saved.code, 0, "{}", saved.err);
+    let full = daemon.simctl(["state", "export", "mark", "/dev/full"]).await;
+    assert_eq!((full.code, full.out.as_str()), (1, ""));
+    assert!(full.err.starts_with("simctl: cannot write /dev/full: No space left"), "{}", full.err);
+    let file = home.path().join("mark.simdstate").display().to_string();
+    let exported = daemon.simctl(["state", "export", "mark", &file]).await;
+    assert_eq!(exported.code, 0, "{}", exported.err);
+    let read = daemon.simctl(["state", "import", &file, "--name", "again"]).await;
+    assert_eq!(read.code, 0, "{}", read.err);
 }

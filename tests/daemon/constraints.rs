@@ -91,6 +91,38 @@ async fn constraints_are_created_listed_changed_and_deleted() {
 }
 
 #[tokio::test]
+async fn a_gear_turns_one_arm_by_the_other_and_is_shown() {
+    let daemon = paused().await;
+    let arm = "'tests/assets/Bench_Arm-1.2 rev B' --name second --fixed --passive --pose 0,2,0";
+    written(&daemon, &format!("robot load {arm}")).await;
+    let create = "constraint create gear bench_arm/shoulder second/shoulder --ratio -2 --name teeth";
+    assert_eq!(written(&daemon, create).await, json!({ "created": "teeth" }));
+    let set = daemon.simctl(["joint", "set", "bench_arm", "shoulder=0.2"]).await;
+    assert_eq!(set.code, 0, "{}", set.err);
+    daemon.client().await.step(3000).await.unwrap();
+    let all = written(&daemon, "constraint list").await;
+    let gear = &all[0];
+    assert_eq!((&gear["kind"], &gear["ratio"]), (&json!("gear"), &json!(-2.0)));
+    for (end, robot) in [("parent", "bench_arm"), ("child", "second")] {
+        assert_eq!((&gear[end]["robot"], &gear[end]["joint"]), (&json!(robot), &json!("shoulder")));
+    }
+    let mut positions = Vec::new();
+    for robot in ["bench_arm", "second"] {
+        let joint = written(&daemon, &format!("joint get {robot}")).await["joints"][0].clone();
+        positions.push(joint["position"].as_f64().unwrap());
+    }
+    assert!(positions[0] > 0.1 && (positions[1] + 2.0 * positions[0]).abs() < 1e-6, "{positions:?}");
+    // The gear carries the second arm, about its axis.
+    assert!(gear["torque"][1].as_f64().unwrap().abs() > 0.1, "{gear}");
+    let page = daemon.simctl(["constraint", "list"]).await.out;
+    let row = page.lines().find(|line| line.starts_with("teeth")).unwrap_or_default();
+    for cell in [" gear ", " bench_arm/shoulder ", " second/shoulder ", " holds"] {
+        assert!(row.contains(cell), "{cell}: {page}");
+    }
+    assert_eq!(written(&daemon, "constraint delete teeth").await, json!({ "deleted": "teeth" }));
+}
+
+#[tokio::test]
 async fn what_is_wrong_with_a_constraint_is_said_in_a_sentence() {
     let daemon = boxes().await;
     written(&daemon, "constraint create weld left right --name pair").await;

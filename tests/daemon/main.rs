@@ -28,6 +28,7 @@ mod soak;
 mod threads;
 mod transcript;
 mod unix_socket;
+mod untrusted_ground;
 mod untrusted_input;
 
 use simd_tests::process::Process;

@@ -1,6 +1,6 @@
 //! The lines of `docs/security.md`, as an operator and a client run them.
 
-use simd_tests::process::{Home, Process, Said, said};
+use simd_tests::process::{Home, Process, Said, said, soon};
 
 /// What a shell says to a command in this folder.
 async fn shell(home: &Home, command: &str) -> Said {
@@ -46,6 +46,22 @@ async fn the_documented_lines_make_a_daemon_that_only_those_with_a_token_reach()
     assert!(listed.out.contains("alice") && !listed.out.contains(&token), "{}", listed.out);
     let again = shell(&home, &format!("simctl token add alice --role admin --file {folder}/tokens")).await;
     assert!(again.code == 1 && again.err.contains("already"), "{again:?}");
+    let revoked = shell(&home, &format!("simctl token revoke alice --file {folder}/tokens")).await;
+    assert_eq!((revoked.code, revoked.out.as_str()), (0, "revoked the token of alice\n"), "{}", revoked.err);
+    let listed = shell(&home, &format!("simctl token list --file {folder}/tokens")).await;
+    assert!(listed.code == 0 && !listed.out.contains("alice"), "{listed:?}");
+    // The daemon looks at the file each second.
+    let refused = soon("the end of the token", async {
+        loop {
+            let said = shell(&home, &client).await;
+            if said.code != 0 {
+                return said;
+            }
+        }
+    })
+    .await;
+    let is_said = refused.err.contains("the token is unknown, or was revoked");
+    assert!(refused.code == 80 && is_said && refused.out.is_empty(), "{refused:?}");
 }
 
 #[cfg(unix)]

@@ -19,7 +19,7 @@ use crate::world::{apply, euler, look, passive, run};
 const G: f64 = 9.81;
 
 /// A passive robot with its joints anywhere.
-fn bent(rng: &mut Rng, model: &Arc<RobotModel>, free: bool) -> Spawn {
+pub(crate) fn bent(rng: &mut Rng, model: &Arc<RobotModel>, free: bool) -> Spawn {
     let mut spawn = passive(model, free, &[]);
     for joint in &model.joints {
         let name = joint.name.clone();
@@ -34,7 +34,7 @@ fn bent(rng: &mut Rng, model: &Arc<RobotModel>, free: bool) -> Spawn {
 }
 
 /// The solution of a linear system by Gauss' elimination with pivots; its columns are the right sides.
-fn solve(mut matrix: Vec<Vec<f64>>, mut right: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+pub(crate) fn solve(mut matrix: Vec<Vec<f64>>, mut right: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     let n = matrix.len();
     for k in 0..n {
         let pivot = (k..n).max_by(|&i, &j| matrix[i][k].abs().total_cmp(&matrix[j][k].abs())).unwrap();

@@ -302,8 +302,8 @@ fn a_box_slides_when_its_link_becomes_slippery() {
     apply(&mut world, Command::SetLinkProperties { robot: "box".into(), links });
     (0..1_000).for_each(|_| world.step());
     let expected = 9.81 * (0.2f64.sin() - 0.05 * 0.2f64.cos());
-    let rate = look(&world).roots[1].linear.length();
-    assert!((rate / expected - 1.0).abs() < 2e-3, "{rate} {expected}");
+    let velocity = look(&world).roots[1].linear.length();
+    assert!((velocity / expected - 1.0).abs() < 2e-3, "{velocity} {expected}");
     let wrong = surface(-1.0, 0.0).links;
     let refused = world.apply(&Command::SetLinkProperties { robot: "box".into(), links: wrong });
     assert_eq!(

@@ -62,9 +62,9 @@ fn a_block_slides_down_a_slope_as_coulombs_law_says() {
     for (h, angle, friction) in [(1e-3, 0.5, 0.3), (1e-3, 0.3, 0.0), (4e-3, 0.7, 0.5)] {
         let (mut world, downhill) = on_a_slope(angle, block(), 0.1, friction, h);
         run(&mut world, 1.0);
-        let rate = look(&world).roots[1].linear.dot(downhill);
+        let velocity = look(&world).roots[1].linear.dot(downhill);
         let expected = G * (angle.sin() - friction * angle.cos());
-        assert!((rate / expected - 1.0).abs() < 1e-3, "{angle} {friction}: {rate} {expected}");
+        assert!((velocity / expected - 1.0).abs() < 1e-3, "{angle} {friction}: {velocity} {expected}");
     }
 }
 
@@ -161,9 +161,9 @@ fn a_ball_rolls_down_a_slope_without_slipping() {
     run(&mut world, 1.0);
     let root = &look(&world).roots[1];
     let expected = 5.0 / 7.0 * G * f64::sin(angle);
-    let rate = root.linear.dot(downhill);
-    assert!((rate / expected - 1.0).abs() < 1e-3, "{rate} {expected}");
-    assert!((root.angular.length() * radius / rate - 1.0).abs() < 1e-3);
+    let velocity = root.linear.dot(downhill);
+    assert!((velocity / expected - 1.0).abs() < 1e-3, "{velocity} {expected}");
+    assert!((root.angular.length() * radius / velocity - 1.0).abs() < 1e-3);
 }
 
 /// The nth rebound reaches e^2n of the height. A hit is found up to one step's way above
@@ -348,11 +348,11 @@ fn friction_brakes_what_can_move_along_one_direction_alone() {
     );
     run(&mut world, 0.2);
     let expected = 10.0 - 0.5 * 2.0 * G * 3.0 * 0.2;
-    let rate = look(&world).velocities[1];
-    assert!((rate / expected - 1.0).abs() < 0.01, "{rate} {expected}");
+    let velocity = look(&world).velocities[1];
+    assert!((velocity / expected - 1.0).abs() < 0.01, "{velocity} {expected}");
     run(&mut world, 0.5);
-    let rate = look(&world).velocities[1];
-    assert!(rate.abs() < 1e-6, "{rate}");
+    let velocity = look(&world).velocities[1];
+    assert!(velocity.abs() < 1e-6, "{velocity}");
 }
 
 /// How far contacts are looked for goes by how fast two shapes approach, and not by how fast they fall: at 588 m/s

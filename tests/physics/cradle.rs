@@ -44,7 +44,7 @@ fn energy(world: &Simulation) -> f64 {
     let seen = look(world);
     let inertia = LENGTH * LENGTH + 0.4 * RADIUS * RADIUS;
     let of = seen.velocities.iter().zip(&seen.positions);
-    of.map(|(rate, angle)| 0.5 * inertia * rate * rate + G * LENGTH * (1.0 - angle.cos())).sum()
+    of.map(|(velocity, angle)| 0.5 * inertia * velocity * velocity + G * LENGTH * (1.0 - angle.cos())).sum()
 }
 
 /// Balls with gaps, one of which hits the next within the same step: at restitution 1 the energy stays, within a thousandth in

@@ -1,15 +1,19 @@
 //! Runs with contacts are equal to the bit, over everything that a step reads.
 
+use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
 use std::sync::atomic::Ordering::Relaxed;
 
 use fastrand::Rng;
-use glamx::{DPose3, DVec3};
+use glamx::{DMat3, DPose3, DVec3};
 use simd_core::simulation::command::*;
 use simd_core::{Command, Integrator, Simulation};
-use simd_model::robot::Material;
+use simd_model::RobotModel;
+use simd_model::robot::{Inertial, Material};
 use simd_tests::scenes::*;
 
+use crate::chains::chain;
+use crate::constraints::held;
 use crate::contact_runs::jumble;
 
 /// Throws one of the bodies and lets the arm turn at another velocity, so that nothing comes to rest for good.
@@ -23,23 +27,79 @@ fn stir(world: &mut Simulation, rng: &mut Rng) {
     apply(world, Command::SetTargets(SetTargets { robots, ..Default::default() }));
 }
 
+/// On the ground far below the box.
+fn below(x: f64, height: f64) -> DPose3 {
+    DPose3::from_translation(DVec3::new(x, 0.0, height - 5.0))
+}
+
+/// Of all links of a robot.
+fn of_all(material: Material) -> ContactSettings {
+    let links = vec![LinkProperties { material, ..LinkProperties::default() }];
+    ContactSettings { links, ..ContactSettings::default() }
+}
+
 /// What is solved directly, and what has friction against rolling and spinning and so is not: below the box a tower of
 /// masses as 1 to 1,000 and a ball, which is thrown again and again.
 fn add_tower_and_roller(world: &mut Simulation) {
-    let at = |x: f64, height: f64| DPose3::from_translation(DVec3::new(x, 0.0, height - 5.0));
-    spawn(world, robot("ground", &plane(DVec3::Z), at(0.0, 0.0), true));
+    spawn(world, robot("ground", &plane(DVec3::Z), below(0.0, 0.0), true));
     for (i, mass) in [1.0, 1e3, 1.0, 1e3].into_iter().enumerate() {
         let model = cuboid(DVec3::splat(0.2), mass);
-        spawn(world, robot(&format!("tall-{i}"), &model, at(10.0, 0.1 + 0.2 * i as f64), false));
+        spawn(world, robot(&format!("tall-{i}"), &model, below(10.0, 0.1 + 0.2 * i as f64), false));
     }
     let material =
         Material { rolling_friction: Some(1e-3), spinning_friction: Some(1e-3), ..Material::default() };
-    let contact_settings = ContactSettings {
-        links: vec![LinkProperties { material, ..LinkProperties::default() }],
-        ..ContactSettings::default()
+    let roller = robot("roller", &ball(0.1, 1.0), below(20.0, 0.1), false);
+    spawn(world, Spawn { contact_settings: of_all(material), ..roller });
+}
+
+/// Beside them a box on contacts that are springs, two boxes that a hinge holds together, and a wheel that spins so fast that its
+/// velocity terms are solved for.
+fn add_springs_hinge_and_gyroscope(world: &mut Simulation) {
+    let material =
+        Material { contact_stiffness: Some(1e4), contact_damping: Some(50.0), ..Material::default() };
+    let model = cuboid(DVec3::splat(0.2), 1.0);
+    let soft = robot("soft", &model, below(30.0, 0.1), false);
+    spawn(world, Spawn { contact_settings: of_all(material), ..soft });
+    for (i, x) in [40.0, 40.25].into_iter().enumerate() {
+        spawn(world, robot(&format!("held-{i}"), &model, below(x, 0.1), false));
+    }
+    let end = |robot: &str, pose| RequestedEnd { robot: robot.into(), pose, ..RequestedEnd::default() };
+    let between = Some(DPose3::from_translation(DVec3::new(0.125, 0.0, 0.1)));
+    let kind = RequestedConstraint::Hinge { axis: DVec3::Y };
+    let hinge = held(kind, end("held-0", between), end("held-1", None));
+    apply(world, Command::CreateConstraint(Box::new(hinge)));
+    spawn(world, robot("gyroscope", &Arc::new(gyroscope()), below(50.0, 1.0), true));
+}
+
+/// A wheel in two rings, on three axes through its middle. The rings brake, since by Euler it would not stay finite otherwise.
+fn gyroscope() -> RobotModel {
+    let mut model = chain(3);
+    let (ring, wheel) = (DVec3::splat(0.01), DVec3::new(0.002, 0.002, 0.003));
+    let parts = [(DVec3::Z, 0.1, ring), (DVec3::X, 0.1, ring), (DVec3::Z, 0.0, wheel)];
+    for (i, (axis, damping, moments)) in parts.into_iter().enumerate() {
+        let joint = &mut model.joints[i];
+        (joint.axis, joint.damping, joint.parent_from_joint) = (axis, damping, DPose3::IDENTITY);
+        model.links[i + 1].inertial =
+            Inertial { mass: 1.0, center_of_mass: DVec3::ZERO, inertia: DMat3::from_diagonal(moments) };
+    }
+    model
+}
+
+/// Throws and turns anew what stands below the box.
+fn stir_below(world: &mut Simulation, way: f64) {
+    throw(world, "roller", DVec3::Y * way, DVec3::new(-10.0 * way, 0.0, 5.0));
+    throw(world, "tall-3", DVec3::X * 0.02 * way, DVec3::ZERO);
+    throw(world, "soft", DVec3::Z, DVec3::X * way);
+    throw(world, "held-1", DVec3::new(0.5 * way, 0.0, 1.0), DVec3::Y * way);
+    let turn = |joint: &str, position: f64, velocity: f64| JointReset {
+        joint: joint.into(),
+        position,
+        velocity,
+        ..JointReset::default()
     };
-    let roller = robot("roller", &ball(0.1, 1.0), at(20.0, 0.1), false);
-    spawn(world, Spawn { contact_settings, ..roller });
+    let joints =
+        vec![turn("joint-1", 0.0, 2.0 * way), turn("joint-2", 0.6, 0.0), turn("joint-3", 0.0, 400.0)];
+    apply(world, Command::ResetJoints { robots: vec![RobotReset { robot: "gyroscope".into(), joints }] });
 }
 
 /// How many contacts have impulses of a direct solution, and how many have those of sweeps.
@@ -68,19 +128,19 @@ fn run_alone_and_restored(integrator: Integrator) {
     let [mut alone, mut restored] = [0, 0].map(|_| jumble(&mut Rng::with_seed(11)));
     for world in [&mut alone, &mut restored] {
         add_tower_and_roller(world);
+        add_springs_hinge_and_gyroscope(world);
         let integrator = Some(integrator);
         apply(world, Command::SetPhysics(PhysicsChange { integrator, ..Default::default() }));
     }
     let (mut stirs, mut restores) = ([0, 0].map(|_| Rng::with_seed(12)), Rng::with_seed(13));
-    let (mut touching, mut ahead, mut directly, mut by_sweeps) = (0, 0, 0, 0);
+    let (mut touching, mut ahead, mut directly, mut by_sweeps, mut on_springs) = (0, 0, 0, 0, 0);
     for step in 0..100_000 {
         if step % 1_000 == 0 {
+            on_springs += contacts(&alone, Some("soft")).len();
             stir(&mut alone, &mut stirs[0]);
             stir(&mut restored, &mut stirs[1]);
             for world in [&mut alone, &mut restored] {
-                let way = if step % 2_000 == 0 { 1.0 } else { -1.0 };
-                throw(world, "roller", DVec3::Y * way, DVec3::new(-10.0 * way, 0.0, 5.0));
-                throw(world, "tall-3", DVec3::X * 0.02 * way, DVec3::ZERO);
+                stir_below(world, if step % 2_000 == 0 { 1.0 } else { -1.0 });
             }
             touching += contacts(&alone, None).len();
             let [direct, swept] = solved(&mut alone);
@@ -101,9 +161,14 @@ fn run_alone_and_restored(integrator: Integrator) {
         }
     }
     println!(
-        "{touching} contacts looked at, {directly} solved directly and {by_sweeps} by sweeps, {ahead} steps taken back"
+        "{touching} contacts looked at, {directly} solved directly and {by_sweeps} by sweeps, {on_springs} of a body \
+         on springs, {ahead} steps taken back"
     );
-    assert!(touching > 1_000 && ahead > 1_000 && directly > 500 && by_sweeps > 100);
+    assert!(touching > 1_000 && ahead > 1_000 && directly > 500 && by_sweeps > 100 && on_springs > 100);
+    let seen = look(&alone);
+    let fastest = seen.velocities.iter().map(|velocity| velocity.abs()).fold(0.0, f64::max);
+    assert!(seen.roots.iter().all(|root| root.disabled.is_none()), "{:?}", seen.roots);
+    assert!(seen.constraints.len() == 1 && fastest > 300.0, "{fastest} rad/s");
 }
 
 /// Bits, over everything that a step reads: at random steps, in scenes that hit, slide, roll,

@@ -40,7 +40,7 @@ fn massless_links_in_a_chain_are_held() {
 }
 
 /// A joint that has no inertia, no damping and no actuator has nothing that a force
-/// could be divided by: it keeps its rate instead of becoming infinite.
+/// could be divided by: it keeps its velocity instead of becoming infinite.
 #[test]
 fn a_passive_joint_without_inertia_is_left_alone() {
     let mut model = chain(2);
@@ -51,7 +51,7 @@ fn a_passive_joint_without_inertia_is_left_alone() {
     assert!(seen.roots[0].disabled.is_none() && seen.positions[1].abs() < 1e-9, "{:?}", seen.positions);
 }
 
-/// A rotor at 3,000 rad/s (3 rad a step) on an arm: the arm stays finite, the rotor keeps its rate.
+/// A rotor at 3,000 rad/s (3 rad a step) on an arm: the arm stays finite, the rotor keeps its velocity.
 #[test]
 fn a_fast_spin_stays_finite() {
     let mut model = chain(2);

@@ -19,7 +19,7 @@ fn centre(seen: &PublishedState) -> DVec3 {
 /// A rod on a floating joint, on an arm that turns at 2 rad/s: whatever the arm does, the
 /// rod's centre of mass is thrown. It starts with the arm's speed there, and then only
 /// gravity acts: x stays on its line and z on its parabola, to first order in the step. The
-/// rate is kept in the axes of an arm that reaches 7 rad/s, hence the constant of 16 m/s.
+/// velocity is kept in the axes of an arm that reaches 7 rad/s, hence the constant of 16 m/s.
 #[test]
 fn a_link_on_a_floating_joint_is_thrown_by_a_turning_arm() {
     let mut model = chain(2);

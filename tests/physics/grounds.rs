@@ -103,3 +103,15 @@ pub(crate) fn stairs() -> Arc<RobotModel> {
         .collect();
     mesh(vertices, triangles, None, DVec3::ONE)
 }
+
+/// The floor and the four walls of a room of 3 m by 3 m by 1 m, as one mesh, open above.
+pub(crate) fn room() -> Arc<RobotModel> {
+    let corners = [(-1.5, -1.5), (1.5, -1.5), (1.5, 1.5), (-1.5, 1.5)];
+    let below = corners.iter().map(|&(x, y)| DVec3::new(x, y, 0.0));
+    let vertices = below.chain(corners.iter().map(|&(x, y)| DVec3::new(x, y, 1.0))).collect();
+    let walls = (0..4).flat_map(|a| {
+        let b = (a + 1) % 4;
+        [[a, b, b + 4], [a, b + 4, a + 4]]
+    });
+    mesh(vertices, walls.chain([[0, 1, 2], [0, 2, 3]]).collect(), None, DVec3::ONE)
+}

@@ -19,7 +19,7 @@ use crate::world::{apply, look, passive, run, world};
 
 const GRAVITY: DVec3 = DVec3::new(0.0, 0.0, -9.81);
 
-/// Positions and velocities by rate of a robot with one position to each rate.
+/// Positions and velocities of a robot with one position to each velocity.
 fn reactions(
     model: &RobotModel,
     positions: &[f64],
@@ -108,7 +108,7 @@ fn passive_joints_carry_nothing_along_their_axes() {
                 _ => body.positions_mut()[part.position] = rng.f64() - 0.5,
             }
         }
-        body.velocities_mut().iter_mut().for_each(|rate| *rate = rng.f64() - 0.5);
+        body.velocities_mut().iter_mut().for_each(|velocity| *velocity = rng.f64() - 0.5);
         let (positions, velocities) = (body.positions().to_vec(), body.velocities().to_vec());
         body.step(GRAVITY, h, Integrator::Euler);
         let accelerations: Vec<f64> =

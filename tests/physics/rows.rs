@@ -93,7 +93,7 @@ fn a_chain_with_too_little_friction_moves() {
     assert!(run(&mut world, 2.0).positions[0] > 0.1);
 }
 
-/// A leader that is put somewhere at a rate takes its follower along. Left at rest, the
+/// A leader that is put somewhere with a velocity takes its follower along. Left at rest, the
 /// follower would be jerked in the first step, and the leader lose speed to it: sliders of
 /// equal mass half of it.
 #[test]

@@ -140,8 +140,8 @@ fn a_robot_pushes_a_box_along() {
     let own = Figures::of(&known.scene, &known.views(), 0.0);
     let stiff = known.stiff();
     let (mu, weight) = (0.5, G);
-    let pushes = mu * weight / (1.0 + mu * mu)..mu * weight / (1.0 - mu * mu);
-    assert!(pushes.contains(&own.forces[0]), "{} N", own.forces[0]);
+    let expected = mu * weight / (1.0 + mu * mu)..mu * weight / (1.0 - mu * mu);
+    assert!(expected.contains(&own.forces[0]), "{} N", own.forces[0]);
     no_softer("overlap", own.resting, stiff.resting);
     let way = own.way(0);
     assert!((way.x - stiff.way(0).x).abs() < 1e-3, "{way} {}", stiff.way(0));

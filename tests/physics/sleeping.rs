@@ -13,7 +13,7 @@ use simd_tests::scenes::*;
 
 const G: f64 = 9.81;
 
-/// N. Sweeps end where no rate changes by more than 1e-6 m/s, and the shortest part here is 7e-5 s.
+/// N. Sweeps end where no velocity changes by more than 1e-6 m/s, and the shortest part here is 7e-5 s.
 const SETTLED: f64 = 0.05;
 
 fn at(place: DVec3) -> DPose3 {
@@ -26,11 +26,11 @@ fn set_physics(world: &mut Simulation, change: PhysicsChange) {
 
 /// What all others push a robot with over the last step, N.
 fn force_on(world: &Simulation, robot: &str) -> DVec3 {
-    let pushes = contacts(world, Some(robot)).into_iter().map(|contact| {
+    let forces = contacts(world, Some(robot)).into_iter().map(|contact| {
         let force = contact.normal * contact.normal_force + contact.friction_force;
         if contact.robots[1] == robot { force } else { -force }
     });
-    pushes.sum()
+    forces.sum()
 }
 
 fn is_asleep(world: &mut Simulation, robot: &str) -> bool {
@@ -119,10 +119,10 @@ fn a_box_that_is_woken_within_a_step_has_borne_its_weight_until_then() {
                 world.step();
                 !is_asleep(&mut world, "box")
             });
-            let rate = look(&world).roots[1].linear;
+            let velocity = look(&world).roots[1].linear;
             let force = force_on(&world, "box");
-            let error = (rate / 1e-3 + DVec3::Z * G).distance(force);
-            assert!(error < 0.1, "{substeps} parts, {height}: {force} N for {rate} m/s, off by {error}");
+            let error = (velocity / 1e-3 + DVec3::Z * G).distance(force);
+            assert!(error < 0.1, "{substeps} parts, {height}: {force} N for {velocity} m/s, off by {error}");
             parts += contacts(&world, Some("ball")).len();
         }
     }

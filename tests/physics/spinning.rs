@@ -10,6 +10,7 @@ use simd_model::RobotModel;
 use simd_model::robot::{Inertial, JointKind, Link};
 
 use crate::chains::chain;
+use crate::seeds::{held, seeds};
 
 const H: f64 = 1e-3;
 
@@ -90,11 +91,13 @@ fn a_wobbling_disc_keeps_its_energy_at_any_spin() {
 }
 
 /// Any valid inertia, at any spin up to 2,000 rad/s and any place of the centre of mass: energy, angular momentum and
-/// the velocity of the centre of mass stay as they are, but for rounding.
+/// the velocity of the centre of mass stay as they are, but for rounding. `SPINNING_BODIES` of the environment gives
+/// another number of seeds.
 #[test]
 fn free_bodies_keep_energy_and_momentum_at_any_spin() {
-    let mut worst = [0.0f64; 3];
-    for seed in 0..200 {
+    let count = seeds("SPINNING_BODIES", 200);
+    let (mut worst, mut largest, mut failed) = ([0.0f64; 3], 0.0f64, Vec::new());
+    for seed in 0..count {
         let rng = &mut Rng::with_seed(seed);
         let inertial = any_inertial(rng);
         let mut any = || rng.f64() - 0.5;
@@ -117,15 +120,20 @@ fn free_bodies_keep_energy_and_momentum_at_any_spin() {
             (velocity_after - velocity).length() / fastest,
             (angular_after - angular).length() / (mean * spin),
         ];
-        for (worst, error) in worst.iter_mut().zip(errors) {
-            *worst = worst.max(error);
-        }
         // A thin rod's own axis counts as one with a millionth of its other moments.
         let bound = if moment.determinant() < 1e-5 * mean.powi(3) { 1e-5 } else { 1e-9 };
+        for (worst, error) in worst.iter_mut().zip(errors) {
+            *worst = worst.max(error);
+            largest = largest.max(error / bound);
+        }
         let all = errors.iter().all(|error| *error < bound);
-        assert!(all, "seed {seed}, {spin} rad/s, {inertial:?}: {errors:?}");
+        if !all {
+            println!("seed {seed}, {spin} rad/s, {inertial:?}: {errors:?}");
+            failed.push(seed);
+        }
     }
     println!("largest errors of energy, velocity, angular momentum: {worst:?}");
+    held("free bodies keep energy and momentum at any spin", count, largest, &failed);
 }
 
 /// Chains of which one end turns by 0.4 rad a step: short ones are solved with the derivative of their velocity terms, long ones by

@@ -2,10 +2,14 @@
 
 use fastrand::Rng;
 use glamx::{DPose3, DVec3};
-use simd_core::Command;
-use simd_core::simulation::command::{LinkWrench, PhysicsChange, WrenchDuration};
+use simd_core::collision::MeshShapes;
+use simd_core::simulation::command::{LinkWrench, PhysicsChange, Spawn, WrenchDuration};
+use simd_core::{Command, Integrator, Simulation};
+use simd_model::robot::Geometry;
 use simd_tests::scenes::*;
 
+use crate::grounds::{field, ground, room};
+use crate::saved_state_files::through_a_file_with;
 use crate::terrain::{at, houses, rough};
 
 /// Bits, over everything that a step reads: the one world is left alone, the other is saved, runs ahead and is put back.
@@ -122,4 +126,113 @@ fn a_hundred_thousand_steps_on_terrain_are_equal_to_the_bit() {
     }
     println!("{touching} contacts looked at, {ahead} steps taken back");
     assert!(touching > 1_000 && ahead > 1_000, "{touching} {ahead}");
+}
+
+/// A room that is one mesh, a hill in it that is a height field, and twelve bodies that fall onto both.
+fn room_with_a_hill(rng: &mut Rng, integrator: Integrator) -> Simulation {
+    let mut world = world(2e-3);
+    let integrator = Some(integrator);
+    apply(&mut world, Command::SetPhysics(PhysicsChange { integrator, ..PhysicsChange::default() }));
+    spawn(&mut world, ground(&room()));
+    let hill = field(17, 1.6, |x, y| 0.2 * (1.9 * x).cos() * (1.9 * y).cos());
+    spawn(&mut world, Spawn { name: "hill".into(), ..ground(&hill) });
+    let cylinder = solid(&[(DPose3::IDENTITY, Geometry::Cylinder { radius: 0.08, length: 0.1 })], 0.5);
+    let cone = solid(&[(DPose3::IDENTITY, Geometry::Cone { radius: 0.08, length: 0.15 })], 0.5);
+    let bodies = [ball(0.08, 0.5), cuboid(DVec3::new(0.2, 0.15, 0.1), 0.5), cylinder, cone];
+    for i in 0..12 {
+        spawn(&mut world, robot(&format!("body-{i}"), &bodies[i % 4], anywhere(rng), false));
+    }
+    world
+}
+
+/// Above the floor of the room.
+fn anywhere(rng: &mut Rng) -> DPose3 {
+    let mut any = || 2.4 * rng.f64() - 1.2;
+    at(any(), any(), 0.5)
+}
+
+/// Puts one of the bodies elsewhere in the room, from where it flies against a wall.
+fn stirring(rng: &mut Rng) -> Command {
+    let pose = Some(anywhere(rng));
+    let mut any = || 6.0 * rng.f64() - 3.0;
+    let twist = Some((DVec3::new(any(), any(), 0.0), DVec3::new(any(), any(), any())));
+    Command::SetEntityState { robot: format!("body-{}", rng.usize(0..12)), pose, twist }
+}
+
+/// How many points touch the mesh, and how many the height field.
+fn on_both(world: &Simulation) -> [usize; 2] {
+    ["ground", "hill"].map(|terrain| contacts(world, Some(terrain)).len())
+}
+
+/// Bits, after each step: the shapes of an imported world are made anew from its models.
+#[test]
+fn an_imported_world_with_terrain_runs_on_to_the_bit() {
+    let mut touched = [0, 0];
+    for (seed, integrator) in [(51, Integrator::Leapfrog), (52, Integrator::Euler)] {
+        println!("seed {seed}, {integrator:?}");
+        let rng = &mut Rng::with_seed(seed);
+        let mut world = room_with_a_hill(rng, integrator);
+        for round in 0..8 {
+            for _ in 0..rng.usize(1..6) {
+                (0..rng.usize(1..200)).for_each(|_| world.step());
+                apply(&mut world, stirring(rng));
+            }
+            // Right after something was moved, or once it lies there.
+            (0..rng.usize(0..100)).for_each(|_| world.step());
+            let [on_mesh, on_field] = on_both(&world);
+            touched = [touched[0] + on_mesh, touched[1] + on_field];
+            apply(&mut world, Command::SaveState { name: "here".into() });
+            let saved = through_a_file_with(&world, "here", MeshShapes::Mesh);
+            let mut other = simd_tests::scenes::world(1e-3);
+            apply(&mut other, Command::ImportSavedState { name: "there".into(), saved });
+            apply(&mut other, Command::RestoreState { name: "there".into() });
+            let place = format!("seed {seed}, round {round}");
+            assert_eq!(other.fingerprint(), world.fingerprint(), "{place}: at once");
+            for step in 0..300 {
+                if step % 100 == 50 {
+                    let command = stirring(rng);
+                    apply(&mut world, command.clone());
+                    apply(&mut other, command);
+                }
+                world.step();
+                other.step();
+                assert_eq!(other.fingerprint(), world.fingerprint(), "{place}, step {step}");
+            }
+        }
+    }
+    println!("{touched:?} contacts looked at, on the mesh and on the height field");
+    assert!(touched[0] > 30 && touched[1] > 5, "{touched:?}");
+}
+
+/// Bits, over everything that a step reads, by both methods of a step.
+#[test]
+fn steps_on_terrain_by_either_integrator_are_equal_across_restores() {
+    for (seed, integrator) in [(61, Integrator::Leapfrog), (62, Integrator::Euler)] {
+        println!("seed {seed}, {integrator:?}");
+        let [mut alone, mut restored] =
+            [0, 0].map(|_| room_with_a_hill(&mut Rng::with_seed(seed), integrator));
+        let rng = &mut Rng::with_seed(seed + 100);
+        let (mut touched, mut ahead) = ([0, 0], 0);
+        for step in 0..5_000 {
+            if step % 100 == 0 {
+                let [on_mesh, on_field] = on_both(&alone);
+                touched = [touched[0] + on_mesh, touched[1] + on_field];
+                let command = stirring(rng);
+                apply(&mut alone, command.clone());
+                apply(&mut restored, command);
+            }
+            if rng.usize(0..100) == 0 {
+                apply(&mut restored, Command::SaveState { name: "here".into() });
+                let more = rng.usize(1..50);
+                (0..more).for_each(|_| restored.step());
+                ahead += more;
+                apply(&mut restored, Command::RestoreState { name: "here".into() });
+            }
+            alone.step();
+            restored.step();
+            assert_eq!(alone.fingerprint(), restored.fingerprint(), "seed {seed}, step {step}");
+        }
+        println!("{touched:?} contacts looked at, {ahead} steps taken back");
+        assert!(touched[0] > 100 && touched[1] > 10 && ahead > 300, "{touched:?} {ahead}");
+    }
 }

@@ -104,8 +104,8 @@ fn a_ball_spins_out_as_its_spinning_friction_says() {
         throw(&mut world, "body", DVec3::ZERO, DVec3::Z * 10.0);
         run(&mut world, 2.0);
         let expected = 10.0 - s * G / moment_by_mass * 2.0;
-        let rate = look(&world).roots[1].angular;
-        assert!((rate.z / expected - 1.0).abs() < NEAR, "{integrator:?}: {rate} {expected}");
+        let velocity = look(&world).roots[1].angular;
+        assert!((velocity.z / expected - 1.0).abs() < NEAR, "{integrator:?}: {velocity} {expected}");
         run(&mut world, 3.0);
         assert!(look(&world).roots[1].angular.length() < 1e-6, "{}", look(&world).roots[1].angular);
     }
@@ -151,8 +151,8 @@ fn a_box_that_slips_turns_out_by_its_spinning_friction() {
         throw(&mut world, "body", DVec3::ZERO, DVec3::Z * 8.0);
         run(&mut world, 0.5);
         let expected = 8.0 - s * G / (side * side / 6.0) * 0.5;
-        let rate = look(&world).roots[1].angular;
-        assert!((rate.z / expected - 1.0).abs() < NEAR, "{integrator:?}: {rate} {expected}");
+        let velocity = look(&world).roots[1].angular;
+        assert!((velocity.z / expected - 1.0).abs() < NEAR, "{integrator:?}: {velocity} {expected}");
     }
 }
 

@@ -132,3 +132,12 @@ def cases():
              drive={"kind": "effort", "targets": dict(hip=4.0, knee=-0.5, turn=2.0, slide=6.0, bend=0.3)}),
     ]
     return out
+
+
+def swings():
+    """From rest for a minute, of which the energy is looked at: tests/physics/energy.rs has the same."""
+    arm, pendulum = "seven_arm/urdf/seven_arm.urdf", "../reference/robots/double_pendulum.urdf"
+    return [
+        Case("double pendulum", "smooth", pendulum, named(pendulum, [0.0, 0.5]), {}, 60.0),
+        Case("seven_arm", "smooth", arm, named(arm, [0.3, -0.5, 0.7, -1.1, 0.2, 0.9, -0.4]), {}, 60.0),
+    ]

@@ -109,12 +109,12 @@ class Robot:
         a[moves] = np.linalg.solve(M[np.ix_(moves, moves)], push[moves])
         return a, M @ a - push
 
-    def rate(self, z, modes):
+    def derivative(self, z, modes):
         q, v = self.split(z)
         out = np.empty_like(z)
         out[self.model.nq:] = self.acceleration(z, modes)[0]
         if self.case.free:
-            # In R^4: the rate of a quaternion is half its product with the angular rate.
+            # In R^4: the derivative of a quaternion is half its product with the angular velocity.
             x, y, zz, w = z[3:7]
             a, b, c = v[3:6]
             out[:3] = pin.Quaternion(*(q[[6, 3, 4, 5]])).toRotationMatrix() @ v[:3]
@@ -126,10 +126,10 @@ class Robot:
         return out
 
     def advance(self, z, modes, h):
-        k1 = self.rate(z, modes)
-        k2 = self.rate(z + h / 2 * k1, modes)
-        k3 = self.rate(z + h / 2 * k2, modes)
-        k4 = self.rate(z + h * k3, modes)
+        k1 = self.derivative(z, modes)
+        k2 = self.derivative(z + h / 2 * k1, modes)
+        k3 = self.derivative(z + h / 2 * k2, modes)
+        k4 = self.derivative(z + h * k3, modes)
         return z + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
 
     def view(self, z):

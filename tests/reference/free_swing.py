@@ -67,8 +67,8 @@ def joint_names(model: Any) -> list[str]:
     for index in range(model.njnt):
         body = int(model.jnt_bodyid[index])
         own = model.body(body).name or f"body_{body}"
-        place = index - int(model.body_jntadr[body])
-        names.append(model.joint(index).name or (f"{own}_joint" if place == 0 else f"{own}_joint_{place + 1}"))
+        axis = index - int(model.body_jntadr[body])
+        names.append(model.joint(index).name or (f"{own}_joint" if axis == 0 else f"{own}_joint_{axis + 1}"))
     return names
 
 

@@ -49,13 +49,14 @@ def joints(compiled, case):
     found = []
     free = 1 if case.free else 0
     by_name = {compiled.joint(i).name: i for i in range(free, compiled.njnt)}
-    for place, (name, *_) in enumerate(robots.axes(case.urdf)):
-        found.append(by_name.get(name, place + free))
+    for index, (name, *_) in enumerate(robots.axes(case.urdf)):
+        found.append(by_name.get(name, index + free))
     assert sorted(found) == list(range(free, compiled.njnt)), (found, by_name)
     return found
 
 
-def run(case, time_step, instants, integrator=mujoco.mjtIntegrator.mjINT_EULER):
+def begin(case, time_step, integrator):
+    """Model and data of a case as it starts, and the addresses of its axes' positions."""
     compiled = model(case)
     compiled.opt.timestep, compiled.opt.integrator = time_step, integrator
     data = mujoco.MjData(compiled)
@@ -69,6 +70,11 @@ def run(case, time_step, instants, integrator=mujoco.mjtIntegrator.mjINT_EULER):
         data.qvel[:6] = case.root_velocity
     if case.drive:
         data.ctrl[:] = [case.drive["targets"].get(name, 0.0) for name in names]
+    return compiled, data, at_q
+
+
+def run(case, time_step, instants, integrator=mujoco.mjtIntegrator.mjINT_EULER):
+    compiled, data, at_q = begin(case, time_step, integrator)
     seen, done = [], 0
     for instant in instants:
         steps = round(instant / time_step)
@@ -78,3 +84,20 @@ def run(case, time_step, instants, integrator=mujoco.mjtIntegrator.mjINT_EULER):
         root = data.qpos[[0, 1, 2, 4, 5, 6, 3]].copy() if case.free else None
         seen.append((data.qpos[at_q].copy() if len(at_q) else np.zeros(0), root))
     return seen
+
+
+def energy_change(case, time_step, integrator, look=0.1):
+    """The largest change of energy, as a part of that above the lowest point that the case comes to; None where it diverges.
+
+    Looked at each `look` seconds."""
+    compiled, data, _ = begin(case, time_step, integrator)
+    compiled.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY
+    mujoco.mj_forward(compiled, data)
+    start, lowest, worst = float(data.energy.sum()), float(data.energy[0]), 0.0
+    for _ in range(round(case.seconds / look)):
+        mujoco.mj_step(compiled, data, nstep=round(look / time_step))
+        # A step leaves the energy of where it began.
+        mujoco.mj_forward(compiled, data)
+        worst = max(worst, abs(float(data.energy.sum()) - start))
+        lowest = min(lowest, float(data.energy[0]))
+    return None if any(warning.number for warning in data.warning) else worst / (start - lowest)

@@ -31,6 +31,8 @@ from worker import Worker  # noqa: E402
 ENGINES = ["simd", "MuJoCo", "PyBullet", "rapier"]
 BATCH = 0.004
 """Seconds that a batch of steps takes, about: less than most schedulers' slice."""
+EULER = "simd, euler"
+"""simd by the integrator that equals MuJoCo's Euler; of the robots."""
 CONTACT_ENGINES = ["simd", "MuJoCo", "PyBullet"]
 """Of the scenes with contact, all awake."""
 THREADS = {"simd": "simd, 2 threads", "MuJoCo": "MuJoCo, 2 threads"}
@@ -44,7 +46,8 @@ NOTES = """
 All: 1 ms a step, one thread, double precision. First table: no shapes and so no contacts, limits on, each joint held
 at a bent pose that each batch starts from. Ratios are of batches of one round, and below 1 where it is faster than
 MuJoCo.
-simd      Simulation::step; actuators as a robot is spawned with, default gains, effort limits.
+simd      Simulation::step; actuators as a robot is spawned with, default gains, effort limits. Its default integrator, leapfrog;
+          `simd, euler` is the one that equals MuJoCo's.
 MuJoCo    {mujoco}, mj_step with nstep: its loop in C. Euler. Position actuators with simd's stiffness; simd's damping
           as joint damping, since Euler integrates that implicitly: as an actuator's kv it is not stable at these gains.
           A mimic joint is the equality that it makes of it.
@@ -86,16 +89,16 @@ def main():
     shining = [scene for scene in rays.scenes() if options.contact_rounds and options.contact in scene.name]
     worker = Worker(build_worker(), scenes + touching + shining + held + crowded, folder)
     load = os.getloadavg()
-    cases = [Case(worker, place, scene, scene in table) for place, scene in enumerate(scenes)]
+    cases = [Case(worker, index, scene, scene in table) for index, scene in enumerate(scenes)]
     run("robots", cases[: len(table)], options.rounds)
     run("chains", cases[len(table):], options.chain_rounds)
-    contacts = [ContactCase(worker, len(scenes) + place, scene) for place, scene in enumerate(touching)]
+    contacts = [ContactCase(worker, len(scenes) + index, scene) for index, scene in enumerate(touching)]
     run("contacts", contacts, options.contact_rounds)
-    casts = [RayCase(worker, len(scenes) + len(touching) + place, scene) for place, scene in enumerate(shining)]
+    casts = [RayCase(worker, len(scenes) + len(touching) + index, scene) for index, scene in enumerate(shining)]
     run("rays", casts, options.contact_rounds)
     first = len(scenes) + len(touching) + len(shining)
-    many = [HeldCrowd(worker, first + place, scene) for place, scene in enumerate(held)]
-    many += [StandingCrowd(worker, first + len(held) + place, scene) for place, scene in enumerate(crowded)]
+    many = [HeldCrowd(worker, first + index, scene) for index, scene in enumerate(held)]
+    many += [StandingCrowd(worker, first + len(held) + index, scene) for index, scene in enumerate(crowded)]
     run("crowds", many, options.contact_rounds)
     worker.close()
 
@@ -127,17 +130,18 @@ def main():
 class Case:
     """A scene in each simulator."""
 
-    def __init__(self, worker, place, scene, in_table):
+    def __init__(self, worker, index, scene, in_table):
         self.name = scene.name
-        joints = worker.joints(place)
+        joints = worker.joints(index)
         self.engines = {
-            "simd": worker.engine("simd", place),
+            "simd": worker.engine("simd", index),
             "MuJoCo": in_mujoco.engine(scene, joints),
             "PyBullet": in_pybullet.engine(scene, joints),
-            "rapier": worker.engine("rapier", place),
+            "rapier": worker.engine("rapier", index),
         }
         if in_table:
             kinds = in_mujoco.Settings
+            self.engines[EULER] = worker.engine("euler", index)
             self.engines["explicit kv"] = in_mujoco.engine(scene, joints, kinds.EXPLICIT)
             self.engines["implicitfast"] = in_mujoco.engine(scene, joints, kinds.IMPLICIT)
         self.start()
@@ -159,13 +163,13 @@ class Case:
 class ContactCase(Case):
     """A scene with contact in each simulator that has a side for it."""
 
-    def __init__(self, worker, place, scene):
+    def __init__(self, worker, index, scene):
         self.name, self.scene = scene.name, scene
-        scene.joints = worker.joints(place) if scene.urdf else []
-        self.engines = {"simd": worker.engine("simd", place), "MuJoCo": contacts_mujoco.engine(scene),
+        scene.joints = worker.joints(index) if scene.urdf else []
+        self.engines = {"simd": worker.engine("simd", index), "MuJoCo": contacts_mujoco.engine(scene),
                         "PyBullet": contacts_pybullet.engine(scene)}
         if scene.things and not scene.heap:
-            self.engines[ASLEEP["simd"]] = worker.engine("asleep", place)
+            self.engines[ASLEEP["simd"]] = worker.engine("asleep", index)
             self.engines[ASLEEP["MuJoCo"]] = contacts_mujoco.engine(scene, sleep=True)
         self.start()
 
@@ -173,9 +177,9 @@ class ContactCase(Case):
 class RayCase(Case):
     """Rays into a scene in each simulator that has a side for it; a batch is of calls."""
 
-    def __init__(self, worker, place, scene):
+    def __init__(self, worker, index, scene):
         self.name = scene.name
-        sides = {"simd": rays.in_simd(worker, place, scene), "MuJoCo": rays.in_mujoco(scene),
+        sides = {"simd": rays.in_simd(worker, index, scene), "MuJoCo": rays.in_mujoco(scene),
                  "PyBullet": rays.in_pybullet(scene)}
         self.engines = {name: batch for name, (batch, _) in sides.items()}
         self.apart = {name: abs(known - sides["MuJoCo"][1]) for name, (_, known) in sides.items()}
@@ -187,22 +191,22 @@ class RayCase(Case):
 class HeldCrowd(Case):
     """Many robots that hold a pose and touch nothing, on one thread and on two."""
 
-    def __init__(self, worker, place, scene):
+    def __init__(self, worker, index, scene):
         self.name, self.drift = scene.name, None
-        joints = worker.joints(place)
-        self.engines = {"simd": worker.engine("simd", place), "MuJoCo": in_mujoco.engine(scene, joints),
-                        THREADS["simd"]: worker.engine("threads", place)}
+        joints = worker.joints(index)
+        self.engines = {"simd": worker.engine("simd", index), "MuJoCo": in_mujoco.engine(scene, joints),
+                        THREADS["simd"]: worker.engine("threads", index)}
         self.start()
 
 
 class StandingCrowd(Case):
     """Many robots that stand. MuJoCo's two threads have a world for each robot."""
 
-    def __init__(self, worker, place, scene):
+    def __init__(self, worker, index, scene):
         self.name, self.drift = scene.name, scene.drift
-        scene.joints = worker.joints(place)
-        self.engines = {"simd": worker.engine("simd", place), "MuJoCo": contacts_mujoco.engine(scene),
-                        THREADS["simd"]: worker.engine("threads", place),
+        scene.joints = worker.joints(index)
+        self.engines = {"simd": worker.engine("simd", index), "MuJoCo": contacts_mujoco.engine(scene),
+                        THREADS["simd"]: worker.engine("threads", index),
                         THREADS["MuJoCo"]: contacts_mujoco.rollout(scene, 2)}
         self.start()
 
@@ -234,6 +238,10 @@ def show(of_robots, of_chains, load):
     print(figures.table(everything, ENGINES, "us_per_step"))
     print("\nratio to MuJoCo's time")
     print(figures.table(everything, [name for name in ENGINES if name != figures.BASE], f"to_{figures.BASE}"))
+    print("\nintegrators: microseconds a step")
+    print(figures.table(of_robots, ["simd", EULER, "MuJoCo"], "us_per_step"))
+    print("\nratio to MuJoCo's time")
+    print(figures.table(of_robots, ["simd", EULER], f"to_{figures.BASE}"))
     print("\nother settings of MuJoCo: microseconds a step")
     print(figures.table(of_robots, ["MuJoCo", "explicit kv", "implicitfast"], "us_per_step"))
     print("\nover joints, a straight line through the chains")

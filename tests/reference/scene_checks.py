@@ -41,7 +41,7 @@ def inside(views, start, end=1e9):
 
 
 def roots(views, columns, body=0):
-    """Of each view columns of a root: place 0 to 2, quaternion 3 to 6, velocity 7 to 9, angular velocity 10 to 12."""
+    """Of each view columns of a root: position 0 to 2, quaternion 3 to 6, velocity 7 to 9, angular velocity 10 to 12."""
     return np.array([view.roots[body, columns] for view in views])
 
 

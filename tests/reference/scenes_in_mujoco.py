@@ -49,8 +49,8 @@ def model(scene, setting):
     for thing in scene.things:
         for name, at in thing.places():
             add_thing(spec, thing, name, at, setting, scene.time_step)
-    for place, robot in enumerate(scene.robots):
-        add_robot(spec, robot, place, setting, scene.time_step)
+    for index, robot in enumerate(scene.robots):
+        add_robot(spec, robot, index, setting, scene.time_step)
     for index, constraint in enumerate(scene.constraints):
         add_constraint(spec, constraint, index, setting, scene.time_step)
     return rods(spec.compile(), scene)
@@ -105,13 +105,13 @@ def heights(spec, thing, name):
     return {"type": mujoco.mjtGeom.mjGEOM_HFIELD, "hfieldname": name, "pos": [0, 0, least]}
 
 
-def add_robot(spec, robot, place, setting, time_step):
+def add_robot(spec, robot, index, setting, time_step):
     own = mujoco.MjSpec.from_string(text(robot.urdf))
     if not robot.fixed:
         own.worldbody.first_body().add_freejoint()
     for geom in own.geoms:
         # Links touch anything but each other.
-        surface(geom, robot.friction, setting, (1 << place, ((1 << 21) - 1) ^ (1 << place)), time_step)
+        surface(geom, robot.friction, setting, (1 << index, ((1 << 21) - 1) ^ (1 << index)), time_step)
     for joint in own.joints:
         joint.actfrclimited = False
         joint.damping[0], joint.frictionloss = 0.0, 0.0

@@ -56,28 +56,29 @@ def across(view):
 
 
 def top():
-    """Slow precession: m g l / (I3 w), from the rate at which it neither falls nor rises."""
+    """Slow precession: m g l / (I3 w), from the velocity at which it neither falls nor rises."""
     mass, length, third, first, spin, lean = 1.0, 0.1, 0.003, 0.002 + 1.0 * 0.1**2, 1000.0, 0.4
-    # (I1 cos lean) p^2 - I3 (w + p cos lean) p + m g l = 0; w is the joint's own rate.
+    # (I1 cos lean) p^2 - I3 (w + p cos lean) p + m g l = 0; w is the joint's own velocity.
     a, b, c = (first - third) * cos(lean), -third * spin, mass * G * length
-    rate = (-b - sqrt(b * b - 4 * a * c)) / (2 * a)
+    velocity = (-b - sqrt(b * b - 4 * a * c)) / (2 * a)
     robot = Robot("top", OWN + "heavy_top.urdf", [0.0, 0.0, 0.3], True,
                   joints={"precession": 0.0, "nutation": lean, "spin": 0.0},
-                  velocities={"precession": rate, "nutation": 0.0, "spin": spin})
+                  velocities={"precession": velocity, "nutation": 0.0, "spin": spin})
     scene = Scene("a top of 1,000 rad/s precesses", 5.0, [4.0, 5.0], [], [robot])
     return Shown(scene, [
-        Check("it precesses {} of its way more or less", lambda v: worst(v[-1].joints[0] / (5 * rate) - 1), 1e-2),
+        Check("it precesses {} of its way more or less",
+              lambda v: worst(v[-1].joints[0] / (5 * velocity) - 1), 1e-2),
         Check("its lean changes by {} rad", lambda v: worst([view.joints[1] - lean for view in v]), 1e-2),
     ], ALL)
 
 
 def euler_disc():
-    """In steady rolling on the spot (thin disc): the rate of precession is sqrt(4 g / (r sin lean))."""
+    """In steady rolling on the spot (thin disc): the velocity of precession is sqrt(4 g / (r sin lean))."""
     radius, high, mass, lean = 0.1, 0.01, 0.4, radians(20)
     moment = mass * np.array([(3 * radius**2 + high**2) / 12] * 2 + [radius**2 / 2])
-    rate = sqrt(4 * G / (radius * sin(lean)))
+    velocity = sqrt(4 * G / (radius * sin(lean)))
     # The contact is at -x, below; the spin is along the diameter that leads up from there.
-    spin = [rate * sin(lean) * part for part in (cos(lean), 0.0, sin(lean))]
+    spin = [velocity * sin(lean) * part for part in (cos(lean), 0.0, sin(lean))]
     height = radius * sin(lean) + high / 2 * cos(lean)
     body = Thing("disc", "cylinder", [radius, high], [0.0, 0.0, height], mass, friction=1.0,
                  turn=turn_about([0.0, -1.0, 0.0], lean), angular=spin)

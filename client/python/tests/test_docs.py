@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import os
 import re
+import shlex
+import subprocess
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
-from daemon import REPOSITORY, Daemon
+from daemon import BINARY, REPOSITORY, Daemon
 
-from simd_client import embedded_link
+from simd_client import Unauthenticated, Unavailable, embedded_link
 
 GUIDE = REPOSITORY / "docs" / "python.md"
 EMBEDDED = REPOSITORY / "docs" / "embedded.md"
 ROLLOUTS = REPOSITORY / "docs" / "rollouts.md"
 README = Path(__file__).parents[1] / "README.md"
+
+SECURED = "tls/127.0.0.1:7447"
+"""Where the daemon is that the guide's block on certificates and tokens connects to."""
 
 
 def blocks(page: Path) -> list[str]:
@@ -28,7 +34,7 @@ def test_the_blocks_of_the_guide_run_one_after_the_other(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.chdir(REPOSITORY)
-    said = blocks(GUIDE)
+    said = [block for block in blocks(GUIDE) if SECURED not in block]
     assert len(said) >= 12
     with Daemon(name="guide") as daemon:
         monkeypatch.setenv("SIMD_ENDPOINT", daemon.endpoint)
@@ -39,6 +45,46 @@ def test_the_blocks_of_the_guide_run_one_after_the_other(
                 for file in ("kept.simdstate", "arm.png"):
                     block = block.replace(f'"{file}"', f'r"{tmp_path / file}"')
                 thread.submit(exec, compile(block, str(GUIDE), "exec"), names).result()
+
+
+def test_the_lines_on_certificates_and_tokens_run(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    section = GUIDE.read_text().split("## Certificates and tokens\n")[1].split("\n## ")[0]
+    (shell,) = re.findall(r"^```sh\n(.*?)^```$", section, flags=re.MULTILINE | re.DOTALL)
+    (python,) = [block for block in blocks(GUIDE) if SECURED in block]
+    monkeypatch.setenv("PATH", os.pathsep.join([str(BINARY.resolve().parent), os.environ["PATH"]]))
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    monkeypatch.delenv("SIMD_TOKEN", raising=False)
+    monkeypatch.chdir(tmp_path)
+
+    def said(line: str) -> str:
+        return subprocess.run(line, shell=True, check=True, capture_output=True, text=True, timeout=60).stdout
+
+    def run(block: str) -> None:
+        exec(compile(block, str(GUIDE), "exec"), {"__name__": "secured"})
+
+    *made, start = shell.splitlines()
+    token = [said(line) for line in made][-1].strip()
+    assert token.startswith("simd_")
+    program, flag, locator, *flags = shlex.split(start)
+    assert (program, flag, locator) == ("simd", "--zenoh", SECURED)
+    with Daemon(*flags, name="secured", locator="tls/127.0.0.1:0") as daemon:
+        python = python.replace(SECURED, daemon.endpoint)
+        run(python.replace("simd_...", token))
+        assert capsys.readouterr().out == "secured []\n"
+        without = python.replace(', token="simd_..."', "")
+        assert without != python
+        with pytest.raises(Unauthenticated, match="asks for a token: set SIMD_TOKEN"):
+            run(without)
+        with pytest.raises(Unauthenticated, match="unknown, or was revoked"):
+            run(python.replace("simd_...", "simd_" + 64 * "0"))
+        monkeypatch.setenv("SIMD_TOKEN", token)
+        run(without)
+        assert capsys.readouterr().out == "secured []\n"
+        said("simd tls init other")
+        with pytest.raises(Unavailable, match="is not signed by the authority in other/ca.pem"):
+            run(without.replace("tls/ca.pem", "other/ca.pem"))
 
 
 def test_the_blocks_on_rollouts_run(monkeypatch: pytest.MonkeyPatch) -> None:

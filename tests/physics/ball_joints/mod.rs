@@ -73,18 +73,18 @@ fn symmetric(side: f64, spin: f64) -> Inertial {
 /// about the joint (Goldstein, Classical Mechanics, 5.7 with no spin of its own). In the child's axes nothing changes, so that both
 /// integrators are exact.
 #[test]
-fn a_conical_pendulum_goes_round_at_the_rate_of_the_closed_form() {
+fn a_conical_pendulum_goes_round_at_the_velocity_of_the_closed_form() {
     let (lean, side, spin) = (0.7f64, 0.05, 0.02);
     let inertial = symmetric(side, spin);
     let about_joint = side + inertial.mass * 0.16 - spin;
-    let rate = (inertial.mass * 9.81 * 0.4 / (about_joint * lean.cos())).sqrt();
+    let velocity = (inertial.mass * 9.81 * 0.4 / (about_joint * lean.cos())).sqrt();
     let start = DQuat::from_rotation_z(0.4) * DQuat::from_rotation_x(lean);
     for integrator in BOTH {
         let mut body = fixed(&pendulum(inertial));
-        put(&mut body, start, start.inverse() * (DVec3::Z * rate));
+        put(&mut body, start, start.inverse() * (DVec3::Z * velocity));
         for step in 1..=4_000u32 {
             body.step(GRAVITY, 1e-3, integrator);
-            let expected = DQuat::from_rotation_z(rate * f64::from(step) * 1e-3) * start;
+            let expected = DQuat::from_rotation_z(velocity * f64::from(step) * 1e-3) * start;
             let off = rotation_vector(expected.inverse() * orientation(body.positions())).length();
             assert!(off < 1e-11, "{integrator:?}: {off:e}");
         }

@@ -28,7 +28,7 @@ fn damp(world: &mut simd_core::Simulation, damping: f64) {
     apply(world, Command::SetJointProperties { robot: "robot".into(), joints });
 }
 
-/// q = a t^2 / 2, which leapfrog meets. Each step of Euler adds a h to the rate first, so after n steps it is
+/// q = a t^2 / 2, which leapfrog meets. Each step of Euler adds a h to the velocity first, so after n steps it is
 /// a h^2 n (n + 1) / 2, which is a t h / 2 more. Rounding alone is left: 1e-12 of 0.9 rad.
 #[test]
 fn a_constant_torque_gives_a_constant_acceleration() {
@@ -37,14 +37,20 @@ fn a_constant_torque_gives_a_constant_acceleration() {
         tell(&mut world, "joint-1", Target::Effort(0.6));
         let found = run(&mut world, 1.0);
         met("constant torque: angle after 1 s, rad", time_step, 0.3 / INERTIA, found.positions[0], 1e-12);
-        met("constant torque: rate after 1 s, rad/s", time_step, 0.6 / INERTIA, found.velocities[0], 1e-12);
+        met(
+            "constant torque: velocity after 1 s, rad/s",
+            time_step,
+            0.6 / INERTIA,
+            found.velocities[0],
+            1e-12,
+        );
 
         let mut world = by(Integrator::Euler, turntable(time_step));
         tell(&mut world, "joint-1", Target::Effort(0.6));
         let found = run(&mut world, 1.0);
-        let rate = 0.6 / INERTIA;
+        let velocity = 0.6 / INERTIA;
         let n = (1.0 / time_step).round();
-        let discrete = rate * time_step * time_step * n * (n + 1.0) / 2.0;
+        let discrete = velocity * time_step * time_step * n * (n + 1.0) / 2.0;
         met(
             "constant torque, Euler: angle after 1 s, discrete, rad",
             time_step,
@@ -52,12 +58,18 @@ fn a_constant_torque_gives_a_constant_acceleration() {
             found.positions[0],
             1e-12,
         );
-        met("constant torque, Euler: rate after 1 s, rad/s", time_step, rate, found.velocities[0], 1e-12);
+        met(
+            "constant torque, Euler: velocity after 1 s, rad/s",
+            time_step,
+            velocity,
+            found.velocities[0],
+            1e-12,
+        );
     }
 }
 
-/// rate = w e^(-c t / I). Joint damping is implicit: Euler's is w / (1 + h c / I)^n, to rounding, and leapfrog's of second
-/// order: (h c / I)^2 / 4 of the rate. The way until it rests is w I / c in both, whatever the time step.
+/// velocity = w e^(-c t / I). Joint damping is implicit: Euler's is w / (1 + h c / I)^n, to rounding, and leapfrog's of second
+/// order: (h c / I)^2 / 4 of the velocity. The way until it rests is w I / c in both, whatever the time step.
 #[test]
 fn coasting_with_viscous_damping_decays_and_goes_as_far_as_it_should() {
     let (start, damping) = (5.0, 0.5);
@@ -69,7 +81,7 @@ fn coasting_with_viscous_damping_decays_and_goes_as_far_as_it_should() {
         let found = run(&mut world, 1.0).velocities[0];
         let exact = start * (-decay).exp();
         let tolerance = exact * (time_step * decay).powi(2) / 3.0 + 1e-11;
-        met("viscous coasting: rate after 1 s, rad/s", time_step, exact, found, tolerance);
+        met("viscous coasting: velocity after 1 s, rad/s", time_step, exact, found, tolerance);
         let way = run(&mut world, 24.0).positions[0];
         met("viscous coasting: whole way, rad", time_step, start / decay, way, 1e-11);
 
@@ -78,17 +90,23 @@ fn coasting_with_viscous_damping_decays_and_goes_as_far_as_it_should() {
         put(&mut world, "joint-1", 0.0, start);
         let found = run(&mut world, 1.0).velocities[0];
         let discrete = start / (1.0 + time_step * decay).powf((1.0 / time_step).round());
-        met("viscous coasting, Euler: rate after 1 s, discrete, rad/s", time_step, discrete, found, 1e-11);
+        met(
+            "viscous coasting, Euler: velocity after 1 s, discrete, rad/s",
+            time_step,
+            discrete,
+            found,
+            1e-11,
+        );
         // (1 + x)^-n is e^(-n x + n x^2 / 2 - ...).
         let exact = start * (-decay).exp();
         let tolerance = exact * decay * decay * time_step / 2.0;
-        met("viscous coasting, Euler: rate after 1 s, rad/s", time_step, exact, found, tolerance);
+        met("viscous coasting, Euler: velocity after 1 s, rad/s", time_step, exact, found, tolerance);
         let way = run(&mut world, 24.0).positions[0];
         met("viscous coasting, Euler: whole way, rad", time_step, start / decay, way, 1e-11);
     }
 }
 
-/// Far above damping h / I = 2 an explicit damper reverses the rate each step, and grows. The implicit
+/// Far above damping h / I = 2 an explicit damper reverses the velocity each step, and grows. The implicit
 /// one divides it by 1 + h c / I and more: no sign changes, no step is faster than the one before, and the whole way is
 /// w I / c.
 #[test]
@@ -104,10 +122,10 @@ fn heavy_damping_brakes_without_oscillation() {
         put(&mut world, "joint-1", 0.0, 5.0);
         let mut before: f64 = 5.0;
         for seen in steps(&mut world, 1000) {
-            let rate = seen.velocities[0];
+            let velocity = seen.velocities[0];
             // Rounding may pass zero.
-            assert!((-1e-15..=before.max(1e-15)).contains(&rate), "{rate} after {before}");
-            before = rate;
+            assert!((-1e-15..=before.max(1e-15)).contains(&velocity), "{velocity} after {before}");
+            before = velocity;
         }
         let form = format!("damping h / I = {factor}, {integrator:?}: whole way, rad");
         let way = 5.0 * INERTIA / damping;

@@ -85,7 +85,7 @@ fn a_falling_slider_arrives_at_its_limit_and_rests_there() {
         met("fall to a limit: time of arrival, s", time_step, fall, arrived.unwrap(), time_step);
         let seen = look(&world);
         met("fall to a limit: place of rest, m", time_step, distance, seen.positions[0], 1e-9);
-        met("fall to a limit: rate at rest, m/s", time_step, 0.0, seen.velocities[0], 1e-9);
+        met("fall to a limit: velocity at rest, m/s", time_step, 0.0, seen.velocities[0], 1e-9);
     }
 }
 

@@ -10,26 +10,26 @@ use super::{by, extrapolated, met, put, with};
 use crate::chains::chain;
 use crate::world::{apply, look, run};
 
-/// A free body with these moments, turning at a rate, in its own axes, that start as the world's.
-fn body(moments: DVec3, rate: DVec3, time_step: f64) -> Simulation {
+/// A free body with these moments, turning at a velocity, in its own axes, that start as the world's.
+fn body(moments: DVec3, velocity: DVec3, time_step: f64) -> Simulation {
     let inertial =
         Inertial { mass: 1.0, center_of_mass: DVec3::ZERO, inertia: DMat3::from_diagonal(moments) };
     let link = Link { name: "body".into(), inertial, visuals: Vec::new(), collisions: Vec::new() };
     let model =
         RobotModel { name: "body".into(), links: vec![link], joints: Vec::new(), ..RobotModel::default() };
     let mut world = with(model, true, 0.0, time_step);
-    let twist = Some((DVec3::ZERO, rate));
+    let twist = Some((DVec3::ZERO, velocity));
     apply(&mut world, Command::SetEntityState { robot: "robot".into(), pose: None, twist });
     world
 }
 
 /// Its angular momentum in world axes, and its kinetic energy.
 fn kept(world: &Simulation, moments: DVec3) -> (DVec3, f64) {
-    let (turn, rate) = turning(world);
-    (turn * (moments * rate), rate.dot(moments * rate) / 2.0)
+    let (turn, velocity) = turning(world);
+    (turn * (moments * velocity), velocity.dot(moments * velocity) / 2.0)
 }
 
-/// `world_from_body`, and the rate in the body's own axes.
+/// `world_from_body`, and the velocity in the body's own axes.
 fn turning(world: &Simulation) -> (DQuat, DVec3) {
     let root = look(world).roots[0].clone();
     (root.pose.rotation, root.pose.rotation.inverse() * root.angular)
@@ -37,15 +37,15 @@ fn turning(world: &Simulation) -> (DQuat, DVec3) {
 
 /// Landau and Lifshitz, Mechanics, paragraph 33: the axis of a symmetric top goes around the angular momentum L
 /// at |L| / I1, whatever its spin. After 2 s, extrapolated from 1 and 0.5 ms and from 0.1 and 0.05 ms: what
-/// is left is of second order, (rate h)^2 t / 2 with the fastest rate of 13 rad/s.
+/// is left is of second order, (velocity h)^2 t / 2 with the fastest velocity of 13 rad/s.
 #[test]
 fn a_free_symmetric_top_precesses_about_its_angular_momentum() {
-    let (moments, rate) = (DVec3::new(0.02, 0.02, 0.03), DVec3::new(2.0, 0.0, 8.0));
-    let momentum = moments * rate;
+    let (moments, velocity) = (DVec3::new(0.02, 0.02, 0.03), DVec3::new(2.0, 0.0, 8.0));
+    let momentum = moments * velocity;
     let expected = DQuat::from_scaled_axis(momentum / moments.x * 2.0) * DVec3::Z;
     for time_step in [1e-3, 1e-4] {
         let axis = |h: f64| {
-            let mut world = body(moments, rate, h);
+            let mut world = body(moments, velocity, h);
             run(&mut world, 2.0);
             turning(&world).0 * DVec3::Z
         };
@@ -97,15 +97,15 @@ fn a_heavy_top_precesses_steadily() {
 }
 
 const MOMENTS: DVec3 = DVec3::new(0.005, 0.010, 0.013);
-const RATE: DVec3 = DVec3::new(4.99, 0.0, 4.0);
+const VELOCITY: DVec3 = DVec3::new(4.99, 0.0, 4.0);
 
 /// Landau and Lifshitz, Mechanics, paragraph 37, for I1 < I2 < I3, L^2 > 2 E I2 and w2 = 0 at first:
 /// w1 = a cn u, w2 = b sn u, w3 = c dn u. L is just beside the middle axis, about which the box turns over again
 /// and again. At the quarter of the period where it turns over, and after one and a half periods. Extrapolated
-/// as the top is; what is left of second order is (rate h)^2 = 50 h^2 for each quarter.
+/// as the top is; what is left of second order is (velocity h)^2 = 50 h^2 for each quarter.
 #[test]
 fn a_box_tumbles_about_its_middle_axis_as_jacobis_functions_do() {
-    let (energy2, momentum2) = (RATE.dot(MOMENTS * RATE), (MOMENTS * RATE).length_squared());
+    let (energy2, momentum2) = (VELOCITY.dot(MOMENTS * VELOCITY), (MOMENTS * VELOCITY).length_squared());
     let DVec3 { x: i1, y: i2, z: i3 } = MOMENTS;
     let (above, below) = (energy2 * i3 - momentum2, momentum2 - energy2 * i1);
     let k = (((i2 - i1) * above) / ((i3 - i2) * below)).sqrt();
@@ -118,16 +118,17 @@ fn a_box_tumbles_about_its_middle_axis_as_jacobis_functions_do() {
             // A whole number of steps, so that both runs end at the same instant.
             let time = (time / time_step).round() * time_step;
             let (sn, cn, dn) = jacobi(speed * time, k);
-            let expected = DVec3::new(RATE.x * cn, b * sn, RATE.z * dn);
-            let rate = |h: f64| {
-                let mut world = body(MOMENTS, RATE, h);
+            let expected = DVec3::new(VELOCITY.x * cn, b * sn, VELOCITY.z * dn);
+            let velocity = |h: f64| {
+                let mut world = body(MOMENTS, VELOCITY, h);
                 run(&mut world, time);
                 turning(&world).1
             };
-            let (coarse, half) = (rate(time_step), rate(time_step / 2.0));
+            let (coarse, half) = (velocity(time_step), velocity(time_step / 2.0));
             for (name, i) in [("small", 0), ("middle", 1), ("large", 2)] {
                 let found = extrapolated(coarse[i], half[i]);
-                let form = format!("tumbling box: {name} axis' rate after {quarters} K, rad/s, extrapolated");
+                let form =
+                    format!("tumbling box: {name} axis' velocity after {quarters} K, rad/s, extrapolated");
                 met(&form, time_step, expected[i], found, quarters * 50.0 * time_step * time_step);
             }
         }
@@ -140,7 +141,7 @@ fn a_box_tumbles_about_its_middle_axis_as_jacobis_functions_do() {
 #[test]
 fn a_tumbling_box_keeps_momentum_and_energy() {
     let drift = |integrator, time_step: f64| {
-        let mut world = by(integrator, body(MOMENTS, RATE, time_step));
+        let mut world = by(integrator, body(MOMENTS, VELOCITY, time_step));
         let (momentum, energy) = kept(&world, MOMENTS);
         let (mut turned, mut gained) = (0.0f64, 0.0f64);
         for _ in 0..100 {

@@ -35,7 +35,7 @@ impl InContact {
                 ..scenes::robot("robot", &scene.model(), DPose3::IDENTITY, false)
             };
             for copy in 0..scene.copies {
-                let pose = Scene::place(copy) * DPose3::from_translation(DVec3::Z * contact.height);
+                let pose = Scene::root_pose(copy) * DPose3::from_translation(DVec3::Z * contact.height);
                 scenes::spawn(&mut world, Spawn { name: format!("robot-{copy}"), pose, ..robot.clone() });
             }
         }

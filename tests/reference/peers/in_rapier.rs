@@ -80,8 +80,10 @@ impl Rapier {
     /// Puts the joints of a robot at their positions, and its damping and pairs in force.
     fn settle(&mut self, root: RigidBodyHandle, base: usize) {
         let PhysicsWorld { multibody_joints, bodies, .. } = &mut self.world;
-        let place = multibody_joints.rigid_body_link(root).map(|link| link.multibody);
-        let Some(robot) = place.and_then(|place| multibody_joints.get_multibody_mut(place)) else { return };
+        let handle = multibody_joints.rigid_body_link(root).map(|link| link.multibody);
+        let Some(robot) = handle.and_then(|handle| multibody_joints.get_multibody_mut(handle)) else {
+            return;
+        };
         robot.forward_kinematics(bodies, true);
         let first = self.tree.root_velocities();
         let positions = self.joints.iter().map(|joint| joint.position);
@@ -122,7 +124,7 @@ impl World for Rapier {
         // Substeps, four by default.
         self.world.integration_parameters.num_solver_iterations = 1;
         for copy in 0..self.copies {
-            self.add(Scene::place(copy));
+            self.add(Scene::root_pose(copy));
         }
     }
 

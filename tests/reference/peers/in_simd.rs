@@ -5,7 +5,7 @@ use std::sync::Arc;
 use simd_core::pool::Pool;
 use simd_core::simulation::WorldLimits;
 use simd_core::simulation::command::*;
-use simd_core::{Command, PhysicsSettings, PublishedState, Simulation};
+use simd_core::{Command, Integrator, PhysicsSettings, PublishedState, Simulation};
 
 use crate::World;
 use crate::scene::{Scene, TIME_STEP};
@@ -17,8 +17,8 @@ pub(crate) struct Simd {
 }
 
 impl Simd {
-    pub(crate) fn new(scene: &Scene) -> Self {
-        let settings = PhysicsSettings { time_step: TIME_STEP, ..PhysicsSettings::default() };
+    pub(crate) fn new(scene: &Scene, integrator: Integrator) -> Self {
+        let settings = PhysicsSettings { time_step: TIME_STEP, integrator, ..PhysicsSettings::default() };
         let mut world = Simulation::new(settings, WorldLimits::default());
         let (model, joints) = (scene.model(), scene.joints());
         let positions: Vec<_> = joints.iter().map(|joint| (joint.name.clone(), joint.position)).collect();
@@ -27,7 +27,7 @@ impl Simd {
                 name: format!("robot-{copy}"),
                 allow_renaming: false,
                 model: model.clone(),
-                pose: Scene::place(copy),
+                pose: Scene::root_pose(copy),
                 fixed_base: Some(!scene.free),
                 passive: false,
                 joint_positions: positions.clone(),

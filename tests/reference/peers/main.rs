@@ -23,6 +23,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use scene::Scene;
+use simd_core::Integrator;
 use simd_core::pool::Pool;
 use simd_server::driver::{RealTime, StepThreads};
 
@@ -93,7 +94,8 @@ fn build(engine: &str, scene: &Scene) -> Box<dyn World> {
     match (engine, &scene.contact) {
         ("simd" | "threads", Some(contact)) => Box::new(contacts_simd::InContact::new(scene, contact, false)),
         ("asleep", Some(contact)) => Box::new(contacts_simd::InContact::new(scene, contact, true)),
-        ("simd" | "threads", None) => Box::new(in_simd::Simd::new(scene)),
+        ("simd" | "threads", None) => Box::new(in_simd::Simd::new(scene, Integrator::default())),
+        ("euler", None) => Box::new(in_simd::Simd::new(scene, Integrator::Euler)),
         _ => Box::new(in_rapier::Rapier::new(scene)),
     }
 }

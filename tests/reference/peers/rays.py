@@ -85,11 +85,11 @@ def in_pybullet(scene):
     return timed(call, lambda: np.array([REACH * ray[2] for ray in found]))
 
 
-def in_simd(worker, place, scene):
+def in_simd(worker, index, scene):
     start = " ".join(str(x) for x in point(scene))
 
     def ask(calls):
-        return worker.ask(f"rays {place} {calls} {start} {REACH} {COUNT}")
+        return worker.ask(f"rays {index} {calls} {start} {REACH} {COUNT}")
 
     def batch(calls):
         return ask(calls)["seconds"], 0.0

@@ -79,7 +79,7 @@ impl Scene {
     }
 
     /// Where the root link of a copy is.
-    pub(crate) fn place(copy: usize) -> DPose3 {
+    pub(crate) fn root_pose(copy: usize) -> DPose3 {
         DPose3::from_translation(DVec3::new(3.0 * (copy % 10) as f64, 3.0 * (copy / 10) as f64, 0.0))
     }
 

@@ -38,10 +38,32 @@ def build(repository):
 
 
 def closed_forms(repository):
-    """What the tests of formulas print, and whether all of them passed."""
-    command = [CARGO, "test", "--locked", "--workspace", "--test", "physics", "--", "--nocapture",
-               "--test-threads=1", "closed_forms"]
-    done = subprocess.run(command, cwd=repository, stdout=subprocess.PIPE, text=True)
-    mark = "closed form "
+    """What the tests of formulas, and that of the energy over a minute, print, and whether all of them passed."""
+    return physics(repository, "closed form ", ["--test-threads=1", "closed_forms", "a_minute_of_leapfrog_keeps_the_energy"])
+
+
+WIDE = {
+    "PASSIVE_WORLDS": ("heaps_of_random_hulls", 120),
+    "BOUNCING_WORLDS": ("heaps_that_bounce", 80),
+    "COLLIDING_WORLDS": ("momentum_is_kept_where", 120),
+    "TOWERS": ("random_towers", 300),
+    "SPINNING_BODIES": ("free_bodies_keep_energy", 2000),
+}
+"""The variable that says how many seeds a property test has, the test, and ten times as many as it has in the suite."""
+
+
+def properties(repository):
+    """What the property tests of WIDE print, by name, and whether all of them ran and passed."""
+    seeds = {variable: str(count) for variable, (_, count) in WIDE.items()}
+    found, passed = physics(repository, "random property ", [test for test, _ in WIDE.values()], seeds)
+    counts = sorted(line["seeds"] for line in found)
+    return sorted(found, key=lambda line: line["property"]), passed and counts == sorted(map(int, seeds.values()))
+
+
+def physics(repository, mark, arguments, variables=None):
+    """Runs tests of the physics suite: what they print behind a mark, and whether all of them passed."""
+    command = [CARGO, "test", "--locked", "--workspace", "--test", "physics", "--", "--nocapture", *arguments]
+    environment = os.environ | (variables or {})
+    done = subprocess.run(command, cwd=repository, env=environment, stdout=subprocess.PIPE, text=True)
     lines = [line.split(mark, 1)[1] for line in done.stdout.splitlines() if mark in line]
     return [json.loads(line) for line in lines], done.returncode == 0

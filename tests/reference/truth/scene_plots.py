@@ -73,8 +73,8 @@ def sideways(views):
 def swing_energy(views):
     """Of the rod about its end, J, zero where it hangs still."""
     q = joint(0)(views)
-    rate = np.gradient(q, times(views))
-    return 0.5 / 3 * rate**2 + G / 2 * (1 - np.cos(q))
+    velocity = np.gradient(q, times(views))
+    return 0.5 / 3 * velocity**2 + G / 2 * (1 - np.cos(q))
 
 
 def kinetic(views):

@@ -2,7 +2,7 @@
 """Scenes with contact, simd beside rapier, MuJoCo and PyBullet: started by `make scenes`.
 
 Runs the scenes of tests/reference/scenes.py, terrain_scenes.py, solver_scenes.py and constraint_scenes.py, and writes a picture of each and a
-table, scenes.md, into target/scenes.
+table, scenes.md, into target/scenes; there also what feet carry in those of resting_scenes.py.
 """
 
 import argparse
@@ -18,6 +18,7 @@ sys.path.insert(0, str(HERE.parent))
 
 import in_simd  # noqa: E402
 import make_scenes  # noqa: E402
+import resting_scenes  # noqa: E402
 import scene_plots  # noqa: E402
 import scenes_in_mujoco  # noqa: E402
 import shown_scenes  # noqa: E402
@@ -43,6 +44,16 @@ rest or go on evenly. Drift: how far a free body got from where the window found
 """
 
 
+RESTING = """
+## What feet carry
+
+Normal forces on the feet of robots that hold a pose by springs, after so many seconds, N. simd by the integrator that a world has.
+
+| robot | foot | {engines} |
+|---|---|{columns}|
+"""
+
+
 def main():
     arguments = argparse.ArgumentParser(description=__doc__)
     arguments.add_argument("--out", type=Path, default=REPOSITORY / "target" / "scenes")
@@ -51,7 +62,7 @@ def main():
     options.out.mkdir(parents=True, exist_ok=True)
     chosen = [scene for scene in scenes() if options.only in scene.name]
     text = beside_mujoco(chosen, options.out) if chosen else ""
-    text += beside_all(options.only, options.out)
+    text += beside_all(options.only, options.out) + at_rest(options.only, options.out)
     (options.out / "scenes.md").write_text(text)
     print(f"written: {options.out / 'scenes.md'}")
 
@@ -101,6 +112,30 @@ def beside_all(only, folder):
             name, title_of = shown_scenes.draw(shown, runs, folder)
             pictures += f"\n![{title_of}]({name})\n"
         out += pictures
+    return out
+
+
+def at_rest(only, folder):
+    """What each foot of a robot that stands carries, and all of them together."""
+    out = ""
+    for standing in resting_scenes.shown():
+        scene = standing.scene
+        if only not in scene.name:
+            continue
+        print(scene.name, flush=True)
+        every = round(scene.seconds / scene.time_step)
+        (answer,) = in_simd.ask(REPOSITORY, folder, [{"scene": scene.request(), "every": every}])
+        ends = {"simd": view(scene, answer[-1])}
+        for setting in scene.settings():
+            ends[f"MuJoCo, {setting}"] = scenes_in_mujoco.run(scene, setting, every)[-1]
+        if not out:
+            out = RESTING.format(engines=" | ".join(ends), columns="|".join(["---"] * len(ends)))
+        found = [standing.forces(end) for end in ends.values()]
+        weight = 9.81 * scenes_in_mujoco.model(scene, "default").body_mass.sum()
+        rows = [*zip(standing.feet, *found), (f"all, of {weight:.4f}", *map(sum, found))]
+        for name, *forces in rows:
+            cells = [f"{scene.name}, {scene.seconds:g} s", name, *(f"{force:.4f}" for force in forces)]
+            out += f"| {' | '.join(cells)} |\n"
     return out
 
 

@@ -29,7 +29,8 @@ of their solvers are those that each has by default, and `stiff` is MuJoCo as ri
 """
 
 PARTS = [
-    ("Terrain", terrain_scenes.shown, "Meshes that do not move are triangles, height fields are ground."),
+    ("Terrain", terrain_scenes.shown,
+     "Meshes that do not move are triangles, height fields are ground. `simd, leapfrog` is the same with the other integrator."),
     ("Held together", constraint_scenes.shown, "Constraints between links: MuJoCo's equalities and tendons, PyBullet's `createConstraint`."),
     ("Hard on a solver", solver_scenes.shown, "`simd, leapfrog` is the same with the other integrator."),
 ]
@@ -53,7 +54,7 @@ def requests(shown, integrators, in_rapier=False):
 
 
 def integrators(title):
-    return ["Euler", "Leapfrog"] if title.startswith("Hard") else ["Euler"]
+    return ["Euler", "Leapfrog"] if title.startswith(("Hard", "Terrain")) else ["Euler"]
 
 
 def peers(shown):

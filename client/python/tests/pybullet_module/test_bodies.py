@@ -109,9 +109,9 @@ def test_a_gear_turns_one_joint_by_the_other_as_pybullets_does(script: ModuleTyp
     for _ in range(120):
         script.setJointMotorControl2(body, 1, script.VELOCITY_CONTROL, targetVelocity=1)
         script.stepSimulation()
-    (first, first_rate, *_), (second, second_rate, *_) = script.getJointStates(body, [0, 1])
-    assert second_rate == pytest.approx(1.0, rel=0.01)
-    assert first_rate == pytest.approx(-2.0, rel=0.02)
+    (first, first_velocity, *_), (second, second_velocity, *_) = script.getJointStates(body, [0, 1])
+    assert second_velocity == pytest.approx(1.0, rel=0.01)
+    assert first_velocity == pytest.approx(-2.0, rel=0.02)
     assert first == pytest.approx(-2.0 * second, abs=0.02)
     assert script.getConstraintInfo(gear)[11] == 2.0
     script.removeConstraint(gear)

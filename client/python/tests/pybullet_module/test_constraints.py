@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -10,6 +11,7 @@ import pytest
 from simd_client.pybullet.arguments import Vector
 
 from .conftest import SEVEN_ARM
+from .test_restoring import arm as turning_arm
 
 
 def _box(p: Any, at: Vector, mass: float = 0.5) -> int:
@@ -47,26 +49,31 @@ def test_a_box_hangs_on_the_world_as_pybullets_does(bullet: Any, script: ModuleT
     assert our_info == info
 
 
-def test_two_boxes_hold_each_other_as_pybullets_do(bullet: Any, script: ModuleType) -> None:
+@pytest.mark.parametrize("kind", ["JOINT_FIXED", "JOINT_POINT2POINT"])
+def test_two_boxes_hold_each_other_as_pybullets_do(bullet: Any, script: ModuleType, kind: str) -> None:
     found: list[Any] = []
     for p in _both(bullet, script):
         low, high = _box(p, (0, 0, 1)), _box(p, (0, 0, 1.3), 0.0)
-        made = p.createConstraint(low, -1, high, -1, p.JOINT_FIXED, [0, 0, 0], [0, 0, 0.15], [0, 0, -0.15])
+        frames = ([0, 0, 0], [0, 0, 0.15], [0, 0, -0.15])
+        made = p.createConstraint(low, -1, high, -1, getattr(p, kind), *frames)
         _run(p)
         assert p.getNumConstraints() == 1 and p.getConstraintUniqueId(0) == made
-        found.append((p.getConstraintState(made), p.getBasePositionAndOrientation(low)[0]))
+        seen = [p.getConstraintState(made), p.getBasePositionAndOrientation(low)[0]]
+        infos = [p.getConstraintInfo(made)]
         # Moved by its frame on the child, and let go.
         p.changeConstraint(made, [0, 0, -0.25], maxForce=500)
         _run(p)
-        found[-1] += (p.getBasePositionAndOrientation(low)[0],)
+        seen += [p.getConstraintState(made), p.getBasePositionAndOrientation(low)[0]]
+        infos.append(p.getConstraintInfo(made))
+        found.append((seen, infos))
         p.removeConstraint(made)
         assert p.getNumConstraints() == 0
         _run(p, 24)
         assert p.getBasePositionAndOrientation(low)[0][2] < 0.87
-    (state, *places), (our_state, *our_places) = found
-    assert our_state == pytest.approx(state, abs=1e-3)
-    for ours, theirs in zip(our_places, places, strict=True):
+    (seen, infos), (our_seen, our_infos) = found
+    for ours, theirs in zip(our_seen, seen, strict=True):
         assert ours == pytest.approx(theirs, abs=1e-3)
+    assert our_infos == infos
 
 
 def test_a_force_that_is_not_enough_lets_a_box_down(script: ModuleType) -> None:
@@ -149,6 +156,33 @@ def test_a_gear_turns_a_joint_as_pybullets_does(bullet: Any, script: ModuleType)
     # Bullet's slips.
     assert theirs - 0.5 * their_second == pytest.approx(0, abs=1e-2)
     assert ours == pytest.approx(theirs, abs=0.02)
+
+
+@pytest.mark.parametrize("ratio", [-0.5, 2.0])
+def test_a_gear_does_what_pybullets_does(bullet: Any, script: ModuleType, tmp_path: Path, ratio: float) -> None:
+    """Between two arms of 1 kg m^2, one of which is turned by 6 N m: v + ratio * w = 0 takes 6 / (1 + ratio^2) of that."""
+    found: list[Any] = []
+    for p in (bullet, script):
+        first, second = turning_arm(p, tmp_path), turning_arm(p, tmp_path)
+        for body in (first, second):
+            p.setJointMotorControl2(body, 0, p.VELOCITY_CONTROL, force=0)
+        made = p.createConstraint(first, 0, second, 0, p.JOINT_GEAR, [0, 0, 1], [0, 0, 0], [0, 0, 0])
+        p.changeConstraint(made, gearRatio=ratio, maxForce=10000)
+        for _ in range(24):
+            p.setJointMotorControl2(first, 0, p.TORQUE_CONTROL, force=6)
+            p.stepSimulation()
+        # PyBullet ends the process where a gear is asked for this before a step.
+        (effort,) = p.getConstraintState(made)
+        joints = [p.getJointState(body, 0)[:2] for body in (first, second)]
+        found.append((effort, joints, p.getConstraintInfo(made)))
+    (effort, joints, info), (our_effort, our_joints, our_info) = found
+    # Its size: PyBullet's has the sign of what it does to the first joint.
+    assert our_effort == pytest.approx(6 / (1 + ratio**2), rel=1e-4)
+    assert our_effort == pytest.approx(abs(effort), rel=1e-3)
+    for (position, velocity), (our_position, our_velocity) in zip(joints, our_joints, strict=True):
+        assert our_velocity == pytest.approx(velocity, rel=1e-3)
+        assert our_position == pytest.approx(position, abs=2e-3)
+    assert our_info == info
 
 
 def test_numbers_come_and_go_as_pybullets_do(bullet: Any, script: ModuleType) -> None:
