@@ -70,13 +70,14 @@ fn boxes(count: usize) -> Vec<(DPose3, Geometry)> {
     (0..count).map(house).collect()
 }
 
-/// Ground of so many cells a side, below the plane where the quadruped stands.
+/// Ground of so many cells a side, below the plane where the quadruped stands: also where a cell is so large that its corners are on the
+/// slopes around.
 fn hills(cells: usize) -> Geometry {
     let n = cells + 1;
     let at = |i: usize| (i as f64 / cells as f64 - 0.5) * 60.0;
     let corner = |i: usize| {
         let (x, y) = (at(i % n), at(i / n));
-        DVec3::new(x, y, 0.02 * (x * x + y * y).min(100.0) - 0.01)
+        DVec3::new(x, y, 0.02 * (x * x + y * y).min(100.0) - 0.05)
     };
     let cell = |i: usize| {
         let a = (i / cells * n + i % cells) as u32;
