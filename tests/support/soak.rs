@@ -149,10 +149,10 @@ pub async fn run(options: Options) -> Report {
     let mut actors = JoinSet::new();
     let begun = Instant::now();
     // More comes and goes at first than later: the room for the most of everything at once is there before its growth is measured.
-    stage.ends = begun + CROWDED.min(options.duration / 10);
-    churn::start(&stage, churn::CHURNS..2 * churn::CHURNS, &mut actors);
     stage.ends = begun + options.duration;
-    churn::start(&stage, 0..churn::CHURNS, &mut actors);
+    churn::start(&stage, 0..churn::CHURNS, stage.ends, &mut actors);
+    let crowded = begun + CROWDED.min(options.duration / 10);
+    churn::start(&stage, churn::CHURNS..2 * churn::CHURNS, crowded, &mut actors);
     writers::start(&stage, &mut actors);
     readers::start(&stage, options.readers.saturating_sub(options.stopped), &mut actors);
     stalled::start(&stage, options.stopped, &mut actors);

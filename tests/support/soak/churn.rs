@@ -2,7 +2,7 @@
 //! that whatever the daemon keeps by name shows as growth.
 
 use std::ops::Range;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use fastrand::Rng;
 use simd_client::proto::entity_service_client::EntityServiceClient;
@@ -22,8 +22,8 @@ use crate::robots::assets;
 pub(super) const CHURNS: usize = 2;
 const SECOND: Duration = Duration::from_secs(1);
 
-/// Clients of these numbers.
-pub(super) fn start(stage: &Stage, numbers: Range<usize>, actors: &mut JoinSet<()>) {
+/// Clients of these numbers, until then.
+pub(super) fn start(stage: &Stage, numbers: Range<usize>, ends: Instant, actors: &mut JoinSet<()>) {
     for number in numbers {
         let stage = stage.clone();
         actors.spawn(async move {
@@ -37,7 +37,7 @@ pub(super) fn start(stage: &Stage, numbers: Range<usize>, actors: &mut JoinSet<(
             let client = client.with_name("churn");
             let mut churn =
                 Churn { stage, client, raw, random: Rng::with_seed(number as u64), number, turn: 0 };
-            while churn.stage.is_on() {
+            while Instant::now() < ends {
                 churn.turn().await;
             }
         });

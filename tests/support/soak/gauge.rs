@@ -1,16 +1,19 @@
 //! What the process costs, line by line, and how fast that grows.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use simd_client::Client;
+use tokio::time::timeout;
 
 use super::Stage;
 use crate::http;
 
 /// Seconds that say nothing about growth: files that no robot uses, of which the run sends some each second, stay for ten
-/// minutes. No more than this part of a run.
-const WARM_UP: f64 = 12.0 * 60.0;
-const WARM_UP_PART: f64 = 0.4;
+/// minutes, also those of the first five, in which more come. No more than this part of a run.
+const WARM_UP: f64 = 16.0 * 60.0;
+const WARM_UP_PART: f64 = 0.5;
+/// Within this the daemon answers.
+const ANSWERS: Duration = Duration::from_secs(10);
 
 pub(super) struct Gauge {
     pid: u32,
@@ -69,7 +72,12 @@ impl Gauge {
         let Ok(status) = std::fs::read_to_string(format!("{folder}/status")) else {
             return stage.tally.fail("the daemon is gone".to_owned());
         };
-        let metrics = http::get(stage.address, "/metrics", &[]).await.text();
+        let address = stage.address;
+        // In a task of its own, since it panics where there is no answer.
+        let asked = tokio::spawn(async move { http::get(address, "/metrics", &[]).await.text() });
+        let Ok(Ok(metrics)) = timeout(ANSWERS, asked).await else {
+            return stage.tally.fail("the daemon does not answer /metrics".to_owned());
+        };
         let figure = |text: &str, name: &str| {
             let line = text.lines().find_map(|line| line.strip_prefix(name));
             line.and_then(|rest| rest.split_whitespace().next()?.parse::<f64>().ok())

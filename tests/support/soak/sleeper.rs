@@ -39,8 +39,10 @@ impl Sleeper {
 
     /// How late it was since this was last asked, within the same bounds as the daemon counts.
     pub(super) fn take(&self, like: &Spread) -> Spread {
-        let mut lateness = self.shared.lateness.lock().unwrap_or_else(PoisonError::into_inner);
-        like.counted(&std::mem::take(&mut *lateness))
+        let lateness =
+            std::mem::take(&mut *self.shared.lateness.lock().unwrap_or_else(PoisonError::into_inner));
+        // Without the lock, which the thread would wait for.
+        like.counted(&lateness)
     }
 }
 
