@@ -278,7 +278,7 @@ async fn a_ring_keeps_its_last_files_and_each_is_replayed_alone() {
     while first.exists() {
         handle.command(target(f64::from(rounds % 7) * 0.1)).await.unwrap();
         // Few, so that the writer keeps up also where the machine does other things.
-        handle.step(50).await.unwrap();
+        handle.step(10).await.unwrap();
         rounds += 1;
         let made = handle.recordings().await.unwrap();
         assert_eq!(made[0].state, RecordingState::Recording, "it ended: {made:?}");
