@@ -7,6 +7,7 @@ use std::path::Path;
 use simd_client::proto::{self, Base, MeshShapes, SpawnEntityRequest};
 use simd_client::{Client, Error, Spawned};
 use simd_tests::daemon::{Daemon, Via, fixed};
+use simd_tests::pictures::grey_png;
 
 /// Writes a robot of one link that is this mesh.
 fn write_robot(folder: &Path, file: &str, content: &[u8]) {
@@ -194,19 +195,6 @@ async fn what_starts_below_a_surface_is_reported(via: Via) {
     assert!(sunk(&field).iter().any(|message| message.contains("starts 1.500 m below")), "{field:?}");
 }
 
-/// A PNG of 16 bits with one channel, whose pixels are these bytes as they are packed.
-fn png(width: u32, height: u32, packed: &[u8]) -> Vec<u8> {
-    let mut bytes = b"\x89PNG\r\n\x1a\n".to_vec();
-    let header = [&width.to_be_bytes()[..], &height.to_be_bytes(), &[16, 0, 0, 0, 0]].concat();
-    for (kind, data) in [(b"IHDR", header.as_slice()), (b"IDAT", packed), (b"IEND", b"")] {
-        bytes.extend(u32::try_from(data.len()).unwrap().to_be_bytes());
-        bytes.extend(kind);
-        bytes.extend(data);
-        bytes.extend([0; 4]);
-    }
-    bytes
-}
-
 /// A binary STL of so many triangles with these corners.
 fn stl(triangles: u32, corners: [[f32; 3]; 3]) -> Vec<u8> {
     let mut bytes = vec![0; 80];
@@ -229,9 +217,13 @@ async fn files_that_are_no_ground_are_a_sentence(via: Via) {
     for (file, content, phrase) in [
         ("row.csv", b"1 2 3 4\n".to_vec(), "it has 1 rows of 4 samples; a height field has at least 2 by 2"),
         ("nan.csv", b"1 2\n3 nan\n".to_vec(), "line 2: \"nan\" is not a number"),
-        ("huge.png", png(100_000, 100_000, &[]), "100000 rows of 100000 samples; the most is 1000000 in all"),
+        (
+            "huge.png",
+            grey_png(16, [100_000, 100_000], &[]),
+            "100000 rows of 100000 samples; the most is 1000000 in all",
+        ),
         // A stream of zeros a thousand times as long as it is: it ends where the picture does.
-        ("short.png", png(900, 900, b"\x78\x9c\x03\x00\x00\x00\x00\x01"), "cannot be unpacked"),
+        ("short.png", grey_png(16, [900, 900], b"\x78\x9c\x03\x00\x00\x00\x00\x01"), "cannot be unpacked"),
         ("nan.stl", stl(2, nan), "a corner is not finite"),
     ] {
         write_robot(folder.path(), file, &content);

@@ -11,6 +11,7 @@ use flate2::write::ZlibEncoder;
 use simd_client::proto::{self, Base, MeshShapes, Severity, SpawnEntityRequest};
 use simd_client::{Client, Spawned};
 use simd_tests::daemon::fixed;
+use simd_tests::pictures::grey_png;
 use simd_tests::process::Process;
 
 use crate::paused;
@@ -63,19 +64,6 @@ fn warnings<'a>(spawned: &'a Spawned, file: &str) -> Vec<&'a str> {
     spawned.report.findings.iter().filter(about).map(|finding| finding.message.as_str()).collect()
 }
 
-/// A grey PNG of 8 bits whose rows, as they are packed, are these bytes. No checksum is right, and none is looked at.
-fn png(width: u32, height: u32, packed: &[u8]) -> Vec<u8> {
-    let mut bytes = b"\x89PNG\r\n\x1a\n".to_vec();
-    let header = [&width.to_be_bytes()[..], &height.to_be_bytes(), &[8, 0, 0, 0, 0]].concat();
-    for (kind, data) in [(b"IHDR", header.as_slice()), (b"IDAT", packed), (b"IEND", b"")] {
-        bytes.extend(u32::try_from(data.len()).unwrap().to_be_bytes());
-        bytes.extend(kind);
-        bytes.extend(data);
-        bytes.extend([0; 4]);
-    }
-    bytes
-}
-
 /// 256 MiB of zeros, in a thousandth of that.
 fn bomb() -> Vec<u8> {
     let mut packed = ZlibEncoder::new(Vec::new(), Compression::fast());
@@ -121,8 +109,12 @@ async fn heights_that_are_none_are_a_sentence_and_take_no_memory() {
     let mut stl = lines(1);
     stl[96..100].copy_from_slice(&f32::NAN.to_le_bytes());
     for (file, content, phrase) in [
-        ("line.png", png(1, 900_000, &bomb), "it has 900000 rows of 1 samples; a height field"),
-        ("wide.png", png(100_000, 100_000, &bomb), "it has 100000 rows of 100000 samples; the most"),
+        ("line.png", grey_png(8, [1, 900_000], &bomb), "it has 900000 rows of 1 samples; a height field"),
+        (
+            "wide.png",
+            grey_png(8, [100_000, 100_000], &bomb),
+            "it has 100000 rows of 100000 samples; the most",
+        ),
         ("nan.stl", stl, "a corner is not finite"),
     ] {
         let spawned = load_mesh(&client, folder, file, &content).await;
@@ -132,7 +124,7 @@ async fn heights_that_are_none_are_a_sentence_and_take_no_memory() {
     }
 
     // As the picture of a material too.
-    fs::write(folder.join("picture.png"), png(100_000, 100_000, &bomb)).unwrap();
+    fs::write(folder.join("picture.png"), grey_png(8, [100_000, 100_000], &bomb)).unwrap();
     let material = "<material name='m'><texture filename='picture.png'/></material>";
     let visual = format!("<visual><geometry><box size='1 1 1'/></geometry>{material}</visual>");
     let spawned = load(&client, folder, &visual).await;
@@ -141,7 +133,7 @@ async fn heights_that_are_none_are_a_sentence_and_take_no_memory() {
     assert!(said.len() == 1 && said[0].contains(phrase), "{said:?}");
 
     // A stream that goes on behind the last pixel is not unpacked any further: the ground is there, and is flat.
-    let spawned = load_mesh(&client, folder, "stream.png", &png(200, 200, &bomb)).await;
+    let spawned = load_mesh(&client, folder, "stream.png", &grey_png(8, [200, 200], &bomb)).await;
     assert_eq!(warnings(&spawned, "stream.png"), [""; 0]);
 
     let grown = peak(&daemon) - before;

@@ -146,13 +146,7 @@ fn run_alone_and_restored(integrator: Integrator) {
             let [direct, swept] = solved(&mut alone);
             (directly, by_sweeps) = (directly + direct, by_sweeps + swept);
         }
-        if restores.usize(0..500) == 0 {
-            apply(&mut restored, Command::SaveState { name: "here".into() });
-            let more = restores.usize(1..50);
-            (0..more).for_each(|_| restored.step());
-            ahead += more;
-            apply(&mut restored, Command::RestoreState { name: "here".into() });
-        }
+        ahead += go_back_at_times(&mut restored, &mut restores, 500, 50);
         alone.step();
         restored.step();
         // What differs once differs from then on.

@@ -143,9 +143,9 @@ fn energy(world: &Simulation) -> f64 {
 /// What a box and those above it press with on what is below is known: a force F, and a torque T about the middle of the points. Of all
 /// forces at the points r_k from there with that sum and that torque those whose squares have the least sum are
 /// F / n + m x r_k with S m = T, S the sum of |r|^2 - r r' (Lagrange's conditions, which also hold where points that do not press are left out).
-fn apart_from_the_least(world: &Simulation, masses: &[f64]) -> Option<f64> {
+fn error_of_least_forces(world: &Simulation, masses: &[f64]) -> Option<f64> {
     let places = places(world);
-    let mut apart: Option<f64> = None;
+    let mut largest: Option<f64> = None;
     for i in 0..masses.len() {
         let below = if i == 0 { "ground".to_owned() } else { name(i - 1) };
         let under = contacts(world, Some(&name(i))).into_iter().filter(|it| it.robots.contains(&below));
@@ -179,10 +179,10 @@ fn apart_from_the_least(world: &Simulation, masses: &[f64]) -> Option<f64> {
         let slope = spread.inverse() * torque;
         for (point, found) in points {
             let expected = force / n + slope.cross(point - middle);
-            apart = Some(apart.unwrap_or(0.0).max(found.distance(expected)));
+            largest = Some(largest.unwrap_or(0.0).max(found.distance(expected)));
         }
     }
-    apart
+    largest
 }
 
 /// Of a tower, by seed: the largest part of the energy that correcting [`SLOP`] may lift, by which its energy grew; and whether
@@ -202,17 +202,17 @@ fn comes_to_rest(seed: u64) -> (f64, bool) {
     }
     let own = contacts(&world, Some("ground"));
     let force: f64 = own.iter().map(|it| it.normal_force).sum();
-    let apart = apart_from_the_least(&world, &masses);
+    let error = error_of_least_forces(&world, &masses);
     let before = places(&world);
     (0..2_000).for_each(|_| world.step());
     let creep = before.iter().zip(places(&world)).map(|(before, after)| before.distance(after));
     let creep = creep.fold(0.0, f64::max);
     let sleeps = all_sleep(&mut world);
     println!(
-        "seed {seed}: {force} of {weight} N, {apart:?} N from the least, gain {gain:.3} of the bound, \
+        "seed {seed}: {force} of {weight} N, {error:?} N from the least, gain {gain:.3} of the bound, \
          creeps by {creep} m, sleeps: {sleeps}"
     );
-    let is_least = apart.is_some_and(|apart| apart < 1e-6 * weight);
+    let is_least = error.is_some_and(|error| error < 1e-6 * weight);
     (gain, holds && is_least && (force / weight - 1.0).abs() < 1e-6 && creep < 1e-9 && sleeps)
 }
 

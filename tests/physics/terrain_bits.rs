@@ -27,13 +27,7 @@ fn runs_on_terrain_are_equal_to_the_bit_also_across_restores() {
                 throw(world, &format!("body-{}", step / 500), linear, angular);
             }
         }
-        if rng.usize(0..200) == 0 {
-            apply(&mut restored, Command::SaveState { name: "here".into() });
-            let more = rng.usize(1..40);
-            (0..more).for_each(|_| restored.step());
-            ahead += more;
-            apply(&mut restored, Command::RestoreState { name: "here".into() });
-        }
+        ahead += go_back_at_times(&mut restored, &mut rng, 200, 40);
         alone.step();
         restored.step();
         assert_eq!(alone.fingerprint(), restored.fingerprint(), "step {step}");
@@ -111,13 +105,7 @@ fn a_hundred_thousand_steps_on_terrain_are_equal_to_the_bit() {
                 apply(world, Command::SetEntityState { robot, pose: Some(pose), twist });
             }
         }
-        if rng.usize(0..500) == 0 {
-            apply(&mut restored, Command::SaveState { name: "here".into() });
-            let more = rng.usize(1..50);
-            (0..more).for_each(|_| restored.step());
-            ahead += more;
-            apply(&mut restored, Command::RestoreState { name: "here".into() });
-        }
+        ahead += go_back_at_times(&mut restored, &mut rng, 500, 50);
         alone.step();
         restored.step();
         if step % 10 == 0 {
@@ -221,13 +209,7 @@ fn steps_on_terrain_by_either_integrator_are_equal_across_restores() {
                 apply(&mut alone, command.clone());
                 apply(&mut restored, command);
             }
-            if rng.usize(0..100) == 0 {
-                apply(&mut restored, Command::SaveState { name: "here".into() });
-                let more = rng.usize(1..50);
-                (0..more).for_each(|_| restored.step());
-                ahead += more;
-                apply(&mut restored, Command::RestoreState { name: "here".into() });
-            }
+            ahead += go_back_at_times(&mut restored, rng, 100, 50);
             alone.step();
             restored.step();
             assert_eq!(alone.fingerprint(), restored.fingerprint(), "seed {seed}, step {step}");

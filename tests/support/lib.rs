@@ -5,6 +5,7 @@ pub mod contact_scene;
 pub mod daemon;
 pub mod http;
 pub mod network;
+pub mod pictures;
 pub mod process;
 pub mod pybullet_data;
 pub mod robots;

@@ -372,3 +372,20 @@ pub fn standing(time_step: f64, model: &Arc<RobotModel>, height: f64) -> Simulat
     spawn(&mut world, Spawn { passive: false, ..robot("robot", model, at, false) });
     world
 }
+
+/// Once in so many calls keeps the state, does up to `most` steps and puts it back; how many steps those were.
+pub fn go_back_at_times(
+    world: &mut Simulation,
+    rng: &mut fastrand::Rng,
+    once_in: usize,
+    most: usize,
+) -> usize {
+    if rng.usize(0..once_in) > 0 {
+        return 0;
+    }
+    apply(world, Command::SaveState { name: "here".into() });
+    let steps = rng.usize(1..most);
+    (0..steps).for_each(|_| world.step());
+    apply(world, Command::RestoreState { name: "here".into() });
+    steps
+}

@@ -54,10 +54,19 @@ enum State {
         claim: Option<ClaimId>,
         /// Whether the steps that are being done are done for it: it asked before they began.
         is_counted: bool,
-        /// Where its targets are still to be set: until when it has to ask, if they are refused. Until then it has not asked.
-        sets_targets: Option<Instant>,
+        /// Where its targets are still to be set: until then it has not asked.
+        sets_targets: Option<SettingTargets>,
         reply: oneshot::Sender<Result<Stepped, CallError>>,
     },
+}
+
+/// A member's targets are on their way to the world.
+#[derive(Clone, Copy, Debug)]
+struct SettingTargets {
+    /// They have to be set until then: a caller may have stopped to wait for it.
+    deadline: Instant,
+    /// How much time it had left to ask, which it has again where they are refused.
+    left: Duration,
 }
 
 /// A member, as others see it.
@@ -112,8 +121,8 @@ impl Group {
             if let State::Waits { sets_targets, reply, .. } = &member.state
                 && reply.is_closed()
             {
-                let deadline = sets_targets.unwrap_or_else(|| Instant::now() + member.timeout);
-                member.state = State::Computes { deadline };
+                let left = sets_targets.map_or(member.timeout, |setting| setting.left);
+                member.state = State::Computes { deadline: Instant::now() + left };
             }
         }
     }
@@ -247,8 +256,8 @@ impl SimHandle {
     }
 
     /// Sets targets and does steps together with the other members: answers once the world has advanced by so many, and each of the
-    /// others has asked for as many by then. Where the targets are refused, or the steps would be, nothing is set, and the
-    /// member has not asked.
+    /// others has asked for as many by then. Where the targets are refused, or it is known by then that the steps will be, nothing is
+    /// set, and the member has not asked.
     ///
     /// # Errors
     /// Where the caller is no member, has asked already, or leaves; and those of targets and steps.
@@ -265,8 +274,12 @@ impl SimHandle {
             // Looked at and changed at once: another request of this member may come at the same moment.
             let mut group = self.inner.lockstep.lock();
             let member = group.asks(id)?;
+            let now = Instant::now();
             let sets_targets = match member.state {
-                State::Computes { deadline } if targets.is_some() => Some(deadline),
+                State::Computes { deadline } if targets.is_some() => Some(SettingTargets {
+                    deadline: now + member.timeout,
+                    left: deadline.saturating_duration_since(now),
+                }),
                 _ => None,
             };
             let claim = self.claim;
@@ -320,7 +333,9 @@ impl SimHandle {
                 group.forget_gone();
                 match group.find(&id) {
                     Ok(Member { state: State::Computes { deadline }, .. }) => Some(*deadline),
-                    Ok(Member { state: State::Waits { .. }, .. }) => None,
+                    Ok(Member { state: State::Waits { sets_targets, .. }, .. }) => {
+                        sets_targets.map(|setting| setting.deadline)
+                    }
                     Err(_) => return,
                 }
             };
@@ -347,8 +362,9 @@ impl SimHandle {
         let member = {
             let mut group = self.inner.lockstep.lock();
             let in_time = |state: &State| match state {
-                State::Waits { .. } => true,
-                State::Computes { deadline } => Instant::now() < *deadline,
+                State::Waits { sets_targets: None, .. } => true,
+                State::Waits { sets_targets: Some(SettingTargets { deadline, .. }), .. }
+                | State::Computes { deadline } => Instant::now() < *deadline,
             };
             let index = group.members.iter().position(|member| {
                 *member.id == *id && !(change == LockstepChange::TimedOut && in_time(&member.state))

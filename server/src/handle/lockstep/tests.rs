@@ -47,3 +47,16 @@ async fn of_two_requests_of_a_member_at_once_one_is_refused_and_the_other_waits(
         assert!(refused[0].contains("a member asks once"), "{refused:?}");
     }
 }
+
+/// A program may keep the future of a call and not poll it.
+#[tokio::test(start_paused = true)]
+async fn a_member_that_does_not_wait_for_its_targets_keeps_no_other_waiting() {
+    let handle = paused();
+    let timeout = Duration::from_secs(10);
+    let (kept, _) = handle.join_lockstep("kept", timeout, None).unwrap();
+    let (other, _) = handle.join_lockstep("other", 100 * timeout, None).unwrap();
+    let mut call = std::pin::pin!(handle.step_together(&kept, Some(SetTargets::default()), 1));
+    assert!(call.as_mut().poll(&mut Context::from_waker(Waker::noop())).is_pending());
+    let stepped = handle.step_together(&other, None, 1).await.unwrap();
+    assert_eq!(stepped.done.applied.at.step, 1);
+}

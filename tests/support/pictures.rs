@@ -1,0 +1,18 @@
+//! Pictures for tests, byte by byte.
+
+/// A grey PNG of so many bits a pixel, whose rows, as they are packed, are these bytes. No checksum is right, and none is looked at.
+///
+/// # Panics
+/// Where there are 4 GiB of them.
+#[allow(clippy::unwrap_used, reason = "the test has failed")]
+pub fn grey_png(bits: u8, [width, height]: [u32; 2], packed: &[u8]) -> Vec<u8> {
+    let mut bytes = b"\x89PNG\r\n\x1a\n".to_vec();
+    let header = [&width.to_be_bytes()[..], &height.to_be_bytes(), &[bits, 0, 0, 0, 0]].concat();
+    for (kind, data) in [(b"IHDR", header.as_slice()), (b"IDAT", packed), (b"IEND", b"")] {
+        bytes.extend(u32::try_from(data.len()).unwrap().to_be_bytes());
+        bytes.extend(kind);
+        bytes.extend(data);
+        bytes.extend([0; 4]);
+    }
+    bytes
+}
