@@ -274,7 +274,7 @@ fn a_ray_hits_the_nearest_link_and_says_where() {
         [DVec3::new(5.0, 0.0, 1.0), DVec3::new(5.0, 0.0, -1.0)],
         [DVec3::new(5.0, 0.0, 1.0), DVec3::new(5.0, 0.0, 0.5)],
     ];
-    let hits = look(&world).cast_rays(&rays, None, || false).unwrap();
+    let hits = look(&world).cast_rays(&rays, None, &|| false).unwrap();
     let top = hits[0].as_ref().unwrap();
     assert_eq!((top.robot.as_str(), top.link.as_str()), ("box-1", "body"));
     assert!((top.point.z - 0.5).abs() < 1e-3 && (top.fraction - 0.75).abs() < 1e-3, "{top:?}");
@@ -284,7 +284,7 @@ fn a_ray_hits_the_nearest_link_and_says_where() {
     assert!((ground.fraction - 0.5).abs() < 1e-12, "{ground:?}");
     assert_eq!(hits[2], None);
     let many = vec![[DVec3::ZERO, DVec3::X]; 20_001];
-    let refused = look(&world).cast_rays(&many, None, || false).unwrap_err().to_string();
+    let refused = look(&world).cast_rays(&many, None, &|| false).unwrap_err().to_string();
     assert_eq!(refused, "the number of rays of one query would be 20001, and the limit is 20000");
 }
 

@@ -75,7 +75,7 @@ fn distances_are_those_of_coal() {
             nearest_only: false,
             filtered: false,
         };
-        let found = seen.distances(&query, || false).unwrap();
+        let found = seen.distances(&query, &|| false).unwrap();
         let [found] = &found[..] else { panic!("{found:?}") };
         let error = (found.distance - case.distance).abs();
         worst = worst.max(error);
@@ -93,7 +93,7 @@ fn distances_are_those_of_coal() {
         assert!((found.normal.length() - 1.0).abs() < 1e-6, "{found:?}");
         // From the other side the same.
         let query = DistanceQuery { a: body(1).into(), b: None, nearest_only: true, ..query };
-        let back = seen.distances(&query, || false).unwrap();
+        let back = seen.distances(&query, &|| false).unwrap();
         assert!((back[0].distance - case.distance).abs() < 1e-6, "{back:?}");
     }
     println!("{} pairs, {overlapping} overlap, largest difference {worst:.1e} m", reference.cases.len());

@@ -204,7 +204,7 @@ fn looking_at_contacts_changes_no_bit() {
         alone.step();
         contacts(&watched, None);
         let rays = vec![[DVec3::Z, DVec3::ZERO]];
-        look(&watched).cast_rays(&rays, None, || false).unwrap();
+        look(&watched).cast_rays(&rays, None, &|| false).unwrap();
         watched.collider_poses("arm").unwrap();
         assert_eq!(watched.fingerprint(), alone.fingerprint());
     }

@@ -51,7 +51,7 @@ fn reach(urdf: &str, with_orientation: bool, options: SolverOptions) -> (usize, 
         let position = there.transform_point(point);
         let goal = Goal { link, point, position, orientation: with_orientation.then_some(there.rotation) };
         let guess = Configuration::at(root, vec![0.0; tree.position_count]);
-        let found = inverse_kinematics(&tree, &guess, &goal, &movables, options, || false);
+        let found = inverse_kinematics(&tree, &guess, &goal, &movables, options, &|| false);
         let pose = pose_of(&tree, root, &found.positions, link);
         let position_error = (pose.transform_point(point) - position).length();
         assert!((position_error - found.position_error).abs() < 1e-9, "{found:?}");
@@ -107,7 +107,7 @@ fn go(tree: &Tree, movables: &[Movable], position: DVec3, options: SolverOptions
         &goal,
         movables,
         options,
-        || false,
+        &|| false,
     )
 }
 
@@ -156,7 +156,7 @@ fn joints_that_follow_others_are_moved_by_them() {
     let there = pose_of(&tree, DPose3::IDENTITY, &q, link);
     let goal = Goal { link, point: DVec3::X, position: there.transform_point(DVec3::X), orientation: None };
     let guess = Configuration::at(DPose3::IDENTITY, vec![0.3, -0.5, 0.0]);
-    let found = inverse_kinematics(&tree, &guess, &goal, &movables, ALL, || false);
+    let found = inverse_kinematics(&tree, &guess, &goal, &movables, ALL, &|| false);
     assert!(found.converged, "{found:?}");
     assert!((found.positions[2] - (-0.5 * found.positions[1] + 0.1)).abs() < 1e-15, "{found:?}");
 }

@@ -28,7 +28,7 @@ fn all(a: QueryBody, b: Option<QueryBody>) -> DistanceQuery {
 }
 
 fn ask(state: &PublishedState, query: &DistanceQuery) -> Vec<DistanceReport> {
-    state.distances(query, || false).unwrap()
+    state.distances(query, &|| false).unwrap()
 }
 
 /// The ground, a ball of 0.1 m with its centre 1 m above it, and a box of 0.2 m beside it.
@@ -59,7 +59,7 @@ fn a_robot_is_measured_against_all_others_or_one() {
     let none = DistanceQuery { within: -0.1, ..all(body(1), None) };
     assert!(ask(&seen, &none).is_empty(), "nothing overlaps by that much");
     let nan = DistanceQuery { within: f64::NAN, ..near };
-    assert!(seen.distances(&nan, || false).unwrap_err().to_string().contains("max_distance"));
+    assert!(seen.distances(&nan, &|| false).unwrap_err().to_string().contains("max_distance"));
 }
 
 /// The lowest point of a cylinder that is tilted by a is r sin a + l / 2 cos a below its middle; of a tilted plane the
@@ -158,7 +158,7 @@ fn a_shape_of_no_robot_is_measured() {
     assert!(pair.len() == 1 && (pair[0].distance - 1.7).abs() < 1e-9, "{pair:?}");
     assert_eq!(pair[0].robots, [String::new(), String::new()]);
     let turned = DPose3 { translation: DVec3::NAN, ..pose };
-    let refused = before.distances(&query(QuerySide::Shape(capsule, turned), None), || false).unwrap_err();
+    let refused = before.distances(&query(QuerySide::Shape(capsule, turned), None), &|| false).unwrap_err();
     assert!(refused.to_string().contains("a.pose.position"), "{refused}");
 }
 
@@ -200,7 +200,7 @@ fn what_may_not_touch_is_left_out_where_asked() {
 fn shapes_overlap_exactly_or_by_their_boxes() {
     let seen = look(&scene());
     let overlaps = |geometry: &Geometry, pose: DPose3, bounds_only: bool| {
-        let found = seen.overlaps(geometry, pose, bounds_only, || false).unwrap();
+        let found = seen.overlaps(geometry, pose, bounds_only, &|| false).unwrap();
         found.into_iter().map(|(robot, _)| robot).collect::<Vec<_>>()
     };
     // A corner of its box reaches the ball's box, and neither surface the other.
@@ -217,7 +217,7 @@ fn shapes_overlap_exactly_or_by_their_boxes() {
     assert_eq!(overlaps(&rod, turned, false), ["ball", "box"]);
     let nan = at(DVec3::new(f64::NAN, 0.0, 0.0));
     assert!(
-        seen.overlaps(&sphere, nan, false, || false).unwrap_err().to_string().contains("pose.position.x")
+        seen.overlaps(&sphere, nan, false, &|| false).unwrap_err().to_string().contains("pose.position.x")
     );
     assert!(seen.overlaps(&wide, DPose3::IDENTITY, false, || true).unwrap().is_empty(), "it was given up");
 }
@@ -243,7 +243,7 @@ fn bounds_are_those_of_all_shapes_of_a_link() {
 fn a_shape_is_cast_until_it_touches() {
     let seen = look(&scene());
     let sphere = Geometry::Sphere { radius: 0.1 };
-    let cast = |from: DVec3, way: DVec3| seen.cast_shape(&sphere, at(from), way, || false).unwrap();
+    let cast = |from: DVec3, way: DVec3| seen.cast_shape(&sphere, at(from), way, &|| false).unwrap();
     let hit = cast(DVec3::new(1.5, 0.0, 1.0), -DVec3::X).unwrap();
     assert_eq!((&*hit.robot, &*hit.link), ("box", "body"));
     assert!((hit.fraction - 0.8).abs() < 1e-6, "{hit:?}");
@@ -254,7 +254,7 @@ fn a_shape_is_cast_until_it_touches() {
     assert_eq!(cast(DVec3::new(3.0, 0.0, 2.0), DVec3::X), None);
     let inside = cast(DVec3::Z, DVec3::X).unwrap();
     assert_eq!((&*inside.robot, inside.fraction), ("ball", 0.0));
-    assert!(seen.cast_shape(&sphere, DPose3::IDENTITY, DVec3::splat(f64::NAN), || false).is_err());
+    assert!(seen.cast_shape(&sphere, DPose3::IDENTITY, DVec3::splat(f64::NAN), &|| false).is_err());
 }
 
 /// Two hundred boxes whose upper sides are in one plane, and each twice: which one a ray hits is the first of those that
@@ -278,7 +278,7 @@ fn of_hits_at_one_place_the_first_robot_counts() {
             rays.push([over, over - DVec3::Z * 4.0]);
         }
     }
-    let hits = seen.cast_rays(&rays, None, || false).unwrap();
+    let hits = seen.cast_rays(&rays, None, &|| false).unwrap();
     for ([from, _], hit) in rays.iter().zip(&hits) {
         let covers = |place: &usize| {
             let (x, y) = ((place % 10) as f64, (place / 10) as f64);
@@ -294,7 +294,7 @@ fn rays_are_masked_by_groups_and_bounded_by_their_names() {
     let mut world = scene();
     let down = vec![[DVec3::Z * 2.0, DVec3::ZERO - DVec3::Z]];
     let hit = |world: &Simulation, mask| {
-        let hits = look(world).cast_rays(&down, mask, || false).unwrap();
+        let hits = look(world).cast_rays(&down, mask, &|| false).unwrap();
         hits[0].as_ref().map(|hit| hit.robot.clone())
     };
     let links = vec![LinkProperties { collision_group: Some(6), ..LinkProperties::default() }];
@@ -307,7 +307,7 @@ fn rays_are_masked_by_groups_and_bounded_by_their_names() {
     let long = "a".repeat(1_000);
     spawn(&mut world, robot(&long, &ball(0.1, 1.0), at(DVec3::new(0.0, 0.0, 1.5)), false));
     let seen = look(&world);
-    assert!(seen.cast_rays(&vec![down[0]; 1_000], None, || false).is_ok());
-    let refused = seen.cast_rays(&vec![down[0]; 20_000], None, || false).unwrap_err().to_string();
+    assert!(seen.cast_rays(&vec![down[0]; 1_000], None, &|| false).is_ok());
+    let refused = seen.cast_rays(&vec![down[0]; 20_000], None, &|| false).unwrap_err().to_string();
     assert!(refused.contains("the size of the answer in bytes"), "{refused}");
 }

@@ -118,10 +118,10 @@ fn the_distance_from_rough_ground_is_that_from_its_nearest_triangle() {
                 let size = seen.link_bounds(body);
                 assert!(!size.is_empty());
                 let model = &seen.world.entities[body].model.links[0].collisions[0].geometry;
-                let clear = seen.overlaps(model, moved, false, || false).unwrap();
+                let clear = seen.overlaps(model, moved, false, &|| false).unwrap();
                 assert!(!clear.contains(&("ground".into(), "body".into())), "{body} {nearest}");
                 let deeper = DPose3::from_parts(moved.translation - swapped[0].normal * 1e-3, moved.rotation);
-                let meets = seen.overlaps(model, deeper, false, || false).unwrap();
+                let meets = seen.overlaps(model, deeper, false, &|| false).unwrap();
                 assert!(meets.contains(&("ground".into(), "body".into())), "{body} {nearest}");
             }
         }
@@ -134,7 +134,7 @@ fn what_is_in_or_below_a_height_field_overlaps_it_and_what_is_above_does_not() {
     spawn(&mut world, ground(&field(50, 4.0, |x, _| 0.2 * x)));
     let seen = look(&world);
     let sphere = Geometry::Sphere { radius: 0.1 };
-    let named = |pose, bounds_only| seen.overlaps(&sphere, pose, bounds_only, || false).unwrap().len();
+    let named = |pose, bounds_only| seen.overlaps(&sphere, pose, bounds_only, &|| false).unwrap().len();
     assert_eq!(named(at(1.0, 0.3, 0.2 + 0.09), false), 1, "it touches");
     assert_eq!(named(at(1.0, 0.3, 0.2 + 0.12), false), 0, "it is above");
     assert_eq!(named(at(1.0, 0.3, -1.5), false), 1, "it is below");
@@ -155,7 +155,7 @@ fn the_distance_of_two_surfaces_is_refused_with_what_to_do() {
     spawn(&mut world, Spawn { name: "other".into(), pose: at(0.0, 0.0, 1.0), ..field });
     spawn(&mut world, robot("ball", &ball(0.1, 1.0), at(0.0, 0.0, 0.5), false));
     let seen = look(&world);
-    let refused = seen.distances(&between(0, 1), || false).unwrap_err().to_string();
+    let refused = seen.distances(&between(0, 1), &|| false).unwrap_err().to_string();
     assert!(refused.contains("collision") && refused.contains("hull"), "{refused}");
     let others = DistanceQuery { b: None, ..between(0, 1) };
     let (found, _) = ask(&seen, &others);
@@ -213,7 +213,7 @@ fn no_ray_passes_between_the_triangles_of_a_slope() {
             places.clone().flat_map(|x| places.clone().map(move |y| (x, y))).collect();
         let down = |(x, y): &(f64, f64)| [DVec3::new(*x, *y, 50.0), DVec3::new(*x, *y, -50.0)];
         let rays: Vec<[DVec3; 2]> = across.iter().map(down).collect();
-        let hits = seen.cast_rays(&rays, None, || false).unwrap();
+        let hits = seen.cast_rays(&rays, None, &|| false).unwrap();
         for ((x, y), hit) in across.iter().zip(&hits) {
             let hit = hit.as_ref().unwrap_or_else(|| panic!("nothing at {x} {y}"));
             assert!((hit.point.z - slope * x).abs() < 1e-7, "{hit:?}");

@@ -266,7 +266,7 @@ impl Kept {
 impl Scan {
     /// Measures; gives up as soon as it is not wanted any more. What it comes to is handed over where this is dropped, which
     /// takes the lock of the log: a thread that gives way to others must not hold that.
-    pub(crate) fn measure(&mut self, is_cancelled: impl Fn() -> bool) {
+    pub(crate) fn measure(&mut self, is_cancelled: &dyn Fn() -> bool) {
         self.reading = self.state.state.reading(&self.sample.sample, is_cancelled);
     }
 }

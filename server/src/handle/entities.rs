@@ -266,7 +266,7 @@ impl SimHandle {
         }
         let look = move |cancelled: &Cancelled| {
             let Published { state, physics, .. } = &*newest;
-            state.sunk(robot, physics.gravity, MOST_SUNK, || cancelled.is_set())
+            state.sunk(robot, physics.gravity, MOST_SUNK, &|| cancelled.is_set())
         };
         let found = self.heavy(look).await.unwrap_or_default();
         report.findings.extend(found.into_iter().map(|Sunk { link, terrain, depth }| Finding {

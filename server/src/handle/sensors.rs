@@ -223,7 +223,7 @@ impl SimHandle {
         while let Some(mut scan) = draining.run_until_cancelled(log.next_scan()).await {
             let cancelled = draining.clone();
             let measure = move || {
-                scan.measure(|| cancelled.is_cancelled());
+                scan.measure(&|| cancelled.is_cancelled());
                 scan
             };
             match self.loader().threads().run(measure).await {

@@ -53,7 +53,7 @@ impl ContactService for Service {
         let state = self.handle.newest();
         let stamp = Some(stamp::published(&state));
         let cast =
-            move |cancelled: &Cancelled| state.state.cast_rays(&rays, collision_mask, || cancelled.is_set());
+            move |cancelled: &Cancelled| state.state.cast_rays(&rays, collision_mask, &|| cancelled.is_set());
         let hits = self.handle.heavy(cast).await?.map_err(CallError::World)?;
         Ok(Response::new(v1::CastRaysResponse { stamp, hits: hits.into_iter().map(to_proto::hit).collect() }))
     }
@@ -73,7 +73,7 @@ impl ContactService for Service {
             filtered,
         };
         let stamp = Some(stamp::published(&state));
-        let measure = move |cancelled: &Cancelled| state.state.distances(&query, || cancelled.is_set());
+        let measure = move |cancelled: &Cancelled| state.state.distances(&query, &|| cancelled.is_set());
         let pairs = self.handle.heavy(measure).await?.map_err(CallError::World)?;
         let pairs = pairs.into_iter().map(to_query::closest).collect();
         Ok(Response::new(v1::GetClosestPointsResponse { stamp, pairs }))
@@ -88,7 +88,7 @@ impl ContactService for Service {
         let state = self.handle.newest();
         let stamp = Some(stamp::published(&state));
         let find = move |cancelled: &Cancelled| {
-            state.state.overlaps(&shape, pose, bounds_only, || cancelled.is_set())
+            state.state.overlaps(&shape, pose, bounds_only, &|| cancelled.is_set())
         };
         let links = self.handle.heavy(find).await?.map_err(CallError::World)?;
         let links = links.into_iter().map(|(robot, link)| v1::LinkName { robot, link }).collect();
@@ -105,7 +105,7 @@ impl ContactService for Service {
         let state = self.handle.newest();
         let stamp = Some(stamp::published(&state));
         let cast =
-            move |cancelled: &Cancelled| state.state.cast_shape(&shape, pose, way, || cancelled.is_set());
+            move |cancelled: &Cancelled| state.state.cast_shape(&shape, pose, way, &|| cancelled.is_set());
         let hit = self.handle.heavy(cast).await?.map_err(CallError::World)?;
         Ok(Response::new(v1::CastShapeResponse { stamp, hit: Some(to_proto::hit(hit)) }))
     }

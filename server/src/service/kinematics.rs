@@ -196,7 +196,7 @@ impl KinematicsService for Service {
             .handle
             .heavy(move |cancelled: &Cancelled| {
                 let is_cancelled = || cancelled.is_set();
-                inverse_kinematics(&entity.tree, &guess, &goal, &movables, options, is_cancelled)
+                inverse_kinematics(&entity.tree, &guess, &goal, &movables, options, &is_cancelled)
             })
             .await?;
         Ok(Response::new(to_proto::found(found, stamp::published(&state))))

@@ -113,7 +113,7 @@ fn alone(running: &Running) {
     let mut seconds: Vec<f64> = (0..SCANS)
         .map(|_| {
             let begin = Instant::now();
-            let reading = state.state.reading(&due, || false);
+            let reading = state.state.reading(&due, &|| false);
             assert!(reading.is_some(), "a scan is measured");
             begin.elapsed().as_secs_f64()
         })

@@ -163,7 +163,7 @@ fn rays() {
             found
         };
         let cast = |rays: &[[DVec3; 2]]| {
-            let found = state.cast_rays(rays, None, || false).unwrap_or_default();
+            let found = state.cast_rays(rays, None, &|| false).unwrap_or_default();
             found.iter().flatten().count()
         };
         time(0, &mut || cast(&wanted[..1]));

@@ -55,7 +55,7 @@ pub fn commands(bytes: &[u8]) {
             Some(Asked::Rays(rays)) => {
                 let mut seen = PublishedState::default();
                 world.observe(&mut seen);
-                if let Ok(hits) = seen.cast_rays(&rays, None, || false) {
+                if let Ok(hits) = seen.cast_rays(&rays, None, &|| false) {
                     assert_eq!(hits.len(), rays.len(), "each ray has an answer");
                     hits.iter().flatten().for_each(check);
                 }

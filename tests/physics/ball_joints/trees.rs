@@ -354,7 +354,7 @@ fn inverse_kinematics_turns_ball_joints() {
         let start: Vec<f64> = (0..model.joints.len()).flat_map(|_| [0.0, 0.0, 0.0, 1.0]).collect();
         let options = SolverOptions { iterations: 200, tolerance: 1e-8 };
         let guess = Configuration::at(DPose3::IDENTITY, start);
-        let answer = inverse_kinematics(&tree, &guess, &goal, &movables, options, || false);
+        let answer = inverse_kinematics(&tree, &guess, &goal, &movables, options, &|| false);
         let reached = tree.link_poses(DPose3::IDENTITY, &answer.positions)[link];
         if answer.converged {
             found += 1;

@@ -26,10 +26,10 @@ pub(crate) fn timed(
     let state = look(world);
     let rays: Vec<[DVec3; 2]> =
         (0..count).map(|index| [start, start + direction(index, count) * reach]).collect();
-    let mut hits = state.cast_rays(&rays, None, || false)?;
+    let mut hits = state.cast_rays(&rays, None, &|| false)?;
     let began = Instant::now();
     for _ in 0..calls {
-        hits = state.cast_rays(&rays, None, || false)?;
+        hits = state.cast_rays(&rays, None, &|| false)?;
     }
     let seconds = began.elapsed().as_secs_f64();
     let distance = |hit: &Option<_>| {

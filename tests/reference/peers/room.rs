@@ -72,7 +72,7 @@ pub(crate) fn timed(world: &mut Simulation, calls: usize) -> Result<serde_json::
     let mut ranges = Vec::new();
     let begin = Instant::now();
     for _ in 0..calls {
-        let reading = state.reading(due, || false).ok_or("a scan is not measured")?;
+        let reading = state.reading(due, &|| false).ok_or("a scan is not measured")?;
         if let Measurement::Lidar(of) = reading.measurement {
             ranges = of;
         }

@@ -58,7 +58,7 @@ pub fn closest_points(
     [a, b]: [&[PlacedShape]; 2],
     wanted: Wanted,
     is_wanted: impl Fn(&PlacedShape, &PlacedShape) -> bool,
-    is_cancelled: impl Fn() -> bool,
+    is_cancelled: &dyn Fn() -> bool,
 ) -> Result<Vec<Closest>, TooMany> {
     let count = a.len().saturating_mul(b.len());
     if count > MOST_BOUNDS {
@@ -87,7 +87,7 @@ pub fn closest_points(
         if gap > within {
             continue;
         }
-        let Some(closest) = closest(first, second, within, &is_cancelled) else { continue };
+        let Some(closest) = closest(first, second, within, is_cancelled) else { continue };
         if closest.distance < known || !found.contains_key(&key) {
             nearest = nearest.min(closest.distance);
             found.insert(key, closest);

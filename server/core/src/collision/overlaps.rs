@@ -22,7 +22,7 @@ impl Scene {
         shape: &QueryShape,
         pose: DPose3,
         bounds_only: bool,
-        is_cancelled: impl Fn() -> bool,
+        is_cancelled: &dyn Fn() -> bool,
     ) -> BTreeSet<(usize, usize)> {
         let pose = pose * shape.own_from_shape;
         let bounds = shape.shape.compute_aabb(&pose);
@@ -37,7 +37,7 @@ impl Scene {
                     let found = intersection_test(&pose, &*shape.shape, theirs, &*placed.shape);
                     found.is_ok_and(|found| found.intersecting)
                 },
-                |surface| overlaps_surface(surface, &*shape.shape, &relative(theirs, &pose), &is_cancelled),
+                |surface| overlaps_surface(surface, &*shape.shape, &relative(theirs, &pose), is_cancelled),
             )
         });
         overlapping.map(|placed| (placed.robot, placed.link)).collect()
@@ -50,7 +50,7 @@ impl Scene {
         shape: &QueryShape,
         pose: DPose3,
         way: DVec3,
-        is_cancelled: impl Fn() -> bool,
+        is_cancelled: &dyn Fn() -> bool,
     ) -> Option<RayHit> {
         let pose = pose * shape.own_from_shape;
         let start = shape.shape.compute_aabb(&pose);

@@ -368,7 +368,7 @@ fn questions_meet_shapes_whose_boxes_are_not_finite() {
     let ball = query(Geometry::Sphere { radius: 0.1 });
     for robot in 0..20 {
         let middle = DVec3::new(3.0 * robot as f64, 0.0, 0.0);
-        let found = scene.overlaps(&ball, DPose3::from_translation(middle), false, || false);
+        let found = scene.overlaps(&ball, DPose3::from_translation(middle), false, &|| false);
         assert_eq!(found.into_iter().collect::<Vec<_>>(), [(robot, 0)]);
         let hit = scene.cast(middle + DVec3::Z * 5.0, middle - DVec3::Z * 5.0, |_| true);
         assert!(hit.is_some_and(|hit| hit.robot == robot), "{hit:?}");

@@ -78,7 +78,7 @@ pub fn inverse_kinematics(
     goal: &Goal,
     movables: &[Movable],
     options: SolverOptions,
-    is_cancelled: impl Fn() -> bool,
+    is_cancelled: &dyn Fn() -> bool,
 ) -> Found {
     let (q, qd) = guess.state(tree);
     let mut search = Search::new(tree, guess, goal, movables, &q, vec![0.0; qd.len()]);

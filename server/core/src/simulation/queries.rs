@@ -122,7 +122,7 @@ impl PublishedState {
     }
 
     /// All shapes of the world; empty once `is_cancelled`.
-    pub(super) fn scene(&self, is_cancelled: impl Fn() -> bool) -> Scene {
+    pub(super) fn scene(&self, is_cancelled: &dyn Fn() -> bool) -> Scene {
         let robots = (0..self.world.entities.len()).take_while(|_| !is_cancelled());
         Scene::new(robots.flat_map(|robot| self.placed(robot, None)).collect())
     }
@@ -136,7 +136,7 @@ impl PublishedState {
     pub fn distances(
         &self,
         query: &DistanceQuery,
-        is_cancelled: impl Fn() -> bool,
+        is_cancelled: &dyn Fn() -> bool,
     ) -> Result<Vec<DistanceReport>, Error> {
         let DistanceQuery { a, b, within, nearest_only, filtered } = query;
         if within.is_nan() {
@@ -245,11 +245,11 @@ impl PublishedState {
         geometry: &Geometry,
         pose: DPose3,
         bounds_only: bool,
-        is_cancelled: impl Fn() -> bool,
+        is_cancelled: &dyn Fn() -> bool,
     ) -> Result<Vec<(String, String)>, Error> {
         let shape = shape(geometry)?;
         check::pose("pose", &pose)?;
-        let found = self.scene(&is_cancelled).overlaps(&shape, pose, bounds_only, is_cancelled);
+        let found = self.scene(is_cancelled).overlaps(&shape, pose, bounds_only, is_cancelled);
         let mut bytes = 0;
         let named = found.into_iter().filter_map(|(robot, link)| self.link_name(robot, link));
         let weighed = named.map(|(robot, link)| {
@@ -274,7 +274,7 @@ impl PublishedState {
         robot: usize,
         gravity: DVec3,
         most: usize,
-        is_cancelled: impl Fn() -> bool,
+        is_cancelled: &dyn Fn() -> bool,
     ) -> Vec<Sunk> {
         let up = (-gravity).normalize_or(DVec3::Z);
         let is_terrain =
@@ -319,12 +319,12 @@ impl PublishedState {
         geometry: &Geometry,
         pose: DPose3,
         way: DVec3,
-        is_cancelled: impl Fn() -> bool,
+        is_cancelled: &dyn Fn() -> bool,
     ) -> Result<Option<RayReport>, Error> {
         let shape = shape(geometry)?;
         check::pose("pose", &pose)?;
         check::vector("translation", way)?;
-        let hit = self.scene(&is_cancelled).cast_shape(&shape, pose, way, is_cancelled);
+        let hit = self.scene(is_cancelled).cast_shape(&shape, pose, way, is_cancelled);
         Ok(hit.and_then(|hit| self.ray_report(hit)))
     }
 

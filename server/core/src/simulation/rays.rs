@@ -78,10 +78,10 @@ impl PublishedState {
         &self,
         rays: &[[DVec3; 2]],
         mask: Option<u32>,
-        is_cancelled: impl Fn() -> bool,
+        is_cancelled: &dyn Fn() -> bool,
     ) -> Result<Vec<Option<RayReport>>, Error> {
         check_rays(rays)?;
-        let scene = self.scene(&is_cancelled);
+        let scene = self.scene(is_cancelled);
         let is_wanted = |placed: &PlacedShape| {
             let Some(mask) = mask else { return true };
             let settings = self.settings.get(placed.robot);

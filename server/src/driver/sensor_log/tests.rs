@@ -301,7 +301,7 @@ mod scans {
         let mut scan = bench.log.next_scan().await;
         let kept = bench.log.collected();
         let measured = std::thread::spawn(move || {
-            scan.measure(|| false);
+            scan.measure(&|| false);
             scan
         });
         let scan = measured.join().unwrap();
@@ -336,7 +336,7 @@ mod scans {
         assert_eq!(bench.log.scans_due([1]), [(1, state.sequence)]);
         assert!(!bench.log.are_measured(&[(1, state.sequence)]));
         // The state has no robot.
-        scan.measure(|| false);
+        scan.measure(&|| false);
         drop(scan);
         assert!(bench.log.are_measured(&[(1, state.sequence)]));
         assert_eq!(bench.after(1, 0), (vec![], 0, 0));

@@ -34,8 +34,8 @@ impl PublishedState {
 
     /// The reading of one sample that the step to this state has taken. Gives up, with nothing, as soon as `is_cancelled`, which is
     /// asked before each robot and each line of rays.
-    pub fn reading(&self, due: &DueSample, is_cancelled: impl Fn() -> bool) -> Option<SensorReading> {
-        Measuring::new(self).reading(due, &is_cancelled)
+    pub fn reading(&self, due: &DueSample, is_cancelled: &dyn Fn() -> bool) -> Option<SensorReading> {
+        Measuring::new(self).reading(due, is_cancelled)
     }
 }
 
