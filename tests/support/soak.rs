@@ -9,6 +9,7 @@ mod churn;
 mod flood;
 mod gauge;
 mod lateness;
+mod punctual;
 mod readers;
 mod refusals;
 mod sleeper;
@@ -31,6 +32,7 @@ use tokio::task::JoinSet;
 use self::gauge::Gauge;
 pub use self::gauge::Slope;
 pub use self::lateness::{Spread, Steps};
+use self::punctual::Punctual;
 use self::sleeper::Sleeper;
 pub use self::tally::Tally;
 use crate::process::{Process, soon};
@@ -71,6 +73,8 @@ pub struct Report {
     pub loaded: Steps,
     /// How late a thread was woken that only sleeps, in both.
     pub sleeper: [Spread; 2],
+    /// How late steps were in the moments in which that thread was in time, in both.
+    pub punctual: [Spread; 2],
     /// MiB an hour of what is allocated, after the first part of the run.
     pub heap_slope: Slope,
     /// MiB an hour of memory that is no file's, after the first part of the run.
@@ -139,10 +143,12 @@ pub async fn run(options: Options) -> Report {
     let so_far = || async { Steps::so_far(&observer).await.unwrap_or_else(|error| panic!("{error}")) };
 
     let begun = so_far().await;
-    let sleeper = Sleeper::start(options.priority, options.processor);
+    let sleeper = Arc::new(Sleeper::start(options.priority, options.processor));
+    let punctual = Punctual::start(daemon.client().await, Arc::clone(&sleeper));
     tokio::time::sleep(options.quiet).await;
     let came = so_far().await;
     let quiet = came.since(&begun);
+    let punctual_alone = punctual.end().await.unwrap_or_else(|error| panic!("{error}"));
     let alone = sleeper.take(&quiet.lateness);
     println!("{:.1} minutes of the world alone", options.quiet.as_secs_f64() / 60.0);
 
@@ -157,6 +163,7 @@ pub async fn run(options: Options) -> Report {
     readers::start(&stage, options.readers.saturating_sub(options.stopped), &mut actors);
     stalled::start(&stage, options.stopped, &mut actors);
     flood::start(&stage, &mut actors);
+    let punctual = Punctual::start(daemon.client().await, Arc::clone(&sleeper));
     let mut gauge = Gauge::new(&stage, daemon.pid()).await;
     while stage.is_on() && tally.failures().is_empty() {
         let line = stage.ends.min(Instant::now() + options.every);
@@ -167,6 +174,10 @@ pub async fn run(options: Options) -> Report {
         gauge.line(&stage).await;
     }
     let loaded = so_far().await.since(&came);
+    let punctual_among = punctual.end().await.unwrap_or_else(|error| {
+        tally.fail(format!("the look at steps: {error}"));
+        Spread::default()
+    });
     let among = sleeper.take(&loaded.lateness);
     drop(sleeper);
     if !tally.failures().is_empty() {
@@ -204,7 +215,8 @@ pub async fn run(options: Options) -> Report {
     println!("{tally}");
     println!("the log has {} lines, {} bytes", log.lines().count(), log.len());
     let (heap_slope, memory_slope) = (gauge.heap_slope(), gauge.memory_slope());
-    Report { tally, quiet, loaded, sleeper: [alone, among], heap_slope, memory_slope }
+    let punctual = [punctual_alone, punctual_among];
+    Report { tally, quiet, loaded, sleeper: [alone, among], punctual, heap_slope, memory_slope }
 }
 
 /// A table of refusals; a difference is a failure.

@@ -45,17 +45,24 @@ impl Steps {
 }
 
 impl Spread {
-    fn since(&self, before: &Self) -> Self {
+    pub(super) fn since(&self, before: &Self) -> Self {
         let earlier = before.counts.iter().chain(std::iter::repeat(&0));
         let counts = self.counts.iter().zip(earlier).map(|(now, then)| now.saturating_sub(*then)).collect();
         Self { upper_bounds: self.upper_bounds.clone(), counts }
     }
 
-    /// Other durations, counted within the same bounds.
-    pub(super) fn counted(&self, durations: &[f64]) -> Self {
+    /// Adds those of another part of the phase.
+    pub(super) fn add(&mut self, other: &Self) {
+        self.upper_bounds.clone_from(&other.upper_bounds);
+        self.counts.resize(other.counts.len(), 0);
+        self.counts.iter_mut().zip(&other.counts).for_each(|(count, more)| *count += more);
+    }
+
+    /// Other durations, seconds, counted within the same bounds.
+    pub(super) fn counted(&self, durations: impl IntoIterator<Item = f64>) -> Self {
         let mut counts = vec![0; self.upper_bounds.len()];
         for duration in durations {
-            let bucket = self.upper_bounds.partition_point(|bound| bound < duration);
+            let bucket = self.upper_bounds.partition_point(|bound| *bound < duration);
             if let Some(count) = counts.get_mut(bucket) {
                 *count += 1;
             }
@@ -100,6 +107,9 @@ mod tests {
         assert!((phase.percentile(0.95) - 1.5).abs() < 1e-12);
         assert_eq!(spread([0, 0, 4]).percentile(0.5), 2.0);
         assert!(spread([0, 0, 0]).percentile(0.5).is_nan());
-        assert_eq!(spread([0, 0, 0]).counted(&[0.5, 1.0, 1.5, 9.0]).counts, [2, 1, 1]);
+        let mut both = Spread::default();
+        [[1, 0, 2], [3, 4, 0]].into_iter().for_each(|part| both.add(&spread(part)));
+        assert_eq!(both.counts, [4, 4, 2]);
+        assert_eq!(spread([0, 0, 0]).counted([0.5, 1.0, 1.5, 9.0]).counts, [2, 1, 1]);
     }
 }

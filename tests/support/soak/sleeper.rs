@@ -1,14 +1,17 @@
-//! A thread that does nothing but sleep, as often as the world steps: how late the machine wakes a thread, whatever it does.
+//! A thread that does nothing but sleep: how late the machine wakes a thread, whatever it does.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use super::Spread;
 
-/// A step of the world.
-const PERIOD: Duration = Duration::from_millis(1);
+/// It sleeps so often for each step of the world. What delays a step may begin right after a sleep, and end before the next: the
+/// more sleeps there are, the less of it goes unseen.
+const PER_STEP: u32 = 4;
+/// A part of a step of the world.
+const PERIOD: Duration = Duration::from_micros(1_000 / PER_STEP as u64);
 /// Later than this it begins anew, as the world drops what it is behind.
 const BEHIND: Duration = Duration::from_millis(200);
 
@@ -22,8 +25,8 @@ pub(super) struct Sleeper {
 #[derive(Debug, Default)]
 struct Shared {
     ends: AtomicBool,
-    /// How late it was woken, seconds, since this was last taken.
-    lateness: Mutex<Vec<f64>>,
+    /// When it was woken and how late that was, since this was last taken.
+    woken: Mutex<Vec<(Instant, Duration)>>,
 }
 
 impl Sleeper {
@@ -37,12 +40,23 @@ impl Sleeper {
         Self { shared, thread: Some(thread) }
     }
 
-    /// How late it was since this was last asked, within the same bounds as the daemon counts.
+    /// How late it was since this was last asked, of one sleep a step, within the same bounds as the daemon counts.
     pub(super) fn take(&self, like: &Spread) -> Spread {
-        let lateness =
-            std::mem::take(&mut *self.shared.lateness.lock().unwrap_or_else(PoisonError::into_inner));
+        let woken = std::mem::take(&mut *self.woken());
         // Without the lock, which the thread would wait for.
-        like.counted(&lateness)
+        like.counted(woken.iter().step_by(PER_STEP as usize).map(|(_, late)| late.as_secs_f64()))
+    }
+
+    /// The latest that it was for a sleep that ended, or should have ended, between two moments; these are after it was last
+    /// taken.
+    pub(super) fn latest(&self, from: Instant, to: Instant) -> Duration {
+        let woken = self.woken();
+        let since = woken.iter().rev().take_while(|(at, _)| *at >= from);
+        since.filter(|(at, late)| *at - *late <= to).map(|(_, late)| *late).max().unwrap_or_default()
+    }
+
+    fn woken(&self) -> MutexGuard<'_, Vec<(Instant, Duration)>> {
+        self.shared.woken.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -60,10 +74,11 @@ fn sleep(shared: &Shared) {
     while !shared.ends.load(Ordering::Relaxed) {
         due += PERIOD;
         thread::sleep(due.saturating_duration_since(Instant::now()));
-        let late = due.elapsed();
-        shared.lateness.lock().unwrap_or_else(PoisonError::into_inner).push(late.as_secs_f64());
+        let at = Instant::now();
+        let late = at.saturating_duration_since(due);
+        shared.woken.lock().unwrap_or_else(PoisonError::into_inner).push((at, late));
         if late > BEHIND {
-            due = Instant::now();
+            due = at;
         }
     }
 }
