@@ -160,13 +160,12 @@ bench: build
 # A daemon in a world that is alone for a fifth of SOAK_MINUTES, and then comes and goes, with a hundred readers on every
 # transport and floods of bad requests: a line each minute of what it costs, how fast that grows, and how late steps
 # were in both phases. Fails where a command was lost, a refusal was not counted or anything panicked; from 20 minutes on
-# also where memory certainly grows by 1 MiB an hour, or p99.9 of the lateness by half more than that of a thread that only sleeps,
-# on the same processor and with a higher priority: how late a machine wakes any thread is its own. SIMD_BINARY names another daemon, as that of
-# `make dist`; SOAK_PRIORITY is the real-time priority of its physics thread (40; 0 is none). MALLOC_... are as the
-# units of systemd have it.
+# also where memory certainly grows by 1 MiB an hour, or p99.9 of the lateness is more than half above that of the world alone, also of those steps beside
+# which a thread that only sleeps was in time, on the same processor and with a higher priority: how late a machine wakes any thread is its own.
+# SIMD_BINARY names another daemon, as that of `make dist`; SOAK_PRIORITY is the real-time priority of its physics thread (40; 0 is none).
 SOAK_MINUTES ?= 60
 soak: build
-	MALLOC_ARENA_MAX=2 MALLOC_MMAP_THRESHOLD_=131072 SOAK_MINUTES=$(SOAK_MINUTES) $(CARGO) bench --locked --profile dev --workspace --bench soak
+	SOAK_MINUTES=$(SOAK_MINUTES) $(CARGO) bench --locked --profile dev --workspace --bench soak
 
 # simd, MuJoCo and PyBullet against the truth: a report with a table and plots in target/truth.
 truth: test-data target/reference-venv/installed

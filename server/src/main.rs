@@ -8,21 +8,22 @@
 //! * 5: a robot cannot be loaded at the start.
 //! * 6: a daemon of the same name is on the Zenoh network.
 
-use std::alloc::System;
 use std::io::{IsTerminal as _, Write as _};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::process::ExitCode;
 use std::time::Duration;
 
 use cap::Cap;
+use mimalloc::MiMalloc;
 use simd_server::config::{self, Config, ConfigError};
 use simd_server::log::{Log, LogFormat};
 use simd_server::{authority, daemon, process, replay, zenoh_acl};
 use tracing_subscriber::EnvFilter;
 
-/// The system's allocator, and how much it has given: growth shows there hours before it shows in what the process has.
+/// Memory without locks: in glibc's allocator the physics thread waits for whichever thread has the lock of its arena, and for as
+/// long as that one is off its processor. And how much is given: growth shows there hours before it shows in what the process has.
 #[global_allocator]
-static HEAP: Cap<System> = Cap::new(System, usize::MAX);
+static HEAP: Cap<MiMalloc> = Cap::new(MiMalloc, usize::MAX);
 
 /// Threads for what blocks: files of tokens and autosaves, and what Zenoh sends in place. What computes has threads of its
 /// own: see `blocking_threads`.

@@ -24,6 +24,10 @@ mod step;
 mod subscribers;
 mod town;
 
+/// As in the daemon's program: daemons run in this one.
+#[global_allocator]
+static HEAP: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 fn main() {
     // The echoes of the round trips are this program once more, so that both ends of each
     // path are processes.
