@@ -40,6 +40,8 @@ pub(super) const MAX_ROUNDS: usize = 4;
 /// aligned with them. A free root comes first.
 #[derive(Debug)]
 pub struct Articulation {
+    /// Robots of one model share it. Passes borrow it and take no count: threads that step two such robots would take the line
+    /// with that count from each other, and where the tree's lists are with it.
     tree: Arc<Tree>,
     state: BodyState,
     scratch: StepScratch,
@@ -163,24 +165,24 @@ impl Articulation {
     /// Takes each actuator's law for the step, finds the new velocities without constraints, and
     /// the rows of joints.
     pub fn start(&mut self, gravity: DVec3, h: f64, integrator: Integrator) {
-        let tree = Arc::clone(&self.tree);
         self.begin_leapfrog(integrator);
-        self.set_drives(&tree, gravity, h);
+        self.set_drives(gravity, h);
         self.predict(gravity, h);
         self.meet_jump(h);
-        let state = (&*self.state.positions, &*self.scratch.new_velocities);
-        collect(&tree, &self.state.axes, state, &self.state.impulses, h, &mut self.scratch.constraints);
+        let Self { tree, state, scratch } = self;
+        let StepScratch { new_velocities, constraints, .. } = scratch;
+        let moved = (&*state.positions, &**new_velocities);
+        collect(tree, &state.axes, moved, &state.impulses, h, constraints);
     }
 
     /// Makes the new velocities keep to the rows of joints.
     pub fn solve_alone(&mut self, gravity: DVec3, h: f64) {
-        let tree = Arc::clone(&self.tree);
         for round in 0..MAX_ROUNDS {
             if round > 0 {
                 self.predict(gravity, h);
             }
             let StepScratch { new_velocities, constraints, passes, .. } = &mut self.scratch;
-            solve(&tree, &self.state.positions, constraints, passes, new_velocities);
+            solve(&self.tree, &self.state.positions, constraints, passes, new_velocities);
             self.keep_rows();
             if !self.saturate(h, round == 0) {
                 break;
@@ -221,18 +223,20 @@ impl Articulation {
     }
 
     /// Moves setpoints on, and takes each actuator's law for the step.
-    fn set_drives(&mut self, tree: &Tree, gravity: DVec3, h: f64) {
+    fn set_drives(&mut self, gravity: DVec3, h: f64) {
+        let Self { tree, state, scratch } = self;
+        let StepScratch { passes, carried, integrator, .. } = scratch;
         let mut any_compensates = false;
         for body in &tree.bodies {
             if !matches!(body.joint_type, JointType::Revolute | JointType::Prismatic) {
-                any_compensates |= self.set_ball_drives(body, h);
+                any_compensates |= set_ball_drives(state, body, h, *integrator);
                 continue;
             }
-            let (q, qd) = (self.state.positions[body.position], self.state.half_velocities[body.velocity]);
-            let (axis, drive) = (&mut self.state.axes[body.velocity], &mut self.state.drives[body.velocity]);
+            let (q, qd) = (state.positions[body.position], state.half_velocities[body.velocity]);
+            let (axis, drive) = (&mut state.axes[body.velocity], &mut state.drives[body.velocity]);
             let saturated = drive.saturated;
             if saturated.is_some() {
-                axis.anti_windup(drive, q, qd, h, self.scratch.integrator);
+                axis.anti_windup(drive, q, qd, h, *integrator);
             }
             axis.advance_setpoint(h);
             *drive = axis.drive(h);
@@ -241,26 +245,10 @@ impl Articulation {
             drive.saturated = saturated.map(|effort| drive.limit.copysign(effort)).filter(|e| e.is_finite());
         }
         if any_compensates {
-            let BodyState { axes, drives, base, .. } = &mut self.state;
-            let StepScratch { passes, carried, .. } = &mut self.scratch;
+            let BodyState { axes, drives, base, .. } = state;
             let base = Placement::new(base.rotation, base.translation);
             compensate(tree, axes, &passes.bodies, base_acceleration(&base, gravity), carried, drives);
         }
-    }
-
-    /// The same for a body of a ball joint: all three with the first. Nothing for a free one. Says whether its actuator compensates
-    /// gravity.
-    #[inline(never)]
-    fn set_ball_drives(&mut self, body: &Body, h: f64) -> bool {
-        let JointType::Spherical { axis } = body.joint_type else { return false };
-        let BodyState { positions, half_velocities, axes, drives, .. } = &mut self.state;
-        if axis == 0 {
-            let dofs = body.velocity..body.velocity + 3;
-            let state = (&positions[body.position..], &half_velocities[dofs.clone()]);
-            let actuators = (&mut axes[dofs.clone()], &mut drives[dofs]);
-            spherical::set_drives(state, actuators, h, self.scratch.integrator);
-        }
-        is_compensated(&axes[body.velocity])
     }
 
     /// Second and third pass: the new velocities without constraints.
@@ -384,6 +372,21 @@ impl Articulation {
         let actuator = Actuator::hold(position, self.state.velocities[velocity]);
         self.set_actuator(velocity, actuator);
     }
+}
+
+/// [`Articulation::set_drives`] for a body of a ball joint: all three with the first. Nothing for a free one. Says whether its actuator
+/// compensates gravity.
+#[inline(never)]
+fn set_ball_drives(state: &mut BodyState, body: &Body, h: f64, integrator: Integrator) -> bool {
+    let JointType::Spherical { axis } = body.joint_type else { return false };
+    let BodyState { positions, half_velocities, axes, drives, .. } = state;
+    if axis == 0 {
+        let dofs = body.velocity..body.velocity + 3;
+        let moved = (&positions[body.position..], &half_velocities[dofs.clone()]);
+        let actuators = (&mut axes[dofs.clone()], &mut drives[dofs]);
+        spherical::set_drives(moved, actuators, h, integrator);
+    }
+    is_compensated(&axes[body.velocity])
 }
 
 #[cfg(test)]

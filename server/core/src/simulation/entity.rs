@@ -48,17 +48,29 @@ pub(super) struct Description {
     pub shapes: Arc<Shapes>,
 }
 
+/// The tree of a robot of this model: that of one of `robots` which is of the same, where there is one. What hundreds of
+/// robots read of it in each part of a step so stays near the processor.
+pub(super) fn tree_for<'a>(
+    robots: impl IntoIterator<Item = &'a Entity>,
+    model: &Arc<RobotModel>,
+    fixed_base: bool,
+) -> Arc<Tree> {
+    let is_like = |robot: &&Entity| Arc::ptr_eq(&robot.model, model) && robot.is_fixed() == fixed_base;
+    let like = robots.into_iter().find(is_like);
+    like.map_or_else(|| Arc::new(Tree::new(model, fixed_base)), |robot| Arc::clone(robot.body.tree()))
+}
+
 impl Entity {
-    /// A robot as it comes into the world: at rest, each joint passive or holding.
+    /// A robot as it comes into the world: at rest, each joint passive or holding. The tree is of its model.
     pub(super) fn new(
         name: String,
         version: u64,
         model: Arc<RobotModel>,
-        fixed_base: bool,
+        tree: Arc<Tree>,
         pose: DPose3,
         passive: bool,
     ) -> Self {
-        let tree = Arc::new(Tree::new(&model, fixed_base));
+        let fixed_base = tree.fixed_base;
         let axes = axes(&model, &tree);
         let start = start_positions(&model, &tree, &axes);
         let mut body = Articulation::new(tree, pose, axes, &start);

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use simd_model::RobotModel;
 
-use super::entity::{Description, Entity, is_robot_name};
+use super::entity::{Description, Entity, is_robot_name, tree_for};
 use super::error::Error;
 use super::moment::Moment;
 use super::pull::ActivePull;
@@ -168,7 +168,8 @@ impl Saved {
                 return Err(InvalidState::World(format!("there are two robots {name:?}")));
             }
             let invalid = |what| InvalidState::Robot { robot: name, what };
-            entities.push(checked(robot, parts, state.sim_time).map_err(invalid)?);
+            let entity = checked(robot, parts, &entities, state.sim_time).map_err(invalid)?;
+            entities.push(entity);
         }
         let sensors = state.robots.iter().flat_map(|robot| &robot.entity.sensors);
         let count = SensorCount::of(sensors.map(|sensor| &sensor.definition.kind));
@@ -197,8 +198,13 @@ fn check_world(state: &WorldState) -> Result<(), String> {
     Ok(())
 }
 
-/// A robot in this state, in a world at this sim time; or what is wrong with it, as a fragment of a sentence.
-fn checked(robot: &mut RobotState, (model, shapes): RobotParts, now: f64) -> Result<Entity, String> {
+/// A robot in this state, in a world at this sim time that already has `others`; or what is wrong with it, as a fragment of a sentence.
+fn checked(
+    robot: &mut RobotState,
+    (model, shapes): RobotParts,
+    others: &[Entity],
+    now: f64,
+) -> Result<Entity, String> {
     let RobotState { entity, body } = &mut *robot;
     let EntityState {
         name: _,
@@ -222,7 +228,7 @@ fn checked(robot: &mut RobotState, (model, shapes): RobotParts, now: f64) -> Res
         // When the robot is there.
         sensors: _,
     } = entity;
-    let tree = Arc::new(Tree::new(&model, *fixed_base));
+    let tree = tree_for(others, &model, *fixed_base);
     check_last_good(&tree, last_good)?;
     check_wrenches(&tree, applied_wrenches.iter().chain(&*expired_wrenches))?;
     check_pulls(&tree, pulls)?;

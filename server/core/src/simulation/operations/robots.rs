@@ -13,7 +13,7 @@ use crate::simulation::command::{
     CollisionPair, ContactSettings, JointOrientation, LinkWrench, MAX_WRENCH_DURATION, Reload, Spawn,
     WrenchDuration,
 };
-use crate::simulation::entity::{Entity, apply_mimics, is_robot_name};
+use crate::simulation::entity::{Entity, apply_mimics, is_robot_name, tree_for};
 use crate::simulation::error::Error;
 use crate::simulation::event::ConstraintDeletion;
 use crate::simulation::wrench::ActiveWrench;
@@ -84,7 +84,8 @@ impl Simulation {
         check::pose("pose", &spawn.pose)?;
         let fixed = Spawn::is_base_fixed(&spawn.model, spawn.fixed_base);
         let model = std::sync::Arc::clone(&spawn.model);
-        let mut entity = Entity::new(name, self.next_version, model, fixed, spawn.pose, spawn.passive);
+        let tree = tree_for(self.entities.iter().chain(with), &model, fixed);
+        let mut entity = Entity::new(name, self.next_version, model, tree, spawn.pose, spawn.passive);
         entity.state.loaded_at_start = spawn.loaded_at_start;
         for (joint, position) in &spawn.joint_positions {
             let value = check::moderate(&format!("joint_positions[{joint:?}]"), *position)?;
@@ -156,7 +157,8 @@ impl Simulation {
         let old = &self.entities[robot_index];
         let (pose, fixed) = (old.body.root_pose(), old.body.tree().fixed_base);
         let model = std::sync::Arc::clone(&reload.model);
-        let mut new = Entity::new(old.state.name.clone(), version, model, fixed, pose, false);
+        let tree = tree_for(&self.entities, &model, fixed);
+        let mut new = Entity::new(old.state.name.clone(), version, model, tree, pose, false);
         new.state.loaded_at_start = old.state.loaded_at_start;
         let (linear, angular) = old.body.root_twist();
         new.body.set_root_twist(linear, angular);

@@ -271,3 +271,17 @@ fn who_set_a_target_is_known_for_as_long_as_the_target_holds() {
         assert_eq!(sources(&world), [None, None], "{name}");
     }
 }
+
+#[test]
+fn robots_of_one_model_have_one_tree() {
+    let model = arm();
+    let mut world = world_with(1e-3, spawn("arm", Arc::clone(&model)));
+    for (name, fixed) in [("other", true), ("free", false)] {
+        let robot = Spawn { fixed_base: Some(fixed), ..spawn(name, Arc::clone(&model)) };
+        world.apply(&Command::Spawn(Box::new(robot))).unwrap();
+    }
+    world.apply(&Command::Spawn(Box::new(spawn("copy", arm())))).unwrap();
+    let tree = |robot: usize| world.entities[robot].body.tree();
+    assert!(Arc::ptr_eq(tree(0), tree(1)));
+    assert!((2..4).all(|robot| !Arc::ptr_eq(tree(0), tree(robot))));
+}
