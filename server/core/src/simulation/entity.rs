@@ -191,16 +191,20 @@ impl Entity {
         }
     }
 
-    /// Ends a step of so many seconds: expired wrenches are taken out. A state that is not finite is put back and
-    /// the robot disabled; returns why.
-    pub(super) fn end_step(&mut self, time_step: f64) -> Option<Arc<str>> {
-        if !self.is_active() {
-            return None;
+    /// Ends a step of so many seconds: expired wrenches are taken out.
+    pub(super) fn end_step(&mut self, time_step: f64) {
+        if self.is_active() {
+            self.end_wrenches(time_step);
         }
-        self.end_wrenches(time_step);
-        if self.state.asleep || self.body.is_finite() {
-            return None;
-        }
+    }
+
+    /// Whether a step has left its state not finite.
+    pub(super) fn is_spoilt(&self) -> bool {
+        self.is_active() && !self.state.asleep && !self.body.is_finite()
+    }
+
+    /// Puts a state that is spoilt back and disables the robot; returns why.
+    pub(super) fn take_out(&mut self) -> Arc<str> {
         let culprit = self.first_not_finite();
         self.body.positions_mut().copy_from_slice(&self.state.last_good.0);
         self.body.velocities_mut().fill(0.0);
@@ -211,7 +215,7 @@ impl Entity {
         )
         .into();
         self.state.disabled = Some(Arc::clone(&reason));
-        Some(reason)
+        reason
     }
 
     /// Claims of another state of this robot, with the model that it had there, for the joints that both have and

@@ -128,8 +128,7 @@ impl Groups {
         touching.extend(contacts);
         touching.sort_unstable_by_key(|of| (group_of(above, of), of.robots, of.point.colliders, of.index));
         members.clear();
-        let moving = |robot: &usize| robots[*robot].is_active() && robots[*robot].moves();
-        members.extend(busy.robots().iter().copied().filter(moving));
+        members.extend(busy.robots().iter().copied().filter(|robot| robots[*robot].is_solved()));
         let mut moving: Vec<Member<'a>> = std::mem::take(&mut self.robots);
         let mut rest = robots.iter_mut();
         let mut next = 0;
@@ -215,6 +214,11 @@ fn first(above: &mut [usize], mut robot: usize) -> usize {
 }
 
 impl Group<'_, '_> {
+    /// Its robots, in their order.
+    pub(super) fn members(&mut self) -> impl Iterator<Item = &mut Entity> {
+        self.robots.iter_mut().map(|member| &mut *member.robot)
+    }
+
     /// Wakes all if one is awake; false where all sleep. Of the present step `done`, 0 to 1, is over: what slept until now was
     /// pushed for so long as it was pushed before.
     pub(super) fn wake(&mut self, done: f64) -> bool {

@@ -14,9 +14,14 @@ impl Entity {
         !self.body.tree().bodies.is_empty()
     }
 
+    /// Whether a step has it in a group, with others or alone: it takes part, and some of it can move.
+    pub(in crate::simulation) fn is_solved(&self) -> bool {
+        self.is_active() && self.moves()
+    }
+
     /// Whether a step changes it.
     pub(in crate::simulation) fn is_awake(&self) -> bool {
-        self.is_active() && !self.state.asleep && self.moves()
+        !self.state.asleep && self.is_solved()
     }
 
     /// Whether no step changes it, nor has anything left to do for it: it cannot move, and its shapes are in place.

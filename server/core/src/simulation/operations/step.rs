@@ -1,6 +1,8 @@
 //! The step of a world, as the method reads.
 
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::sync::atomic::Ordering::Relaxed;
 
 use glamx::DVec3;
 
@@ -24,6 +26,9 @@ impl Simulation {
     /// each robot takes its actuators' laws and finds its new velocities; a robot without contacts
     /// solves its own constraints, and robots that touch each other are solved together; positions
     /// are integrated; robots at rest fall asleep.
+    ///
+    /// What concerns a robot alone is done where its poses are updated and where it is solved, and not in turns of its own
+    /// through all robots: each such turn would fetch hundreds of robots into the cache once more, on one thread.
     ///
     /// Sensors take the samples that have fallen due, which [`Simulation::take_due_samples`] gives until the next step.
     ///
@@ -60,24 +65,24 @@ impl Simulation {
         let h = time_step / f64::from(substeps);
         let pool = self.pool.clone();
         self.step_memory.busy.begin_step(&self.entities);
-        for &robot in self.step_memory.busy.robots() {
-            self.entities[robot].begin_step();
-            self.entities[robot].follow_trajectories(time_step);
-        }
         self.contacts.begin_step(&self.entities);
         for constraint in &mut self.constraints.list {
             if acts(&self.entities, constraint) {
                 constraint.begin_step();
             }
         }
+        let has_news = AtomicBool::new(false);
         for part in 0..substeps {
             let part = Part {
                 gravity,
+                time_step,
                 h,
                 integrator,
                 surface_combination,
                 done: f64::from(part) / f64::from(substeps),
+                begins: part == 0,
                 ends: part + 1 == substeps,
+                has_news: &has_news,
             };
             let Self { entities, contacts, constraints, step_memory, .. } = self;
             let world = (contacts, constraints);
@@ -85,18 +90,15 @@ impl Simulation {
                 return false;
             }
         }
-        let mut some_ended = false;
-        for index in 0..self.step_memory.busy.robots().len() {
-            let robot_index = self.step_memory.busy.robots()[index];
-            let entity = &mut self.entities[robot_index];
-            if let Some(reason) = entity.end_step(time_step) {
-                let (robot, reason) = (entity.state.name.clone(), reason.to_string());
-                self.contacts.forget(robot_index);
-                self.happened(EventKind::EntityDisabled { robot, reason });
+        let mut has_news = has_news.into_inner();
+        for &robot in self.step_memory.busy.robots() {
+            // The others have ended the step where they were solved.
+            if !self.entities[robot].is_solved() {
+                has_news |= end_step(&mut self.entities[robot], time_step);
             }
-            let entity = &mut self.entities[robot_index];
-            entity.judge_trajectories(time_step);
-            some_ended |= entity.has_ended_trajectories();
+        }
+        if has_news {
+            self.take_out_spoilt(time_step);
         }
         self.break_constraints();
         self.step_memory.busy.end_step(&self.entities);
@@ -105,25 +107,57 @@ impl Simulation {
         let (step, time) = self.time_base;
         self.now.sim_time = time + (self.now.step - step) as f64 * time_step;
         self.take_samples();
-        if some_ended {
+        if has_news {
             (0..self.entities.len()).for_each(|robot_index| self.report_ended(robot_index));
         }
         true
     }
+
+    /// Takes robots whose state the step has left not finite out of the simulation.
+    fn take_out_spoilt(&mut self, time_step: f64) {
+        for index in 0..self.step_memory.busy.robots().len() {
+            let robot_index = self.step_memory.busy.robots()[index];
+            let entity = &mut self.entities[robot_index];
+            if entity.is_spoilt() {
+                let reason = entity.take_out().to_string();
+                entity.judge_trajectories(time_step);
+                let robot = entity.state.name.clone();
+                self.contacts.forget(robot_index);
+                self.happened(EventKind::EntityDisabled { robot, reason });
+            }
+        }
+    }
+}
+
+/// Ends the step of a robot. Whether the world has something to do for it: it is spoilt, or trajectories of it have ended.
+fn end_step(robot: &mut Entity, time_step: f64) -> bool {
+    robot.end_step(time_step);
+    if robot.is_spoilt() {
+        // Its trajectories are judged once it is disabled.
+        return true;
+    }
+    robot.judge_trajectories(time_step);
+    robot.has_ended_trajectories()
 }
 
 /// One of the equal parts of a step.
 #[derive(Clone, Copy)]
-struct Part {
+struct Part<'a> {
     gravity: DVec3,
-    /// Seconds.
+    /// Of the whole step, seconds.
+    time_step: f64,
+    /// Of this part, seconds.
     h: f64,
     integrator: Integrator,
     surface_combination: SurfaceCombination,
     /// How much of the step is over, 0 to 1.
     done: f64,
+    /// It is the first one.
+    begins: bool,
     /// It is the last one.
     ends: bool,
+    /// What [`end_step`] says of any robot that was solved. Threads only set it, so that their order does not matter.
+    has_news: &'a AtomicBool,
 }
 
 /// From how near what moves contacts are looked for beside what its motion asks for, metres.
@@ -136,7 +170,7 @@ fn advance(
     robots: &mut [Entity],
     (contacts, constraints): (&mut Contacts, &mut LinkConstraints),
     StepMemory { islands, groups, busy }: &mut StepMemory,
-    part: Part,
+    part: Part<'_>,
     pool: Option<&dyn Pool>,
     interrupt: &Interrupt<'_>,
 ) -> bool {
@@ -147,6 +181,10 @@ fn advance(
     let is_shaped = |robot: &&usize| robots[**robot].is_active() && !robots[**robot].colliders.is_empty();
     let shaped = busy.idle_shaped() + busy.robots().iter().filter(is_shaped).count();
     for_each((threads, PIECES), (robots, 0), busy.robots(), &|robot: &mut Entity| {
+        if part.begins {
+            robot.begin_step();
+            robot.follow_trajectories(part.time_step);
+        }
         if robot.is_active() {
             robot.update_poses(shaped > 1, slack, part.h);
         }
@@ -171,13 +209,25 @@ fn advance(
     is_whole
 }
 
-impl Part {
-    /// Moves a group on. False where it was interrupted.
+impl Part<'_> {
+    /// Wakes a group and moves it on, where any of it is awake. False where it was interrupted.
     fn solve(self, mut group: Group<'_, '_>, island: &mut Island, interrupt: &Interrupt<'_>) -> bool {
-        let Self { gravity, h, integrator, done, ends, .. } = self;
-        if !group.wake(done) {
-            return true;
+        if group.wake(self.done) && !self.move_on(&mut group, island, interrupt) {
+            return false;
         }
+        if self.ends {
+            for robot in group.members() {
+                if end_step(robot, self.time_step) {
+                    self.has_news.store(true, Relaxed);
+                }
+            }
+        }
+        true
+    }
+
+    /// Moves a group on that is awake. False where it was interrupted.
+    fn move_on(self, group: &mut Group<'_, '_>, island: &mut Island, interrupt: &Interrupt<'_>) -> bool {
+        let Self { gravity, h, integrator, ends, .. } = self;
         for member in &mut *group.robots {
             member.as_mut().start(gravity, h, integrator);
         }
@@ -190,7 +240,7 @@ impl Part {
             }
         } else {
             let (indices, contacts, links) = (group.indices, &mut *group.contacts, &mut *group.links);
-            if !island.solve((group.robots, indices), contacts, links, (gravity, h), interrupt) {
+            if !island.solve((&mut *group.robots, indices), contacts, links, (gravity, h), interrupt) {
                 return false;
             }
         }
