@@ -174,22 +174,19 @@ fn advance(
     pool: Option<&dyn Pool>,
     interrupt: &Interrupt<'_>,
 ) -> bool {
-    let slack = slack(part.gravity, part.h);
     // The part before says it for what comes before groups are known.
     let threads = pool.filter(|_| groups.are_worth_threads());
     // One that is alone with its shapes meets nothing, and need not know where they are.
     let is_shaped = |robot: &&usize| robots[**robot].is_active() && !robots[**robot].colliders.is_empty();
-    let shaped = busy.idle_shaped() + busy.robots().iter().filter(is_shaped).count();
-    for_each((threads, PIECES), (robots, 0), busy.robots(), &|robot: &mut Entity| {
-        if part.begins {
-            robot.begin_step();
-            robot.follow_trajectories(part.time_step);
-        }
-        if robot.is_active() {
-            robot.update_poses(shaped > 1, slack, part.h);
+    let looked_at = busy.robots().iter().filter(is_shaped).count();
+    let others = busy.idle_shaped() + looked_at > 1;
+    let for_poses = threads.filter(|_| looked_at > 0);
+    for_each((for_poses, PIECES), (robots, 0), busy.robots(), &|robot: &mut Entity| {
+        if !begins_late(robot) {
+            part.begin(robot, others);
         }
     });
-    let near = (slack, part.surface_combination);
+    let near = (part.slack(), part.surface_combination);
     if !contacts.find(robots, busy, &constraints.excluded, near, threads, interrupt) {
         return false;
     }
@@ -209,9 +206,35 @@ fn advance(
     is_whole
 }
 
+/// Whether nothing asks where a robot is before it is solved, since it has no shapes. Then it is fetched into the cache once
+/// in each part, and not for its poses first.
+fn begins_late(robot: &Entity) -> bool {
+    robot.is_solved() && robot.colliders.is_empty()
+}
+
 impl Part<'_> {
+    fn slack(self) -> f64 {
+        slack(self.gravity, self.h)
+    }
+
+    /// Begins the part for a robot: what acts on it and where it is, and where its shapes are, if there are `others`.
+    fn begin(self, robot: &mut Entity, others: bool) {
+        if self.begins {
+            robot.begin_step();
+            robot.follow_trajectories(self.time_step);
+        }
+        if robot.is_active() {
+            robot.update_poses(others, self.slack(), self.h);
+        }
+    }
+
     /// Wakes a group and moves it on, where any of it is awake. False where it was interrupted.
     fn solve(self, mut group: Group<'_, '_>, island: &mut Island, interrupt: &Interrupt<'_>) -> bool {
+        for robot in group.members() {
+            if begins_late(robot) {
+                self.begin(robot, false);
+            }
+        }
         if group.wake(self.done) && !self.move_on(&mut group, island, interrupt) {
             return false;
         }
