@@ -4,7 +4,7 @@
 use serde::{Deserialize, Serialize};
 use simd_model::robot::JointLimits;
 
-use super::integrator::{Implicitness, Integrator};
+use super::integrator::{History, Implicitness, Integrator};
 
 /// What an actuator does.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -22,6 +22,14 @@ pub enum Mode {
     Effort,
     /// Stays where it was.
     Hold,
+}
+
+impl Mode {
+    /// What leapfrog can go on from at the most where an actuator of this mode gets another target, of the next mode: an effort
+    /// acts as it is, in this step and the next; the answer to a target may be a jump.
+    pub(super) fn history_after(self, next: Self) -> History {
+        if self == Self::Effort && next == Self::Effort { History::Kinked } else { History::Interrupted }
+    }
 }
 
 /// Stiffness over composite inertia, as an angular frequency: the static error

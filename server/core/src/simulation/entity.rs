@@ -129,8 +129,8 @@ impl Entity {
     }
 
     /// Puts it into another state that it was in.
-    pub(super) fn set_robot_state(&mut self, RobotState { entity, body }: RobotState) {
-        self.state = entity;
+    pub(super) fn set_robot_state(&mut self, RobotState { entity, body }: &RobotState) {
+        self.state = entity.clone();
         self.body.set_state(body);
         self.follow_state();
     }

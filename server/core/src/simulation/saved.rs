@@ -112,15 +112,18 @@ impl Saved {
         Self::of_world(state, Vec::new())
     }
 
+    /// What its robots are, in versions from `first` on.
+    pub(super) fn descriptions(&self, first: u64) -> Vec<Description> {
+        let robots = self.0.robots.iter().zip(first..);
+        robots.map(|(robot, version)| Description { version, ..robot.clone() }).collect()
+    }
+
     /// The state, with robots of versions from `first` on, and with sensors that get other ids.
     pub(super) fn with_versions(&self, first: u64) -> (WorldState, Vec<Description>) {
-        let Inner { state, robots } = &*self.0;
-        let mut robots = robots.clone();
-        robots.iter_mut().zip(first..).for_each(|(robot, version)| robot.version = version);
-        let mut state = state.clone();
+        let mut state = self.0.state.clone();
         let sensors = state.robots.iter_mut().flat_map(|robot| &mut robot.entity.sensors);
         sensors.for_each(|sensor| sensor.id = 0);
-        (state, robots)
+        (state, self.descriptions(first))
     }
 
     /// Robots in it.

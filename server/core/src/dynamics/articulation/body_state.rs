@@ -107,6 +107,45 @@ impl BodyState {
         self.changes_before.fill(0.0);
     }
 
+    /// Makes it equal to another, in the memory that it has.
+    pub(super) fn copy_from(&mut self, other: &Self) {
+        let Self {
+            base,
+            positions,
+            velocities,
+            half_velocities,
+            changes,
+            changes_before,
+            history,
+            axes,
+            drives,
+            efforts,
+            external,
+            external_before,
+            has_external_changed,
+            impulses: Impulses { friction, mimic, lower, upper },
+        } = self;
+        (*base, *history, *has_external_changed) = (other.base, other.history, other.has_external_changed);
+        axes.clone_from(&other.axes);
+        drives.clone_from(&other.drives);
+        external.clone_from(&other.external);
+        external_before.clone_from(&other.external_before);
+        for (numbers, of_other) in [
+            (positions, &other.positions),
+            (velocities, &other.velocities),
+            (half_velocities, &other.half_velocities),
+            (changes, &other.changes),
+            (changes_before, &other.changes_before),
+            (efforts, &other.efforts),
+            (friction, &other.impulses.friction),
+            (mimic, &other.impulses.mimic),
+            (lower, &other.impulses.lower),
+            (upper, &other.impulses.upper),
+        ] {
+            numbers.clone_from(of_other);
+        }
+    }
+
     /// Whether this is a state of such a tree, with numbers that a step can take.
     ///
     /// # Errors

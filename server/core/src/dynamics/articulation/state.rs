@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glamx::{DPose3, DVec3};
 
 use super::{Articulation, BodyState};
-use crate::dynamics::actuator::{Actuator, Axis, Mode};
+use crate::dynamics::actuator::{Actuator, Axis};
 use crate::dynamics::articulated::write_free;
 use crate::dynamics::integrator::History;
 use crate::dynamics::spatial::Spatial;
@@ -28,8 +28,8 @@ impl Articulation {
     }
 
     /// Puts it into another state of its tree.
-    pub fn set_state(&mut self, state: BodyState) {
-        self.state = state;
+    pub fn set_state(&mut self, state: &BodyState) {
+        self.state.copy_from(state);
     }
 
     /// q: a free root's seven first.
@@ -86,16 +86,10 @@ impl Articulation {
     /// Gives an axis another target.
     pub fn set_actuator(&mut self, dof: usize, actuator: Actuator) {
         let present = &mut self.state.axes[dof].actuator;
-        // An effort acts as it is, in this step and the next; the answer to a target may be a jump.
-        let most = if actuator == *present {
-            History::SmoothTwice
-        } else if present.mode == Mode::Effort && actuator.mode == Mode::Effort {
-            History::Kinked
-        } else {
-            History::Interrupted
-        };
+        if actuator != *present {
+            self.state.history = self.state.history.min(present.mode.history_after(actuator.mode));
+        }
         *present = actuator;
-        self.state.history = self.state.history.min(most);
     }
 
     /// What the actuators applied over the last step, one per degree of freedom.

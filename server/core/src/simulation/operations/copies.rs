@@ -35,14 +35,17 @@ impl Simulation {
     /// Puts a world that is a copy of a kept state back to that state. Robots for which there is a tree have that one in the place
     /// of their own: one that moves as theirs does, with other masses.
     pub(crate) fn begin_from(&mut self, saved: &Saved, trees: &[Option<Arc<Tree>>]) {
-        let (state, mut robots) = saved.with_versions(FIRST_VERSION);
+        let mut robots = saved.descriptions(FIRST_VERSION);
         for (robot, tree) in robots.iter_mut().zip(trees) {
             if let Some(tree) = tree {
                 robot.tree = Arc::clone(tree);
                 robot.version = self.take_version();
             }
         }
-        self.go_back(state, robots);
+        self.go_back(saved.world_state(), &robots);
+        // Ids are those of another world.
+        let sensors = self.entities.iter_mut().flat_map(|entity| &mut entity.state.sensors);
+        sensors.for_each(|sensor| sensor.id = 0);
         self.events.clear();
     }
 

@@ -38,7 +38,7 @@ impl Simulation {
     }
 
     /// Makes a state the present one. Robots that are there in the same version keep their claims and their scratch.
-    pub(in crate::simulation) fn go_back(&mut self, state: WorldState, robots: Vec<Description>) {
+    pub(in crate::simulation) fn go_back(&mut self, state: &WorldState, robots: &[Description]) {
         let WorldState {
             step,
             sim_time,
@@ -50,22 +50,28 @@ impl Simulation {
             collision_pairs,
             constraints,
         } = state;
-        (self.now.step, self.now.sim_time) = (step, sim_time);
-        (self.time_base, self.settings) = (time_base, settings);
-        let present = std::mem::take(&mut self.entities).into_iter();
-        let mut present: BTreeMap<u64, Entity> = present.map(|entity| (entity.version, entity)).collect();
-        let entity = |(state, robot): (RobotState, &Description)| match present.remove(&robot.version) {
-            Some(mut entity) => {
-                entity.set_robot_state(state);
-                entity
-            }
-            None => Entity::from_state(robot, state),
-        };
-        self.entities = states.into_iter().zip(&robots).map(entity).collect();
+        (self.now.step, self.now.sim_time) = (*step, *sim_time);
+        (self.time_base, self.settings) = (*time_base, *settings);
+        let versions = self.entities.iter().map(|entity| entity.version);
+        if versions.eq(robots.iter().map(|robot| robot.version)) {
+            let entities = self.entities.iter_mut().zip(states);
+            entities.for_each(|(entity, state)| entity.set_robot_state(state));
+        } else {
+            let present = std::mem::take(&mut self.entities).into_iter();
+            let mut present: BTreeMap<u64, Entity> = present.map(|entity| (entity.version, entity)).collect();
+            let entity = |(state, robot): (&RobotState, &Description)| match present.remove(&robot.version) {
+                Some(mut entity) => {
+                    entity.set_robot_state(state);
+                    entity
+                }
+                None => Entity::from_state(robot, state.clone()),
+            };
+            self.entities = states.iter().zip(robots).map(entity).collect();
+        }
         self.step_memory.busy.forget();
-        self.contacts.replace(contacts, &ignored_overlaps);
-        self.contacts.collision_pairs = collision_pairs;
-        self.constraints.replace(constraints);
+        self.contacts.replace(contacts.clone(), ignored_overlaps);
+        self.contacts.collision_pairs = Arc::clone(collision_pairs);
+        self.constraints.replace(constraints.clone());
     }
 
     /// Keeps a state that came from elsewhere.

@@ -54,7 +54,7 @@ impl Simulation {
         let (state, robots) = self.state();
         let is_whole = self.try_step(interrupt);
         if !is_whole {
-            self.go_back(state, robots);
+            self.go_back(&state, &robots);
         }
         is_whole
     }

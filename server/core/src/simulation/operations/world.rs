@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::dynamics::BodyState;
 use crate::dynamics::constraint::link_constraint::LinkConstraint;
 use crate::simulation::claim::RobotClaims;
 use crate::simulation::command::{PhysicsChange, ResetScope};
@@ -111,7 +110,7 @@ impl Simulation {
             .map(|entity| (entity.state.name.clone(), (entity.claims.clone(), Arc::clone(&entity.model))))
             .collect();
         let before = self.trajectory_ids();
-        self.go_back(state, robots);
+        self.go_back(&state, &robots);
         let there = self.trajectory_ids();
         // Those of a state from elsewhere may have the numbers that would be given next.
         let last = there.iter().map(|(_, id)| *id).max().unwrap_or_default();
@@ -145,7 +144,7 @@ impl Entity {
     /// since stay changed.
     fn put_back(&mut self) {
         let settings: Vec<_> = self.body.axes().iter().map(|axis| axis.settings.clone()).collect();
-        self.body.set_state(BodyState::clone(&self.state.spawned));
+        self.body.set_state(&self.state.spawned);
         for (axis, settings) in self.body.axes_mut().iter_mut().zip(settings) {
             axis.settings = settings;
         }
