@@ -13,7 +13,7 @@ use crate::simulation::{Error, EventKind, Simulation};
 pub struct Worker {
     pub(super) world: Simulation,
     pub(super) view: View,
-    memory: ControlMemory,
+    pub(super) memory: ControlMemory,
     /// Factors of the gains that the rollout gives, by robot and joint; empty is one.
     gain_factors: Vec<Vec<f64>>,
     /// Of copies that step at once, one each.
@@ -126,15 +126,11 @@ impl Rollout {
         result: &mut BatchResult,
         interrupt: &dyn Fn() -> bool,
     ) -> Option<()> {
-        let states = self.shape.rows * self.shape.columns();
-        let steps = result.step_costs.len() / result.steps_done.len().max(1);
         for (index, copy) in copies.enumerate() {
-            let copy_result = CopyResult {
-                states: part(&mut result.states, index, states),
-                costs: part(&mut result.costs, index, self.shape.terms),
-                step_costs: part(&mut result.step_costs, index, steps),
-            };
-            match self.run(worker, copy, &mut result.steps_done[index], copy_result, interrupt) {
+            let mut done = 0;
+            let ran = self.run(worker, copy, &mut done, self.copy_result(result, index), interrupt);
+            result.steps_done[index] = done;
+            match ran {
                 Ok(()) => {}
                 Err(Stop::Interrupted) => return None,
                 Err(Stop::Ended(reason)) => {
@@ -144,6 +140,16 @@ impl Rollout {
             }
         }
         Some(())
+    }
+
+    /// What a copy writes into the arrays of its batch.
+    pub(super) fn copy_result<'r>(&self, result: &'r mut BatchResult, index: usize) -> CopyResult<'r> {
+        let steps = if self.shape.step_costs { self.shape.steps as usize } else { 0 };
+        CopyResult {
+            states: part(&mut result.states, index, self.shape.rows * self.shape.columns()),
+            costs: part(&mut result.costs, index, self.shape.terms),
+            step_costs: part(&mut result.step_costs, index, steps),
+        }
     }
 
     /// Does all steps of a copy.

@@ -1,8 +1,12 @@
 //! What joints are to do in each step of a copy.
 
+use pulp::Simd;
+
 use super::knots::{Knots, Timing};
 use super::names::{Axis, axes, moderate, refuse, robot, sized};
 use super::request::{Control, ControlMode, Feedback, Interpolation};
+use crate::dynamics::Mode;
+use crate::dynamics::lanes::LaneRobot;
 use crate::simulation::command::{JointTarget, RobotTargets, SetTargets, Target};
 use crate::simulation::published_state::WorldLayout;
 use crate::simulation::{Command, Error, Simulation};
@@ -109,6 +113,11 @@ impl ControlPlan {
         self.robot
     }
 
+    /// The bodies of its joints.
+    pub(super) fn bodies(&self) -> impl Iterator<Item = usize> + '_ {
+        self.axes.iter().map(|axis| axis.body)
+    }
+
     /// Whether it says something new at a step.
     pub(super) fn drives_at(&self, step: u64) -> bool {
         self.feedback.is_some() || self.values.as_ref().is_some_and(|values| values.change_at(step))
@@ -129,30 +138,17 @@ impl ControlPlan {
         if !self.drives_at(step) {
             return Ok(());
         }
-        match &self.values {
-            Some(values) => values.write(copy, step, &mut memory.values),
-            None => {
-                memory.values.clear();
-                memory.values.resize(self.axes.len(), 0.0);
-            }
-        }
-        if let Some(feedback) = &self.feedback {
-            feedback.add(world, self.robot, (copy, step), memory);
-        }
-        if let Some(index) = memory.values.iter().position(|value| !value.is_finite()) {
-            let what = format!("the target of joint {:?} in step {step}", self.joints[index]);
-            return Err(refuse(
-                what,
-                memory.values[index],
-                "it must be finite: look at the feedback's gains",
-            ));
-        }
-        let targets = memory.values.iter().zip(&self.axes).zip(&self.gains).map(|((value, axis), gains)| {
-            let factor = factor(axis.joint);
-            self.target(*value, gains.map(|gain| gain * factor))
-        });
-        if step == 0 {
-            // Ends what trajectories the joints are on.
+        self.find_numbers((copy, step), |body| world.axis_state(self.robot, body), memory)?;
+        let gains = self.axes.iter().zip(&self.gains);
+        let gains = gains.map(|(axis, gains)| gains.map(|gain| gain * factor(axis.joint)));
+        // A command ends the trajectories that the joints are on, and says what is wrong with targets. Where there is neither, the
+        // same is done without it: it takes as long as a step.
+        let by_command = step == 0
+            && (copy == 0
+                || world.has_trajectories(self.robot)
+                || gains.clone().flatten().any(f64::is_infinite));
+        let targets = memory.values.iter().zip(gains).map(|(value, gains)| self.target(*value, gains));
+        if by_command {
             let joint =
                 |(target, name): (Target, &String)| JointTarget { joint: name.clone(), axis: 0, target };
             let joints = targets.zip(&self.joints).map(joint).collect();
@@ -164,6 +160,53 @@ impl ControlPlan {
             world.set_axis_target(self.robot, axis.body, &target);
         }
         Ok(())
+    }
+
+    /// The same of a copy in a lane, after its first step, where no other control has one of the joints: then a target differs from
+    /// the one before it in its number alone.
+    pub(super) fn drive_lane<S: Simd>(
+        &self,
+        lanes: &mut LaneRobot<S>,
+        lane: usize,
+        (copy, step): (usize, u64),
+        memory: &mut ControlMemory,
+    ) -> Result<(), Error> {
+        if !self.drives_at(step) {
+            return Ok(());
+        }
+        self.find_numbers((copy, step), |body| lanes.axis_state(lane, body), memory)?;
+        let mode = match self.mode {
+            ControlMode::Position => Mode::Position,
+            ControlMode::Velocity => Mode::Velocity,
+            ControlMode::Effort => Mode::Effort,
+        };
+        for (value, axis) in memory.values.iter().zip(&self.axes) {
+            lanes.set_target(lane, axis.body, mode, *value);
+        }
+        Ok(())
+    }
+
+    /// Finds the number of the target of each joint in a step of a copy. `axis_state` is position and velocity of the joint of a
+    /// body.
+    fn find_numbers(
+        &self,
+        (copy, step): (usize, u64),
+        axis_state: impl Fn(usize) -> (f64, f64),
+        memory: &mut ControlMemory,
+    ) -> Result<(), Error> {
+        match &self.values {
+            Some(values) => values.write(copy, step, &mut memory.values),
+            None => {
+                memory.values.clear();
+                memory.values.resize(self.axes.len(), 0.0);
+            }
+        }
+        if let Some(feedback) = &self.feedback {
+            feedback.add((copy, step), axis_state, memory);
+        }
+        let Some(index) = memory.values.iter().position(|value| !value.is_finite()) else { return Ok(()) };
+        let what = format!("the target of joint {:?} in step {step}", self.joints[index]);
+        Err(refuse(what, memory.values[index], "it must be finite: look at the feedback's gains"))
     }
 
     fn target(&self, value: f64, gains: [f64; 2]) -> Target {
@@ -190,15 +233,14 @@ impl FeedbackPlan {
     /// Subtracts K (x - x0).
     fn add(
         &self,
-        world: &Simulation,
-        robot: usize,
         (copy, step): (usize, u64),
+        axis_state: impl Fn(usize) -> (f64, f64),
         ControlMemory { values, deviations, velocities }: &mut ControlMemory,
     ) {
         deviations.clear();
         velocities.clear();
         for axis in &self.axes {
-            let (position, velocity) = world.axis_state(robot, axis.body);
+            let (position, velocity) = axis_state(axis.body);
             deviations.push(position);
             velocities.push(velocity);
         }

@@ -1,16 +1,18 @@
 //! Copies of a batch in lanes: where a world has one robot that moves and meets nothing, several of its copies step at once.
 //!
-//! What a copy is given and what is read of it goes the way of one that is alone: it has a world of its own, which gets its state
-//! back where something is to be done that lanes do not do. See [`lanes`](crate::dynamics::lanes) for why that changes no bit.
+//! Each copy has a world of its own, which is where it begins, and where it is whenever something is to be done that lanes do not
+//! do. In between its state is in its lane alone: new numbers of targets are written there, and what is read of its joints is read
+//! there, so that a step of which nothing is read costs a copy nothing beside the step of all lanes. See
+//! [`lanes`](crate::dynamics::lanes) for why that changes no bit.
 
 use std::ops::Range;
 
 use pulp::{Arch, Simd, WithSimd};
 
 use super::Rollout;
-use super::batch::{BatchResult, CopyResult, Ended, Stop, Worker, part};
+use super::batch::{BatchResult, Ended, Stop, Worker, part};
 use crate::dynamics::lanes::LaneRobot;
-use crate::simulation::{PhysicsSettings, Simulation};
+use crate::simulation::{Error, PhysicsSettings, Simulation};
 
 /// A copy whose steps are none of lanes is offered to them again after so many steps at the latest: to go in and out costs about as
 /// much as half a step.
@@ -38,7 +40,20 @@ impl WithSimd for Batch<'_> {
     }
 }
 
-/// A copy in a group that steps at once.
+/// Copies that step at once, one a lane.
+struct Group<'a, S: Simd> {
+    rollout: &'a Rollout,
+    lanes: LaneRobot<S>,
+    /// The robot that moves.
+    robot: usize,
+    /// Controls change numbers of targets and nothing else of them after the first step: each is of that robot, and no joint has
+    /// two.
+    changes_numbers_alone: bool,
+    workers: &'a mut [Worker],
+    copies: Vec<Running>,
+}
+
+/// A copy in a group.
 struct Running {
     copy: usize,
     /// Among those of the batch.
@@ -47,12 +62,14 @@ struct Running {
     rows: usize,
     /// Its view has all of its world, but for what a step of lanes changes.
     is_seen: bool,
+    /// Steps that it had done when it last came into its lane.
+    entered: u64,
     /// Steps that it does by itself after one that lanes did not do: the more, the oftener that was.
     pause: u64,
     /// How many of them are left.
     alone: u64,
-    /// Why it does no more.
-    stop: Option<Stop>,
+    /// Why it does no more, and the steps that it had done by then.
+    stop: Option<(Stop, u64)>,
 }
 
 impl Rollout {
@@ -83,43 +100,63 @@ impl Rollout {
     ) -> Option<()> {
         let mut workers = std::mem::take(&mut worker.beside);
         workers.resize_with(S::F64_LANES.max(workers.len()), || self.worker());
-        let begun = copies.start;
-        let mut first = begun;
-        while first < copies.end {
-            let group = first..(first + S::F64_LANES).min(copies.end);
-            first = group.end;
-            let group = group.map(|copy| Running {
-                copy,
-                index: copy - begun,
-                rows: 0,
-                is_seen: false,
-                pause: 0,
-                alone: 0,
-                stop: None,
-            });
-            self.advance_group(simd, &mut workers, group.collect(), result, interrupt)?;
+        let mut next = copies.start;
+        while next < copies.end {
+            let some = next..(next + S::F64_LANES).min(copies.end);
+            next = some.end;
+            let mut group = Group::begin(simd, self, &mut workers, (some, copies.start), result)?;
+            group.advance(result, interrupt)?;
+            group.end(result)?;
         }
         worker.beside = workers;
         Some(())
     }
 
-    fn advance_group<S: Simd>(
-        &self,
+    /// Whether something is read of the copies after so many steps.
+    fn is_looked_at(&self, steps: u64) -> bool {
+        self.is_row(steps) || !self.costs.is_empty()
+    }
+
+    /// Whether controls are all of one robot, and no joint has two of them.
+    fn drives_each_joint_once(&self, robot: usize) -> bool {
+        let mut driven: Vec<usize> = self.controls.iter().flat_map(|control| control.bodies()).collect();
+        let count = driven.len();
+        driven.sort_unstable();
+        driven.dedup();
+        driven.len() == count && self.controls.iter().all(|control| control.robot() == robot)
+    }
+}
+
+impl<'a, S: Simd> Group<'a, S> {
+    /// Puts copies of a batch, whose first copy is `first`, to where they start.
+    fn begin(
         simd: S,
-        workers: &mut [Worker],
-        mut group: Vec<Running>,
+        rollout: &'a Rollout,
+        workers: &'a mut [Worker],
+        (copies, first): (Range<usize>, usize),
         result: &mut BatchResult,
-        interrupt: &dyn Fn() -> bool,
-    ) -> Option<()> {
-        for (running, worker) in group.iter_mut().zip(&mut *workers) {
-            match self.begin(worker, running.copy) {
-                Ok(()) if self.is_row(0) => {
+    ) -> Option<Self> {
+        let running = |copy: usize| Running {
+            copy,
+            index: copy - first,
+            rows: 0,
+            is_seen: false,
+            entered: 0,
+            pause: 0,
+            alone: 0,
+            stop: None,
+        };
+        let mut copies: Vec<Running> = copies.map(running).collect();
+        for (running, worker) in copies.iter_mut().zip(&mut *workers) {
+            match rollout.begin(worker, running.copy) {
+                Ok(()) if rollout.is_row(0) => {
                     worker.look();
                     running.is_seen = true;
-                    self.read(worker, &mut running.rows, &mut self.copy_result(result, running.index));
+                    let mut copy_result = rollout.copy_result(result, running.index);
+                    rollout.read(worker, &mut running.rows, &mut copy_result);
                 }
                 Ok(()) => {}
-                Err(error) => running.stop = Some(error.into()),
+                Err(error) => running.stop = Some((error.into(), 0)),
             }
         }
         let world = &workers.first()?.world;
@@ -127,71 +164,41 @@ impl Rollout {
         let PhysicsSettings { gravity, time_step, substeps, integrator, surface_combination: _ } =
             *world.settings();
         let parts = (time_step / f64::from(substeps), substeps);
-        let mut lanes = LaneRobot::new(simd, world.body(robot).tree(), gravity, parts, integrator);
-        for step in 0..self.shape.steps {
+        let lanes = LaneRobot::new(simd, world.body(robot).tree(), gravity, parts, integrator);
+        let changes_numbers_alone = rollout.drives_each_joint_once(robot);
+        Some(Self { rollout, lanes, robot, changes_numbers_alone, workers, copies })
+    }
+
+    /// Does all steps; nothing where they are interrupted.
+    fn advance(&mut self, result: &mut BatchResult, interrupt: &dyn Fn() -> bool) -> Option<()> {
+        for step in 0..self.rollout.shape.steps {
             if interrupt() {
                 return None;
             }
-            if group.iter().all(|running| running.stop.is_some()) {
+            let going = self.copies.iter().filter(|running| running.stop.is_none()).count();
+            if going == 0 {
                 break;
             }
-            let is_due = self.controls.iter().any(|control| control.drives_at(step));
-            let has_wrench = self.variations.iter().any(|variation| variation.applies_wrench_at(step));
-            for (lane, running) in group.iter_mut().enumerate().filter(|(_, running)| running.stop.is_none())
-            {
-                let worker = &mut workers[lane];
-                if has_wrench && lanes.has(lane) {
-                    // A copy with an applied wrench steps by itself for as long as it has one.
-                    lanes.give_back(lane, worker.world.body_mut(robot));
-                    lanes.leave(lane);
-                }
-                let was_in = lanes.has(lane);
-                if !is_due && was_in {
-                    continue;
-                }
-                if was_in {
-                    lanes.give_targets(lane, worker.world.body_mut(robot));
-                }
-                if let Err(error) = self.drive(worker, running.copy, step) {
-                    running.stop = Some(error.into());
-                    lanes.leave(lane);
-                } else if was_in {
-                    lanes.take_targets(lane, worker.world.body(robot));
-                    if !lanes.has(lane) {
-                        lanes.give_back(lane, worker.world.body_mut(robot));
-                    }
-                }
-            }
-            lanes.step();
-            for (lane, running) in group.iter_mut().enumerate().filter(|(_, running)| running.stop.is_none())
-            {
-                let worker = &mut workers[lane];
-                let done = self.complete_step(&mut lanes, (lane, robot), worker, step, running);
-                if done.is_ok() {
-                    result.steps_done[running.index] = step + 1;
-                }
-                let weighed = done.and_then(|()| {
-                    if !self.is_looked_at(step + 1) {
-                        return Ok(());
-                    }
-                    let mut copy_result = self.copy_result(result, running.index);
-                    if self.is_row(step + 1) {
-                        self.read(worker, &mut running.rows, &mut copy_result);
-                    }
-                    Ok(self.weigh(worker, step, &mut copy_result, interrupt)?)
-                });
-                if let Err(stop) = weighed {
-                    running.stop = Some(stop);
-                    lanes.leave(lane);
-                }
+            self.drive(step);
+            self.lanes.step();
+            let looks = self.rollout.is_looked_at(step + 1);
+            if looks || self.lanes.stepped() < going {
+                self.complete_step(step, looks, result, interrupt);
             }
         }
-        for Running { copy, index, stop, .. } in group {
+        Some(())
+    }
+
+    /// Says what became of the copies; nothing where they were interrupted.
+    fn end(self, result: &mut BatchResult) -> Option<()> {
+        let Rollout { shape, .. } = self.rollout;
+        for Running { copy, index, stop, .. } in self.copies {
+            result.steps_done[index] = stop.as_ref().map_or(shape.steps, |(_, done)| *done);
             match stop {
                 None => {}
-                Some(Stop::Interrupted) => return None,
-                Some(Stop::Ended(reason)) => {
-                    part(&mut result.costs, index, self.shape.terms).fill(f64::INFINITY);
+                Some((Stop::Interrupted, _)) => return None,
+                Some((Stop::Ended(reason), _)) => {
+                    part(&mut result.costs, index, shape.terms).fill(f64::INFINITY);
                     result.ended.push(Ended { copy, reason });
                 }
             }
@@ -199,31 +206,90 @@ impl Rollout {
         Some(())
     }
 
-    /// Where a copy's step is none of lanes, has its world do it. Then the worker's view is what is to be read.
-    fn complete_step<S: Simd>(
-        &self,
-        lanes: &mut LaneRobot<S>,
-        (lane, robot): (usize, usize),
-        worker: &mut Worker,
+    /// A copy does no more steps than those that it has done.
+    fn stop(&mut self, lane: usize, why: Stop, done: u64) {
+        self.copies[lane].stop = Some((why, done));
+        self.lanes.leave(lane);
+    }
+
+    /// Gives copies what is due before a step.
+    fn drive(&mut self, step: u64) {
+        let rollout = self.rollout;
+        let has_wrench = rollout.variations.iter().any(|variation| variation.applies_wrench_at(step));
+        if !has_wrench && !rollout.controls.iter().any(|control| control.drives_at(step)) {
+            return;
+        }
+        for lane in 0..self.copies.len() {
+            if self.copies[lane].stop.is_none()
+                && let Err(error) = self.drive_copy(lane, step, has_wrench)
+            {
+                self.stop(lane, error.into(), step);
+            }
+        }
+    }
+
+    fn drive_copy(&mut self, lane: usize, step: u64, has_wrench: bool) -> Result<(), Error> {
+        let (rollout, lanes, robot) = (self.rollout, &mut self.lanes, self.robot);
+        let (worker, copy) = (&mut self.workers[lane], self.copies[lane].copy);
+        let was_in = lanes.has(lane);
+        if was_in && !has_wrench && self.changes_numbers_alone {
+            for control in &rollout.controls {
+                control.drive_lane(lanes, lane, (copy, step), &mut worker.memory)?;
+            }
+            return Ok(());
+        }
+        if was_in {
+            worker.bring_back(lanes, (lane, robot), rollout.state.at.step + step);
+            lanes.leave(lane);
+        }
+        rollout.drive(worker, copy, step)?;
+        // A copy with an applied wrench steps by itself for as long as it has one.
+        if was_in && !has_wrench {
+            lanes.take(lane, worker.world.body(robot));
+        }
+        Ok(())
+    }
+
+    /// Ends a step of all copies, and reads what is to be read of them.
+    fn complete_step(
+        &mut self,
         step: u64,
-        running: &mut Running,
-    ) -> Result<(), Stop> {
-        let looks = self.is_looked_at(step + 1);
+        looks: bool,
+        result: &mut BatchResult,
+        interrupt: &dyn Fn() -> bool,
+    ) {
+        for lane in 0..self.copies.len() {
+            if self.copies[lane].stop.is_some() {
+                continue;
+            }
+            if let Err(why) = self.complete_copy(lane, step, looks) {
+                self.stop(lane, why, step);
+            } else if looks && let Err(error) = self.read(lane, step, result, interrupt) {
+                self.stop(lane, error.into(), step + 1);
+            }
+        }
+    }
+
+    /// Where a copy's step is none of lanes, has its world do it. Then the worker's view is what is to be read.
+    fn complete_copy(&mut self, lane: usize, step: u64, looks: bool) -> Result<(), Stop> {
+        let (lanes, robot) = (&mut self.lanes, self.robot);
+        let (worker, running) = (&mut self.workers[lane], &mut self.copies[lane]);
+        // Of the step that the world is at before this one.
+        let begun = self.rollout.state.at.step + step;
         if lanes.has(lane) && lanes.has_stepped(lane) {
-            worker.world.pass_step();
-            running.pause = 0;
             if looks && running.is_seen {
                 worker.look_at_lane(lanes, (lane, robot));
             } else if looks {
-                lanes.give_back(lane, worker.world.body_mut(robot));
+                worker.bring_back(lanes, (lane, robot), begun + 1);
                 worker.look();
                 running.is_seen = true;
             }
             return Ok(());
         }
         if lanes.has(lane) {
-            lanes.give_back(lane, worker.world.body_mut(robot));
-            running.pause = (2 * running.pause).clamp(1, LONGEST_PAUSE);
+            worker.bring_back(lanes, (lane, robot), begun);
+            let pause = if running.entered < step { 0 } else { running.pause };
+            running.pause = (2 * pause).clamp(1, LONGEST_PAUSE);
             running.alone = running.pause;
         }
         worker.step()?;
@@ -240,28 +306,36 @@ impl Rollout {
             if clearance.around.min(clearance.own) > clearance.slack {
                 lanes.set_clearance(lane, &clearance);
                 lanes.take(lane, worker.world.body(robot));
+                running.entered = step + 1;
             }
         }
         Ok(())
     }
 
-    /// Whether something is read of the copies after so many steps.
-    fn is_looked_at(&self, steps: u64) -> bool {
-        self.is_row(steps) || !self.costs.is_empty()
-    }
-
-    /// What a copy writes into the arrays of its batch.
-    fn copy_result<'r>(&self, result: &'r mut BatchResult, index: usize) -> CopyResult<'r> {
-        let steps = result.step_costs.len() / result.steps_done.len().max(1);
-        CopyResult {
-            states: part(&mut result.states, index, self.shape.rows * self.shape.columns()),
-            costs: part(&mut result.costs, index, self.shape.terms),
-            step_costs: part(&mut result.step_costs, index, steps),
+    /// Reads of a copy what is to be read after a step.
+    fn read(
+        &mut self,
+        lane: usize,
+        step: u64,
+        result: &mut BatchResult,
+        interrupt: &dyn Fn() -> bool,
+    ) -> Result<(), Error> {
+        let (worker, running) = (&mut self.workers[lane], &mut self.copies[lane]);
+        let mut copy_result = self.rollout.copy_result(result, running.index);
+        if self.rollout.is_row(step + 1) {
+            self.rollout.read(worker, &mut running.rows, &mut copy_result);
         }
+        self.rollout.weigh(worker, step, &mut copy_result, interrupt)
     }
 }
 
 impl Worker {
+    /// Brings its world to where the copy in a lane is, at this step of the world.
+    fn bring_back<S: Simd>(&mut self, lanes: &LaneRobot<S>, (lane, robot): (usize, usize), step: u64) {
+        lanes.give_back(lane, self.world.body_mut(robot));
+        self.world.pass_steps_to(step);
+    }
+
     /// Looks at what a step of lanes has changed of a copy.
     fn look_at_lane<S: Simd>(&mut self, lanes: &LaneRobot<S>, (lane, robot): (usize, usize)) {
         let state = &mut self.view.state;
@@ -271,11 +345,14 @@ impl Worker {
         }
         let layout = &state.world.entities[robot];
         let (positions, velocities) = (layout.positions.clone(), layout.velocities.clone());
-        let joints = positions.zip(velocities).enumerate();
-        for (joint, (position, velocity)) in joints {
-            [state.positions[position], state.velocities[velocity], state.efforts[velocity]] =
-                lanes.joint(lane, joint);
-        }
+        lanes.write_joints(
+            lane,
+            [
+                &mut state.positions[positions],
+                &mut state.velocities[velocities.clone()],
+                &mut state.efforts[velocities],
+            ],
+        );
         self.view.changed();
     }
 }

@@ -54,16 +54,11 @@ impl<S: Simd> Root<S> {
 
     /// Writes that of a lane into the state of its copy.
     pub(super) fn give_back(&self, lane: usize, into: &mut BodyState) {
-        self.give_motion(lane, into);
+        get(&self.positions, lane, &mut into.positions);
+        get(&self.velocities, lane, &mut into.velocities);
         get(&self.half_velocities, lane, &mut into.half_velocities);
         get(&self.changes, lane, &mut into.changes);
         get(&self.changes_before, lane, &mut into.changes_before);
-    }
-
-    /// The same of where it is and how it moves.
-    pub(super) fn give_motion(&self, lane: usize, into: &mut BodyState) {
-        get(&self.positions, lane, &mut into.positions);
-        get(&self.velocities, lane, &mut into.velocities);
     }
 
     /// Takes one lane from another state.

@@ -27,7 +27,7 @@ pub(super) struct Law<S: Simd> {
     pub(super) velocity: Lanes<S>,
     pub(super) feed_forward: Lanes<S>,
     pub(super) limit: Lanes<S>,
-    /// Of a position target.
+    /// The number of the target.
     pub(super) target: Lanes<S>,
     /// What its setpoint speeds up with.
     pub(super) hardest: Lanes<S>,
@@ -156,6 +156,26 @@ impl<S: Simd> Law<S> {
         ] {
             slot.set(lane, value);
         }
+    }
+
+    /// Gives the target of a copy another number, which is clamped as that of a command is. The target is of this mode, and
+    /// what it has beside the number stays. Whether it is another one.
+    pub(super) fn set_target(&mut self, lane: usize, mode: Mode, value: f64) -> bool {
+        let (lower, upper) = match mode {
+            // A target of a rollout has no limits of its own: these are the joint's.
+            Mode::Velocity => (-self.fastest.get(lane), self.fastest.get(lane)),
+            Mode::Effort => (-self.limit.get(lane), self.limit.get(lane)),
+            _ => (self.lower.get(lane), self.upper.get(lane)),
+        };
+        let target = value.clamp(lower, upper);
+        let is_another = target != self.target.get(lane);
+        self.target.set(lane, target);
+        match mode {
+            Mode::Velocity => self.velocity.set(lane, target),
+            Mode::Effort => self.feed_forward.set(lane, target),
+            _ => {}
+        }
+        is_another
     }
 }
 

@@ -155,11 +155,6 @@ impl<S: Simd> LaneRobot<S> {
         }
     }
 
-    /// How many copies there is room for.
-    pub fn width(&self) -> usize {
-        S::F64_LANES
-    }
-
     /// Takes a copy into a lane. False where its next step is none that lanes do; then the lane is empty.
     pub fn take(&mut self, lane: usize, robot: &Articulation) -> bool {
         self.is_taken.set(lane, 0.0);
@@ -259,36 +254,12 @@ impl<S: Simd> LaneRobot<S> {
         }
     }
 
-    /// Writes what targets are made of into the robot of a copy in a lane: where its joints and their setpoints are, and how they move.
-    pub fn give_targets(&self, lane: usize, robot: &mut Articulation) {
-        let into = robot.state_mut();
-        into.history = self.history_of(lane);
-        if self.first > 0 {
-            self.root.give_motion(lane, into);
-        }
-        let (q, qd) = self.first_of_joints();
-        for (joint, state) in self.states[self.first..].iter().enumerate() {
-            let actuator = &mut into.axes[qd + joint].actuator;
-            into.positions[q + joint] = state.position.get(lane);
-            into.velocities[qd + joint] = state.velocity.get(lane);
-            actuator.setpoint = state.setpoint.get(lane);
-            actuator.setpoint_velocity = state.setpoint_velocity.get(lane);
-        }
-    }
-
-    /// Takes the targets of the robot of a copy that is in a lane. Where lanes do not do these, it leaves the lane.
-    pub fn take_targets(&mut self, lane: usize, robot: &Articulation) {
-        let from = robot.state();
-        self.history.set(lane, number(from.history));
-        let (_, qd) = self.first_of_joints();
-        for (joint, axis) in from.axes[qd..].iter().enumerate() {
-            let i = self.first + joint;
-            if self.modes[i].is_some_and(has_setpoint) != has_setpoint(axis.actuator.mode) {
-                self.leave(lane);
-            }
-            self.laws[i].set(lane, axis, self.stepping.h);
-            self.states[i].setpoint.set(lane, axis.actuator.setpoint);
-            self.states[i].setpoint_velocity.set(lane, axis.actuator.setpoint_velocity);
+    /// Gives a joint of a copy another number of the target that it has, which is of this mode: what
+    /// [`Articulation::set_actuator`] does where nothing but the number changes.
+    pub fn set_target(&mut self, lane: usize, body: usize, mode: Mode, value: f64) {
+        if self.laws[body].set_target(lane, mode, value) {
+            let most = number(mode.history_after(mode));
+            self.history.set(lane, self.history.get(lane).min(most));
         }
     }
 
@@ -312,13 +283,28 @@ impl<S: Simd> LaneRobot<S> {
         self.is_done.get(lane) == 1.0
     }
 
-    /// Position, velocity and what the actuator applied, of a joint of a copy.
-    pub fn joint(&self, lane: usize, joint: usize) -> [f64; 3] {
-        let State { position, velocity, effort, .. } = &self.states[self.first + joint];
-        [position, velocity, effort].map(|number| number.get(lane))
+    /// How many copies have done the last step.
+    pub fn stepped(&self) -> usize {
+        (0..S::F64_LANES).filter(|lane| self.has(*lane) && self.has_stepped(*lane)).count()
     }
 
-    /// Writes the state of the copy in a lane into its robot.
+    /// Position and velocity of the joint of a body of a copy.
+    pub fn axis_state(&self, lane: usize, body: usize) -> (f64, f64) {
+        let State { position, velocity, .. } = &self.states[body];
+        (position.get(lane), velocity.get(lane))
+    }
+
+    /// Writes positions and velocities of the joints of a copy, and what their actuators applied.
+    pub fn write_joints(&self, lane: usize, [positions, velocities, efforts]: [&mut [f64]; 3]) {
+        let joints = self.states[self.first..].iter().zip(positions).zip(velocities).zip(efforts);
+        for (((state, position), velocity), effort) in joints {
+            *position = state.position.get(lane);
+            *velocity = state.velocity.get(lane);
+            *effort = state.effort.get(lane);
+        }
+    }
+
+    /// Writes the state of the copy in a lane into its robot, and the targets that it was given there.
     pub fn give_back(&self, lane: usize, robot: &mut Articulation) {
         let into = robot.state_mut();
         into.history = self.history_of(lane);
@@ -326,7 +312,8 @@ impl<S: Simd> LaneRobot<S> {
             self.root.give_back(lane, into);
         }
         let (q, qd) = self.first_of_joints();
-        for (joint, state) in self.states[self.first..].iter().enumerate() {
+        let joints = self.states[self.first..].iter().zip(&self.laws[self.first..]);
+        for (joint, (state, law)) in joints.enumerate() {
             let i = qd + joint;
             let (axis, drive) = (&mut into.axes[i], &mut into.drives[i]);
             let saturated = state.drive.saturated.get(lane);
@@ -337,6 +324,7 @@ impl<S: Simd> LaneRobot<S> {
                 (&mut into.half_velocities[i], &state.half_velocity),
                 (&mut into.changes[i], &state.change),
                 (&mut into.changes_before[i], &state.change_before),
+                (&mut axis.actuator.target, &law.target),
                 (&mut axis.actuator.setpoint, &state.setpoint),
                 (&mut axis.actuator.setpoint_velocity, &state.setpoint_velocity),
                 (&mut into.efforts[i], &state.effort),
@@ -358,7 +346,10 @@ impl<S: Simd> LaneRobot<S> {
     /// Keeps the state, for lanes whose step is not done.
     pub(super) fn begin(&mut self) {
         self.before.0.copy_from_slice(&self.states);
-        (self.before.1, self.before.2) = (self.root, self.history);
+        if self.first > 0 {
+            self.before.1 = self.root;
+        }
+        self.before.2 = self.history;
     }
 
     /// Puts lanes whose step is not done back to where they were.

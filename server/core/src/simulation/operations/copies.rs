@@ -152,9 +152,14 @@ impl Simulation {
         }
     }
 
-    /// A step has been done of the one robot that there is, elsewhere.
-    pub(crate) fn pass_step(&mut self) {
-        self.now.step += 1;
+    /// Whether trajectories move joints of a robot, or wait to.
+    pub(crate) fn has_trajectories(&self, robot: usize) -> bool {
+        !self.entities[robot].state.trajectories.is_empty()
+    }
+
+    /// Steps up to this one have been done of the one robot that there is, elsewhere.
+    pub(crate) fn pass_steps_to(&mut self, step: u64) {
+        self.now.step = step;
         let (step, time) = self.time_base;
         self.now.sim_time = time + (self.now.step - step) as f64 * self.settings.time_step;
     }
