@@ -4,12 +4,15 @@ use std::sync::Arc;
 
 use glamx::DPose3;
 use simd_core::collision::Shapes;
-use simd_core::rollout::request::{Control, ControlMode, Interpolation, Named, Quantity, Start};
+use simd_core::rollout::request::{
+    Control, ControlMode, Interpolation, Named, Quantity, Start, Values, Variation, Varied,
+};
 use simd_core::rollout::{Rollout, RolloutRequest};
 use simd_core::simulation::command::{ContactSettings, Spawn};
 use simd_core::{Command, Integrator, Simulation};
 use simd_tests::robots;
 
+use crate::truth;
 use crate::world::{apply, euler, leapfrog, passive};
 
 const COPIES: usize = 9;
@@ -36,10 +39,17 @@ fn world_of(urdf: &str, integrator: Integrator, self_collision: bool) -> Simulat
     world
 }
 
+/// How many joints of one axis follow no other.
+fn joints(world: &Simulation) -> usize {
+    let entity = &world.layout().entities[0];
+    let is_driven =
+        |joint: &usize| entity.tree.has_one_axis(*joint) && entity.model.joints[*joint].mimic.is_none();
+    (0..entity.model.joints.len()).filter(is_driven).count()
+}
+
 /// Joints are driven to their limits and beyond, from any pose, so that efforts saturate and bodies come near each other.
 fn request(world: &Simulation, mode: ControlMode) -> RolloutRequest {
-    let entity = &world.layout().entities[0];
-    let joints = (0..entity.model.joints.len()).filter(|joint| entity.tree.has_one_axis(*joint)).count();
+    let joints = joints(world);
     let of = || Named { robot: "robot".into(), names: Vec::new() };
     let size = if mode == ControlMode::Effort { 60.0 } else { 3.0 };
     RolloutRequest {
@@ -90,6 +100,7 @@ fn every_robot_has_the_same_bits_in_lanes_and_alone() {
         "planar/urdf/planar.urdf",
         "Two Link.v2/urdf/Two Link.v2.urdf",
         "Bench_Arm-1.2 rev B/urdf/Bench_Arm-1.2 rev B.urdf",
+        "../reference/robots/double_pendulum.urdf",
     ] {
         for (integrator, self_collision, modes) in [
             (
@@ -115,4 +126,41 @@ fn every_robot_has_the_same_bits_in_lanes_and_alone() {
     }
     in_lanes.dedup();
     assert!(in_lanes.len() >= 3 && in_lanes.contains(&"seven_arm/urdf/seven_arm.urdf"), "{in_lanes:?}");
+}
+
+/// The robots of `make truth`, each as it starts there but for its velocities: left to itself for a second, and driven by each kind
+/// of targets.
+#[test]
+fn every_case_of_the_truth_table_has_the_same_bits_in_lanes_and_alone() {
+    let mut in_lanes = Vec::new();
+    for case in truth::cases().into_iter().filter(|case| !case.urdf.starts_with("pybullet_data")) {
+        let world = case.world(Integrator::Leapfrog, 1e-3);
+        let modes: &[Option<ControlMode>] = match joints(&world) {
+            0 => &[None],
+            _ => &[None, Some(ControlMode::Position), Some(ControlMode::Velocity), Some(ControlMode::Effort)],
+        };
+        for &mode in modes {
+            let mut request = request(&world, mode.unwrap_or_default());
+            if mode.is_none() {
+                request.controls.clear();
+            }
+            request.starts.clear();
+            request.variations = vec![Variation {
+                of: Varied::JointVelocities(Named { robot: "robot".into(), names: Vec::new() }),
+                values: Values::Uniform { low: -1.0, high: 1.0 },
+            }];
+            request.quantities.push(Quantity::RootPose("robot".into()));
+            let rollout = || Rollout::new(world.to_saved(), request.clone(), u64::MAX).unwrap();
+            if rollout().steps_in_lanes() {
+                in_lanes.push(case.name.clone());
+            }
+            let (alone, beside) = (bits(&rollout().without_lanes()), bits(&rollout()));
+            let first = alone.iter().zip(&beside).position(|(a, b)| a != b);
+            assert_eq!(first, None, "{} {mode:?}", case.name);
+        }
+    }
+    in_lanes.dedup();
+    for name in ["seven_arm", "branching in flight", "heavy top, nutating"] {
+        assert!(in_lanes.iter().any(|case| case == name), "{name} of {in_lanes:?}");
+    }
 }

@@ -43,6 +43,11 @@ fn known() -> Vec<Known> {
     reference.cases
 }
 
+/// The cases without what they come to.
+pub(crate) fn cases() -> Vec<Case> {
+    known().into_iter().map(|known| known.case).collect()
+}
+
 impl Known {
     fn error(&self, integrator: Integrator, time_step: f64) -> f64 {
         let views = self.case.run(integrator, time_step, &self.instants);

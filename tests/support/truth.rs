@@ -121,7 +121,11 @@ impl Case {
         looks.collect()
     }
 
-    fn world(&self, integrator: Integrator, time_step: f64) -> Simulation {
+    /// The world at its start.
+    ///
+    /// # Panics
+    /// Where the world refuses the case: then the test has failed.
+    pub fn world(&self, integrator: Integrator, time_step: f64) -> Simulation {
         let settings = PhysicsSettings { time_step, integrator, ..PhysicsSettings::default() };
         let mut world = Simulation::new(settings, WorldLimits::default());
         apply(&mut world, Command::Spawn(Box::new(self.spawn())));
