@@ -347,3 +347,33 @@ fn the_copies_beside_one_in_lanes_do_not_matter() {
         }
     }
 }
+
+/// Two controls of a joint, of one mode and of two, and feedback: what targets are changes while copies are in lanes.
+#[test]
+fn joints_with_two_controls_or_feedback_have_the_bits_of_the_world() {
+    let world = world_of(branching(5), Integrator::Leapfrog, 1);
+    let with_two = [ControlMode::Position, ControlMode::Effort].map(|mode| {
+        let mut request = asked(5, 5, ControlMode::Position, Interpolation::Hold);
+        request.controls.push(Control {
+            robot: "tree".into(),
+            joints: vec!["j1".into(), "j3".into()],
+            stiffness: if mode == ControlMode::Position { vec![50.0, 80.0] } else { Vec::new() },
+            ..control(mode, drawn(6, 5 * 7 * 2, 2.0), 7, 21)
+        });
+        request
+    });
+    let with_feedback = [ControlMode::Velocity, ControlMode::Effort].map(|mode| {
+        let mut request = asked(5, 5, mode, Interpolation::Linear);
+        let gains = drawn(7, 5 * 10, 2.0);
+        request.controls[0].feedback = Some(Feedback { gains, ..Feedback::default() });
+        request
+    });
+    for request in with_two.into_iter().chain(with_feedback) {
+        let rollout = Rollout::new(world.to_saved(), request, ROOM).unwrap();
+        assert!(rollout.has_lanes);
+        let expected = alone(&rollout, 0..5);
+        for (width, found) in in_all_widths(&rollout, 0..5) {
+            assert_equal(&found, &expected, &format!("{width} lanes"));
+        }
+    }
+}
