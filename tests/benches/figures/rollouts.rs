@@ -10,6 +10,7 @@ use simd_client::proto::{
 };
 use simd_client::{Client, packed, proto};
 use simd_core::Simulation;
+use simd_core::dynamics::lanes::bytes_of_copy;
 use simd_core::rollout::request::{Control, ControlMode, Cost, CostTerm, Interpolation, Named};
 use simd_core::rollout::{Rollout, RolloutRequest};
 use simd_tests::robots;
@@ -20,6 +21,18 @@ use crate::{lateness, step};
 const COPIES: usize = 1_024;
 const STEPS: u64 = 100;
 const ROUNDS: usize = 9;
+
+/// How copies step: one after the other, in the vectors of AVX2, and in the widest that the processor has.
+#[derive(Clone, Copy)]
+enum Way {
+    Alone,
+    FourLanes,
+    WidestLanes,
+}
+
+const WAYS: [(&str, Way); 3] =
+    [("one by one", Way::Alone), ("four lanes", Way::FourLanes), ("all lanes", Way::WidestLanes)];
+
 /// Joints of the arm.
 const JOINTS: usize = 7;
 /// Knots of each copy, and steps between them.
@@ -32,6 +45,12 @@ pub(crate) fn print() {
     );
     let (model, _) = robots::read("seven_arm/urdf/seven_arm.urdf");
     let world = step::world(&model, 1, true);
+    // A copy has a world beside its lane too: where it begins, and where it steps whenever lanes do not do its step.
+    println!(
+        "  bytes a copy: {} in its lane, {} of targets in the request",
+        bytes_of_copy(&world.layout().entities[0].tree),
+        size_of_val(&values(0)[..]) / COPIES
+    );
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     for (name, with_costs, threads) in [
         ("steps alone, one thread", false, 1),
@@ -39,14 +58,14 @@ pub(crate) fn print() {
         ("steps alone, all threads", false, threads),
         ("with costs of each step, all threads", true, threads),
     ] {
-        // One after the other and in lanes in turns, so that both see the same machine.
-        let mut rounds = [Vec::new(), Vec::new()];
+        // In turns, so that all see the same machine.
+        let mut rounds = WAYS.map(|_| Vec::new());
         for round in 0..ROUNDS {
-            for (rounds, has_lanes) in rounds.iter_mut().zip([false, true]) {
-                rounds.push(in_the_core(&world, round, (with_costs, has_lanes), threads));
+            for (rounds, (_, way)) in rounds.iter_mut().zip(WAYS) {
+                rounds.push(in_the_core(&world, round, (with_costs, way), threads));
             }
         }
-        for (way, rounds) in ["one by one", "in lanes"].into_iter().zip(rounds) {
+        for ((way, _), rounds) in WAYS.into_iter().zip(rounds) {
             println!("  {name:38} {way:10} {}", Spread::of(rounds));
         }
     }
@@ -95,12 +114,7 @@ fn values(round: usize) -> Vec<f64> {
     (0..COPIES * KNOTS.0 * JOINTS).map(|_| random.f64() - 0.5).collect()
 }
 
-fn in_the_core(
-    world: &Simulation,
-    round: usize,
-    (with_costs, has_lanes): (bool, bool),
-    threads: usize,
-) -> f64 {
+fn in_the_core(world: &Simulation, round: usize, (with_costs, way): (bool, Way), threads: usize) -> f64 {
     let arm = Named { robot: "arm-0".into(), names: Vec::new() };
     let of = Cost::JointPositions { joints: arm, targets: Vec::new(), wrapped: false };
     let request = RolloutRequest {
@@ -123,7 +137,11 @@ fn in_the_core(
     };
     let begun = Instant::now();
     let rollout = Rollout::new(world.to_saved(), request, u64::MAX).expect("it can be");
-    let rollout = if has_lanes { rollout } else { rollout.without_lanes() };
+    let rollout = match way {
+        Way::Alone => rollout.without_lanes(),
+        Way::FourLanes => rollout.with_four_lanes(),
+        Way::WidestLanes => rollout,
+    };
     let next = AtomicUsize::new(0);
     std::thread::scope(|scope| {
         for _ in 0..threads {

@@ -40,6 +40,18 @@ impl WithSimd for Batch<'_> {
     }
 }
 
+/// Vectors of four numbers, where the processor has them.
+#[cfg(target_arch = "x86_64")]
+fn four_lanes() -> Option<pulp::x86::V3> {
+    pulp::x86::V3::try_new()
+}
+
+/// The same of other processors.
+#[cfg(not(target_arch = "x86_64"))]
+fn four_lanes() -> Option<pulp::Scalar> {
+    None
+}
+
 /// Copies that step at once, one a lane.
 struct Group<'a, S: Simd> {
     rollout: &'a Rollout,
@@ -86,7 +98,13 @@ impl Rollout {
         result: &mut BatchResult,
         interrupt: &dyn Fn() -> bool,
     ) -> Option<()> {
-        Arch::new().dispatch(Batch { rollout: self, worker, copies, result, interrupt })
+        let batch = Batch { rollout: self, worker, copies, result, interrupt };
+        if self.has_four_lanes
+            && let Some(simd) = four_lanes()
+        {
+            return simd.vectorize(batch);
+        }
+        Arch::new().dispatch(batch)
     }
 
     /// The same, as many at a time as there are lanes.

@@ -68,6 +68,8 @@ pub struct Rollout {
     record_start: bool,
     /// Copies step several at once, as long as they can.
     has_lanes: bool,
+    /// No more than four of them, also where the processor has vectors for eight.
+    has_four_lanes: bool,
 }
 
 /// How many numbers a rollout gives.
@@ -190,6 +192,7 @@ impl Rollout {
             record_every,
             record_start,
             has_lanes: false,
+            has_four_lanes: false,
         };
         rollout.has_lanes = rollout.can_be_in_lanes(&world);
         rollout.try_first_step(Worker::with(world))?;
@@ -200,6 +203,13 @@ impl Rollout {
     #[must_use]
     pub fn without_lanes(mut self) -> Self {
         self.has_lanes = false;
+        self
+    }
+
+    /// The same with copies that step no more than four at once: for comparing.
+    #[must_use]
+    pub fn with_four_lanes(mut self) -> Self {
+        self.has_four_lanes = true;
         self
     }
 

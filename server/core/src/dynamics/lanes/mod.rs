@@ -29,4 +29,14 @@ mod rows;
 mod step;
 mod vectors;
 
+use std::sync::Arc;
+
+use glamx::DVec3;
 pub use robot::{Clearance, LaneRobot};
+
+use crate::dynamics::{Integrator, Tree};
+
+/// Bytes that a copy of a robot takes in its lane.
+pub fn bytes_of_copy(tree: &Arc<Tree>) -> usize {
+    LaneRobot::new(pulp::Scalar, tree, DVec3::ZERO, (1.0, 1), Integrator::Leapfrog).bytes()
+}

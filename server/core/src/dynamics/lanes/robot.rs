@@ -155,6 +155,20 @@ impl<S: Simd> LaneRobot<S> {
         }
     }
 
+    /// Bytes that it takes, all lanes together.
+    pub fn bytes(&self) -> usize {
+        let Self { modes, laws, states, before, bodies, responses, root_responses, levers, .. } = self;
+        size_of::<Self>()
+            + size_of_val(&modes[..])
+            + size_of_val(&laws[..])
+            + size_of_val(&states[..])
+            + size_of_val(&before.0[..])
+            + size_of_val(&bodies[..])
+            + size_of_val(&responses[..])
+            + size_of_val(&root_responses[..])
+            + size_of_val(&levers[..])
+    }
+
     /// Takes a copy into a lane. False where its next step is none that lanes do; then the lane is empty.
     pub fn take(&mut self, lane: usize, robot: &Articulation) -> bool {
         self.is_taken.set(lane, 0.0);
