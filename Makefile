@@ -149,13 +149,15 @@ lint:
 	$(CARGO) clippy --locked --workspace --all-targets -- -D warnings
 
 # Figures for this machine: microseconds a step, round trips beside a TCP echo, lateness; then a
-# step beside MuJoCo, PyBullet and rapier, with a plot in target/bench; then scans of a lidar beside MuJoCo and PyBullet.
+# step beside MuJoCo, PyBullet and rapier, with a plot in target/bench; scans of a lidar beside MuJoCo and PyBullet; how exactly
+# contacts are solved over time by sweeps, by what simd chooses, and by MuJoCo's Newton, with a plot there too.
 bench: build
 	$(CARGO) bench --locked --profile dev --workspace --bench figures
 	python3 -m venv target/bench-venv
 	target/bench-venv/bin/pip install --quiet -r tests/reference/peers/requirements.txt
 	CARGO="$(CARGO)" target/bench-venv/bin/python tests/reference/peers.py
 	CARGO="$(CARGO)" target/bench-venv/bin/python tests/reference/lidar_peers.py
+	CARGO="$(CARGO)" target/bench-venv/bin/python tests/reference/residual_peers.py
 
 # A daemon in a world that is alone for a fifth of SOAK_MINUTES, and then comes and goes, with a hundred readers on every
 # transport and floods of bad requests: a line each minute of what it costs, how fast that grows, and how late steps

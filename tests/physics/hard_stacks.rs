@@ -2,6 +2,7 @@
 
 use fastrand::Rng;
 use glamx::{DMat3, DPose3, DQuat, DVec3};
+use simd_core::simulation::SolverChoice;
 use simd_core::simulation::command::Spawn;
 use simd_core::{Command, Simulation};
 use simd_tests::scenes::*;
@@ -214,6 +215,27 @@ fn comes_to_rest(seed: u64) -> (f64, bool) {
     );
     let is_least = error.is_some_and(|error| error < 1e-6 * weight);
     (gain, holds && is_least && (force / weight - 1.0).abs() < 1e-6 && creep < 1e-9 && sleeps)
+}
+
+/// The largest residual of the steps from a fifth of a second to half of one, m/s.
+fn residual(world: &mut Simulation, choice: SolverChoice) -> f64 {
+    world.measure_solver(choice);
+    (0..200).for_each(|_| world.step());
+    world.take_solver_residual();
+    (0..300).for_each(|_| world.step());
+    world.take_solver_residual().unwrap_or_default()
+}
+
+/// What `make bench` draws over time: thirty boxes, which 50 sweeps a step do not solve, beside what a world does by itself.
+#[test]
+fn the_residual_says_how_far_sweeps_are_from_what_is_solved_directly() {
+    let mut fresh = tower(&[1.0; 30]);
+    fresh.step();
+    assert_eq!(fresh.take_solver_residual(), None, "it is measured where that is asked for");
+    let [own, direct, sweeps] = [SolverChoice::Automatic, SolverChoice::Direct, SolverChoice::Sweeps]
+        .map(|choice| residual(&mut tower(&[1.0; 30]), choice));
+    println!("residuals: {own:e} m/s, {direct:e} directly, {sweeps:e} by sweeps");
+    assert!(own < 1e-6 && direct < 1e-6 && sweeps > 10.0 * own.max(direct), "{own:e} {direct:e} {sweeps:e}");
 }
 
 /// Masses up to 1 : 1000. `TOWERS` of the environment gives another number of seeds.

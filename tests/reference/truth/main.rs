@@ -1,5 +1,5 @@
 //! What `tests/reference/truth` asks of simd: where the robots of a list of cases are at some instants, and how scenes
-//! with contact go on.
+//! with contact go on, and how exactly their contacts are solved.
 //!
 //! The argument is a file with a list of [`Ask`]s. The answer is a line of JSON for each.
 
@@ -8,6 +8,7 @@ use std::io::Write as _;
 
 use serde::Deserialize;
 use simd_core::Integrator;
+use simd_core::simulation::SolverChoice;
 use simd_tests::contact_scene::Scene;
 use simd_tests::truth::Case;
 
@@ -22,6 +23,11 @@ enum Ask {
         integrator: Integrator,
         /// Seconds, multiples of the time step.
         instants: Vec<f64>,
+    },
+    /// Of a scene with contact: the residual of each step.
+    Residuals {
+        scene: Scene,
+        solver: SolverChoice,
     },
     /// Of a scene with contact.
     Over {
@@ -47,6 +53,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         match ask {
             Ask::At { case, time_step, integrator, instants } => {
                 serde_json::to_writer(&mut out, &case.run(integrator, time_step, &instants))?;
+            }
+            Ask::Residuals { scene, solver } => {
+                serde_json::to_writer(&mut out, &scene.residuals(solver))?;
             }
             Ask::Over { scene, every, in_rapier: true, .. } => {
                 serde_json::to_writer(&mut out, &scene.run_in_rapier(every))?;

@@ -7,6 +7,7 @@ mod links;
 mod momenta;
 mod placement;
 mod projection;
+mod residual;
 mod rows;
 mod stiffening;
 
@@ -22,6 +23,7 @@ use super::constraint::link_rows::LinkRows;
 use super::constraint::turning::TurningRows;
 use super::symmetric::Symmetric;
 use placement::Split;
+pub use residual::SolverChoice;
 
 /// Sweeps of position correction; the rest is left to the next step.
 const CORRECTION_SWEEPS: usize = 5;
@@ -63,6 +65,11 @@ pub struct Island {
     stiffening: Vec<Symmetric>,
     /// Of each member, what constraints have it resist turning by, times the square of the step.
     stiffness: Vec<Symmetric>,
+    /// How impulses are found.
+    choice: SolverChoice,
+    is_measured: bool,
+    /// See [`Island::take_residual`].
+    residual: Option<f64>,
 }
 
 /// Where the responses to a body's six wrenches are.
@@ -170,6 +177,7 @@ impl Island {
             }
             robots.iter_mut().for_each(|robot| robot.as_mut().predict(gravity, h));
         }
+        self.measure_residual();
         let Some(is_placed) = self.update_split_velocities(robots, constraints, h, interrupt) else {
             return false;
         };

@@ -69,6 +69,7 @@ use world_state::{encoded, hash};
 
 use crate::collision::ColliderPose;
 use crate::dynamics::island::Island;
+pub use crate::dynamics::island::SolverChoice;
 use crate::pool::Pool;
 
 /// A world of robots.

@@ -111,6 +111,8 @@ pub struct Direct {
     kept_links: Vec<[f64; 3]>,
     /// The matrix has the factors of the last solution.
     is_solved: bool,
+    /// What it costs is not looked at: for measurements.
+    pub is_unbounded: bool,
 }
 
 /// A row of a joint.
@@ -193,7 +195,11 @@ impl Direct {
                 self.matrix.join_branches(a.member);
             }
         }
-        let most = COST.0 * sweep + if links.is_empty() { COST.1 } else { LINKED_COST };
+        let most = if self.is_unbounded {
+            usize::MAX
+        } else {
+            COST.0 * sweep + if links.is_empty() { COST.1 } else { LINKED_COST }
+        };
         if matrix > most || self.matrix.plan(most).is_none() {
             return false;
         }

@@ -1,6 +1,6 @@
 //! The impulses of an island: which ones are started from, and which way they are found.
 
-use super::Island;
+use super::{Island, SolverChoice};
 use crate::dynamics::articulation::Articulation;
 use crate::dynamics::constraint::contact::Contact;
 use crate::dynamics::constraint::direct::{Outcome, System};
@@ -108,8 +108,9 @@ impl Island {
             return true;
         }
         self.was_least = false;
-        let is_direct =
-            self.turning.is_empty() && self.direct.plan(robots, &self.members, &self.rows, &self.links);
+        let is_direct = self.choice != SolverChoice::Sweeps
+            && self.turning.is_empty()
+            && self.direct.plan(robots, &self.members, &self.rows, &self.links);
         let mut settled = false;
         for sweep in 0..MAX_SWEEPS {
             let rounds = DIRECT_AT.iter().find(|(at, _)| *at == sweep).map(|(_, rounds)| *rounds);

@@ -8,7 +8,7 @@ use glamx::DVec3;
 
 use crate::collision::SurfaceCombination;
 use crate::dynamics::Integrator;
-use crate::dynamics::island::Island;
+use crate::dynamics::island::{Island, SolverChoice};
 use crate::pool::{Interrupt, PIECES, Pool, for_each};
 use crate::simulation::constraints::{LinkConstraints, acts};
 use crate::simulation::contacts::Contacts;
@@ -45,7 +45,23 @@ impl Simulation {
         self.pool = pool;
     }
 
-    /// The same, given up as soon as `interrupt` says so: then all is as if the step had never begun, to
+    /// Has the impulses of contacts found in one way from now on, and measures how exactly they are, for figures of the solver. It is
+    /// no part of the state, and takes time and memory in each step.
+    pub fn measure_solver(&mut self, choice: SolverChoice) {
+        let islands = &mut self.step_memory.islands;
+        if islands.len() < PIECES {
+            islands.resize_with(PIECES, Island::default);
+        }
+        islands.iter_mut().for_each(|island| island.measure_solver(choice));
+    }
+
+    /// The largest residual of the contacts of all steps since this was last asked, m/s: by how much the impulse of a contact would
+    /// change its own velocity if it alone were solved once more. `None` where it is not measured, or nothing touched.
+    pub fn take_solver_residual(&mut self) -> Option<f64> {
+        self.step_memory.islands.iter_mut().filter_map(Island::take_residual).reduce(f64::max)
+    }
+
+    /// The same as [`Simulation::step`], given up as soon as `interrupt` says so: then all is as if the step had never begun, to
     /// the bit, and the answer is false. It is asked before each part of the step, each pair of robots that
     /// are near each other, each contact that is measured and each sweep of the solver.
     ///
