@@ -93,12 +93,8 @@ pub(super) fn read(
             } else {
                 DVec3::new(size(0), size(1), size(2))
             };
-            notes.warn(
-                element,
-                Repaired,
-                "simd has no ellipsoids: a capsule along its longest axis stands for it",
-            );
-            let (turn, geometry) = ellipsoid(radii);
+            let (turn, geometry, message) = ellipsoid(radii);
+            notes.warn(element, Repaired, message);
             // A scaled ball: volume and moments as its own.
             let mass = inertia::DENSITY * std::f64::consts::PI * 4.0 / 3.0 * radii.x * radii.y * radii.z;
             let [x, y, z] = (radii * radii).to_array();
@@ -238,14 +234,16 @@ fn weight(
     }
     if let Some(read) = file.and_then(|file| read_mesh(&asset.uri, &file, context)) {
         context.made.spend(mesh_inertia::work(&read, asset.inertia), at)?;
-        if asset.inertia == MeshInertia::Hull && mesh_inertia::is_reduced(&read) {
+        let found = mesh_inertia::of(&read, asset.scale, asset.inertia);
+        if let Some((_, Some(error))) = found {
             let (count, most) = (read.vertices.len(), mesh_inertia::DIRECTIONS);
             let message = format!(
-                "it has {count} corners: its convex hull is that of those that are farthest in {most} directions"
+                "it has {count} corners: its convex hull is that of those that are farthest in {most} directions, \
+                 outside of whose faces the others were found to lie by at most {error:.6} m"
             );
             notes.warn(at, Repaired, message);
         }
-        inertial = mesh_inertia::of(&read, asset.scale, asset.inertia);
+        inertial = found.map(|(inertial, _)| inertial);
     }
     context.library.weights.borrow_mut().insert(name.to_owned(), inertial);
     Ok(inertial)

@@ -12,21 +12,26 @@ type Triangle = [DVec3; 3];
 /// In which corners of a hull are looked for.
 pub(super) const DIRECTIONS: usize = 1_000;
 
-/// Of water, or of a surface of a density of water's number. `None` where it has no extent.
-pub(super) fn of(mesh: &MeshAsset, scale: DVec3, kind: MeshInertia) -> Option<Inertial> {
+/// Corners at the most for which it is looked how far they lie outside of a hull of others.
+const COMPARED: usize = 20_000;
+
+/// Of water, or of a surface of a density of water's number; and of a hull of some corners how far any other one was found to lie
+/// outside of its faces, metres. `None` where it has no extent.
+pub(super) fn of(mesh: &MeshAsset, scale: DVec3, kind: MeshInertia) -> Option<(Inertial, Option<f64>)> {
+    let whole = |found: Option<Inertial>| Some((found?, None));
     match kind {
         MeshInertia::Volume { signed } => {
-            of_volume(&triangles(&mesh.vertices, &mesh.triangles, scale), signed)
+            whole(of_volume(&triangles(&mesh.vertices, &mesh.triangles, scale), signed))
         }
         MeshInertia::Hull => {
-            let mut points: Vec<DVec3> = mesh.vertices.iter().map(|corner| *corner * scale).collect();
-            if is_reduced(mesh) {
-                points = extremes(&points, DIRECTIONS);
-            }
-            let (corners, faces) = hull::of_corners(&points).ok()?;
-            of_volume(&triangles(&corners, &faces, DVec3::ONE), true)
+            let points: Vec<DVec3> = mesh.vertices.iter().map(|corner| *corner * scale).collect();
+            let kept = is_reduced(mesh).then(|| extremes(&points, DIRECTIONS));
+            let (corners, faces) = hull::of_corners(kept.as_ref().unwrap_or(&points)).ok()?;
+            let faces = triangles(&corners, &faces, DVec3::ONE);
+            let error = kept.is_some().then(|| farthest_outside(&points, &faces));
+            Some((of_volume(&faces, true)?, error))
         }
-        MeshInertia::Shell => of_surface(&triangles(&mesh.vertices, &mesh.triangles, scale)),
+        MeshInertia::Shell => whole(of_surface(&triangles(&mesh.vertices, &mesh.triangles, scale))),
     }
 }
 
@@ -34,7 +39,11 @@ pub(super) fn of(mesh: &MeshAsset, scale: DVec3, kind: MeshInertia) -> Option<In
 pub(super) fn work(mesh: &MeshAsset, kind: MeshInertia) -> usize {
     match kind {
         MeshInertia::Volume { .. } | MeshInertia::Shell => mesh.triangles.len(),
-        MeshInertia::Hull if is_reduced(mesh) => of_hull(DIRECTIONS) + mesh.vertices.len() * DIRECTIONS / 20,
+        MeshInertia::Hull if is_reduced(mesh) => {
+            // A hull has at most twice as many faces as corners.
+            let compared = 2 * mesh.vertices.len().min(COMPARED);
+            of_hull(DIRECTIONS) + (mesh.vertices.len() + compared) * DIRECTIONS / 20
+        }
         MeshInertia::Hull => of_hull(mesh.vertices.len()),
     }
 }
@@ -47,6 +56,19 @@ pub(super) fn of_hull(corners: usize) -> usize {
 /// Whether its hull is that of the corners that are farthest in [`DIRECTIONS`], for it has too many.
 pub(super) fn is_reduced(mesh: &MeshAsset) -> bool {
     mesh.vertices.len() > hull::MOST
+}
+
+/// How far points, evenly out of all, lie outside of the planes of a hull's faces at the most.
+fn farthest_outside(points: &[DVec3], faces: &[Triangle]) -> f64 {
+    let plane = |[a, b, c]: &Triangle| {
+        let normal = (*b - *a).cross(*c - *a).try_normalize()?;
+        Some((normal, a.dot(normal)))
+    };
+    let planes: Vec<(DVec3, f64)> = faces.iter().filter_map(plane).collect();
+    let height = |point: &DVec3| {
+        planes.iter().map(|(normal, along)| point.dot(*normal) - along).fold(f64::NEG_INFINITY, f64::max)
+    };
+    points.iter().step_by(points.len().div_ceil(COMPARED).max(1)).map(height).fold(0.0, f64::max)
 }
 
 fn triangles(corners: &[DVec3], faces: &[[u32; 3]], scale: DVec3) -> Vec<Triangle> {

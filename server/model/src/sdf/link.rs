@@ -161,14 +161,10 @@ fn shape(element: Element, notes: &mut Notes) -> Result<Option<DraftShape>, Stop
         "cone" => DraftGeometry::Cone { radius: length("radius", notes)?, length: length("length", notes)? },
         "ellipsoid" => {
             let radii = shape.child("radii").map(|radii| radii.numbers(notes)).transpose()?.flatten();
-            let (turn, capsule) = ellipsoid(DVec3::from_array(radii.unwrap_or([1.0; 3])));
-            notes.warn(
-                shape,
-                Repaired,
-                "simd has no ellipsoids: a capsule along its longest axis stands for it",
-            );
+            let (turn, geometry, message) = ellipsoid(DVec3::from_array(radii.unwrap_or([1.0; 3])));
+            notes.warn(shape, Repaired, message);
             link_from_shape *= turn;
-            capsule
+            geometry
         }
         "plane" => {
             let normal = shape.child("normal").map(|normal| normal.numbers(notes)).transpose()?.flatten();
@@ -210,9 +206,9 @@ fn shape(element: Element, notes: &mut Notes) -> Result<Option<DraftShape>, Stop
     Ok(Some(DraftShape { at: (element.file, element.line()), link_from_shape, geometry, color, texture }))
 }
 
-/// A capsule as long as an ellipsoid of these radii along its longest axis, as thick as the mean of the two others;
-/// and how it lies in the ellipsoid.
-pub(crate) fn ellipsoid(radii: DVec3) -> (DPose3, DraftGeometry) {
+/// A capsule as long as an ellipsoid of these radii along its longest axis, as thick as the mean of the two others; how it lies in
+/// the ellipsoid; and what the report says of it.
+pub(crate) fn ellipsoid(radii: DVec3) -> (DPose3, DraftGeometry, String) {
     let [x, y, z] = radii.abs().to_array();
     let (axis, longest, others) = if z >= x && z >= y {
         (DVec3::Z, z, [x, y])
@@ -224,10 +220,35 @@ pub(crate) fn ellipsoid(radii: DVec3) -> (DPose3, DraftGeometry) {
     let radius = 0.5 * (others[0] + others[1]);
     let turn = DPose3::from_rotation(glamx::DQuat::from_rotation_arc(DVec3::Z, axis));
     let length = 2.0 * (longest - radius);
+    let message = |shape: &str, distance: f64| {
+        let error = format!("the largest distance between the two is {distance:.4} m");
+        format!("simd has no ellipsoids: {shape} stands for it; {error}")
+    };
     if length < 1e-6 * longest {
-        return (DPose3::IDENTITY, DraftGeometry::Sphere { radius: longest });
+        let said = message("a ball", distance_from_capsule(longest, others, longest));
+        return (DPose3::IDENTITY, DraftGeometry::Sphere { radius: longest }, said);
     }
-    (turn, DraftGeometry::Capsule { radius, length })
+    let said = message("a capsule along its longest axis", distance_from_capsule(longest, others, radius));
+    (turn, DraftGeometry::Capsule { radius, length }, said)
+}
+
+/// The largest distance between the surfaces of an ellipsoid and of a capsule as long as its longest axis.
+///
+/// Of two convex bodies it is the largest difference of their support functions over all directions (Schneider, "Convex Bodies: The
+/// Brunn-Minkowski Theory" (2014), 1.8). At an angle of cosine c to the longest axis, L long, that of the ellipsoid is
+/// sqrt(w^2 (1 - c^2) + L^2 c^2) with a w between the two other radii, and that of the capsule r + (L - r) c. So the
+/// difference has its extremes at one of these radii, and there at c = 0, at c = 1, where it is 0, or where its derivative is.
+fn distance_from_capsule(longest: f64, others: [f64; 2], radius: f64) -> f64 {
+    let half = longest - radius;
+    let of = |across: f64| {
+        let flattening = (longest - across) * (longest + across);
+        let steepness = flattening - half * half;
+        let cosine = half * across / (flattening * steepness).sqrt();
+        let least = across * (steepness / flattening).sqrt() - radius;
+        let middle = if steepness > 0.0 && cosine < 1.0 { least.abs() } else { 0.0 };
+        middle.max((across - radius).abs())
+    };
+    of(others[0]).max(of(others[1]))
 }
 
 /// The URI of the picture of a physically based material: that of its colours, for either workflow.
@@ -282,4 +303,41 @@ fn bits(collision: Element, notes: &mut Notes) -> Option<[u32; 2]> {
     }
     // Of what says nothing all 16 bits are set.
     read.filter(|bits| *bits != 0xffff).map(|bits| [bits, bits])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Support functions over a grid of directions, without what is known of where their difference is the largest.
+    #[test]
+    fn the_distance_of_a_capsule_from_an_ellipsoid_is_the_largest_difference_of_their_supports() {
+        const STEPS: u32 = 400;
+        let quarter = |i: u32| (f64::from(i) / f64::from(STEPS) * std::f64::consts::FRAC_PI_2).sin_cos();
+        for [p, q, longest] in
+            [[1.0, 1.0, 2.0], [1.0, 2.0, 3.0], [0.1, 1.0, 1.0], [0.02, 0.03, 0.5], [0.9, 1.0, 1.0], [1.0; 3]]
+        {
+            let radius: f64 = 0.5 * (p + q);
+            let mut found = 0.0f64;
+            for i in 0..=STEPS {
+                let (across, along) = quarter(i);
+                for j in 0..=STEPS {
+                    let (sin, cos) = quarter(j);
+                    let own = DVec3::new(p * across * cos, q * across * sin, longest * along).length();
+                    found = found.max((own - radius - (longest - radius) * along).abs());
+                }
+            }
+            let said = distance_from_capsule(longest, [p, q], radius);
+            let is_near = found <= said + 1e-12 && said - found < 1e-4 * longest;
+            assert!(is_near, "{p} {q} {longest}: {found} {said}");
+        }
+    }
+
+    #[test]
+    fn what_stands_for_an_ellipsoid_says_how_far_it_is_from_it() {
+        let (_, _, said) = ellipsoid(DVec3::new(1.0, 1.0, 2.0));
+        assert!(said.ends_with("is 0.1835 m"), "1 - sqrt(2 / 3): {said}");
+        let (_, _, said) = ellipsoid(DVec3::ONE);
+        assert!(said.contains("a ball") && said.ends_with("is 0.0000 m"), "{said}");
+    }
 }
