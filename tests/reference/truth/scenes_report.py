@@ -124,8 +124,9 @@ def at_rest(only, folder):
             continue
         print(scene.name, flush=True)
         every = round(scene.seconds / scene.time_step)
-        (answer,) = in_simd.ask(REPOSITORY, folder, [{"scene": scene.request(), "every": every}])
-        ends = {"simd": view(scene, answer[-1])}
+        request = {"scene": scene.request(), "every": every}
+        answer, other = in_simd.ask(REPOSITORY, folder, [request, request | {"in_rapier": True}])
+        ends = {"simd": view(scene, answer[-1]), "rapier": view(scene, other[-1])}
         for setting in scene.settings():
             ends[f"MuJoCo, {setting}"] = scenes_in_mujoco.run(scene, setting, every)[-1]
         if not out:

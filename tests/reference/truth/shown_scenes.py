@@ -21,7 +21,7 @@ SIZE = (480, 360)
 ABOVE = """
 ## {title}
 
-{text} simd {simd}, rapier 0.36.1, MuJoCo {mujoco} and PyBullet {pybullet} have equal masses, friction, time step, gains and targets; settings
+{text} simd {simd}, rapier 0.36.1 with its rigid bodies and multibody joints, MuJoCo {mujoco} and PyBullet {pybullet} have equal masses, friction, time step, gains and targets; settings
 of their solvers are those that each has by default, and `stiff` is MuJoCo as rigid as its time step lets it be.
 
 | scene | by | what is seen | at most | |
@@ -31,7 +31,7 @@ of their solvers are those that each has by default, and `stiff` is MuJoCo as ri
 PARTS = [
     ("Terrain", terrain_scenes.shown,
      "Meshes that do not move are triangles, height fields are ground. `simd, leapfrog` is the same with the other integrator."),
-    ("Held together", constraint_scenes.shown, "Constraints between links: MuJoCo's equalities and tendons, PyBullet's `createConstraint`."),
+    ("Held together", constraint_scenes.shown, "Constraints between links: MuJoCo's equalities and tendons, PyBullet's `createConstraint`. rapier is not given them."),
     ("Hard on a solver", solver_scenes.shown, "`simd, leapfrog` is the same with the other integrator."),
 ]
 
