@@ -25,10 +25,7 @@ enum Ask {
         instants: Vec<f64>,
     },
     /// Of a scene with contact: the residual of each step.
-    Residuals {
-        scene: Scene,
-        solver: SolverChoice,
-    },
+    Residuals { scene: Scene, solver: SolverChoice },
     /// Of a scene with contact.
     Over {
         scene: Scene,
