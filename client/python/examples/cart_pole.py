@@ -3,20 +3,47 @@
 Fifty times a simulated second copies of the world try changes of the plan, and the plan becomes their mean, weighted by what they cost.
 """
 
+from __future__ import annotations
+
 from pathlib import Path
 
 import numpy as np
 
 import simd_client
-from simd_client import Control, Cost, Target
+from simd_client import Control, Cost, Observation, Robot, Rollout, Simulation, Target
+from simd_client.geometry import FloatArray
 
 ROBOT = Path(__file__).parent / "robots" / "cart_pole.urdf"
 COPIES, KNOTS, STEPS = 96, 50, 4  # of a plan, one knot a turn; a turn is 4 steps of 5 ms
 FORCE, DEVIATION = 20.0, 10.0  # newtons
 
 
+def costs_of(cart: Robot) -> list[Cost]:
+    """The pole is to be upright, the cart in the middle, and both at rest."""
+    return [
+        Cost.joint_positions(cart, ["pole"], wrapped=True),
+        Cost.joint_positions(cart, ["slide"], weight=0.5),
+        Cost.joint_velocities(cart, ["slide", "pole"], weight=0.02),
+    ]
+
+
+def improved(
+    sim: Simulation, cart: Robot, costs: list[Cost], plan: FloatArray, random: np.random.Generator, settled: int = 0
+) -> tuple[FloatArray, Rollout]:
+    """A better plan, with the copies that it comes from; its first `settled` knots stay as they are."""
+    # Forces that last for five turns reach further than ones that change each turn.
+    noise = np.repeat(random.normal(0.0, DEVIATION, (COPIES, KNOTS // 5, 1)), 5, axis=1)
+    noise[:, :settled] = 0.0
+    tried = np.clip(plan + noise, -FORCE, FORCE)
+    control = Control(cart, tried, ["slide"], "effort", knot_steps=STEPS)
+    seen = [Observation("joint_positions", cart, ["slide", "pole"])]
+    found = sim.rollout(KNOTS * STEPS, [control], costs=costs, observe=seen, record_start=True)
+    weights = np.exp((found.costs.min() - found.costs) / (0.1 * found.costs.std() + 1e-9))
+    return (weights[:, None, None] * tried).sum(axis=0) / weights.sum(), found
+
+
 def main() -> None:
-    """The pole is to be upright, the cart in the middle."""
+    """Swings it up in a world that waits for each turn."""
     random = np.random.default_rng(1)
     with simd_client.connect() as sim:
         sim.pause()
@@ -24,21 +51,11 @@ def main() -> None:
         sim.set_physics(time_step=0.005)
         hangs = {"pole": np.pi}
         cart = sim.load(ROBOT, "cart_pole", fixed=True, passive=True, joint_positions=hangs, allow_renaming=True)
-        costs = [
-            Cost.joint_positions(cart, ["pole"], wrapped=True),
-            Cost.joint_positions(cart, ["slide"], weight=0.5),
-            Cost.joint_velocities(cart, ["slide", "pole"], weight=0.02),
-        ]
-        plan = np.zeros((KNOTS, 1))
+        costs = costs_of(cart)
+        plan: FloatArray = np.zeros((KNOTS, 1))
         state = sim.states(cart)[cart]
         for _ in range(200):
-            # Forces that last for five turns reach further than ones that change each turn.
-            noise = np.repeat(random.normal(0.0, DEVIATION, (COPIES, KNOTS // 5, 1)), 5, axis=1)
-            tried = np.clip(plan + noise, -FORCE, FORCE)
-            control = Control(cart, tried, ["slide"], "effort", knot_steps=STEPS)
-            found = sim.rollout(KNOTS * STEPS, [control], costs=costs)
-            weights = np.exp((found.costs.min() - found.costs) / (0.1 * found.costs.std() + 1e-9))
-            plan = (weights[:, None, None] * tried).sum(axis=0) / weights.sum()
+            plan, _ = improved(sim, cart, costs, plan, random)
             force = Target.effort(float(plan[0, 0]))
             state = sim.step(STEPS, {cart: {"slide": force}}, states=cart)[cart]
             plan = np.vstack([plan[1:], plan[-1:]])

@@ -6,6 +6,8 @@ around the best ones. `RolloutEnv` is a vector environment of gymnasium, which `
     python learning.py [--generations 25] [--seed 1]
 """
 
+from __future__ import annotations
+
 import argparse
 import time
 from pathlib import Path
@@ -14,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 import simd_client
+from simd_client import Robot, Simulation
 from simd_client.geometry import FloatArray
 from simd_client.gym import RolloutEnv
 
@@ -56,35 +59,52 @@ def episode(envs: RolloutEnv, policies: FloatArray) -> FloatArray:
     return sums
 
 
+def environments(sim: Simulation, cart: Robot) -> RolloutEnv:
+    """One for each policy."""
+    return RolloutEnv(
+        sim, cart, copies=COPIES, joints=["slide"], limit=FORCE, steps=4, episode=ACTIONS, reward=reward,
+        is_over=is_over, spread=0.1,
+    )  # fmt: skip
+
+
+def learn(envs: RolloutEnv, generations: int, seed: int) -> tuple[FloatArray, FloatArray]:
+    """The mean policy, and what each policy of each generation got: (generations, copies). Prints a line for each generation."""
+    random = np.random.default_rng(seed)
+    mean, deviation = np.zeros(SIZE), np.ones(SIZE)
+    envs.reset(seed=seed)
+    got: list[FloatArray] = []
+    for generation in range(generations):
+        policies = mean + deviation * random.normal(size=(COPIES, SIZE))
+        sums = episode(envs, policies)
+        best = policies[sums.argsort()[-BEST:]]
+        # What is added keeps it from settling on the first thing that is any good.
+        mean, deviation = best.mean(axis=0), best.std(axis=0) + 0.5 / (generation + 2)
+        print(f"generation {generation:2}: mean {sums.mean():6.1f}, best {sums.max():6.1f} of {ACTIONS}")
+        got.append(sums)
+    return mean, np.array(got)
+
+
+def upright(envs: RolloutEnv, policy: FloatArray) -> int:
+    """In how many episodes a policy keeps the pole upright until their end."""
+    return int((episode(envs, np.tile(policy, (COPIES, 1))) > 0.9 * ACTIONS).sum())
+
+
 def main() -> None:
-    """Prints a line for each generation."""
+    """Learns, and says what the mean policy can do."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--generations", type=int, default=25)
     parser.add_argument("--seed", type=int, default=1)
     asked = parser.parse_args()
-    random = np.random.default_rng(asked.seed)
-    mean, deviation = np.zeros(SIZE), np.ones(SIZE)
     with simd_client.connect() as sim:
         sim.pause()
         before = sim.physics.time_step
         sim.set_physics(time_step=0.005)
         cart = sim.load(ROBOT, "learner", fixed=True, passive=True, allow_renaming=True)
-        envs = RolloutEnv(
-            sim, cart, copies=COPIES, joints=["slide"], limit=FORCE, steps=4, episode=ACTIONS, reward=reward,
-            is_over=is_over, spread=0.1,
-        )  # fmt: skip
-        envs.reset(seed=asked.seed)
+        envs = environments(sim, cart)
         begin = time.perf_counter()
-        for generation in range(asked.generations):
-            policies = mean + deviation * random.normal(size=(COPIES, SIZE))
-            sums = episode(envs, policies)
-            best = policies[sums.argsort()[-BEST:]]
-            # What is added keeps it from settling on the first thing that is any good.
-            mean, deviation = best.mean(axis=0), best.std(axis=0) + 0.5 / (generation + 2)
-            print(f"generation {generation:2}: mean {sums.mean():6.1f}, best {sums.max():6.1f} of {ACTIONS}")
+        policy, _ = learn(envs, asked.generations, asked.seed)
         took = time.perf_counter() - begin
-        sums = episode(envs, np.tile(mean, (COPIES, 1)))
-        kept = int((sums > 0.9 * ACTIONS).sum())
+        kept = upright(envs, policy)
         print(f"after {took:.0f} s the policy keeps the pole upright in {kept} of {COPIES} episodes")
         cart.delete()
         sim.set_physics(time_step=before)

@@ -6,14 +6,18 @@ sends the first of what the plan has become: velocities of the joints. The arm i
     python reaching.py [--starts 20] [--seed 1]
 """
 
+from __future__ import annotations
+
 import argparse
 import time
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 import simd_client
-from simd_client import Control, Cost, Observation, Whole
+from simd_client import Control, Cost, Observation, Simulation, Whole
 from simd_client.geometry import FloatArray
 
 ROBOT = Path(__file__).parents[3] / "tests" / "assets" / "seven_arm"
@@ -23,6 +27,24 @@ TURN = 0.02  # seconds
 FASTEST, DEVIATION = 1.6, 0.8  # rad/s
 BEGIN = np.array([-0.6, 1.1, 0.0, -0.9, 0.0, -0.6, 0.0])  # rad
 NEAR, SECONDS = 0.04, 8.0  # metres, and within this simulated time
+POST, RADIUS = (0.55, 0.0), 0.03  # metres
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What became of one start."""
+
+    reached: bool
+    """The goal, and nothing was touched on the way."""
+    touched: bool
+    seconds: float
+    """Simulated."""
+    calls: list[float]
+    """Seconds that each rollout took."""
+    path: FloatArray
+    """(turns, 3): where the hand was."""
+    goal: FloatArray
+    """x y z."""
 
 
 def main() -> None:
@@ -31,65 +53,73 @@ def main() -> None:
     parser.add_argument("--starts", type=int, default=20)
     parser.add_argument("--seed", type=int, default=1)
     asked = parser.parse_args()
-    random = np.random.default_rng(asked.seed)
     with simd_client.connect() as sim:
+        done = list(trials(sim, asked.starts, asked.seed))
+    reached, touched = sum(each.reached for each in done), sum(each.touched for each in done)
+    took = np.median([each.seconds for each in done])
+    calls = [call for each in done for call in each.calls]
+    print(f"reached from {reached} of {asked.starts} starts, in {took:.1f} s; {touched} touched something")
+    print(f"a call took {1e3 * np.median(calls):.1f} ms, one in twenty more than {1e3 * np.quantile(calls, 0.95):.1f} ms")
+
+
+def trials(sim: Simulation, starts: int, seed: int) -> Iterator[Trial]:
+    """Reaches from so many places, one after the other, and leaves the world as it was."""
+    random = np.random.default_rng(seed)
+    sim.pause()
+    before = sim.physics.time_step
+    sim.set_physics(time_step=0.01)
+    arm = sim.load(ROBOT, "reaching_arm", fixed=True, allow_renaming=True)
+    # The goal is the place of the hand, and how it is turned, on the other side.
+    arm.reset_joints(BEGIN * [-1, 1, 1, 1, 1, 1, 1])
+    goal = arm.link_poses()[HAND]
+    post = sim.add_cylinder(RADIUS, 0.5, position=(*POST, 0.25), fixed=True, name="reaching_post")
+    costs = [
+        Cost.link_position(arm, HAND, goal.position, final_weight=20.0),
+        Cost.link_orientation(arm, HAND, goal.orientation, weight=0.03),
+        Cost.nearness(arm, 0.08, link="link_5", other=post, weight=300.0),
+        Cost.nearness(arm, 0.08, link=HAND, other=post, weight=300.0),
+        Cost.joint_velocities(arm, weight=0.01),
+        Cost.joint_efforts(arm, weight=1e-7),
+    ]
+    # Of the moment that the copies start from.
+    seen = [Observation("link_poses", arm, [HAND]), Observation("contact_count", arm)]
+    for _ in range(starts):
         sim.pause()
-        before = sim.physics.time_step
-        sim.set_physics(time_step=0.01)
-        arm = sim.load(ROBOT, "reaching_arm", fixed=True, allow_renaming=True)
-        # The goal is the place of the hand, and how it is turned, on the other side.
-        arm.reset_joints(BEGIN * [-1, 1, 1, 1, 1, 1, 1])
-        goal = arm.link_poses()[HAND]
-        post = sim.add_cylinder(0.03, 0.5, position=(0.55, 0, 0.25), fixed=True, name="reaching_post")
-        costs = [
-            Cost.link_position(arm, HAND, goal.position, final_weight=20.0),
-            Cost.link_orientation(arm, HAND, goal.orientation, weight=0.03),
-            Cost.nearness(arm, 0.08, link="link_5", other=post, weight=300.0),
-            Cost.nearness(arm, 0.08, link=HAND, other=post, weight=300.0),
-            Cost.joint_velocities(arm, weight=0.01),
-            Cost.joint_efforts(arm, weight=1e-7),
-        ]
-        # Of the moment that the copies start from.
-        seen = [Observation("link_poses", arm, [HAND]), Observation("contact_count", arm)]
-        reached, touched, took, calls = 0, 0, list[float](), list[float]()
-        for _ in range(asked.starts):
-            sim.pause()
-            arm.reset_joints(BEGIN + random.normal(0.0, 0.1, 7))
-            arm.set_targets(Whole.velocities(np.zeros(7)))
-            sim.play()
-            plan: FloatArray = np.zeros((KNOTS, 7))
-            begin, at = sim.stamp.sim_time, 0.0
-            distance, touches = np.inf, 0
-            while at < SECONDS and distance > NEAR:
-                due = time.monotonic() + TURN
-                noise = np.repeat(random.normal(0.0, DEVIATION, (COPIES, KNOTS // 2, 7)), 2, axis=1)
-                # Half of them for the way, half of them for the last centimetres.
-                noise[: COPIES // 2] *= 0.25
-                tried = np.clip(plan + noise, -FASTEST, FASTEST)
-                control = Control(arm, tried, mode="velocity", knot_steps=STEPS, interpolation="linear")
-                asked_at = time.monotonic()
-                found = sim.rollout(KNOTS * STEPS, [control], costs=costs, observe=seen, record_start=True)
-                calls.append(time.monotonic() - asked_at)
-                weights = np.exp((found.costs.min() - found.costs) / (0.05 * found.costs.std() + 1e-9))
-                plan = (weights[:, None, None] * tried).sum(axis=0) / weights.sum()
-                arm.stream_targets(Whole.velocities(plan[0]))
-                hand, contacts = found.observations
-                distance = float(np.linalg.norm(hand[0, 0, 0, :3] - goal.position))
-                touches += int(contacts[0, 0, 0] > 0)
-                time.sleep(max(0.0, due - time.monotonic()))
-                # By the next turn the plan is older by what was simulated since.
-                passed, at = found.start.sim_time - begin - at, found.start.sim_time - begin
-                knots = np.arange(KNOTS) + max(passed, TURN) / (0.01 * STEPS)
-                plan = np.stack([np.interp(knots, np.arange(KNOTS), plan[:, joint]) for joint in range(7)], axis=1)
-            reached += int(distance <= NEAR and touches == 0)
-            touched += int(touches > 0)
-            took.append(at)
-        sim.pause()
-        print(f"reached from {reached} of {asked.starts} starts, in {np.median(took):.1f} s; {touched} touched something")
-        print(f"a call took {1e3 * np.median(calls):.1f} ms, one in twenty more than {1e3 * np.quantile(calls, 0.95):.1f} ms")
-        arm.delete()
-        post.delete()
-        sim.set_physics(time_step=before)
+        arm.reset_joints(BEGIN + random.normal(0.0, 0.1, 7))
+        arm.set_targets(Whole.velocities(np.zeros(7)))
+        sim.play()
+        plan: FloatArray = np.zeros((KNOTS, 7))
+        begin, at = sim.stamp.sim_time, 0.0
+        distance, touches = np.inf, 0
+        calls, path = list[float](), list[FloatArray]()
+        while at < SECONDS and distance > NEAR:
+            due = time.monotonic() + TURN
+            noise = np.repeat(random.normal(0.0, DEVIATION, (COPIES, KNOTS // 2, 7)), 2, axis=1)
+            # Half of them for the way, half of them for the last centimetres.
+            noise[: COPIES // 2] *= 0.25
+            tried = np.clip(plan + noise, -FASTEST, FASTEST)
+            control = Control(arm, tried, mode="velocity", knot_steps=STEPS, interpolation="linear")
+            asked_at = time.monotonic()
+            found = sim.rollout(KNOTS * STEPS, [control], costs=costs, observe=seen, record_start=True)
+            calls.append(time.monotonic() - asked_at)
+            weights = np.exp((found.costs.min() - found.costs) / (0.05 * found.costs.std() + 1e-9))
+            plan = (weights[:, None, None] * tried).sum(axis=0) / weights.sum()
+            arm.stream_targets(Whole.velocities(plan[0]))
+            hand, contacts = found.observations
+            path.append(hand[0, 0, 0, :3])
+            distance = float(np.linalg.norm(path[-1] - goal.position))
+            touches += int(contacts[0, 0, 0] > 0)
+            time.sleep(max(0.0, due - time.monotonic()))
+            # By the next turn the plan is older by what was simulated since.
+            passed, at = found.start.sim_time - begin - at, found.start.sim_time - begin
+            knots = np.arange(KNOTS) + max(passed, TURN) / (0.01 * STEPS)
+            plan = np.stack([np.interp(knots, np.arange(KNOTS), plan[:, joint]) for joint in range(7)], axis=1)
+        reached = distance <= NEAR and touches == 0
+        yield Trial(reached, touches > 0, at, calls, np.array(path), goal.position)
+    sim.pause()
+    arm.delete()
+    post.delete()
+    sim.set_physics(time_step=before)
 
 
 if __name__ == "__main__":
