@@ -1,25 +1,33 @@
-"""Environment-steps a second of a pole on a cart: `RolloutEnv` over Zenoh, beside the same in MuJoCo by way of gymnasium.
+"""Environment-steps a second: `RolloutEnv` over Zenoh, beside the same environment in MuJoCo by way of gymnasium.
 
-    python benches/learning_env.py [--environments 64] [--turns 300]
+    python benches/learning_env.py [--robot cart_pole|a1] [--environments 64] [--turns 300]
 
-An action is a force for four steps of 5 ms, drawn anew for each turn; environments whose pole fell are reset. Kinds take their places by turns. Needs
-`gymnasium[mujoco]`; SIMD_BINARY says which daemon.
+cart_pole: an action is a force for four steps of 5 ms; environments whose pole fell are reset. a1: an action is targets of twelve
+joints, around the posture in which A1 stands, for ten steps of 2 ms; gymnasium's environment is `Ant-v5` with A1's model. Actions are
+drawn anew for each turn, and kinds take their places by turns. Needs `gymnasium[mujoco]` and `pybullet_data`; SIMD_BINARY says which daemon.
 """
 
 from __future__ import annotations
 
 import argparse
 import importlib
+import os
 import statistics
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import a1
+import mujoco_models
 import numpy as np
+from mujoco_models import mujoco
 
 import simd_client
+from simd_client import Simulation
+from simd_client.geometry import FloatArray
 from simd_client.gym import RolloutEnv
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
@@ -28,7 +36,12 @@ from daemon import Daemon
 # It has no types for this.
 gymnasium: Any = importlib.import_module("gymnasium")
 
+Draw = Callable[[np.random.Generator, int], FloatArray]
+"""Actions for so many environments."""
+
 ROUNDS = 5
+LARGER = 16  # how many times as many environments simd has in its second row
+MODES = ("sync", "async")
 FORCE = 20.0
 ROBOT = Path(__file__).parents[1] / "examples" / "robots" / "cart_pole.urdf"
 # The same masses, inertias, limits and damping as the URDF's.
@@ -43,43 +56,81 @@ IN_MUJOCO = """<mujoco><option timestep="0.005" integrator="implicitfast"/><worl
 def main() -> None:
     """Prints a table."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--robot", choices=("cart_pole", "a1"), default="cart_pole")
     parser.add_argument("--environments", type=int, default=64)
     parser.add_argument("--turns", type=int, default=300)
     asked = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder, Daemon("--paused") as daemon:
-        model = Path(folder) / "cart_pole.xml"
-        model.write_text(IN_MUJOCO)
+        file = Path(folder) / "model.xml"
         with simd_client.connect(daemon.endpoint) as sim:
-            sim.set_physics(time_step=0.005)
-            cart = sim.load(ROBOT, "cart_pole", fixed=True, passive=True)
-            kinds: dict[str, Any] = {
-                f"simd, {copies} environments": RolloutEnv(
-                    sim, cart, copies=copies, joints=["slide"], limit=FORCE, steps=4, spread=0.01,
-                    is_over=lambda seen: np.abs(seen[:, 1]) > 0.2,
-                    reward=lambda seen, actions: np.ones(len(seen)),
-                )
-                for copies in (asked.environments, 16 * asked.environments)
-            }  # fmt: skip
-            for mode in ("sync", "async"):
-                kinds[f"MuJoCo, {asked.environments} environments, {mode}"] = gymnasium.make_vec(
-                    "InvertedPendulum-v5", asked.environments, vectorization_mode=mode, xml_file=str(model), frame_skip=4
-                )
+            make = quadrupeds if asked.robot == "a1" else poles
+            kinds, draw = make(sim, asked.environments, file)
             rates: dict[str, list[float]] = {name: [] for name in kinds}
             for _ in range(ROUNDS):
                 for name, envs in kinds.items():
-                    rates[name].append(rate(envs, asked.turns // ROUNDS))
+                    rates[name].append(rate(envs, draw, asked.turns // ROUNDS))
             for envs in kinds.values():
                 envs.close()
+    print(f"{asked.robot}, {len(os.sched_getaffinity(0))} processors")
     print(f"{'environment-steps a second':40}{'median':>10}{'highest':>10}")
     for name, of in rates.items():
         print(f"{name:40}{statistics.median(of):10.0f}{max(of):10.0f}")
 
 
-def rate(envs: Any, turns: int) -> float:
+def poles(sim: Simulation, count: int, file: Path) -> tuple[dict[str, Any], Draw]:
+    """A pole on a cart, of each kind; with what draws actions."""
+    sim.set_physics(time_step=0.005)
+    cart = sim.load(ROBOT, "cart_pole", fixed=True, passive=True)
+    file.write_text(IN_MUJOCO)
+    kinds: dict[str, Any] = {
+        f"simd, {copies} environments": RolloutEnv(
+            sim, cart, copies=copies, joints=["slide"], limit=FORCE, steps=4, spread=0.01,
+            is_over=lambda seen: np.abs(seen[:, 1]) > 0.2,
+            reward=lambda seen, actions: np.ones(len(seen)),
+        )
+        for copies in (count, LARGER * count)
+    }  # fmt: skip
+    for mode in MODES:
+        kinds[f"MuJoCo, {count} environments, {mode}"] = gymnasium.make_vec(
+            "InvertedPendulum-v5", count, vectorization_mode=mode, xml_file=str(file), frame_skip=4
+        )
+    return kinds, lambda random, copies: random.uniform(-FORCE, FORCE, (copies, 1))
+
+
+def quadrupeds(sim: Simulation, count: int, file: Path) -> tuple[dict[str, Any], Draw]:
+    """A1 on the ground, of each kind; with what draws actions."""
+    time_step = 0.002
+    sim.set_physics(time_step=time_step)
+    robot = a1.standing(sim)
+    names = robot.joint_names
+    root = 2 * len(names)  # of an observation: where the root's pose begins; its twist is seven numbers further
+    file.write_text(mujoco_models.standing(robot, a1.urdf(), a1.HEIGHT, a1.FRICTION, time_step))
+    kinds: dict[str, Any] = {
+        f"simd, {copies} environments": RolloutEnv(
+            sim, robot, copies=copies, mode="position", limit=3.0, steps=10, episode=1000, spread=0.01,
+            is_over=lambda seen: seen[:, root + 2] < 0.15,
+            reward=lambda seen, actions: seen[:, root + 7],
+        )
+        for copies in (count, LARGER * count)
+    }  # fmt: skip
+    begin = mujoco_models.posed(mujoco.MjModel.from_xml_path(str(file)), a1.STAND)
+    for mode in MODES:
+        envs = gymnasium.make_vec(
+            "Ant-v5", count, vectorization_mode=mode, xml_file=str(file), frame_skip=10, healthy_z_range=(0.15, 1.0),
+            reset_noise_scale=0.01, ctrl_cost_weight=0.0, contact_cost_weight=0.0, healthy_reward=0.0,
+            include_cfrc_ext_in_observation=False, exclude_current_positions_from_observation=False,
+        )  # fmt: skip
+        envs.set_attr("init_qpos", begin)
+        kinds[f"MuJoCo, {count} environments, {mode}"] = envs
+    pose = np.array([a1.STAND[name] for name in names])
+    return kinds, lambda random, copies: pose + random.uniform(-0.1, 0.1, (copies, len(names)))
+
+
+def rate(envs: Any, draw: Draw, turns: int) -> float:
     """Environment-steps a second, of all environments together."""
     random = np.random.default_rng(1)
     envs.reset(seed=1)
-    actions = [random.uniform(-FORCE, FORCE, (envs.num_envs, 1)) for _ in range(turns)]
+    actions = [draw(random, envs.num_envs) for _ in range(turns)]
     begin = time.perf_counter()
     for each in actions:
         envs.step(each)

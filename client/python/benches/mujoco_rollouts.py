@@ -1,0 +1,173 @@
+"""Rollouts beside `mujoco.rollout` with as many threads: the seven-joint arm, and A1 standing on the ground.
+
+    python benches/mujoco_rollouts.py [--copies 1024] [--steps 200] [--rounds 15] [--out target/rollouts/mujoco_rollouts.png]
+
+Steps are of 1 ms, with targets of all joints that change every 50 steps, the same numbers in both, in batches that take their places
+by turns. simd computes in a daemon, on all processors since its world is paused, and each batch is a call over Zenoh with its
+answer; MuJoCo computes in this process, on a thread for each processor. A1 stands on a plane, its targets around the posture in which
+it stands; the arm touches nothing.
+Needs `mujoco` and `pybullet_data`; SIMD_BINARY says which daemon.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import os
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import a1
+import mujoco_models
+import numpy as np
+from mujoco_models import mujoco
+from plotting import TARGET, save, spread, subplots
+
+import simd_client
+from simd_client import Control, Observation, Robot, Simulation
+from simd_client.geometry import FloatArray
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+from daemon import ASSETS, Daemon
+
+TIME_STEP = 0.001
+KNOT = 50  # steps for which a target holds
+ARM = ASSETS / "seven_arm" / "urdf" / "seven_arm.urdf"
+
+
+@dataclass
+class Case:
+    """A robot in both, and targets of its joints: (copies, knots, joints)."""
+
+    name: str
+    sim: Simulation
+    robot: Robot
+    values: FloatArray
+    steps: int
+    pool: Any
+    model: Any
+    datas: list[Any]
+    state: FloatArray
+    """MuJoCo's, that all copies start from."""
+    went: FloatArray
+    """Where MuJoCo writes the state after each step."""
+    observe: list[Observation]
+
+    def ours(self) -> tuple[float, FloatArray]:
+        """Seconds, and what became of the joints and of the root: (copies, numbers)."""
+        control = Control(self.robot, self.values, knot_steps=KNOT)
+        begin = time.perf_counter()
+        found = self.sim.rollout(self.steps, [control], observe=self.observe)
+        seconds = time.perf_counter() - begin
+        return seconds, np.concatenate([each[:, -1] for each in found.observations], axis=1)
+
+    def theirs(self) -> tuple[float, FloatArray]:
+        """Seconds, and the last `qpos` of each copy."""
+        targets = np.repeat(self.values, KNOT, axis=1)[:, : self.steps]
+        states = np.tile(self.state, (len(self.values), 1))
+        begin = time.perf_counter()
+        self.pool.rollout(self.model, self.datas, states, targets, nstep=self.steps, state=self.went)
+        seconds = time.perf_counter() - begin
+        # Of a whole state the time is first, and the positions follow.
+        return seconds, self.went[:, -1, 1 : 1 + self.model.nq]
+
+
+def main() -> None:
+    """Prints a table, and draws."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--copies", type=int, default=1024)
+    parser.add_argument("--steps", type=int, default=200)
+    parser.add_argument("--rounds", type=int, default=15)
+    parser.add_argument("--out", type=Path, default=TARGET / "mujoco_rollouts.png")
+    asked = parser.parse_args()
+    rollout: Any = importlib.import_module("mujoco.rollout")
+    threads = len(os.sched_getaffinity(0))
+    pool = rollout.Rollout(nthread=threads)
+    with Daemon("--paused") as daemon, simd_client.connect(daemon.endpoint) as sim:
+        sim.set_physics(time_step=TIME_STEP)
+        print(f"{asked.copies} copies, {asked.steps} steps of 1 ms, {threads} threads each; load {os.getloadavg()[0]:.1f}")
+        print(f"MuJoCo {mujoco.__version__}; millions of robot-steps a second: median (5 % to 95 %)")
+        figure, axes = subplots(2, f"{asked.copies} copies, {asked.steps} steps, {threads} threads each")
+        for make, axis in zip((arm, quadruped), axes, strict=True):
+            case = make(sim, asked.copies, asked.steps, pool, threads)
+            rates = measured(case, asked.rounds)
+            axis.boxplot([rates["simd"], rates["MuJoCo"]])
+            axis.set_xticks([1, 2], ["simd, over Zenoh", "mujoco.rollout"])
+            axis.set(title=case.name, ylabel="millions of robot-steps a second", ylim=(0, None))
+            sim.reset(time=True, state=True, spawned=True)
+    pool.close()
+    save(figure, asked.out)
+
+
+def measured(case: Case, rounds: int) -> dict[str, list[float]]:
+    """Batches in turn, another one first each time, after one of each that does not count."""
+    kinds = {"simd": case.ours, "MuJoCo": case.theirs}
+    ends = {name: batch()[1] for name, batch in kinds.items()}
+    rates: dict[str, list[float]] = {name: [] for name in kinds}
+    millions = len(case.values) * case.steps / 1e6
+    for turn in range(rounds):
+        for name in list(kinds) if turn % 2 else list(reversed(kinds)):
+            seconds, _ = kinds[name]()
+            rates[name].append(millions / seconds)
+    ratios = [ours / theirs for ours, theirs in zip(rates["simd"], rates["MuJoCo"], strict=True)]
+    print(f"{case.name:14} simd {spread(rates['simd']):>24}   MuJoCo {spread(rates['MuJoCo']):>24}   ratio {spread(ratios)}")
+    report(case, ends)
+    return rates
+
+
+def report(case: Case, ends: dict[str, FloatArray]) -> None:
+    """That both did the same work: how far joints are from their last targets, and how high a free root is."""
+    names = case.robot.joint_names
+    last = case.values[:, (case.steps - 1) // KNOT]
+    joints = {"simd": ends["simd"][:, : len(names)], "MuJoCo": ends["MuJoCo"][:, mujoco_models.positions(case.model, names)]}
+    lacks = {name: float(np.median(np.abs(at - last))) for name, at in joints.items()}
+    apart = float(np.median(np.abs(joints["simd"] - joints["MuJoCo"])))
+    print(f"{'':14} joints end {lacks['simd']:.4f} and {lacks['MuJoCo']:.4f} rad from their targets, {apart:.4f} from each other")
+    if len(case.observe) > 1:
+        for name, heights in (("simd", ends["simd"][:, len(names) + 2]), ("MuJoCo", ends["MuJoCo"][:, 2])):
+            print(f"{'':14} in {name} the trunk is at {heights.min():.3f} to {heights.max():.3f} m")
+
+
+def arm(sim: Simulation, copies: int, steps: int, pool: Any, threads: int) -> Case:
+    """The seven-joint arm, fixed, from its zero pose."""
+    robot = sim.load(ARM, "arm", fixed=True)
+    model = mujoco.MjModel.from_xml_string(mujoco_models.fixed(robot, ARM, TIME_STEP))
+    values = np.random.default_rng(1).normal(0.0, 0.3, (copies, -(-steps // KNOT), len(robot.joint_names)))
+    observe = [Observation("joint_positions", robot)]
+    return case_of("seven_arm", sim, robot, values, steps, pool, model, threads, np.array(model.qpos0), observe, 0.0)
+
+
+def quadruped(sim: Simulation, copies: int, steps: int, pool: Any, threads: int) -> Case:
+    """A1, after a second of standing."""
+    robot = a1.standing(sim)
+    text = mujoco_models.standing(robot, a1.urdf(), a1.HEIGHT, a1.FRICTION, TIME_STEP)
+    model = mujoco.MjModel.from_xml_string(text)
+    pose = np.array([a1.STAND[name] for name in robot.joint_names])
+    values = pose + np.random.default_rng(1).normal(0.0, 0.02, (copies, -(-steps // KNOT), len(pose)))
+    observe = [Observation("joint_positions", robot), Observation("root_pose", robot)]
+    begin = mujoco_models.posed(model, a1.STAND)
+    return case_of("A1 standing", sim, robot, values, steps, pool, model, threads, begin, observe, 1.0)
+
+
+def case_of(
+    name: str, sim: Simulation, robot: Robot, values: FloatArray, steps: int, pool: Any, model: Any, threads: int,
+    qpos: FloatArray, observe: list[Observation], settle: float,
+) -> Case:  # fmt: skip
+    """With MuJoCo's state after so many seconds of holding its pose."""
+    data = mujoco.MjData(model)
+    data.qpos[:] = qpos
+    data.ctrl[:] = qpos[mujoco_models.positions(model, robot.joint_names)]
+    mujoco.mj_step(model, data, nstep=round(settle / TIME_STEP))
+    kind = mujoco.mjtState.mjSTATE_FULLPHYSICS
+    state: FloatArray = np.empty(mujoco.mj_stateSize(model, kind))
+    mujoco.mj_getState(model, data, state, kind)
+    datas = [mujoco.MjData(model) for _ in range(threads)]
+    went = np.zeros((len(values), steps, len(state)))
+    return Case(name, sim, robot, values, steps, pool, model, datas, state, went, observe)
+
+
+if __name__ == "__main__":
+    main()
