@@ -4,7 +4,7 @@ CARGO ?= cargo
 NEXTEST_VERSION := 0.9.143
 BIN := target/debug
 
-.PHONY: demo dist dist-check dist-test camera vulkan web viewer test test-python python-embedded test-rerun python-blocking docs test-web chromium firefox pairs test-data build lint nextest bench soak truth scenes fuzz reference clean
+.PHONY: demo dist dist-check dist-test camera vulkan web viewer test test-python python-embedded test-rerun python-blocking docs test-web chromium firefox pairs test-data build lint nextest bench rollouts soak truth scenes fuzz reference clean
 
 # Builds the daemon and simctl, and starts the daemon with the demo robot.
 demo: build
@@ -158,6 +158,23 @@ bench: build
 	CARGO="$(CARGO)" target/bench-venv/bin/python tests/reference/peers.py
 	CARGO="$(CARGO)" target/bench-venv/bin/python tests/reference/lidar_peers.py
 	CARGO="$(CARGO)" target/bench-venv/bin/python tests/reference/residual_peers.py
+
+# Rollouts: beside `mujoco.rollout`, as environments beside gymnasium's of MuJoCo, for controllers in real time, for learners, and shared by
+# daemons of which one is killed. Tables, and pictures in target/rollouts; a quarter of an hour.
+ROLLOUT_BENCH = SIMD_BINARY="$${SIMD_BINARY:-$(abspath $(BIN))/simd}" target/rollouts-venv/bin/python client/python/benches
+rollouts: build target/rollouts-venv/installed
+	$(ROLLOUT_BENCH)/mujoco_rollouts.py
+	$(ROLLOUT_BENCH)/learning_env.py --robot cart_pole
+	$(ROLLOUT_BENCH)/learning_env.py --robot a1
+	$(ROLLOUT_BENCH)/control.py
+	$(ROLLOUT_BENCH)/learners.py
+	$(ROLLOUT_BENCH)/shared_rollouts.py --copies 8192
+
+target/rollouts-venv/installed: client/python/benches/rollouts_requirements.txt $(PYTHON_CLIENT)
+	python3 -m venv target/rollouts-venv
+	target/rollouts-venv/bin/pip install --quiet --disable-pip-version-check -r client/python/benches/rollouts_requirements.txt
+	target/rollouts-venv/bin/pip install --quiet --disable-pip-version-check --no-deps --force-reinstall ./client/python
+	@touch $@
 
 # A daemon in a world that is alone for a fifth of SOAK_MINUTES, and then comes and goes, with a hundred readers on every
 # transport and floods of bad requests: a line each minute of what it costs, how fast that grows, and how late steps

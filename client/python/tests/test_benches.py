@@ -1,0 +1,52 @@
+"""The benches of rollouts in short: that they run and draw, not how fast or how well."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+BENCHES = Path(__file__).parents[1] / "benches"
+SECONDS = 240.0
+
+
+def run(name: str, *arguments: str) -> str:
+    """What a bench says, which starts a daemon of its own."""
+    command = [sys.executable, str(BENCHES / name), *arguments]
+    ran = subprocess.run(command, capture_output=True, text=True, timeout=SECONDS)
+    assert ran.returncode == 0, ran.stdout + ran.stderr
+    return ran.stdout
+
+
+def is_png(path: Path) -> bool:
+    """Whether a picture was written."""
+    return path.read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_remote_process_controls_worlds_that_play(tmp_path: Path) -> None:
+    said = run("control.py", "--starts", "1", "--out", str(tmp_path / "control.png"))
+    # On a machine that is busy with other things it may be late, and miss.
+    assert re.search(r"^pole on a cart +[01] of 1 ", said, re.M) is not None, said
+    assert re.search(r"^arm past a post +[01] of 1 ", said, re.M) is not None, said
+    assert is_png(tmp_path / "control.png")
+
+
+def test_learners_learn_and_draw_their_curves(tmp_path: Path) -> None:
+    pytest.importorskip("gymnasium")
+    pytest.importorskip("pybullet_data")
+    picture = tmp_path / "learners.png"
+    said = run("learners.py", "--pole", "1", "--walk", "1", "--seeds", "1", "--out", str(picture))
+    assert "episodes" in said and "robot-steps a second" in said, said
+    # A copy walks as the world does.
+    assert "as its copy, to the bit: True" in said, said
+    assert is_png(picture)
+
+
+@pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="each daemon has a processor of its own")
+def test_a_shared_rollout_is_timed_with_a_daemon_killed() -> None:
+    said = run("shared_rollouts.py", "--copies", "4096", "--calls", "1", "--killed", "1")
+    assert "equal to the bit: True" in said and "one of two killed" in said, said
