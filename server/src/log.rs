@@ -4,6 +4,8 @@
 //! nothing for as long as it likes. None of that may block, slow or fail the caller. So a line that
 //! finds no room, or that cannot be written, is counted and lost, and the count is written as soon as
 //! something can be written again.
+//!
+//! Where stderr is the journal's stream, each line begins with its priority, as `sd-daemon(3)` has it: the journal takes it off.
 
 #[cfg(test)]
 mod tests;
@@ -18,6 +20,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use simd_proto::text;
+use tracing::{Level, Metadata};
 use tracing_subscriber::fmt::MakeWriter;
 use tracing_subscriber::fmt::format::Writer;
 use tracing_subscriber::fmt::time::{FormatTime as _, SystemTime};
@@ -51,6 +54,8 @@ struct Shared {
     /// Something waits, or all of it was written.
     changed: Condvar,
     is_json: AtomicBool,
+    /// Whether the journal reads it.
+    is_journal: bool,
 }
 
 #[derive(Debug, Default)]
@@ -69,15 +74,16 @@ impl Log {
     /// # Errors
     /// Where the system gives no thread.
     pub fn to_stderr() -> io::Result<Self> {
-        Self::to(io::stderr())
+        Self::to(io::stderr(), stderr_is_journal())
     }
 
     /// A log that is written there.
-    fn to(out: impl Write + Send + 'static) -> io::Result<Self> {
+    fn to(out: impl Write + Send + 'static, is_journal: bool) -> io::Result<Self> {
         let log = Self(Arc::new(Shared {
             state: Mutex::default(),
             changed: Condvar::new(),
             is_json: AtomicBool::new(false),
+            is_journal,
         }));
         let shared = log.0.clone();
         std::thread::Builder::new().name("simd-log".into()).spawn(move || shared.write_to(out))?;
@@ -95,7 +101,7 @@ impl Log {
             true => json("ERROR", text),
             false => format!("{text}\n"),
         };
-        self.0.push(line.as_bytes(), CAPACITY + RESERVE);
+        self.0.push(&self.0.prefixed(Level::ERROR, line.as_bytes().into()), CAPACITY + RESERVE);
     }
 
     /// Waits until all is written, but no longer than this; whether it is.
@@ -113,6 +119,34 @@ impl Log {
             let stamp = if log.0.is_json.load(Ordering::Relaxed) { String::new() } else { stamp("ERROR") };
             log.say(&(stamp + &sentence(panic)));
         }));
+    }
+}
+
+/// Whether stderr is the stream that systemd made for the journal. `JOURNAL_STREAM` alone does not say so: a program that
+/// redirects the stderr of the one that it starts leaves the variable as it is.
+#[cfg(unix)]
+fn stderr_is_journal() -> bool {
+    use std::fs::File;
+    use std::os::fd::AsFd as _;
+    use std::os::unix::fs::MetadataExt as _;
+
+    let Ok(stream) = std::env::var("JOURNAL_STREAM") else { return false };
+    let stderr = io::stderr().as_fd().try_clone_to_owned().and_then(|stderr| File::from(stderr).metadata());
+    stderr.is_ok_and(|stderr| stream == format!("{}:{}", stderr.dev(), stderr.ino()))
+}
+
+#[cfg(not(unix))]
+fn stderr_is_journal() -> bool {
+    false
+}
+
+/// What syslog calls the priority of a line, as it stands before the line.
+fn priority(level: Level) -> &'static [u8] {
+    match level {
+        Level::ERROR => b"<3>",
+        Level::WARN => b"<4>",
+        Level::INFO => b"<6>",
+        _ => b"<7>",
     }
 }
 
@@ -160,16 +194,44 @@ impl Shared {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// Lines with their priority before them, where the journal reads them. A line break within a message begins another line of
+    /// the journal, which has to say its own: so no message says of itself how much it matters.
+    fn prefixed<'t>(&self, level: Level, text: Cow<'t, [u8]>) -> Cow<'t, [u8]> {
+        if !self.is_journal {
+            return text;
+        }
+        let prefix = priority(level);
+        let mut prefixed = Vec::with_capacity(text.len() + prefix.len());
+        for line in text.split_inclusive(|&byte| byte == b'\n') {
+            prefixed.extend_from_slice(prefix);
+            prefixed.extend_from_slice(line);
+        }
+        Cow::Owned(prefixed)
+    }
+
+    /// A line about lines that were lost and not reported.
+    fn notice(&self, state: &State) -> Option<Vec<u8>> {
+        let lost = state.lost;
+        (lost != state.reported).then(|| {
+            let sentence = format!("lines of this log that could not be written since the start: {lost}");
+            let line = match self.is_json.load(Ordering::Relaxed) {
+                true => json("WARN", &sentence),
+                false => format!("{}{sentence}\n", stamp("WARN")),
+            };
+            self.prefixed(Level::WARN, line.into_bytes().into()).into_owned()
+        })
+    }
+
     fn push(&self, text: &[u8], capacity: usize) {
         let mut state = self.lock();
-        let notice = state.notice(self.is_json.load(Ordering::Relaxed));
-        let length = text.len() + notice.as_ref().map_or(0, String::len);
+        let notice = self.notice(&state);
+        let length = text.len() + notice.as_ref().map_or(0, Vec::len);
         if state.waiting.len() + length > capacity {
             state.lost += lines(text);
             return;
         }
         if let Some(notice) = notice {
-            state.waiting.extend_from_slice(notice.as_bytes());
+            state.waiting.extend_from_slice(&notice);
             state.reported = state.lost;
         }
         state.waiting.extend_from_slice(text);
@@ -203,10 +265,10 @@ impl Shared {
         let mut state = self.lock();
         if state.waiting.is_empty()
             && is_well
-            && let Some(notice) = state.notice(self.is_json.load(Ordering::Relaxed))
+            && let Some(notice) = self.notice(&state)
         {
             state.reported = state.lost;
-            state.waiting.extend_from_slice(notice.as_bytes());
+            state.waiting.extend_from_slice(&notice);
         }
         if state.waiting.is_empty() {
             state.is_writing = false;
@@ -216,17 +278,6 @@ impl Shared {
         }
         state.is_writing = true;
         std::mem::swap(&mut state.waiting, chunk);
-    }
-}
-
-impl State {
-    /// A line about lines that were lost and not reported.
-    fn notice(&self, is_json: bool) -> Option<String> {
-        let lost = self.lost;
-        (lost != self.reported).then(|| {
-            let sentence = format!("lines of this log that could not be written since the start: {lost}");
-            if is_json { json("WARN", &sentence) } else { format!("{}{sentence}\n", stamp("WARN")) }
-        })
     }
 }
 
@@ -260,13 +311,17 @@ fn shown(line: &[u8]) -> Cow<'_, [u8]> {
 
 /// One event, as `tracing-subscriber` writes it: whole, and never refused.
 #[derive(Debug)]
-pub struct Line<'a>(&'a Shared);
+pub struct Line<'a> {
+    shared: &'a Shared,
+    level: Level,
+}
 
 impl Write for Line<'_> {
     fn write(&mut self, text: &[u8]) -> io::Result<usize> {
         // JSON is for programs, and has escapes of its own.
-        let shown = if self.0.is_json.load(Ordering::Relaxed) { Cow::Borrowed(text) } else { shown(text) };
-        self.0.push(&shown, CAPACITY);
+        let is_json = self.shared.is_json.load(Ordering::Relaxed);
+        let shown = if is_json { Cow::Borrowed(text) } else { shown(text) };
+        self.shared.push(&self.shared.prefixed(self.level, shown), CAPACITY);
         Ok(text.len())
     }
 
@@ -279,6 +334,10 @@ impl<'a> MakeWriter<'a> for Log {
     type Writer = Line<'a>;
 
     fn make_writer(&'a self) -> Line<'a> {
-        Line(&self.0)
+        Line { shared: &self.0, level: Level::INFO }
+    }
+
+    fn make_writer_for(&'a self, event: &Metadata<'_>) -> Line<'a> {
+        Line { shared: &self.0, level: *event.level() }
     }
 }

@@ -1,7 +1,10 @@
 //! A log that cannot be written, and a stdout that is not read: the daemon serves and ends as ever.
 
+use std::collections::BTreeSet;
+use std::ffi::OsStr;
 use std::fs::File;
 use std::io::{BufRead as _, BufReader, ErrorKind};
+use std::os::unix::fs::MetadataExt as _;
 use std::process::Stdio;
 
 use simd_client::proto::event::Kind;
@@ -158,4 +161,53 @@ async fn a_log_for_programs_has_an_object_on_each_line() {
         messages.push(read["fields"]["message"].as_str().unwrap_or_default().to_owned());
     }
     assert!(messages.iter().any(|message| message.starts_with("spawned ")), "{messages:?}");
+}
+
+/// A line as the journal reads it: its priority, and what is left.
+fn priority(line: &str) -> Option<(u8, &str)> {
+    let (priority, rest) = line.strip_prefix('<')?.split_once('>')?;
+    Some((priority.parse().ok()?, rest))
+}
+
+/// A service whose stderr is the journal's stream has the device and the inode of that in its environment; so does a program that
+/// such a service starts with another stderr.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_log_in_the_journal_has_the_priority_of_each_line_and_one_elsewhere_has_none() {
+    let folder = tempfile::TempDir::new().unwrap();
+    for (format, is_journal) in [("text", true), ("json", true), ("text", false)] {
+        let path = folder.path().join("log");
+        let file = File::create(&path).unwrap();
+        let of = file.metadata().unwrap();
+        let stream = format!("{}:{}", of.dev(), if is_journal { of.ino() } else { of.ino() + 1 });
+        let environment = [("JOURNAL_STREAM", OsStr::new(&stream))];
+        let arguments = ["--log-format", format, "--log", "debug"];
+        let zenoh = ["--zenoh", "tcp/127.0.0.1:0"];
+        let mut daemon = Process::start_as(&environment, Stdio::from(file), zenoh, arguments).await;
+        let client = daemon.client().await;
+        client.load(assets().join("Bench_Arm-1.2 rev B"), fixed("arm")).await.unwrap();
+        daemon.signal("TERM").await;
+        assert_eq!(daemon.ended().await.0.code(), Some(0));
+        let text = std::fs::read_to_string(&path).unwrap();
+        let mut seen = BTreeSet::new();
+        for line in text.lines() {
+            let Some((priority, rest)) = priority(line) else {
+                assert!(!is_journal, "{line}");
+                continue;
+            };
+            seen.insert(priority);
+            if format == "json" {
+                let read: serde_json::Value = serde_json::from_str(rest).unwrap();
+                let expected = match read["level"].as_str().unwrap() {
+                    "ERROR" => 3,
+                    "WARN" => 4,
+                    "INFO" => 6,
+                    _ => 7,
+                };
+                assert_eq!(priority, expected, "{line}");
+            }
+        }
+        assert!(text.lines().count() > 3, "{text}");
+        assert_eq!(seen.contains(&6), is_journal, "{text}");
+        assert!(seen.is_subset(&BTreeSet::from([3, 4, 6, 7])), "{text}");
+    }
 }

@@ -30,8 +30,17 @@ struct Bench {
 
 impl Bench {
     fn new() -> Self {
+        Self::with(false)
+    }
+
+    /// The same, of which the journal is the reader.
+    fn of_journal() -> Self {
+        Self::with(true)
+    }
+
+    fn with(is_journal: bool) -> Self {
         let ((asks, writes), (answers, wants)) = (channel(), channel());
-        Self { log: Log::to(Puppet { asks, answers: wants }).unwrap(), writes, answers }
+        Self { log: Log::to(Puppet { asks, answers: wants }, is_journal).unwrap(), writes, answers }
     }
 
     fn log(&self, text: &str) {
@@ -149,4 +158,62 @@ fn lines_for_programs_are_objects_whatever_says_them() {
     let lines = bench.take();
     let notice: serde_json::Value = serde_json::from_str(lines.lines().next().unwrap()).unwrap();
     assert_eq!(notice["level"], "WARN");
+}
+
+/// One event of each level, as text or JSON, without the priority and with it.
+fn of_each_level(bench: &Bench, format: LogFormat) -> Vec<String> {
+    bench.log.set_format(format);
+    let lines = tracing_subscriber::fmt().with_writer(bench.log.clone()).with_max_level(Level::TRACE);
+    let events = || {
+        tracing::error!("an error");
+        tracing::warn!("a warning");
+        tracing::info!("for people");
+        tracing::debug!("for whom it concerns");
+        tracing::trace!("all of it");
+    };
+    match format {
+        LogFormat::Text => tracing::subscriber::with_default(lines.with_ansi(false).finish(), events),
+        LogFormat::Json => tracing::subscriber::with_default(lines.json().finish(), events),
+    }
+    let mut all = String::new();
+    while all.lines().count() < 5 {
+        all += &bench.take();
+    }
+    all.lines().map(str::to_owned).collect()
+}
+
+#[test]
+fn the_journal_gets_the_priority_of_each_line_and_no_other_reader_does() {
+    for format in [LogFormat::Text, LogFormat::Json] {
+        let lines = of_each_level(&Bench::of_journal(), format);
+        for (line, (prefix, level)) in lines.iter().zip([
+            ("<3>", "ERROR"),
+            ("<4>", "WARN"),
+            ("<6>", "INFO"),
+            ("<7>", "DEBUG"),
+            ("<7>", "TRACE"),
+        ]) {
+            let rest = line.strip_prefix(prefix).unwrap_or_else(|| panic!("{prefix}: {line}"));
+            assert!(rest.contains(level), "{line}");
+            assert_eq!(rest.starts_with('{'), format == LogFormat::Json, "{line}");
+        }
+        let lines = of_each_level(&Bench::new(), format);
+        assert!(lines.iter().all(|line| !line.starts_with('<')), "{lines:?}");
+    }
+}
+
+#[test]
+fn each_line_of_a_message_has_the_priority_whatever_the_message_says() {
+    let bench = Bench::of_journal();
+    bench.log("robot `a\n<0>b`\n");
+    assert_eq!(bench.take(), "<6>robot `a\n<6><0>b`\n");
+    bench.log.say("thread `a` panicked\n  at b");
+    assert_eq!(bench.take(), "<3>thread `a` panicked\n<3>  at b\n");
+    // What was lost is a warning.
+    assert!(bench.log.flush(Duration::from_secs(60)));
+    bench.log.0.lock().lost = 7;
+    bench.log("the next\n");
+    let lines = bench.take();
+    let (notice, next) = lines.split_once('\n').unwrap();
+    assert!(notice.starts_with("<4>") && notice.ends_with(": 7") && next == "<6>the next\n", "{lines:?}");
 }
