@@ -11,6 +11,7 @@ use std::{
 
 use anyhow::{Context as _, bail};
 use serde::Deserialize;
+use simd_client::replace_file;
 
 use crate::args::Options;
 
@@ -118,10 +119,8 @@ pub(crate) fn use_context(path: &Path, name: &str) -> anyhow::Result<String> {
             path.display()
         );
     }
-    let folder = path.parent().unwrap_or(Path::new(""));
-    let unwritten = || format!("cannot write {}", path.display());
-    let mut file = private_beside(folder, &path).with_context(unwritten)?;
-    file.write_all(changed.as_bytes()).and_then(|()| file.persist()).with_context(unwritten)?;
+    // With its permissions: it may have tokens.
+    replace_file(&path, changed.as_bytes()).with_context(|| format!("cannot write {}", path.display()))?;
     Ok(endpoint)
 }
 
@@ -140,43 +139,6 @@ fn with_context(text: &str, name: &str) -> String {
         at += old.len();
     }
     format!("{line}{text}")
-}
-
-/// A file that replaces another once it is whole, with its permissions: the configuration may have tokens.
-struct Replacement {
-    file: fs::File,
-    path: PathBuf,
-    replaced: PathBuf,
-}
-
-fn private_beside(folder: &Path, replaced: &Path) -> io::Result<Replacement> {
-    let permissions = fs::metadata(replaced)?.permissions();
-    let path = folder.join(format!(".config.toml.{}", std::process::id()));
-    let mut options = fs::OpenOptions::new();
-    options.write(true).create_new(true);
-    #[cfg(unix)]
-    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
-    let replacement = Replacement { file: options.open(&path)?, path, replaced: replaced.to_owned() };
-    replacement.file.set_permissions(permissions)?;
-    Ok(replacement)
-}
-
-impl Replacement {
-    fn write_all(&mut self, bytes: &[u8]) -> io::Result<()> {
-        io::Write::write_all(&mut self.file, bytes)
-    }
-
-    fn persist(self) -> io::Result<()> {
-        self.file.sync_all()?;
-        fs::rename(&self.path, &self.replaced)
-    }
-}
-
-impl Drop for Replacement {
-    fn drop(&mut self) {
-        // Once it was renamed there is nothing left.
-        let _ = fs::remove_file(&self.path);
-    }
 }
 
 /// `$XDG_CONFIG_HOME/simd/config.toml`, else `~/.config/simd/config.toml`.

@@ -2,6 +2,7 @@
 //! a saved state that `simctl` exports.
 
 use std::fs;
+use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
 
 use rustix::process::{Pid, Resource, Rlimit, prlimit};
@@ -179,4 +180,27 @@ async fn an_export_onto_a_full_disk_says_so_and_the_saved_state_is_kept() {
     assert_eq!(exported.code, 0, "{}", exported.err);
     let read = daemon.simctl(["state", "import", &file, "--name", "again"]).await;
     assert_eq!(read.code, 0, "{}", read.err);
+}
+
+#[tokio::test]
+async fn an_export_that_fails_leaves_the_file_before_and_nothing_beside_it() {
+    let home = Home::new();
+    let daemon = paused().await;
+    let saved = daemon.simctl(["state", "save", "mark"]).await;
+    assert_eq!(saved.code, 0, "{}", saved.err);
+    let file = home.path().join("mark.simdstate");
+    fs::write(&file, "the one before").unwrap();
+    fs::set_permissions(&file, fs::Permissions::from_mode(0o640)).unwrap();
+    // A file of one block of 512 bytes is the largest that the shell's programs may write.
+    let line = "simctl state export mark mark.simdstate";
+    let full = daemon.shell(&format!("trap '' XFSZ; ulimit -f 1; {line}"), home.path()).await;
+    assert!(full.code == 1 && full.err.contains("File too large"), "{full:?}");
+    assert_eq!(fs::read(&file).unwrap(), b"the one before");
+    assert_eq!(fs::read_dir(home.path()).unwrap().count(), 1);
+    let exported = daemon.shell(line, home.path()).await;
+    assert_eq!(exported.code, 0, "{}", exported.err);
+    let metadata = fs::metadata(&file).unwrap();
+    assert!(metadata.len() > 512, "so little would fit: {}", metadata.len());
+    assert_eq!(metadata.permissions().mode() & 0o777, 0o640);
+    assert_eq!(fs::read_dir(home.path()).unwrap().count(), 1);
 }

@@ -108,3 +108,38 @@ async fn a_recording_that_is_being_made_is_complete_when_the_daemon_ends() {
     assert_eq!(other.code, 2);
     assert!(other.err.contains("it does not begin as a file of MCAP"), "{}", other.err);
 }
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_download_that_fails_leaves_nothing_and_no_table_overwrites_the_recording() {
+    let (daemon, client, _folder) = recording_daemon().await;
+    let request = StartRecordingRequest { name: "run".into(), state_rate: Some(100.0), ..Default::default() };
+    client.start_recording(request).await.unwrap();
+    let step = async || client.joint_states(Vec::new()).await.unwrap().stamp.unwrap().step;
+    let begun = step().await;
+    soon("a hundred states", async { while step().await < begun + 1_000 {} }).await;
+    client.stop_recording("run").await.unwrap();
+    let here = Home::new();
+    let files = || std::fs::read_dir(here.path()).unwrap().count();
+    let download = "simctl record download run";
+    let full = daemon.shell(&format!("trap '' XFSZ; ulimit -f 1; {download}"), here.path()).await;
+    assert!(full.code == 1 && full.err.contains("File too large"), "{full:?}");
+    assert_eq!(files(), 0);
+    let whole = daemon.shell(download, here.path()).await;
+    assert_eq!((whole.code, files()), (0, 1), "{}", whole.err);
+    let file = here.path().join("run.mcap");
+    let before = std::fs::read(&file).unwrap();
+    let again = daemon.shell(download, here.path()).await;
+    assert!(again.code == 1 && again.err.contains("a file is there already"), "{again:?}");
+    let table = daemon.shell("simctl record export run.mcap --csv ./run.mcap", here.path()).await;
+    assert!(table.code == 1 && table.err.contains("would overwrite the recording"), "{table:?}");
+    for to in ["--csv run.csv", "--ros2 bag"] {
+        let export = format!("simctl record export run.mcap {to}");
+        let there = files();
+        let full = daemon.shell(&format!("trap '' XFSZ; ulimit -f 1; {export}"), here.path()).await;
+        assert!(full.code == 1 && full.err.contains("File too large"), "{full:?}");
+        assert_eq!(files(), there, "{to}");
+        let exported = daemon.shell(&export, here.path()).await;
+        assert_eq!((exported.code, files()), (0, there + 1), "{}", exported.err);
+    }
+    assert!(std::fs::read(&file).unwrap() == before, "it was written to");
+}

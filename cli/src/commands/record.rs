@@ -4,6 +4,7 @@ mod export;
 
 use std::path::PathBuf;
 
+use anyhow::bail;
 use clap::{Args, Subcommand};
 use serde::Serialize;
 use simd_client::{
@@ -123,7 +124,11 @@ pub(crate) async fn run(command: Record, client: &Client, output: Output) -> any
             output.one(&Info { recording, duration: info.duration, topics })
         }
         Record::Download { name, folder } => {
-            let (files, bytes) = client.download_recording(&name, &folder).await?;
+            let (files, bytes) = tokio::select! {
+                downloaded = client.download_recording(&name, &folder) => downloaded?,
+                // The part of a file that has come goes with it.
+                _ = tokio::signal::ctrl_c() => bail!("interrupted"),
+            };
             output.one(&Downloaded { downloaded: name, files, bytes })
         }
         Record::Export(arguments) => export(&arguments, output),

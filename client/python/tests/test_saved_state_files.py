@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 from pathlib import Path
 
 import numpy as np
@@ -57,3 +59,25 @@ async def test_it_is_the_same_for_asyncio(daemon: Daemon, sim: Simulation, arm: 
         assert (await awaited.import_saved_state(file, "again")).name == "again"
         await awaited.restore_state("again")
         assert list(await awaited.robots) == ["arm"]
+
+
+def test_an_export_that_fails_leaves_the_file_before(
+    sim: Simulation, arm: Robot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "mark.simdstate"
+    file.write_bytes(b"the one before")
+    file.chmod(0o640)
+    sim.save_state("mark")
+
+    def full(_descriptor: int) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    with monkeypatch.context() as patched:
+        patched.setattr(os, "fsync", full)
+        with pytest.raises(OSError, match="No space left"):
+            sim.export_saved_state("mark", file)
+    assert file.read_bytes() == b"the one before"
+    assert list(tmp_path.iterdir()) == [file]
+    sim.export_saved_state("mark", file)
+    assert file.stat().st_size > 1000 and file.stat().st_mode & 0o777 == 0o640
+    assert list(tmp_path.iterdir()) == [file]

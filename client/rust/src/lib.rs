@@ -69,7 +69,7 @@ pub use parameter::{ParameterWatch, press, slide};
 pub use reading::{JointReading, RobotReading};
 pub use rollout::{Rollout, packed};
 pub use sensor::{SensorWatch, every_sensor, some_sensors};
-pub use simd_assets::{Locator, NoUrdf, NotFound};
+pub use simd_assets::{Locator, NoUrdf, NotFound, Replacement, replace_file};
 pub use simd_proto::access;
 pub use simd_proto::text::{is_printable, printable, printable_lines};
 pub use simd_proto::{API_VERSION, DEFAULT_PORT, keys::DEFAULT_LOCATOR, v1 as proto};

@@ -46,7 +46,8 @@ impl Client {
             .await
     }
 
-    /// Writes its files into a folder on this disk; gives their names and how many bytes they are together.
+    /// Writes its files into a folder on this disk; gives their names and how many bytes they are together. Each has its name once
+    /// it is whole.
     ///
     /// # Errors
     /// `RECORDING_NOT_FOUND`, and [`Error::Write`], also where a file is there already.
@@ -61,7 +62,7 @@ impl Client {
             if !plain {
                 return Err(failed(std::io::ErrorKind::InvalidFilename.into()));
             }
-            let mut out = std::fs::File::create_new(&path).map_err(failed)?;
+            let mut out = simd_assets::Replacement::begin_new(&path).map_err(failed)?;
             let mut offset = 0;
             while offset < file.bytes {
                 let request = ReadRecordingRequest {
@@ -77,6 +78,7 @@ impl Client {
                 std::io::Write::write_all(&mut out, &part).map_err(failed)?;
                 offset += part.len() as u64;
             }
+            out.finish().map_err(failed)?;
             bytes += offset;
             names.push(file.name);
         }

@@ -16,8 +16,8 @@ const LONGER: Duration = Duration::from_secs(120);
 
 /// The part of `SimulationService` that needs a disk.
 impl Client {
-    /// Writes a saved state into a file on this disk, replacing what is there: the state with all that its
-    /// robots are made of. Gives its bytes.
+    /// Writes a saved state into a file on this disk: the state with all that its robots are made of. What is there is replaced
+    /// once the file is whole. Gives its bytes.
     ///
     /// # Errors
     /// `SAVED_STATE_NOT_FOUND`; `LIMIT_EXCEEDED` where the robots' meshes are more than a file may have;
@@ -31,7 +31,7 @@ impl Client {
         }
         let path = file.as_ref().to_path_buf();
         let to = path.clone();
-        let written = off_the_runtime(move || std::fs::write(to, bytes)).await;
+        let written = off_the_runtime(move || simd_assets::replace_file(&to, &bytes)).await;
         written.map(|()| export.total_bytes).map_err(|reason| Error::Write { path, reason })
     }
 

@@ -3,8 +3,10 @@
 use std::fs::{self, File};
 use std::io::{self, Read as _, Write as _};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
+
+use simd_assets::Replacement;
 
 use crate::config::Autosave;
 use crate::handle::{CallError, SimHandle};
@@ -124,23 +126,11 @@ static WRITING: Mutex<()> = Mutex::new(());
 
 /// Writes a file beside the old one, which it replaces once all of it is on the disk: whenever the daemon is killed,
 /// one of the two is there whole.
-fn replace(path: &Path, bytes: &Arc<[u8]>) -> io::Result<()> {
+fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let _alone = WRITING.lock().unwrap_or_else(PoisonError::into_inner);
-    let beside = with_suffix(path, ".new");
-    let written = File::create(&beside).and_then(|mut file| {
-        file.write_all(bytes)?;
-        file.sync_all()
-    });
-    if let Err(error) = written.and_then(|()| fs::rename(&beside, path)) {
-        // What is there takes room on a disk that is full.
-        let _ = fs::remove_file(&beside);
-        return Err(error);
-    }
-    // The name is on the disk too, where the system can say so of a folder.
-    if let Some(folder) = path.parent().and_then(|folder| File::open(folder).ok()) {
-        let _ = folder.sync_all();
-    }
-    Ok(())
+    let mut file = Replacement::begin_alone(path)?;
+    file.write_all(bytes)?;
+    file.finish()
 }
 
 fn with_suffix(path: &Path, suffix: &str) -> PathBuf {

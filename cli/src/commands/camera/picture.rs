@@ -8,6 +8,7 @@ use serde::Serialize;
 use simd_client::{
     Client, plane_bytes,
     proto::{CameraInfo, CameraPicture, GetPictureRequest, RendererInfo},
+    replace_file,
 };
 
 use super::png::{self, Pixels};
@@ -76,7 +77,7 @@ pub(super) async fn view(arguments: Picture, client: &Client, output: Output) ->
     let request = GetPictureRequest { robot, sensor: camera, timeout: wait, ..Default::default() };
     let picture = client.get_picture(request).await?;
     let bytes = drawn(&picture, plane)?;
-    std::fs::write(&file, bytes).with_context(|| format!("cannot write {}", file.display()))?;
+    replace_file(&file, &bytes).with_context(|| format!("cannot write {}", file.display()))?;
     let stamp = picture.stamp.unwrap_or_default();
     output.one(&Saved {
         file: file.display().to_string(),

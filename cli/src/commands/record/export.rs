@@ -3,10 +3,11 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::fs::File;
-use std::io::{BufReader, BufWriter, Write as _};
+use std::io::{BufReader, BufWriter, IntoInnerError, Write as _};
 use std::path::Path;
 
 use anyhow::{Context as _, bail};
+use simd_client::Replacement;
 use simd_mcap::{Item, ReadLimits, Reader, Writer};
 use simd_ros2::Message as _;
 use simd_ros2::messages::sensor_msgs::JointState;
@@ -33,7 +34,11 @@ fn open(recording: &Path) -> anyhow::Result<Reader<BufReader<File>>> {
 /// A row for each joint of each state: simulated time in seconds, robot, joint, position, velocity and effort.
 pub(super) fn csv(recording: &Path, to: &Path) -> anyhow::Result<Written> {
     let mut reader = open(recording)?;
-    let mut out = BufWriter::new(File::create(to).with_context(|| to.display().to_string())?);
+    let named = || to.display().to_string();
+    if to.exists() && to.canonicalize().ok() == recording.canonicalize().ok() {
+        bail!("{}: --csv would overwrite the recording", to.display());
+    }
+    let mut out = BufWriter::new(Replacement::begin(to).with_context(named)?);
     writeln!(out, "time,robot,joint,position,velocity,effort")?;
     let mut written = Written::default();
     loop {
@@ -61,7 +66,8 @@ pub(super) fn csv(recording: &Path, to: &Path) -> anyhow::Result<Written> {
         }
         written.messages += 1;
     }
-    out.flush()?;
+    let out = out.into_inner().map_err(IntoInnerError::into_error).with_context(named)?;
+    out.finish().with_context(named)?;
     Ok(written)
 }
 
@@ -78,6 +84,15 @@ fn field(text: &str) -> String {
 pub(super) fn ros2(recording: &Path, to: &Path) -> anyhow::Result<Written> {
     let mut reader = open(recording)?;
     std::fs::create_dir(to).with_context(|| to.display().to_string())?;
+    let written = bag(&mut reader, recording, to);
+    if written.is_err() {
+        // There was none before, and a part of a bag is none.
+        let _ = std::fs::remove_dir_all(to);
+    }
+    written
+}
+
+fn bag(reader: &mut Reader<BufReader<File>>, recording: &Path, to: &Path) -> anyhow::Result<Written> {
     let stem = to.file_name().and_then(|name| name.to_str()).unwrap_or("bag");
     let file = format!("{stem}_0.mcap");
     let out = BufWriter::new(File::create(to.join(&file))?);

@@ -8,7 +8,7 @@ use std::{
 use anyhow::{Context as _, bail};
 use clap::Args;
 use serde::Serialize;
-use simd_client::Package;
+use simd_client::{Package, replace_file};
 use simd_model::{Finding, LoadLimits, Severity, TranslatedModel, Translation};
 
 use super::{options, validate::Files, xacro_argument};
@@ -100,7 +100,7 @@ fn write_meshes(translation: &Translation, folder: &Path) -> anyhow::Result<()> 
         let path = folder.join(uri);
         let place = path.parent().unwrap_or(folder);
         fs::create_dir_all(place).with_context(|| place.display().to_string())?;
-        fs::write(&path, &mesh.bytes).with_context(|| path.display().to_string())?;
+        replace_file(&path, &mesh.bytes).with_context(|| path.display().to_string())?;
     }
     Ok(())
 }
@@ -133,7 +133,7 @@ impl Converted {
     fn written(mut self, to: Option<&PathBuf>) -> anyhow::Result<Self> {
         if let Some(path) = to {
             let text = self.urdf.take().unwrap_or_default();
-            fs::write(path, text).with_context(|| path.display().to_string())?;
+            replace_file(path, text.as_bytes()).with_context(|| path.display().to_string())?;
             self.path = Some(path.display().to_string());
         }
         Ok(self)

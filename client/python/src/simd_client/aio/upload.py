@@ -20,6 +20,7 @@ from simd_client.errors import AnswerError
 from simd_client.expansion import Arguments
 from simd_client.progress import Bars
 from simd_client.proto import methods
+from simd_client.replacement import replace_file
 
 
 async def upload(
@@ -116,4 +117,4 @@ async def write_file(connection: Connection, sha256: str, path: Path) -> None:
     content = await fetch_file(connection, sha256)
     if await in_thread(lambda: hashlib.sha256(content).hexdigest()) != sha256:
         raise AnswerError("the file that the daemon sent does not have its hash")
-    await in_thread(lambda: path.write_bytes(content))
+    await in_thread(lambda: replace_file(path, content))

@@ -1,0 +1,167 @@
+//! Files that take the place of others once they are whole: a program that is killed meanwhile, and a disk that is full, leave those
+//! before.
+
+#[cfg(test)]
+mod tests;
+
+use std::fs::{self, File, Metadata, OpenOptions};
+use std::io::{self, ErrorKind, Write};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Names for streams that the process has. A file behind one is another program's to replace.
+const STREAMS: [&str; 4] = ["/dev/fd", "/dev/stderr", "/dev/stdout", "/proc"];
+
+/// A file that is written beside the one that it replaces. Where it is dropped before [`finish`](Self::finish), it goes again, and
+/// the one before stays as it was.
+#[derive(Debug)]
+pub struct Replacement {
+    file: File,
+    /// What it replaces, with links followed: a link goes on leading to the file.
+    path: PathBuf,
+    /// Where it is until then; none of what can be written in place alone.
+    beside: Option<PathBuf>,
+    /// Whether there must be none before.
+    is_new: bool,
+}
+
+impl Replacement {
+    /// Begins a file in place of the one there, or of none. It has the permissions of the one before, else those that the process
+    /// gives its files. What is no file, such as a pipe or `/dev/full`, is written in place.
+    ///
+    /// # Errors
+    /// Where the one before may not be written, and where its folder takes no other file.
+    pub fn begin(path: &Path) -> io::Result<Self> {
+        static NUMBER: AtomicU64 = AtomicU64::new(0);
+        let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+        Self::beside(path, &format!(".{}-{number}.new", std::process::id()))
+    }
+
+    /// The same for a path at which there is nothing, also once it is finished.
+    ///
+    /// # Errors
+    /// Where something is there, and where the folder takes no file.
+    pub fn begin_new(path: &Path) -> io::Result<Self> {
+        if fs::symlink_metadata(path).is_ok() {
+            return Err(there_already());
+        }
+        let mut file = Self::begin(path)?;
+        file.is_new = true;
+        Ok(file)
+    }
+
+    /// The same as [`begin`](Self::begin) for a file that no other program writes, and this one on one thread at a time: it is
+    /// `FILE.new` until it is finished, and what a program that was killed has left there goes.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn begin_alone(path: &Path) -> io::Result<Self> {
+        const SUFFIX: &str = ".new";
+        match fs::remove_file(with_suffix(&followed(path), SUFFIX)) {
+            Err(error) if error.kind() != ErrorKind::NotFound => Err(error),
+            _ => Self::beside(path, SUFFIX),
+        }
+    }
+
+    fn beside(path: &Path, suffix: &str) -> io::Result<Self> {
+        let before = match fs::metadata(path) {
+            Ok(before) => Some(before),
+            Err(error) if error.kind() == ErrorKind::NotFound => None,
+            Err(error) => return Err(error),
+        };
+        let is_stream = STREAMS.iter().any(|stream| path.starts_with(stream));
+        if before.as_ref().is_some_and(|before| is_stream || !before.is_file()) {
+            let file = OpenOptions::new().write(true).truncate(true).open(path)?;
+            return Ok(Self { file, path: path.to_owned(), beside: None, is_new: false });
+        }
+        let path = followed(path);
+        if before.is_some() {
+            // A file that may not be written may not be replaced either, though its folder would allow it.
+            OpenOptions::new().write(true).open(&path)?;
+        }
+        let beside = with_suffix(&path, suffix);
+        let file = created(&beside, before.as_ref())?;
+        let replacement = Self { file, path, beside: Some(beside), is_new: false };
+        if let Some(before) = before {
+            replacement.file.set_permissions(before.permissions())?;
+        }
+        Ok(replacement)
+    }
+
+    /// Puts it in its place, once all of it is on the disk.
+    ///
+    /// # Errors
+    /// Where the disk takes no more, and where it may not be put there: then the one before stays as it was.
+    pub fn finish(mut self) -> io::Result<()> {
+        let Some(beside) = &self.beside else { return Ok(()) };
+        self.file.sync_all()?;
+        if self.is_new && fs::symlink_metadata(&self.path).is_ok() {
+            return Err(there_already());
+        }
+        fs::rename(beside, &self.path)?;
+        self.beside = None;
+        // The name is on the disk too, where the system can say so of a folder.
+        let folder = self.path.parent().filter(|folder| !folder.as_os_str().is_empty());
+        if let Ok(folder) = File::open(folder.unwrap_or(Path::new("."))) {
+            let _ = folder.sync_all();
+        }
+        Ok(())
+    }
+}
+
+impl Write for Replacement {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.file.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+impl Drop for Replacement {
+    fn drop(&mut self) {
+        if let Some(beside) = &self.beside {
+            // What is there takes room on a disk that is full.
+            let _ = fs::remove_file(beside);
+        }
+    }
+}
+
+/// Writes a whole file in place of the one there, or of none: see [`Replacement::begin`].
+///
+/// # Errors
+/// Where it cannot be written; the one before stays as it was then.
+pub fn replace_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let mut file = Replacement::begin(path)?;
+    file.write_all(bytes)?;
+    file.finish()
+}
+
+/// A new file, which allows no more than the one before does, not even until it has its permissions.
+#[cfg_attr(not(unix), allow(unused_variables, reason = "only Unix has modes"))]
+fn created(path: &Path, before: Option<&Metadata>) -> io::Result<File> {
+    let mut options = OpenOptions::new();
+    options.write(true).create_new(true);
+    #[cfg(unix)]
+    if let Some(before) = before {
+        use std::os::unix::fs::{OpenOptionsExt as _, PermissionsExt as _};
+        options.mode(before.permissions().mode() & 0o777);
+    }
+    options.open(path)
+}
+
+/// Where a path leads to; the path itself where there is nothing.
+fn followed(path: &Path) -> PathBuf {
+    fs::canonicalize(path).unwrap_or_else(|_| path.to_owned())
+}
+
+fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(suffix);
+    name.into()
+}
+
+fn there_already() -> io::Error {
+    io::Error::new(ErrorKind::AlreadyExists, "a file is there already")
+}
