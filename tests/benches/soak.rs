@@ -42,6 +42,7 @@ fn main() -> ExitCode {
         processor: if priority > 0 { leave_the_last_processor() } else { None },
     };
     println!("{} with {} readers, {} of them stopped", simd(), options.readers, options.stopped);
+    println!("{}", soak::kernel());
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build().expect("a runtime");
     let report = runtime.block_on(soak::run(options));
     let row = |title: &str, of: &Spread| {

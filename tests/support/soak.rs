@@ -8,6 +8,7 @@
 mod churn;
 mod flood;
 mod gauge;
+mod kernel;
 mod lateness;
 mod punctual;
 mod readers;
@@ -31,6 +32,7 @@ use tokio::task::JoinSet;
 
 use self::gauge::Gauge;
 pub use self::gauge::Slope;
+pub use self::kernel::kernel;
 pub use self::lateness::{Spread, Steps};
 use self::punctual::Punctual;
 use self::sleeper::Sleeper;
