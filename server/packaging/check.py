@@ -177,9 +177,10 @@ def check_image(scratch: Path) -> None:
     runtime = ["--runtime", "runc"] if shutil.which("runc") else []
     programs = scratch / "src" / "target" / "release"
     programs.mkdir(parents=True)
+    wanted = [*(f"bin/{name}" for name in PROGRAMS), "share/doc/simd/THIRD-PARTY-LICENSES.txt"]
     with tarfile.open(one("simd-*-linux.tar.xz")) as archive:
         for member in archive.getmembers():
-            if member.name.split("/", 1)[1:] in ([f"bin/{name}"] for name in PROGRAMS):
+            if member.name.split("/", 1)[1:] in ([name] for name in wanted):
                 member.name = Path(member.name).name
                 archive.extract(member, programs, filter="data")
     run("tar", "--create", "--file", scratch / "built.tar", "--directory", scratch, "src")

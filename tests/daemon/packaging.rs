@@ -152,6 +152,32 @@ async fn units_are_confined() {
     }
 }
 
+/// Without a container: what is copied is there, the toolchain is that of the tree, and no image runs as root.
+#[test]
+fn the_containerfile_names_what_there_is() {
+    let text = read("Containerfile");
+    let toolchain = std::fs::read_to_string(repository().join("rust-toolchain.toml")).unwrap();
+    let toolchain: toml::Table = toml::from_str(&toolchain).unwrap();
+    let channel = toolchain["toolchain"]["channel"].as_str().unwrap();
+    assert!(text.contains(&format!("ARG RUST=docker.io/library/rust:{channel}-slim-bookworm\n")), "{text}");
+    assert!(text.contains(&format!("ENV RUSTUP_TOOLCHAIN={channel}\n")), "{text}");
+    for line in text.lines().filter_map(|line| line.strip_prefix("COPY ")) {
+        let words: Vec<&str> = line.split(' ').collect();
+        let (_, sources) = words.split_last().unwrap();
+        if !sources[0].starts_with("--from=") {
+            assert!(sources.iter().all(|source| repository().join(source).exists()), "{line}");
+        }
+    }
+    let images: Vec<&str> = text.split("FROM ${BASE}").skip(1).collect();
+    assert_eq!(images.len(), 2);
+    for image in images {
+        let lines: Vec<&str> = image.lines().collect();
+        assert!(lines.contains(&"USER 65532:65532"), "{image}");
+        assert!(lines.contains(&"COPY LICENSE /usr/share/doc/simd/LICENSE"), "{image}");
+        assert!(image.contains("THIRD-PARTY-LICENSES.txt /usr/share/doc/simd/"), "{image}");
+    }
+}
+
 #[tokio::test]
 async fn scripts_of_the_package_are_shell_and_name_the_units() {
     let home = Home::new();
