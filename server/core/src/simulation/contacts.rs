@@ -2,27 +2,22 @@
 //! they had in the one before.
 
 mod check;
+mod inherit;
 
 use std::sync::Arc;
 
 use glamx::DVec3;
 
 pub(super) use check::{check_ignored_overlaps, check_pairs, complete};
+use inherit::Past;
 
 use super::constraints::ExcludedLinks;
 use super::entity::Entity;
-use super::sleep::{Busy, acts};
+use super::sleep::Busy;
 use super::world_state::Pair;
 use crate::collision::{Broad, ContactPoint, Filter, FixedPair, Narrow, RobotLinkPair, SurfaceCombination};
 use crate::dynamics::constraint::contact::Contact;
 use crate::pool::{Interrupt, PIECES, Pool};
-
-/// A point is the same as before if it has moved on one of the two surfaces by less than this,
-/// metres.
-const SAME_POINT: f64 = 0.01;
-
-/// The only point of two colliders moves steadily where its way differs from that of the step before by less than this part of it.
-const STEADY: f64 = 0.25;
 
 /// The contacts of a world, in the order of their robots and colliders.
 #[derive(Debug, Default)]
@@ -48,6 +43,17 @@ struct Search {
     fixed: Vec<FixedPair>,
 }
 
+/// How contacts are looked for.
+#[derive(Clone, Copy)]
+pub(super) struct Terms {
+    /// At least this far from what moves, metres.
+    pub(super) slack: f64,
+    /// Of surfaces that touch.
+    pub(super) combination: SurfaceCombination,
+    /// A step begins, and with it the sums of impulses.
+    pub(super) begins: bool,
+}
+
 /// What contacts are looked for among.
 #[derive(Clone, Copy)]
 struct Among<'a> {
@@ -55,7 +61,7 @@ struct Among<'a> {
     excluded: &'a [ExcludedLinks],
     collision_pairs: &'a [RobotLinkPair],
     before: &'a [Contact],
-    slack: f64,
+    terms: Terms,
     interrupt: &'a Interrupt<'a>,
 }
 
@@ -72,13 +78,6 @@ fn key(contact: &Contact) -> Pair {
 }
 
 impl Contacts {
-    /// Sums of impulses begin anew, but for contacts of what sleeps: those stay as they are.
-    pub(super) fn begin_step(&mut self, robots: &[Entity]) {
-        for contact in self.list.iter_mut().filter(|contact| acts(robots, contact)) {
-            contact.total = DVec3::ZERO;
-        }
-    }
-
     /// Keeps forces as they are where steps and their parts become longer by these factors.
     pub(super) fn stretch(&mut self, step: f64, part: f64) {
         for contact in &mut self.list {
@@ -88,8 +87,8 @@ impl Contacts {
         }
     }
 
-    /// Finds what touches, of robots whose colliders are in place; false where it was interrupted. Contacts are looked
-    /// for at least `slack` metres from what moves, and not between `excluded` links. The `combination` is of surfaces that touch.
+    /// Finds what touches, of robots whose colliders are in place; false where it was interrupted. Contacts are not looked
+    /// for between `excluded` links.
     ///
     /// An overlap between links of one robot, or of two robots that are fixed to the world, is ignored if it exists
     /// right after one of them was teleported, until the links have separated. A user may load two arms at the origin,
@@ -100,7 +99,7 @@ impl Contacts {
         robots: &[Entity],
         busy: &Busy,
         excluded: &[ExcludedLinks],
-        (slack, combination): (f64, SurfaceCombination),
+        terms: Terms,
         pool: Option<&dyn Pool>,
         interrupt: &Interrupt<'_>,
     ) -> bool {
@@ -109,30 +108,44 @@ impl Contacts {
         let Self { list, collision_pairs, before, fixed, fixed_before, broad, searches } = self;
         list.clear();
         fixed.clear();
+        let mut is_any_asleep = false;
         let active = busy.robots().iter().filter(|robot| robots[**robot].is_active());
-        let present = active.map(|&index| (index, &robots[index].colliders, robots[index].is_awake()));
+        let present = active.map(|&index| {
+            let robot = &robots[index];
+            is_any_asleep |= robot.state.asleep;
+            (index, &robot.colliders, robot.is_awake())
+        });
         let pairs = broad.pairs(present, busy.leaves_some());
         let count = if pool.is_some() { PIECES } else { 1 };
         if searches.len() < count {
             searches.resize_with(count, Search::default);
         }
-        searches.iter_mut().for_each(|search| search.begin(combination));
-        let among = Among { robots, excluded, collision_pairs, before, slack, interrupt };
-        if !among.search(pool, &mut searches[..count], pairs, fixed_before) {
+        searches.iter_mut().for_each(|search| search.begin(terms.combination));
+        let among = Among { robots, excluded, collision_pairs, before, terms, interrupt };
+        let searches = &mut searches[..count];
+        if !among.search(pool, searches, pairs, fixed_before) {
             return false;
         }
         fixed_before.clear();
-        for search in &mut searches[..count] {
-            list.append(&mut search.found);
-            fixed.append(&mut search.fixed);
+        searches.iter_mut().for_each(|search| fixed.append(&mut search.fixed));
+        // What was found is in order, since pairs are. It is large: it is moved once at the most.
+        match searches {
+            [search] if !is_any_asleep => {
+                std::mem::swap(list, &mut search.found);
+                // Each of the two lists takes as many contacts the next time.
+                search.found.reserve_exact(list.capacity());
+            }
+            _ if !is_any_asleep => searches.iter_mut().for_each(|search| list.append(&mut search.found)),
+            _ => {
+                // What sleeps has not moved: its contacts are as they were.
+                let asleep = |contact: &&Contact| {
+                    let [a, b] = contact.robots.map(|robot| &robots[robot]);
+                    a.is_active() && b.is_active() && !a.is_awake() && !b.is_awake()
+                };
+                let found = searches.iter().flat_map(|search| &search.found);
+                merge(found, before.iter().filter(asleep), list);
+            }
         }
-        // What sleeps has not moved: its contacts are as they were.
-        let asleep = |contact: &&Contact| {
-            let [a, b] = contact.robots.map(|robot| &robots[robot]);
-            a.is_active() && b.is_active() && !a.is_awake() && !b.is_awake()
-        };
-        list.extend(before.iter().filter(asleep));
-        list.sort_unstable_by_key(|contact| (key(contact), contact.index));
         true
     }
 
@@ -226,10 +239,7 @@ impl Among<'_> {
             });
             return are_whole == [true; 2];
         }
-        let Some(search) = second.first_mut() else { return true };
-        let is_whole = search.look(self, pairs, known);
-        inherit(&mut search.found, self.before);
-        is_whole
+        second.first_mut().is_none_or(|search| search.look(self, pairs, known))
     }
 }
 
@@ -241,11 +251,13 @@ impl Search {
         self.narrow.compared = 0;
     }
 
-    /// Finds the contacts of these pairs. False where it was interrupted.
+    /// Finds the contacts of these pairs, in their order, and gives them what they had. False where it was interrupted.
     fn look(&mut self, among: Among<'_>, pairs: &[[usize; 2]], known: &mut [FixedPair]) -> bool {
-        let Among { robots, excluded, collision_pairs, slack, interrupt, .. } = among;
+        let Among { robots, excluded, collision_pairs, before, terms, interrupt } = among;
+        let Terms { slack, begins, .. } = terms;
         let Self { narrow, found: list, fixed } = self;
         let mut known = known.iter_mut().peekable();
+        let mut past = Past::new(before, begins);
         for &pair in pairs {
             if interrupt() {
                 return false;
@@ -253,6 +265,7 @@ impl Search {
             let [a, b] = pair.map(|robot| &robots[robot]);
             let colliders = [&a.colliders, &b.colliders];
             let filter = Filter::between(pair, collision_pairs);
+            let first = list.len();
             let found = |point: ContactPoint| {
                 if !excluded.is_empty() && is_excluded(excluded, pair, point.links) {
                     return;
@@ -273,57 +286,41 @@ impl Search {
                 if !narrow.between(colliders, filter, interrupt, found) {
                     return false;
                 }
-                continue;
+            } else {
+                // Pairs that are no longer near each other have separated.
+                while known.next_if(|known| known.robots < pair).is_some() {}
+                let mut known = match known.next_if(|known| known.robots == pair) {
+                    Some(known) => std::mem::replace(known, FixedPair::new(pair, Vec::new())),
+                    None => FixedPair::new(pair, Vec::new()),
+                };
+                let teleported = a.state.teleported || b.state.teleported;
+                if !narrow.between_fixed(colliders, filter, (teleported, slack), interrupt, &mut known, found)
+                {
+                    return false;
+                }
+                fixed.push(known);
             }
-            // Pairs that are no longer near each other have separated.
-            while known.next_if(|known| known.robots < pair).is_some() {}
-            let mut known = match known.next_if(|known| known.robots == pair) {
-                Some(known) => std::mem::replace(known, FixedPair::new(pair, Vec::new())),
-                None => FixedPair::new(pair, Vec::new()),
-            };
-            let teleported = a.state.teleported || b.state.teleported;
-            if !narrow.between_fixed(colliders, filter, (teleported, slack), interrupt, &mut known, found) {
-                return false;
+            // At once, while they are in the cache.
+            if first < list.len() {
+                past.pass_on(&mut list[first..], [a.is_awake(), b.is_awake()]);
             }
-            fixed.push(known);
         }
         true
     }
 }
 
-/// Gives new contacts the impulses of the nearest old ones of the same colliders. A pair that
-/// had one point and has one is the same, however far it rolled.
-fn inherit(list: &mut [Contact], before: &[Contact]) {
-    let mut start = 0;
-    while start < list.len() {
-        let this = key(&list[start]);
-        let len = list[start..].iter().take_while(|contact| key(contact) == this).count();
-        let first = before.partition_point(|old| key(old) < this);
-        let old = &before[first..];
-        let old = &old[..old.iter().take_while(|old| key(old) == this).count()];
-        let single = len == 1 && old.len() == 1;
-        let mut taken = 0u64;
-        for (index, contact) in list[start..start + len].iter_mut().enumerate() {
-            contact.index = index;
-            let way = |old: &Contact| {
-                let on = |i: usize| contact.point.on[i].distance_squared(old.point.on[i]);
-                on(0).min(on(1))
-            };
-            let free = old.iter().take(64).enumerate().filter(|(i, _)| taken >> i & 1 == 0);
-            let nearest = free.min_by(|a, b| way(a.1).total_cmp(&way(b.1)));
-            let Some((i, known)) = nearest else { continue };
-            if single || way(known) < SAME_POINT * SAME_POINT {
-                taken |= 1 << i;
-                let Contact { impulse, turning_impulse, is_least, total, .. } = *known;
-                (contact.impulse, contact.turning_impulse) = (impulse, turning_impulse);
-                (contact.is_least, contact.total) = (is_least, total);
-            }
-            if single {
-                contact.moved = contact.point.position - known.point.position;
-                let is_steady = contact.moved.distance(known.moved) < STEADY * contact.moved.length();
-                contact.wanders = if is_steady { contact.moved } else { DVec3::ZERO };
-            }
+/// Adds contacts of two kinds, each in order, to a list, in the order of all. No two colliders have some of both kinds.
+fn merge<'a>(
+    found: impl Iterator<Item = &'a Contact>,
+    kept: impl Iterator<Item = &'a Contact>,
+    list: &mut Vec<Contact>,
+) {
+    let mut kept = kept.peekable();
+    for contact in found {
+        while let Some(kept) = kept.next_if(|kept| key(kept) < key(contact)) {
+            list.push(*kept);
         }
-        start += len;
+        list.push(*contact);
     }
+    list.extend(kept);
 }

@@ -34,11 +34,15 @@ pub(super) struct Groups {
     above: Vec<usize>,
     /// Robots by group, then index.
     members: Vec<usize>,
+    /// Of each contact its group's first robot, and its index; in order. Contacts are large: they are sorted by these.
+    order: Vec<(usize, usize)>,
     /// Ends of each group among robots, contacts and constraints.
     ends: Vec<Ends>,
     /// Empty but in a step.
     robots: Vec<Member<'static>>,
     contacts: Vec<&'static mut Contact>,
+    /// Contacts that are to be put in their groups' order; empty but where that is done.
+    unsorted: Vec<Option<&'static mut Contact>>,
     links: Vec<ActiveConstraint<'static>>,
     /// The size of all groups that are awake but the largest: degrees of freedom, and rows.
     beside_largest: usize,
@@ -88,7 +92,8 @@ pub(super) struct Group<'b, 'a> {
 }
 
 impl Groups {
-    /// Joins what touches or is constrained. What cannot move joins nothing.
+    /// Joins what touches or is constrained. What cannot move joins nothing. Contacts come in the order of their robots and
+    /// colliders, which is theirs within a group.
     pub(super) fn gather<'a>(
         &mut self,
         robots: &'a mut [Entity],
@@ -96,12 +101,14 @@ impl Groups {
         contacts: &'a mut [Contact],
         constraints: &'a mut [LinkConstraint],
     ) -> Gathered<'a> {
-        let Self { above, members, .. } = self;
+        let Self { above, members, order, .. } = self;
         above.resize(robots.len(), 0);
         for &robot in busy.robots() {
             above[robot] = robot;
         }
-        for contact in &*contacts {
+        order.clear();
+        for (index, contact) in contacts.iter().enumerate() {
+            order.push((moved_by(contact), index));
             if contact.point.bodies.iter().all(Option::is_some) {
                 let [a, b] = contact.robots.map(|robot| first(above, robot));
                 above[a.max(b)] = a.min(b);
@@ -116,6 +123,7 @@ impl Groups {
         for &robot in busy.robots() {
             above[robot] = first(above, robot);
         }
+        order.iter_mut().for_each(|(robot, _)| *robot = above[*robot]);
         let mut links: Vec<ActiveConstraint<'a>> = std::mem::take(&mut self.links);
         for (index, constraint) in constraints.iter_mut().enumerate() {
             if let Some(robot) = moved(robots, constraint).and_then(|[a, b]| a.or(b)) {
@@ -125,8 +133,17 @@ impl Groups {
         }
         links.sort_unstable_by_key(|link| link.order);
         let mut touching: Vec<&'a mut Contact> = std::mem::take(&mut self.contacts);
-        touching.extend(contacts);
-        touching.sort_unstable_by_key(|of| (group_of(above, of), of.robots, of.point.colliders, of.index));
+        // A step takes no memory where groups come out of order for the first time.
+        self.unsorted.reserve(contacts.len());
+        if order.is_sorted() {
+            touching.extend(contacts);
+        } else {
+            order.sort_unstable();
+            let mut unsorted: Vec<Option<&'a mut Contact>> = std::mem::take(&mut self.unsorted);
+            unsorted.extend(contacts.iter_mut().map(Some));
+            touching.extend(order.iter().filter_map(|&(_, index)| unsorted[index].take()));
+            self.unsorted = emptied(unsorted);
+        }
         members.clear();
         members.extend(busy.robots().iter().copied().filter(|robot| robots[*robot].is_solved()));
         let mut moving: Vec<Member<'a>> = std::mem::take(&mut self.robots);
@@ -145,8 +162,8 @@ impl Groups {
         gathered
     }
 
-    fn find_ends(&mut self, Gathered { robots, contacts, links }: &Gathered<'_>) {
-        let Self { above, ends, beside_largest, .. } = self;
+    fn find_ends(&mut self, Gathered { robots, links, .. }: &Gathered<'_>) {
+        let Self { above, order, ends, beside_largest, .. } = self;
         ends.clear();
         let [mut m, mut c, mut l] = [0; 3];
         let (mut sum, mut largest) = (0, 0);
@@ -154,7 +171,7 @@ impl Groups {
             let root = above[group[0].index];
             let [touch, hold] = [c, l];
             m += group.len();
-            c += contacts[c..].iter().take_while(|contact| group_of(above, contact) == root).count();
+            c += order[c..].iter().take_while(|contact| contact.0 == root).count();
             l += links[l..].iter().take_while(|link| link.order.0 == root).count();
             ends.push([m, c, l]);
             if group[0].robot.is_awake() {
@@ -192,9 +209,9 @@ fn emptied<A, B>(mut list: Vec<A>) -> Vec<B> {
     list.into_iter().filter_map(|_| None).collect()
 }
 
-/// The first robot of the group that a contact belongs to: of one with what cannot move, the side that can says that.
-fn group_of(above: &[usize], contact: &Contact) -> usize {
-    above[contact.robots[usize::from(contact.point.bodies[0].is_none())]]
+/// The robot whose group a contact belongs to: of one with what cannot move, the side that can.
+fn moved_by(contact: &Contact) -> usize {
+    contact.robots[usize::from(contact.point.bodies[0].is_none())]
 }
 
 /// Where the frame of an end is that no step moves; of others it means nothing.

@@ -56,13 +56,6 @@ impl Busy {
     }
 }
 
-/// Whether a step solves a contact: something that it can move is awake. A box may sleep on the base of an arm
-/// that moves.
-pub(super) fn acts(robots: &[Entity], contact: &Contact) -> bool {
-    let mut sides = contact.robots.into_iter().zip(contact.point.bodies);
-    sides.any(|(robot, body)| body.is_some() && robots[robot].is_awake())
-}
-
 /// Wakes what a robot touches or is constrained to, and what that touches, and itself.
 pub(super) fn wake_around(
     robots: &mut [Entity],

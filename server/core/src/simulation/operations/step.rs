@@ -11,7 +11,7 @@ use crate::dynamics::Integrator;
 use crate::dynamics::island::{Island, SolverChoice};
 use crate::pool::{Interrupt, PIECES, Pool, for_each};
 use crate::simulation::constraints::{LinkConstraints, acts};
-use crate::simulation::contacts::Contacts;
+use crate::simulation::contacts::{Contacts, Terms};
 use crate::simulation::entity::Entity;
 use crate::simulation::groups::Group;
 use crate::simulation::{EventKind, PhysicsSettings, Simulation, StepMemory};
@@ -81,7 +81,6 @@ impl Simulation {
         let h = time_step / f64::from(substeps);
         let pool = self.pool.clone();
         self.step_memory.busy.begin_step(&self.entities);
-        self.contacts.begin_step(&self.entities);
         for constraint in &mut self.constraints.list {
             if acts(&self.entities, constraint) {
                 constraint.begin_step();
@@ -202,8 +201,8 @@ fn advance(
             part.begin(robot, others);
         }
     });
-    let near = (part.slack(), part.surface_combination);
-    if !contacts.find(robots, busy, &constraints.excluded, near, threads, interrupt) {
+    let terms = Terms { slack: part.slack(), combination: part.surface_combination, begins: part.begins };
+    if !contacts.find(robots, busy, &constraints.excluded, terms, threads, interrupt) {
         return false;
     }
     for &robot in busy.robots() {
