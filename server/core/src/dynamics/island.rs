@@ -21,6 +21,7 @@ use super::constraint::direct::Direct;
 use super::constraint::link_constraint::LinkConstraint;
 use super::constraint::link_rows::LinkRows;
 use super::constraint::turning::TurningRows;
+use super::scratch::Trips;
 use super::symmetric::Symmetric;
 use placement::Split;
 pub use residual::SolverChoice;
@@ -50,6 +51,8 @@ pub struct Island {
     free: Vec<f64>,
     /// A response, before it is filed.
     scratch: Vec<f64>,
+    /// One for each body of the largest member: of all robots the same, so that it is in the cache.
+    trips: Vec<Trips<4>>,
     /// Bodies with many contacts, in order.
     bases: Vec<Basis>,
     /// Of each basis the responses to six wrenches.
@@ -236,11 +239,16 @@ impl Island {
 
     fn list<R: AsMut<Articulation>>(&mut self, robots: &mut [R], members: &[usize]) {
         self.members.clear();
-        let mut first = 0;
+        let (mut first, mut most_bodies) = (0, 0);
         for (&number, robot) in members.iter().zip(robots) {
-            let len = robot.as_mut().velocities().len();
+            let body = robot.as_mut();
+            let len = body.velocities().len();
             self.members.push(Member { robot: number, first, len });
             first += len;
+            most_bodies = most_bodies.max(body.tree().bodies.len());
+        }
+        if self.trips.len() < most_bodies {
+            self.trips.resize(most_bodies, Trips::default());
         }
     }
 

@@ -68,14 +68,20 @@ impl Default for BodyScratch {
 }
 
 /// Of one body, on the trips of several impulses at once.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Trips {
+#[derive(Clone, Copy, Debug)]
+pub struct Trips<const N: usize> {
     /// As [`BodyScratch::delta`].
-    pub delta: Spatials<TRIPS>,
+    pub delta: Spatials<N>,
     /// As [`BodyScratch::impulse`].
-    pub impulse: [f64; TRIPS],
+    pub impulse: [f64; N],
     /// An impulse acts on it or on what hangs on it; else `delta` means nothing before the way down.
     pub has_impulse: bool,
+}
+
+impl<const N: usize> Default for Trips<N> {
+    fn default() -> Self {
+        Self { delta: Spatials::ZERO, impulse: [0.0; N], has_impulse: false }
+    }
 }
 
 /// Of all bodies of a robot.
@@ -86,5 +92,5 @@ pub struct Scratch {
     /// One a free body: its IA, factorised.
     pub free: Vec<Ldlt6>,
     /// One a body; none where there is only one.
-    pub trips: Vec<Trips>,
+    pub trips: Vec<Trips<TRIPS>>,
 }

@@ -130,3 +130,26 @@ fn responses_to_rows_of_joints_are_those_to_each() {
         assert!(largest > 0.0 && together.iter().zip(&alone).all(|(a, b)| (a - b).abs() < 1e-12 * largest));
     }
 }
+
+#[test]
+fn responses_to_three_wrenches_have_the_bits_of_those_to_each() {
+    for is_fixed in [false, true] {
+        let mut robot = robot(is_fixed);
+        let n = robot.tree.velocity_count;
+        let mut trips = vec![Trips::default(); robot.tree.bodies.len()];
+        let axes = [DVec3::new(0.6, 0.0, 0.8), DVec3::Y, DVec3::new(0.8, 0.0, -0.6)];
+        for body in 0..robot.tree.bodies.len() {
+            let wrenches = robot.wrenches(body, DVec3::new(0.2, 0.5, -0.1), axes);
+            let (mut together, mut alone) = (vec![0.0; 3 * n], vec![0.0; n]);
+            robot.add_wrench_responses(body, &wrenches, &mut trips, &mut together);
+            assert!(together.iter().any(|value| *value != 0.0), "{body}");
+            for (k, together) in together.chunks_exact(n).enumerate() {
+                robot.wrench_response(body, wrenches.get(k), &mut alone);
+                for (together, alone) in together.iter().zip(&alone) {
+                    // A zero that is added has no sign.
+                    assert_eq!(together.to_bits(), (0.0 + alone).to_bits(), "{body}, {k}");
+                }
+            }
+        }
+    }
+}

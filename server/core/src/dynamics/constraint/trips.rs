@@ -6,9 +6,11 @@ use glamx::DMat3;
 use pulp::{Arch, Simd, WithSimd};
 
 use super::Row;
+use crate::dynamics::articulated::free_velocities;
 use crate::dynamics::kinematics::free_pose;
+use crate::dynamics::ldlt::Ldlt6;
 use crate::dynamics::scratch::{BodyScratch, Scratch, TRIPS, Trips};
-use crate::dynamics::spatials::{Spatials, turned};
+use crate::dynamics::spatials::Spatials;
 use crate::dynamics::tree::{Body, JointType, Tree};
 
 /// What [`respond_to_force`](super::respond_to_force) writes, for each of the six unit impulses on a body about its origin: torques about
@@ -27,18 +29,19 @@ pub fn respond_to_joints(tree: &Tree, q: &[f64], rows: &[Row], scratch: &mut Scr
             highest = highest.max(body);
         }
     }
-    Arch::new().dispatch(Trip { tree, q, highest, scratch, out });
+    let Scratch { bodies, free, trips } = scratch;
+    Arch::new().dispatch(Trip::<TRIPS, false> { tree, q, highest, bodies, free, trips, out });
 }
 
-fn begin(trips: &mut [Trips]) {
+fn begin<const N: usize>(trips: &mut [Trips<N>]) {
     for at in trips {
-        (at.impulse, at.has_impulse) = ([0.0; TRIPS], false);
+        (at.impulse, at.has_impulse) = ([0.0; N], false);
     }
 }
 
 /// A body that an impulse acts on.
 #[inline(always)]
-fn push(trips: &mut [Trips], body: usize) -> &mut Trips {
+fn push<const N: usize>(trips: &mut [Trips<N>], body: usize) -> &mut Trips<N> {
     let at = &mut trips[body];
     if !at.has_impulse {
         (at.delta, at.has_impulse) = (Spatials::ZERO, true);
@@ -46,17 +49,19 @@ fn push(trips: &mut [Trips], body: usize) -> &mut Trips {
     at
 }
 
-/// Writes as many as there is room for.
-pub struct Trip<'a> {
+/// Writes as many as there is room for, or `ADDS` them to what is there.
+pub struct Trip<'a, const N: usize, const ADDS: bool> {
     tree: &'a Tree,
     q: &'a [f64],
     /// No body after it has an impulse.
     highest: usize,
-    scratch: &'a mut Scratch,
+    bodies: &'a [BodyScratch],
+    free: &'a [Ldlt6],
+    trips: &'a mut [Trips<N>],
     out: &'a mut [f64],
 }
 
-impl<'a> Trip<'a> {
+impl<'a> Trip<'a, TRIPS, false> {
     /// See [`respond_to_unit_forces`].
     pub fn of_unit_forces(
         tree: &'a Tree,
@@ -65,22 +70,42 @@ impl<'a> Trip<'a> {
         scratch: &'a mut Scratch,
         out: &'a mut [f64],
     ) -> Self {
-        begin(&mut scratch.trips);
-        let at = push(&mut scratch.trips, body);
+        let Scratch { bodies, free, trips } = scratch;
+        begin(trips);
+        let at = push(trips, body);
         for k in 0..3 {
             (at.delta.angular[k][k], at.delta.linear[k][k + 3]) = (-1.0, -1.0);
         }
-        Self { tree, q, highest: body, scratch, out }
+        Self { tree, q, highest: body, bodies, free, trips, out }
     }
 }
 
-impl WithSimd for Trip<'_> {
+impl<'a> Trip<'a, 4, true> {
+    /// Adds what [`respond_to_force`](super::respond_to_force) writes, to the bit, for each of three impulses on a body about its origin; the
+    /// fourth is nothing. There is one of `trips` for each body.
+    pub fn of_wrenches(
+        tree: &'a Tree,
+        q: &'a [f64],
+        (body, wrenches): (usize, &Spatials<4>),
+        Scratch { bodies, free, .. }: &'a Scratch,
+        trips: &'a mut [Trips<4>],
+        out: &'a mut [f64],
+    ) -> Self {
+        begin(trips);
+        let at = push(trips, body);
+        for k in 0..3 {
+            at.delta.set(k, -wrenches.get(k));
+        }
+        Self { tree, q, highest: body, bodies, free, trips, out }
+    }
+}
+
+impl<const N: usize, const ADDS: bool> WithSimd for Trip<'_, N, ADDS> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { tree, q, highest, scratch, out } = self;
-        let Scratch { bodies, free, trips } = scratch;
+        let Self { tree, q, highest, bodies, free, trips, out } = self;
         // Children come after their parents.
         for i in (0..=highest).rev() {
             let Body { joint_type, parent, .. } = tree.bodies[i];
@@ -89,30 +114,36 @@ impl WithSimd for Trip<'_> {
             }
         }
         let n = tree.velocity_count;
-        let count = (out.len() / n.max(1)).min(TRIPS);
+        let (count, nothing) = ((out.len() / n.max(1)).min(N), Spatials::ZERO);
         for (i, body) in tree.bodies.iter().enumerate() {
             let at = &bodies[i];
             let (above, own) = trips.split_at_mut(i);
             let own = &mut own[0];
-            let above = body.parent.map_or(&Spatials::ZERO, |parent| &above[parent].delta);
+            let above = body.parent.map_or(&nothing, |parent| &above[parent].delta);
             let JointType::Free { slot } = body.joint_type else {
                 let change = descend(own, above, body.joint_type, at);
                 for k in 0..count {
-                    out[k * n + body.velocity] = change[k];
+                    put::<ADDS>(&mut out[k * n + body.velocity], change[k]);
                 }
                 continue;
             };
             let carried = above.motion_at(at.reach);
             own.delta = if own.has_impulse { free[slot].solve_all(&own.delta) } else { Spatials::ZERO };
+            let (_, rotation) = free_pose(&q[body.position..]);
             // Linear in the parent's axes, angular in its own: see `free_velocities`.
             let own_from_base = at.rotation.transpose();
-            let parent_from_base = DMat3::from_quat(free_pose(&q[body.position..]).1) * own_from_base;
-            let linear = turned(&differences(&own.delta.linear, &carried.linear), &parent_from_base);
-            let angular = turned(&differences(&own.delta.angular, &carried.angular), &own_from_base);
+            let parent_from_base = DMat3::from_quat(rotation) * own_from_base;
             for k in 0..count {
+                let motion = own.delta.get(k) - carried.get(k);
+                let (linear, angular) = if ADDS {
+                    // By the quaternion, as the response to one: by a matrix it is rounded otherwise.
+                    free_velocities(motion, &at.rotation, rotation)
+                } else {
+                    (parent_from_base * motion.linear, own_from_base * motion.angular)
+                };
                 for i in 0..3 {
-                    out[k * n + body.velocity + i] = linear[i][k];
-                    out[k * n + body.velocity + 3 + i] = angular[i][k];
+                    put::<ADDS>(&mut out[k * n + body.velocity + i], linear[i]);
+                    put::<ADDS>(&mut out[k * n + body.velocity + 3 + i], angular[i]);
                 }
             }
         }
@@ -121,12 +152,18 @@ impl WithSimd for Trip<'_> {
 
 /// Takes what acts on a body on to its parent.
 #[inline(always)]
-fn rise(trips: &mut [Trips], body: usize, joint_type: JointType, parent: Option<usize>, at: &BodyScratch) {
+fn rise<const N: usize>(
+    trips: &mut [Trips<N>],
+    body: usize,
+    joint_type: JointType,
+    parent: Option<usize>,
+    at: &BodyScratch,
+) {
     let (above, own) = trips.split_at_mut(body);
     let own = &mut own[0];
     let felt = own.delta.along(joint_type, at.rotation.z_axis);
-    let mut taken = [0.0; TRIPS];
-    for k in 0..TRIPS {
+    let mut taken = [0.0; N];
+    for k in 0..N {
         own.impulse[k] -= felt[k];
         taken[k] = at.inverse_d * own.impulse[k];
     }
@@ -139,16 +176,16 @@ fn rise(trips: &mut [Trips], body: usize, joint_type: JointType, parent: Option<
 
 /// What the changes of its parent's velocity change a body's by, and its joint's.
 #[inline(always)]
-fn descend(
-    own: &mut Trips,
-    above: &Spatials<TRIPS>,
+fn descend<const N: usize>(
+    own: &mut Trips<N>,
+    above: &Spatials<N>,
     joint_type: JointType,
     at: &BodyScratch,
-) -> [f64; TRIPS] {
+) -> [f64; N] {
     let mut delta = above.motion_at(at.reach);
     let taken = delta.dot(at.column);
-    let mut change = [0.0; TRIPS];
-    for k in 0..TRIPS {
+    let mut change = [0.0; N];
+    for k in 0..N {
         change[k] = at.inverse_d * (own.impulse[k] - taken[k]);
     }
     delta.add_along(joint_type, at.rotation.z_axis, &change);
@@ -157,12 +194,6 @@ fn descend(
 }
 
 #[inline(always)]
-fn differences<const N: usize>(a: &[[f64; N]; 3], b: &[[f64; N]; 3]) -> [[f64; N]; 3] {
-    let mut out = *a;
-    for i in 0..3 {
-        for k in 0..N {
-            out[i][k] -= b[i][k];
-        }
-    }
-    out
+fn put<const ADDS: bool>(slot: &mut f64, number: f64) {
+    *slot = if ADDS { *slot + number } else { number };
 }

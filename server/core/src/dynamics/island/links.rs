@@ -150,8 +150,8 @@ impl Island {
         robots: &mut [R],
         interrupt: &dyn Fn() -> bool,
     ) -> bool {
-        let Self { links, blocks, scratch, bases, basis_responses, .. } = self;
-        let mut measure = Measure { blocks, scratch, bases, basis_responses };
+        let Self { links, blocks, scratch, trips, bases, basis_responses, .. } = self;
+        let mut measure = Measure { blocks, scratch, trips, bases, basis_responses };
         for link in links {
             if interrupt() {
                 return false;

@@ -9,6 +9,7 @@ use crate::dynamics::constraint::contact::{Contact, ContactRows};
 use crate::dynamics::constraint::side::Side;
 use crate::dynamics::constraint::turning::TurningRows;
 use crate::dynamics::contact_point::Surface;
+use crate::dynamics::scratch::Trips;
 use crate::dynamics::tree::{Body, Tree};
 
 /// With so many points, the responses of a body are summed from those of the six wrenches.
@@ -80,8 +81,8 @@ impl Island {
         interrupt: &dyn Fn() -> bool,
     ) -> bool {
         self.find_bases(robots, contacts);
-        let Self { rows, turning, blocks, scratch, bases, basis_responses, .. } = self;
-        let measure = Measure { blocks, scratch, bases, basis_responses };
+        let Self { rows, turning, blocks, scratch, trips, bases, basis_responses, .. } = self;
+        let measure = Measure { blocks, scratch, trips, bases, basis_responses };
         Arch::new().dispatch(MeasureContacts { measure, robots, contacts, rows, turning, interrupt })
     }
 
@@ -227,6 +228,7 @@ impl<R: AsMut<Articulation>> WithSimd for MeasureContacts<'_, '_, R> {
 pub(super) struct Measure<'a> {
     pub(super) blocks: &'a mut [f64],
     pub(super) scratch: &'a mut [f64],
+    pub(super) trips: &'a mut [Trips<4>],
     pub(super) bases: &'a [Basis],
     pub(super) basis_responses: &'a [f64],
 }
@@ -247,8 +249,9 @@ impl Measure<'_> {
 
     /// J and M^-1 J' of forces at a point along the axes of rows, or of torques about them, between bodies of two members.
     ///
-    /// Both are linear in the wrench. J is a walk to the root. M^-1 J' is a trip through the whole robot: a body
-    /// with many points has it found once for each of the six unit wrenches, and each response is a sum of those.
+    /// Both are linear in the wrench. J is a walk to the root. M^-1 J' is a trip through the whole robot, which
+    /// all three go on together: a body with many points has it found once for the six unit wrenches, and each response is a sum of
+    /// those.
     #[inline(always)]
     pub(super) fn wrenches<R: AsMut<Articulation>>(
         &mut self,
@@ -284,20 +287,15 @@ impl Measure<'_> {
                 if turns { articulation.torques(axes) } else { articulation.wrenches(body, point, axes) };
             articulation.add_wrench_rows(body, &wrenches, &side, jacobian);
             let basis = self.bases.binary_search_by_key(&(member, body), |basis| (basis.member, basis.body));
-            let basis = basis.ok().map(|basis| self.bases[basis].at);
+            let Ok(basis) = basis else {
+                articulation.add_wrench_responses(body, &wrenches, self.trips, responses);
+                continue;
+            };
             for (k, kept) in responses.chunks_exact_mut(n).enumerate() {
                 let wrench = wrenches.get(k);
-                match basis {
-                    Some(at) => {
-                        let (a, l) = (wrench.angular, wrench.linear);
-                        add_sum([a.x, a.y, a.z, l.x, l.y, l.z], &self.basis_responses[at..], kept);
-                    }
-                    None => {
-                        let response = &mut self.scratch[..n];
-                        articulation.wrench_response(body, wrench, response);
-                        kept.iter_mut().zip(&*response).for_each(|(sum, response)| *sum += response);
-                    }
-                }
+                let (a, l) = (wrench.angular, wrench.linear);
+                let six = &self.basis_responses[self.bases[basis].at..];
+                add_sum([a.x, a.y, a.z, l.x, l.y, l.z], six, kept);
             }
         }
     }
