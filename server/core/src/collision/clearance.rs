@@ -7,35 +7,39 @@ use crate::dynamics::Tree;
 use crate::dynamics::tree::JointType;
 
 /// A lower bound of the distance between two colliders, metres, less their contact margins.
-fn gap([of_a, of_b]: [&RobotColliders; 2], a: &Placed, b: &Placed) -> f64 {
+fn gap([(of_a, i), (of_b, j)]: [(&RobotColliders, usize); 2]) -> f64 {
+    let (a, b) = (&of_a.placed[i], &of_b.placed[j]);
     let distance = a.bounds.gap(&b.bounds).max(a.sphere_gap(b) - a.margin - b.margin);
-    distance.max(above((of_a, a), b)).max(above((of_b, b), a))
+    distance.max(above((of_a, i), b)).max(above((of_b, j), a))
 }
 
 /// The same for a plane and what lies above it, whose bounds meet everything; minus infinity of what is no plane.
-fn above((of_plane, plane): (&RobotColliders, &Placed), other: &Placed) -> f64 {
+fn above((of_plane, index): (&RobotColliders, usize), other: &Placed) -> f64 {
+    let (plane, frame) = (&of_plane.placed[index], &of_plane.frames[index]);
     let Some(half_space) = of_plane.shape(plane).as_halfspace() else { return f64::NEG_INFINITY };
     let Bounds { least, most } = other.bounds;
-    let normal = plane.world_from_shape.rotation * half_space.normal;
+    let normal = frame.world_from_shape.rotation * half_space.normal;
     let (middle, half) = (0.5 * (least + most), 0.5 * (most - least));
-    normal.dot(middle - plane.world_from_shape.translation) - normal.abs().dot(half) - plane.margin
+    normal.dot(middle - frame.world_from_shape.translation) - normal.abs().dot(half) - plane.margin
 }
 
 impl RobotColliders {
     /// The least gap between this robot and another one that comes after it, of shapes of which one moves, where the last step has put
     /// them, metres: negative where they may meet, infinite where they never touch. `filter` is that of the two.
     pub fn gap_to(&self, other: &Self, filter: Filter<'_>) -> f64 {
-        let pairs = self.placed.iter().flat_map(|a| other.placed.iter().map(move |b| (a, b)));
-        let can_meet =
-            |(a, b): &(&Placed, &Placed)| (a.body.is_some() || b.body.is_some()) && filter.allows(a, b);
-        pairs.filter(can_meet).map(|(a, b)| gap([self, other], a, b)).fold(f64::INFINITY, f64::min)
+        let pairs = (0..self.len()).flat_map(|i| (0..other.len()).map(move |j| (i, j)));
+        let can_meet = |&(i, j): &(usize, usize)| {
+            let (a, b) = (&self.placed[i], &other.placed[j]);
+            (a.body.is_some() || b.body.is_some()) && filter.allows(a, b)
+        };
+        pairs.filter(can_meet).map(|(i, j)| gap([(self, i), (other, j)])).fold(f64::INFINITY, f64::min)
     }
 
     /// The same between its own, of which each moves.
     pub fn own_gap(&self) -> f64 {
-        let between = |pair: &[usize; 2]| match pair.map(|index| self.placed.get(index)) {
-            [Some(a), Some(b)] => gap([self, self], a, b),
-            _ => f64::NEG_INFINITY,
+        let between = |pair: &[usize; 2]| {
+            let is_known = pair.iter().all(|index| *index < self.len());
+            if is_known { gap(pair.map(|index| (self, index))) } else { f64::NEG_INFINITY }
         };
         self.own_pairs.iter().map(between).fold(f64::INFINITY, f64::min)
     }
@@ -45,9 +49,9 @@ impl RobotColliders {
     /// radian: what it is moved by comes to that. For trees of joints of one axis.
     pub fn levers(&self, tree: &Tree, positions: &[f64], slide: f64) -> Vec<f64> {
         let mut far = vec![f64::NEG_INFINITY; tree.bodies.len()];
-        for placed in &self.placed {
+        for (placed, frame) in self.placed.iter().zip(&self.frames) {
             if let Some(far) = placed.body.and_then(|body| far.get_mut(body)) {
-                *far = far.max(placed.farthest());
+                *far = far.max(placed.farthest(frame));
             }
         }
         for (index, body) in tree.bodies.iter().enumerate().rev() {

@@ -60,8 +60,10 @@ pub struct Side {
 #[derive(Default)]
 pub struct RobotColliders {
     shapes: Arc<Shapes>,
-    /// Those of the shapes that are used.
+    /// Those of the shapes that are used: of each what most pairs are told apart by.
     pub(super) placed: Vec<Placed>,
+    /// The rest of each.
+    pub(super) frames: Vec<Frame>,
     /// Around all of them.
     pub(super) bounds: Bounds,
     /// Pairs of this robot's own that may touch.
@@ -81,19 +83,17 @@ pub struct RobotColliders {
     moving: Vec<usize>,
 }
 
-/// A shape in the world.
+/// What of a shape in the world tells most pairs apart. It lies by itself: where contacts are looked for all shapes are looked at, but
+/// the rest of few.
 pub(super) struct Placed {
     /// Its index among the shapes.
     part: usize,
     pub(super) link: usize,
     /// `None` is the base.
     pub(super) body: Option<usize>,
-    body_from_shape: DPose3,
-    /// The middle of the shape and how far it reaches from there.
-    middle: DVec3,
+    /// How far the shape reaches from its middle.
     pub(super) radius: f64,
-    pub(super) world_from_shape: DPose3,
-    /// Where that puts the middle.
+    /// Where the middle is.
     pub(super) world_middle: DVec3,
     /// Contacts are looked for this far from the shape, metres.
     pub(super) margin: f64,
@@ -101,24 +101,32 @@ pub(super) struct Placed {
     drift: DVec3,
     /// Around the shape and its margin.
     pub(super) bounds: Bounds,
-    pub(super) surface: Surface,
     pub(super) groups: Groups,
+}
+
+/// The rest of a shape in the world.
+pub(super) struct Frame {
+    body_from_shape: DPose3,
+    /// The middle of the shape, in its axes.
+    pub(super) middle: DVec3,
+    pub(super) world_from_shape: DPose3,
+    pub(super) surface: Surface,
 }
 
 impl Placed {
     /// Puts it there. How far any point of it moved, at the most.
-    fn put(&mut self, world_from_shape: DPose3) -> f64 {
-        let (p, middle) = (self.world_from_shape.rotation, self.world_middle);
-        self.set_pose(world_from_shape);
+    fn put(&mut self, frame: &mut Frame, world_from_shape: DPose3) -> f64 {
+        let (p, middle) = (frame.world_from_shape.rotation, self.world_middle);
+        self.set_pose(frame, world_from_shape);
         let q = world_from_shape.rotation;
         // Of a turn by an angle t the difference of quaternions is 2 sin(t / 4), a chord of radius 1 2 sin(t / 2).
         let turned = 2.0 * (q - p).length_squared().min((q + p).length_squared()).sqrt();
         self.world_middle.distance(middle) + turned * self.radius
     }
 
-    fn set_pose(&mut self, world_from_shape: DPose3) {
-        self.world_from_shape = world_from_shape;
-        self.world_middle = world_from_shape.transform_point(self.middle);
+    fn set_pose(&mut self, frame: &mut Frame, world_from_shape: DPose3) {
+        frame.world_from_shape = world_from_shape;
+        self.world_middle = world_from_shape.transform_point(frame.middle);
     }
 
     /// How far from each other contacts of the two are looked for, metres. Of what moves the same way in both nothing counts:
@@ -134,22 +142,17 @@ impl Placed {
     }
 
     /// How far from its body's origin any point of it is at the most.
-    pub(super) fn farthest(&self) -> f64 {
-        self.body_from_shape.transform_point(self.middle).length() + self.radius
-    }
-
-    /// The middle of the shape, in its axes.
-    pub(super) fn middle(&self) -> DVec3 {
-        self.middle
+    pub(super) fn farthest(&self, frame: &Frame) -> f64 {
+        frame.body_from_shape.transform_point(frame.middle).length() + self.radius
     }
 
     /// Finds its bounds anew.
-    fn bound(&mut self, shapes: &Shapes) {
+    fn bound(&mut self, frame: &Frame, shapes: &Shapes) {
         let part = &shapes.parts[self.part];
         self.bounds = if matches!(part.shape.shape_type(), ShapeType::ConvexPolyhedron | ShapeType::Cuboid) {
-            Bounds::of_box(part.local_box, &self.world_from_shape, self.margin)
+            Bounds::of_box(part.local_box, &frame.world_from_shape, self.margin)
         } else {
-            Bounds::of(&*part.shape, &self.world_from_shape, self.margin)
+            Bounds::of(&*part.shape, &frame.world_from_shape, self.margin)
         };
     }
 }
@@ -168,23 +171,27 @@ impl RobotColliders {
         let make = |(part, of): (usize, &super::shapes::Part)| {
             let frame = tree.links.get(of.link).filter(|_| of.is_used(tree))?;
             let sphere = of.shape.compute_local_bounding_sphere();
-            Some(Placed {
+            let placed = Placed {
                 part,
                 link: of.link,
                 body: frame.body,
-                body_from_shape: frame.body_from_link * of.link_from_shape,
-                middle: sphere.center,
                 radius: sphere.radius,
-                world_from_shape: DPose3::IDENTITY,
                 world_middle: sphere.center,
                 margin: 0.0,
                 drift: DVec3::ZERO,
                 bounds: Bounds::default(),
-                surface: surface.with(&of.material),
                 groups: Groups::default(),
-            })
+            };
+            let frame = Frame {
+                body_from_shape: frame.body_from_link * of.link_from_shape,
+                middle: sphere.center,
+                world_from_shape: DPose3::IDENTITY,
+                surface: surface.with(&of.material),
+            };
+            Some((placed, frame))
         };
-        let placed: Vec<Placed> = shapes.parts.iter().enumerate().filter_map(make).collect();
+        let (placed, frames): (Vec<Placed>, Vec<Frame>) =
+            shapes.parts.iter().enumerate().filter_map(make).unzip();
         let moving = placed.iter().enumerate().filter(|(_, placed)| placed.body.is_some());
         let is_facets = |placed: &Placed| {
             let part = &shapes.parts[placed.part];
@@ -195,6 +202,7 @@ impl RobotColliders {
             shapes: Arc::clone(shapes),
             moving: moving.map(|(index, _)| index).collect(),
             placed,
+            frames,
             ..Self::default()
         }
     }
@@ -235,19 +243,21 @@ impl RobotColliders {
 
     /// Gives the colliders of a link, or of all, what a material gives.
     pub fn set_material(&mut self, link: Option<usize>, material: &Material) {
-        for placed in self.placed.iter_mut().filter(|placed| link.is_none_or(|link| placed.link == link)) {
-            placed.surface = placed.surface.with(material);
+        for (placed, frame) in self.placed.iter().zip(&mut self.frames) {
+            if link.is_none_or(|link| placed.link == link) {
+                frame.surface = frame.surface.with(material);
+            }
         }
     }
 
     /// What the surface of a link's first collider is like; `None` where it has none.
     pub fn surface(&self, link: usize) -> Option<Surface> {
-        self.placed.iter().find(|placed| placed.link == link).map(|placed| placed.surface)
+        self.placed.iter().position(|placed| placed.link == link).map(|index| self.frames[index].surface)
     }
 
     /// What each collider's surface is like.
     pub fn surfaces(&self) -> impl Iterator<Item = Surface> + '_ {
-        self.placed.iter().map(|placed| placed.surface)
+        self.frames.iter().map(|frame| frame.surface)
     }
 
     /// Updates their poses from those of the bodies. Contacts are looked for within `slack` metres and
@@ -263,11 +273,12 @@ impl RobotColliders {
         let mut last: Option<(usize, BodyMotion, f64)> = None;
         let mut farthest = 0.0f64;
         self.reach = 0.0;
-        for placed in &mut self.placed {
+        for (placed, frame) in self.placed.iter_mut().zip(&mut self.frames) {
             match placed.body {
                 None if still => {}
                 None => {
-                    farthest = farthest.max(placed.put(base * placed.body_from_shape));
+                    let world_from_shape = base * frame.body_from_shape;
+                    farthest = farthest.max(placed.put(frame, world_from_shape));
                     (placed.margin, placed.drift) = (0.0, DVec3::ZERO);
                 }
                 Some(index) => {
@@ -277,7 +288,8 @@ impl RobotColliders {
                     });
                     last = Some((index, motion, spin));
                     let BodyMotion { pose, linear, angular } = motion;
-                    farthest = farthest.max(placed.put(pose * placed.body_from_shape));
+                    let world_from_shape = pose * frame.body_from_shape;
+                    farthest = farthest.max(placed.put(frame, world_from_shape));
                     let arm = placed.world_middle - pose.translation;
                     let velocity = linear + angular.cross(arm);
                     let speed = velocity.length() + spin * placed.radius;
@@ -285,7 +297,7 @@ impl RobotColliders {
                     placed.drift = velocity * (LOOK_AHEAD * h);
                 }
             }
-            placed.bound(&self.shapes);
+            placed.bound(frame, &self.shapes);
             self.bounds = self.bounds.around(placed.bounds);
             self.reach = self.reach.max(placed.margin);
         }
@@ -312,14 +324,14 @@ impl RobotColliders {
 
     /// Gives each collider its surface; there is one for each.
     pub fn set_surfaces(&mut self, surfaces: &[Surface]) {
-        self.placed.iter_mut().zip(surfaces).for_each(|(placed, surface)| placed.surface = *surface);
+        self.frames.iter_mut().zip(surfaces).for_each(|(frame, surface)| frame.surface = *surface);
     }
 
     /// The pose of each, and how far around it contacts are looked for: what a step reads of a robot
     /// that sleeps, whose colliders keep the poses of the step in which it fell asleep.
     pub fn save_poses(&self) -> impl Iterator<Item = RestPose> + '_ {
-        self.placed.iter().map(|&Placed { world_from_shape, margin, drift, .. }| RestPose {
-            world_from_shape,
+        self.placed.iter().zip(&self.frames).map(|(&Placed { margin, drift, .. }, frame)| RestPose {
+            world_from_shape: frame.world_from_shape,
             margin,
             drift,
         })
@@ -328,20 +340,22 @@ impl RobotColliders {
     /// Gives each a saved pose; there is one for each.
     pub fn restore_poses(&mut self, poses: &[RestPose]) {
         self.bounds = Bounds::default();
-        for (placed, rest) in self.placed.iter_mut().zip(poses) {
+        for ((placed, frame), rest) in self.placed.iter_mut().zip(&mut self.frames).zip(poses) {
             let RestPose { world_from_shape, margin, drift } = *rest;
-            placed.set_pose(world_from_shape);
+            placed.set_pose(frame, world_from_shape);
             (placed.margin, placed.drift) = (margin, drift);
-            placed.bound(&self.shapes);
+            placed.bound(frame, &self.shapes);
             self.bounds = self.bounds.around(placed.bounds);
         }
     }
 
     /// Where they are, in the order of the shapes.
     pub fn poses(&self) -> Vec<ColliderPose> {
-        let pose =
-            |placed: &Placed| ColliderPose { link: placed.link, world_from_shape: placed.world_from_shape };
-        self.placed.iter().map(pose).collect()
+        let pose = |(placed, frame): (&Placed, &Frame)| ColliderPose {
+            link: placed.link,
+            world_from_shape: frame.world_from_shape,
+        };
+        self.placed.iter().zip(&self.frames).map(pose).collect()
     }
 
     /// The shape of a collider.

@@ -181,7 +181,8 @@ impl Narrow {
             return false;
         }
         let [one, other] = query.solids(pair);
-        let a_from_b = first.world_from_shape.inverse() * second.world_from_shape;
+        let [frame, other_frame] = [&a.frames[pair[0]], &b.frames[pair[1]]];
+        let a_from_b = frame.world_from_shape.inverse() * other_frame.world_from_shape;
         let deep = DEEP.min(one.inner.radius().min(other.inner.radius()) / 2.0).max(LEAST_DEEP);
         let both = [(0, first.body), (1, second.body)];
         if moving == 0 {

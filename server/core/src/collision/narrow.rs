@@ -7,7 +7,7 @@ use rapier3d_f64::parry::query::details::{NormalConstraints, contact_manifold_pf
 use rapier3d_f64::parry::query::{ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher as _};
 use rapier3d_f64::parry::shape::{PolygonalFeatureMap, Shape, ShapeType};
 
-use super::colliders::{Placed, RobotColliders};
+use super::colliders::{Frame, Placed, RobotColliders};
 use super::facet_contact::{Convex, FacetContact};
 use super::facets::{Facets, relative};
 use super::filter::Filter;
@@ -114,22 +114,26 @@ impl Narrow {
     ) -> bool {
         let (shape_a, shape_b) = (robots[0].shape(a), robots[1].shape(b));
         let within = a.within(b);
-        if a.sphere_gap(b) >= within || far_above(shape_a, a, b, within) || far_above(shape_b, b, a, within) {
+        let frames = [0, 1].map(|side| &robots[side].frames[colliders[side]]);
+        let is_above =
+            || far_above((shape_a, frames[0]), b, within) || far_above((shape_b, frames[1]), a, within);
+        if a.sphere_gap(b) >= within || is_above() {
             return true;
         }
         let facets = [robots[0].facets(a), robots[1].facets(b)];
         if facets.iter().any(Option::is_some) {
             return self.touch_facets(colliders, (robots, facets), [a, b], near, interrupt, found);
         }
-        let a_from_b = a.world_from_shape.inverse() * b.world_from_shape;
+        let [frame_a, frame_b] = frames;
+        let a_from_b = frame_a.world_from_shape.inverse() * frame_b.world_from_shape;
         let hulls = [robots[0].shape_and_graph(a), robots[1].shape_and_graph(b)];
         let Some(normal) = self.find(hulls, &a_from_b, within) else { return true };
         let mut kept = [0; MOST];
         let count = reduce(&self.points, normal, &mut kept);
-        let world_normal = a.world_from_shape.rotation * normal;
+        let world_normal = frame_a.world_from_shape.rotation * normal;
         for &i in &kept[..count] {
             let (on_a, distance) = self.points[i];
-            let point = a.world_from_shape.transform_point(on_a + normal * (distance / 2.0));
+            let point = frame_a.world_from_shape.transform_point(on_a + normal * (distance / 2.0));
             found(ContactPoint {
                 colliders,
                 links: [a.link, b.link],
@@ -138,7 +142,7 @@ impl Narrow {
                 position: point,
                 normal: world_normal,
                 distance,
-                surface: a.surface.against(b.surface, self.combination),
+                surface: frame_a.surface.against(frame_b.surface, self.combination),
             });
         }
         true
@@ -159,13 +163,15 @@ impl Narrow {
             [None, Some(surface)] => (1, surface),
             _ => return true,
         };
-        let (fixed, other) = (sides[first], sides[1 - first]);
-        let surface_from_shape = relative(&fixed.world_from_shape, &other.world_from_shape);
+        let other = sides[1 - first];
+        let frames = [0, 1].map(|side| &robots[side].frames[colliders[side]]);
+        let (fixed, of_other) = (frames[first], frames[1 - first]);
+        let surface_from_shape = relative(&fixed.world_from_shape, &of_other.world_from_shape);
         let (shape, graph) = robots[1 - first].shape_and_graph(other);
         let shape = Convex {
             shape,
             graph,
-            middle: other.middle(),
+            middle: of_other.middle,
             radius: other.radius,
             local_box: robots[1 - first].local_box(other),
             bounds: other.bounds.seen_from(&fixed.world_from_shape),
@@ -188,7 +194,7 @@ impl Narrow {
                 position: fixed.world_from_shape.transform_point(middle),
                 normal: if first == 0 { out } else { -out },
                 distance: point.distance,
-                surface: a.surface.against(b.surface, combination),
+                surface: frames[0].surface.against(frames[1].surface, combination),
             });
         }
         true
@@ -335,7 +341,7 @@ fn has_faces(shape: &dyn Shape) -> bool {
 
 /// Whether a shape is a plane, and the sphere around another one is well above it: the bounds of a
 /// plane are all of space, and tell nothing.
-fn far_above(shape: &dyn Shape, plane: &Placed, other: &Placed, within: f64) -> bool {
+fn far_above((shape, plane): (&dyn Shape, &Frame), other: &Placed, within: f64) -> bool {
     shape.as_halfspace().is_some_and(|half| {
         let normal = plane.world_from_shape.rotation * half.normal;
         let height = (other.world_middle - plane.world_from_shape.translation).dot(normal);

@@ -45,9 +45,9 @@ impl NearFacets {
             return;
         }
         for &collider in colliders {
-            let placed = &robot.placed[collider];
+            let (placed, frame) = (&robot.placed[collider], &robot.frames[collider]);
             let Some(surface) = robot.facets(placed) else { continue };
-            let around = other.seen_from(&placed.world_from_shape);
+            let around = other.seen_from(&frame.world_from_shape);
             if !surface.few_within(&around, MOST, &mut self.ids) {
                 continue;
             }
@@ -63,7 +63,7 @@ impl NearFacets {
                 Bounds::default()
             } else {
                 let half = [whole.center(), whole.half_extents()];
-                Bounds::of_box(half, &placed.world_from_shape, ROUNDING * half[1].max_element())
+                Bounds::of_box(half, &frame.world_from_shape, ROUNDING * half[1].max_element())
             };
             self.surfaces.push(Near { side, collider, bounds, first, last });
         }
