@@ -219,7 +219,7 @@ fn shapes_overlap_exactly_or_by_their_boxes() {
     assert!(
         seen.overlaps(&sphere, nan, false, &|| false).unwrap_err().to_string().contains("pose.position.x")
     );
-    assert!(seen.overlaps(&wide, DPose3::IDENTITY, false, || true).unwrap().is_empty(), "it was given up");
+    assert!(seen.overlaps(&wide, DPose3::IDENTITY, false, &|| true).unwrap().is_empty(), "it was given up");
 }
 
 #[test]

@@ -28,7 +28,7 @@ fn at(x: f64, y: f64, z: f64) -> DPose3 {
 /// Asks, and counts how often it was asked whether to go on.
 fn ask(seen: &PublishedState, query: &DistanceQuery) -> (Vec<DistanceReport>, u32) {
     let asked = Cell::new(0);
-    let found = seen.distances(query, || {
+    let found = seen.distances(query, &|| {
         asked.set(asked.get() + 1);
         false
     });
@@ -196,7 +196,7 @@ fn a_step_with_a_large_slab_on_a_large_field_can_be_interrupted() {
         asked.set(asked.get() + 1);
         asked.get() > 2
     };
-    assert!(seen.distances(&between(1, 0), cancelled).unwrap().is_empty());
+    assert!(seen.distances(&between(1, 0), &cancelled).unwrap().is_empty());
     assert_eq!(asked.get(), 3);
 }
 

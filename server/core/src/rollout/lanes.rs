@@ -102,7 +102,7 @@ impl Rollout {
         if self.has_four_lanes
             && let Some(simd) = four_lanes()
         {
-            return simd.vectorize(batch);
+            return Simd::vectorize(simd, batch);
         }
         Arch::new().dispatch(batch)
     }

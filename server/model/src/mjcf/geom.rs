@@ -2,7 +2,7 @@
 
 use glamx::{DMat3, DPose3, DQuat, DVec3};
 
-use super::assets::{Library, Mesh, MeshInertia};
+use super::assets::{Library, Mesh};
 use super::compiler::Compiler;
 use super::defaults::Classed;
 use super::inline_mesh::Made;
