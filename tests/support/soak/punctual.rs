@@ -19,7 +19,7 @@ const IN_TIME: Duration = Duration::from_micros(150);
 /// A step is late with the sleep beside it, which can be of the next moment.
 const BESIDE: Duration = Duration::from_millis(20);
 
-/// It looks until it is told to end.
+/// It looks until it is ended.
 pub(super) struct Punctual {
     ends: Arc<AtomicBool>,
     task: JoinHandle<Result<Spread, Error>>,

@@ -60,7 +60,7 @@ pub struct Side {
 #[derive(Default)]
 pub struct RobotColliders {
     shapes: Arc<Shapes>,
-    /// Those of the shapes that are used: of each what most pairs are told apart by.
+    /// Those of the shapes that are used: of each what most pairs are distinguished by.
     pub(super) placed: Vec<Placed>,
     /// The rest of each.
     pub(super) frames: Vec<Frame>,
