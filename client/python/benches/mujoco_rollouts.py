@@ -162,7 +162,8 @@ def case_of(
     data.ctrl[:] = qpos[mujoco_models.positions(model, robot.joint_names)]
     mujoco.mj_step(model, data, nstep=round(settle / TIME_STEP))
     kind = mujoco.mjtState.mjSTATE_FULLPHYSICS
-    state: FloatArray = np.empty(mujoco.mj_stateSize(model, kind))
+    size: int = mujoco.mj_stateSize(model, kind)
+    state = np.zeros(size)
     mujoco.mj_getState(model, data, state, kind)
     datas = [mujoco.MjData(model) for _ in range(threads)]
     went = np.zeros((len(values), steps, len(state)))

@@ -96,7 +96,7 @@ def tried(sim: Simulation, robot: Robot, gaits: FloatArray, seed: int, varied: b
 def judged(found: Rollout) -> Walk:
     """Forward is good, and to stay up; sideways, to turn and much effort are not."""
     poses = found.observations[0]
-    x, y, z, w = np.moveaxis(poses[..., 3:], -1, 0)
+    x, y, z = np.moveaxis(poses[..., 3:6], -1, 0)
     # What is no longer finite has fallen.
     stands = (poses[..., 2] > 0.18) & (1.0 - 2.0 * (x**2 + y**2) > 0.7)
     stands = np.logical_and.accumulate(stands, axis=1)
@@ -121,7 +121,7 @@ def learn(sim: Simulation, robot: Robot, generations: int, seed: int) -> Learned
     begin = time.perf_counter()
     for generation in range(generations):
         gaits = mean + np.sqrt(variances) * random.normal(size=(COPIES, SIZE))
-        done = judged(tried(sim, robot, gaits, int(random.integers(2**63))))
+        done = judged(tried(sim, robot, gaits, 1_000 * seed + generation))
         steps = gaits[done.scores.argsort()[::-1][:BEST]] - mean
         # Variances are of steps from the mean before, so that they grow where the mean moves.
         variances = (1.0 - LEARNING) * variances + LEARNING * (weights @ steps**2)
