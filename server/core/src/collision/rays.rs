@@ -83,8 +83,11 @@ const BESIDE: f64 = 1e-10;
 /// three rays close around it meets.
 fn beside<T>(placed: &PlacedShape, ray: &Ray, meets: impl Fn(&Ray) -> Option<T>) -> Option<T> {
     let met = meets(ray);
+    if met.is_some() || !placed.is_surface() {
+        return met;
+    }
     let along = ray.dir.normalize_or_zero();
-    if met.is_some() || !placed.is_surface() || along == DVec3::ZERO {
+    if along == DVec3::ZERO {
         return met;
     }
     let (first, second) = (along.any_orthonormal_vector(), along.cross(along.any_orthonormal_vector()));
