@@ -34,6 +34,9 @@ _WEB = REPOSITORY / "client" / "web"
 # Packages whose second licence is at the head of one of their sources alone.
 _HEADS = {"@bufbuild/protobuf": "dist/esm/wire/varint.js"}
 
+# Crates with sources of others inside, and where the licence of those is.
+_INSIDE = {"libmimalloc-sys": "c_src/mimalloc/v2/LICENSE"}
+
 # For crates that have no file of it. SPDX's text.
 _MIT = """Copyright (c) {holders}
 
@@ -95,6 +98,8 @@ def _crates() -> list[_Package]:
         name = f"{crate['name']} {crate['version']}"
         licence = (crate["license"] or "").strip()
         texts = _files(Path(crate["manifest_path"]).parent) or [_standard_text(name, licence, crate["authors"])]
+        if crate["name"] in _INSIDE:
+            texts.append((Path(crate["manifest_path"]).parent / _INSIDE[crate["name"]]).read_text().strip())
         source = crate["repository"] or f"https://crates.io/crates/{crate['name']}"
         found.append(_Package(name, licence, source, tuple(texts)))
     return found

@@ -26,6 +26,8 @@ const SLOPE: f64 = 1.0;
 /// Lateness among everybody, beside that of the world alone, at most: of all steps, or of those of the moments in which the machine
 /// wakes a thread in time that only sleeps.
 const RATIO: f64 = 1.5;
+/// At least this part of the steps of each phase has to be of such moments.
+const SHARE: f64 = 0.2;
 
 fn main() -> ExitCode {
     let number = |name| std::env::var(name).ok().and_then(|text| text.parse::<f64>().ok());
@@ -77,8 +79,12 @@ fn main() -> ExitCode {
     let slopes = [report.heap_slope, report.memory_slope];
     let grows = minutes >= STEADY && slopes.into_iter().any(|slope| slope.is_above(SLOPE));
     // Without a processor and a priority of its own that thread is as late as the daemon makes it.
-    let is_apart = options.processor.is_some() && priority > 0;
-    let is_late = ratio > RATIO && (!is_apart || own > RATIO);
+    let has_own_processor = options.processor.is_some() && priority > 0;
+    let is_beyond = |ratio: f64| ratio.is_nan() || ratio > RATIO;
+    let share = |some: &Spread, all: &Spread| some.count() as f64 / all.count().max(1) as f64;
+    let is_judged = share(punctual_alone, &report.quiet.lateness) >= SHARE
+        && share(punctual_among, &report.loaded.lateness) >= SHARE;
+    let is_late = is_beyond(ratio) && (!has_own_processor || !is_judged || is_beyond(own));
     let is_well = !is_late && !grows;
     if failures == 0 && (is_well || minutes < LONG) { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }

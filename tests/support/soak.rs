@@ -145,13 +145,14 @@ pub async fn run(options: Options) -> Report {
     let so_far = || async { Steps::so_far(&observer).await.unwrap_or_else(|error| panic!("{error}")) };
 
     let begun = so_far().await;
-    let sleeper = Arc::new(Sleeper::start(options.priority, options.processor));
+    let sleeper = Arc::new(Sleeper::start(options.priority, options.processor, &begun.lateness));
     let punctual = Punctual::start(daemon.client().await, Arc::clone(&sleeper));
     tokio::time::sleep(options.quiet).await;
     let came = so_far().await;
     let quiet = came.since(&begun);
-    let punctual_alone = punctual.end().await.unwrap_or_else(|error| panic!("{error}"));
-    let alone = sleeper.take(&quiet.lateness);
+    let punctual_alone =
+        soon("the last look at steps", punctual.end()).await.unwrap_or_else(|error| panic!("{error}"));
+    let alone = sleeper.take();
     println!("{:.1} minutes of the world alone", options.quiet.as_secs_f64() / 60.0);
 
     let mut actors = JoinSet::new();
@@ -176,11 +177,11 @@ pub async fn run(options: Options) -> Report {
         gauge.line(&stage).await;
     }
     let loaded = so_far().await.since(&came);
-    let punctual_among = punctual.end().await.unwrap_or_else(|error| {
+    let punctual_among = soon("the last look at steps", punctual.end()).await.unwrap_or_else(|error| {
         tally.fail(format!("the look at steps: {error}"));
         Spread::default()
     });
-    let among = sleeper.take(&loaded.lateness);
+    let among = sleeper.take();
     drop(sleeper);
     if !tally.failures().is_empty() {
         // They would go on to the end.

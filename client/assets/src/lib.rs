@@ -22,5 +22,5 @@ mod uri;
 pub use boundary::{Inside, below, inside};
 pub use locator::Locator;
 pub use not_found::{NotFound, Why};
-pub use replacement::{Replacement, replace_file};
+pub use replacement::{Replacement, replace_file, with_suffix};
 pub use urdf::{NoUrdf, find_description, find_urdf, find_urdf_within, is_xacro};

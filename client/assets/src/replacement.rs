@@ -9,9 +9,6 @@ use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Names for streams that the process has. A file behind one is another program's to replace.
-const STREAMS: [&str; 4] = ["/dev/fd", "/dev/stderr", "/dev/stdout", "/proc"];
-
 /// A file that is written beside the one that it replaces. Where it is dropped before [`finish`](Self::finish), it goes again, and
 /// the one before stays as it was.
 #[derive(Debug)]
@@ -26,15 +23,28 @@ pub struct Replacement {
 }
 
 impl Replacement {
-    /// Begins a file in place of the one there, or of none. It has the permissions of the one before, else those that the process
-    /// gives its files. What is no file, such as a pipe or `/dev/full`, is written in place.
+    /// Begins a file in place of the one there, or of none. It has the owner and the permissions of the one before, else those that
+    /// the process gives its files. Written in place is what is no file, such as a pipe or `/dev/full`; what standard output or
+    /// error goes to; what a link without an end leads to; and a file that may be written where another one of its owner may not
+    /// be put beside it.
     ///
     /// # Errors
-    /// Where the one before may not be written, and where its folder takes no other file.
+    /// Where the one before may not be written, and where there is none and the folder takes none.
     pub fn begin(path: &Path) -> io::Result<Self> {
         static NUMBER: AtomicU64 = AtomicU64::new(0);
-        let number = NUMBER.fetch_add(1, Ordering::Relaxed);
-        Self::beside(path, &format!(".{}-{number}.new", std::process::id()))
+        /// Names that programs with the same number, as each has in a container, may have left when they were killed.
+        const TRIES: usize = 1_000;
+        let mut begun = Err(there_already());
+        for _ in 0..TRIES {
+            let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+            // Without the file's own name, to which nothing may fit.
+            let name = format!(".simd-{}-{number}.new", std::process::id());
+            begun = Self::beside(path, |path| path.with_file_name(&name));
+            if !matches!(&begun, Err(error) if error.kind() == ErrorKind::AlreadyExists) {
+                break;
+            }
+        }
+        begun
     }
 
     /// The same for a path at which there is nothing, also once it is finished.
@@ -59,33 +69,51 @@ impl Replacement {
         const SUFFIX: &str = ".new";
         match fs::remove_file(with_suffix(&followed(path), SUFFIX)) {
             Err(error) if error.kind() != ErrorKind::NotFound => Err(error),
-            _ => Self::beside(path, SUFFIX),
+            _ => Self::beside(path, |path| with_suffix(path, SUFFIX)),
         }
     }
 
-    fn beside(path: &Path, suffix: &str) -> io::Result<Self> {
+    fn beside(path: &Path, beside: impl FnOnce(&Path) -> PathBuf) -> io::Result<Self> {
         let before = match fs::metadata(path) {
             Ok(before) => Some(before),
             Err(error) if error.kind() == ErrorKind::NotFound => None,
             Err(error) => return Err(error),
         };
-        let is_stream = STREAMS.iter().any(|stream| path.starts_with(stream));
-        if before.as_ref().is_some_and(|before| is_stream || !before.is_file()) {
-            let file = OpenOptions::new().write(true).truncate(true).open(path)?;
-            return Ok(Self { file, path: path.to_owned(), beside: None, is_new: false });
+        let Some(before) = before else {
+            if fs::symlink_metadata(path).is_ok() {
+                return Self::in_place(path);
+            }
+            let beside = beside(path);
+            let file = created(&beside, None)?;
+            return Ok(Self { file, path: path.to_owned(), beside: Some(beside), is_new: false });
+        };
+        if !before.is_file() || is_stream(&before) {
+            return Self::in_place(path);
         }
         let path = followed(path);
-        if before.is_some() {
-            // A file that may not be written may not be replaced either, though its folder would allow it.
-            OpenOptions::new().write(true).open(&path)?;
-        }
-        let beside = with_suffix(&path, suffix);
-        let file = created(&beside, before.as_ref())?;
+        // A file that may not be written may not be replaced either, though its folder would allow it.
+        OpenOptions::new().write(true).open(&path)?;
+        let beside = beside(&path);
+        let file = match created(&beside, Some(&before)) {
+            Err(error)
+                if matches!(error.kind(), ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem) =>
+            {
+                return Self::in_place(&path);
+            }
+            created => created?,
+        };
         let replacement = Self { file, path, beside: Some(beside), is_new: false };
-        if let Some(before) = before {
-            replacement.file.set_permissions(before.permissions())?;
+        if give_owner(&replacement.file, &before).is_err() {
+            return Self::in_place(&replacement.path);
         }
+        // After the owner, whom they are lost with.
+        replacement.file.set_permissions(before.permissions())?;
         Ok(replacement)
+    }
+
+    fn in_place(path: &Path) -> io::Result<Self> {
+        let file = OpenOptions::new().write(true).create(true).truncate(true).open(path)?;
+        Ok(Self { file, path: path.to_owned(), beside: None, is_new: false })
     }
 
     /// Puts it in its place, once all of it is on the disk.
@@ -93,12 +121,21 @@ impl Replacement {
     /// # Errors
     /// Where the disk takes no more, and where it may not be put there: then the one before stays as it was.
     pub fn finish(mut self) -> io::Result<()> {
-        let Some(beside) = &self.beside else { return Ok(()) };
+        let Some(beside) = self.beside.clone() else { return Ok(()) };
         self.file.sync_all()?;
-        if self.is_new && fs::symlink_metadata(&self.path).is_ok() {
-            return Err(there_already());
+        // To link fails where something is there, which to rename does not.
+        let is_linked = self.is_new
+            && match fs::hard_link(&beside, &self.path) {
+                Ok(()) => true,
+                Err(_) if fs::symlink_metadata(&self.path).is_ok() => return Err(there_already()),
+                // The file system has no links.
+                Err(_) => false,
+            };
+        if is_linked {
+            fs::remove_file(&beside)?;
+        } else {
+            fs::rename(&beside, &self.path)?;
         }
-        fs::rename(beside, &self.path)?;
         self.beside = None;
         // The name is on the disk too, where the system can say so of a folder.
         let folder = self.path.parent().filter(|folder| !folder.as_os_str().is_empty());
@@ -151,12 +188,46 @@ fn created(path: &Path, before: Option<&Metadata>) -> io::Result<File> {
     options.open(path)
 }
 
+/// Whether standard input, output or error is this file: then it is another program's to replace.
+fn is_stream(file: &Metadata) -> bool {
+    #[cfg(unix)]
+    {
+        use std::os::fd::{AsFd as _, BorrowedFd};
+        use std::os::unix::fs::MetadataExt as _;
+        let is_it = |stream: BorrowedFd<'_>| {
+            let stream = stream.try_clone_to_owned().and_then(|stream| File::from(stream).metadata());
+            stream.is_ok_and(|stream| (stream.dev(), stream.ino()) == (file.dev(), file.ino()))
+        };
+        return is_it(io::stdin().as_fd()) || is_it(io::stdout().as_fd()) || is_it(io::stderr().as_fd());
+    }
+    #[cfg(not(unix))]
+    {
+        let _ = file;
+        false
+    }
+}
+
+/// Gives a file the owner and the group of another.
+#[cfg_attr(not(unix), allow(unused_variables, clippy::unnecessary_wraps, reason = "only Unix has owners"))]
+fn give_owner(file: &File, before: &Metadata) -> io::Result<()> {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::MetadataExt as _;
+        let own = file.metadata()?;
+        if (own.uid(), own.gid()) != (before.uid(), before.gid()) {
+            std::os::unix::fs::fchown(file, Some(before.uid()), Some(before.gid()))?;
+        }
+    }
+    Ok(())
+}
+
 /// Where a path leads to; the path itself where there is nothing.
 fn followed(path: &Path) -> PathBuf {
     fs::canonicalize(path).unwrap_or_else(|_| path.to_owned())
 }
 
-fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
+/// A path with more at its end.
+pub fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(suffix);
     name.into()

@@ -65,15 +65,15 @@ def main() -> None:
         with simd_client.connect(daemon.endpoint) as sim:
             make = quadrupeds if asked.robot == "a1" else poles
             kinds, draw = make(sim, asked.environments, file)
-            rates: dict[str, list[float]] = {name: [] for name in kinds}
+            throughputs: dict[str, list[float]] = {name: [] for name in kinds}
             for _ in range(ROUNDS):
                 for name, envs in kinds.items():
-                    rates[name].append(rate(envs, draw, asked.turns // ROUNDS))
+                    throughputs[name].append(throughput(envs, draw, asked.turns // ROUNDS))
             for envs in kinds.values():
                 envs.close()
     print(f"{asked.robot}, {len(os.sched_getaffinity(0))} processors")
     print(f"{'environment-steps a second':40}{'median':>10}{'highest':>10}")
-    for name, of in rates.items():
+    for name, of in throughputs.items():
         print(f"{name:40}{statistics.median(of):10.0f}{max(of):10.0f}")
 
 
@@ -126,7 +126,7 @@ def quadrupeds(sim: Simulation, count: int, file: Path) -> tuple[dict[str, Any],
     return kinds, lambda random, copies: pose + random.uniform(-0.1, 0.1, (copies, len(names)))
 
 
-def rate(envs: Any, draw: Draw, turns: int) -> float:
+def throughput(envs: Any, draw: Draw, turns: int) -> float:
     """Environment-steps a second, of all environments together."""
     random = np.random.default_rng(1)
     envs.reset(seed=1)

@@ -93,8 +93,8 @@ def main() -> None:
         figure, axes = subplots(2, f"{asked.copies} copies, {asked.steps} steps, {threads} threads each")
         for make, axis in zip((arm, quadruped), axes, strict=True):
             case = make(sim, asked.copies, asked.steps, pool, threads)
-            rates = measured(case, asked.rounds)
-            axis.boxplot([rates["simd"], rates["MuJoCo"]])
+            throughputs = measured(case, asked.rounds)
+            axis.boxplot([throughputs["simd"], throughputs["MuJoCo"]])
             axis.set_xticks([1, 2], ["simd, over Zenoh", "mujoco.rollout"])
             axis.set(title=case.name, ylabel="millions of robot-steps a second", ylim=(0, None))
             sim.reset(time=True, state=True, spawned=True)
@@ -106,16 +106,16 @@ def measured(case: Case, rounds: int) -> dict[str, list[float]]:
     """Batches in turn, another one first each time, after one of each that does not count."""
     kinds = {"simd": case.ours, "MuJoCo": case.theirs}
     ends = {name: batch()[1] for name, batch in kinds.items()}
-    rates: dict[str, list[float]] = {name: [] for name in kinds}
+    throughputs: dict[str, list[float]] = {name: [] for name in kinds}
     millions = len(case.values) * case.steps / 1e6
     for turn in range(rounds):
         for name in list(kinds) if turn % 2 else list(reversed(kinds)):
             seconds, _ = kinds[name]()
-            rates[name].append(millions / seconds)
-    ratios = [ours / theirs for ours, theirs in zip(rates["simd"], rates["MuJoCo"], strict=True)]
-    print(f"{case.name:14} simd {spread(rates['simd']):>24}   MuJoCo {spread(rates['MuJoCo']):>24}   ratio {spread(ratios)}")
+            throughputs[name].append(millions / seconds)
+    ratios = [ours / theirs for ours, theirs in zip(throughputs["simd"], throughputs["MuJoCo"], strict=True)]
+    print(f"{case.name:14} simd {spread(throughputs['simd']):>24}   MuJoCo {spread(throughputs['MuJoCo']):>24}   ratio {spread(ratios)}")
     report(case, ends)
-    return rates
+    return throughputs
 
 
 def report(case: Case, ends: dict[str, FloatArray]) -> None:
@@ -124,8 +124,8 @@ def report(case: Case, ends: dict[str, FloatArray]) -> None:
     last = case.values[:, (case.steps - 1) // KNOT]
     joints = {"simd": ends["simd"][:, : len(names)], "MuJoCo": ends["MuJoCo"][:, mujoco_models.positions(case.model, names)]}
     lacks = {name: float(np.median(np.abs(at - last))) for name, at in joints.items()}
-    apart = float(np.median(np.abs(joints["simd"] - joints["MuJoCo"])))
-    print(f"{'':14} joints end {lacks['simd']:.4f} and {lacks['MuJoCo']:.4f} rad from their targets, {apart:.4f} from each other")
+    difference = float(np.median(np.abs(joints["simd"] - joints["MuJoCo"])))
+    print(f"{'':14} joints end {lacks['simd']:.4f} and {lacks['MuJoCo']:.4f} rad from their targets, {difference:.4f} from each other")
     if len(case.observe) > 1:
         for name, heights in (("simd", ends["simd"][:, len(names) + 2]), ("MuJoCo", ends["MuJoCo"][:, 2])):
             print(f"{'':14} in {name} the trunk is at {heights.min():.3f} to {heights.max():.3f} m")

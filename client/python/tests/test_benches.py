@@ -28,10 +28,10 @@ def is_png(path: Path) -> bool:
 
 
 def test_a_remote_process_controls_worlds_that_play(tmp_path: Path) -> None:
-    said = run("control.py", "--starts", "1", "--out", str(tmp_path / "control.png"))
-    # On a machine that is busy with other things it may be late, and miss.
-    assert re.search(r"^pole on a cart +[01] of 1 ", said, re.M) is not None, said
-    assert re.search(r"^arm past a post +[01] of 1 ", said, re.M) is not None, said
+    said = run("control.py", "--starts", "3", "--out", str(tmp_path / "control.png"))
+    # On a machine that is busy with other things some come late, and miss.
+    assert re.search(r"^pole on a cart +[1-3] of 3 ", said, re.M) is not None, said
+    assert re.search(r"^arm past a post +[1-3] of 3 ", said, re.M) is not None, said
     assert is_png(tmp_path / "control.png")
 
 

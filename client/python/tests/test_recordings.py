@@ -94,7 +94,7 @@ def test_commands_have_their_descriptors_in_the_file(
 def test_rosbags_reads_what_is_exported(recorded: tuple[Simulation, Robot], tmp_path: Path) -> None:
     seen = record(*recorded)
     simctl = BINARY.parent / "simctl"
-    bag = tmp_path / "bag"
+    bag = tmp_path / "run: a bag #1"
     table = tmp_path / "states.csv"
     command = [str(simctl), "record", "export", str(tmp_path / "run.mcap"), "--ros2", str(bag), "--csv", str(table)]
     subprocess.run(command, check=True)

@@ -2,11 +2,11 @@
 
 use std::fs::{self, File};
 use std::io::{self, Read as _, Write as _};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-use simd_assets::Replacement;
+use simd_assets::{Replacement, with_suffix};
 
 use crate::config::Autosave;
 use crate::handle::{CallError, SimHandle};
@@ -131,10 +131,4 @@ fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let mut file = Replacement::begin_alone(path)?;
     file.write_all(bytes)?;
     file.finish()
-}
-
-fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
-    let mut name = path.as_os_str().to_owned();
-    name.push(suffix);
-    name.into()
 }

@@ -65,8 +65,9 @@ enum State {
 struct SettingTargets {
     /// They have to be set until then: a caller may have stopped to wait for it.
     deadline: Instant,
-    /// How much time it had left to ask, which it has again where they are refused.
-    left: Duration,
+    /// It has to have asked by then where they are refused, or its caller goes away: what that takes is its own time, or it
+    /// could hold the others for ever.
+    asks_by: Instant,
 }
 
 /// A member, as others see it.
@@ -121,8 +122,9 @@ impl Group {
             if let State::Waits { sets_targets, reply, .. } = &member.state
                 && reply.is_closed()
             {
-                let left = sets_targets.map_or(member.timeout, |setting| setting.left);
-                member.state = State::Computes { deadline: Instant::now() + left };
+                let asks_by = sets_targets.map(|setting| setting.asks_by);
+                let deadline = asks_by.unwrap_or_else(|| Instant::now() + member.timeout);
+                member.state = State::Computes { deadline };
             }
         }
     }
@@ -276,10 +278,9 @@ impl SimHandle {
             let member = group.asks(id)?;
             let now = Instant::now();
             let sets_targets = match member.state {
-                State::Computes { deadline } if targets.is_some() => Some(SettingTargets {
-                    deadline: now + member.timeout,
-                    left: deadline.saturating_duration_since(now),
-                }),
+                State::Computes { deadline } if targets.is_some() => {
+                    Some(SettingTargets { deadline: now + member.timeout, asks_by: deadline })
+                }
                 _ => None,
             };
             let claim = self.claim;

@@ -58,16 +58,17 @@ impl Spread {
         self.counts.iter_mut().zip(&other.counts).for_each(|(count, more)| *count += more);
     }
 
-    /// Other durations, seconds, counted within the same bounds.
-    pub(super) fn counted(&self, durations: impl IntoIterator<Item = f64>) -> Self {
-        let mut counts = vec![0; self.upper_bounds.len()];
-        for duration in durations {
-            let bucket = self.upper_bounds.partition_point(|bound| *bound < duration);
-            if let Some(count) = counts.get_mut(bucket) {
-                *count += 1;
-            }
+    /// None yet, within the same bounds.
+    pub(super) fn empty(&self) -> Self {
+        Self { upper_bounds: self.upper_bounds.clone(), counts: vec![0; self.upper_bounds.len()] }
+    }
+
+    /// Counts one more, seconds.
+    pub(super) fn observe(&mut self, duration: f64) {
+        let bucket = self.upper_bounds.partition_point(|bound| *bound < duration);
+        if let Some(count) = self.counts.get_mut(bucket) {
+            *count += 1;
         }
-        Self { upper_bounds: self.upper_bounds.clone(), counts }
     }
 
     /// How many there are.
@@ -110,6 +111,8 @@ mod tests {
         let mut both = Spread::default();
         [[1, 0, 2], [3, 4, 0]].into_iter().for_each(|part| both.add(&spread(part)));
         assert_eq!(both.counts, [4, 4, 2]);
-        assert_eq!(spread([0, 0, 0]).counted([0.5, 1.0, 1.5, 9.0]).counts, [2, 1, 1]);
+        let mut one_by_one = both.empty();
+        [0.5, 1.0, 1.5, 9.0].into_iter().for_each(|duration| one_by_one.observe(duration));
+        assert_eq!(one_by_one.counts, [2, 1, 1]);
     }
 }

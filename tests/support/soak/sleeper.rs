@@ -1,8 +1,9 @@
 //! A thread that does nothing but sleep: how late the machine wakes a thread, whatever it does.
 
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::thread::{self, JoinHandle};
+use std::collections::VecDeque;
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::thread;
 use std::time::{Duration, Instant};
 
 use super::Spread;
@@ -12,73 +13,102 @@ use super::Spread;
 const PER_STEP: u32 = 4;
 /// A part of a step of the world.
 const PERIOD: Duration = Duration::from_micros(1_000 / PER_STEP as u64);
+/// So many sleeps are kept, and wait to be looked at: ten seconds of them.
+const RECENT: usize = 40_000;
 /// Later than this it begins anew, as the world drops what it is behind.
 const BEHIND: Duration = Duration::from_millis(200);
 
 /// It runs until this is dropped, on the processor of the physics thread and with a priority higher by one: no step delays it.
 #[derive(Debug)]
 pub(super) struct Sleeper {
-    shared: Arc<Shared>,
-    thread: Option<JoinHandle<()>>,
+    woken: Mutex<Woken>,
 }
 
-#[derive(Debug, Default)]
-struct Shared {
-    ends: AtomicBool,
-    /// When it was woken and how late that was, since this was last taken.
-    woken: Mutex<Vec<(Instant, Duration)>>,
+#[derive(Debug)]
+struct Woken {
+    /// Of the thread, which waits for no one: who looks is on a processor with much to do.
+    sleeps: Receiver<Sleep>,
+    /// Sleeps that it is through with, of late.
+    recent: VecDeque<Sleep>,
+    /// How late they were, of one sleep a step, since this was last taken.
+    counted: Spread,
+    /// Sleeps in all.
+    count: u32,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Sleep {
+    ended: Instant,
+    late: Duration,
 }
 
 impl Sleeper {
-    pub(super) fn start(priority: u32, processor: Option<usize>) -> Self {
-        let shared = Arc::new(Shared::default());
-        let own = Arc::clone(&shared);
-        let thread = thread::spawn(move || {
+    /// Its lateness is counted within the same bounds as what it is `like`.
+    pub(super) fn start(priority: u32, processor: Option<usize>, like: &Spread) -> Self {
+        let (sender, sleeps) = sync_channel(RECENT);
+        thread::spawn(move || {
             ask(priority, processor);
-            sleep(&own);
+            sleep(&sender);
         });
-        Self { shared, thread: Some(thread) }
+        let recent = VecDeque::with_capacity(RECENT);
+        Self { woken: Mutex::new(Woken { sleeps, recent, counted: like.empty(), count: 0 }) }
     }
 
-    /// How late it was since this was last asked, of one sleep a step, within the same bounds as the daemon counts.
-    pub(super) fn take(&self, like: &Spread) -> Spread {
-        let woken = std::mem::take(&mut *self.woken());
-        // Without the lock, which the thread would wait for.
-        like.counted(woken.iter().step_by(PER_STEP as usize).map(|(_, late)| late.as_secs_f64()))
+    /// How late it was since this was last asked, of one sleep a step.
+    pub(super) fn take(&self) -> Spread {
+        let mut woken = self.look();
+        let empty = woken.counted.empty();
+        std::mem::replace(&mut woken.counted, empty)
     }
 
-    /// The latest that it was for a sleep that ended, or should have ended, between two moments; these are after it was last
-    /// taken.
+    /// The latest that it was for a sleep that ended, or should have ended, between two moments; the longest time there is where
+    /// some of these sleeps are no longer kept.
     pub(super) fn latest(&self, from: Instant, to: Instant) -> Duration {
-        let woken = self.woken();
-        let since = woken.iter().rev().take_while(|(at, _)| *at >= from);
-        since.filter(|(at, late)| *at - *late <= to).map(|(_, late)| *late).max().unwrap_or_default()
-    }
-
-    fn woken(&self) -> MutexGuard<'_, Vec<(Instant, Duration)>> {
-        self.shared.woken.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-impl Drop for Sleeper {
-    fn drop(&mut self) {
-        self.shared.ends.store(true, Ordering::Relaxed);
-        if let Some(thread) = self.thread.take() {
-            let _ = thread.join();
+        let woken = self.look();
+        if woken.recent.len() == RECENT && woken.recent.front().is_some_and(|sleep| sleep.ended > from) {
+            return Duration::MAX;
         }
+        let since = woken.recent.iter().rev().take_while(|sleep| sleep.ended >= from);
+        let within = since.filter(|sleep| sleep.ended - sleep.late <= to);
+        within.map(|sleep| sleep.late).max().unwrap_or_default()
+    }
+
+    /// All up to now.
+    fn look(&self) -> MutexGuard<'_, Woken> {
+        let mut woken = self.woken.lock().unwrap_or_else(PoisonError::into_inner);
+        while let Ok(sleep) = woken.sleeps.try_recv() {
+            woken.add(sleep);
+        }
+        woken
     }
 }
 
-fn sleep(shared: &Shared) {
+impl Woken {
+    fn add(&mut self, sleep: Sleep) {
+        if self.recent.len() == RECENT {
+            self.recent.pop_front();
+        }
+        self.recent.push_back(sleep);
+        if self.count.is_multiple_of(PER_STEP) {
+            self.counted.observe(sleep.late.as_secs_f64());
+        }
+        self.count = self.count.wrapping_add(1);
+    }
+}
+
+/// Until no one looks any more.
+fn sleep(sender: &SyncSender<Sleep>) {
     let mut due = Instant::now();
-    while !shared.ends.load(Ordering::Relaxed) {
+    loop {
         due += PERIOD;
         thread::sleep(due.saturating_duration_since(Instant::now()));
-        let at = Instant::now();
-        let late = at.saturating_duration_since(due);
-        shared.woken.lock().unwrap_or_else(PoisonError::into_inner).push((at, late));
+        let ended = Instant::now();
+        let late = ended.saturating_duration_since(due);
+        if sender.send(Sleep { ended, late }).is_err() {
+            return;
+        }
         if late > BEHIND {
-            due = at;
+            due = ended;
         }
     }
 }

@@ -39,7 +39,7 @@ pub(super) fn csv(recording: &Path, to: &Path) -> anyhow::Result<Written> {
         bail!("{}: --csv would overwrite the recording", to.display());
     }
     let mut out = BufWriter::new(Replacement::begin(to).with_context(named)?);
-    writeln!(out, "time,robot,joint,position,velocity,effort")?;
+    writeln!(out, "time,robot,joint,position,velocity,effort").with_context(named)?;
     let mut written = Written::default();
     loop {
         let (topic, state) = match reader.next() {
@@ -62,7 +62,8 @@ pub(super) fn csv(recording: &Path, to: &Path) -> anyhow::Result<Written> {
         let numbers = state.position.iter().zip(&state.velocity).zip(&state.effort);
         for (joint, ((position, velocity), effort)) in state.name.iter().zip(numbers) {
             // As many digits as it takes to read the same number again.
-            writeln!(out, "{time},{robot},{},{position:?},{velocity:?},{effort:?}", field(joint))?;
+            writeln!(out, "{time},{robot},{},{position:?},{velocity:?},{effort:?}", field(joint))
+                .with_context(named)?;
         }
         written.messages += 1;
     }
@@ -145,6 +146,9 @@ fn bag(reader: &mut Reader<BufReader<File>>, recording: &Path, to: &Path) -> any
 
 /// As rosbag2 writes it, in version 5.
 fn metadata(file: &str, (start, end): (u64, u64), topics: &[(String, String)], counts: &[u64]) -> String {
+    // A string of JSON is one of YAML too, whatever is in it.
+    let quoted = |text: &str| serde_json::Value::from(text).to_string();
+    let file = quoted(file);
     let total: u64 = counts.iter().sum();
     let mut text = format!(
         "rosbag2_bagfile_information:\n  version: 5\n  storage_identifier: mcap\n  duration:\n    nanoseconds: {}\n  \
@@ -153,6 +157,7 @@ fn metadata(file: &str, (start, end): (u64, u64), topics: &[(String, String)], c
         end - start
     );
     for ((topic, schema), count) in topics.iter().zip(counts) {
+        let (topic, schema) = (quoted(topic), quoted(schema));
         let _ = write!(
             text,
             "    - topic_metadata:\n        name: {topic}\n        type: {schema}\n        serialization_format: cdr\n        \

@@ -74,6 +74,54 @@ fn modes_and_links_are_kept() {
     assert_eq!(mode(&new), mode(&written));
 }
 
+#[test]
+fn a_name_that_is_as_long_as_can_be_is_replaced_whatever_others_have_left() {
+    let folder = tempfile::tempdir().unwrap();
+    // A program of the same number was killed: numbers begin at 0 again.
+    for number in 0..20 {
+        fs::write(folder.path().join(format!(".simd-{}-{number}.new", std::process::id())), "a part")
+            .unwrap();
+    }
+    let path = folder.path().join("n".repeat(255));
+    for text in ["first", "second"] {
+        replace_file(&path, text.as_bytes()).unwrap();
+        assert_eq!(fs::read(&path).unwrap(), text.as_bytes());
+    }
+    assert_eq!(count(&folder), 21);
+}
+
+#[cfg(unix)]
+#[test]
+fn the_owner_stays_and_a_file_is_written_in_place_where_no_other_can_be_made() {
+    use std::os::unix::fs::{MetadataExt as _, PermissionsExt as _, chown};
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("file");
+    fs::write(&path, "before").unwrap();
+    // Only root may give files away, and only root makes files in any folder.
+    let is_root = chown(&path, Some(65_534), Some(65_534)).is_ok();
+    if !is_root {
+        fs::set_permissions(folder.path(), fs::Permissions::from_mode(0o555)).unwrap();
+    }
+    let before = fs::metadata(&path).unwrap();
+    replace_file(&path, b"after").unwrap();
+    let after = fs::metadata(&path).unwrap();
+    assert_eq!(fs::read(&path).unwrap(), b"after");
+    assert_eq!((after.uid(), after.gid()), (before.uid(), before.gid()));
+    assert_eq!(after.ino() == before.ino(), !is_root, "it is another file where there can be one");
+    fs::set_permissions(folder.path(), fs::Permissions::from_mode(0o755)).unwrap();
+}
+
+#[cfg(unix)]
+#[test]
+fn a_link_without_an_end_gets_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let (end, link) = (folder.path().join("end"), folder.path().join("link"));
+    std::os::unix::fs::symlink(&end, &link).unwrap();
+    replace_file(&link, b"text").unwrap();
+    assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+    assert_eq!((fs::read(&end).unwrap(), count(&folder)), (b"text".to_vec(), 2));
+}
+
 #[cfg(target_os = "linux")]
 #[test]
 fn what_is_no_file_is_written_in_place() {

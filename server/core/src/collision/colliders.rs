@@ -60,7 +60,7 @@ pub struct Side {
 #[derive(Default)]
 pub struct RobotColliders {
     shapes: Arc<Shapes>,
-    /// Those of the shapes that are used: of each what most pairs are distinguished by.
+    /// Those of the shapes that are used: of each what is enough to reject most pairs.
     pub(super) placed: Vec<Placed>,
     /// The rest of each.
     pub(super) frames: Vec<Frame>,
@@ -83,7 +83,7 @@ pub struct RobotColliders {
     moving: Vec<usize>,
 }
 
-/// What of a shape in the world tells most pairs apart. It lies by itself: where contacts are looked for all shapes are looked at, but
+/// What of a shape in the world is enough to reject most pairs. It lies by itself: where contacts are looked for all shapes are looked at, but
 /// the rest of few.
 pub(super) struct Placed {
     /// Its index among the shapes.

@@ -15,7 +15,7 @@ use crate::dynamics::lanes::LaneRobot;
 use crate::simulation::{Error, PhysicsSettings, Simulation};
 
 /// A copy whose steps are none of lanes is offered to them again after so many steps at the latest: to go in and out costs about as
-/// much as half a step.
+/// much as half a step, and steps of one world in a row find it in the processor's caches.
 const LONGEST_PAUSE: u64 = 32;
 
 /// Copies of a batch, to be advanced with the vectors that the processor has.
@@ -74,12 +74,10 @@ struct Running {
     rows: usize,
     /// Its view has all of its world, but for what a step of lanes changes.
     is_seen: bool,
-    /// Steps that it had done when it last came into its lane.
-    entered: u64,
-    /// Steps that it does by itself after one that lanes did not do: the more, the oftener that was.
+    /// Steps that it does by itself in a row where lanes do not do one: twice as many each time.
     pause: u64,
-    /// How many of them are left.
-    alone: u64,
+    /// Steps that it had done when it last stepped by itself: that may be more than the group has done.
+    done: u64,
     /// Why it does no more, and the steps that it had done by then.
     stop: Option<(Stop, u64)>,
 }
@@ -145,6 +143,13 @@ impl Rollout {
     }
 }
 
+impl Running {
+    /// Whether it has yet to do this step.
+    fn waits_for(&self, step: u64) -> bool {
+        self.stop.is_none() && self.done <= step
+    }
+}
+
 impl<'a, S: Simd> Group<'a, S> {
     /// Puts copies of a batch, whose first copy is `first`, to where they start.
     fn begin(
@@ -159,9 +164,8 @@ impl<'a, S: Simd> Group<'a, S> {
             index: copy - first,
             rows: 0,
             is_seen: false,
-            entered: 0,
             pause: 0,
-            alone: 0,
+            done: 0,
             stop: None,
         };
         let mut copies: Vec<Running> = copies.map(running).collect();
@@ -193,14 +197,15 @@ impl<'a, S: Simd> Group<'a, S> {
             if interrupt() {
                 return None;
             }
-            let going = self.copies.iter().filter(|running| running.stop.is_none()).count();
-            if going == 0 {
+            if self.copies.iter().all(|running| running.stop.is_some()) {
                 break;
             }
+            self.offer(step);
             self.drive(step);
             self.lanes.step();
+            let waiting = self.copies.iter().filter(|running| running.waits_for(step)).count();
             let looks = self.rollout.is_looked_at(step + 1);
-            if looks || self.lanes.stepped() < going {
+            if looks || self.lanes.stepped() < waiting {
                 self.complete_step(step, looks, result, interrupt);
             }
         }
@@ -230,6 +235,23 @@ impl<'a, S: Simd> Group<'a, S> {
         self.lanes.leave(lane);
     }
 
+    /// Takes copies into their lanes that have stepped by themselves up to here, and can.
+    fn offer(&mut self, step: u64) {
+        for (lane, running) in self.copies.iter().enumerate() {
+            let world = &self.workers[lane].world;
+            let has_stepped_alone = step > 0 && running.done == step && running.stop.is_none();
+            if !has_stepped_alone || world.lane_robot() != Some(self.robot) {
+                continue;
+            }
+            let clearance = world.lane_clearance(self.robot);
+            // Else the next step is none of lanes.
+            if clearance.around.min(clearance.own) > clearance.slack {
+                self.lanes.set_clearance(lane, &clearance);
+                self.lanes.take(lane, world.body(self.robot));
+            }
+        }
+    }
+
     /// Gives copies what is due before a step.
     fn drive(&mut self, step: u64) {
         let rollout = self.rollout;
@@ -238,7 +260,7 @@ impl<'a, S: Simd> Group<'a, S> {
             return;
         }
         for lane in 0..self.copies.len() {
-            if self.copies[lane].stop.is_none()
+            if self.copies[lane].waits_for(step)
                 && let Err(error) = self.drive_copy(lane, step, has_wrench)
             {
                 self.stop(lane, error.into(), step);
@@ -277,55 +299,78 @@ impl<'a, S: Simd> Group<'a, S> {
         interrupt: &dyn Fn() -> bool,
     ) {
         for lane in 0..self.copies.len() {
-            if self.copies[lane].stop.is_some() {
+            if !self.copies[lane].waits_for(step) {
                 continue;
             }
-            if let Err(why) = self.complete_copy(lane, step, looks) {
-                self.stop(lane, why, step);
-            } else if looks && let Err(error) = self.read(lane, step, result, interrupt) {
-                self.stop(lane, error.into(), step + 1);
+            if !self.lanes.has(lane) || !self.lanes.has_stepped(lane) {
+                self.go_on_alone(lane, step, result, interrupt);
+            } else if looks {
+                self.look(lane, step);
+                if let Err(error) = self.read(lane, step, result, interrupt) {
+                    self.stop(lane, error.into(), step + 1);
+                }
             }
         }
     }
 
-    /// Where a copy's step is none of lanes, has its world do it. Then the worker's view is what is to be read.
-    fn complete_copy(&mut self, lane: usize, step: u64, looks: bool) -> Result<(), Stop> {
-        let (lanes, robot) = (&mut self.lanes, self.robot);
+    /// Looks at a copy after a step of its lane.
+    fn look(&mut self, lane: usize, step: u64) {
+        let (lanes, robot) = (&self.lanes, self.robot);
         let (worker, running) = (&mut self.workers[lane], &mut self.copies[lane]);
-        // Of the step that the world is at before this one.
-        let begun = self.rollout.state.at.step + step;
-        if lanes.has(lane) && lanes.has_stepped(lane) {
-            if looks && running.is_seen {
-                worker.look_at_lane(lanes, (lane, robot));
-            } else if looks {
-                worker.bring_back(lanes, (lane, robot), begun + 1);
-                worker.look();
-                running.is_seen = true;
-            }
-            return Ok(());
-        }
-        if lanes.has(lane) {
-            worker.bring_back(lanes, (lane, robot), begun);
-            let pause = if running.entered < step { 0 } else { running.pause };
-            running.pause = (2 * pause).clamp(1, LONGEST_PAUSE);
-            running.alone = running.pause;
-        }
-        worker.step()?;
-        if looks {
+        if running.is_seen {
+            worker.look_at_lane(lanes, (lane, robot));
+        } else {
+            worker.bring_back(lanes, (lane, robot), self.rollout.state.at.step + step + 1);
             worker.look();
+            running.is_seen = true;
         }
-        // Of contacts a step of lanes changes nothing: those that are seen must be those of this step.
-        running.is_seen = looks;
-        lanes.leave(lane);
-        running.alone = running.alone.saturating_sub(1);
-        if running.alone == 0 && worker.world.lane_robot() == Some(robot) {
-            let clearance = worker.world.lane_clearance(robot);
-            // Else the next step is none of lanes.
-            if clearance.around.min(clearance.own) > clearance.slack {
-                lanes.set_clearance(lane, &clearance);
-                lanes.take(lane, worker.world.body(robot));
-                running.entered = step + 1;
+    }
+
+    /// Has a copy's world do a step that lanes did not do, and some after it.
+    fn go_on_alone(
+        &mut self,
+        lane: usize,
+        first: u64,
+        result: &mut BatchResult,
+        interrupt: &dyn Fn() -> bool,
+    ) {
+        if self.lanes.has(lane) {
+            let begun = self.rollout.state.at.step + first;
+            self.workers[lane].bring_back(&self.lanes, (lane, self.robot), begun);
+            self.lanes.leave(lane);
+        }
+        let running = &mut self.copies[lane];
+        let pause = if running.done < first { 0 } else { running.pause };
+        running.pause = (2 * pause).clamp(1, LONGEST_PAUSE);
+        running.done = (first + running.pause).min(self.rollout.shape.steps);
+        for step in first..running.done {
+            if let Err((why, done)) = self.step_alone(lane, (step, step == first), result, interrupt) {
+                return self.stop(lane, why, done);
             }
+        }
+    }
+
+    /// Has a copy's world do a step, for which it may be driven already; an error comes with the steps that it has done.
+    fn step_alone(
+        &mut self,
+        lane: usize,
+        (step, is_driven): (u64, bool),
+        result: &mut BatchResult,
+        interrupt: &dyn Fn() -> bool,
+    ) -> Result<(), (Stop, u64)> {
+        let (worker, running) = (&mut self.workers[lane], &mut self.copies[lane]);
+        if interrupt() {
+            return Err((Stop::Interrupted, step));
+        }
+        if !is_driven {
+            self.rollout.drive(worker, running.copy, step).map_err(|error| (error.into(), step))?;
+        }
+        worker.step().map_err(|why| (why, step))?;
+        // Of contacts a step of lanes changes nothing: those that are seen must be those of this step.
+        running.is_seen = self.rollout.is_looked_at(step + 1);
+        if running.is_seen {
+            worker.look();
+            self.read(lane, step, result, interrupt).map_err(|error| (error.into(), step + 1))?;
         }
         Ok(())
     }

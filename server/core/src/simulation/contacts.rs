@@ -9,7 +9,7 @@ use std::sync::Arc;
 use glamx::DVec3;
 
 pub(super) use check::{check_ignored_overlaps, check_pairs, complete};
-use inherit::Past;
+use inherit::PreviousContacts;
 
 use super::constraints::ExcludedLinks;
 use super::entity::Entity;
@@ -45,7 +45,7 @@ struct Search {
 
 /// How contacts are looked for.
 #[derive(Clone, Copy)]
-pub(super) struct Terms {
+pub(super) struct SearchOptions {
     /// At least this far from what moves, metres.
     pub(super) slack: f64,
     /// Of surfaces that touch.
@@ -61,7 +61,7 @@ struct Among<'a> {
     excluded: &'a [ExcludedLinks],
     collision_pairs: &'a [RobotLinkPair],
     before: &'a [Contact],
-    terms: Terms,
+    options: SearchOptions,
     interrupt: &'a Interrupt<'a>,
 }
 
@@ -99,7 +99,7 @@ impl Contacts {
         robots: &[Entity],
         busy: &Busy,
         excluded: &[ExcludedLinks],
-        terms: Terms,
+        options: SearchOptions,
         pool: Option<&dyn Pool>,
         interrupt: &Interrupt<'_>,
     ) -> bool {
@@ -120,8 +120,8 @@ impl Contacts {
         if searches.len() < count {
             searches.resize_with(count, Search::default);
         }
-        searches.iter_mut().for_each(|search| search.begin(terms.combination));
-        let among = Among { robots, excluded, collision_pairs, before, terms, interrupt };
+        searches.iter_mut().for_each(|search| search.begin(options.combination));
+        let among = Among { robots, excluded, collision_pairs, before, options, interrupt };
         let searches = &mut searches[..count];
         if !among.search(pool, searches, pairs, fixed_before) {
             return false;
@@ -253,11 +253,11 @@ impl Search {
 
     /// Finds the contacts of these pairs, in their order, and gives them what they had. False where it was interrupted.
     fn look(&mut self, among: Among<'_>, pairs: &[[usize; 2]], known: &mut [FixedPair]) -> bool {
-        let Among { robots, excluded, collision_pairs, before, terms, interrupt } = among;
-        let Terms { slack, begins, .. } = terms;
+        let Among { robots, excluded, collision_pairs, before, options, interrupt } = among;
+        let SearchOptions { slack, begins, .. } = options;
         let Self { narrow, found: list, fixed } = self;
         let mut known = known.iter_mut().peekable();
-        let mut past = Past::new(before, begins);
+        let mut previous = PreviousContacts::new(before, begins);
         for &pair in pairs {
             if interrupt() {
                 return false;
@@ -302,7 +302,7 @@ impl Search {
             }
             // At once, while they are in the cache.
             if first < list.len() {
-                past.pass_on(&mut list[first..], [a.is_awake(), b.is_awake()]);
+                previous.pass_on(&mut list[first..], [a.is_awake(), b.is_awake()]);
             }
         }
         true

@@ -199,12 +199,12 @@ impl Entity {
     }
 
     /// Whether a step has left its state not finite.
-    pub(super) fn is_spoilt(&self) -> bool {
+    pub(super) fn is_not_finite(&self) -> bool {
         self.is_active() && !self.state.asleep && !self.body.is_finite()
     }
 
-    /// Puts a state that is spoilt back and disables the robot; returns why.
-    pub(super) fn take_out(&mut self) -> Arc<str> {
+    /// Puts a state that is not finite back and disables the robot; returns why.
+    pub(super) fn disable(&mut self) -> Arc<str> {
         let culprit = self.first_not_finite();
         self.body.positions_mut().copy_from_slice(&self.state.last_good.0);
         self.body.velocities_mut().fill(0.0);

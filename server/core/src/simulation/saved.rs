@@ -81,12 +81,14 @@ impl Kept {
         SavedStateInfo { name: self.name.clone(), at, robots: robots.len() }
     }
 
-    /// The state, with the versions that its robots have here.
-    pub(super) fn state(&self) -> (WorldState, Vec<Description>) {
-        match self.versions {
-            Some(first) => self.saved.with_versions(first),
-            None => (self.saved.0.state.clone(), self.saved.0.robots.clone()),
-        }
+    /// What its robots are, in the versions that they have here.
+    pub(super) fn descriptions(&self) -> Vec<Description> {
+        self.versions.map_or_else(|| self.saved.0.robots.clone(), |first| self.saved.descriptions(first))
+    }
+
+    /// Whether it came from elsewhere: ids in it are those of another world.
+    pub(super) fn is_foreign(&self) -> bool {
+        self.versions.is_some()
     }
 }
 
@@ -116,14 +118,6 @@ impl Saved {
     pub(super) fn descriptions(&self, first: u64) -> Vec<Description> {
         let robots = self.0.robots.iter().zip(first..);
         robots.map(|(robot, version)| Description { version, ..robot.clone() }).collect()
-    }
-
-    /// The state, with robots of versions from `first` on, and with sensors that get other ids.
-    pub(super) fn with_versions(&self, first: u64) -> (WorldState, Vec<Description>) {
-        let mut state = self.0.state.clone();
-        let sensors = state.robots.iter_mut().flat_map(|robot| &mut robot.entity.sensors);
-        sensors.for_each(|sensor| sensor.id = 0);
-        (state, self.descriptions(first))
     }
 
     /// Robots in it.

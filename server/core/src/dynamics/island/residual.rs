@@ -34,7 +34,7 @@ impl Island {
     /// the projection of p - D^-1 w on what the contact can do, times D, for the error w of its velocities and its part D of J M^-1 J'.
     /// It is 0 where the laws of all contacts hold, and how near to that sweeps stop is the same number.
     pub(super) fn measure_residual(&mut self) {
-        if !self.is_measured {
+        if !self.is_measured || !self.rows.iter().any(|rows| rows.acts()) {
             return;
         }
         let Self { rows, blocks, velocities, .. } = &*self;

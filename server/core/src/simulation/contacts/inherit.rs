@@ -13,7 +13,7 @@ const SAME_POINT: f64 = 0.01;
 const STEADY: f64 = 0.25;
 
 /// The contacts of the part before, in order.
-pub(super) struct Past<'a> {
+pub(super) struct PreviousContacts<'a> {
     contacts: &'a [Contact],
     /// Where those come that follow what was last looked for.
     next: usize,
@@ -21,7 +21,7 @@ pub(super) struct Past<'a> {
     begins: bool,
 }
 
-impl<'a> Past<'a> {
+impl<'a> PreviousContacts<'a> {
     pub(super) fn new(contacts: &'a [Contact], begins: bool) -> Self {
         Self { contacts, next: 0, begins }
     }

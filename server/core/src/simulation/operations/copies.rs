@@ -43,9 +43,7 @@ impl Simulation {
             }
         }
         self.go_back(saved.world_state(), &robots);
-        // Ids are those of another world.
-        let sensors = self.entities.iter_mut().flat_map(|entity| &mut entity.state.sensors);
-        sensors.for_each(|sensor| sensor.id = 0);
+        self.forget_sensor_ids();
         self.events.clear();
     }
 

@@ -74,6 +74,12 @@ impl Simulation {
         self.constraints.replace(constraints.clone());
     }
 
+    /// Has sensors get other ids: those of a state from elsewhere are of another world.
+    pub(in crate::simulation) fn forget_sensor_ids(&mut self) {
+        let sensors = self.entities.iter_mut().flat_map(|entity| &mut entity.state.sensors);
+        sensors.for_each(|sensor| sensor.id = 0);
+    }
+
     /// Keeps a state that came from elsewhere.
     pub(in crate::simulation) fn import(&mut self, name: &str, saved: &Saved) -> Result<Reply, Error> {
         let (robots, limit) = (saved.robot_count(), self.limits.robots);

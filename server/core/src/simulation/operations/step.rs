@@ -11,7 +11,7 @@ use crate::dynamics::Integrator;
 use crate::dynamics::island::{Island, SolverChoice};
 use crate::pool::{Interrupt, PIECES, Pool, for_each};
 use crate::simulation::constraints::{LinkConstraints, acts};
-use crate::simulation::contacts::{Contacts, Terms};
+use crate::simulation::contacts::{Contacts, SearchOptions};
 use crate::simulation::entity::Entity;
 use crate::simulation::groups::Group;
 use crate::simulation::{EventKind, PhysicsSettings, Simulation, StepMemory};
@@ -86,7 +86,7 @@ impl Simulation {
                 constraint.begin_step();
             }
         }
-        let has_news = AtomicBool::new(false);
+        let needs_attention = AtomicBool::new(false);
         for part in 0..substeps {
             let part = Part {
                 gravity,
@@ -97,7 +97,7 @@ impl Simulation {
                 done: f64::from(part) / f64::from(substeps),
                 begins: part == 0,
                 ends: part + 1 == substeps,
-                has_news: &has_news,
+                needs_attention: &needs_attention,
             };
             let Self { entities, contacts, constraints, step_memory, .. } = self;
             let world = (contacts, constraints);
@@ -105,15 +105,15 @@ impl Simulation {
                 return false;
             }
         }
-        let mut has_news = has_news.into_inner();
+        let mut needs_attention = needs_attention.into_inner();
         for &robot in self.step_memory.busy.robots() {
             // The others have ended the step where they were solved.
             if !self.entities[robot].is_solved() {
-                has_news |= end_step(&mut self.entities[robot], time_step);
+                needs_attention |= end_step(&mut self.entities[robot], time_step);
             }
         }
-        if has_news {
-            self.take_out_spoilt(time_step);
+        if needs_attention {
+            self.disable_not_finite(time_step);
         }
         self.break_constraints();
         self.step_memory.busy.end_step(&self.entities);
@@ -122,19 +122,19 @@ impl Simulation {
         let (step, time) = self.time_base;
         self.now.sim_time = time + (self.now.step - step) as f64 * time_step;
         self.take_samples();
-        if has_news {
+        if needs_attention {
             (0..self.entities.len()).for_each(|robot_index| self.report_ended(robot_index));
         }
         true
     }
 
     /// Takes robots whose state the step has left not finite out of the simulation.
-    fn take_out_spoilt(&mut self, time_step: f64) {
+    fn disable_not_finite(&mut self, time_step: f64) {
         for index in 0..self.step_memory.busy.robots().len() {
             let robot_index = self.step_memory.busy.robots()[index];
             let entity = &mut self.entities[robot_index];
-            if entity.is_spoilt() {
-                let reason = entity.take_out().to_string();
+            if entity.is_not_finite() {
+                let reason = entity.disable().to_string();
                 entity.judge_trajectories(time_step);
                 let robot = entity.state.name.clone();
                 self.contacts.forget(robot_index);
@@ -144,10 +144,10 @@ impl Simulation {
     }
 }
 
-/// Ends the step of a robot. Whether the world has something to do for it: it is spoilt, or trajectories of it have ended.
+/// Ends the step of a robot. Whether the world has something to do for it: it is not finite, or trajectories of it have ended.
 fn end_step(robot: &mut Entity, time_step: f64) -> bool {
     robot.end_step(time_step);
-    if robot.is_spoilt() {
+    if robot.is_not_finite() {
         // Its trajectories are judged once it is disabled.
         return true;
     }
@@ -172,7 +172,7 @@ struct Part<'a> {
     /// It is the last one.
     ends: bool,
     /// What [`end_step`] says of any robot that was solved. Threads only set it, so that their order does not matter.
-    has_news: &'a AtomicBool,
+    needs_attention: &'a AtomicBool,
 }
 
 /// From how near what moves contacts are looked for beside what its motion asks for, metres.
@@ -201,8 +201,9 @@ fn advance(
             part.begin(robot, others);
         }
     });
-    let terms = Terms { slack: part.slack(), combination: part.surface_combination, begins: part.begins };
-    if !contacts.find(robots, busy, &constraints.excluded, terms, threads, interrupt) {
+    let options =
+        SearchOptions { slack: part.slack(), combination: part.surface_combination, begins: part.begins };
+    if !contacts.find(robots, busy, &constraints.excluded, options, threads, interrupt) {
         return false;
     }
     for &robot in busy.robots() {
@@ -256,7 +257,7 @@ impl Part<'_> {
         if self.ends {
             for robot in group.members() {
                 if end_step(robot, self.time_step) {
-                    self.has_news.store(true, Relaxed);
+                    self.needs_attention.store(true, Relaxed);
                 }
             }
         }

@@ -100,7 +100,9 @@ impl Simulation {
     }
 
     pub(in crate::simulation) fn restore(&mut self, name: &str) -> Result<Reply, Error> {
-        let (state, robots) = self.kept(name)?.state();
+        let kept = self.kept(name)?;
+        let (saved, robots, is_foreign) = (kept.saved().clone(), kept.descriptions(), kept.is_foreign());
+        let state = saved.world_state();
         let (at, time_base) =
             (Moment { epoch: 0, step: state.step, sim_time: state.sim_time }, state.time_base);
         // Claims are agreements between clients, not state of the world: who holds one keeps it.
@@ -110,7 +112,10 @@ impl Simulation {
             .map(|entity| (entity.state.name.clone(), (entity.claims.clone(), Arc::clone(&entity.model))))
             .collect();
         let before = self.trajectory_ids();
-        self.go_back(&state, &robots);
+        self.go_back(state, &robots);
+        if is_foreign {
+            self.forget_sensor_ids();
+        }
         let there = self.trajectory_ids();
         // Those of a state from elsewhere may have the numbers that would be given next.
         let last = there.iter().map(|(_, id)| *id).max().unwrap_or_default();
