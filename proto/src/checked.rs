@@ -114,7 +114,7 @@ pub fn most(bytes: usize) -> usize {
 /// Looks whether a message is well-formed, and decoding it takes no more than [`most`].
 ///
 /// # Errors
-/// Where it does not.
+/// Returns an error if it does not.
 pub fn check(shape: &Shape, bytes: &[u8]) -> Result<(), Refused> {
     let most = most(bytes.len());
     let mut scales = Scales { left: most };
@@ -128,7 +128,7 @@ pub fn check(shape: &Shape, bytes: &[u8]) -> Result<(), Refused> {
 /// Decodes an untrusted message.
 ///
 /// # Errors
-/// Where it is none, or would take too much memory.
+/// Returns an error if it is none, or would take too much memory.
 pub fn decode<M: Known>(bytes: &[u8]) -> Result<M, Refused> {
     check(M::SHAPE, bytes)?;
     M::decode(bytes).map_err(|_| Refused::Malformed)

@@ -74,7 +74,7 @@ pub struct Grant {
 
 impl Grant {
     /// # Errors
-    /// Where it allows less than `needed`, which `method` needs.
+    /// Returns an error if it allows less than `needed`, which `method` needs.
     pub fn check(&self, needed: Role, method: &str) -> Result<(), Denied> {
         if self.role >= needed {
             return Ok(());
@@ -141,7 +141,7 @@ impl Access {
     /// By the tokens of a file.
     ///
     /// # Errors
-    /// Where the file cannot be read, is no file of tokens, or can be read by others; a sentence.
+    /// Returns an error if the file cannot be read, is no file of tokens, or can be read by others; a sentence.
     pub fn from_file(path: PathBuf) -> Result<Self, String> {
         Ok(Self { file: Some(Arc::new(TokenFile::read(path)?)), ..Self::default() })
     }
@@ -154,7 +154,7 @@ impl Access {
     /// What the token allows that a client presents; `None` where none is needed.
     ///
     /// # Errors
-    /// Where it is missing, unknown or expired, and where it allows less than `needed`, which `method` needs.
+    /// Returns an error if it is missing, unknown or expired, and where it allows less than `needed`, which `method` needs.
     pub fn check(
         &self,
         token: Option<&str>,

@@ -26,7 +26,7 @@ impl BlockingThreads {
     /// For what computes for milliseconds or seconds: these threads give way to the physics thread.
     ///
     /// # Errors
-    /// Where the system gives no threads.
+    /// Returns an error if the system gives no threads.
     pub(crate) fn computing() -> io::Result<Self> {
         let count = std::thread::available_parallelism().map_or(1, usize::from) + 2;
         Self::new(Builder::new_current_thread().thread_name("compute").on_thread_start(lower_priority), count)
@@ -35,7 +35,7 @@ impl BlockingThreads {
     /// For what waits, and computes nothing.
     ///
     /// # Errors
-    /// Where the system gives no threads.
+    /// Returns an error if the system gives no threads.
     pub(crate) fn waiting(name: &str, count: usize, stack_bytes: usize) -> io::Result<Self> {
         Self::new(Builder::new_current_thread().thread_name(name).thread_stack_size(stack_bytes), count)
     }

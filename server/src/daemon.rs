@@ -57,7 +57,7 @@ pub struct Running {
 /// Starts a daemon within this process: no signals, no line on stdout.
 ///
 /// # Errors
-/// Where an address, a folder or a robot is not as the configuration has it.
+/// Returns an error if an address, a folder or a robot is not as the configuration has it.
 pub async fn start(config: Config) -> Result<Running, Error> {
     let loader = world::loader(&config)?;
     let access = config.tokens.clone().map_or_else(|| Ok(Access::open()), Access::from_file);

@@ -6,29 +6,29 @@
 
 mod announcer;
 mod answers;
-mod board;
 mod call_budget;
 mod callers;
 mod event;
 mod event_log;
+#[cfg(test)]
+pub(crate) mod fake_world;
 mod long_step;
 mod mailbox;
 mod main_loop;
 mod meter;
 mod pacer;
 mod published;
+mod published_state_cell;
 mod realtime;
 mod record;
+mod recorder_queue;
 mod relay;
 mod sensor_log;
 mod step_calls;
 mod step_queue;
 mod step_threads;
-mod tap;
 #[cfg(test)]
 mod tests;
-#[cfg(test)]
-pub(crate) mod toy;
 mod world;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -37,22 +37,23 @@ use std::time::{Duration, Instant};
 
 use simd_core::PublishedState;
 
-pub(crate) use board::Board;
 pub(crate) use event::{Event, ReplyTo};
 pub(crate) use event_log::EventLog;
-pub use event_log::{AuditedCall, EventBatch, Happened, LockstepChange, LoggedEvent, RecordingEnd};
+pub use event_log::{AuditedCall, EventBatch, LockstepChange, LogEvent, LoggedEvent, RecordingEnd};
 pub(crate) use mailbox::Mailbox;
 pub use published::{Done, Pace, PaceChange, Published, Statistics, Stepped};
+pub(crate) use published_state_cell::PublishedStateCell;
 pub use realtime::{Processors, RealTime};
+pub(crate) use recorder_queue::{
+    AppliedCommand, Entry, RecorderQueue, RecorderQueueEnd, ReportEntry, Sender, WorldEntry,
+};
 pub(crate) use sensor_log::{CameraSample, SensorLog};
 pub use sensor_log::{ContactReading, LoggedReading, Measured, NamedContactPartner, ReadingBatch};
 pub use step_threads::{MOST_STEP_THREADS, StepThreads};
-pub(crate) use tap::{AppliedCommand, Entry, ReportEntry, Sender, Tap, TapEnd, WorldEntry};
 pub(crate) use world::World;
 
 use crate::call_error::panic_message;
 use crate::run_state::RunState;
-use board::Publisher;
 use call_budget::CallBudget;
 pub(crate) use callers::Callers;
 use callers::Shared;
@@ -61,6 +62,7 @@ use mailbox::{Ending, mailbox};
 use main_loop::{Driver, period};
 use meter::Meter;
 use pacer::Pacer;
+use published_state_cell::Publisher;
 use relay::Relay;
 use step_queue::StepQueue;
 
@@ -117,7 +119,7 @@ pub(crate) struct Link {
     /// Where calls go.
     pub(crate) mailbox: Mailbox,
     /// Where states are read.
-    pub(crate) board: Arc<Board>,
+    pub(crate) state_cell: Arc<PublishedStateCell>,
     /// Where it says what happened.
     pub(crate) events: Arc<EventLog>,
     /// Where readings of sensors are read.
@@ -131,7 +133,7 @@ pub(crate) struct Link {
 /// Starts the thread, and tasks that wake readers of states, of events and of sensors.
 ///
 /// # Errors
-/// Where the system gives no thread, and outside of a runtime.
+/// Returns an error if the system gives no thread, and outside of a runtime.
 pub(crate) fn start(world: impl World, config: Config) -> std::io::Result<Link> {
     let runtime = tokio::runtime::Handle::try_current().map_err(std::io::Error::other)?;
     let (mut driver, mut link) = build(world, config);
@@ -139,10 +141,10 @@ pub(crate) fn start(world: impl World, config: Config) -> std::io::Result<Link> 
     let step_threads = step_threads::count(config.step_threads, &config.real_time);
     let callers_drive = config.callers_drive && step_threads < 2;
     if config.real_time.priority > 0 && !callers_drive {
-        let Link { board, events, sensors, .. } = link.clone();
+        let Link { state_cell, events, sensors, .. } = link.clone();
         // All that may wait for an answer at one time.
         let room = config.mailbox.saturating_add(config.waiting_steps);
-        driver.relay = Some(Relay::start((config.real_time, room), board, events, sensors)?);
+        driver.relay = Some(Relay::start((config.real_time, room), state_cell, events, sensors)?);
     }
     let thread = if callers_drive {
         let shared = Arc::new(Shared::new(driver));
@@ -163,8 +165,8 @@ pub(crate) fn start(world: impl World, config: Config) -> std::io::Result<Link> 
         callers.wakes(thread.thread().clone());
     }
     link.mailbox.wakes(thread.thread().clone());
-    let (board, ended) = (link.board.clone(), link.mailbox.ended().clone());
-    runtime.spawn(async move { ended.run_until_cancelled(board.announce()).await });
+    let (state_cell, ended) = (link.state_cell.clone(), link.mailbox.ended().clone());
+    runtime.spawn(async move { ended.run_until_cancelled(state_cell.announce()).await });
     let (events, ended) = (link.events.clone(), link.mailbox.ended().clone());
     runtime.spawn(async move { ended.run_until_cancelled(events.announce()).await });
     let (sensors, ended) = (link.sensors.clone(), link.mailbox.ended().clone());
@@ -196,9 +198,9 @@ fn build<W: World>(world: W, config: Config) -> (Driver<W>, Link) {
     let settings = world.settings();
     let publisher = Publisher::new(state, settings, Statistics::at_start(config.state, config.pace));
     let events = Arc::new(EventLog::new(config.events));
-    let (sensors, sensor_writer) = SensorLog::new(publisher.board().clone());
-    let board = publisher.board().clone();
-    let link = Link { mailbox, board, events: events.clone(), sensors, callers: None, spin };
+    let (sensors, sensor_writer) = SensorLog::new(publisher.state_cell().clone());
+    let state_cell = publisher.state_cell().clone();
+    let link = Link { mailbox, state_cell, events: events.clone(), sensors, callers: None, spin };
     let driver = Driver {
         world,
         inbox,
@@ -215,7 +217,7 @@ fn build<W: World>(world: W, config: Config) -> (Driver<W>, Link) {
         calls: CallBudget::default(),
         long_steps: LongSteps::default(),
         before_retry: 0,
-        tap: None,
+        recorder_queue: None,
         relay: None,
     };
     (driver, link)
@@ -234,12 +236,12 @@ fn run<W: World>(mut driver: Driver<W>) {
 /// What comes after the last event, or after a panic.
 fn finish<W: World>(mut driver: Driver<W>, ending: &Ending, outcome: std::thread::Result<()>) {
     if outcome.is_ok() {
-        driver.end_tap();
+        driver.end_recorder_queue();
     }
-    let Driver { world, inbox, steps, tap, relay, .. } = driver;
+    let Driver { world, inbox, steps, recorder_queue, relay, .. } = driver;
     drop(relay);
-    if let Some(tap) = tap {
-        tap.end(TapEnd::DriverEnded);
+    if let Some(recorder_queue) = recorder_queue {
+        recorder_queue.end(RecorderQueueEnd::DriverEnded);
     }
     let cleaned = catch_unwind(AssertUnwindSafe(|| drop(world)));
     if let Err(payload) = outcome.and(cleaned) {

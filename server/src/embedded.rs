@@ -99,7 +99,7 @@ impl Embedded {
     /// `client` what others see as its name. Not within a runtime of tokio: there [`SimHandle`] is what is wanted.
     ///
     /// # Errors
-    /// Where a folder or a robot is not as the configuration has it, or the system gives no threads.
+    /// Returns an error if a folder or a robot is not as the configuration has it, or the system gives no threads.
     pub fn start(config: Config, version: &str, client: &str) -> Result<Self, Error> {
         let mut builder = Builder::new_multi_thread();
         let builder = builder.enable_all().worker_threads(WORKERS).max_blocking_threads(BLOCKING_THREADS);
@@ -186,7 +186,7 @@ impl Embedded {
     /// stream, or a refusal; then its end.
     ///
     /// # Errors
-    /// Where there is no such method, or too many calls are under way.
+    /// Returns an error if there is no such method, or too many calls are under way.
     pub fn begin(&self, method: &str, request: Bytes, time_limit: Duration) -> Result<Ticket, Status> {
         let prepared = self.prepare(self.find(method)?, request);
         let notifier = self.notifier.clone();
@@ -212,7 +212,7 @@ impl Embedded {
     /// where notices are not read; a gap in the events shows in their numbers.
     ///
     /// # Errors
-    /// Where too many are under way.
+    /// Returns an error if too many are under way.
     pub fn subscribe(&self, topic: Topic) -> Result<Ticket, Status> {
         let (handle, notifier, rate) = (self.handle.clone(), self.notifier.clone(), self.state_rate);
         self.spawn(move |ticket| async move {

@@ -78,7 +78,7 @@ pub use view::{
 
 pub use crate::call_error::CallError;
 pub use crate::driver::{
-    AuditedCall, ContactReading, Done, EventBatch, Happened, LockstepChange, LoggedEvent, LoggedReading,
+    AuditedCall, ContactReading, Done, EventBatch, LockstepChange, LogEvent, LoggedEvent, LoggedReading,
     Measured, NamedContactPartner, Pace, PaceChange, Published, ReadingBatch, RecordingEnd, Statistics,
     Stepped,
 };

@@ -11,7 +11,7 @@
 //! * [`ros2`]: a node on a graph of ROS 2.
 //! * [`embedded`]: a world within another program, without a socket.
 //! * [`config`]: what the operator can say.
-//! * [`access`]: who may call what. [`authority`]: `simd tls init`. [`zenoh_acl`]: `simd zenoh-acl`.
+//! * [`access`]: who may call what. [`authority`]: `simd tls`. [`zenoh_acl`]: `simd zenoh-acl`.
 //! * `call_error`, `histogram`, `info`, `run_state`: types that all of these use. `blocking_threads`: threads for what takes long.
 //! * `account`, `fair_permits`: what each client may have. `process`: what the system says of this process.
 //! * [`log`]: lines on stderr, which block no caller.

@@ -97,7 +97,7 @@ pub(crate) struct Known {
 
 impl Loader {
     /// # Errors
-    /// Where an asset root is not a folder that can be read, with that root.
+    /// Returns an error if an asset root is not a folder that can be read, with that root.
     pub(crate) fn new(
         limits: DaemonLimits,
         asset_roots: &[PathBuf],

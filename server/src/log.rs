@@ -72,7 +72,7 @@ impl Log {
     /// A log that is written to stderr.
     ///
     /// # Errors
-    /// Where the system gives no thread.
+    /// Returns an error if the system gives no thread.
     pub fn to_stderr() -> io::Result<Self> {
         Self::to(io::stderr(), stderr_is_journal())
     }

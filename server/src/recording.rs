@@ -34,7 +34,9 @@ pub use replay::{Changes, Comparison, Difference, Replayed, Variation, replay, r
 pub(crate) use ros::stamp;
 
 use crate::call_error::CallError;
-use crate::driver::{Board, EventLog, LoggedEvent, LoggedReading, Published, SensorLog, Tap};
+use crate::driver::{
+    EventLog, LoggedEvent, LoggedReading, Published, PublishedStateCell, RecorderQueue, SensorLog,
+};
 use crate::loading::Loader;
 
 /// Bytes that may wait for the disk.
@@ -135,7 +137,7 @@ pub(crate) struct Recordings {
 #[derive(Clone, Debug)]
 pub(crate) struct Running {
     pub(crate) name: Arc<str>,
-    pub(crate) tap: Arc<Tap>,
+    pub(crate) queue: Arc<RecorderQueue>,
     /// Cancelled when its last file is complete, or never will be.
     pub(crate) done: CancellationToken,
 }
@@ -145,7 +147,7 @@ pub(crate) struct RecordingSources {
     pub(crate) daemon: String,
     pub(crate) loader: Arc<Loader>,
     pub(crate) events: Arc<EventLog>,
-    pub(crate) board: Arc<Board>,
+    pub(crate) state_cell: Arc<PublishedStateCell>,
     pub(crate) sensors: Arc<SensorLog>,
     pub(crate) images: Box<dyn images::ImageSource>,
 }
@@ -187,7 +189,7 @@ impl Recordings {
     /// Opens the first file and starts the thread that writes it. What the driver is to tell it is asked for by the caller.
     ///
     /// # Errors
-    /// Where there is no folder, another one is being made, the name is taken, or the file cannot be made.
+    /// Returns an error if there is no folder, another one is being made, the name is taken, or the file cannot be made.
     pub(crate) fn begin(
         &self,
         request: RecordingRequest,
@@ -198,8 +200,8 @@ impl Recordings {
             "" => names::of_time(SystemTime::now()).into(),
             name => name.into(),
         };
-        let tap = Arc::new(Tap::new(name.clone(), WAITING_BYTES));
-        let running = Running { name: name.clone(), tap, done: CancellationToken::new() };
+        let queue = Arc::new(RecorderQueue::new(name.clone(), WAITING_BYTES));
+        let running = Running { name: name.clone(), queue, done: CancellationToken::new() };
         {
             let mut present = self.lock();
             if let Some(other) = &*present {
@@ -246,7 +248,7 @@ impl Recordings {
             max_duration: request.max_duration,
             picture_bytes: self.settings.picture_bytes,
         };
-        let writer = writer::Writer::new(plan, sources, self.encoders, running.tap.clone());
+        let writer = writer::Writer::new(plan, sources, self.encoders, running.queue.clone());
         let writer = writer.map_err(|error| unusable(&directory, &error))?;
         let registry = self.clone();
         let thread = std::thread::Builder::new().name("simd-recorder".into());
@@ -264,7 +266,7 @@ impl Recordings {
     /// All of them, by name.
     ///
     /// # Errors
-    /// Where there is no folder, or it cannot be read.
+    /// Returns an error if there is no folder, or it cannot be read.
     pub(crate) fn list(&self) -> Result<Vec<RecordingInfo>, CallError> {
         let directory = self.directory()?;
         let mut all = list(directory).map_err(|error| unusable(directory, &error))?;
@@ -280,7 +282,7 @@ impl Recordings {
     /// One of them.
     ///
     /// # Errors
-    /// Where there is no such recording.
+    /// Returns an error if there is no such recording.
     pub(crate) fn find(&self, name: &str) -> Result<RecordingInfo, CallError> {
         let mut all = self.list()?;
         match all.iter().position(|info| info.name == name) {
@@ -295,7 +297,7 @@ impl Recordings {
     /// What is in one of them, where its files are complete.
     ///
     /// # Errors
-    /// Where there is no such recording, or it cannot be read.
+    /// Returns an error if there is no such recording, or it cannot be read.
     pub(crate) fn contents(
         &self,
         info: &RecordingInfo,
@@ -309,7 +311,7 @@ impl Recordings {
     /// A part of one of its files, and the size of that.
     ///
     /// # Errors
-    /// Where there is no such recording or file, and where it cannot be read.
+    /// Returns an error if there is no such recording or file, and where it cannot be read.
     pub(crate) fn read(
         &self,
         name: &str,
@@ -348,7 +350,7 @@ impl Recordings {
     /// Deletes its files.
     ///
     /// # Errors
-    /// Where there is no such recording, it is being made, or a file cannot be deleted.
+    /// Returns an error if there is no such recording, it is being made, or a file cannot be deleted.
     pub(crate) fn delete(&self, name: &str) -> Result<(), CallError> {
         let info = self.find(name)?;
         if info.state == RecordingState::Recording {

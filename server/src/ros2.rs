@@ -54,7 +54,7 @@ const WAITING_CALLS: usize = robots::MAX_ROBOTS * actions::GOALS;
 /// Joins the graph, now or as soon as its router is there.
 ///
 /// # Errors
-/// Where the system gives no threads.
+/// Returns an error if the system gives no threads.
 pub fn start(settings: Ros2, handle: &SimHandle) -> std::io::Result<Serving> {
     let calls = [Calls::new(CALLS)?, Calls::new(WAITING_CALLS)?];
     let ended = CancellationToken::new();

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use fastrand::Rng;
 use glamx::{DPose3, DQuat, DVec3};
-use simd_core::dynamics::inverse_kinematics::{Found, Goal, Movable, SolverOptions, inverse_kinematics};
+use simd_core::dynamics::inverse_kinematics::{Goal, IkSolution, Movable, SolverOptions, inverse_kinematics};
 use simd_core::dynamics::{Configuration, Tree};
 use simd_model::RobotModel;
 use simd_tests::robots;
@@ -99,7 +99,7 @@ fn seven_arm() -> (Arc<RobotModel>, Tree) {
     (model, tree)
 }
 
-fn go(tree: &Tree, movables: &[Movable], position: DVec3, options: SolverOptions) -> Found {
+fn go(tree: &Tree, movables: &[Movable], position: DVec3, options: SolverOptions) -> IkSolution {
     let goal = Goal { link: tree.links.len() - 1, point: DVec3::ZERO, position, orientation: None };
     inverse_kinematics(
         tree,

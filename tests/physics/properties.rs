@@ -49,7 +49,7 @@ fn random_robots_under_random_commands_stay_finite_and_refusals_change_nothing()
     assert!(refused > 500 && accepted > 2000);
 }
 
-/// M M^-1 J' = J': what an impulse does by one trip up and down the tree is what the
+/// M M^-1 J' = J': what an impulse does by one backward and one forward pass over the tree is what the
 /// dense matrix says. The tolerance is for the condition of M, whose links differ by a
 /// thousand in mass.
 #[test]

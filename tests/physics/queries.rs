@@ -263,10 +263,10 @@ fn a_shape_is_cast_until_it_touches() {
 fn of_hits_at_one_place_the_first_robot_counts() {
     let mut world = world(1e-3);
     let tile = cuboid(DVec3::new(1.0, 1.0, 0.1), 1.0);
-    // Spawned in an order that is not that of their places.
-    let places: Vec<usize> = (0..200).map(|i| (i * 73) % 100).collect();
-    for (i, place) in places.iter().enumerate() {
-        let x = DVec3::new((place % 10) as f64, (place / 10) as f64, 0.0);
+    // Spawned in an order that is not that of their cells.
+    let cells: Vec<usize> = (0..200).map(|i| (i * 73) % 100).collect();
+    for (i, cell) in cells.iter().enumerate() {
+        let x = DVec3::new((cell % 10) as f64, (cell / 10) as f64, 0.0);
         spawn(&mut world, robot(&format!("tile-{i}"), &tile, at(x), true));
     }
     let seen = look(&world);
@@ -280,11 +280,11 @@ fn of_hits_at_one_place_the_first_robot_counts() {
     }
     let hits = seen.cast_rays(&rays, None, &|| false).unwrap();
     for ([from, _], hit) in rays.iter().zip(&hits) {
-        let covers = |place: &usize| {
-            let (x, y) = ((place % 10) as f64, (place / 10) as f64);
+        let covers = |cell: &usize| {
+            let (x, y) = ((cell % 10) as f64, (cell / 10) as f64);
             (from.x - x).abs() <= 0.5 && (from.y - y).abs() <= 0.5
         };
-        let first = places.iter().position(covers).unwrap();
+        let first = cells.iter().position(covers).unwrap();
         assert_eq!(hit.as_ref().unwrap().robot, format!("tile-{first}"), "{from}");
     }
 }

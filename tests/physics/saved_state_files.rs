@@ -15,7 +15,7 @@ use simd_core::simulation::world_state::{RestPose, RobotState, WorldState};
 use simd_core::{Command, Integrator, Simulation, SurfaceCombination};
 use simd_model::RobotModel;
 use simd_model::robot::Sha256;
-use simd_server::loading::saved_state_file::{Content, Recipe, open, seal};
+use simd_server::loading::saved_state_file::{Content, RobotSource, open, seal};
 use simd_tests::robots;
 use simd_tests::scenes::*;
 
@@ -32,23 +32,23 @@ pub(crate) fn through_a_file(world: &Simulation, name: &str) -> Saved {
 pub(crate) fn through_a_file_with(world: &Simulation, name: &str, mesh_shapes: MeshShapes) -> Saved {
     let seen = look(world);
     let saved = seen.saved(name).unwrap().saved();
-    let recipe = |robot: &RobotState| Recipe {
+    let source = |robot: &RobotState| RobotSource {
         description: Sha256::of(b""),
         assets: BTreeMap::new(),
         scale: 1f64.to_bits(),
         mesh_shapes,
         fixed_base: robot.entity.fixed_base,
     };
-    let recipes: Vec<Recipe> = saved.world_state().robots.iter().map(recipe).collect();
-    let file = seal(&Content::new(name, saved, recipes.clone(), Vec::new()));
+    let sources: Vec<RobotSource> = saved.world_state().robots.iter().map(source).collect();
+    let file = seal(&Content::new(name, saved, sources.clone(), Vec::new()));
     let content = open(&file, 1_000).unwrap().content;
-    let made = |(model, recipe): (&Arc<RobotModel>, &Recipe)| {
-        let shapes = Shapes::reusing(model, recipe.fixed_base, recipe.mesh_shapes, &[]);
+    let made = |(model, source): (&Arc<RobotModel>, &RobotSource)| {
+        let shapes = Shapes::reusing(model, source.fixed_base, source.mesh_shapes, &[]);
         (Arc::clone(model), Arc::new(shapes))
     };
-    let made = saved.models().zip(&recipes).map(made).collect();
+    let made = saved.models().zip(&sources).map(made).collect();
     let again = content.into_saved(made).unwrap();
-    let second = seal(&Content::new(name, &again, recipes, Vec::new()));
+    let second = seal(&Content::new(name, &again, sources, Vec::new()));
     assert_eq!(file, second, "an equal world is an equal file");
     again
 }

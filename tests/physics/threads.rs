@@ -18,8 +18,8 @@ use simd_tests::scenes::*;
 use crate::constraints::tree;
 use crate::saved_state_files::through_a_file;
 
-/// Places that are too far apart for what is there to touch.
-const PLACES: usize = 14;
+/// Pairs of robots with what falls beside them, too far apart to touch each other.
+const PAIRS: usize = 14;
 
 /// Counts how often work was divided.
 #[derive(Debug)]
@@ -41,8 +41,8 @@ fn scene(rng: &mut Rng) -> Simulation {
         &mut world,
         Spawn { contact_settings: rough(), ..robot("ground", &plane(DVec3::Z), at(0.0), true) },
     );
-    for place in 0..PLACES {
-        let x = 10.0 * place as f64;
+    for index in 0..PAIRS {
+        let x = 10.0 * index as f64;
         let mut make = |name: &str, up: f64| {
             // A gear needs a joint of one axis on both sides.
             let geared = |model: &Arc<RobotModel>| model.joints.len() > 1 && axis_of(model).is_some();
@@ -50,17 +50,17 @@ fn scene(rng: &mut Rng) -> Simulation {
             let turn = DQuat::from_scaled_axis(DVec3::new(rng.f64(), rng.f64(), rng.f64()));
             let pose = DPose3::from_parts(DVec3::new(x, up, 4.0), turn);
             let passive = rng.bool();
-            spawn(&mut world, Spawn { passive, ..robot(&format!("{name}-{place}"), &model, pose, true) });
+            spawn(&mut world, Spawn { passive, ..robot(&format!("{name}-{index}"), &model, pose, true) });
         };
         make("first", 0.0);
         make("second", 0.3);
         for (name, size, up) in [("box", 0.2, 0.15), ("other-box", 0.15, 0.4), ("ball", 0.1, 0.7)] {
             let model = if name == "ball" { ball(size, 0.5) } else { cuboid(DVec3::splat(size), 1.0) };
             let pose = DPose3::from_translation(DVec3::new(x + 2.0 + 0.02 * up, 0.01, up));
-            let name = format!("{name}-{place}");
+            let name = format!("{name}-{index}");
             spawn(&mut world, Spawn { contact_settings: rough(), ..robot(&name, &model, pose, false) });
         }
-        constrain(&mut world, place);
+        constrain(&mut world, index);
     }
     world
 }
@@ -75,13 +75,13 @@ fn axis_of(model: &RobotModel) -> Option<String> {
     model.joints.iter().find(|joint| has_one(joint.kind)).map(|joint| joint.name.clone())
 }
 
-fn constrain(world: &mut Simulation, place: usize) {
+fn constrain(world: &mut Simulation, index: usize) {
     let seen = look(world);
     let end = |robot: &str, link: usize, pose: Option<DPose3>| {
-        let robot = format!("{robot}-{place}");
+        let robot = format!("{robot}-{index}");
         let joint = || axis_of(&seen.entity(&robot).unwrap().1.model).unwrap();
         // Of a gear, which has no frame.
-        let (link, joint) = if pose.is_none() && place % 7 == 4 {
+        let (link, joint) = if pose.is_none() && index % 7 == 4 {
             (String::new(), joint())
         } else {
             (format!("link-{link}"), String::new())
@@ -89,7 +89,7 @@ fn constrain(world: &mut Simulation, place: usize) {
         RequestedEnd { robot, link, joint, pose }
     };
     let origin = Some(DPose3::IDENTITY);
-    let kind = match place % 7 {
+    let kind = match index % 7 {
         0 => RequestedConstraint::Weld,
         1 => RequestedConstraint::PointToPoint,
         2 => RequestedConstraint::Hinge { axis: DVec3::X },
@@ -101,11 +101,11 @@ fn constrain(world: &mut Simulation, place: usize) {
     let second = if matches!(kind, RequestedConstraint::Distance { .. }) { origin } else { None };
     let is_gear = matches!(kind, RequestedConstraint::Gear { .. });
     // The second time a robot's root, which cannot move, is one of the two; its own joints are of another group.
-    let first = if place >= 7 && !is_gear { 0 } else { 1 };
+    let first = if index >= 7 && !is_gear { 0 } else { 1 };
     let first_pose = if is_gear { None } else { origin };
     let second = if is_gear { None } else { second };
     // The weld lets go when the robots fall into it.
-    let breaks = place == 0;
+    let breaks = index == 0;
     let create = CreateConstraint {
         name: String::new(),
         kind,

@@ -57,9 +57,9 @@ class Robot:
         v[: self.offset] = case.root_velocity
         self.start = np.concatenate([q, v])
         for name, (leader, multiplier, offset) in case.mimic.items():
-            places = (by_name[name], by_name[leader])
-            assert abs(q[places[0]] - multiplier * q[places[1]] - offset) < 1e-15
-            assert abs(v[places[0]] - multiplier * v[places[1]]) < 1e-15
+            indices = (by_name[name], by_name[leader])
+            assert abs(q[indices[0]] - multiplier * q[indices[1]] - offset) < 1e-15
+            assert abs(v[indices[0]] - multiplier * v[indices[1]]) < 1e-15
 
     def drive(self, q, v):
         drive = self.case.drive

@@ -48,7 +48,7 @@ impl Figures {
     /// Of these views of a scene, whose bodies are of this mass where they are many.
     ///
     /// # Panics
-    /// Where there is no view inside: then the test has failed.
+    /// Panics if there is no view inside: then the test has failed.
     pub fn of(scene: &Scene, views: &[View], mass: f64) -> Self {
         let [from, to] = scene.window;
         let inside: Vec<&View> =

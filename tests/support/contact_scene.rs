@@ -110,7 +110,7 @@ impl Scene {
     /// Views from the start on, one each `every` steps, by an integrator or the one that a world has.
     ///
     /// # Panics
-    /// Where the world refuses the scene: then the test has failed.
+    /// Panics if the world refuses the scene: then the test has failed.
     pub fn run(&self, every: u64, integrator: Option<Integrator>) -> Vec<View> {
         let mut run = Run::new(self);
         if integrator.is_some() {
@@ -130,7 +130,7 @@ impl Scene {
     /// The largest residual of a contact in each step, m/s, with impulses found in one way; `None` of a step in which nothing touched.
     ///
     /// # Panics
-    /// Where the world refuses the scene: then the test has failed.
+    /// Panics if the world refuses the scene: then the test has failed.
     pub fn residuals(&self, choice: SolverChoice) -> Vec<Option<f64>> {
         let mut run = Run::new(self);
         run.world.measure_solver(choice);
@@ -147,7 +147,7 @@ impl<'a> Run<'a> {
     /// At its start. Nothing in it ever sleeps.
     ///
     /// # Panics
-    /// Where the world refuses the scene: then the test has failed.
+    /// Panics if the world refuses the scene: then the test has failed.
     pub fn new(scene: &'a Scene) -> Self {
         let mut world = scenes::world(scene.time_step);
         scene.things.iter().for_each(|thing| thing.put_into(&mut world));

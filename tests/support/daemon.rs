@@ -50,7 +50,7 @@ impl Daemon {
     /// A daemon whose configuration is changed first, over gRPC.
     ///
     /// # Panics
-    /// Where it does not start: then the test has failed.
+    /// Panics if it does not start: then the test has failed.
     pub async fn start(change: impl FnOnce(&mut Config)) -> Self {
         Self::start_via(Via::Grpc, change).await
     }
@@ -58,7 +58,7 @@ impl Daemon {
     /// The same over any transport.
     ///
     /// # Panics
-    /// Where it does not start: then the test has failed.
+    /// Panics if it does not start: then the test has failed.
     #[allow(clippy::panic, reason = "the test has failed")]
     pub async fn start_via(via: Via, change: impl FnOnce(&mut Config)) -> Self {
         let zenoh = if via == Via::Zenoh { Zenoh::on_free_port() } else { Zenoh::off() };
@@ -73,7 +73,7 @@ impl Daemon {
     /// Another client, with a connection of its own.
     ///
     /// # Panics
-    /// Where the daemon does not answer: then the test has failed.
+    /// Panics if the daemon does not answer: then the test has failed.
     pub async fn another_client(&self) -> Client {
         another(self.via, &self.running).await
     }
@@ -81,7 +81,7 @@ impl Daemon {
     /// Does steps until this much simulated time has passed.
     ///
     /// # Panics
-    /// Where the daemon refuses: then the test has failed.
+    /// Panics if the daemon refuses: then the test has failed.
     #[allow(clippy::panic, reason = "the test has failed")]
     pub async fn pass(&self, seconds: f64) {
         let time_step = self.client.physics().await.map_or(1e-3, |physics| physics.time_step);

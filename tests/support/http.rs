@@ -37,7 +37,7 @@ pub async fn get(address: SocketAddr, path: &str, headers: &[(&str, &str)]) -> A
 /// Any request, on a connection of its own.
 ///
 /// # Panics
-/// Where what comes back is no HTTP: then the test has failed.
+/// Panics if what comes back is no HTTP: then the test has failed.
 #[allow(clippy::panic, reason = "the test has failed")]
 pub async fn send(
     address: SocketAddr,

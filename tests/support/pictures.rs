@@ -3,7 +3,7 @@
 /// A grey PNG of so many bits a pixel, whose rows, as they are packed, are these bytes. No checksum is right, and none is looked at.
 ///
 /// # Panics
-/// Where there are 4 GiB of them.
+/// Panics if there are 4 GiB of them.
 #[allow(clippy::unwrap_used, reason = "the test has failed")]
 pub fn grey_png(bits: u8, [width, height]: [u32; 2], packed: &[u8]) -> Vec<u8> {
     let mut bytes = b"\x89PNG\r\n\x1a\n".to_vec();

@@ -52,7 +52,7 @@ pub fn repository() -> PathBuf {
 /// The folder of `simd` and `simctl`: that of `SIMD_BINARY`, which names a `simd`, or that above the test's own executable.
 ///
 /// # Panics
-/// Where they were not built.
+/// Panics if they were not built.
 #[allow(clippy::panic, reason = "the test has failed")]
 pub fn binaries() -> PathBuf {
     let own = std::env::current_exe().unwrap_or_else(|error| panic!("{error}"));
@@ -73,7 +73,7 @@ pub fn binaries() -> PathBuf {
 /// Waits for what must come soon.
 ///
 /// # Panics
-/// Where it does not: then the test has failed.
+/// Panics if it does not: then the test has failed.
 #[allow(clippy::panic, reason = "the test has failed")]
 pub async fn soon<T>(what: &str, work: impl Future<Output = T>) -> T {
     timeout(HUNG, work).await.unwrap_or_else(|_| panic!("{what} did not come within {HUNG:?}"))
@@ -92,7 +92,7 @@ impl Home {
     /// A new one.
     ///
     /// # Panics
-    /// Where the disk gives none.
+    /// Panics if the disk gives none.
     #[allow(clippy::panic, reason = "the test has failed")]
     pub fn new() -> Self {
         Self(tempfile::tempdir().unwrap_or_else(|error| panic!("{error}")))
@@ -132,7 +132,7 @@ impl Home {
     /// Runs a program of ours until it ends.
     ///
     /// # Panics
-    /// Where it cannot be run or hangs.
+    /// Panics if it cannot be run or hangs.
     pub async fn run<I: AsRef<OsStr>>(&self, program: &str, arguments: impl IntoIterator<Item = I>) -> Said {
         let mut command = self.command(binaries().join(program));
         command.args(arguments);
@@ -149,7 +149,7 @@ impl Default for Home {
 /// Runs a command until it ends.
 ///
 /// # Panics
-/// Where it cannot be run or hangs.
+/// Panics if it cannot be run or hangs.
 #[allow(clippy::panic, reason = "the test has failed")]
 pub async fn said(what: &str, mut command: Command) -> Said {
     let output = soon(&format!("the end of {what}"), command.output()).await;
@@ -165,7 +165,7 @@ impl Process {
     /// Starts a daemon for gRPC alone, and waits until it says where it listens.
     ///
     /// # Panics
-    /// Where it does not start.
+    /// Panics if it does not start.
     pub async fn start<I: AsRef<OsStr>>(arguments: impl IntoIterator<Item = I>) -> Self {
         Self::start_with(["--zenoh", "off"], arguments).await
     }
@@ -173,7 +173,7 @@ impl Process {
     /// The same for Zenoh too, with these flags for where.
     ///
     /// # Panics
-    /// Where it does not start.
+    /// Panics if it does not start.
     #[allow(clippy::panic, reason = "the test has failed")]
     pub async fn start_with<I: AsRef<OsStr>>(
         zenoh: [&str; 2],
@@ -185,7 +185,7 @@ impl Process {
     /// The same, with its stderr at another place than this test.
     ///
     /// # Panics
-    /// Where it does not start.
+    /// Panics if it does not start.
     #[allow(clippy::panic, reason = "the test has failed")]
     pub async fn start_logging_to<I: AsRef<OsStr>>(
         stderr: Stdio,
@@ -198,7 +198,7 @@ impl Process {
     /// The same, with these variables in its environment, as a service manager sets some.
     ///
     /// # Panics
-    /// Where it does not start.
+    /// Panics if it does not start.
     #[allow(clippy::panic, reason = "the test has failed")]
     pub async fn start_as<I: AsRef<OsStr>>(
         environment: &[(&str, &OsStr)],
@@ -246,7 +246,7 @@ impl Process {
     /// A Rust client of it.
     ///
     /// # Panics
-    /// Where it does not answer.
+    /// Panics if it does not answer.
     #[allow(clippy::panic, reason = "the test has failed")]
     pub async fn client(&self) -> Client {
         Client::connect(&self.endpoint).await.unwrap_or_else(|error| panic!("{error}"))
@@ -262,7 +262,7 @@ impl Process {
     /// Runs `simctl` with these arguments.
     ///
     /// # Panics
-    /// Where it hangs.
+    /// Panics if it hangs.
     pub async fn simctl<I: AsRef<OsStr>>(&self, arguments: impl IntoIterator<Item = I>) -> Said {
         said("simctl", self.simctl_command(arguments)).await
     }
@@ -270,7 +270,7 @@ impl Process {
     /// Runs a line as a shell in `folder` would, that finds our programs and this daemon.
     ///
     /// # Panics
-    /// Where it hangs.
+    /// Panics if it hangs.
     pub async fn shell(&self, line: &str, folder: &Path) -> Said {
         let mut command = self.home.command("sh");
         command.env("SIMD_ENDPOINT", &self.endpoint).current_dir(folder).args(["-c", line]);
@@ -280,7 +280,7 @@ impl Process {
     /// Kills it, as a power cut would: it closes no connection in good order.
     ///
     /// # Panics
-    /// Where it is gone already.
+    /// Panics if it is gone already.
     #[allow(clippy::panic, reason = "the test has failed")]
     pub async fn kill(&mut self) {
         self.child.kill().await.unwrap_or_else(|error| panic!("{error}"));
@@ -290,7 +290,7 @@ impl Process {
     /// still answer.
     ///
     /// # Panics
-    /// Where it is gone already.
+    /// Panics if it is gone already.
     #[allow(clippy::panic, reason = "the test has failed")]
     pub async fn signal(&self, name: &str) {
         let Some(pid) = self.child.id() else { panic!("the daemon is gone already") };
@@ -315,7 +315,7 @@ impl Process {
     /// Waits until its log has a line with this text.
     ///
     /// # Panics
-    /// Where it ends or hangs before that.
+    /// Panics if it ends or hangs before that.
     #[allow(clippy::panic, reason = "the test has failed")]
     pub async fn logged(&mut self, text: &str) {
         let Some(log) = &mut self.log else { panic!("its log goes elsewhere") };
@@ -331,7 +331,7 @@ impl Process {
     /// Waits for its end: how it ended, and what its log had left to say.
     ///
     /// # Panics
-    /// Where it does not end.
+    /// Panics if it does not end.
     #[allow(clippy::panic, reason = "the test has failed")]
     pub async fn ended(&mut self) -> (ExitStatus, String) {
         let mut left = String::new();

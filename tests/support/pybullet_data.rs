@@ -5,7 +5,7 @@ use std::path::PathBuf;
 /// The package's data folder.
 ///
 /// # Panics
-/// Where it is not installed: the test cannot be done.
+/// Panics if it is not installed: the test cannot be done.
 #[allow(clippy::panic, reason = "the test cannot be done")]
 pub fn folder() -> PathBuf {
     let venv = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../target/test-venv/lib");

@@ -17,7 +17,7 @@ pub fn assets() -> PathBuf {
 /// `pybullet_data/`, one that others made.
 ///
 /// # Panics
-/// Where it cannot be read: then the test that asked for it has failed.
+/// Panics if it cannot be read: then the test that asked for it has failed.
 #[allow(clippy::panic, reason = "the test has failed")]
 pub fn read(urdf: &str) -> (Arc<RobotModel>, LoadReport) {
     let (text, files) = opened(urdf);
@@ -40,7 +40,7 @@ pub struct Described {
 /// All robots of an SDF, found as [`read`] finds a URDF.
 ///
 /// # Panics
-/// Where it cannot be read: then the test that asked for it has failed.
+/// Panics if it cannot be read: then the test that asked for it has failed.
 #[allow(clippy::panic, reason = "the test has failed")]
 pub fn read_all(sdf: &str) -> Vec<Described> {
     let (text, files) = opened(sdf);

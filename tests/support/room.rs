@@ -43,7 +43,7 @@ fn corner(side: usize, u: f64, v: f64) -> DVec3 {
 /// Writes it into a folder, as `room.stl` and a URDF that names it; gives the URDF.
 ///
 /// # Errors
-/// Where the folder cannot be written to.
+/// Returns an error if the folder cannot be written to.
 pub fn write(folder: &Path) -> io::Result<PathBuf> {
     let triangles = triangles();
     let mut stl = vec![0; 80];

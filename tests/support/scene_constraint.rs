@@ -30,7 +30,7 @@ impl Constraint {
     /// Puts it into a world that has its ends.
     ///
     /// # Panics
-    /// Where the world refuses it: then the test has failed.
+    /// Panics if the world refuses it: then the test has failed.
     #[allow(clippy::panic, reason = "the test has failed")]
     pub(crate) fn put_into(&self, world: &mut Simulation) {
         let length = Some(self.length);

@@ -50,7 +50,7 @@ impl Scene {
     /// constraints, or with joints of several degrees of freedom.
     ///
     /// # Panics
-    /// Where a robot of it cannot be read: then the test has failed.
+    /// Panics if a robot of it cannot be read: then the test has failed.
     pub fn run_in_rapier(&self, every: u64) -> Option<Vec<View>> {
         let mut run = InRapier::new(self)?;
         let mut views = vec![run.view(0.0)];

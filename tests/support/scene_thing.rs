@@ -52,7 +52,7 @@ impl Thing {
     /// Puts it into a world. Nothing of it ever sleeps.
     ///
     /// # Panics
-    /// Where the world refuses it: then the test has failed.
+    /// Panics if the world refuses it: then the test has failed.
     pub(crate) fn put_into(&self, world: &mut Simulation) {
         let model = self.model();
         let fixed = self.mass == 0.0;

@@ -122,7 +122,7 @@ pub fn surface(friction: f64, restitution: f64) -> ContactSettings {
 /// Applies a command that must be accepted.
 ///
 /// # Panics
-/// Where it is refused: then the test has failed.
+/// Panics if it is refused: then the test has failed.
 #[allow(clippy::panic, reason = "the test has failed")]
 pub fn apply(world: &mut Simulation, command: Command) {
     if let Err(refused) = world.apply(&command) {

@@ -108,7 +108,7 @@ impl Case {
     /// Where the robot is at these instants, which are multiples of the time step, seconds, by an integrator.
     ///
     /// # Panics
-    /// Where the world refuses the case: then the test has failed.
+    /// Panics if the world refuses the case: then the test has failed.
     pub fn run(&self, integrator: Integrator, time_step: f64, instants: &[f64]) -> Vec<View> {
         let mut world = self.world(integrator, time_step);
         let mut done = 0;
@@ -124,7 +124,7 @@ impl Case {
     /// The world at its start.
     ///
     /// # Panics
-    /// Where the world refuses the case: then the test has failed.
+    /// Panics if the world refuses the case: then the test has failed.
     pub fn world(&self, integrator: Integrator, time_step: f64) -> Simulation {
         let settings = PhysicsSettings { time_step, integrator, ..PhysicsSettings::default() };
         let mut world = Simulation::new(settings, WorldLimits::default());

@@ -29,7 +29,7 @@ impl Replacement {
     /// be put beside it.
     ///
     /// # Errors
-    /// Where the one before may not be written, and where there is none and the folder takes none.
+    /// Returns an error if the one before may not be written, and where there is none and the folder takes none.
     pub fn begin(path: &Path) -> io::Result<Self> {
         static NUMBER: AtomicU64 = AtomicU64::new(0);
         /// Names that programs with the same number, as each has in a container, may have left when they were killed.
@@ -50,7 +50,7 @@ impl Replacement {
     /// The same for a path at which there is nothing, also once it is finished.
     ///
     /// # Errors
-    /// Where something is there, and where the folder takes no file.
+    /// Returns an error if something is there, and where the folder takes no file.
     pub fn begin_new(path: &Path) -> io::Result<Self> {
         if fs::symlink_metadata(path).is_ok() {
             return Err(there_already());
@@ -119,7 +119,7 @@ impl Replacement {
     /// Puts it in its place, once all of it is on the disk.
     ///
     /// # Errors
-    /// Where the disk takes no more, and where it may not be put there: then the one before stays as it was.
+    /// Returns an error if the disk takes no more, and where it may not be put there: then the one before stays as it was.
     pub fn finish(mut self) -> io::Result<()> {
         let Some(beside) = self.beside.clone() else { return Ok(()) };
         self.file.sync_all()?;
@@ -168,7 +168,7 @@ impl Drop for Replacement {
 /// Writes a whole file in place of the one there, or of none: see [`Replacement::begin`].
 ///
 /// # Errors
-/// Where it cannot be written; the one before stays as it was then.
+/// Returns an error if it cannot be written; the one before stays as it was then.
 pub fn replace_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let mut file = Replacement::begin(path)?;
     file.write_all(bytes)?;
@@ -198,7 +198,7 @@ fn is_stream(file: &Metadata) -> bool {
             let stream = stream.try_clone_to_owned().and_then(|stream| File::from(stream).metadata());
             stream.is_ok_and(|stream| (stream.dev(), stream.ino()) == (file.dev(), file.ino()))
         };
-        return is_it(io::stdin().as_fd()) || is_it(io::stdout().as_fd()) || is_it(io::stderr().as_fd());
+        is_it(io::stdin().as_fd()) || is_it(io::stdout().as_fd()) || is_it(io::stderr().as_fd())
     }
     #[cfg(not(unix))]
     {

@@ -91,7 +91,7 @@ impl Appearances {
     /// The appearances of robots, in their order. What is not known yet is asked for.
     ///
     /// # Errors
-    /// Where one of them is not what the daemon shows now, where it does not answer, or where the GPU has no room.
+    /// Returns an error if one of them is not what the daemon shows now, where it does not answer, or where the GPU has no room.
     pub(crate) async fn of(&mut self, robots: &[RobotLinkPoses]) -> Result<Vec<Appearance>, AppearanceError> {
         self.picture += 1;
         let key = |robot: &RobotLinkPoses| (robot.robot.clone(), robot.layout_version);

@@ -21,7 +21,7 @@ impl Drawing {
     /// Starts the thread.
     ///
     /// # Errors
-    /// Where the system has no thread left.
+    /// Returns an error if the system has no thread left.
     pub(crate) fn start(mut renderer: Renderer) -> std::io::Result<Self> {
         let (jobs, mut waiting) = mpsc::channel(WAITING);
         std::thread::Builder::new().name("drawing".to_owned()).spawn(move || {

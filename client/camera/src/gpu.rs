@@ -66,7 +66,7 @@ impl Gpu {
     /// Opens the GPU whose name has `wanted` in it, or the one that is likely the fastest.
     ///
     /// # Errors
-    /// Where there is none of that kind, or its driver refuses.
+    /// Returns an error if there is none of that kind, or its driver refuses.
     pub(crate) fn open(wanted: Option<&str>) -> Result<Self, GpuError> {
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
             backends: wgpu::Backends::VULKAN,

@@ -58,7 +58,7 @@ pub(crate) struct Options {
 /// The manual page, as roff.
 ///
 /// # Errors
-/// Where it cannot be written.
+/// Returns an error if it cannot be written.
 pub(crate) fn write_manual(to: &mut impl std::io::Write) -> std::io::Result<()> {
     clap_mangen::Man::new(Options::command()).render(to)
 }
@@ -73,7 +73,7 @@ impl Options {
     /// With which token and certificates: what is said here beats the environment.
     ///
     /// # Errors
-    /// Where the file of the token has none.
+    /// Returns an error if the file of the token has none.
     pub(crate) fn connect(&self) -> anyhow::Result<ConnectOptions> {
         let default = ConnectOptions::default();
         let token = self.token_file.as_deref().map(Token::from_file).transpose()?;

@@ -52,7 +52,7 @@ struct Shared {
 /// Draws until something fails that no waiting helps against; with `once` one picture.
 ///
 /// # Errors
-/// Where the daemon refuses this client, or the GPU failed again and again.
+/// Returns an error if the daemon refuses this client, or the GPU failed again and again.
 pub(crate) async fn run(work: Work, drawing: Drawing) -> anyhow::Result<()> {
     let client = connect(&work).await?;
     tracing::info!("{} draws for the daemon at {}", work.name, work.endpoint);

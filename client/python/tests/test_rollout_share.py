@@ -112,7 +112,7 @@ def test_a_shared_rollout_is_that_of_one_daemon_to_the_bit(one: Behind, two: Beh
             Variation("joint_friction", arm, arm.joint_names[:1], uniform=(0.0, 2.0)),
             Variation("gains", arm, normal=(1.0, 0.1)),
             Variation("surface_friction", "block", uniform=(0.5, 1.5)),
-            Variation("push", "block", ["block"], normal=(0.0, 5.0), push_step=2, push_steps=10),
+            Variation("wrench", "block", ["block"], normal=(0.0, 5.0), wrench_step=2, wrench_steps=10),
             Variation("joint_velocities", arm, values=random.normal(0.0, 0.1, (copies, 2))),
         ],
         "observe": [

@@ -105,9 +105,9 @@ def test_variations_are_drawn_by_seed_and_given_ones_count_the_copies(sim: Simul
     light, heavy = found.observations[0][:, 0]
     assert len(found) == 2 and not np.array_equal(light, heavy)
     forces = [[0.0, 0.0, 0.0], [30.0, 0.0, 0.0]]
-    push = Variation("push", arm, ["forearm"], values=forces, push_step=2, push_steps=5)
-    still, pushed = sim.rollout(20, variations=[push], observe=read).observations[0]
-    assert not np.array_equal(still, pushed)
+    wrench = Variation("wrench", arm, ["forearm"], values=forces, wrench_step=2, wrench_steps=5)
+    still, moved = sim.rollout(20, variations=[wrench], observe=read).observations[0]
+    assert not np.array_equal(still, moved)
 
 
 SPINNER = """<robot name="spinner"><link name="base"/><link name="wheel"><inertial><mass value="1"/>

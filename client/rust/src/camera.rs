@@ -124,7 +124,7 @@ fn time_limit(timeout: f64) -> Duration {
 /// The numbers of a plane of a picture, of which each pixel has so many bytes.
 ///
 /// # Errors
-/// Where it is not of the picture's size, or packed in a way that this client does not know.
+/// Returns an error if it is not of the picture's size, or packed in a way that this client does not know.
 pub fn plane_bytes(
     picture: &CameraPicture,
     plane: &PicturePlane,

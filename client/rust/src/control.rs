@@ -73,7 +73,7 @@ impl Client {
     /// Opens a stream for a controller.
     ///
     /// # Errors
-    /// Where the daemon refuses or does not answer.
+    /// Returns an error if the daemon refuses or does not answer.
     pub async fn control(&self, options: ControlOptions) -> Result<Control, Error> {
         // One credit is under way at a time, so that one place is enough.
         let (requests, receiver) = mpsc::channel(1);
@@ -120,7 +120,7 @@ impl Control {
     /// holds no targets. Dropping the future loses nothing: the next call goes on.
     ///
     /// # Errors
-    /// Where the stream ended or the connection broke. Refused targets are no
+    /// Returns an error if the stream ended or the connection broke. Refused targets are no
     /// error: see [`ControlReply::refusal`].
     pub async fn next(&mut self) -> Result<ControlReply, Error> {
         if !self.is_waiting {

@@ -123,7 +123,7 @@ impl Client {
     /// The robots in the world, in the order in which they came.
     ///
     /// # Errors
-    /// Where the daemon refuses or does not answer.
+    /// Returns an error if the daemon refuses or does not answer.
     pub async fn robots(&self) -> Result<Vec<EntityInfo>, Error> {
         Ok(self.unary(self.entity().list_entities(ListEntitiesRequest {})).await?.entities)
     }
@@ -175,7 +175,7 @@ impl Client {
     /// The whole of a file that a scene names.
     ///
     /// # Errors
-    /// Where the daemon has no such file.
+    /// Returns an error if the daemon has no such file.
     pub async fn asset(&self, sha256: &str) -> Result<Vec<u8>, Error> {
         let mut bytes = Vec::new();
         loop {

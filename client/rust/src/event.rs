@@ -12,7 +12,7 @@ impl Client {
     /// Events as they happen: from now on where `after_sequence` is 0.
     ///
     /// # Errors
-    /// Where the daemon refuses or does not answer.
+    /// Returns an error if the daemon refuses or does not answer.
     pub async fn watch_events(&self, after_sequence: u64) -> Result<EventWatch, Error> {
         let request = WatchEventsRequest { after_sequence };
         let events = self.unary(self.event().watch_events(request)).await?;
@@ -22,7 +22,7 @@ impl Client {
     /// The events after `after_sequence`, waiting at most `wait` (up to 60 s) for the first.
     ///
     /// # Errors
-    /// Where the daemon refuses or does not answer.
+    /// Returns an error if the daemon refuses or does not answer.
     pub async fn next_events(
         &self,
         after_sequence: u64,
@@ -53,7 +53,7 @@ impl EventWatch {
     /// The next event; `None` where the daemon ended the stream in good order.
     ///
     /// # Errors
-    /// Where the connection broke.
+    /// Returns an error if the connection broke.
     pub async fn next(&mut self) -> Result<Option<Observed>, Error> {
         match self.events.message().await {
             Ok(Some(answer)) => {

@@ -143,7 +143,7 @@ impl Client {
     }
 
     /// Takes robots, joints or the world for one client. The answer is the secret that requests come with from then on:
-    /// see [`with_claim`](Self::with_claim). `until_disconnect` is not for Zenoh.
+    /// see [`with_claim`](Self::with_claim).
     ///
     /// # Errors
     /// `JOINT_CLAIMED`, `ROBOT_CLAIMED` or `WORLD_CLAIMED` where another holds one of them.
@@ -238,7 +238,7 @@ impl JointWatch {
     /// The next state; `None` where the daemon ended the stream in good order.
     ///
     /// # Errors
-    /// Where a selected robot is gone, or the connection broke.
+    /// Returns an error if a selected robot is gone, or the connection broke.
     pub async fn next(&mut self) -> Result<Option<JointStates>, Error> {
         match self.next_answer().await? {
             Some(answer) => present(answer.states, "states").map(Some),
@@ -249,7 +249,7 @@ impl JointWatch {
     /// The next state with what was asked for beside it; `None` where the daemon ended the stream in good order.
     ///
     /// # Errors
-    /// Where a selected robot or sensor is gone, or the connection broke.
+    /// Returns an error if a selected robot or sensor is gone, or the connection broke.
     pub async fn next_answer(&mut self) -> Result<Option<WatchJointStatesResponse>, Error> {
         let answer = self.states.message().await;
         answer.map_err(|status| Error::from_status(&status, self.client.endpoint()))

@@ -105,7 +105,7 @@ impl Client {
     /// those there are after `wait`, at most 60 s.
     ///
     /// # Errors
-    /// Where the daemon refuses or does not answer.
+    /// Returns an error if the daemon refuses or does not answer.
     pub async fn next_parameters(&self, after_version: u64, wait: Duration) -> Result<ParameterList, Error> {
         let timeout = wait.as_secs_f64();
         let request = NextParametersRequest { after_version, timeout };
@@ -116,7 +116,7 @@ impl Client {
     /// All parameters now, and again whenever something about them changed.
     ///
     /// # Errors
-    /// Where the daemon does not answer.
+    /// Returns an error if the daemon does not answer.
     pub async fn watch_parameters(&self) -> Result<ParameterWatch, Error> {
         let lists = self.unary(self.parameter().watch_parameters(WatchParametersRequest {})).await?;
         Ok(ParameterWatch { client: self.clone(), lists })
@@ -145,7 +145,7 @@ impl ParameterWatch {
     /// The next list; `None` where the daemon ended the stream in good order.
     ///
     /// # Errors
-    /// Where the connection broke.
+    /// Returns an error if the connection broke.
     pub async fn next(&mut self) -> Result<Option<ParameterList>, Error> {
         match self.lists.message().await {
             Ok(Some(answer)) => present(answer.list, "list").map(Some),

@@ -105,7 +105,7 @@ impl SensorWatch {
     /// order.
     ///
     /// # Errors
-    /// Where a sensor is gone, or the connection broke.
+    /// Returns an error if a sensor is gone, or the connection broke.
     pub async fn next(&mut self) -> Result<Option<Vec<SensorReadings>>, Error> {
         match self.readings.message().await {
             Ok(Some(answer)) => Ok(Some(answer.sensors)),

@@ -18,7 +18,7 @@ impl Client {
     /// Who answers: versions, limits, features. Works whatever the daemon's version.
     ///
     /// # Errors
-    /// Where the daemon does not answer.
+    /// Returns an error if the daemon does not answer.
     pub async fn simulator_info(&self) -> Result<GetSimulatorInfoResponse, Error> {
         self.unary(self.simulation().get_simulator_info(GetSimulatorInfoRequest {})).await
     }
@@ -26,7 +26,7 @@ impl Client {
     /// Whether the world is playing, paused or stopped, and since when that is known.
     ///
     /// # Errors
-    /// Where the daemon does not answer or is of another version.
+    /// Returns an error if the daemon does not answer or is of another version.
     pub async fn simulation_state(&self) -> Result<GetSimulationStateResponse, Error> {
         self.unary(self.simulation().get_simulation_state(GetSimulationStateRequest {})).await
     }
@@ -34,7 +34,7 @@ impl Client {
     /// Lets time run.
     ///
     /// # Errors
-    /// Where the daemon refuses or does not answer.
+    /// Returns an error if the daemon refuses or does not answer.
     pub async fn play(&self) -> Result<Stamp, Error> {
         self.set_simulation_state(SimulationState::Playing).await
     }
@@ -42,7 +42,7 @@ impl Client {
     /// Lets time stand.
     ///
     /// # Errors
-    /// Where the daemon refuses or does not answer.
+    /// Returns an error if the daemon refuses or does not answer.
     pub async fn pause(&self) -> Result<Stamp, Error> {
         self.set_simulation_state(SimulationState::Paused).await
     }
@@ -50,7 +50,7 @@ impl Client {
     /// Pauses, and puts time and robots back to the start.
     ///
     /// # Errors
-    /// Where the daemon refuses or does not answer.
+    /// Returns an error if the daemon refuses or does not answer.
     pub async fn stop(&self) -> Result<Stamp, Error> {
         self.set_simulation_state(SimulationState::Stopped).await
     }
@@ -58,7 +58,7 @@ impl Client {
     /// Plays, pauses or stops. The answer is the moment from which it holds.
     ///
     /// # Errors
-    /// Where the daemon refuses or does not answer.
+    /// Returns an error if the daemon refuses or does not answer.
     pub async fn set_simulation_state(&self, state: SimulationState) -> Result<Stamp, Error> {
         let request = SetSimulationStateRequest { state: state.into(), ..Default::default() };
         let answer = self.unary(self.simulation().set_simulation_state(self.claimed(request))).await?;
@@ -126,7 +126,7 @@ impl Client {
     /// Who steps the world together, in the order in which they joined.
     ///
     /// # Errors
-    /// Where the daemon does not answer.
+    /// Returns an error if the daemon does not answer.
     pub async fn lockstep_members(&self) -> Result<Vec<LockstepMember>, Error> {
         let request = ListLockstepMembersRequest {};
         Ok(self.unary(self.simulation().list_lockstep_members(request)).await?.members)
@@ -135,7 +135,7 @@ impl Client {
     /// Puts the world back, by scope.
     ///
     /// # Errors
-    /// Where the daemon refuses or does not answer.
+    /// Returns an error if the daemon refuses or does not answer.
     pub async fn reset(&self, request: ResetSimulationRequest) -> Result<ResetSimulationResponse, Error> {
         self.unary(self.simulation().reset_simulation(self.claimed(request))).await
     }
@@ -143,7 +143,7 @@ impl Client {
     /// Gravity, time step, substeps, integrator, how surfaces combine, pace.
     ///
     /// # Errors
-    /// Where the daemon refuses or does not answer.
+    /// Returns an error if the daemon refuses or does not answer.
     pub async fn physics(&self) -> Result<Physics, Error> {
         let answer = self.unary(self.simulation().get_physics(GetPhysicsRequest {})).await?;
         present(answer.physics, "physics")
@@ -160,7 +160,7 @@ impl Client {
     /// How well the world keeps time. Never waits for a step, and so is also a ping.
     ///
     /// # Errors
-    /// Where the daemon does not answer or is of another version.
+    /// Returns an error if the daemon does not answer or is of another version.
     pub async fn world_statistics(&self) -> Result<WorldStatistics, Error> {
         let request = GetWorldStatisticsRequest::default();
         let answer = self.unary(self.simulation().get_world_statistics(request)).await?;
@@ -202,7 +202,7 @@ impl Client {
     /// The saved states that are kept, oldest first.
     ///
     /// # Errors
-    /// Where the daemon refuses or does not answer.
+    /// Returns an error if the daemon refuses or does not answer.
     pub async fn saved_states(&self) -> Result<Vec<SavedStateInfo>, Error> {
         let answer = self.unary(self.simulation().list_saved_states(ListSavedStatesRequest {})).await?;
         Ok(answer.saved_states)

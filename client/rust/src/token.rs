@@ -39,7 +39,7 @@ impl Token {
     /// The token in the first line of a file.
     ///
     /// # Errors
-    /// Where the file cannot be read, and where it has none.
+    /// Returns an error if the file cannot be read, and where it has none.
     pub fn from_file(path: &Path) -> Result<Self, TokenFileError> {
         let mut text = String::new();
         let read = File::open(path).and_then(|file| file.take(MAX_FILE + 1).read_to_string(&mut text));

@@ -60,7 +60,7 @@ impl Client {
     /// All markers, in the order in which they were added.
     ///
     /// # Errors
-    /// Where the daemon does not answer.
+    /// Returns an error if the daemon does not answer.
     pub async fn markers(&self) -> Result<Vec<Marker>, Error> {
         Ok(self.unary(self.view().list_markers(ListMarkersRequest {})).await?.markers)
     }
@@ -68,7 +68,7 @@ impl Client {
     /// What has changed for a page since a version (0: all of it), once something has or after `wait`, at most 60 s.
     ///
     /// # Errors
-    /// Where the daemon does not answer.
+    /// Returns an error if the daemon does not answer.
     pub async fn next_view(&self, after_version: u64, wait: Duration) -> Result<NextViewResponse, Error> {
         let timeout = wait.as_secs_f64();
         let request = NextViewRequest { after_version, timeout };
@@ -111,7 +111,7 @@ impl Client {
     /// The cameras of the pages that are open, the one that moved last first.
     ///
     /// # Errors
-    /// Where the daemon does not answer.
+    /// Returns an error if the daemon does not answer.
     pub async fn cameras(&self) -> Result<GetCamerasResponse, Error> {
         self.unary(self.view().get_cameras(GetCamerasRequest {})).await
     }
@@ -120,7 +120,7 @@ impl Client {
     /// newest sequence, from which to go on.
     ///
     /// # Errors
-    /// Where the daemon does not answer.
+    /// Returns an error if the daemon does not answer.
     pub async fn next_input(
         &self,
         after_sequence: Option<u64>,

@@ -145,7 +145,7 @@ impl<R: Read> Reader<R> {
     /// Begins with a file's first byte.
     ///
     /// # Errors
-    /// Where it is no file of MCAP.
+    /// Returns an error if it is no file of MCAP.
     pub fn new(input: R, limits: ReadLimits) -> Result<Self, Error> {
         let mut reader = Self {
             input,
@@ -181,7 +181,7 @@ impl<R: Read> Reader<R> {
     /// The next message, or what else there is; nothing more after the last.
     ///
     /// # Errors
-    /// Where the file cannot be read on; then it never can.
+    /// Returns an error if the file cannot be read on; then it never can.
     #[expect(clippy::should_implement_trait, reason = "what it gives borrows from it")]
     pub fn next(&mut self) -> Result<Option<Item<'_>>, Error> {
         let found = loop {

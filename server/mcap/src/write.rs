@@ -51,7 +51,7 @@ impl<W: Write> Writer<W> {
     /// Begins a file; `profile` says what kind of recording it is (`ros2`), `library` what wrote it.
     ///
     /// # Errors
-    /// Where it cannot be written.
+    /// Returns an error if it cannot be written.
     pub fn new(out: W, profile: &str, library: &str) -> io::Result<Self> {
         let mut writer = Self {
             out,
@@ -90,7 +90,7 @@ impl<W: Write> Writer<W> {
     /// Adds a schema; gives its number. There may be 65,535.
     ///
     /// # Errors
-    /// Where there are as many already.
+    /// Returns an error if there are as many already.
     pub fn add_schema(&mut self, name: &str, encoding: &str, data: &[u8]) -> io::Result<u16> {
         let id = next_id(self.schemas.len(), "schemas")?;
         let record = Builder::default().u16(id).text(name).text(encoding).bytes(data).record(op::SCHEMA);
@@ -102,7 +102,7 @@ impl<W: Write> Writer<W> {
     /// Adds a channel; gives its number. `schema` 0 is none.
     ///
     /// # Errors
-    /// Where there are 65,535 already.
+    /// Returns an error if there are 65,535 already.
     pub fn add_channel(
         &mut self,
         schema: u16,
@@ -122,7 +122,7 @@ impl<W: Write> Writer<W> {
     /// Adds a message of a channel; `time` in nanoseconds since 1970.
     ///
     /// # Errors
-    /// Where there is no such channel, and where the chunk that it fills cannot be written.
+    /// Returns an error if there is no such channel, and where the chunk that it fills cannot be written.
     pub fn write(&mut self, channel: u16, time: u64, data: &[u8]) -> io::Result<()> {
         let count = channel.checked_sub(1).and_then(|index| self.messages.get_mut(usize::from(index)));
         let Some(count) = count else {
@@ -145,7 +145,7 @@ impl<W: Write> Writer<W> {
     /// Writes what was added, so that it can be read whatever becomes of the rest.
     ///
     /// # Errors
-    /// Where it cannot be written.
+    /// Returns an error if it cannot be written.
     pub fn flush(&mut self) -> io::Result<()> {
         self.end_chunk()?;
         self.out.flush()
@@ -197,7 +197,7 @@ impl<W: Write> Writer<W> {
     /// Adds what is said of the file.
     ///
     /// # Errors
-    /// Where it cannot be written.
+    /// Returns an error if it cannot be written.
     pub fn add_metadata(&mut self, name: &str, metadata: &BTreeMap<String, String>) -> io::Result<()> {
         let record = Builder::default().text(name).map(metadata).record(op::METADATA);
         self.end_chunk()?;
@@ -208,7 +208,7 @@ impl<W: Write> Writer<W> {
     /// Completes the file, and gives back what it was written to.
     ///
     /// # Errors
-    /// Where it cannot be written.
+    /// Returns an error if it cannot be written.
     pub fn finish(mut self) -> io::Result<W> {
         self.end_chunk()?;
         self.put(&Builder::default().u32(0).record(op::DATA_END))?;

@@ -158,7 +158,7 @@ mod tests {
     use super::*;
     use crate::blocking_threads::BlockingThreads;
     use crate::driver;
-    use crate::driver::toy::Stuck;
+    use crate::driver::fake_world::BlockedWorld;
     use crate::handle::{DaemonInfo, DaemonLimits, RunState};
     use crate::loading::Loader;
 
@@ -168,7 +168,7 @@ mod tests {
     async fn a_step_that_does_not_end_starves_the_watchdog_and_a_paused_world_does_not() {
         let limits = DaemonLimits::default();
         let world = Simulation::new(Default::default(), WorldLimits { robots: 1, saved_states: 0 });
-        let (world, has_begun, let_go) = Stuck::new(world);
+        let (world, has_begun, let_go) = BlockedWorld::new(world);
         let paused = driver::Config { state: RunState::Paused, ..Default::default() };
         let driver = driver::start(world, paused).unwrap();
         let loader = Loader::new(limits, &[], BlockingThreads::computing().unwrap()).unwrap();

@@ -19,7 +19,7 @@ use crate::recording::{Encoders, Recordings};
 /// What reads descriptions, from uploads and below the asset roots.
 ///
 /// # Errors
-/// Where a root is no folder, and where the system gives no threads.
+/// Returns an error if a root is no folder, and where the system gives no threads.
 pub(crate) fn loader(config: &Config) -> Result<Loader, Error> {
     let threads = BlockingThreads::computing().map_err(Error::System)?;
     Loader::new(config.limits, &config.asset_roots, threads)
@@ -29,7 +29,7 @@ pub(crate) fn loader(config: &Config) -> Result<Loader, Error> {
 /// An empty world that is paused, since robots come before the first step, and the way to it.
 ///
 /// # Errors
-/// Where the system gives no thread.
+/// Returns an error if the system gives no thread.
 pub(crate) fn open(config: &Config, loader: Loader, access: Access) -> Result<SimHandle, Error> {
     let limits = config.limits;
     // One that is restored at the start is kept for a moment, also where clients may keep none: `SimHandle` refuses theirs.
@@ -54,7 +54,7 @@ pub(crate) fn open(config: &Config, loader: Loader, access: Access) -> Result<Si
 /// configuration has.
 ///
 /// # Errors
-/// Where a robot cannot be loaded, or the driver ended.
+/// Returns an error if a robot cannot be loaded, or the driver ended.
 pub(crate) async fn fill(config: &Config, handle: &SimHandle) -> Result<(), Error> {
     let restored = match config.autosave.as_ref().filter(|autosave| autosave.restore) {
         Some(autosave) => autosave::restore(handle, autosave).await,

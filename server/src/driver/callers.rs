@@ -115,21 +115,21 @@ impl<W: World> Callers for Shared<W> {
     }
 }
 
-/// Takes turns while `goes_on`. `Break` where the driver has ended, by now or before.
+/// Runs the driver while `goes_on`. `Break` where the driver has ended, by now or before.
 fn run<W: World>(
     lock: &mut MutexGuard<'_, Option<Owned<W>>>,
     mut goes_on: impl FnMut(&mut Driver<W>) -> bool,
 ) -> ControlFlow<()> {
     let Some(Owned { driver, .. }) = lock.as_mut() else { return ControlFlow::Break(()) };
-    let turns = AssertUnwindSafe(|| {
+    let runs = AssertUnwindSafe(|| {
         while goes_on(driver) {
-            if driver.turn().is_break() {
+            if driver.run_once().is_break() {
                 return ControlFlow::Break(());
             }
         }
         ControlFlow::Continue(())
     });
-    let outcome = match catch_unwind(turns) {
+    let outcome = match catch_unwind(runs) {
         Ok(ControlFlow::Continue(())) => return ControlFlow::Continue(()),
         Ok(ControlFlow::Break(())) => Ok(()),
         Err(panicked) => Err(panicked),

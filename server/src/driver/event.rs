@@ -8,7 +8,7 @@ use simd_core::{Command, Moment, PhysicsSettings};
 use tokio::sync::oneshot;
 
 use super::published::{Done, Pace, PaceChange, Published, Stepped};
-use super::tap::{Sender, Tap};
+use super::recorder_queue::{RecorderQueue, Sender};
 use crate::call_error::CallError;
 use crate::run_state::RunState;
 
@@ -87,7 +87,7 @@ pub(crate) enum Event {
     /// Give a recorder everything from now on, or end what the present one gets.
     Record {
         /// Where to; the first entry is the whole world.
-        tap: Option<Arc<Tap>>,
+        queue: Option<Arc<RecorderQueue>>,
         /// Once it holds, with the moment.
         reply: ReplyTo<Moment>,
     },

@@ -34,13 +34,13 @@ pub struct LoggedEvent {
     /// Of the newest state that was published by then.
     pub state_sequence: u64,
     /// What it was.
-    pub what: Happened,
+    pub what: LogEvent,
 }
 
 /// What can happen.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Happened {
-    /// In the world. Never `EventKind::PhysicsChanged`; see [`Happened::PhysicsChanged`].
+pub enum LogEvent {
+    /// In the world. Never `EventKind::PhysicsChanged`; see [`LogEvent::PhysicsChanged`].
     World(Event),
     /// To how it is stepped, by the world or by the driver.
     PhysicsChanged {
@@ -209,7 +209,7 @@ impl EventLog {
         &self,
         wall_time: SystemTime,
         state_sequence: u64,
-        what: Happened,
+        what: LogEvent,
     ) -> Arc<LoggedEvent> {
         let sequence = self.numbered.fetch_add(1, Ordering::Relaxed) + 1;
         let event = Arc::new(LoggedEvent { sequence, wall_time, state_sequence, what });
@@ -293,19 +293,19 @@ impl Kept {
 }
 
 /// Of what is as long as clients and descriptions make it.
-fn bytes_of(what: &Happened) -> usize {
+fn bytes_of(what: &LogEvent) -> usize {
     let event = match what {
-        Happened::World(event) => event,
-        Happened::LockstepChanged { client, .. } => return client.len(),
-        Happened::Called { call, .. } => {
+        LogEvent::World(event) => event,
+        LogEvent::LockstepChanged { client, .. } => return client.len(),
+        LogEvent::Called { call, .. } => {
             let AuditedCall { token, client, peer, transport: _, method, robots, code: _, reason: _ } =
                 &**call;
             let robots: usize = robots.iter().map(|name| name.len() + size_of::<String>()).sum();
             return token.len() + client.len() + peer.len() + method.len() + robots;
         }
-        Happened::RecordingStarted { recording, .. } => return recording.len(),
-        Happened::RecordingEnded { recording, message, .. } => return recording.len() + message.len(),
-        Happened::PhysicsChanged { .. } | Happened::StateChanged { .. } | Happened::Overrun { .. } => {
+        LogEvent::RecordingStarted { recording, .. } => return recording.len(),
+        LogEvent::RecordingEnded { recording, message, .. } => return recording.len() + message.len(),
+        LogEvent::PhysicsChanged { .. } | LogEvent::StateChanged { .. } | LogEvent::Overrun { .. } => {
             return 0;
         }
     };

@@ -9,19 +9,19 @@ use simd_core::simulation::EventKind;
 use simd_core::simulation::command::{ClaimId, PhysicsChange, ResetScope};
 use simd_core::{Applied, Command, Error, PhysicsSettings, Reply};
 
-use super::board::Publisher;
 use super::call_budget::CallBudget;
 use super::event::Event;
-use super::event_log::{EventLog, Happened};
+use super::event_log::{EventLog, LogEvent};
 use super::long_step::LongSteps;
 use super::mailbox::Inbox;
 use super::meter::Meter;
 use super::pacer::{Due, Pacer};
 use super::published::{Done, Pace, PaceChange, Statistics, Stepped};
+use super::published_state_cell::Publisher;
+use super::recorder_queue::{AppliedCommand, Entry, RecorderQueue, Sender};
 use super::relay::{Addressed, Answer, Relay};
 use super::sensor_log::SensorWriter;
 use super::step_queue::{Pending, StepQueue};
-use super::tap::{AppliedCommand, Entry, Sender, Tap};
 use super::world::World;
 use crate::call_error::CallError;
 use crate::run_state::RunState;
@@ -48,7 +48,7 @@ pub(super) struct Driver<W> {
     /// Calls that may still go before an interrupted step begins anew.
     pub(super) before_retry: usize,
     /// Where a recorder gets everything.
-    pub(super) tap: Option<Arc<Tap>>,
+    pub(super) recorder_queue: Option<Arc<RecorderQueue>>,
     /// Who sends answers in its place.
     pub(super) relay: Option<Relay>,
 }
@@ -56,10 +56,10 @@ pub(super) struct Driver<W> {
 impl<W: World> Driver<W> {
     /// Until it is asked to end.
     pub(super) fn run(&mut self) {
-        while self.turn().is_continue() {}
+        while self.run_once().is_continue() {}
     }
 
-    /// Whether [`turn`](Self::turn) finds something to do and waits for no time, which it does while the world plays.
+    /// Whether [`run_once`](Self::run_once) finds something to do and waits for no time, which it does while the world plays.
     pub(super) fn has_work(&mut self) -> bool {
         self.state != RunState::Playing && (self.inbox.has_some() || self.steps.is_wanted())
     }
@@ -71,12 +71,12 @@ impl<W: World> Driver<W> {
         }
     }
 
-    /// One event.
-    pub(super) fn turn(&mut self) -> ControlFlow<()> {
+    /// Takes one event.
+    pub(super) fn run_once(&mut self) -> ControlFlow<()> {
         let event = self.next_event();
         self.publisher.work_begins(Instant::now());
         let goes_on = self.handle_event(event);
-        if self.tap.as_ref().is_some_and(|tap| tap.takes_world()) {
+        if self.recorder_queue.as_ref().is_some_and(|queue| queue.takes_world()) {
             self.record_world();
         }
         self.publisher.work_ends();
@@ -144,8 +144,8 @@ impl<W: World> Driver<W> {
                 let answer = self.set_physics(change, pace, claim, sender);
                 self.answer(Answer::Physics(Addressed { reply, answer }));
             }
-            Event::Record { tap, reply } => {
-                let answer = Ok(self.set_tap(tap));
+            Event::Record { queue, reply } => {
+                let answer = Ok(self.set_recorder_queue(queue));
                 self.answer(Answer::Moment(Addressed { reply, answer }));
             }
             Event::WholeState { reply } if reply.is_closed() => {}
@@ -167,7 +167,7 @@ impl<W: World> Driver<W> {
         sender: Sender,
     ) -> Result<Applied, Error> {
         let applied = self.world.apply_for(command, claim)?;
-        if self.tap.is_some() {
+        if self.recorder_queue.is_some() {
             let (at, command) = (applied.at, command.clone());
             self.record(Entry::Applied(Box::new(AppliedCommand { at, command, claim, sender })));
         }
@@ -228,10 +228,10 @@ impl<W: World> Driver<W> {
         self.before_retry = 0;
         self.iterations += 1;
         self.meter.record(ended, self.world.settings().time_step, ended - begun);
-        let board = self.publisher.board();
-        board.step_durations.observe(ended - begun);
+        let state_cell = self.publisher.state_cell();
+        state_cell.step_durations.observe(ended - begun);
         if let Some(lateness) = self.pacer.lateness(begun).filter(|_| self.state == RunState::Playing) {
-            board.step_lateness.observe(lateness);
+            state_cell.step_lateness.observe(lateness);
         }
         let became_paused = self.state == RunState::Stopped;
         match self.state {
@@ -243,22 +243,22 @@ impl<W: World> Driver<W> {
         self.publish();
         let world = &mut self.world;
         self.sensors.measure(|due| world.take_due_samples(due));
-        if self.tap.is_some() {
-            let newest = self.publisher.board().newest();
+        if self.recorder_queue.is_some() {
+            let newest = self.publisher.state_cell().newest();
             self.record(Entry::Step(newest));
         }
         self.log_events();
         let at = self.world.now();
         if became_paused {
-            self.log(Happened::StateChanged { at, state: RunState::Paused });
+            self.log(LogEvent::StateChanged { at, state: RunState::Paused });
         }
         if let Some(dropped_lag) = self.pacer.report(ended) {
             tracing::warn!(dropped_lag, "the world cannot keep up; lag is dropped");
-            self.log(Happened::Overrun { at, dropped_lag });
+            self.log(LogEvent::Overrun { at, dropped_lag });
         }
         if let Some(Pending { clamped, reply, .. }) = self.steps.stepped() {
             let done = self.done(Applied { at, reply: Reply::Done });
-            let state = self.publisher.board().newest();
+            let state = self.publisher.state_cell().newest();
             self.answer_steps(reply, Ok(Stepped { done, state, clamped }));
         }
     }
@@ -291,7 +291,7 @@ impl<W: World> Driver<W> {
         self.log_events();
         let at = self.world.now();
         if state != before {
-            self.log(Happened::StateChanged { at, state });
+            self.log(LogEvent::StateChanged { at, state });
         }
         Ok(self.done(Applied { at, reply: Reply::Done }))
     }
@@ -318,7 +318,7 @@ impl<W: World> Driver<W> {
         let settings = self.world.settings();
         if self.pace != pace_before && settings == settings_before {
             // The world knows nothing of a pace, so it reported nothing.
-            self.log(Happened::PhysicsChanged { at, settings, pace: self.pace });
+            self.log(LogEvent::PhysicsChanged { at, settings, pace: self.pace });
         }
         Ok((self.done(Applied { at, reply: Reply::Physics(settings) }), settings, self.pace))
     }
@@ -354,18 +354,18 @@ impl<W: World> Driver<W> {
     /// Logs what happened in the world, after the state that shows it is published.
     fn log_events(&mut self) {
         for event in self.world.take_events() {
-            let happened = match event.kind {
+            let event = match event.kind {
                 EventKind::PhysicsChanged(settings) => {
-                    Happened::PhysicsChanged { at: event.at, settings, pace: self.pace }
+                    LogEvent::PhysicsChanged { at: event.at, settings, pace: self.pace }
                 }
-                _ => Happened::World(event),
+                _ => LogEvent::World(event),
             };
-            self.log(happened);
+            self.log(event);
         }
     }
 
     fn done(&self, applied: Applied) -> Done {
-        let newest = self.publisher.board().newest();
+        let newest = self.publisher.state_cell().newest();
         Done { applied, sequence: newest.sequence, wall_time: newest.wall_time }
     }
 }

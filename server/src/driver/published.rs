@@ -50,7 +50,7 @@ impl Pace {
     }
 
     /// # Errors
-    /// Where the factor is not within 0.001 and 1,000.
+    /// Returns an error if the factor is not within 0.001 and 1,000.
     pub fn check(self) -> Result<(), CallError> {
         if (0.001..=1000.0).contains(&self.factor()) {
             return Ok(());

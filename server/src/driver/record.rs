@@ -5,41 +5,41 @@ use std::sync::Arc;
 use simd_core::Moment;
 use simd_core::simulation::Saved;
 
-use super::event_log::{Happened, RecordingEnd};
+use super::event_log::{LogEvent, RecordingEnd};
 use super::main_loop::Driver;
 use super::published::Published;
-use super::tap::{Entry, Tap, TapEnd, WorldEntry};
+use super::recorder_queue::{Entry, RecorderQueue, RecorderQueueEnd, WorldEntry};
 use super::world::World;
 
 impl<W: World> Driver<W> {
-    pub(super) fn log(&mut self, what: Happened) {
+    pub(super) fn log(&mut self, what: LogEvent) {
         let (wall_time, state_sequence) = (std::time::SystemTime::now(), self.publisher.sequence());
         let event = self.events.push(wall_time, state_sequence, what);
-        if self.tap.is_some() {
+        if self.recorder_queue.is_some() {
             self.record(Entry::Event(event));
         }
     }
 
     /// Gives the recorder an entry, and ends the recording where it does not keep up.
     pub(super) fn record(&mut self, entry: Entry) {
-        let Some(Err(end)) = self.tap.as_ref().map(|tap| tap.push(entry)) else { return };
-        let Some(tap) = self.tap.take() else { return };
+        let Some(Err(end)) = self.recorder_queue.as_ref().map(|queue| queue.push(entry)) else { return };
+        let Some(queue) = self.recorder_queue.take() else { return };
         // The writer may be waiting for the disk: the event comes from here. All else the writer reports.
-        if end == TapEnd::Full {
-            let recording = tap.name.to_string();
+        if end == RecorderQueueEnd::Full {
+            let recording = queue.name.to_string();
             let message =
                 "what waits to be written fills the memory that it may take: the disk is slower than the \
                            world"
                     .to_owned();
             tracing::error!(recording, "the recording ends: {message}");
             let (at, cause) = (self.world.now(), RecordingEnd::TooSlow);
-            self.log(Happened::RecordingEnded { at, recording, cause, message });
+            self.log(LogEvent::RecordingEnded { at, recording, cause, message });
         }
     }
 
     pub(super) fn record_world(&mut self) {
         let world = &self.world;
-        let published = self.publisher.board().newest();
+        let published = self.publisher.state_cell().newest();
         let entry =
             WorldEntry { at: world.now(), state: world.to_saved(), claims: world.claims(), published };
         self.record(Entry::World(Box::new(entry)));
@@ -50,37 +50,37 @@ impl<W: World> Driver<W> {
         if self.has_unpublished {
             self.publish();
         }
-        (self.world.to_saved(), self.publisher.board().newest())
+        (self.world.to_saved(), self.publisher.state_cell().newest())
     }
 
     /// Another recorder, or none any more: the last entry of each is the whole world.
-    pub(super) fn set_tap(&mut self, tap: Option<Arc<Tap>>) -> Moment {
+    pub(super) fn set_recorder_queue(&mut self, queue: Option<Arc<RecorderQueue>>) -> Moment {
         // The recorded world and the published one are of one moment.
         if self.has_unpublished {
             self.publish();
         }
-        if self.tap.is_some() {
+        if self.recorder_queue.is_some() {
             self.record_world();
         }
-        if let Some(before) = self.tap.take() {
-            before.end(TapEnd::Stopped);
+        if let Some(before) = self.recorder_queue.take() {
+            before.end(RecorderQueueEnd::Stopped);
         }
-        self.tap = tap;
+        self.recorder_queue = queue;
         let at = self.world.now();
-        if let Some(recording) = self.tap.as_ref().map(|tap| tap.name.to_string()) {
+        if let Some(recording) = self.recorder_queue.as_ref().map(|queue| queue.name.to_string()) {
             self.record_world();
-            self.log(Happened::RecordingStarted { at, recording });
+            self.log(LogEvent::RecordingStarted { at, recording });
         }
         at
     }
 
     /// Gives a recorder its last entry.
-    pub(super) fn end_tap(&mut self) {
-        if self.tap.is_some() {
+    pub(super) fn end_recorder_queue(&mut self) {
+        if self.recorder_queue.is_some() {
             self.record_world();
         }
-        if let Some(tap) = self.tap.take() {
-            tap.end(TapEnd::DriverEnded);
+        if let Some(queue) = self.recorder_queue.take() {
+            queue.end(RecorderQueueEnd::DriverEnded);
         }
     }
 }

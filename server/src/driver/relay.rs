@@ -13,10 +13,10 @@ use crossbeam_queue::ArrayQueue;
 use simd_core::simulation::Saved;
 use simd_core::{Command, Moment, PhysicsSettings};
 
-use super::board::Board;
 use super::event::ReplyTo;
 use super::event_log::EventLog;
 use super::published::{Done, Pace, Published, Stepped};
+use super::published_state_cell::PublishedStateCell;
 use super::realtime::{self, RealTime};
 use super::sensor_log::SensorLog;
 use crate::call_error::CallError;
@@ -50,7 +50,7 @@ pub(super) enum Answer {
 #[derive(Debug)]
 struct Shared {
     answers: ArrayQueue<Answer>,
-    board: Arc<Board>,
+    state_cell: Arc<PublishedStateCell>,
     events: Arc<EventLog>,
     sensors: Arc<SensorLog>,
     thread: OnceLock<Thread>,
@@ -62,16 +62,16 @@ impl Relay {
     /// than `room` answers wait, the physics thread sends its answers itself.
     ///
     /// # Errors
-    /// Where the system gives no thread.
+    /// Returns an error if the system gives no thread.
     pub(super) fn start(
         (real_time, room): (RealTime, usize),
-        board: Arc<Board>,
+        state_cell: Arc<PublishedStateCell>,
         events: Arc<EventLog>,
         sensors: Arc<SensorLog>,
     ) -> std::io::Result<Self> {
         let answers = ArrayQueue::new(room.max(1));
         let (thread, is_over) = Default::default();
-        let shared = Arc::new(Shared { answers, board, events, sensors, thread, is_over });
+        let shared = Arc::new(Shared { answers, state_cell, events, sensors, thread, is_over });
         let served = Arc::clone(&shared);
         let priority = real_time.priority.saturating_sub(1).max(1);
         let handle = std::thread::Builder::new().name("simd-relay".into()).spawn(move || {
@@ -80,7 +80,7 @@ impl Relay {
         })?;
         let thread = handle.thread();
         let _ = shared.thread.set(thread.clone());
-        shared.board.announcer().relay_by(thread.clone());
+        shared.state_cell.announcer().relay_by(thread.clone());
         shared.events.announcer().relay_by(thread.clone());
         shared.sensors.announcer().relay_by(thread.clone());
         Ok(Self { shared, handle: Some(handle) })
@@ -126,7 +126,7 @@ impl Shared {
             // Before the look: what was handed over before the end is served.
             let is_over = self.is_over.load(Ordering::Acquire);
             self.send_answers();
-            self.board.announcer().relay();
+            self.state_cell.announcer().relay();
             self.events.announcer().relay();
             self.sensors.announcer().relay();
             if is_over {

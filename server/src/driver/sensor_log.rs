@@ -26,8 +26,8 @@ use tokio::sync::Notify;
 use tokio::sync::futures::Notified;
 
 use super::announcer::Announcer;
-use super::board::Board;
 use super::published::Published;
+use super::published_state_cell::PublishedStateCell;
 pub(crate) use cameras::CameraSample;
 use cameras::CameraSamples;
 use reading::OfState;
@@ -62,7 +62,7 @@ struct Batch {
 #[derive(Debug)]
 pub(crate) struct SensorLog {
     /// Says which sensors there are.
-    board: Arc<Board>,
+    state_cell: Arc<PublishedStateCell>,
     arrived: ArrayQueue<Batch>,
     /// Readings in `arrived`.
     waiting: AtomicUsize,
@@ -100,8 +100,8 @@ pub(crate) struct Scan {
 }
 
 impl SensorLog {
-    /// Keeps readings of the sensors that a board's states have; and the driver's end.
-    pub(super) fn new(board: Arc<Board>) -> (Arc<Self>, SensorWriter) {
+    /// Keeps readings of the sensors that published states have; and the driver's end.
+    pub(super) fn new(state_cell: Arc<PublishedStateCell>) -> (Arc<Self>, SensorWriter) {
         let kept = Kept {
             rings: BTreeMap::new(),
             sensors: Arc::default(),
@@ -111,7 +111,7 @@ impl SensorLog {
             cameras: CameraSamples::default(),
         };
         let log = Arc::new(Self {
-            board,
+            state_cell,
             arrived: ArrayQueue::new(MOST_STEPS),
             waiting: AtomicUsize::new(0),
             emptied: ArrayQueue::new(EMPTIED),
@@ -127,16 +127,16 @@ impl SensorLog {
     /// What is kept, with all that was handed over by now.
     fn collected(&self) -> MutexGuard<'_, Kept> {
         let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
-        kept.follow(&self.board);
+        kept.follow(&self.state_cell);
         while let Some(Batch { of, mut readings }) = self.arrived.pop() {
             self.waiting.fetch_sub(readings.len(), Ordering::Relaxed);
             // Its sensors were published before it came.
-            kept.follow(&self.board);
+            kept.follow(&self.state_cell);
             readings.drain(..).for_each(|(count, reading)| kept.push(reading, count, of));
             drop(self.emptied.push(readings));
         }
         while let Some(mut due) = self.due.pop() {
-            kept.follow(&self.board);
+            kept.follow(&self.state_cell);
             kept.cameras.take_from(&mut due);
             kept.scans.add(due);
         }
@@ -235,8 +235,8 @@ impl SensorLog {
 
 impl Kept {
     /// Has a ring for each sensor that there is now, and for no other.
-    fn follow(&mut self, board: &Board) {
-        let newest = board.newest();
+    fn follow(&mut self, state_cell: &PublishedStateCell) {
+        let newest = state_cell.newest();
         let sensors = &newest.state.sensors;
         if Arc::ptr_eq(&self.sensors, sensors) {
             return;

@@ -5,7 +5,7 @@ use simd_core::{Command, Reply};
 
 use super::main_loop::Driver;
 use super::published::Done;
-use super::tap::Sender;
+use super::recorder_queue::Sender;
 use super::world::World;
 use crate::call_error::CallError;
 use crate::run_state::RunState;

@@ -25,7 +25,7 @@ impl StepThreads {
     /// has of the system. `None` where that is the calling thread alone.
     ///
     /// # Errors
-    /// Where the system gives no threads, or the calling one belongs to others.
+    /// Returns an error if the system gives no threads, or the calling one belongs to others.
     pub fn start(count: usize, real_time: RealTime) -> Result<Option<Arc<Self>>, ThreadPoolBuildError> {
         if count < 2 {
             return Ok(None);

@@ -10,7 +10,7 @@ use simd_core::simulation::command::{ClaimRequest, PhysicsChange, ResetScope, Ro
 use simd_core::{Applied, Command};
 use tokio::sync::oneshot::{self, Receiver};
 
-use super::toy::{Toy, nothing, refused};
+use super::fake_world::{FakeWorld, nothing, refused};
 use super::*;
 use crate::call_error::CallError;
 
@@ -18,14 +18,14 @@ type Answer<T> = Receiver<Result<T, CallError>>;
 
 /// A driver, and the other end of it.
 struct Bench {
-    driver: Driver<Toy>,
+    driver: Driver<FakeWorld>,
     link: Link,
 }
 
 impl Bench {
     fn new(state: RunState, pace: Pace) -> Self {
         let config = Config { state, pace, mailbox: 600, ..Config::default() };
-        let (driver, link) = build(Toy::default(), config);
+        let (driver, link) = build(FakeWorld::default(), config);
         Self { driver, link }
     }
 
@@ -43,7 +43,7 @@ impl Bench {
         self.post(|reply| Event::Step { targets: None, steps, claim: None, sender: None, reply })
     }
 
-    /// With targets, which a toy refuses for `missing`.
+    /// With targets, which a fake world refuses for `missing`.
     fn steps_of(&self, robot: &str, steps: u64) -> Answer<Stepped> {
         let targets = RobotTargets { robot: robot.into(), ..RobotTargets::default() };
         let targets = Some(SetTargets { robots: vec![targets], ..SetTargets::default() });
@@ -60,15 +60,15 @@ impl Bench {
 
     fn iterations(&mut self, count: u32) {
         for _ in 0..count {
-            assert!(self.driver.turn().is_continue());
+            assert!(self.driver.run_once().is_continue());
         }
     }
 
     fn step(&self) -> u64 {
-        self.link.board.newest().state.at.step
+        self.link.state_cell.newest().state.at.step
     }
 
-    fn happened(&self) -> Vec<Happened> {
+    fn happened(&self) -> Vec<LogEvent> {
         self.link.events.after(0).events.into_iter().map(|event| event.what).collect()
     }
 }

@@ -1,4 +1,4 @@
-//! What a connection does for its client: whose turn it is, and since when.
+//! What a connection does for its client: who waits for whom, and since when.
 //!
 //! It is measured by calls and not by bytes, so that a client that answers pings, trickles a request or does not read
 //! an answer counts as what it is: idle.
@@ -16,7 +16,7 @@ pub(super) enum Idleness {
     /// Between two calls.
     BetweenCalls,
     /// Each call waits for its client: to send the rest of the request, or to read the answer.
-    ClientsTurn,
+    WaitsForClient,
 }
 
 /// The calls of one connection.
@@ -44,7 +44,7 @@ impl Activity {
         let calls = self.lock();
         let why = match *calls {
             Calls { at_work: 1.., .. } => return None,
-            Calls { waiting: 1.., .. } => Idleness::ClientsTurn,
+            Calls { waiting: 1.., .. } => Idleness::WaitsForClient,
             Calls { is_used: true, .. } => Idleness::BetweenCalls,
             Calls { is_used: false, .. } => Idleness::Unused,
         };
@@ -126,12 +126,12 @@ mod tests {
         assert_eq!(activity.idle_since(), None);
         let received = second().await;
         call.wait();
-        assert_eq!(activity.idle_since(), Some((Idleness::ClientsTurn, received)));
+        assert_eq!(activity.idle_since(), Some((Idleness::WaitsForClient, received)));
         // For two reasons at once, of which one goes.
         second().await;
         call.wait();
         call.resume();
-        assert_eq!(activity.idle_since(), Some((Idleness::ClientsTurn, received)));
+        assert_eq!(activity.idle_since(), Some((Idleness::WaitsForClient, received)));
         call.resume();
         assert_eq!(activity.idle_since(), None);
         let other = Call::begin(&activity);

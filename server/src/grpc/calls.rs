@@ -1,4 +1,4 @@
-//! Follows each call of a connection: whose turn it is, and how long its request may take to arrive.
+//! Follows each call of a connection: who waits for whom, and how long its request may take to arrive.
 
 use std::pin::Pin;
 use std::sync::Arc;

@@ -45,7 +45,7 @@ impl UnixSocket {
     /// Makes the file. One that a daemon has left that was killed is replaced.
     ///
     /// # Errors
-    /// Where a process listens there, another file is there, or the file cannot be made: in words that say what to do.
+    /// Returns an error if a process listens there, another file is there, or the file cannot be made: in words that say what to do.
     pub fn bind(path: &Path) -> io::Result<Self> {
         if is_abandoned(path) {
             std::fs::remove_file(path)?;

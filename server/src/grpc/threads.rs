@@ -29,7 +29,7 @@ impl FrontEndThreads {
     /// One for each processor.
     ///
     /// # Errors
-    /// Where the system gives no threads.
+    /// Returns an error if the system gives no threads.
     pub fn start() -> io::Result<Self> {
         let count = std::thread::available_parallelism().map_or(1, usize::from).min(MOST);
         (0..count).map(FrontEndThread::start).collect::<io::Result<_>>().map(Self)

@@ -30,7 +30,7 @@ impl Tls {
     /// With the certificate in these files.
     ///
     /// # Errors
-    /// Where a file cannot be read, or they do not belong together; a sentence.
+    /// Returns an error if a file cannot be read, or they do not belong together; a sentence.
     pub fn read(files: TlsFiles) -> Result<Self, String> {
         let config = ArcSwap::new(Arc::new(config(&files)?));
         Ok(Self { files, config })

@@ -115,7 +115,7 @@ impl SimHandle {
     /// Counts a call of a client.
     ///
     /// # Errors
-    /// Where it had its share of this second.
+    /// Returns an error if it had its share of this second.
     pub(crate) fn count_call(&self, account: &Account) -> Result<(), CallError> {
         self.inner.accounts.call(account, Instant::now())
     }
@@ -132,7 +132,7 @@ impl SimHandle {
     /// Counts a stream of a client, until the result is dropped.
     ///
     /// # Errors
-    /// Where it has its share.
+    /// Returns an error if it has its share.
     pub(crate) fn count_stream(&self, account: &Account) -> Result<Option<ClientStream>, CallError> {
         self.inner.accounts.stream(account, Instant::now())
     }

@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::SystemTime;
 
 use super::SimHandle;
-use crate::driver::{AuditedCall, Happened};
+use crate::driver::{AuditedCall, LogEvent};
 
 /// Robots of one call that are noted.
 const ROBOTS: usize = 8;
@@ -52,7 +52,7 @@ impl SimHandle {
     /// Makes an event of a call.
     pub(crate) fn audited(&self, call: AuditedCall) {
         let newest = self.newest();
-        let what = Happened::Called { at: newest.state.at, call: Box::new(call) };
+        let what = LogEvent::Called { at: newest.state.at, call: Box::new(call) };
         self.inner.driver.events.push(SystemTime::now(), newest.sequence, what);
     }
 }

@@ -113,7 +113,7 @@ impl SimHandle {
     /// A picture of a robot's camera, of the newest state or of a later one.
     ///
     /// # Errors
-    /// Where there is no such camera, no renderer, or no picture in time.
+    /// Returns an error if there is no such camera, no renderer, or no picture in time.
     pub async fn present_picture(
         &self,
         robot: &str,
@@ -136,7 +136,7 @@ impl SimHandle {
     /// some seconds.
     ///
     /// # Errors
-    /// Where there is no such camera (any more), no renderer, or no picture in time.
+    /// Returns an error if there is no such camera (any more), no renderer, or no picture in time.
     pub async fn next_picture_of(
         &self,
         robot: &str,
@@ -168,7 +168,7 @@ impl SimHandle {
     /// A picture of the newest state from any point of view.
     ///
     /// # Errors
-    /// Where there is no renderer, or no picture in time.
+    /// Returns an error if there is no renderer, or no picture in time.
     pub async fn take_picture(
         &self,
         view: PictureView,
@@ -214,7 +214,7 @@ impl SimHandle {
     /// Wants pictures of a camera at its own rate, by the sensor's id, until then.
     ///
     /// # Errors
-    /// Where no renderer is there.
+    /// Returns an error if no renderer is there.
     pub(crate) fn follow_camera(&self, id: u64, until: Instant) -> Result<(), CallError> {
         let mut queue = self.inner.cameras.queue();
         let followed = queue.follow(id, until, Instant::now());

@@ -133,7 +133,7 @@ impl SimHandle {
     /// client is known from then on.
     ///
     /// # Errors
-    /// Where the lease is not within 0.1 s and an hour, where there are too many claims, in all or of this client, or
+    /// Returns an error if the lease is not within 0.1 s and an hour, where there are too many claims, in all or of this client, or
     /// where the world refuses.
     pub async fn claim(
         &self,
@@ -195,7 +195,7 @@ impl SimHandle {
     /// Gives back the claim that this handle acts for.
     ///
     /// # Errors
-    /// Where there is no such claim (any more).
+    /// Returns an error if there is no such claim (any more).
     pub async fn release(&self) -> Result<Done, CallError> {
         let claim = self.claim.ok_or(CallError::from(Unproven::NotFound))?;
         let done = self.command(Command::Release { claim, cause: ReleaseCause::Released }).await?;
@@ -206,7 +206,7 @@ impl SimHandle {
     /// The claim that this is the secret of: for callers whose messages no other client can read.
     ///
     /// # Errors
-    /// Where there is no such claim.
+    /// Returns an error if there is no such claim.
     pub fn claim_of(&self, secret: &str) -> Result<ClaimId, CallError> {
         self.inner.leases.of_secret(secret).ok_or(Unproven::NotFound.into())
     }
@@ -214,7 +214,7 @@ impl SimHandle {
     /// The claim that a message proves to act for. A proof is good once.
     ///
     /// # Errors
-    /// Where there is no such claim, the proof is wrong, or another with its counter or a larger one was taken.
+    /// Returns an error if there is no such claim, the proof is wrong, or another with its counter or a larger one was taken.
     pub fn claim_proven(&self, proof: &Proof, key: &str, payload: &[u8]) -> Result<ClaimId, Unproven> {
         self.inner.leases.of_proof(proof, key, payload)
     }

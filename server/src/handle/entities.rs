@@ -10,7 +10,7 @@ use bytes::Bytes;
 use glamx::DPose3;
 use simd_core::collision::{ConvexMesh, MeshShapes};
 use simd_core::simulation::command::{CollisionPair, ContactSettings, JointOrientation, Spawn};
-use simd_core::simulation::queries::Sunk;
+use simd_core::simulation::queries::TerrainPenetration;
 use simd_core::{Command, Reply};
 use simd_model::robot::{MeshAsset, Sha256};
 use simd_model::{Disposition, Finding, LoadReport, RobotModel, Severity, SrdfPair, wire_name};
@@ -25,7 +25,7 @@ use crate::loading::{
 };
 
 /// Links below the surface of terrain that a report names.
-const MOST_SUNK: usize = 8;
+const MAX_TERRAIN_PENETRATIONS: usize = 8;
 
 /// A robot to bring in.
 #[derive(Clone, Debug)]
@@ -93,7 +93,7 @@ impl SimHandle {
     /// Keeps a description and says which of its files are lacking.
     ///
     /// # Errors
-    /// Where it is too large or cannot be read at all.
+    /// Returns an error if it is too large or cannot be read at all.
     pub async fn prepare(
         &self,
         urdf: Bytes,
@@ -105,7 +105,7 @@ impl SimHandle {
     /// Expands a xacro file to a URDF.
     ///
     /// # Errors
-    /// Where the files are too large together, and where the xacro cannot be understood.
+    /// Returns an error if the files are too large together, and where the xacro cannot be understood.
     pub async fn expand_xacro(&self, files: XacroFiles) -> Result<ExpandedXacro, CallError> {
         self.loader().expand_xacro(files).await
     }
@@ -113,7 +113,7 @@ impl SimHandle {
     /// Takes a part of a file; gives how much of it is here.
     ///
     /// # Errors
-    /// Where the file is too large, where parts do not fit, and where the whole
+    /// Returns an error if the file is too large, where parts do not fit, and where the whole
     /// does not have the hash.
     pub async fn upload(
         &self,
@@ -128,7 +128,7 @@ impl SimHandle {
     /// Reads a description as a spawn would, and only reports.
     ///
     /// # Errors
-    /// Where its bytes cannot be had.
+    /// Returns an error if its bytes cannot be had.
     pub async fn validate(&self, source: Source, scale: f64) -> Result<Validated, CallError> {
         self.loader().validate(source, scale).await
     }
@@ -136,7 +136,7 @@ impl SimHandle {
     /// Brings a robot into the world.
     ///
     /// # Errors
-    /// Where it cannot be read, and where the world refuses it.
+    /// Returns an error if it cannot be read, and where the world refuses it.
     pub async fn spawn(&self, request: SpawnRequest) -> Result<Loaded, CallError> {
         let origin = request.source.clone().into();
         self.bring_in(origin, request, false, Reporter::default()).await
@@ -234,7 +234,7 @@ impl SimHandle {
         }
         self.note_robots(names.iter().map(String::as_str));
         for name in &names {
-            self.report_sunk(name, &mut report).await;
+            self.report_terrain_penetrations(name, &mut report).await;
         }
         let summaries: Vec<String> = read
             .iter()
@@ -251,14 +251,14 @@ impl SimHandle {
         if let Some(recording) = self.inner.recordings.running() {
             let entry = ReportEntry { robot: name.clone(), report: report.clone(), summary: summary.clone() };
             // What ends the recording is said where it shows first.
-            let _ = recording.tap.push(Entry::Report(Box::new(entry)));
+            let _ = recording.queue.push(Entry::Report(Box::new(entry)));
         }
         Ok(Loaded { done, name, others, report, summary })
     }
 
     /// Adds what now is below the surface of terrain: the robot that came, or others where it is the terrain. Adds nothing where
     /// all permits for heavy reads are taken.
-    async fn report_sunk(&self, name: &str, report: &mut LoadReport) {
+    async fn report_terrain_penetrations(&self, name: &str, report: &mut LoadReport) {
         let newest = self.newest();
         let Some((robot, _)) = newest.state.entity(name) else { return };
         if !newest.state.world.entities.iter().any(|entity| entity.shapes.has_terrain()) {
@@ -266,10 +266,11 @@ impl SimHandle {
         }
         let look = move |cancelled: &Cancelled| {
             let Published { state, physics, .. } = &*newest;
-            state.sunk(robot, physics.gravity, MOST_SUNK, &|| cancelled.is_set())
+            let most = MAX_TERRAIN_PENETRATIONS;
+            state.terrain_penetrations(robot, physics.gravity, most, &|| cancelled.is_set())
         };
         let found = self.heavy(look).await.unwrap_or_default();
-        report.findings.extend(found.into_iter().map(|Sunk { link, terrain, depth }| Finding {
+        report.findings.extend(found.into_iter().map(|TerrainPenetration { link, terrain, depth }| Finding {
             severity: Severity::Warning,
             disposition: Disposition::Used,
             element: format!("link {:?}", link.1),

@@ -14,7 +14,7 @@ impl SimHandle {
     /// What happened after an event's number, waiting at most `timeout` for the first.
     ///
     /// # Errors
-    /// Where the daemon drains before that, or the driver failed.
+    /// Returns an error if the daemon drains before that, or the driver failed.
     pub async fn next_events(&self, after: u64, timeout: Duration) -> Result<EventBatch, CallError> {
         self.until_drained(self.inner.driver.events.next(after, timeout)).await
     }

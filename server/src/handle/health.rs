@@ -11,13 +11,13 @@ const STUCK: Duration = Duration::from_secs(10);
 impl SimHandle {
     /// For how long the driver has been at one step or one command; zero while it waits for the next.
     pub(crate) fn driver_at_work(&self, now: Instant) -> Duration {
-        self.inner.driver.board.present_work(now)
+        self.inner.driver.state_cell.present_work(now)
     }
 
     /// Whether the physics thread gets on; else why not.
     ///
     /// # Errors
-    /// Where it has ended, or has been at one step or command for longer than ten seconds.
+    /// Returns an error if it has ended, or has been at one step or command for longer than ten seconds.
     pub fn health(&self, now: Instant) -> Result<(), String> {
         if let Some(failure) = self.driver_failure() {
             return Err(format!("the physics thread ended: {failure}"));
@@ -44,8 +44,8 @@ impl SimHandle {
 
     /// How long steps took, and how long after their time they began.
     pub(crate) fn step_times(&self) -> (Counts, Counts) {
-        let board = &self.inner.driver.board;
-        (board.step_durations.counts(), board.step_lateness.counts())
+        let state_cell = &self.inner.driver.state_cell;
+        (state_cell.step_durations.counts(), state_cell.step_lateness.counts())
     }
 
     /// Calls that wait for the physics thread, and those that found no room.

@@ -11,7 +11,7 @@ use tokio_util::sync::CancellationToken;
 
 use super::{CallError, SimHandle};
 use crate::account::Account;
-use crate::driver::{Happened, LockstepChange, Stepped};
+use crate::driver::{LockstepChange, LogEvent, Stepped};
 
 /// Members at one time.
 const MEMBERS: usize = 64;
@@ -193,7 +193,7 @@ impl SimHandle {
     /// its connection lasts.
     ///
     /// # Errors
-    /// Where the time is not within 10 ms and an hour, and where there are too many members.
+    /// Returns an error if the time is not within 10 ms and an hour, and where there are too many members.
     pub fn join_lockstep(
         &self,
         client: &str,
@@ -231,7 +231,7 @@ impl SimHandle {
     /// Ends a membership. A request of it that waits is refused.
     ///
     /// # Errors
-    /// Where there is no such member (any more).
+    /// Returns an error if there is no such member (any more).
     pub fn leave_lockstep(&self, id: &str) -> Result<(), CallError> {
         self.remove_member(id, LockstepChange::Left).ok_or(CallError::LockstepMemberNotFound)
     }
@@ -262,7 +262,7 @@ impl SimHandle {
     /// set, and the member has not asked.
     ///
     /// # Errors
-    /// Where the caller is no member, has asked already, or leaves; and those of targets and steps.
+    /// Returns an error if the caller is no member, has asked already, or leaves; and those of targets and steps.
     pub(super) async fn step_together(
         &self,
         id: &str,
@@ -382,7 +382,7 @@ impl SimHandle {
     fn log_lockstep(&self, client: &str, change: LockstepChange) {
         let state = self.newest();
         let members = self.inner.lockstep.lock().members.len();
-        let what = Happened::LockstepChanged { at: state.state.at, client: client.into(), change, members };
+        let what = LogEvent::LockstepChanged { at: state.state.at, client: client.into(), change, members };
         self.inner.driver.events.push(SystemTime::now(), state.sequence, what);
     }
 }

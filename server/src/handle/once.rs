@@ -134,7 +134,7 @@ impl AnswerCache {
     /// request and be allowed to.
     ///
     /// # Errors
-    /// Where the id is too long, was that of another request, or its answer is for another connection; where the
+    /// Returns an error if the id is too long, was that of another request, or its answer is for another connection; where the
     /// work is not allowed; and where too many requests are under way.
     pub(super) async fn once<W>(
         &self,
@@ -344,7 +344,7 @@ impl SimHandle {
     /// may not have the work done.
     ///
     /// # Errors
-    /// Where its id was that of another request, where too many are under way, and where the work is not allowed;
+    /// Returns an error if its id was that of another request, where too many are under way, and where the work is not allowed;
     /// what the work gives is in the outcome.
     pub(crate) async fn once<W>(
         &self,

@@ -153,7 +153,7 @@ impl SimHandle {
     /// `timeout`, those that there are.
     ///
     /// # Errors
-    /// Where the daemon drains before that, or the driver failed.
+    /// Returns an error if the daemon drains before that, or the driver failed.
     pub async fn next_parameters(
         &self,
         version: u64,
@@ -171,7 +171,7 @@ impl SimHandle {
     /// nearest end of it. Answers with what it is now.
     ///
     /// # Errors
-    /// Where the name cannot be or is taken, also by another's parameter that would be replaced, where a number is not
+    /// Returns an error if the name cannot be or is taken, also by another's parameter that would be replaced, where a number is not
     /// finite or the range is empty, and where there are as many as there may be, in all or of this client.
     pub fn add_parameter(
         &self,
@@ -222,7 +222,7 @@ impl SimHandle {
     /// were named, as they are now. To move a slider to where it is changes nothing.
     ///
     /// # Errors
-    /// Where there is no such parameter, where it is of the other kind, and where a
+    /// Returns an error if there is no such parameter, where it is of the other kind, and where a
     /// value lies beyond the range.
     pub fn set_parameters(&self, changes: &[ParameterChange]) -> Result<Vec<Parameter>, CallError> {
         self.inner.parameters.change(|list| {
@@ -247,7 +247,7 @@ impl SimHandle {
     /// names of those that are gone.
     ///
     /// # Errors
-    /// Where there is no parameter of one of the names, or it is another's; then none is gone.
+    /// Returns an error if there is no parameter of one of the names, or it is another's; then none is gone.
     pub fn remove_parameters(&self, names: &[String]) -> Result<Vec<String>, CallError> {
         self.inner.parameters.change(|list| {
             if names.is_empty() {
@@ -274,7 +274,7 @@ impl ParameterList {
     /// The parameter of that name.
     ///
     /// # Errors
-    /// Where there is none.
+    /// Returns an error if there is none.
     pub fn find(&self, name: &str) -> Result<&Parameter, CallError> {
         self.parameters.iter().find(|it| &*it.name == name).ok_or_else(|| self.not_found(name))
     }

@@ -6,14 +6,14 @@ use simd_core::Moment;
 
 use super::{CallError, Cancelled, SimHandle};
 use crate::account::Account;
-use crate::driver::{Event, TapEnd};
+use crate::driver::{Event, RecorderQueueEnd};
 use crate::recording::{RecordingContents, RecordingInfo, RecordingRequest, RecordingSources, Running};
 
 impl SimHandle {
     /// Begins a recording: the whole world as it is then, and all that happens from then on.
     ///
     /// # Errors
-    /// Where no folder is configured, another recording is being made, the name is taken or the file cannot be made.
+    /// Returns an error if no folder is configured, another recording is being made, the name is taken or the file cannot be made.
     pub async fn start_recording(
         &self,
         request: RecordingRequest,
@@ -29,19 +29,19 @@ impl SimHandle {
             daemon: self.inner.info.name.clone(),
             loader: Arc::clone(self.loader()),
             events: Arc::clone(&self.inner.driver.events),
-            board: Arc::clone(&self.inner.driver.board),
+            state_cell: Arc::clone(&self.inner.driver.state_cell),
             sensors: Arc::clone(&self.inner.driver.sensors),
             images: Box::new(self.camera_images()),
         };
         let _guard = self.inner.recording_lock.lock().await;
         let recordings = self.inner.recordings.clone();
         let begin = move || recordings.begin(request, sources);
-        let Running { name, tap, done: _ } = self.loader().off_thread(begin).await??;
-        let begun = self.ask(|reply| Event::Record { tap: Some(Arc::clone(&tap)), reply }).await;
+        let Running { name, queue, done: _ } = self.loader().off_thread(begin).await??;
+        let begun = self.ask(|reply| Event::Record { queue: Some(Arc::clone(&queue)), reply }).await;
         let at = match begun {
             Ok(at) => at,
             Err(error) => {
-                tap.end(TapEnd::Stopped);
+                queue.end(RecorderQueueEnd::Stopped);
                 return Err(error);
             }
         };
@@ -52,7 +52,7 @@ impl SimHandle {
     /// Ends the recording of this name, or whichever is being made where it is empty; answers when its file is complete.
     ///
     /// # Errors
-    /// Where none of that name is being made.
+    /// Returns an error if none of that name is being made.
     pub async fn stop_recording(&self, name: &str) -> Result<(RecordingInfo, Moment), CallError> {
         self.check_robots(None)?;
         let guard = self.inner.recording_lock.lock().await;
@@ -62,7 +62,7 @@ impl SimHandle {
                 if name.is_empty() { "no recording".to_owned() } else { format!("no recording {name:?}") };
             return Err(CallError::RecordingNotPossible { message: format!("{which} is being made") });
         };
-        let at = self.ask(|reply| Event::Record { tap: None, reply }).await?;
+        let at = self.ask(|reply| Event::Record { queue: None, reply }).await?;
         drop(guard);
         running.done.cancelled().await;
         Ok((self.recording(running.name.to_string()).await?, at))
@@ -78,7 +78,7 @@ impl SimHandle {
     /// All of them, by name.
     ///
     /// # Errors
-    /// Where there is no folder, or it cannot be read.
+    /// Returns an error if there is no folder, or it cannot be read.
     pub async fn recordings(&self) -> Result<Vec<RecordingInfo>, CallError> {
         let recordings = self.inner.recordings.clone();
         self.loader().off_thread(move || recordings.list()).await?
@@ -87,7 +87,7 @@ impl SimHandle {
     /// One of them.
     ///
     /// # Errors
-    /// Where there is no such recording.
+    /// Returns an error if there is no such recording.
     pub async fn recording(&self, name: String) -> Result<RecordingInfo, CallError> {
         let recordings = self.inner.recordings.clone();
         self.loader().off_thread(move || recordings.find(&name)).await?
@@ -96,7 +96,7 @@ impl SimHandle {
     /// One of them, and what is in its files.
     ///
     /// # Errors
-    /// Where there is no such recording, or it cannot be read.
+    /// Returns an error if there is no such recording, or it cannot be read.
     pub async fn recording_contents(
         &self,
         name: String,
@@ -114,7 +114,7 @@ impl SimHandle {
     /// A part of one of its files, of at most so many bytes, and the size of that file.
     ///
     /// # Errors
-    /// Where there is no such recording or file.
+    /// Returns an error if there is no such recording or file.
     pub async fn read_recording(
         &self,
         name: String,
@@ -129,7 +129,7 @@ impl SimHandle {
     /// Deletes its files.
     ///
     /// # Errors
-    /// Where there is no such recording, or it is being made.
+    /// Returns an error if there is no such recording, or it is being made.
     pub async fn delete_recording(&self, name: String) -> Result<(), CallError> {
         self.check_robots(None)?;
         let recordings = self.inner.recordings.clone();

@@ -214,7 +214,7 @@ impl Running {
     /// What each batch came to.
     ///
     /// # Errors
-    /// Where it takes longer than a rollout may, and where the daemon drains.
+    /// Returns an error if it takes longer than a rollout may, and where the daemon drains.
     async fn compute(&self) -> Result<Vec<BatchResult>, CallError> {
         let threads = self.handle.inner.rollouts.compute_permits.threads.min(self.job.rollout.batches());
         try_join_all((0..threads).map(|_| self.slices())).await?;
@@ -259,10 +259,10 @@ impl SimHandle {
         statistics.state == RunState::Playing && matches!(statistics.pace, Pace::RealTime { .. })
     }
 
-    /// Does a rollout, once it is its caller's turn. Dropping the future ends it.
+    /// Does a rollout, once its caller has a permit. Dropping the future ends it.
     ///
     /// # Errors
-    /// Where too many wait, where the request names what is not there or asks for too much, where it takes too long, and where
+    /// Returns an error if too many wait, where the request names what is not there or asks for too much, where it takes too long, and where
     /// the daemon drains.
     pub(crate) async fn rollout(
         &self,

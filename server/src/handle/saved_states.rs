@@ -14,7 +14,7 @@ impl SimHandle {
     /// Writes a saved state into a file, which is kept as an upload is; gives its hash and size.
     ///
     /// # Errors
-    /// Where there is no such state, and where the file would be larger than an upload may be.
+    /// Returns an error if there is no such state, and where the file would be larger than an upload may be.
     pub async fn export_saved_state(&self, name: String) -> Result<(Sha256, u64), CallError> {
         let (sha256, file) = self.saved_state_file(&name).await?;
         let size = file.len() as u64;
@@ -34,7 +34,7 @@ impl SimHandle {
     /// that moment. No saved state is made: clients may have all that there may be, and that name too.
     ///
     /// # Errors
-    /// Where the file would be larger than an upload may be, and where the driver ended.
+    /// Returns an error if the file would be larger than an upload may be, and where the driver ended.
     pub(crate) async fn present_state_file(&self, name: &str) -> Result<(u64, Arc<[u8]>), CallError> {
         let (saved, published) = self.ask(|reply| Event::WholeState { reply }).await?;
         let (_, file) = self.loader().write_saved_state(name.to_owned(), saved).await?;
@@ -45,7 +45,7 @@ impl SimHandle {
     /// saved states does not count it: before there are clients, the world has room for one.
     ///
     /// # Errors
-    /// Where the file is not a saved state or is damaged, and where its robots cannot be read as they were.
+    /// Returns an error if the file is not a saved state or is damaged, and where its robots cannot be read as they were.
     pub(crate) async fn restore_at_start(&self, file: Bytes, name: &str) -> Result<Done, CallError> {
         let (name, saved) = self.loader().read_saved_state(file, name.to_owned()).await?;
         self.post(Command::ImportSavedState { name: name.clone(), saved }).await?;
@@ -58,7 +58,7 @@ impl SimHandle {
     /// one that it had.
     ///
     /// # Errors
-    /// Where the file was not uploaded, is not a saved state or is damaged, and where its robots cannot be read as they were.
+    /// Returns an error if the file was not uploaded, is not a saved state or is damaged, and where its robots cannot be read as they were.
     pub async fn import_saved_state(
         &self,
         sha256: Sha256,

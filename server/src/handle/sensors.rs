@@ -62,7 +62,7 @@ impl SimHandle {
     /// The sensors of a robot, or of all, and the number of the newest reading of each.
     ///
     /// # Errors
-    /// Where there is no such robot.
+    /// Returns an error if there is no such robot.
     pub fn sensors(&self, robot: Option<&str>) -> Result<(Arc<Published>, Vec<NumberedSensor>), CallError> {
         let state = self.newest();
         let only = robot.map(|robot| robot_index(&state, robot)).transpose()?;
@@ -81,7 +81,7 @@ impl SimHandle {
     /// From where on the readings of these sensors are those that are still to come; no selection is all sensors.
     ///
     /// # Errors
-    /// Where there is no such robot or sensor.
+    /// Returns an error if there is no such robot or sensor.
     pub(crate) fn sensor_cursors(
         &self,
         selections: &[SensorSelection],
@@ -101,7 +101,7 @@ impl SimHandle {
     /// before that are not measured yet are waited for, at most `timeout`.
     ///
     /// # Errors
-    /// Where there is no such robot or sensor, all readings together are too large, or the daemon drains.
+    /// Returns an error if there is no such robot or sensor, all readings together are too large, or the daemon drains.
     pub async fn newest_readings(
         &self,
         selections: &[SensorSelection],
@@ -131,7 +131,7 @@ impl SimHandle {
     /// The newest reading of each of these sensors as there are now, to go beside a state; no selection is no sensor.
     ///
     /// # Errors
-    /// Where there is no such robot or sensor, or all readings together are too large.
+    /// Returns an error if there is no such robot or sensor, or all readings together are too large.
     pub fn readings_beside(&self, selections: &[SensorSelection]) -> Result<Vec<SensorReadings>, CallError> {
         if selections.is_empty() {
             return Ok(Vec::new());
@@ -166,7 +166,7 @@ impl SimHandle {
     /// The readings of each of these sensors after a number, waiting at most `timeout` for the first.
     ///
     /// # Errors
-    /// Where there is no such robot or sensor (any more), and where the daemon drains before a reading comes.
+    /// Returns an error if there is no such robot or sensor (any more), and where the daemon drains before a reading comes.
     pub async fn next_readings(
         &self,
         cursors: &[SensorCursor],
@@ -191,7 +191,7 @@ impl SimHandle {
     /// The same, at once.
     ///
     /// # Errors
-    /// Where there is no such robot or sensor.
+    /// Returns an error if there is no such robot or sensor.
     pub fn readings_after(&self, cursors: &[SensorCursor]) -> Result<Vec<SensorReadings>, CallError> {
         let state = self.newest();
         let wanted = cursors

@@ -13,7 +13,7 @@ impl SimHandle {
     /// Changes the world.
     ///
     /// # Errors
-    /// Where the world refuses, or the mailbox is full.
+    /// Returns an error if the world refuses, or the mailbox is full.
     pub async fn command(&self, command: Command) -> Result<Done, CallError> {
         if !self.only.is_empty() || self.note.is_some() {
             let robots = command.robots();
@@ -36,7 +36,7 @@ impl SimHandle {
     /// Plays, pauses or stops.
     ///
     /// # Errors
-    /// Where the mailbox is full.
+    /// Returns an error if the mailbox is full.
     pub async fn set_state(&self, state: RunState) -> Result<Done, CallError> {
         self.check_robots(None)?;
         if state == RunState::Playing {
@@ -71,7 +71,7 @@ impl SimHandle {
     /// while the world waits, unless it is known by then that the steps would be refused.
     ///
     /// # Errors
-    /// Where the caller is no member, has asked already, or leaves; and those of [`SimHandle::step_with`].
+    /// Returns an error if the caller is no member, has asked already, or leaves; and those of [`SimHandle::step_with`].
     pub async fn step_with_others(
         &self,
         member: &str,
@@ -126,7 +126,7 @@ impl SimHandle {
     /// where one of them is refused, nothing. Answers with what is in force.
     ///
     /// # Errors
-    /// Where a value is not within its bounds.
+    /// Returns an error if a value is not within its bounds.
     pub async fn set_physics(
         &self,
         change: PhysicsChange,
@@ -142,20 +142,20 @@ impl SimHandle {
 
     /// The newest state, at once.
     pub fn newest(&self) -> Arc<Published> {
-        self.inner.driver.board.newest()
+        self.inner.driver.state_cell.newest()
     }
 
     /// The newest state once it is newer than `sequence`; after `timeout`, the
     /// newest that there is.
     ///
     /// # Errors
-    /// Where the daemon drains before that, or the driver failed.
+    /// Returns an error if the daemon drains before that, or the driver failed.
     pub async fn newer_than(
         &self,
         sequence: u64,
         timeout: Option<Duration>,
     ) -> Result<Arc<Published>, CallError> {
-        let newer = self.inner.driver.board.newer_than(sequence);
+        let newer = self.inner.driver.state_cell.newer_than(sequence);
         let Some(timeout) = timeout else { return self.until_drained(newer).await };
         match tokio::time::timeout(timeout, self.until_drained(newer)).await {
             Ok(newer) => newer,
@@ -172,7 +172,7 @@ impl SimHandle {
     /// The same, with what a published state says.
     pub fn statistics_at(&self, state: &Published) -> Statistics {
         let driver = &self.inner.driver;
-        let present = driver.board.present_step(std::time::Instant::now()).as_secs_f64();
+        let present = driver.state_cell.present_step(std::time::Instant::now()).as_secs_f64();
         Statistics {
             mailbox_refusals: driver.mailbox.refusals(),
             step_duration: state.statistics.step_duration.max(present),

@@ -10,18 +10,18 @@ use tokio::time::Instant;
 
 use super::*;
 use crate::blocking_threads::BlockingThreads;
-use crate::driver::toy::{Toy, nothing};
+use crate::driver::fake_world::{FakeWorld, nothing};
 
 type Applied = Arc<Mutex<Vec<(u64, Command)>>>;
 
-/// A handle on a toy world, and the commands that reach it.
-fn handle(toy: Toy, state: RunState) -> (SimHandle, Applied) {
-    driven(toy, driver::Config { state, ..Default::default() })
+/// A handle on a fake world, and the commands that reach it.
+fn handle(world: FakeWorld, state: RunState) -> (SimHandle, Applied) {
+    driven(world, driver::Config { state, ..Default::default() })
 }
 
-fn driven(toy: Toy, config: driver::Config) -> (SimHandle, Applied) {
-    let applied = toy.applied.clone();
-    let driver = driver::start(toy, config).unwrap();
+fn driven(world: FakeWorld, config: driver::Config) -> (SimHandle, Applied) {
+    let applied = world.applied.clone();
+    let driver = driver::start(world, config).unwrap();
     let limits = DaemonLimits::default();
     let info = DaemonInfo { name: "test".into(), version: "0", limits };
     (
@@ -35,7 +35,7 @@ fn driven(toy: Toy, config: driver::Config) -> (SimHandle, Applied) {
 }
 
 pub(crate) fn paused() -> SimHandle {
-    handle(Toy::default(), RunState::Paused).0
+    handle(FakeWorld::default(), RunState::Paused).0
 }
 
 #[tokio::test]
@@ -50,14 +50,14 @@ async fn a_command_is_done_and_its_state_can_be_read() {
 }
 
 /// Where callers drive.
-fn by_callers(toy: Toy) -> SimHandle {
+fn by_callers(world: FakeWorld) -> SimHandle {
     let state = RunState::Paused;
-    driven(toy, driver::Config { state, callers_drive: true, step_threads: 1, ..Default::default() }).0
+    driven(world, driver::Config { state, callers_drive: true, step_threads: 1, ..Default::default() }).0
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 4)]
 async fn callers_that_drive_have_all_of_their_steps_done() {
-    let handle = by_callers(Toy::default());
+    let handle = by_callers(FakeWorld::default());
     let callers = (0..8).map(|_| {
         let handle = handle.clone();
         tokio::spawn(async move {
@@ -76,7 +76,8 @@ async fn callers_that_drive_have_all_of_their_steps_done() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 4)]
 async fn callers_that_look_for_their_answers_get_them_and_the_reason_of_the_end() {
     let (state, spin_us) = (RunState::Paused, 200);
-    let handle = driven(Toy::panicking_at(500), driver::Config { state, spin_us, ..Default::default() }).0;
+    let config = driver::Config { state, spin_us, ..Default::default() };
+    let handle = driven(FakeWorld::panicking_at(500), config).0;
     let callers = (0..4).map(|_| {
         let handle = handle.clone();
         tokio::spawn(async move {
@@ -108,7 +109,7 @@ fn a_caller_looks_for_no_longer_than_it_may() {
 
 #[tokio::test]
 async fn a_world_that_callers_drive_plays_and_is_paused_again() {
-    let handle = by_callers(Toy::default());
+    let handle = by_callers(FakeWorld::default());
     let before = handle.newest().sequence;
     handle.set_state(RunState::Playing).await.unwrap();
     let played = handle.newer_than(before + 5, None).await.unwrap();
@@ -119,7 +120,7 @@ async fn a_world_that_callers_drive_plays_and_is_paused_again() {
 
 #[tokio::test]
 async fn a_world_that_panics_under_a_caller_fails_every_call_with_the_reason() {
-    let handle = by_callers(Toy::panicking_at(3));
+    let handle = by_callers(FakeWorld::panicking_at(3));
     let waiting = handle.newer_than(1_000, None);
     let (during, waiting) = tokio::join!(handle.step(10), waiting);
     let after = handle.command(nothing()).await;
@@ -131,7 +132,7 @@ async fn a_world_that_panics_under_a_caller_fails_every_call_with_the_reason() {
 
 #[tokio::test]
 async fn a_world_that_callers_drive_ends_when_it_is_asked_to() {
-    let handle = by_callers(Toy::default());
+    let handle = by_callers(FakeWorld::default());
     handle.end_driver();
     handle.driver_ended().cancelled().await;
     assert!(matches!(handle.command(nothing()).await, Err(CallError::ShuttingDown)));
@@ -139,7 +140,7 @@ async fn a_world_that_callers_drive_ends_when_it_is_asked_to() {
 
 #[tokio::test]
 async fn a_world_that_panics_fails_every_call_with_the_reason() {
-    let (handle, _) = handle(Toy::panicking_at(3), RunState::Paused);
+    let (handle, _) = handle(FakeWorld::panicking_at(3), RunState::Paused);
     let waiting = handle.newer_than(1_000, None);
     let (during, waiting) = tokio::join!(handle.step(10), waiting);
     let after = handle.command(nothing()).await;
@@ -155,7 +156,7 @@ async fn a_world_that_panics_fails_every_call_with_the_reason() {
 
 #[tokio::test]
 async fn a_world_whose_end_panics_too_leaves_no_caller_waiting() {
-    let (handle, _) = handle(Toy::panicking_twice_at(3), RunState::Paused);
+    let (handle, _) = handle(FakeWorld::panicking_twice_at(3), RunState::Paused);
     let during = handle.step(10).await.unwrap_err();
     handle.driver_ended().cancelled().await;
     assert!(during.to_string().contains("on purpose"), "{during}");
@@ -164,7 +165,7 @@ async fn a_world_whose_end_panics_too_leaves_no_caller_waiting() {
 
 #[tokio::test]
 async fn a_world_that_only_fails_to_end_is_a_failure_of_the_driver() {
-    let (handle, _) = handle(Toy::panicking_twice_at(u64::MAX), RunState::Paused);
+    let (handle, _) = handle(FakeWorld::panicking_twice_at(u64::MAX), RunState::Paused);
     handle.end_driver();
     handle.driver_ended().cancelled().await;
     assert!(handle.driver_failure().is_some_and(|failure| failure.contains("cleaned up")));
@@ -270,7 +271,7 @@ async fn a_lease_out_of_bounds_is_refused() {
 /// the next timer by itself: that is the end of the lease.
 #[tokio::test(start_paused = true)]
 async fn a_claim_that_is_not_used_lapses_and_is_released() {
-    let (handle, applied) = handle(Toy::default(), RunState::Paused);
+    let (handle, applied) = handle(FakeWorld::default(), RunState::Paused);
     let begun = Instant::now();
     let (claim, _) = handle.claim(ClaimRequest::default(), Duration::from_secs(10), None).await.unwrap();
     let claim = handle.claim_of(&claim).unwrap();

@@ -150,7 +150,7 @@ impl SimHandle {
     /// if it has said where its camera is.
     ///
     /// # Errors
-    /// Where the daemon drains before that, or the driver failed.
+    /// Returns an error if the daemon drains before that, or the driver failed.
     pub async fn next_view(
         &self,
         version: u64,

@@ -131,7 +131,7 @@ impl Decoded {
     /// Keeps those of a robot in mind.
     ///
     /// # Errors
-    /// Where all would take more than the limit.
+    /// Returns an error if all would take more than the limit.
     pub(super) fn admit_shapes(&self, shapes: &Arc<Shapes>) -> Result<(), CallError> {
         let mut used = self.lock();
         used.check(self.limit, |used| used.own_bytes(shapes)).map_err(|value| self.too_much(value))?;
@@ -203,7 +203,7 @@ impl<'d> Decoding<'d> {
     }
 
     /// # Errors
-    /// Where a mesh went beyond the limit of them all.
+    /// Returns an error if a mesh went beyond the limit of them all.
     pub(super) fn check(&self) -> Result<(), CallError> {
         self.excess.get().map_or(Ok(()), |value| Err(self.decoded.too_much(value)))
     }

@@ -31,7 +31,7 @@ pub(super) struct OnDisk {
 
 impl Roots {
     /// # Errors
-    /// Where one is not a folder that can be read, with that one.
+    /// Returns an error if one is not a folder that can be read, with that one.
     pub(super) fn new(folders: &[PathBuf]) -> Result<Self, (PathBuf, std::io::Error)> {
         let root = |folder: &PathBuf| {
             let failed = |error| (folder.clone(), error);
@@ -47,7 +47,7 @@ impl Roots {
     /// What lies outside of the roots is reported alike whether it exists or not.
     ///
     /// # Errors
-    /// Where it lies outside, also by a symbolic link, or is no robot.
+    /// Returns an error if it lies outside, also by a symbolic link, or is no robot.
     pub(super) fn find(&self, path: &str) -> Result<OnDisk, CallError> {
         if self.roots.is_empty() {
             return Err(not_allowed(format!(

@@ -57,7 +57,7 @@ impl Partials {
     /// part must begin where the last ended, or repeat what is here.
     ///
     /// # Errors
-    /// Where the part does not fit to those before. What was here stays.
+    /// Returns an error if the part does not fit to those before. What was here stays.
     pub(super) fn append(
         &mut self,
         sha256: Sha256,

@@ -18,7 +18,7 @@ use super::Loader;
 use super::decoded::{Decoded, Decoding};
 use super::disk::{DiskAssets, OnDisk, find_for_operator, read_file};
 use super::progress::{Phase, Reporter};
-use super::report::{refuse_stand_ins, report_absent, report_stand_ins};
+use super::report::{refuse_proxies, report_absent, report_proxies};
 use super::source::Source;
 use crate::call_error::{CallError, panic_message};
 
@@ -140,7 +140,7 @@ impl Loader {
     /// Reads the robots of a description; there is at least one.
     ///
     /// # Errors
-    /// Where its bytes cannot be had; what is wrong with them is in a reading's outcome.
+    /// Returns an error if its bytes cannot be had; what is wrong with them is in a reading's outcome.
     pub(super) async fn read(
         &self,
         origin: &Origin,
@@ -326,7 +326,7 @@ fn read_parts(
 /// Reads a description and makes its shapes, with what other robots have of the same files.
 ///
 /// # Errors
-/// Where all robots' meshes together would take too much memory.
+/// Returns an error if all robots' meshes together would take too much memory.
 fn read(
     urdf: &[u8],
     files: &dyn Assets,
@@ -348,9 +348,9 @@ fn read(
     let fixed_base = Spawn::is_base_fixed(&model, options.fixed_base);
     let shapes = Arc::new(Shapes::reusing(&model, fixed_base, options.mesh_shapes, &decoded.shapes()));
     decoded.admit_shapes(&shapes)?;
-    report_stand_ins(&shapes, options.read.limits.findings, &mut report);
+    report_proxies(&shapes, options.read.limits.findings, &mut report);
     if options.read.strict {
-        match refuse_stand_ins(report) {
+        match refuse_proxies(report) {
             Ok(unchanged) => report = unchanged,
             Err(refused) => return Ok(Err(refused)),
         }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use simd_core::collision::{MeshShapes, Shapes, StandIn, StandInShape};
+use simd_core::collision::{MeshShapes, Proxy, ProxyShape, Shapes};
 use simd_model::robot::JointKind;
 use simd_model::{Disposition, Finding, LoadReport, Refused, RobotModel, Severity};
 
@@ -26,9 +26,9 @@ pub(super) fn report_absent(model: &RobotModel, names: &BTreeSet<&str>, report: 
 }
 
 /// Adds what the collision meshes became, with at most `most` findings of a severity.
-pub(super) fn report_stand_ins(shapes: &Shapes, most: usize, report: &mut LoadReport) {
-    for stand_in in shapes.stand_ins() {
-        let StandIn { uri, triangles, shape, asked, is_fixed, distance, simpler_by } = stand_in;
+pub(super) fn report_proxies(shapes: &Shapes, most: usize, report: &mut LoadReport) {
+    for proxy in shapes.proxies() {
+        let Proxy { uri, triangles, shape, asked, is_fixed, distance, simpler_by } = proxy;
         let mesh = format!("the collision mesh of {}", counted(*triangles, "triangle"));
         let simpler = simpler_by.map_or_else(String::new, |by| {
             format!("of some of its corners, outside of whose faces the others lie by at most {by:.6} m; ")
@@ -36,10 +36,10 @@ pub(super) fn report_stand_ins(shapes: &Shapes, most: usize, report: &mut LoadRe
         let error = format!("{simpler}the largest distance found between the two is {distance:.4} m");
         let divided = *asked == MeshShapes::Decomposition;
         let (severity, disposition, message) = match shape {
-            StandInShape::Mesh => {
+            ProxyShape::Mesh => {
                 (Severity::Info, Disposition::Used, format!("{mesh} touches as it is: its link cannot move"))
             }
-            StandInShape::Hull if divided => (
+            ProxyShape::Hull if divided => (
                 Severity::Warning,
                 Disposition::Ignored,
                 format!(
@@ -47,7 +47,7 @@ pub(super) fn report_stand_ins(shapes: &Shapes, most: usize, report: &mut LoadRe
                      hull stands for it; {error}"
                 ),
             ),
-            StandInShape::Hull if *asked == MeshShapes::Mesh && *is_fixed => (
+            ProxyShape::Hull if *asked == MeshShapes::Mesh && *is_fixed => (
                 Severity::Warning,
                 Disposition::Ignored,
                 format!(
@@ -55,12 +55,12 @@ pub(super) fn report_stand_ins(shapes: &Shapes, most: usize, report: &mut LoadRe
                      robot's are more than 1000000; {error}"
                 ),
             ),
-            StandInShape::Hull => (
+            ProxyShape::Hull => (
                 Severity::Info,
                 Disposition::Used,
                 format!("the convex hull of {mesh} stands for it; {error}"),
             ),
-            StandInShape::Parts(count) => (
+            ProxyShape::Parts(count) => (
                 Severity::Info,
                 Disposition::Used,
                 format!("{} of {mesh} stand for it; {error}", counted(*count, "convex part")),
@@ -74,7 +74,7 @@ pub(super) fn report_stand_ins(shapes: &Shapes, most: usize, report: &mut LoadRe
 }
 
 /// Refuses what collision meshes became where that is a warning, as a strict load does.
-pub(super) fn refuse_stand_ins(mut report: LoadReport) -> Result<LoadReport, Refused> {
+pub(super) fn refuse_proxies(mut report: LoadReport) -> Result<LoadReport, Refused> {
     let is_serious = |finding: &&mut Finding| {
         finding.element == COLLISION && finding.severity == Severity::Warning && finding.line.is_none()
     };

@@ -69,7 +69,7 @@ pub struct Content {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct SavedRobot {
     /// What it is made from.
-    pub recipe: Recipe,
+    pub source: RobotSource,
     /// That of [`layout`]: a description that is read otherwise by another release is found by it.
     pub layout: Sha256,
     /// Its state.
@@ -78,7 +78,7 @@ pub struct SavedRobot {
 
 /// What a robot is made from.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub struct Recipe {
+pub struct RobotSource {
     /// Of its URDF.
     pub description: Sha256,
     /// Of its mesh files, by URI.
@@ -95,12 +95,12 @@ pub struct Recipe {
 type Head = (String, usize, usize);
 
 impl Content {
-    /// Of a saved state; the recipes and robots are aligned, and the files are for all of them.
-    pub fn new(name: &str, saved: &Saved, recipes: Vec<Recipe>, files: Vec<Arc<[u8]>>) -> Self {
+    /// Of a saved state; the sources and robots are aligned, and the files are for all of them.
+    pub fn new(name: &str, saved: &Saved, sources: Vec<RobotSource>, files: Vec<Arc<[u8]>>) -> Self {
         let world = saved.world_state();
-        let robots = recipes.into_iter().zip(saved.models()).zip(&world.robots);
-        let robot = |((recipe, model), state): ((Recipe, &Arc<RobotModel>), &RobotState)| SavedRobot {
-            recipe,
+        let robots = sources.into_iter().zip(saved.models()).zip(&world.robots);
+        let robot = |((source, model), state): ((RobotSource, &Arc<RobotModel>), &RobotState)| SavedRobot {
+            source,
             layout: layout(model),
             state: state.clone(),
         };
@@ -122,7 +122,7 @@ impl Content {
     /// The state, of robots that were made again, in their order.
     ///
     /// # Errors
-    /// Where a robot is made otherwise than it was, and where no world can be in such a state.
+    /// Returns an error if a robot is made otherwise than it was, and where no world can be in such a state.
     pub fn into_saved(self, made: Vec<RobotParts>) -> Result<Saved, CallError> {
         let Self { name: _, robots, mut world, files: _ } = self;
         for (robot, (model, _shapes)) in robots.iter().zip(&made) {
@@ -165,7 +165,7 @@ impl Content {
         let mut robots = Vec::new();
         for _ in 0..robot_count {
             let robot: SavedRobot = take(rest)?;
-            entries += robot.recipe.assets.len() + robot.state.entity.contact_settings.links.len();
+            entries += robot.source.assets.len() + robot.state.entity.contact_settings.links.len();
             check_entries(entries)?;
             robots.push(robot);
         }
@@ -231,7 +231,7 @@ pub fn seal_encoded(content: &[u8]) -> Vec<u8> {
 /// Opens a file for a daemon that takes so many robots.
 ///
 /// # Errors
-/// Where it is not a saved state, is of another format, is damaged, or has more entries than it may.
+/// Returns an error if it is not a saved state, is of another format, is damaged, or has more entries than it may.
 pub fn open(file: &[u8], robots: usize) -> Result<Opened, CallError> {
     let Some((magic, rest)) = file.split_first_chunk::<8>() else { return Err(no_saved_state()) };
     let (Some((format, rest)), true) = (rest.split_first_chunk::<4>(), magic == MAGIC) else {

@@ -11,7 +11,7 @@ use simd_model::{Asset, RobotModel};
 use super::Loader;
 use super::progress::Reporter;
 use super::reading::{LoadedRobot, Origin};
-use super::saved_state_file::{Content, Opened, Recipe, SavedRobot, invalid, open, seal};
+use super::saved_state_file::{Content, Opened, RobotSource, SavedRobot, invalid, open, seal};
 use crate::call_error::CallError;
 use crate::info::MAX_NAME_BYTES;
 
@@ -22,14 +22,14 @@ impl Loader {
     /// A file of a saved state of this name, with its hash.
     ///
     /// # Errors
-    /// Where the file would be larger than an upload may be.
+    /// Returns an error if the file would be larger than an upload may be.
     pub(crate) async fn write_saved_state(
         &self,
         name: String,
         saved: Saved,
     ) -> Result<(Sha256, Arc<[u8]>), CallError> {
-        let (recipes, files) = self.ingredients(&saved)?;
-        let (sha256, file) = self.off_thread(move || sealed(&name, &saved, recipes, files)).await?;
+        let (sources, files) = self.sources_and_files(&saved)?;
+        let (sha256, file) = self.off_thread(move || sealed(&name, &saved, sources, files)).await?;
         self.check_file(file.len())?;
         Ok((sha256, file))
     }
@@ -37,7 +37,7 @@ impl Loader {
     /// The saved state that is in a file, under this name or, where it is empty, under the one that it had.
     ///
     /// # Errors
-    /// Where the file is not a saved state or is damaged, and where its robots cannot be read as they were.
+    /// Returns an error if the file is not a saved state or is damaged, and where its robots cannot be read as they were.
     pub(crate) async fn read_saved_state(
         &self,
         file: Bytes,
@@ -66,17 +66,17 @@ impl Loader {
     /// The state that a file has, and the files beside it; its robots are those that are known, or are made and then known.
     ///
     /// # Errors
-    /// Where a file is lacking, and where its robots cannot be read as they were.
+    /// Returns an error if a file is lacking, and where its robots cannot be read as they were.
     pub(crate) async fn saved(
         &self,
         content: Content,
         files: &Files,
-        known: &mut BTreeMap<Recipe, RobotParts>,
+        known: &mut BTreeMap<RobotSource, RobotParts>,
     ) -> Result<Saved, CallError> {
         let mut made = Vec::with_capacity(content.robots.len());
-        for SavedRobot { recipe, state, .. } in &content.robots {
+        for SavedRobot { source, state, .. } in &content.robots {
             // Robots that are made alike are one model; alone, a thousand balls are read a thousand times.
-            made.push(self.made_again(recipe, files, &state.entity.name, known).await?);
+            made.push(self.made_again(source, files, &state.entity.name, known).await?);
         }
         self.off_thread(move || content.into_saved(made)).await?
     }
@@ -84,36 +84,41 @@ impl Loader {
     /// A robot from what it was made from.
     ///
     /// # Errors
-    /// Where a file is lacking, and where it cannot be read.
+    /// Returns an error if a file is lacking, and where it cannot be read.
     pub(crate) async fn made_again(
         &self,
-        recipe: &Recipe,
+        source: &RobotSource,
         files: &Files,
         robot: &str,
-        known: &mut BTreeMap<Recipe, RobotParts>,
+        known: &mut BTreeMap<RobotSource, RobotParts>,
     ) -> Result<RobotParts, CallError> {
-        if let Some(made) = known.get(recipe) {
+        if let Some(made) = known.get(source) {
             return Ok(made.clone());
         }
-        let made = self.load_again(recipe, files, robot).await?;
-        known.insert(recipe.clone(), made.clone());
+        let made = self.load_again(source, files, robot).await?;
+        known.insert(source.clone(), made.clone());
         Ok(made)
     }
 
-    async fn load_again(&self, recipe: &Recipe, files: &Files, robot: &str) -> Result<RobotParts, CallError> {
+    async fn load_again(
+        &self,
+        source: &RobotSource,
+        files: &Files,
+        robot: &str,
+    ) -> Result<RobotParts, CallError> {
         let of_robot =
             || format!("robot {:?} of the saved state", robot.chars().take(80).collect::<String>());
         let find = |sha256: &Sha256| {
             let lacking = || invalid(format!("{}: the file {sha256} is not in it", of_robot()));
             files.get(sha256).cloned().ok_or_else(lacking)
         };
-        let urdf = find(&recipe.description)?;
-        let assets = recipe
+        let urdf = find(&source.description)?;
+        let assets = source
             .assets
             .iter()
             .map(|(uri, sha256)| Ok((uri.clone(), Asset { sha256: *sha256, bytes: find(sha256)? })));
         let origin = Origin::Sent { urdf, files: assets.collect::<Result<_, CallError>>()? };
-        let Recipe { scale, mesh_shapes, fixed_base, .. } = *recipe;
+        let RobotSource { scale, mesh_shapes, fixed_base, .. } = *source;
         let options = self.load_options(f64::from_bits(scale), false, mesh_shapes, Some(fixed_base));
         let made = self.load(origin, robot, Bytes::new(), options, Reporter::default()).await;
         match made {
@@ -126,13 +131,13 @@ impl Loader {
     }
 
     /// What the robots of a state are made from, and the files for it.
-    fn ingredients(&self, saved: &Saved) -> Result<(Vec<Recipe>, Files), CallError> {
-        let mut recipes = Vec::new();
+    fn sources_and_files(&self, saved: &Saved) -> Result<(Vec<RobotSource>, Files), CallError> {
+        let mut sources = Vec::new();
         let mut used = BTreeSet::new();
-        for recipe in self.recipes(saved)? {
-            used.insert(recipe.description);
-            used.extend(recipe.assets.values());
-            recipes.push(recipe);
+        for source in self.robot_sources(saved)? {
+            used.insert(source.description);
+            used.extend(source.assets.values());
+            sources.push(source);
         }
         let mut files = Files::new();
         let mut size = 0usize;
@@ -142,20 +147,20 @@ impl Loader {
             self.check_file(size)?;
             files.insert(sha256, bytes);
         }
-        Ok((recipes, files))
+        Ok((sources, files))
     }
 
     /// What the robots of a state are made from.
-    pub(crate) fn recipes(&self, saved: &Saved) -> Result<Vec<Recipe>, CallError> {
-        saved.models().map(|model| self.recipe(model)).collect()
+    pub(crate) fn robot_sources(&self, saved: &Saved) -> Result<Vec<RobotSource>, CallError> {
+        saved.models().map(|model| self.robot_source(model)).collect()
     }
 
     /// What a robot is made from.
     ///
     /// # Errors
-    /// Where it was not made here.
-    pub(crate) fn recipe(&self, model: &Arc<RobotModel>) -> Result<Recipe, CallError> {
-        let recipe = self.with_known(model, |known| Recipe {
+    /// Returns an error if it was not made here.
+    pub(crate) fn robot_source(&self, model: &Arc<RobotModel>) -> Result<RobotSource, CallError> {
+        let source = self.with_known(model, |known| RobotSource {
             description: known.description,
             assets: mesh_files(model),
             scale: known.scale.to_bits(),
@@ -163,13 +168,13 @@ impl Loader {
             fixed_base: known.fixed_base,
         });
         let unknown = || format!("it is not known where robot model {:?} came from", model.name);
-        recipe.ok_or_else(|| CallError::Internal { message: unknown() })
+        source.ok_or_else(|| CallError::Internal { message: unknown() })
     }
 
     /// A file that a robot was made from.
     ///
     /// # Errors
-    /// Where it is not kept any more.
+    /// Returns an error if it is not kept any more.
     pub(crate) fn file_of_robot(&self, sha256: &Sha256) -> Result<Arc<[u8]>, CallError> {
         let gone = || CallError::Internal { message: format!("the file {sha256} of a robot is gone") };
         self.lock().store.get(sha256).ok_or_else(gone)
@@ -207,8 +212,8 @@ fn mesh_files(model: &RobotModel) -> BTreeMap<String, Sha256> {
     files
 }
 
-fn sealed(name: &str, saved: &Saved, recipes: Vec<Recipe>, files: Files) -> (Sha256, Arc<[u8]>) {
-    let file = seal(&Content::new(name, saved, recipes, files.into_values().collect()));
+fn sealed(name: &str, saved: &Saved, sources: Vec<RobotSource>, files: Files) -> (Sha256, Arc<[u8]>) {
+    let file = seal(&Content::new(name, saved, sources, files.into_values().collect()));
     (Sha256::of(&file), file.into())
 }
 

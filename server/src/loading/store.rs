@@ -86,7 +86,7 @@ impl Store {
     /// Keeps a file under the hash that it has.
     ///
     /// # Errors
-    /// Where robots use so much of the store that it does not fit.
+    /// Returns an error if robots use so much of the store that it does not fit.
     pub(super) fn insert(&mut self, sha256: Sha256, bytes: Arc<[u8]>) -> Result<(), CallError> {
         if self.get(&sha256).is_some() {
             return Ok(());

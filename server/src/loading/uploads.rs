@@ -23,7 +23,7 @@ impl Loader {
     /// Keeps a description and says which of its files are lacking.
     ///
     /// # Errors
-    /// Where it is too large or cannot be read at all.
+    /// Returns an error if it is too large or cannot be read at all.
     pub(crate) async fn prepare(
         &self,
         urdf: Bytes,
@@ -64,7 +64,7 @@ impl Loader {
     /// Takes a part of a file; gives how much of it is here.
     ///
     /// # Errors
-    /// Where the file is too large, where parts do not fit, and where the whole
+    /// Returns an error if the file is too large, where parts do not fit, and where the whole
     /// does not have the hash.
     pub(crate) async fn upload(
         self: &Arc<Self>,
@@ -127,7 +127,7 @@ impl Loader {
     /// Reads a description as a spawn would, and only reports.
     ///
     /// # Errors
-    /// Where its bytes cannot be had.
+    /// Returns an error if its bytes cannot be had.
     pub(crate) async fn validate(&self, source: Source, scale: f64) -> Result<Validated, CallError> {
         let options = self.load_options(scale, false, MeshShapes::default(), None);
         let which = Which::One(String::new());
@@ -156,7 +156,7 @@ impl Loader {
     /// `None` where no robot uses it.
     ///
     /// # Errors
-    /// Where too much waits for a permit already.
+    /// Returns an error if too much waits for a permit already.
     pub(crate) async fn with_mesh<T: Send + 'static>(
         &self,
         look: &Sha256,
@@ -169,7 +169,7 @@ impl Loader {
     /// The text of a description with other file names of its meshes.
     ///
     /// # Errors
-    /// Where too much waits to be read already, and where the text cannot be read.
+    /// Returns an error if too much waits to be read already, and where the text cannot be read.
     pub(crate) async fn readdress(
         &self,
         urdf: Bytes,
@@ -182,7 +182,7 @@ impl Loader {
     /// Reads what an SRDF says of what a robot touches.
     ///
     /// # Errors
-    /// Where it is none, and where `strict` refuses what it was found to have.
+    /// Returns an error if it is none, and where `strict` refuses what it was found to have.
     async fn read_srdf(&self, srdf: Bytes, model: Arc<RobotModel>, strict: bool) -> Result<Srdf, CallError> {
         let limits = self.limits.reading;
         let read = move || simd_model::read_srdf(&srdf, &model, strict, &limits);
@@ -214,7 +214,7 @@ impl Loader {
     /// the one of the name that the robot had. Of an SRDF the named states alone are taken; empty is none.
     ///
     /// # Errors
-    /// Where its bytes cannot be had, and where they are no robot.
+    /// Returns an error if its bytes cannot be had, and where they are no robot.
     pub(crate) async fn load(
         &self,
         origin: Origin,

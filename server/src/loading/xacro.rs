@@ -34,7 +34,7 @@ impl Loader {
     /// Expands a xacro file to a URDF.
     ///
     /// # Errors
-    /// Where the files are too large together, and where the xacro cannot be understood.
+    /// Returns an error if the files are too large together, and where the xacro cannot be understood.
     pub(crate) async fn expand_xacro(&self, files: XacroFiles) -> Result<ExpandedXacro, CallError> {
         self.check_description(files.files.values().map(Bytes::len).sum())?;
         self.off_thread(move || expand(&files)).await?

@@ -11,7 +11,7 @@ use simd_proto::v1;
 
 use crate::call_error::CallError;
 use crate::driver::AppliedCommand;
-use crate::loading::saved_state_file::{Content, Recipe, open, seal};
+use crate::loading::saved_state_file::{Content, RobotSource, open, seal};
 use crate::loading::{Files, Loader};
 
 /// Where the files go that something names.
@@ -34,16 +34,16 @@ pub(super) fn encode<K: KeepFile>(
     files: &mut K,
 ) -> Result<v1::RecordedCommand, K::Error> {
     let AppliedCommand { at: _, command, claim, sender } = applied;
-    let recipes = match command {
-        Command::Spawn(spawn) => vec![loader.recipe(&spawn.model)?],
+    let robot_sources = match command {
+        Command::Spawn(spawn) => vec![loader.robot_source(&spawn.model)?],
         Command::SpawnAll(spawns) => {
-            spawns.iter().map(|spawn| loader.recipe(&spawn.model)).collect::<Result<_, CallError>>()?
+            spawns.iter().map(|spawn| loader.robot_source(&spawn.model)).collect::<Result<_, CallError>>()?
         }
-        Command::Reload(reload) => vec![loader.recipe(&reload.model)?],
+        Command::Reload(reload) => vec![loader.robot_source(&reload.model)?],
         _ => Vec::new(),
     };
-    for recipe in &recipes {
-        keep_robot(recipe, loader, files)?;
+    for source in &robot_sources {
+        keep_robot(source, loader, files)?;
     }
     let state_sha256 = match command {
         Command::ImportSavedState { saved, .. } => keep_state(saved, loader, files)?.to_string(),
@@ -61,8 +61,8 @@ pub(super) fn encode<K: KeepFile>(
         kind: kind(&json).to_owned(),
         data: encoded(command)?,
         json,
-        // Of several robots one after another: a recipe knows its own end.
-        recipe: recipes.iter().map(encoded).collect::<Result<Vec<_>, CallError>>()?.concat(),
+        // Of several robots one after another: each knows its own end.
+        robot_source: robot_sources.iter().map(encoded).collect::<Result<Vec<_>, CallError>>()?.concat(),
         state_sha256,
         ..v1::RecordedCommand::default()
     })
@@ -77,8 +77,8 @@ fn encoded(value: &impl serde::Serialize) -> Result<Vec<u8>, CallError> {
     postcard::to_allocvec(value).map_err(|error| CallError::Internal { message: error.to_string() })
 }
 
-fn keep_robot<K: KeepFile>(recipe: &Recipe, loader: &Loader, files: &mut K) -> Result<(), K::Error> {
-    let named = std::iter::once(&recipe.description).chain(recipe.assets.values());
+fn keep_robot<K: KeepFile>(source: &RobotSource, loader: &Loader, files: &mut K) -> Result<(), K::Error> {
+    let named = std::iter::once(&source.description).chain(source.assets.values());
     for sha256 in named {
         files.keep(*sha256, || Ok(loader.file_of_robot(sha256)?.to_vec()))?;
     }
@@ -91,11 +91,11 @@ pub(super) fn keep_state<K: KeepFile>(
     loader: &Loader,
     files: &mut K,
 ) -> Result<Sha256, K::Error> {
-    let recipes = loader.recipes(saved)?;
-    for recipe in &recipes {
-        keep_robot(recipe, loader, files)?;
+    let sources = loader.robot_sources(saved)?;
+    for source in &sources {
+        keep_robot(source, loader, files)?;
     }
-    let file = seal(&Content::new("", saved, recipes, Vec::new()));
+    let file = seal(&Content::new("", saved, sources, Vec::new()));
     let sha256 = Sha256::of(&file);
     files.keep(sha256, || Ok(file))?;
     Ok(sha256)
@@ -111,7 +111,7 @@ pub(super) fn encode_claim(request: &ClaimRequest) -> Result<v1::RecordedClaim, 
 pub(super) struct Decoder {
     pub(super) loader: Loader,
     /// Robots that were made.
-    known: BTreeMap<Recipe, RobotParts>,
+    known: BTreeMap<RobotSource, RobotParts>,
 }
 
 impl Decoder {
@@ -128,15 +128,16 @@ impl Decoder {
         let mut command: Command = decoded(&recorded.data, "a command")?;
         match &mut command {
             Command::Spawn(spawn) => {
-                (spawn.model, spawn.shapes) = self.robot(&recorded.recipe, &spawn.name, files).await?;
+                (spawn.model, spawn.shapes) = self.robot(&recorded.robot_source, &spawn.name, files).await?;
             }
             Command::SpawnAll(spawns) => {
-                let mut rest: &[u8] = &recorded.recipe;
+                let mut rest: &[u8] = &recorded.robot_source;
                 for spawn in spawns {
-                    let (recipe, after) = postcard::take_from_bytes::<Recipe>(rest).map_err(|error| {
-                        invalid(&format!("what a robot is made from cannot be read: {error}"))
-                    })?;
-                    let made = self.loader.made_again(&recipe, files, &spawn.name, &mut self.known).await?;
+                    let (source, after) =
+                        postcard::take_from_bytes::<RobotSource>(rest).map_err(|error| {
+                            invalid(&format!("what a robot is made from cannot be read: {error}"))
+                        })?;
+                    let made = self.loader.made_again(&source, files, &spawn.name, &mut self.known).await?;
                     (spawn.model, spawn.shapes) = made;
                     rest = after;
                 }
@@ -145,7 +146,8 @@ impl Decoder {
                 }
             }
             Command::Reload(reload) => {
-                (reload.model, reload.shapes) = self.robot(&recorded.recipe, &reload.robot, files).await?;
+                (reload.model, reload.shapes) =
+                    self.robot(&recorded.robot_source, &reload.robot, files).await?;
             }
             Command::ImportSavedState { saved, .. } => {
                 *saved = self.state(&recorded.state_sha256, files).await?.0;
@@ -155,9 +157,9 @@ impl Decoder {
         Ok((command, (recorded.claim != 0).then_some(ClaimId(recorded.claim))))
     }
 
-    async fn robot(&mut self, recipe: &[u8], name: &str, files: &Files) -> Result<RobotParts, CallError> {
-        let recipe: Recipe = decoded(recipe, "what a robot is made from")?;
-        self.loader.made_again(&recipe, files, name, &mut self.known).await
+    async fn robot(&mut self, source: &[u8], name: &str, files: &Files) -> Result<RobotParts, CallError> {
+        let source: RobotSource = decoded(source, "what a robot is made from")?;
+        self.loader.made_again(&source, files, name, &mut self.known).await
     }
 
     /// A state by its hash, and who wrote it.

@@ -73,7 +73,7 @@ pub(crate) trait ImageSource: fmt::Debug + Send + Sync {
     /// The newest picture of a camera's own rate after that of a number, by the sensor's id; more are drawn for some seconds.
     ///
     /// # Errors
-    /// Where no renderer is there.
+    /// Returns an error if no renderer is there.
     fn next_image(&self, camera: u64, after: u64) -> Result<Option<CameraImage>, NoRenderer>;
 }
 

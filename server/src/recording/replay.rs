@@ -71,7 +71,9 @@ impl Due {
 
     fn bytes(&self) -> usize {
         match self {
-            Self::Command(command) => 256 + command.data.len() + command.json.len() + command.recipe.len(),
+            Self::Command(command) => {
+                256 + command.data.len() + command.json.len() + command.robot_source.len()
+            }
             Self::World(world) => 256 + 128 * world.saved_states.len() + 128 * world.claims.len(),
         }
     }
@@ -81,7 +83,7 @@ impl Due {
 /// later. `open` gives the file anew each time.
 ///
 /// # Errors
-/// Where it is no recording, or has no world to begin with: a sentence.
+/// Returns an error if it is no recording, or has no world to begin with: a sentence.
 pub async fn replay<R: Read>(
     open: impl FnMut() -> std::io::Result<R>,
     from: Option<f64>,

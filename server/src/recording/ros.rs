@@ -94,8 +94,8 @@ fn describe(
     loader: &Loader,
     file: &mut RecordingFile,
 ) -> Result<(), Unwritten> {
-    let recipe = loader.recipe(&entity.model)?;
-    let urdf = loader.file_of_robot(&recipe.description)?;
+    let source = loader.robot_source(&entity.model)?;
+    let urdf = loader.file_of_robot(&source.description)?;
     let data = String::from_utf8_lossy(&urdf).into_owned();
     write(file, &format!("/{}/robot_description", topic_part(&entity.name)), &Text { data })?;
     let fixed = transforms(entity, poses, stamp, true);

@@ -337,7 +337,7 @@ async fn a_limit_ends_the_recording_with_an_event_and_the_file_is_complete() {
         let batch = handle.next_events(after, Duration::from_secs(60)).await.unwrap();
         after = batch.last_sequence;
         let ended = batch.events.into_iter().find_map(|event| match event.what {
-            crate::handle::Happened::RecordingEnded { cause, message, .. } => Some((cause, message)),
+            crate::handle::LogEvent::RecordingEnded { cause, message, .. } => Some((cause, message)),
             _ => None,
         });
         if let Some(ended) = ended {

@@ -19,7 +19,8 @@ use super::readings::Readings;
 use super::ros::{States, topic_part};
 use super::{Encoders, RecordingSources, names};
 use crate::driver::{
-    AppliedCommand, Entry, Happened, Published, RecordingEnd, ReportEntry, Tap, TapEnd, WorldEntry,
+    AppliedCommand, Entry, LogEvent, Published, RecorderQueue, RecorderQueueEnd, RecordingEnd, ReportEntry,
+    WorldEntry,
 };
 
 /// How often it looks for what came: the driver has memory for so many states at 1 kHz.
@@ -55,7 +56,7 @@ pub(super) struct Writer {
     plan: Plan,
     sources: RecordingSources,
     encoders: Encoders,
-    tap: Arc<Tap>,
+    queue: Arc<RecorderQueue>,
     file: RecordingFile,
     /// Of the file, from 1.
     number: u64,
@@ -106,19 +107,19 @@ impl Writer {
         plan: Plan,
         sources: RecordingSources,
         encoders: Encoders,
-        tap: Arc<Tap>,
+        queue: Arc<RecorderQueue>,
     ) -> io::Result<Self> {
         let file = create(&plan, &sources, 1)?;
         let now = Instant::now();
         let shown = States::new(plan.state_period);
-        let newest = sources.board.newest();
+        let newest = sources.state_cell.newest();
         let readings = plan.state_period.map(|_| Readings::begin(&sources.sensors, &newest));
         let images = plan.state_period.and_then(|_| Images::begin(plan.picture_bytes, &newest));
         Ok(Self {
             plan,
             sources,
             encoders,
-            tap,
+            queue,
             file,
             number: 1,
             older: VecDeque::new(),
@@ -141,7 +142,7 @@ impl Writer {
     pub(super) fn run(mut self) {
         let mut entries = Vec::new();
         let end = loop {
-            let end = self.tap.take_after(LOOK, &mut entries);
+            let end = self.queue.take_after(LOOK, &mut entries);
             let mut written = Ok(());
             for entry in entries.drain(..) {
                 // All are taken out, also those that are not written any more.
@@ -153,18 +154,18 @@ impl Writer {
             let written = written.and_then(|()| self.readings());
             if let Err(ended) = written.and_then(|()| self.keep_up(Instant::now())) {
                 // Entries from now on are dropped.
-                self.tap.end(TapEnd::Stopped);
+                self.queue.end(RecorderQueueEnd::Stopped);
                 break ended;
             }
             match end {
                 None => {}
-                Some(TapEnd::Stopped) => {
+                Some(RecorderQueueEnd::Stopped) => {
                     break Ended { cause: RecordingEnd::Stopped, message: "it was stopped".into() };
                 }
-                Some(TapEnd::DriverEnded) => {
+                Some(RecorderQueueEnd::DriverEnded) => {
                     break Ended { cause: RecordingEnd::DaemonEnded, message: "the daemon ends".into() };
                 }
-                Some(TapEnd::Full) => {
+                Some(RecorderQueueEnd::Full) => {
                     break Ended {
                         cause: RecordingEnd::TooSlow,
                         message: "the disk is slower than the world".into(),
@@ -192,8 +193,8 @@ impl Writer {
         }
         // That the disk is too slow was said by the driver, which does not wait for it.
         if cause != RecordingEnd::TooSlow {
-            let newest = self.sources.board.newest();
-            let what = Happened::RecordingEnded { at: newest.state.at, recording, cause, message };
+            let newest = self.sources.state_cell.newest();
+            let what = LogEvent::RecordingEnded { at: newest.state.at, recording, cause, message };
             self.sources.events.push(SystemTime::now(), newest.sequence, what);
         }
     }
@@ -294,7 +295,7 @@ impl Writer {
     /// Writes what sensors measured and cameras saw since the last time.
     fn readings(&mut self) -> Result<(), Ended> {
         let Some(readings) = &mut self.readings else { return Ok(()) };
-        let newest = self.sources.board.newest();
+        let newest = self.sources.state_cell.newest();
         readings.write(&self.sources.sensors, &newest, &self.encoders, &mut self.file)?;
         match &mut self.images {
             Some(images) => {
@@ -307,7 +308,7 @@ impl Writer {
     /// Writes the last pictures, and says in the file what there is of cameras.
     fn images_done(&mut self) -> Result<(), Ended> {
         let Some(images) = &mut self.images else { return Ok(()) };
-        let newest = self.sources.board.newest();
+        let newest = self.sources.state_cell.newest();
         images.write(&*self.sources.images, &newest, Instant::now(), &mut self.file)?;
         Ok(self.file.add_summary(images::METADATA, &images.summary())?)
     }
@@ -332,7 +333,7 @@ impl Writer {
         }
         if now - self.world >= WORLD {
             self.world = now;
-            self.tap.ask_for_world();
+            self.queue.ask_for_world();
         }
         let limit = |message| Err(Ended { cause: RecordingEnd::LimitReached, message });
         if let Some(longest) = self.plan.max_duration.filter(|longest| now - self.began >= *longest) {
@@ -341,7 +342,7 @@ impl Writer {
         if let Some(keep) = self.plan.keep_last {
             if !self.wants_file && now - self.file_began >= (keep / RING).max(SHORTEST) {
                 self.wants_file = true;
-                self.tap.ask_for_world();
+                self.queue.ask_for_world();
             }
             // The file after it began when it ended.
             while self.older.front().is_some_and(|(_, _, ended)| now - *ended > keep) {

@@ -30,7 +30,7 @@ use super::endpoints::{Graph, Server, Topic};
 use super::robots::Robot;
 use super::services::one;
 use crate::SimHandle;
-use crate::handle::Happened;
+use crate::handle::LogEvent;
 use crate::recording::stamp;
 
 /// Goals that are remembered, those that ended the longest ago are forgotten first.
@@ -228,7 +228,7 @@ async fn follow(goals: Arc<Goals>, handle: SimHandle, goal: Arc<Goal>, mut after
         let Ok(batch) = handle.next_events(after, FEEDBACK).await else { return };
         after = batch.last_sequence;
         let end = batch.events.into_iter().find_map(|event| match event.what {
-            Happened::World(event) => match event.kind {
+            LogEvent::World(event) => match event.kind {
                 EventKind::TrajectoryEnded { robot, id, end } if (&robot, id) == (&goals.robot, goal.id) => {
                     Some(end)
                 }

@@ -23,7 +23,7 @@ impl Calls {
     /// For so many queries that are worked on or wait to be answered.
     ///
     /// # Errors
-    /// Where the system gives no threads.
+    /// Returns an error if the system gives no threads.
     pub(super) fn new(room: usize) -> std::io::Result<Self> {
         let threads = Arc::new(BlockingThreads::waiting("ros2-reply", THREADS, STACK_BYTES)?);
         Ok(Self { runtime: Handle::current(), room: Arc::new(Semaphore::new(room)), threads })

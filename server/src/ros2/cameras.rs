@@ -44,7 +44,7 @@ impl Cameras {
     /// Has topics for each camera of the robots that are shown, and for no other.
     ///
     /// # Errors
-    /// Where a topic cannot be declared.
+    /// Returns an error if a topic cannot be declared.
     pub(super) async fn follow(
         &mut self,
         graph: &Graph,

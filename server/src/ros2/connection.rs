@@ -18,7 +18,7 @@ const MAX_MESSAGE_BYTES: u64 = 16 * 1024 * 1024;
 /// Waits for the router, for as long as it takes. Once it was there, Zenoh finds it again by itself.
 ///
 /// # Errors
-/// Where the settings are none.
+/// Returns an error if the settings are none.
 pub(super) async fn open(settings: &Ros2) -> Result<Session, String> {
     let mut said = false;
     loop {

@@ -44,7 +44,7 @@ type Key = (u64, String);
 /// Publishes until the world ends.
 ///
 /// # Errors
-/// Where a topic cannot be declared.
+/// Returns an error if a topic cannot be declared.
 pub(super) async fn publish(graph: &Arc<Graph>, handle: &SimHandle, rate: f64) -> Result<(), zenoh::Error> {
     let clock: Topic<Clock> = graph.publisher("/clock", CLOCK).await?;
     let tf: Topic<TFMessage> = graph.publisher("/tf", TF).await?;

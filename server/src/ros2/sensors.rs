@@ -49,7 +49,7 @@ impl Sensors {
     /// Has a topic for each sensor of the robots that are shown, of which ROS has a message, and no other.
     ///
     /// # Errors
-    /// Where a topic cannot be declared.
+    /// Returns an error if a topic cannot be declared.
     pub(super) async fn follow(
         &mut self,
         graph: &Graph,

@@ -47,7 +47,7 @@ const FEATURES: [u8; 13] = [
 /// Serves them until what it gives is dropped.
 ///
 /// # Errors
-/// Where one cannot be declared.
+/// Returns an error if one cannot be declared.
 pub(super) async fn serve(
     graph: &Arc<Graph>,
     handle: &SimHandle,

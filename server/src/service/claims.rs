@@ -38,7 +38,7 @@ impl Presented {
     /// The claim that a request names, or none where it names none.
     ///
     /// # Errors
-    /// Where there is no such claim, or the caller does not prove that it is its own.
+    /// Returns an error if there is no such claim, or the caller does not prove that it is its own.
     pub(crate) fn claim(self, handle: &SimHandle, named: &str) -> Result<Option<ClaimId>, CallError> {
         if named.is_empty() {
             return Ok(None);

@@ -24,7 +24,7 @@ use super::{joint, routes};
 use crate::SimHandle;
 use crate::blocking_threads::BlockingThreads;
 use crate::convert::test_world;
-use crate::driver::toy::Stuck;
+use crate::driver::fake_world::BlockedWorld;
 use crate::driver::{self, Config};
 use crate::handle::{Caller, DaemonInfo, DaemonLimits, RunState, Transport};
 use crate::loading::Loader;
@@ -242,7 +242,7 @@ async fn every_method_that_only_reads_answers_while_the_physics_thread_is_held_u
     world.apply(&Command::SaveState { name: "here".into() }).unwrap();
     world.apply(&Command::CreateSensor(Box::new(sensor("left", "base")))).unwrap();
     world.apply(&Command::CreateSensor(Box::new(camera("left")))).unwrap();
-    let (world, has_begun, let_go) = Stuck::new(world);
+    let (world, has_begun, let_go) = BlockedWorld::new(world);
     let driver = driver::start(world, Config::default()).unwrap();
     let limits = DaemonLimits::default();
     let info = DaemonInfo { name: "test".into(), version: "0", limits };

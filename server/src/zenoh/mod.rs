@@ -118,7 +118,7 @@ pub struct Serving {
 /// Opens the session and sees whether the name is free.
 ///
 /// # Errors
-/// Where a locator cannot be listened on, or the name is taken.
+/// Returns an error if a locator cannot be listened on, or the name is taken.
 pub async fn open(settings: &config::Zenoh, name: &str) -> Result<Opened, Error> {
     let session = zenoh::open(settings.settings().map_err(Error::Settings)?).await.map_err(|error| {
         // The first of a chain that goes down to the file and line.
@@ -144,7 +144,7 @@ impl Opened {
     /// Serves, and then says that the daemon is there.
     ///
     /// # Errors
-    /// Where another took the name meanwhile.
+    /// Returns an error if another took the name meanwhile.
     pub async fn serve(self, handle: &SimHandle) -> Result<Serving, Error> {
         let Self { session, name, locators, state_rate } = self;
         let (answers, ended) = (TaskTracker::new(), CancellationToken::new());

@@ -34,7 +34,7 @@ impl Presence {
 }
 
 /// # Errors
-/// Where a daemon of this name is there.
+/// Returns an error if a daemon of this name is there.
 pub(super) async fn check(session: &Session, name: &str) -> Result<(), Error> {
     match others(session, name).await?.into_iter().next() {
         Some(zid) => Err(Error::NameTaken { name: name.to_owned(), zid }),
@@ -45,7 +45,7 @@ pub(super) async fn check(session: &Session, name: &str) -> Result<(), Error> {
 /// Puts up the token.
 ///
 /// # Errors
-/// Where another daemon of this name did so at the same time and stays.
+/// Returns an error if another daemon of this name did so at the same time and stays.
 pub(super) async fn announce(session: &Session, name: &str) -> Result<Presence, Error> {
     let own = session.zid().to_string();
     let token = session.liveliness().declare_token(keys::daemon(name, &own)).await.map_err(Error::session)?;

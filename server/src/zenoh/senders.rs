@@ -36,7 +36,7 @@ pub(super) struct Senders {
 
 impl Senders {
     /// # Errors
-    /// Where the system gives no threads.
+    /// Returns an error if the system gives no threads.
     pub(super) fn new(threads: usize) -> std::io::Result<Self> {
         let threads = BlockingThreads::waiting("zenoh-reply", threads, STACK_BYTES)?;
         let (waiting, sent) = (AtomicUsize::new(0), AtomicU64::new(0));

@@ -11,7 +11,7 @@ use rapier3d_f64::geometry::{BroadPhaseBvh, ColliderBuilder, ColliderHandle, Col
 use rapier3d_f64::parry::bounding_volume::{Aabb, BoundingVolume as _};
 use rapier3d_f64::parry::query::DefaultQueryDispatcher;
 use rapier3d_f64::pipeline::QueryFilter;
-use simd_core::collision::{Broad, ColliderGeometry, RobotColliders, Shapes, Surface};
+use simd_core::collision::{BroadPhase, ColliderGeometry, RobotColliders, Shapes, Surface};
 use simd_core::dynamics::Tree;
 use simd_core::dynamics::kinematics::BodyMotion;
 use simd_model::RobotModel;
@@ -97,7 +97,7 @@ fn broad(name: &str, robots: &[(Arc<RobotModel>, DPose3)]) {
         own.push((RobotColliders::new(&tree, &shapes, Surface::default()), poses));
     }
     let (parameters, mut tree) = (IntegrationParameters::default(), BroadPhaseBvh::new());
-    let (mut sweep, mut events, mut boxes) = (Broad::default(), Vec::new(), Vec::new());
+    let (mut sweep, mut events, mut boxes) = (BroadPhase::default(), Vec::new(), Vec::new());
     let (mut here, mut there) = (Vec::new(), Vec::new());
     for batch in 0..BATCHES * 4 {
         // A millimetre to and fro.

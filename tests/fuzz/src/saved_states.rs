@@ -8,7 +8,7 @@ use simd_core::simulation::{RobotParts, Saved, WorldLimits};
 use simd_core::{Command, PhysicsSettings, PublishedState, Simulation};
 use simd_model::robot::Sha256;
 use simd_model::{Asset, Assets, ReadOptions};
-use simd_server::loading::saved_state_file::{Content, Recipe, open, seal, seal_encoded};
+use simd_server::loading::saved_state_file::{Content, RobotSource, open, seal, seal_encoded};
 
 /// Robots that the world takes.
 const ROBOTS: usize = 20;
@@ -27,8 +27,8 @@ pub fn saved_states(bytes: &[u8]) -> bool {
             return false;
         }
     };
-    let recipes: Vec<Recipe> = file.robots.iter().map(|robot| robot.recipe.clone()).collect();
-    let Some(made) = made(&file, &recipes) else { return false };
+    let sources: Vec<RobotSource> = file.robots.iter().map(|robot| robot.source.clone()).collect();
+    let Some(made) = made(&file, &sources) else { return false };
     let saved = match file.into_saved(made) {
         Ok(saved) => saved,
         Err(refused) => {
@@ -36,7 +36,7 @@ pub fn saved_states(bytes: &[u8]) -> bool {
             return false;
         }
     };
-    check_again(&saved, &recipes);
+    check_again(&saved, &sources);
     let mut world =
         Simulation::new(PhysicsSettings::default(), WorldLimits { robots: ROBOTS, saved_states: 2 });
     for command in
@@ -57,28 +57,28 @@ pub fn saved_states(bytes: &[u8]) -> bool {
 }
 
 /// What is accepted is written and accepted once more.
-fn check_again(saved: &Saved, recipes: &[Recipe]) {
-    let file = seal(&Content::new("it", saved, recipes.to_vec(), Vec::new()));
+fn check_again(saved: &Saved, sources: &[RobotSource]) {
+    let file = seal(&Content::new("it", saved, sources.to_vec(), Vec::new()));
     let content = open(&file, ROBOTS).map(|opened| opened.content);
     let again = content.ok().and_then(|content| content.into_saved(saved.parts()).ok());
     assert!(again.is_some(), "what is written is accepted");
 }
 
 /// The robots of a file, if they can be read.
-fn made(file: &Content, recipes: &[Recipe]) -> Option<Vec<RobotParts>> {
+fn made(file: &Content, sources: &[RobotSource]) -> Option<Vec<RobotParts>> {
     let files: BTreeMap<Sha256, Arc<[u8]>> =
         file.files.iter().map(|bytes| (Sha256::of(bytes), Arc::clone(bytes))).collect();
-    recipes.iter().map(|recipe| make(recipe, &files)).collect()
+    sources.iter().map(|source| make(source, &files)).collect()
 }
 
-fn make(recipe: &Recipe, files: &BTreeMap<Sha256, Arc<[u8]>>) -> Option<RobotParts> {
+fn make(source: &RobotSource, files: &BTreeMap<Sha256, Arc<[u8]>>) -> Option<RobotParts> {
     let find = |(uri, sha256): (&String, &Sha256)| {
         Some((uri.clone(), Asset { sha256: *sha256, bytes: files.get(sha256)?.clone() }))
     };
-    let sent = Sent(recipe.assets.iter().filter_map(find).collect());
-    let options = ReadOptions { scale: f64::from_bits(recipe.scale), ..ReadOptions::default() };
-    let (model, _) = simd_model::read(files.get(&recipe.description)?, &sent, &options).ok()?;
-    let shapes = Shapes::reusing(&model, recipe.fixed_base, recipe.mesh_shapes, &[]);
+    let sent = Sent(source.assets.iter().filter_map(find).collect());
+    let options = ReadOptions { scale: f64::from_bits(source.scale), ..ReadOptions::default() };
+    let (model, _) = simd_model::read(files.get(&source.description)?, &sent, &options).ok()?;
+    let shapes = Shapes::reusing(&model, source.fixed_base, source.mesh_shapes, &[]);
     Some((Arc::new(model), Arc::new(shapes)))
 }
 

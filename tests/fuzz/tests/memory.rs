@@ -105,7 +105,7 @@ fn saved_states_cost_what_their_bytes_justify() {
     let mut files = content.clone();
     files.files = vec![Vec::new().into(); 900_000];
     let mut meshes = content.clone();
-    meshes.robots[0].recipe.assets = (0..50_000).map(|i: u32| (i.to_string(), Sha256([0; 32]))).collect();
+    meshes.robots[0].source.assets = (0..50_000).map(|i: u32| (i.to_string(), Sha256([0; 32]))).collect();
     let mut overlaps = content.clone();
     overlaps.world.ignored_overlaps = vec![([0, 0], [0, 1]); 500_000];
     for content in [properties, files, meshes, overlaps] {

@@ -22,7 +22,7 @@ use simd_model::sensor::{
     WrenchDirection,
 };
 use simd_model::{Asset, Assets, ReadOptions};
-use simd_server::loading::saved_state_file::{Content, Recipe, open, seal_encoded};
+use simd_server::loading::saved_state_file::{Content, RobotSource, open, seal_encoded};
 
 const PLANE: &str = "<robot name='p'><link name='l'><collision><geometry><plane normal='0 0 1'/></geometry>\
     </collision></link></robot>";
@@ -68,7 +68,7 @@ fn every_kind() -> String {
 /// A world and what its robots were made from.
 struct Scene {
     world: Simulation,
-    recipes: Vec<Recipe>,
+    sources: Vec<RobotSource>,
     files: BTreeMap<Sha256, Vec<u8>>,
 }
 
@@ -83,7 +83,7 @@ impl Assets for Pyramid {
 impl Scene {
     fn new() -> Self {
         let world = Simulation::new(PhysicsSettings::default(), WorldLimits { robots: 20, saved_states: 2 });
-        Self { world, recipes: Vec::new(), files: BTreeMap::new() }
+        Self { world, sources: Vec::new(), files: BTreeMap::new() }
     }
 
     fn add(&mut self, name: &str, urdf: &str, z: f64, fixed: bool) {
@@ -97,7 +97,7 @@ impl Scene {
             self.files.insert(Sha256::of(PYRAMID), PYRAMID.into());
         }
         let mesh_shapes = MeshShapes::Hull;
-        self.recipes.push(Recipe {
+        self.sources.push(RobotSource {
             description,
             assets,
             scale: options.scale.to_bits(),
@@ -137,7 +137,7 @@ impl Scene {
         self.world.observe(&mut seen);
         let saved = seen.saved("it").unwrap().saved();
         let files = self.files.into_values().map(Arc::from).collect();
-        Content::new("it", saved, self.recipes, files).encode()
+        Content::new("it", saved, self.sources, files).encode()
     }
 }
 

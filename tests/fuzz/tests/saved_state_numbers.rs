@@ -136,10 +136,10 @@ fn of_robot(RobotState { entity, body }: &mut RobotState) -> Vec<&mut f64> {
     numbers.extend(&mut entity.last_good.1);
     let wrenches = entity.applied_wrenches.iter_mut().chain(&mut entity.expired_wrenches);
     numbers.extend(wrenches.flat_map(of_wrench));
-    for ActivePull { link: _, point, target, stiffness, damping, max_force, left, force } in &mut entity.pulls
-    {
+    for pull in &mut entity.pulls {
+        let ActivePull { link: _, point, target, stiffness, damping, max_force, remaining, force } = pull;
         numbers.extend([point, target, force].into_iter().flat_map(vector));
-        numbers.extend([stiffness, damping, max_force, left]);
+        numbers.extend([stiffness, damping, max_force, remaining]);
     }
     numbers
 }
@@ -280,7 +280,7 @@ fn mutate(rng: &mut Rng, file: &mut Content) {
                 (*step, time_base.0) =
                     *rng.choice(&[(*step, time_base.0), (0, 1), (u64::MAX, 0), (1 << 53, 1 << 53)]).unwrap();
                 if let Some(robot) = rng.choice(&mut file.robots) {
-                    robot.recipe.scale = NUMBERS[rng.usize(..NUMBERS.len())].to_bits();
+                    robot.source.scale = NUMBERS[rng.usize(..NUMBERS.len())].to_bits();
                 }
             }
             _ => {

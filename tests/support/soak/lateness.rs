@@ -24,7 +24,7 @@ impl Steps {
     /// Since the daemon's start.
     ///
     /// # Errors
-    /// Where the daemon does not answer.
+    /// Returns an error if the daemon does not answer.
     pub(super) async fn so_far(client: &Client) -> Result<Self, Error> {
         let (_, daemon) = client.daemon_statistics().await?;
         let daemon = daemon.unwrap_or_default();

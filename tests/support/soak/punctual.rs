@@ -35,7 +35,7 @@ impl Punctual {
     /// How late the steps were of the moments in which the machine was in time.
     ///
     /// # Errors
-    /// Where the daemon did not answer.
+    /// Returns an error if the daemon did not answer.
     pub(super) async fn end(self) -> Result<Spread, String> {
         self.ends.store(true, Ordering::Relaxed);
         self.task.await.map_err(|error| error.to_string())?.map_err(|error| error.to_string())

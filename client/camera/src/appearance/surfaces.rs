@@ -107,7 +107,7 @@ impl Surfaces {
     /// Gives back those that no robot shows, the longest unused first, until the rest is within the bound.
     ///
     /// # Errors
-    /// Where what robots show is beyond it.
+    /// Returns an error if what robots show is beyond it.
     fn shrink(&mut self) -> Result<(), AppearanceError> {
         let mut unused: Vec<(u64, Key)> = self
             .kept

@@ -96,7 +96,7 @@ impl Renderer {
     /// Brings a mesh to the GPU.
     ///
     /// # Errors
-    /// Where the GPU has no room for it.
+    /// Returns an error if the GPU has no room for it.
     pub(crate) fn upload(&self, mesh: &Mesh) -> Result<Surface, DrawError> {
         let surface = Surface::new(&self.gpu, &self.pipelines, mesh)?;
         self.gpu.fault().map_or(Ok(surface), |fault| Err(DrawError::Driver(fault)))
@@ -105,7 +105,7 @@ impl Renderer {
     /// Draws a picture, and waits for it.
     ///
     /// # Errors
-    /// Where the picture is too large, or the driver fails.
+    /// Returns an error if the picture is too large, or the driver fails.
     pub(crate) fn draw(&mut self, scene: &Scene) -> Result<Picture, DrawError> {
         let (width, height) = (scene.width, scene.height);
         let most = MOST_PIXELS.min(self.gpu.limits.max_texture_dimension_2d);

@@ -50,7 +50,7 @@ impl Shadows {
     /// Makes ready what casts shadows in a scene; `None` where none is asked for, or none falls on what is seen.
     ///
     /// # Errors
-    /// Where the GPU has no room for it.
+    /// Returns an error if the GPU has no room for it.
     pub(super) fn prepare(
         &mut self,
         gpu: &Gpu,

@@ -147,10 +147,10 @@ Varied = Literal[
     "joint_damping",
     "gains",
     "surface_friction",
-    "push",
+    "wrench",
 ]
-"""What a `Variation` is of. Positions and velocities are added to; a push is a force x y z in newtons, world axes, on one
-link; all others are factors."""
+"""What a `Variation` is of. Positions and velocities are added to; a wrench is a force x y z in newtons, world axes, on
+one link; all others are factors."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,17 +160,17 @@ class Variation:
     of: Varied
     robot: str | Named
     names: Sequence[str] = ()
-    """Joints or links; by default all. Of a push one link."""
+    """Joints or links; by default all. Of a wrench one link."""
     values: npt.ArrayLike | None = None
-    """(copies, joints), (copies, links), or of a push (copies, 3)."""
+    """(copies, joints), (copies, links), or of a wrench (copies, 3)."""
     uniform: tuple[float, float] | None = None
     """The least and the most."""
     normal: tuple[float, float] | None = None
     """Mean and standard deviation."""
-    push_step: int = 0
-    """Of a push: the step that it begins with."""
-    push_steps: int = 1
-    """Of a push: for how many steps."""
+    wrench_step: int = 0
+    """Of a wrench: the step that it begins with."""
+    wrench_steps: int = 1
+    """Of a wrench: for how many steps."""
 
     @property
     def copies(self) -> int | None:
@@ -183,7 +183,7 @@ class Variation:
         if sum(each is not None for each in given) != 1:
             raise ValueError("a variation has one of `values`, `uniform` and `normal`")
         low_high, normal = self.uniform, self.normal
-        is_push = self.of == "push"
+        is_wrench = self.of == "wrench"
         return proto.RolloutVariation(
             of=enum_name("ROLLOUT_VARIED", self.of, Varied, "variation"),
             robot=name_of(self.robot),
@@ -191,8 +191,8 @@ class Variation:
             given=None if self.values is None else _packed(self.values),
             uniform=low_high and proto.RolloutUniform(low=low_high[0], high=low_high[1]),
             normal=normal and proto.RolloutNormal(mean=normal[0], deviation=normal[1]),
-            push_step=count_within("push_step", self.push_step, _MOST) if is_push else 0,
-            push_steps=count_within("push_steps", self.push_steps, _MOST) if is_push else 0,
+            wrench_step=count_within("wrench_step", self.wrench_step, _MOST) if is_wrench else 0,
+            wrench_steps=count_within("wrench_steps", self.wrench_steps, _MOST) if is_wrench else 0,
         )
 
 

@@ -22,7 +22,7 @@ _ALL = 2**64 - 1
 LEAST_MASS = 0.01
 """The least factor of a mass that a daemon takes."""
 
-_ADDED = ("joint_positions", "joint_velocities", "push")
+_ADDED = ("joint_positions", "joint_velocities", "wrench")
 """What has numbers that are no factors."""
 
 

@@ -59,7 +59,7 @@ impl Daemons {
     /// Whom calls to the daemon of this name are meant for; none where no token was ever heard of.
     ///
     /// # Errors
-    /// Where several sessions say that they have the name: all of them.
+    /// Returns an error if several sessions say that they have the name: all of them.
     pub(super) fn choose(&self, name: &str) -> Result<Option<ZenohId>, Vec<ZenohId>> {
         let mut daemons = self.lock();
         let Some(named) = daemons.get_mut(name) else { return Ok(None) };

@@ -38,7 +38,7 @@ export function toggleFilm(): void {
   else begin();
 }
 
-/** Begins a video of a paused world: it is stepped for each picture, until the video is ended or somebody lets the world play. */
+/** Begins a video of a paused world: it is stepped for each picture, until the video is ended or a client lets the world play. */
 export async function beginFilmOfSteps(): Promise<void> {
   const loaded = await import("./film-steps").catch(() => undefined);
   if (loaded) await loaded.filmSteps();

@@ -7,7 +7,7 @@ use super::still::Still;
 
 /// Finds robots whose bounds overlap. Keeps its memory from step to step, and no more.
 #[derive(Default)]
-pub struct Broad {
+pub struct BroadPhase {
     bounds: Vec<Entry>,
     pairs: Vec<[usize; 2]>,
     /// Robots that cannot move, in order, and the tree of them. Made anew when one of them is elsewhere.
@@ -26,13 +26,13 @@ struct Entry {
     bounds: Bounds,
 }
 
-impl std::fmt::Debug for Broad {
+impl std::fmt::Debug for BroadPhase {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str("broad phase")
     }
 }
 
-impl Broad {
+impl BroadPhase {
     /// Pairs of robots, the earlier first, in their order: those of which one is awake, and
     /// whose bounds overlap; and each one that is awake with itself, where it may touch itself. Robots come in their order, with
     /// their colliders in place, and whether they are awake; those that take no part do not come. Where `others_stay`, those that

@@ -34,7 +34,7 @@ pub struct Closest {
 
 /// Which pairs are wanted.
 #[derive(Clone, Copy, Debug)]
-pub struct Wanted {
+pub struct DistanceFilter {
     /// Pairs that are farther apart are left out, metres; may be infinite.
     pub within: f64,
     /// Only the nearest of all.
@@ -53,10 +53,10 @@ type Pair<'a> = (f64, &'a PlacedShape, &'a PlacedShape);
 /// triangles there are none. Gives up as soon as `is_cancelled`.
 ///
 /// # Errors
-/// Where there are more than [`MOST_BOUNDS`] pairs of shapes, or [`MOST_DISTANCES`] near each other.
+/// Returns an error if there are more than [`MOST_BOUNDS`] pairs of shapes, or [`MOST_DISTANCES`] near each other.
 pub fn closest_points(
     [a, b]: [&[PlacedShape]; 2],
-    wanted: Wanted,
+    wanted: DistanceFilter,
     is_wanted: impl Fn(&PlacedShape, &PlacedShape) -> bool,
     is_cancelled: &dyn Fn() -> bool,
 ) -> Result<Vec<Closest>, TooMany> {

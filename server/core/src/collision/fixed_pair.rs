@@ -3,7 +3,7 @@
 
 use super::colliders::RobotColliders;
 use super::filter::Filter;
-use super::narrow::Narrow;
+use super::narrow::NarrowPhase;
 use super::near_facets::NearFacets;
 use super::separation::{Solid, overlap_by, separation};
 use crate::dynamics::contact_point::ContactPoint;
@@ -82,8 +82,8 @@ pub(super) struct FixedPairScratch {
     stuck: Vec<(usize, Option<usize>)>,
 }
 
-impl Narrow {
-    /// Like [`Narrow::between`] for two robots that are fixed to the world, or for one and itself, except that initial
+impl NarrowPhase {
+    /// Like [`NarrowPhase::between`] for two robots that are fixed to the world, or for one and itself, except that initial
     /// overlaps are ignored. `teleported` says whether one of them was since the last query; contacts are looked for at
     /// least `slack` metres from what moves. False where it was interrupted; then `known` is of no use.
     ///

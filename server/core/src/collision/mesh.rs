@@ -11,9 +11,9 @@ use simd_model::robot::MeshAsset;
 use super::facets;
 use super::geometry::ConvexMesh;
 use super::hull::Graph;
+use super::proxy::{ProxyShape, largest_distance};
 use super::shapes::{Made, Way};
 use super::simplify::simplified;
-use super::stand_in::{StandInShape, largest_distance};
 
 /// A plate this thin still has a volume, metres.
 const THINNEST: f64 = 1e-6;
@@ -42,10 +42,10 @@ const DECOMPOSITION: VHACDParameters = VHACDParameters {
 #[derive(Clone)]
 pub(super) struct MadeMesh {
     pub(super) shapes: Vec<Made>,
-    pub(super) kind: StandInShape,
-    /// See [`StandIn::distance`].
+    pub(super) kind: ProxyShape,
+    /// See [`Proxy::distance`].
     pub(super) distance: f64,
-    /// See [`StandIn::simpler_by`].
+    /// See [`Proxy::simpler_by`].
     pub(super) simpler_by: Option<f64>,
 }
 
@@ -65,16 +65,16 @@ pub(super) fn mesh_shapes(mesh: &MeshAsset, scale: DVec3, way: Way) -> MadeMesh 
         Way::Hull | Way::Decomposition => None,
     };
     if let Some(made) = exact {
-        return MadeMesh { shapes: vec![made], kind: StandInShape::Mesh, distance: 0.0, simpler_by: None };
+        return MadeMesh { shapes: vec![made], kind: ProxyShape::Mesh, distance: 0.0, simpler_by: None };
     }
     let parts = if way == Way::Decomposition { decomposition(mesh, scale) } else { Vec::new() };
     let (shapes, kind, simpler_by) = if parts.is_empty() {
         let hull = hull(mesh, scale);
         let simpler_by = hull.as_ref().and_then(|(_, by)| *by);
-        (hull.into_iter().map(|(made, _)| made).collect(), StandInShape::Hull, simpler_by)
+        (hull.into_iter().map(|(made, _)| made).collect(), ProxyShape::Hull, simpler_by)
     } else {
         let count = parts.len();
-        (parts, StandInShape::Parts(count), None)
+        (parts, ProxyShape::Parts(count), None)
     };
     let distance = largest_distance(mesh, scale, &shapes);
     MadeMesh { shapes, kind, distance, simpler_by }

@@ -5,8 +5,8 @@
 //! * `clearance`: how far a robot can move before it touches anything.
 //! * [`Collider`]: one of them as plain data, for those who draw it.
 //! * [`Filter`], [`Groups`]: what of two robots, and of one, touches what.
-//! * [`Broad`]: which robots are near each other.
-//! * [`Narrow`]: where two robots' shapes touch; [`FixedPair`]: its cache for two that cannot be separated.
+//! * [`BroadPhase`]: which robots are near each other.
+//! * [`NarrowPhase`]: where two robots' shapes touch; [`FixedPair`]: its cache for two that cannot be separated.
 //! * [`scene`]: shapes at one moment, for questions: [`rays`] that hit them, [`distance`] between them, overlaps.
 //!
 //! Collision knows dynamics (trees, and how bodies move); dynamics does not know collision.
@@ -31,26 +31,26 @@ mod narrow;
 mod near_facets;
 mod overlaps;
 mod plane;
+mod proxy;
 pub mod rays;
 mod reduce;
 pub mod scene;
 mod separation;
 mod shapes;
 mod simplify;
-mod stand_in;
 mod still;
-mod sunk;
 mod surface_distance;
+mod terrain;
 #[cfg(test)]
 mod tests;
 
 pub use crate::dynamics::contact_point::{ContactPoint, Surface, SurfaceCombination};
-pub use broad::Broad;
+pub use broad::BroadPhase;
 pub use colliders::{ColliderPose, RestPose, RobotColliders, Side};
 pub use facet_contact::MOST_OF_PAIR;
 pub use filter::{Filter, Groups, LinkPair, RobotLinkPair};
 pub use fixed_pair::FixedPair;
 pub use geometry::{Collider, ColliderGeometry, ConvexMesh};
-pub use narrow::Narrow;
+pub use narrow::NarrowPhase;
+pub use proxy::{Proxy, ProxyShape};
 pub use shapes::{MeshKey, MeshShapes, Shapes};
-pub use stand_in::{StandIn, StandInShape};

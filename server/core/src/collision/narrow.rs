@@ -28,7 +28,7 @@ const BETWEEN_INTERRUPTS: u32 = 256;
 
 /// Finds touching points. Keeps its memory from step to step, and no more.
 #[derive(Default)]
-pub struct Narrow {
+pub struct NarrowPhase {
     manifold: ContactManifold<(), ()>,
     /// Position and distance, in the first shape's axes.
     points: Vec<(DVec3, f64)>,
@@ -48,13 +48,13 @@ pub struct Narrow {
     pub(super) fixed_pairs: FixedPairScratch,
 }
 
-impl fmt::Debug for Narrow {
+impl fmt::Debug for NarrowPhase {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("narrow phase")
     }
 }
 
-impl Narrow {
+impl NarrowPhase {
     /// Calls `found` with each point where two robots touch or are about to, in a fixed order. False where it was
     /// interrupted.
     pub fn between(

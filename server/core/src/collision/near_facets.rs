@@ -126,7 +126,7 @@ mod tests {
 
     use super::*;
     use crate::collision::tests::cube;
-    use crate::collision::{Filter, MeshShapes, Narrow, Shapes, Surface};
+    use crate::collision::{Filter, MeshShapes, NarrowPhase, Shapes, Surface};
     use crate::dynamics::Tree;
     use crate::dynamics::kinematics::BodyMotion;
 
@@ -204,7 +204,7 @@ mod tests {
                 let pose =
                     DPose3::from_parts(place, DQuat::from_rotation_x(at) * DQuat::from_rotation_y(0.3 * at));
                 body.update_poses(DPose3::IDENTITY, 1e-3, 1e-3, |_| still(pose));
-                let mut narrow = Narrow::default();
+                let mut narrow = NarrowPhase::default();
                 let (mut gathered, mut alone) = (Vec::new(), Vec::new());
                 narrow.between([&ground, &body], Filter::default(), &|| false, |point| gathered.push(point));
                 let none = NearFacets::default();

@@ -16,8 +16,8 @@ use simd_model::robot::{Geometry, JointKind, Material, Sha256};
 use super::facets::Neighbours;
 use super::hull::Graph;
 use super::mesh::{MadeMesh, is_field, mesh_shapes};
+use super::proxy::Proxy;
 use super::separation::Inner;
-use super::stand_in::StandIn;
 
 /// Meshes of one robot that take more bytes than this in all are not collided with as they are: from there on hulls stand
 /// for them. A million triangles.
@@ -53,7 +53,7 @@ pub struct Shapes {
     pub(super) parts: Vec<Part>,
     /// Of its meshes, for other robots with the same.
     meshes: MadeMeshes,
-    stand_ins: Vec<StandIn>,
+    proxies: Vec<Proxy>,
 }
 
 /// A shape of a link.
@@ -100,7 +100,7 @@ impl Shapes {
         // A mesh that is used many times is made once.
         let mut meshes = MadeMeshes::new();
         let mut parts = Vec::new();
-        let mut stand_ins: Vec<StandIn> = Vec::new();
+        let mut proxies: Vec<Proxy> = Vec::new();
         let welded = welded_to_world(model, fixed_base);
         let mut facet_bytes = 0;
         for ((link, of), is_welded) in model.links.iter().enumerate().zip(welded) {
@@ -110,7 +110,7 @@ impl Shapes {
                 if let (Geometry::Mesh { uri, asset: Some(asset), .. }, Some(made)) =
                     (&collision.geometry, &made.mesh)
                 {
-                    let stand_in = StandIn {
+                    let proxy = Proxy {
                         uri: uri.clone(),
                         triangles: asset.triangles.len(),
                         shape: made.kind,
@@ -119,8 +119,8 @@ impl Shapes {
                         distance: made.distance,
                         simpler_by: made.simpler_by,
                     };
-                    if !stand_ins.contains(&stand_in) {
-                        stand_ins.push(stand_in);
+                    if !proxies.contains(&proxy) {
+                        proxies.push(proxy);
                     }
                 }
                 for Made { shape, own_from_shape, neighbours, graph, surface } in made.shapes {
@@ -143,12 +143,12 @@ impl Shapes {
                 }
             }
         }
-        Self { parts, meshes, stand_ins }
+        Self { parts, meshes, proxies }
     }
 
     /// What its collision meshes became, each once.
-    pub fn stand_ins(&self) -> &[StandIn] {
-        &self.stand_ins
+    pub fn proxies(&self) -> &[Proxy] {
+        &self.proxies
     }
 
     /// What its meshes became, by what they were made from, and about how many bytes that takes. Robots whose meshes were

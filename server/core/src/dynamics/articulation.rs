@@ -4,7 +4,7 @@ mod body_state;
 mod leapfrog;
 mod mobility;
 pub(super) mod momenta;
-mod placing;
+mod poses;
 mod rows;
 mod state;
 
@@ -16,11 +16,11 @@ use super::actuator::{Actuator, Axis, Drive};
 use super::articulated::{accelerate, base_acceleration, gather_inertia};
 use super::constraint::{Constraints, Impulses, collect, respond, solve};
 use super::gains::set_default_gains;
-use super::gravity_compensation::{Carried, compensate, is_compensated};
+use super::gravity_compensation::{SubtreeMass, compensate, is_compensated};
 use super::integrate::advance;
 use super::integrator::Integrator;
 use super::kinematics::{BodyMotion, update_kinematics};
-use super::scratch::{BodyScratch, Scratch, Trips};
+use super::scratch::{BodyScratch, MultiRhs, Scratch};
 use super::spatial::Placement;
 use super::spherical;
 use super::spin::{Drift, FreeBody};
@@ -66,15 +66,15 @@ struct StepScratch {
     meets_jump: bool,
     /// Of an impulse.
     response: Vec<f64>,
-    /// What put positions right in this step; empty where nothing did.
-    placed: Vec<f64>,
+    /// The split velocities of this step, which put positions right; empty where nothing did.
+    split: Vec<f64>,
     /// Of a single body whose position was put right, m/s.
     shift: DVec3,
     /// Positions that are looked at, and bodies in them.
     ahead: Vec<f64>,
     bodies_ahead: Vec<BodyScratch>,
     /// Of gravity compensation.
-    carried: Vec<Carried>,
+    subtrees: Vec<SubtreeMass>,
     /// Of a robot that is a single free body.
     free_body: Option<FreeBody>,
     /// How that goes through the step without constraints.
@@ -110,11 +110,11 @@ impl Articulation {
             is_kinked: false,
             meets_jump: false,
             response: vec![0.0; tree.velocity_count],
-            placed: Vec::new(),
+            split: Vec::new(),
             shift: DVec3::ZERO,
             ahead: Vec::new(),
             bodies_ahead: Vec::new(),
-            carried: Vec::new(),
+            subtrees: Vec::new(),
             free_body,
             drift: Drift::default(),
             velocity_terms: VelocityTerms::new(&tree),
@@ -123,8 +123,8 @@ impl Articulation {
             passes: Scratch {
                 bodies: vec![BodyScratch::default(); tree.bodies.len()],
                 free: vec![Default::default(); tree.free_bodies()],
-                trips: if tree.bodies.len() > 1 {
-                    vec![Trips::default(); tree.bodies.len()]
+                rhs: if tree.bodies.len() > 1 {
+                    vec![MultiRhs::default(); tree.bodies.len()]
                 } else {
                     Vec::new()
                 },
@@ -225,7 +225,7 @@ impl Articulation {
     /// Moves setpoints on, and takes each actuator's law for the step.
     fn set_drives(&mut self, gravity: DVec3, h: f64) {
         let Self { tree, state, scratch } = self;
-        let StepScratch { passes, carried, integrator, .. } = scratch;
+        let StepScratch { passes, subtrees, integrator, .. } = scratch;
         let mut any_compensates = false;
         for body in &tree.bodies {
             if !matches!(body.joint_type, JointType::Revolute | JointType::Prismatic) {
@@ -247,7 +247,7 @@ impl Articulation {
         if any_compensates {
             let BodyState { axes, drives, base, .. } = state;
             let base = Placement::new(base.rotation, base.translation);
-            compensate(tree, axes, &passes.bodies, base_acceleration(&base, gravity), carried, drives);
+            compensate(tree, axes, &passes.bodies, base_acceleration(&base, gravity), subtrees, drives);
         }
     }
 

@@ -22,7 +22,7 @@ const ROOT: usize = usize::MAX;
 type Set = [u64; MOST_NODES / 64];
 
 /// The matrix, then its factors; and the memory for both, kept from one to the next.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub struct BlockCholesky {
     /// How long each node is, and where its rows begin.
     sizes: Vec<usize>,
@@ -227,7 +227,7 @@ impl BlockCholesky {
             let scaled = &mut scaled[..rows.len()];
             scaled.copy_from_slice(rows);
             for (row, scaled) in rows.chunks_exact_mut(n).zip(scaled.chunks_exact_mut(n)) {
-                branches.rise(diagonal, scaled);
+                branches.backward_pass(diagonal, scaled);
                 row.iter_mut().zip(&*scaled).zip(&*inverse).for_each(|((l, y), d)| *l = y * d);
             }
             let mut from_i = 0;
@@ -264,7 +264,7 @@ impl BlockCholesky {
         };
         for rank in 0..count {
             let (own, branches, diagonal, rows, list) = column(rank);
-            branches.rise(diagonal, &mut x[own.clone()]);
+            branches.backward_pass(diagonal, &mut x[own.clone()]);
             let mut rows = rows.chunks_exact(own.len());
             for &other in list {
                 for (i, row) in (firsts[other]..firsts[other] + sizes[other]).zip(&mut rows) {
@@ -282,7 +282,7 @@ impl BlockCholesky {
                     subtract_multiple(&mut x[own.clone()], value, row);
                 }
             }
-            branches.descend(diagonal, &mut x[own]);
+            branches.forward_pass(diagonal, &mut x[own]);
         }
     }
 }

@@ -8,7 +8,7 @@ use super::tree::{JointType, Tree};
 
 /// What hangs on a body, the body included, without what is free to fall: in the base's axes, about the body's origin.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Carried {
+pub struct SubtreeMass {
     mass: f64,
     first_moment: DVec3,
     /// Of the body's joint, N m or N.
@@ -31,35 +31,35 @@ pub fn compensate(
     axes: &[Axis],
     bodies: &[BodyScratch],
     base_acceleration: DVec3,
-    carried: &mut Vec<Carried>,
+    subtrees: &mut Vec<SubtreeMass>,
     drives: &mut [Drive],
 ) {
-    carried.clear();
-    carried.extend(tree.bodies.iter().zip(bodies).map(|(body, at)| Carried {
+    subtrees.clear();
+    subtrees.extend(tree.bodies.iter().zip(bodies).map(|(body, at)| SubtreeMass {
         mass: body.inertia.mass,
         first_moment: at.rotation * body.inertia.first_moment,
         effort: 0.0,
     }));
     for (index, body) in tree.bodies.iter().enumerate().rev() {
-        let (at, Carried { mass, first_moment, .. }) = (&bodies[index], carried[index]);
+        let (at, SubtreeMass { mass, first_moment, .. }) = (&bodies[index], subtrees[index]);
         let z = at.rotation.z_axis;
-        carried[index].effort = match body.joint_type {
+        subtrees[index].effort = match body.joint_type {
             JointType::Revolute | JointType::Spherical { .. } => z.dot(first_moment.cross(base_acceleration)),
             JointType::Prismatic => z.dot(base_acceleration) * mass,
             JointType::Free { .. } => continue,
         };
         if let Some(parent) = body.parent {
-            carried[parent].mass += mass;
-            carried[parent].first_moment += first_moment + at.reach * mass;
+            subtrees[parent].mass += mass;
+            subtrees[parent].first_moment += first_moment + at.reach * mass;
         }
     }
     for pair in &tree.mimics {
-        let follower = carried[pair.follower].effort;
-        carried[pair.leader].effort += pair.multiplier * follower;
+        let follower = subtrees[pair.follower].effort;
+        subtrees[pair.leader].effort += pair.multiplier * follower;
     }
-    for (body, carried) in tree.bodies.iter().zip(carried) {
+    for (body, subtree) in tree.bodies.iter().zip(subtrees) {
         if !matches!(body.joint_type, JointType::Free { .. }) && is_compensated(&axes[body.velocity]) {
-            drives[body.velocity].feed_forward += carried.effort;
+            drives[body.velocity].feed_forward += subtree.effort;
         }
     }
 }

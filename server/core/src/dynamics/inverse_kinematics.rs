@@ -43,7 +43,7 @@ pub struct SolverOptions {
 
 /// The best that was found.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Found {
+pub struct IkSolution {
     /// Of the joints alone, as in [`Configuration`].
     pub positions: Vec<f64>,
     /// Within the tolerance.
@@ -79,7 +79,7 @@ pub fn inverse_kinematics(
     movables: &[Movable],
     options: SolverOptions,
     is_cancelled: &dyn Fn() -> bool,
-) -> Found {
+) -> IkSolution {
     let (q, qd) = guess.state(tree);
     let mut search = Search::new(tree, guess, goal, movables, &q, vec![0.0; qd.len()]);
     let mut here = search.put(&q);
@@ -116,7 +116,7 @@ pub fn inverse_kinematics(
         }
     }
     let (gap, q) = best;
-    Found {
+    IkSolution {
         positions: q.get(tree.root_positions()..).unwrap_or_default().to_vec(),
         converged: gap.size() <= options.tolerance,
         position_error: gap.position.length(),

@@ -5,10 +5,10 @@ mod dragging;
 mod impulses;
 mod links;
 mod momenta;
-mod placement;
 mod projection;
 mod residual;
 mod rows;
+mod split_velocities;
 mod stiffening;
 
 use std::ops::Range;
@@ -21,10 +21,10 @@ use super::constraint::direct::Direct;
 use super::constraint::link_constraint::LinkConstraint;
 use super::constraint::link_rows::LinkRows;
 use super::constraint::turning::TurningRows;
-use super::scratch::Trips;
+use super::scratch::MultiRhs;
 use super::symmetric::Symmetric;
-use placement::Split;
 pub use residual::SolverChoice;
+use split_velocities::Split;
 
 /// Sweeps of position correction; the rest is left to the next step.
 const CORRECTION_SWEEPS: usize = 5;
@@ -33,7 +33,7 @@ const CORRECTION_SWEEPS: usize = 5;
 const MAX_SPLIT_VELOCITY: f64 = 3.0;
 
 /// The memory that solving needs, kept from step to step.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub struct Island {
     members: Vec<Member>,
     rows: Vec<ContactRows>,
@@ -52,7 +52,7 @@ pub struct Island {
     /// A response, before it is filed.
     scratch: Vec<f64>,
     /// One for each body of the largest member: of all robots the same, so that it is in the cache.
-    trips: Vec<Trips<4>>,
+    rhs: Vec<MultiRhs<4>>,
     /// Bodies with many contacts, in order.
     bases: Vec<Basis>,
     /// Of each basis the responses to six wrenches.
@@ -181,7 +181,7 @@ impl Island {
             robots.iter_mut().for_each(|robot| robot.as_mut().predict(gravity, h));
         }
         self.measure_residual();
-        let Some(is_placed) = self.update_split_velocities(robots, constraints, h, interrupt) else {
+        let Some(has_split) = self.update_split_velocities(robots, constraints, h, interrupt) else {
             return false;
         };
         for rows in &self.rows {
@@ -197,11 +197,11 @@ impl Island {
         }
         robots.iter_mut().for_each(|robot| robot.as_mut().keep_rows());
         self.keep_links(robots, constraints);
-        if is_placed {
+        if has_split {
             let split = &self.split.velocities;
             self.velocities.iter_mut().zip(split).for_each(|(velocity, split)| *velocity += split);
             self.foresee(robots, constraints, h);
-            self.finish_placed(robots, gravity, h);
+            self.finish_with_split_velocities(robots, gravity, h);
             return true;
         }
         let is_corrected = self.correct_positions();
@@ -247,8 +247,8 @@ impl Island {
             first += len;
             most_bodies = most_bodies.max(body.tree().bodies.len());
         }
-        if self.trips.len() < most_bodies {
-            self.trips.resize(most_bodies, Trips::default());
+        if self.rhs.len() < most_bodies {
+            self.rhs.resize(most_bodies, MultiRhs::default());
         }
     }
 

@@ -8,8 +8,8 @@ use super::ldlt::Ldlt6;
 use super::spatial::Spatial;
 use super::spatials::Spatials;
 
-/// Impulses at the most whose responses are found at once.
-pub const TRIPS: usize = 8;
+/// Impulses at the most whose responses are found at once: right-hand sides of one solution.
+pub const MAX_RHS: usize = 8;
 
 /// Of one body. All vectors are in the base's axes and about the body's own origin:
 /// what goes from body to body is then only shifted, never turned.
@@ -42,7 +42,7 @@ pub struct BodyScratch {
     pub acceleration: Spatial,
     /// Change of velocity by an impulse elsewhere.
     pub delta: Spatial,
-    /// x: what an impulse leaves at this joint on its way up.
+    /// x: what an impulse leaves at this joint in the backward pass.
     pub impulse: f64,
 }
 
@@ -67,18 +67,18 @@ impl Default for BodyScratch {
     }
 }
 
-/// Of one body, on the trips of several impulses at once.
+/// Of one body, for several impulses at once.
 #[derive(Clone, Copy, Debug)]
-pub struct Trips<const N: usize> {
+pub struct MultiRhs<const N: usize> {
     /// As [`BodyScratch::delta`].
     pub delta: Spatials<N>,
     /// As [`BodyScratch::impulse`].
     pub impulse: [f64; N],
-    /// An impulse acts on it or on what hangs on it; else `delta` means nothing before the way down.
+    /// An impulse acts on it or on what hangs on it; else `delta` means nothing before the forward pass.
     pub has_impulse: bool,
 }
 
-impl<const N: usize> Default for Trips<N> {
+impl<const N: usize> Default for MultiRhs<N> {
     fn default() -> Self {
         Self { delta: Spatials::ZERO, impulse: [0.0; N], has_impulse: false }
     }
@@ -92,5 +92,5 @@ pub struct Scratch {
     /// One a free body: its IA, factorised.
     pub free: Vec<Ldlt6>,
     /// One a body; none where there is only one.
-    pub trips: Vec<Trips<TRIPS>>,
+    pub rhs: Vec<MultiRhs<MAX_RHS>>,
 }

@@ -340,7 +340,7 @@ impl VelocityTerms {
         }
     }
 
-    /// `response` = M^-1 of the first list of terms, with M as the step has it, by one trip up and down the tree.
+    /// `response` = M^-1 of the first list of terms, with M as the step has it, by one backward and one forward pass.
     fn apply_inverse(&mut self, tree: &Tree, q: &[f64], scratch: &Scratch) {
         let Self { bodies, terms: [efforts, _], response, .. } = self;
         bodies.iter_mut().for_each(|body| body.force = Spatial::ZERO);

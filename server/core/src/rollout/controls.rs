@@ -127,7 +127,7 @@ impl ControlPlan {
     /// joint, by its index in the robot's model.
     ///
     /// # Errors
-    /// Where a number is not finite, and in the first step where the world refuses targets.
+    /// Returns an error if a number is not finite, and in the first step where the world refuses targets.
     pub(super) fn drive(
         &self,
         world: &mut Simulation,

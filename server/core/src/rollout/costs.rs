@@ -148,7 +148,7 @@ impl CostPlan {
     /// Its value in a state, before it is weighted.
     ///
     /// # Errors
-    /// Where a distance cannot be found.
+    /// Returns an error if a distance cannot be found.
     pub(super) fn value(&self, view: &mut View, is_cancelled: &dyn Fn() -> bool) -> Result<f64, Error> {
         let state: &PublishedState = &view.state;
         Ok(match &self.of {

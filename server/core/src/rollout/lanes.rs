@@ -232,7 +232,7 @@ impl<'a, S: Simd> Group<'a, S> {
     /// A copy does no more steps than those that it has done.
     fn stop(&mut self, lane: usize, why: Stop, done: u64) {
         self.copies[lane].stop = Some((why, done));
-        self.lanes.leave(lane);
+        self.lanes.release(lane);
     }
 
     /// Takes copies into their lanes that have stepped by themselves up to here, and can.
@@ -280,7 +280,7 @@ impl<'a, S: Simd> Group<'a, S> {
         }
         if was_in {
             worker.bring_back(lanes, (lane, robot), rollout.state.at.step + step);
-            lanes.leave(lane);
+            lanes.release(lane);
         }
         rollout.drive(worker, copy, step)?;
         // A copy with an applied wrench steps by itself for as long as it has one.
@@ -337,7 +337,7 @@ impl<'a, S: Simd> Group<'a, S> {
         if self.lanes.has(lane) {
             let begun = self.rollout.state.at.step + first;
             self.workers[lane].bring_back(&self.lanes, (lane, self.robot), begun);
-            self.lanes.leave(lane);
+            self.lanes.release(lane);
         }
         let running = &mut self.copies[lane];
         let pause = if running.done < first { 0 } else { running.pause };

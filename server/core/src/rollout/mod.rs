@@ -120,7 +120,7 @@ impl Rollout {
     /// take so many bytes.
     ///
     /// # Errors
-    /// Where a name is not found, a number cannot be, or there would be too much of something.
+    /// Returns an error if a name is not found, a number cannot be, or there would be too much of something.
     pub fn new(start: Saved, request: RolloutRequest, most_bytes: u64) -> Result<Self, Error> {
         let RolloutRequest {
             copies,

@@ -73,7 +73,7 @@ pub enum Varied {
     /// Factors of the sliding friction of links.
     SurfaceFriction(Named),
     /// A force on the origin of a link, world axes, newtons: three numbers.
-    Push {
+    Wrench {
         /// The robot's name.
         robot: String,
         /// The link's name.

@@ -55,7 +55,7 @@ enum VariedPlan {
         /// With the friction that each has.
         links: Vec<(String, f64)>,
     },
-    Push {
+    Wrench {
         name: String,
         link: String,
         at: u64,
@@ -97,7 +97,7 @@ impl VariationPlan {
         let Variation { of, values } = variation;
         let is_mass = matches!(of, Varied::LinkMasses(_));
         let is_factor =
-            !matches!(of, Varied::JointPositions(_) | Varied::JointVelocities(_) | Varied::Push { .. });
+            !matches!(of, Varied::JointPositions(_) | Varied::JointVelocities(_) | Varied::Wrench { .. });
         let (of, width) = VariedPlan::new(state, time_step, index, of)?;
         let field = |name: &str| format!("variations[{index}].{name}");
         let least = if is_mass { LEAST_MASS } else { 0.0 };
@@ -179,7 +179,7 @@ impl VariationPlan {
                     }
                 });
             }
-            VariedPlan::LinkMasses { .. } | VariedPlan::Push { .. } => return Ok(()),
+            VariedPlan::LinkMasses { .. } | VariedPlan::Wrench { .. } => return Ok(()),
             VariedPlan::Joints { name, joints, gains } => {
                 if let Some((robot, indices)) = gains {
                     let factors = &mut gain_factors[*robot];
@@ -209,12 +209,12 @@ impl VariationPlan {
 
     /// Whether it applies a wrench to copies, from this step on.
     pub(super) fn applies_wrench_at(&self, step: u64) -> bool {
-        matches!(self.of, VariedPlan::Push { at, .. } if at == step)
+        matches!(self.of, VariedPlan::Wrench { at, .. } if at == step)
     }
 
     /// Applies the wrench to a copy, in the step with which it begins.
     pub(super) fn apply_wrench(&self, world: &mut Simulation, copy: usize, step: u64) -> Result<(), Error> {
-        let VariedPlan::Push { name, link, at, seconds } = &self.of else { return Ok(()) };
+        let VariedPlan::Wrench { name, link, at, seconds } = &self.of else { return Ok(()) };
         if step != *at {
             return Ok(());
         }
@@ -294,15 +294,15 @@ impl VariedPlan {
                 let width = links.len();
                 Ok((Self::Surfaces { name: named.robot, links }, width))
             }
-            Varied::Push { robot: name, link: of_link, at, steps } => {
+            Varied::Wrench { robot: name, link: of_link, at, steps } => {
                 let (_, entity) = robot(layout, &name)?;
                 link(entity, &of_link)?;
                 let seconds = steps as f64 * time_step;
                 if steps == 0 || seconds > MAX_WRENCH_DURATION {
                     let expected = format!("it must be at least 1, and at most {MAX_WRENCH_DURATION} s long");
-                    return Err(refuse(format!("variations[{index}].push.steps"), steps, expected));
+                    return Err(refuse(format!("variations[{index}].wrench_steps"), steps, expected));
                 }
-                Ok((Self::Push { name, link: of_link, at, seconds }, 3))
+                Ok((Self::Wrench { name, link: of_link, at, seconds }, 3))
             }
         }
     }

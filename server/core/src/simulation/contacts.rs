@@ -15,7 +15,9 @@ use super::constraints::ExcludedLinks;
 use super::entity::Entity;
 use super::sleep::Busy;
 use super::world_state::Pair;
-use crate::collision::{Broad, ContactPoint, Filter, FixedPair, Narrow, RobotLinkPair, SurfaceCombination};
+use crate::collision::{
+    BroadPhase, ContactPoint, Filter, FixedPair, NarrowPhase, RobotLinkPair, SurfaceCombination,
+};
 use crate::dynamics::constraint::contact::Contact;
 use crate::pool::{Interrupt, PIECES, Pool};
 
@@ -30,7 +32,7 @@ pub(super) struct Contacts {
     /// colliders that are ignored until they have separated.
     fixed: Vec<FixedPair>,
     fixed_before: Vec<FixedPair>,
-    broad: Broad,
+    broad: BroadPhase,
     /// One for each piece of the pairs.
     searches: Vec<Search>,
 }
@@ -38,7 +40,7 @@ pub(super) struct Contacts {
 /// What is found among some pairs of robots that follow each other.
 #[derive(Debug, Default)]
 struct Search {
-    narrow: Narrow,
+    narrow: NarrowPhase,
     found: Vec<Contact>,
     fixed: Vec<FixedPair>,
 }

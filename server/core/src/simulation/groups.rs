@@ -290,8 +290,8 @@ fn is_still(robot: &Entity) -> bool {
         square(&velocities[..3]) < STILL_LINEAR * STILL_LINEAR
             && square(&velocities[3..]) < STILL_ANGULAR * STILL_ANGULAR
     };
-    let (velocities, placed) = (robot.body.velocities(), robot.body.placed());
-    velocities.len() == 6 && is_slow(velocities) && (placed.is_empty() || is_slow(placed))
+    let (velocities, split) = (robot.body.velocities(), robot.body.split_velocities());
+    velocities.len() == 6 && is_slow(velocities) && (split.is_empty() || is_slow(split))
 }
 
 impl<'b, 'a> GroupRange<'b, 'a> {

@@ -60,7 +60,7 @@ pub use moment::Moment;
 pub use published_state::PublishedState;
 use published_state::WorldLayout;
 use robot_settings::RobotSettings;
-pub use saved::{Kept, RobotParts, Saved};
+pub use saved::{NamedSavedState, RobotParts, Saved};
 use sensors::WorldSensors;
 pub use settings::{Integrator, PhysicsSettings, SurfaceCombination};
 use sleep::Busy;
@@ -91,7 +91,7 @@ pub struct Simulation {
     /// Whose the world is, beside its robots and joints.
     world_claim: Option<Arc<Claim>>,
     /// Oldest first. Shared with what is published.
-    saved: Arc<Vec<Kept>>,
+    saved: Arc<Vec<NamedSavedState>>,
     /// One a robot. Shared with what is published.
     robot_settings: Arc<Vec<Arc<RobotSettings>>>,
     /// One a robot. Shared with what is published.
@@ -165,7 +165,7 @@ impl Simulation {
     /// is the first that it has an effect on.
     ///
     /// # Errors
-    /// Where the command cannot be done, what it changes is claimed by another client, or there is no such claim.
+    /// Returns an error if the command cannot be done, what it changes is claimed by another client, or there is no such claim.
     pub fn apply_for(&mut self, command: &Command, claim: Option<ClaimId>) -> Result<Applied, Error> {
         self.allow(command, claim)?;
         if !self.leaves_what_is_fixed(command) {
@@ -262,7 +262,7 @@ impl Simulation {
     /// Where the colliders of a robot are, in the order of its shapes: where its links are now.
     ///
     /// # Errors
-    /// Where there is no such robot.
+    /// Returns an error if there is no such robot.
     pub fn collider_poses(&self, robot: &str) -> Result<Vec<ColliderPose>, Error> {
         Ok(self.entities[self.robot_index(robot)?].placed_colliders().poses())
     }

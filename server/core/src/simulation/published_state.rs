@@ -10,7 +10,7 @@ use simd_model::RobotModel;
 use super::error::Error;
 pub use super::moment::Moment;
 use super::robot_settings::RobotSettings;
-use super::saved::{Kept, no_saved_state};
+use super::saved::{NamedSavedState, no_saved_state};
 use super::sensors::WorldSensor;
 use super::target_sources::RobotTargetSources;
 pub use super::trajectory::Begin;
@@ -70,7 +70,7 @@ pub struct PublishedState {
     /// Who holds a claim on the world.
     pub claimed_by: Option<Arc<str>>,
     /// The states that the world can go back to, oldest first. Shared like `settings`.
-    pub saved: Arc<Vec<Kept>>,
+    pub saved: Arc<Vec<NamedSavedState>>,
 }
 
 /// What a constraint did over the last step.
@@ -289,8 +289,8 @@ impl PublishedState {
     /// A state that the world can go back to, by name.
     ///
     /// # Errors
-    /// Where there is no such state.
-    pub fn saved(&self, name: &str) -> Result<&Kept, Error> {
+    /// Returns an error if there is no such state.
+    pub fn saved(&self, name: &str) -> Result<&NamedSavedState, Error> {
         self.saved.iter().find(|kept| kept.name == name).ok_or_else(|| no_saved_state(&self.saved, name))
     }
 

@@ -45,7 +45,7 @@ pub struct ActivePull {
     /// N.
     pub max_force: f64,
     /// Simulated seconds that it still lasts.
-    pub left: f64,
+    pub remaining: f64,
     /// What it applied at the point in the last part of a step, N, world.
     #[serde(with = "vector3")]
     pub force: DVec3,
@@ -73,12 +73,12 @@ impl ActivePull {
 
     /// What is wrong with one of a file, for a robot of so many links.
     pub(super) fn check(&self, links: usize) -> Result<(), String> {
-        let Self { link, point, target, stiffness, damping, max_force, left, force } = self;
+        let Self { link, point, target, stiffness, damping, max_force, remaining, force } = self;
         if *link >= links {
             return Err(format!("a pull on its link {link}, of {links}"));
         }
-        if !(0.0..=MAX_PULL_DURATION).contains(left) {
-            return Err(format!("a pull for {left} s, which is not 0 to {MAX_PULL_DURATION}"));
+        if !(0.0..=MAX_PULL_DURATION).contains(remaining) {
+            return Err(format!("a pull for {remaining} s, which is not 0 to {MAX_PULL_DURATION}"));
         }
         sizes("pulls", [*stiffness, *damping, *max_force])?;
         finite("pulls", [point, target, force].into_iter().flat_map(|vector| vector.to_array()))
@@ -148,7 +148,7 @@ mod tests {
             stiffness: 10.0,
             damping: 1.0,
             max_force: 4.0,
-            left: 0.5,
+            remaining: 0.5,
             force: DVec3::ZERO,
         };
         assert_eq!(pull.force_at(DVec3::X * 0.8, DVec3::ZERO), DVec3::X * ((1.0 - 0.8) * 10.0));

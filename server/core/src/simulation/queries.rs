@@ -7,7 +7,7 @@ use super::check;
 use super::error::Error;
 use super::published_state::PublishedState;
 use super::rays::{RayReport, weigh};
-use crate::collision::distance::{Closest, TooMany, Wanted, closest_points};
+use crate::collision::distance::{Closest, DistanceFilter, TooMany, closest_points};
 use crate::collision::filter::{Filter, is_joined};
 use crate::collision::scene::{NO_ROBOT, PlacedShape, QueryShape, Scene, link_bounds, posed_shapes};
 use crate::dynamics::Configuration;
@@ -76,7 +76,7 @@ pub struct DistanceReport {
 
 /// A link that is below the surface of terrain.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Sunk {
+pub struct TerrainPenetration {
     /// Names of the robot and of its link.
     pub link: (String, String),
     /// Names of the robot that is terrain, and of its link.
@@ -131,7 +131,7 @@ impl PublishedState {
     /// nor is a link with itself.
     ///
     /// # Errors
-    /// Where the distance is NaN, where a shape or its pose cannot be, where both sides are meshes of triangles or height fields, where there are too many
+    /// Returns an error if the distance is NaN, where a shape or its pose cannot be, where both sides are meshes of triangles or height fields, where there are too many
     /// pairs, and where their names make too many bytes.
     pub fn distances(
         &self,
@@ -176,7 +176,7 @@ impl PublishedState {
                 || (x.body != y.body && x.link != y.link);
             apart && (!same_pose || x.link < y.link) && (!filtered || self.may_touch(x, y))
         };
-        let wanted = Wanted { within: *within, nearest_only: *nearest_only };
+        let wanted = DistanceFilter { within: *within, nearest_only: *nearest_only };
         let found = closest_points([&first, &second], wanted, is_wanted, is_cancelled);
         let found = found.map_err(|TooMany(value, limit)| Error::LimitExceeded {
             what: "the number of pairs of shapes of one query".into(),
@@ -238,7 +238,7 @@ impl PublishedState {
     /// world's axes meet that of the shape.
     ///
     /// # Errors
-    /// Where the pose has numbers that are not finite, where the shape is a mesh without a hull, and where the names make
+    /// Returns an error if the pose has numbers that are not finite, where the shape is a mesh without a hull, and where the names make
     /// too many bytes.
     pub fn overlaps(
         &self,
@@ -269,13 +269,13 @@ impl PublishedState {
     }
 
     /// Links that can move and are below the surface of terrain, where the robot at this index is one of the two: at most so many.
-    pub fn sunk(
+    pub fn terrain_penetrations(
         &self,
         robot: usize,
         gravity: DVec3,
         most: usize,
         is_cancelled: &dyn Fn() -> bool,
-    ) -> Vec<Sunk> {
+    ) -> Vec<TerrainPenetration> {
         let up = (-gravity).normalize_or(DVec3::Z);
         let is_terrain =
             |robot: usize| self.world.entities.get(robot).is_some_and(|entity| entity.shapes.has_terrain());
@@ -283,7 +283,7 @@ impl PublishedState {
         // Where this one is no terrain, only terrain matters to it.
         let others = (0..count).filter(|other| *other != robot && (is_terrain(robot) || is_terrain(*other)));
         let own = self.placed(robot, None);
-        let mut found: Vec<Sunk> = Vec::new();
+        let mut found: Vec<TerrainPenetration> = Vec::new();
         for other in others.take_while(|_| !is_cancelled()) {
             let theirs = self.placed(other, None);
             for [bodies, grounds] in [[&own, &theirs], [&theirs, &own]] {
@@ -299,7 +299,7 @@ impl PublishedState {
                     let known = found.iter().position(|known| known.link == link && known.terrain == terrain);
                     match known.and_then(|index| found.get_mut(index)) {
                         Some(known) => known.depth = known.depth.max(depth),
-                        None => found.push(Sunk { link, terrain, depth }),
+                        None => found.push(TerrainPenetration { link, terrain, depth }),
                     }
                     if found.len() >= most {
                         return found;
@@ -313,7 +313,7 @@ impl PublishedState {
     /// What a shape that goes from a pose by a way, without turning, meets first.
     ///
     /// # Errors
-    /// Where numbers are not finite, and where the shape is a mesh without a hull.
+    /// Returns an error if numbers are not finite, and where the shape is a mesh without a hull.
     pub fn cast_shape(
         &self,
         geometry: &Geometry,

@@ -34,7 +34,7 @@ pub struct RayReport {
 /// Whether these rays can be cast: there are at most [`MOST_RAYS`], and each has finite ends.
 ///
 /// # Errors
-/// Where one of the two does not hold.
+/// Returns an error if one of the two does not hold.
 pub fn check_rays(rays: &[[DVec3; 2]]) -> Result<(), Error> {
     if rays.len() > MOST_RAYS {
         return Err(Error::LimitExceeded {
@@ -54,7 +54,7 @@ pub fn check_rays(rays: &[[DVec3; 2]]) -> Result<(), Error> {
 /// Adds an entry of an answer to its bytes.
 ///
 /// # Errors
-/// Where the answer is larger than a message may be.
+/// Returns an error if the answer is larger than a message may be.
 pub(super) fn weigh(bytes: &mut usize, entry: usize) -> Result<(), Error> {
     *bytes += entry;
     if *bytes <= MOST_BYTES {

@@ -34,7 +34,7 @@ pub type RobotParts = (Arc<RobotModel>, Arc<Shapes>);
 
 /// One that a world keeps, under a name. Cheap to copy.
 #[derive(Clone, Debug)]
-pub struct Kept {
+pub struct NamedSavedState {
     pub(super) name: String,
     pub(super) saved: Saved,
     /// The first of the versions that its robots have here, where the state came from elsewhere: their
@@ -63,12 +63,12 @@ impl PartialEq for Saved {
     }
 }
 
-pub(super) fn no_saved_state(saved: &[Kept], name: &str) -> Error {
+pub(super) fn no_saved_state(saved: &[NamedSavedState], name: &str) -> Error {
     let known = saved.iter().map(|kept| kept.name.clone()).collect();
     Error::SavedStateNotFound { name: name.to_owned(), known }
 }
 
-impl Kept {
+impl NamedSavedState {
     /// The state.
     pub fn saved(&self) -> &Saved {
         &self.saved
@@ -144,7 +144,7 @@ impl Saved {
     /// model for each robot.
     ///
     /// # Errors
-    /// Where no world can be in such a state.
+    /// Returns an error if no world can be in such a state.
     pub fn new(mut state: WorldState, parts: Vec<RobotParts>) -> Result<Self, InvalidState> {
         check_world(&state).map_err(InvalidState::World)?;
         if state.robots.len() != parts.len() {
@@ -324,10 +324,10 @@ fn check_wrenches<'a>(
         if *link >= tree.links.len() {
             return Err(format!("a wrench on its link {link}, of {}", tree.links.len()));
         }
-        if let WrenchDuration::For(left) = duration
-            && !(0.0..=MAX_WRENCH_DURATION).contains(left)
+        if let WrenchDuration::For(remaining) = duration
+            && !(0.0..=MAX_WRENCH_DURATION).contains(remaining)
         {
-            return Err(format!("a wrench for {left} s, which is not 0 to {MAX_WRENCH_DURATION}"));
+            return Err(format!("a wrench for {remaining} s, which is not 0 to {MAX_WRENCH_DURATION}"));
         }
         finite("wrenches", [force, torque, point].into_iter().flat_map(|vector| vector.to_array()))
     })

@@ -56,15 +56,15 @@ pub(super) fn png(
         // Without a filter.
         rows.push(0);
         for column in 0..size[0] {
-            let at = [column, row];
+            let pixel = [column, row];
             let is_marked = match mark {
-                "edge" => at.iter().zip(size).any(|(place, side)| *place == 0 || *place + 1 == side),
-                "cross" => at.iter().zip(size).any(|(place, side)| *place == side / 2),
-                // MuJoCo's own numbers are not known: as many pixels, on other places.
-                "random" => noise(at) < random,
+                "edge" => pixel.iter().zip(size).any(|(index, side)| *index == 0 || *index + 1 == side),
+                "cross" => pixel.iter().zip(size).any(|(index, side)| *index == side / 2),
+                // MuJoCo's own numbers are not known: as many pixels, at other positions.
+                "random" => noise(pixel) < random,
                 _ => false,
             };
-            rows.extend(if is_marked { bytes(colours.mark) } else { pattern(&colours, at, size) });
+            rows.extend(if is_marked { bytes(colours.mark) } else { pattern(&colours, pixel, size) });
         }
     }
     Ok(Some(written(size, &rows)))
@@ -81,20 +81,20 @@ fn bytes(color: [f64; 3]) -> Rgb {
     color.map(|part| (255.0 * part.clamp(0.0, 1.0)) as u8)
 }
 
-fn flat(colours: &Colours, _at: [usize; 2], _size: [usize; 2]) -> Rgb {
+fn flat(colours: &Colours, _pixel: [usize; 2], _size: [usize; 2]) -> Rgb {
     bytes(colours.first)
 }
 
 /// Two by two fields.
-fn checker(colours: &Colours, at: [usize; 2], size: [usize; 2]) -> Rgb {
-    let [right, low] = [at[0] >= size[0] / 2, at[1] >= size[1] / 2];
+fn checker(colours: &Colours, pixel: [usize; 2], size: [usize; 2]) -> Rgb {
+    let [right, low] = [pixel[0] >= size[0] / 2, pixel[1] >= size[1] / 2];
     bytes(if right == low { colours.first } else { colours.second })
 }
 
 /// From the first colour in the middle to the second outside, by a sigmoid of the distance.
-fn gradient(colours: &Colours, at: [usize; 2], size: [usize; 2]) -> Rgb {
-    let place = |axis: usize| 2.0 * at[axis] as f64 / (size[axis].max(2) - 1) as f64 - 1.0;
-    let out = 2.0 * place(0).hypot(place(1)) - 1.0;
+fn gradient(colours: &Colours, pixel: [usize; 2], size: [usize; 2]) -> Rgb {
+    let coordinate = |axis: usize| 2.0 * pixel[axis] as f64 / (size[axis].max(2) - 1) as f64 - 1.0;
+    let out = 2.0 * coordinate(0).hypot(coordinate(1)) - 1.0;
     let share = (0.5 * (1.0 + out / out.hypot(1.0) * std::f64::consts::SQRT_2)).clamp(0.0, 1.0);
     let mixed = |part: usize| share * colours.second[part] + (1.0 - share) * colours.first[part];
     bytes([mixed(0), mixed(1), mixed(2)])

@@ -167,14 +167,14 @@ fn service() -> Vec<Key> {
             "service.waiting_reads",
             1..=65_536,
             "calls for inverse kinematics, mass matrices, rays and distances that wait; half of the processors work on \
-             such calls, and clients take turns",
+             such calls, and clients are served round robin",
             |draft| &mut draft.config.limits.waiting_reads,
         ),
         count(
             "service.waiting_rollouts",
             1..=65_536,
             "rollouts that wait; two are computed at a time, on threads that give way to the physics thread, and clients \
-             take turns",
+             are served round robin",
             |draft| &mut draft.config.limits.waiting_rollouts,
         ),
         count(

@@ -134,13 +134,14 @@ fn variation(at: &Path<'_>, given: v1::RolloutVariation) -> Result<Variation, Ba
         v1::RolloutVaried::JointDamping => Varied::JointDamping(named),
         v1::RolloutVaried::Gains => Varied::Gains(named),
         v1::RolloutVaried::SurfaceFriction => Varied::SurfaceFriction(named),
-        v1::RolloutVaried::Push => {
+        v1::RolloutVaried::Wrench => {
             let count = named.names.len();
             let Some(link) = named.names.pop().filter(|_| count == 1) else {
-                return Err(at.field("names").refuse(format_args!("{count} names"), "a push is on one link"));
+                let expected = "a wrench is on one link";
+                return Err(at.field("names").refuse(format_args!("{count} names"), expected));
             };
-            let (at, steps) = (given.push_step.into(), given.push_steps.into());
-            Varied::Push { robot: named.robot, link, at, steps }
+            let (at, steps) = (given.wrench_step.into(), given.wrench_steps.into());
+            Varied::Wrench { robot: named.robot, link, at, steps }
         }
     };
     let values = match at.field("values").given(given.values)? {
@@ -250,10 +251,10 @@ mod tests {
     }
 
     #[test]
-    fn a_push_is_on_one_link_and_what_is_of_a_whole_robot_takes_no_names() {
-        let push = |names: &[&str]| v1::RolloutRequest {
+    fn a_wrench_is_on_one_link_and_what_is_of_a_whole_robot_takes_no_names() {
+        let wrench = |names: &[&str]| v1::RolloutRequest {
             variations: vec![v1::RolloutVariation {
-                of: v1::RolloutVaried::Push.into(),
+                of: v1::RolloutVaried::Wrench.into(),
                 robot: "arm".into(),
                 names: names.iter().map(|name| (*name).to_owned()).collect(),
                 values: Some(v1::rollout_variation::Values::Uniform(v1::RolloutUniform {
@@ -264,9 +265,9 @@ mod tests {
             }],
             ..Default::default()
         };
-        assert!(rollout(push(&["hand"])).is_ok());
+        assert!(rollout(wrench(&["hand"])).is_ok());
         for names in [&[][..], &["hand", "foot"]] {
-            assert_eq!(rollout(push(names)).unwrap_err().field, "variations[0].names");
+            assert_eq!(rollout(wrench(names)).unwrap_err().field, "variations[0].names");
         }
         let root = v1::RolloutQuantity {
             kind: v1::RolloutQuantityKind::RootPose.into(),

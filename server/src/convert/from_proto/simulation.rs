@@ -115,7 +115,7 @@ pub fn import_saved_state(request: v1::ImportSavedStateRequest) -> Result<(Sha25
 /// How long a member of a lockstep may take to ask for its next step.
 ///
 /// # Errors
-/// Where it is no time.
+/// Returns an error if it is no time.
 pub fn lockstep_timeout(request: &v1::JoinLockstepRequest) -> Result<Duration, BadField> {
     let seconds = if request.timeout == 0.0 { 10.0 } else { request.timeout };
     Duration::try_from_secs_f64(seconds)

@@ -8,11 +8,11 @@ use simd_core::{Event, Moment};
 use simd_proto::v1;
 
 use super::{simulation, stamp};
-use crate::handle::{AuditedCall, Happened, LockstepChange, LoggedEvent, Pace, RecordingEnd};
+use crate::handle::{AuditedCall, LockstepChange, LogEvent, LoggedEvent, Pace, RecordingEnd};
 
 /// Something that happened.
 pub fn event(logged: LoggedEvent) -> v1::Event {
-    let (at, kind) = happened(logged.what);
+    let (at, kind) = log_event(logged.what);
     v1::Event {
         sequence: logged.sequence,
         stamp: Some(stamp::stamp(at, Some(logged.wall_time), logged.state_sequence)),
@@ -20,18 +20,18 @@ pub fn event(logged: LoggedEvent) -> v1::Event {
     }
 }
 
-fn happened(what: Happened) -> (Moment, v1::event::Kind) {
+fn log_event(what: LogEvent) -> (Moment, v1::event::Kind) {
     match what {
-        Happened::World(Event { at, kind }) => (at, world(kind)),
-        Happened::PhysicsChanged { at, settings, pace } => {
+        LogEvent::World(Event { at, kind }) => (at, world(kind)),
+        LogEvent::PhysicsChanged { at, settings, pace } => {
             let physics = Some(simulation::physics(&settings, pace));
             (at, v1::event::Kind::PhysicsChanged(v1::PhysicsChanged { physics }))
         }
-        Happened::StateChanged { at, state } => {
+        LogEvent::StateChanged { at, state } => {
             let state = simulation::run_state(state).into();
             (at, v1::event::Kind::SimulationStateChanged(v1::SimulationStateChanged { state }))
         }
-        Happened::LockstepChanged { at, client, change, members } => {
+        LogEvent::LockstepChanged { at, client, change, members } => {
             let cause = match change {
                 LockstepChange::Joined => v1::LockstepCause::Joined,
                 LockstepChange::Left => v1::LockstepCause::Left,
@@ -42,8 +42,8 @@ fn happened(what: Happened) -> (Moment, v1::event::Kind) {
             let changed = v1::LockstepChanged { client: client.to_string(), cause: cause.into(), members };
             (at, v1::event::Kind::LockstepChanged(changed))
         }
-        Happened::Overrun { at, dropped_lag } => (at, v1::event::Kind::Overrun(v1::Overrun { dropped_lag })),
-        Happened::Called { at, call } => {
+        LogEvent::Overrun { at, dropped_lag } => (at, v1::event::Kind::Overrun(v1::Overrun { dropped_lag })),
+        LogEvent::Called { at, call } => {
             let AuditedCall { token, client, peer, transport, method, robots, code, reason } = *call;
             let transport = transport.to_owned();
             let reason = v1::ErrorReason::from_str_name(&format!("ERROR_REASON_{reason}"));
@@ -51,10 +51,10 @@ fn happened(what: Happened) -> (Moment, v1::event::Kind) {
             let called = v1::AuditedCall { token, client, peer, transport, method, robots, code, reason };
             (at, v1::event::Kind::AuditedCall(called))
         }
-        Happened::RecordingStarted { at, recording } => {
+        LogEvent::RecordingStarted { at, recording } => {
             (at, v1::event::Kind::RecordingStarted(v1::RecordingStarted { recording }))
         }
-        Happened::RecordingEnded { at, recording, cause, message } => {
+        LogEvent::RecordingEnded { at, recording, cause, message } => {
             let cause = recording_end(cause).into();
             (at, v1::event::Kind::RecordingEnded(v1::RecordingEnded { recording, cause, message }))
         }
@@ -76,7 +76,7 @@ fn world(kind: EventKind) -> v1::event::Kind {
             state: scope.state,
             spawned: scope.spawned,
         }),
-        // The driver logs `Happened::PhysicsChanged` instead, which knows the pace.
+        // The driver logs `LogEvent::PhysicsChanged` instead, which knows the pace.
         EventKind::PhysicsChanged(settings) => v1::event::Kind::PhysicsChanged(v1::PhysicsChanged {
             physics: Some(simulation::physics(&settings, Pace::default())),
         }),

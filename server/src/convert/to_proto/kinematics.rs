@@ -2,7 +2,7 @@
 
 use glamx::DVec3;
 use simd_core::PublishedState;
-use simd_core::dynamics::inverse_kinematics::Found;
+use simd_core::dynamics::inverse_kinematics::IkSolution;
 use simd_core::dynamics::spatial::Spatial;
 use simd_core::simulation::published_state::EntityLayout;
 use simd_proto::v1;
@@ -40,7 +40,7 @@ pub fn jacobian(columns: &[Spatial], stamp: v1::Stamp) -> v1::GetJacobianRespons
 }
 
 /// The best that a search found.
-pub fn found(found: Found, stamp: v1::Stamp) -> v1::ComputeInverseKinematicsResponse {
+pub fn found(found: IkSolution, stamp: v1::Stamp) -> v1::ComputeInverseKinematicsResponse {
     v1::ComputeInverseKinematicsResponse {
         positions: found.positions,
         converged: found.converged,

@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use tokio::sync::oneshot;
 
-use super::super::toy::Toy;
+use super::super::fake_world::FakeWorld;
 use super::super::{Config, Event, Link, build};
 use super::*;
 
-fn shared(state: RunState) -> (Arc<Shared<Toy>>, Link) {
-    let (driver, link) = build(Toy::default(), Config { state, ..Config::default() });
+fn shared(state: RunState) -> (Arc<Shared<FakeWorld>>, Link) {
+    let (driver, link) = build(FakeWorld::default(), Config { state, ..Config::default() });
     (Arc::new(Shared::new(driver)), link)
 }
 
@@ -65,7 +65,7 @@ fn a_caller_does_no_step_of_a_world_that_plays() {
     let mut answer = steps(&link, 1);
     shared.drive(&mut || false);
     assert_eq!(answer(), None);
-    assert_eq!(link.board.newest().state.at.step, 0);
+    assert_eq!(link.state_cell.newest().state.at.step, 0);
 }
 
 #[test]

@@ -7,7 +7,7 @@ use super::*;
 const KEPT: usize = 1024;
 
 fn overrun(log: &EventLog) {
-    log.push(SystemTime::UNIX_EPOCH, 0, Happened::Overrun { at: Moment::default(), dropped_lag: 1.0 });
+    log.push(SystemTime::UNIX_EPOCH, 0, LogEvent::Overrun { at: Moment::default(), dropped_lag: 1.0 });
 }
 
 #[test]
@@ -37,7 +37,7 @@ fn long_events_are_kept_in_bytes_and_the_newest_always() {
         let claimed = Claimed { joints: vec!["j".repeat(1024); joints], ..Claimed::default() };
         let kind = EventKind::JointsClaimed { holder: "me".into(), claimed };
         let event = Event { at: Moment::default(), kind };
-        log.push(SystemTime::UNIX_EPOCH, 0, Happened::World(event));
+        log.push(SystemTime::UNIX_EPOCH, 0, LogEvent::World(event));
     };
     (0..100).for_each(|_| claimed(1000));
     let batch = log.after(0);
@@ -94,7 +94,7 @@ fn events_without_end_that_no_reader_looks_at_take_no_more_memory() {
 fn an_event_is_read_once_those_before_it_are_there() {
     let log = EventLog::new(KEPT);
     let event = |sequence| {
-        let what = Happened::Overrun { at: Moment::default(), dropped_lag: 1.0 };
+        let what = LogEvent::Overrun { at: Moment::default(), dropped_lag: 1.0 };
         Arc::new(LoggedEvent { sequence, wall_time: SystemTime::UNIX_EPOCH, state_sequence: 0, what })
     };
     log.arrived.push(event(2)).unwrap();

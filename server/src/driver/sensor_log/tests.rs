@@ -11,11 +11,11 @@ use simd_model::sensor::{SensorKind, SensorMount, WrenchAxes, WrenchDirection};
 
 use super::ring::MOST_READINGS;
 use super::*;
-use crate::driver::board::Publisher;
 use crate::driver::published::{Pace, Statistics};
+use crate::driver::published_state_cell::Publisher;
 use crate::run_state::RunState;
 
-/// A log, and a board whose states have sensors of these ids.
+/// A log, and a publisher whose states have sensors of these ids.
 struct Bench {
     publisher: Publisher,
     log: Arc<SensorLog>,
@@ -26,7 +26,7 @@ impl Bench {
     fn new(ids: &[u64]) -> Self {
         let statistics = Statistics::at_start(RunState::Paused, Pace::default());
         let publisher = Publisher::new(PublishedState::default(), PhysicsSettings::default(), statistics);
-        let (log, writer) = SensorLog::new(publisher.board().clone());
+        let (log, writer) = SensorLog::new(publisher.state_cell().clone());
         let mut bench = Self { publisher, log, writer };
         bench.has(ids);
         bench
@@ -242,7 +242,7 @@ mod scans {
         let mut bench = Bench::new(&[]);
         let state = |_| {
             bench.publisher.publish(|_| ());
-            bench.publisher.board().newest()
+            bench.publisher.state_cell().newest()
         };
         (0..count).map(state).collect()
     }
@@ -296,7 +296,7 @@ mod scans {
     #[tokio::test]
     async fn who_measures_does_not_wait_for_the_log_and_holds_nothing_of_it() {
         let bench = Bench::new(&[1]);
-        let state = bench.publisher.board().newest();
+        let state = bench.publisher.state_cell().newest();
         bench.log.due.force_push(due(&state, &[1]));
         let mut scan = bench.log.next_scan().await;
         let kept = bench.log.collected();
@@ -325,7 +325,7 @@ mod scans {
     #[tokio::test]
     async fn a_scan_that_gives_nothing_lets_the_next_begin_which_counts_it_as_missed() {
         let mut bench = Bench::new(&[1]);
-        let state = bench.publisher.board().newest();
+        let state = bench.publisher.state_cell().newest();
         let scan_of = |count| {
             let mut due = due(&state, &[1]);
             due.samples[0].count = count;

@@ -32,7 +32,7 @@ impl SensorWriter {
 
     /// A state was published: readers are to know where a sensor came or went.
     pub(in crate::driver) fn published(&mut self) {
-        let newest = self.log.board.newest();
+        let newest = self.log.state_cell.newest();
         if !Arc::ptr_eq(&self.sensors, &newest.state.sensors) {
             self.sensors = Arc::clone(&newest.state.sensors);
             let ids: BTreeSet<u64> = self.sensors.iter().map(|sensor| sensor.id).collect();
@@ -48,7 +48,7 @@ impl SensorWriter {
         if self.due.is_empty() {
             return;
         }
-        let state = self.log.board.newest();
+        let state = self.log.state_cell.newest();
         let counts = &mut self.counts;
         let long = self.due.extract_if(.., |due| due.takes_long());
         let samples: Vec<CountedSample> =

@@ -4,7 +4,7 @@ use super::*;
 
 #[test]
 fn a_full_mailbox_refuses_at_once_and_counts() {
-    let (driver, link) = build(Toy::default(), Config { mailbox: 2, ..Config::default() });
+    let (driver, link) = build(FakeWorld::default(), Config { mailbox: 2, ..Config::default() });
     let post = || {
         let (reply, _answer) = oneshot::channel();
         link.mailbox.post(Event::Command { command: nothing(), claim: None, sender: None, reply })
@@ -43,18 +43,18 @@ fn a_world_that_never_waits_serves_a_call_before_each_step() {
 #[test]
 fn a_paused_world_shows_a_command_before_it_is_answered() {
     let mut bench = Bench::paused();
-    let before = bench.link.board.newest().sequence;
+    let before = bench.link.state_cell.newest().sequence;
     let (applied, refused) = (bench.command(nothing()), bench.command(refused()));
     bench.iterations(2);
     assert_eq!(done(applied).sequence, before + 1);
     refusal(refused);
-    assert_eq!(bench.link.board.newest().sequence, before + 1, "a refusal changes nothing");
+    assert_eq!(bench.link.state_cell.newest().sequence, before + 1, "a refusal changes nothing");
 }
 
 #[test]
 fn a_playing_world_shows_values_of_targets_with_the_next_step_and_all_else_at_once() {
     let mut bench = Bench::new(RunState::Playing, Pace::AsFastAsPossible { factor: 1.0 });
-    let before = bench.link.board.newest().sequence;
+    let before = bench.link.state_cell.newest().sequence;
     let targets = bench.command(nothing());
     let robots = vec![RobotTargets { robot: "arm".into(), ..RobotTargets::default() }];
     let law = bench.command(Command::SetTargets(SetTargets { robots, ..SetTargets::default() }));
@@ -86,7 +86,7 @@ fn a_full_mailbox_does_not_keep_the_driver_from_ending() {
     let mut answers: Vec<_> = (0..600).map(|_| bench.command(nothing())).collect();
     bench.iterations(1);
     bench.link.mailbox.close();
-    assert!(bench.driver.turn().is_break());
+    assert!(bench.driver.run_once().is_break());
     let Driver { inbox, .. } = bench.driver;
     inbox.ending().end();
     drop(inbox);
@@ -98,8 +98,8 @@ fn a_full_mailbox_does_not_keep_the_driver_from_ending() {
 #[test]
 fn a_driver_that_looks_for_calls_takes_one_that_wakes_nothing() {
     let config = Config { state: RunState::Paused, spin_us: u32::MAX, ..Config::default() };
-    let (mut driver, link) = build(Toy::default(), config);
-    let driver = std::thread::spawn(move || driver.turn().is_continue());
+    let (mut driver, link) = build(FakeWorld::default(), config);
+    let driver = std::thread::spawn(move || driver.run_once().is_continue());
     let (reply, answer) = oneshot::channel();
     link.mailbox.put(Event::Command { command: nothing(), claim: None, sender: None, reply }).unwrap();
     assert!(answer.blocking_recv().unwrap().is_ok());

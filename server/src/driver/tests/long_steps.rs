@@ -1,14 +1,14 @@
 //! Steps that take long, and what interrupts them.
 
+use super::super::fake_world::StepHook;
 use super::super::long_step::LongSteps;
-use super::super::toy::Midst;
 use super::*;
 
-/// A driver that plays, whose steps do what `midst` says and can be interrupted at once.
-fn with_long_steps(midst: impl FnMut(&Mailbox, &dyn Fn() -> bool) -> bool + Send + 'static) -> Bench {
+/// A driver that plays, whose steps do what `hook` says and can be interrupted at once.
+fn with_long_steps(hook: impl FnMut(&Mailbox, &dyn Fn() -> bool) -> bool + Send + 'static) -> Bench {
     let mut bench = Bench::new(RunState::Playing, Pace::AsFastAsPossible { factor: 1.0 });
-    let (mailbox, mut midst) = (bench.link.mailbox.clone(), midst);
-    bench.driver.world.midst = Some(Midst(Box::new(move |interrupt| midst(&mailbox, interrupt))));
+    let (mailbox, mut hook) = (bench.link.mailbox.clone(), hook);
+    bench.driver.world.step_hook = Some(StepHook(Box::new(move |interrupt| hook(&mailbox, interrupt))));
     bench.driver.long_steps.interrupt_at_once();
     bench
 }
@@ -30,7 +30,7 @@ fn a_pause_in_the_midst_of_a_step_puts_the_step_back() {
     bench.iterations(2);
     let at = done(answer.recv().unwrap()).applied.at;
     assert_eq!((at.step, bench.driver.iterations), (0, 0));
-    let statistics = bench.link.board.newest().statistics;
+    let statistics = bench.link.state_cell.newest().statistics;
     assert_eq!(statistics.state, RunState::Paused);
     assert!(statistics.step_duration > 0.0, "how long it had run");
 }
@@ -100,7 +100,7 @@ fn ending_interrupts_a_step() {
     });
     bench.driver.long_steps = LongSteps::default();
     bench.iterations(1);
-    assert!(bench.driver.turn().is_break());
+    assert!(bench.driver.run_once().is_break());
     assert_eq!(bench.step(), 0);
 }
 
@@ -108,11 +108,11 @@ fn ending_interrupts_a_step() {
 fn a_step_shows_how_long_it_has_been_going_on() {
     let (sender, seen) = std::sync::mpsc::channel();
     let mut bench = with_long_steps(|_, _| true);
-    let board = bench.link.board.clone();
-    let look = move || board.present_step(Instant::now() + Duration::from_secs(17));
+    let state_cell = bench.link.state_cell.clone();
+    let look = move || state_cell.present_step(Instant::now() + Duration::from_secs(17));
     assert_eq!(look(), Duration::ZERO);
-    bench.driver.world.midst = Some(Midst(Box::new(move |_| sender.send(look()).is_ok())));
+    bench.driver.world.step_hook = Some(StepHook(Box::new(move |_| sender.send(look()).is_ok())));
     bench.iterations(1);
     assert!(seen.recv().unwrap() >= Duration::from_secs(17));
-    assert_eq!(bench.link.board.present_step(Instant::now()), Duration::ZERO);
+    assert_eq!(bench.link.state_cell.present_step(Instant::now()), Duration::ZERO);
 }

@@ -12,12 +12,12 @@ fn stop_is_a_pause_at_the_start_and_the_first_step_leaves_it() {
     bench.iterations(1);
     let at = done(stopped).applied.at;
     assert_eq!((at.epoch, at.step), (1, 0));
-    assert_eq!(bench.link.board.newest().statistics.state, RunState::Stopped);
+    assert_eq!(bench.link.state_cell.newest().statistics.state, RunState::Stopped);
     let _steps = bench.steps(1);
     bench.iterations(2);
-    assert_eq!(bench.link.board.newest().statistics.state, RunState::Paused);
+    assert_eq!(bench.link.state_cell.newest().statistics.state, RunState::Paused);
     let states = bench.happened().into_iter().filter_map(|event| match event {
-        Happened::StateChanged { state, .. } => Some(state),
+        LogEvent::StateChanged { state, .. } => Some(state),
         _ => None,
     });
     assert_eq!(states.collect::<Vec<_>>(), [RunState::Stopped, RunState::Paused]);
@@ -42,10 +42,10 @@ fn physics_and_pace_change_together_and_are_reported_once() {
     let at = done.applied.at;
     assert_eq!(
         seen,
-        [pace, free].map(|pace| Happened::PhysicsChanged { at, settings, pace }),
+        [pace, free].map(|pace| LogEvent::PhysicsChanged { at, settings, pace }),
         "one event each, with the pace of its time"
     );
-    assert_eq!(bench.link.board.newest().physics.time_step, 0.01);
+    assert_eq!(bench.link.state_cell.newest().physics.time_step, 0.01);
 }
 
 /// Each names one half of a pace; what comes of them has both, in whichever order they were sent.
@@ -64,7 +64,7 @@ fn halves_of_a_pace_from_two_callers_make_a_whole() {
     let _first = half(PaceChange { as_fast_as_possible: Some(true), factor: None });
     let _second = half(PaceChange { as_fast_as_possible: None, factor: Some(3.0) });
     bench.iterations(2);
-    let pace = bench.link.board.newest().statistics.pace;
+    let pace = bench.link.state_cell.newest().statistics.pace;
     assert_eq!(pace, Pace::AsFastAsPossible { factor: 3.0 });
 }
 
@@ -74,10 +74,10 @@ fn dropped_lag_is_counted_and_reported() {
     let long_ago = Instant::now() - Duration::from_secs(5);
     bench.driver.pacer = Pacer::new(Some(1e-3), Duration::from_millis(200), long_ago);
     bench.iterations(1);
-    let statistics = bench.link.board.newest().statistics;
+    let statistics = bench.link.state_cell.newest().statistics;
     assert_eq!(statistics.overruns, 1);
     assert!(statistics.dropped_lag > 4.9);
-    let [Happened::Overrun { at, dropped_lag }] = bench.happened()[..] else { panic!() };
+    let [LogEvent::Overrun { at, dropped_lag }] = bench.happened()[..] else { panic!() };
     assert_eq!((at.step, dropped_lag), (1, statistics.dropped_lag));
 }
 
@@ -88,5 +88,5 @@ fn playing_after_a_pause_owes_no_steps() {
     let _played = bench.state(RunState::Playing);
     bench.iterations(1);
     assert!(matches!(bench.driver.pacer.next(Instant::now() - Duration::from_secs(1)), pacer::Due::At(_)));
-    assert_eq!(bench.link.board.newest().statistics.overruns, 0);
+    assert_eq!(bench.link.state_cell.newest().statistics.overruns, 0);
 }

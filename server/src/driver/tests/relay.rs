@@ -4,8 +4,8 @@ use super::*;
 
 fn bench() -> Bench {
     let mut bench = Bench::paused();
-    let Link { board, events, sensors, .. } = bench.link.clone();
-    bench.driver.relay = Some(Relay::start((RealTime::default(), 256), board, events, sensors).unwrap());
+    let Link { state_cell, events, sensors, .. } = bench.link.clone();
+    bench.driver.relay = Some(Relay::start((RealTime::default(), 256), state_cell, events, sensors).unwrap());
     bench
 }
 
@@ -37,7 +37,7 @@ fn all_other_calls_are_answered_too() {
         reply,
     });
     let whole = bench.post(|reply| Event::WholeState { reply });
-    let recorded = bench.post(|reply| Event::Record { tap: None, reply });
+    let recorded = bench.post(|reply| Event::Record { queue: None, reply });
     let (refused, stepped) = (bench.steps_of("missing", 1), bench.steps(1));
     bench.iterations(6);
     assert!(physics.blocking_recv().unwrap().is_ok());
@@ -54,12 +54,12 @@ fn all_other_calls_are_answered_too() {
 #[tokio::test]
 async fn readers_that_wait_are_woken() {
     let mut bench = bench();
-    let board = Arc::clone(&bench.link.board);
-    let announcing = Arc::clone(&board);
+    let state_cell = Arc::clone(&bench.link.state_cell);
+    let announcing = Arc::clone(&state_cell);
     tokio::spawn(async move { announcing.announce().await });
     for _ in 0..100 {
-        let (board, newest) = (Arc::clone(&board), board.newest().sequence);
-        let reader = tokio::spawn(async move { board.newer_than(newest).await.sequence });
+        let (state_cell, newest) = (Arc::clone(&state_cell), state_cell.newest().sequence);
+        let reader = tokio::spawn(async move { state_cell.newer_than(newest).await.sequence });
         tokio::task::yield_now().await;
         drop(bench.command(nothing()));
         bench.iterations(1);

@@ -10,9 +10,9 @@ fn steps_are_done_without_waiting_and_answered_after_the_last() {
     assert!(answer.try_recv().is_err(), "the fifth step is not done");
     bench.iterations(1);
     let done = stepped(answer);
-    assert_eq!((done.applied.at.step, done.sequence), (5, bench.link.board.newest().sequence));
+    assert_eq!((done.applied.at.step, done.sequence), (5, bench.link.state_cell.newest().sequence));
     assert_eq!(bench.driver.iterations, 5);
-    assert_eq!(bench.link.board.newest().statistics.real_time_factor, 0.0, "it does not play");
+    assert_eq!(bench.link.state_cell.newest().statistics.real_time_factor, 0.0, "it does not play");
 }
 
 #[test]
@@ -48,7 +48,7 @@ fn a_caller_that_goes_away_ends_its_steps_and_no_others() {
 #[test]
 fn targets_that_come_with_steps_hold_before_the_first_and_are_answered_once() {
     let mut bench = Bench::paused();
-    let published = bench.link.board.newest().sequence;
+    let published = bench.link.state_cell.newest().sequence;
     let answer = bench.steps_of("arm", 2);
     bench.iterations(3);
     let Stepped { done, state, clamped } = done(answer);
@@ -86,14 +86,14 @@ fn a_caller_that_goes_away_before_its_steps_sets_no_targets() {
     bench.iterations(1);
     assert!(bench.driver.world.applied.lock().unwrap().is_empty());
     // One that goes away after that has set them, and everybody sees it.
-    let published = bench.link.board.newest().sequence;
+    let published = bench.link.state_cell.newest().sequence;
     let answer = bench.steps_of("arm", 2);
     bench.iterations(1);
     drop(answer);
     let other = bench.command(refused());
     bench.iterations(1);
     assert!(matches!(refusal(other), CallError::World(_)));
-    assert_eq!((bench.link.board.newest().sequence, bench.step()), (published + 1, 0));
+    assert_eq!((bench.link.state_cell.newest().sequence, bench.step()), (published + 1, 0));
 }
 
 #[test]

@@ -101,7 +101,7 @@ impl Lens {
     /// Of matrices from a client.
     ///
     /// # Errors
-    /// Where they are none of a camera.
+    /// Returns an error if they are none of a camera.
     pub(crate) fn of_matrices(view: [f64; 16], projection: [f64; 16]) -> Result<Self, BadMatrix> {
         let refuse = |element, value, expected| BadMatrix { element, value, expected };
         for (element, numbers) in [("view", &view), ("projection", &projection)] {

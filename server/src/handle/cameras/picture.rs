@@ -202,7 +202,7 @@ impl Drawn {
     /// Whether it is what a view asks for. It may take milliseconds where planes are packed.
     ///
     /// # Errors
-    /// Where a plane is missing, is too much, or is of another size.
+    /// Returns an error if a plane is missing, is too much, or is of another size.
     pub(super) fn check(&self, view: &View) -> Result<(), CallError> {
         let pixels = u64::from(view.width) * u64::from(view.height);
         let Self { color, depth, segmentation } = self;
@@ -253,7 +253,7 @@ impl Plane {
     /// Its numbers, where they are at most so many bytes.
     ///
     /// # Errors
-    /// Where zlib's data are broken, or are more.
+    /// Returns an error if zlib's data are broken, or are more.
     pub(crate) fn unpacked(&self, most: u64) -> std::io::Result<Bytes> {
         if !self.is_zlib {
             return Ok(self.data.clone());

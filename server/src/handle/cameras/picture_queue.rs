@@ -118,7 +118,7 @@ impl PictureQueue {
     /// A client wants a picture. Who wants one of the same camera and of a state that is no newer, waits for the same.
     ///
     /// # Errors
-    /// Where no renderer is there, or too many pictures are waited for.
+    /// Returns an error if no renderer is there, or too many pictures are waited for.
     pub(super) fn ask(&mut self, order: PictureOrder, now: Instant) -> Result<Waiting, CallError> {
         self.expire(now);
         self.check_renderers(now)?;
@@ -187,7 +187,7 @@ impl PictureQueue {
     /// A renderer begins to wait for work.
     ///
     /// # Errors
-    /// Where there are too many.
+    /// Returns an error if there are too many.
     pub(super) fn begin_waiting(&mut self, name: &str, now: Instant) -> Result<Arc<str>, CallError> {
         self.expire(now);
         let known = self.renderers.get_key_value(name).map(|(name, _)| Arc::clone(name));
@@ -296,7 +296,7 @@ impl PictureQueue {
     /// Pictures of a camera are wanted at its own rate, until then.
     ///
     /// # Errors
-    /// Where no renderer is there.
+    /// Returns an error if no renderer is there.
     pub(super) fn follow(&mut self, camera: u64, until: Instant, now: Instant) -> Result<(), CallError> {
         let entry = self.cameras.entry(camera).or_default();
         entry.followed_until = entry.followed_until.max(Some(until));
@@ -348,7 +348,7 @@ impl PictureQueue {
     }
 
     /// # Errors
-    /// Where no renderer is there.
+    /// Returns an error if no renderer is there.
     pub(super) fn check_renderers(&self, now: Instant) -> Result<(), CallError> {
         match self.renderers.iter().any(|(name, of)| self.is_present(name, of, now)) {
             true => Ok(()),

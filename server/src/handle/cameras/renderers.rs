@@ -12,7 +12,7 @@ impl SimHandle {
     /// The next task for a renderer, waiting at most `timeout` for one.
     ///
     /// # Errors
-    /// Where there are too many renderers, or the daemon drains.
+    /// Returns an error if there are too many renderers, or the daemon drains.
     pub async fn next_picture_task(
         &self,
         renderer: &str,
@@ -44,7 +44,7 @@ impl SimHandle {
     /// What a renderer drew for a task, or why it did not. Whether it was waited for.
     ///
     /// # Errors
-    /// Where it is not what the task asks for: the task goes to another renderer in time.
+    /// Returns an error if it is not what the task asks for: the task goes to another renderer in time.
     pub async fn put_picture(
         &self,
         id: u64,

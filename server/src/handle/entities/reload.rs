@@ -28,7 +28,7 @@ impl SimHandle {
     /// Gives a robot a new model: from a new source, or from where it came from, read again.
     ///
     /// # Errors
-    /// Where there is no such robot, and where the model cannot be read.
+    /// Returns an error if there is no such robot, and where the model cannot be read.
     pub async fn reload(
         &self,
         robot: String,

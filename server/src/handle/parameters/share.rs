@@ -15,7 +15,7 @@ impl SimHandle {
     /// Puts a parameter into the list, instead of the one at an index or behind all others.
     ///
     /// # Errors
-    /// Where its owner would have more than its share, with what is replaced out of the way.
+    /// Returns an error if its owner would have more than its share, with what is replaced out of the way.
     pub(super) fn insert_parameter(
         &self,
         list: &mut ParameterList,

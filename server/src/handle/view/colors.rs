@@ -54,14 +54,14 @@ impl SimHandle {
     /// Gives links colours, all of them or none.
     ///
     /// # Errors
-    /// Where there is no such robot or link, and where too many links have one.
+    /// Returns an error if there is no such robot or link, and where too many links have one.
     pub fn set_link_colors(&self, colors: Vec<LinkColor>) -> Result<(), CallError> {
         self.note_robots(colors.iter().map(|color| &*color.robot));
         let newest = self.newest();
         let entities = &newest.state.world.entities;
-        let versions: BTreeMap<&str, usize> =
-            entities.iter().enumerate().map(|(place, entity)| (entity.name.as_str(), place)).collect();
-        let found = |robot: &str| versions.get(robot).and_then(|place| entities.get(*place));
+        let indices: BTreeMap<&str, usize> =
+            entities.iter().enumerate().map(|(index, entity)| (entity.name.as_str(), index)).collect();
+        let found = |robot: &str| indices.get(robot).and_then(|index| entities.get(*index));
         let mut changes = Vec::with_capacity(colors.len());
         for LinkColor { robot, link, color } in colors {
             let Some(entity) = found(&robot) else {

@@ -166,7 +166,7 @@ impl SimHandle {
     /// once. Pages report them from now on, until five seconds after this call.
     ///
     /// # Errors
-    /// Where the daemon drains before that, or the driver failed.
+    /// Returns an error if the daemon drains before that, or the driver failed.
     pub async fn next_input(
         &self,
         after: Option<u64>,

@@ -274,7 +274,7 @@ impl SimHandle {
     /// Draws markers, all or none. With `until` they go when it is cancelled. Answers with their ids.
     ///
     /// # Errors
-    /// Where a robot or link is not there, where one that is another's would be replaced, and where there would be too many.
+    /// Returns an error if a robot or link is not there, where one that is another's would be replaced, and where there would be too many.
     pub fn add_markers(
         &self,
         wanted: Vec<NewMarker>,
@@ -310,7 +310,7 @@ impl SimHandle {
     /// Takes markers away, all that are not another's where none is named. Answers with the ids of those that went.
     ///
     /// # Errors
-    /// Where one is another's; then none goes.
+    /// Returns an error if one is another's; then none goes.
     pub fn delete_markers(&self, ids: &[u64]) -> Result<Vec<u64>, CallError> {
         self.inner.view.change(Instant::now(), |state, version| {
             let markers = &mut state.markers;

@@ -32,7 +32,7 @@ impl Changes {
     /// Adds one, as `KEY=VALUE`.
     ///
     /// # Errors
-    /// Where there is no such key, or it cannot have this value: a sentence.
+    /// Returns an error if there is no such key, or it cannot have this value: a sentence.
     pub fn add(&mut self, text: &str) -> Result<(), String> {
         let (key, value) = text.rsplit_once('=').ok_or_else(|| format!("{text:?} is not KEY=VALUE"))?;
         let number = || {

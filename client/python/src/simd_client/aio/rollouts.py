@@ -129,7 +129,7 @@ class Rollouts(Queries):
         """How many numbers a copy has of a variation that is drawn, by the daemon's rules."""
         if variation.values is not None:
             return 0
-        if variation.of == "push":
+        if variation.of == "wrench":
             return 3
         robot = name_of(variation.robot)
         if variation.of in ("link_masses", "surface_friction"):

@@ -36,7 +36,7 @@ impl Articulation {
         self.scratch.integrator = integrator;
         (self.scratch.is_held, self.scratch.is_touched, self.scratch.is_kinked) = (false, false, false);
         self.scratch.is_linked = false;
-        self.scratch.placed.clear();
+        self.scratch.split.clear();
         let goes_on = !matches!(history, History::Given | History::Kinked);
         self.scratch.meets_jump = std::mem::take(has_external_changed) && goes_on;
     }

@@ -16,7 +16,7 @@ impl Articulation {
     /// unified approach for motion and force control of robot manipulators", 1987), symmetric and without negative
     /// eigenvalues. M is that of a step of `h` seconds: with what the actuators' laws of the last step add to it.
     ///
-    /// Costs three trips through the robot, and the memory of one list of velocities. To be called between steps.
+    /// Costs three backward and forward passes over the robot, and the memory of one list of velocities. To be called between steps.
     pub fn mobility(&mut self, body: usize, point: DVec3, h: f64, integrator: Integrator) -> DMat3 {
         let tree = Arc::clone(&self.tree);
         self.update_kinematics();

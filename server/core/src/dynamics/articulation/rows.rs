@@ -7,15 +7,15 @@ use super::Articulation;
 use super::StepScratch;
 use crate::dynamics::constraint::side::Side;
 use crate::dynamics::constraint::{
-    Constraints, RowKey, Trip, prepare, project_onto, respond, respond_to_force, respond_to_unit_forces,
-    single_body_rows, sweep,
+    Constraints, MultiRhsSolve, RowKey, prepare, project_onto, respond, respond_to_force,
+    respond_to_unit_forces, single_body_rows, sweep,
 };
 use crate::dynamics::implicit_inertia::implicit_inertia;
 use crate::dynamics::inertia::Rigid;
 use crate::dynamics::integrate::advance_joint;
 use crate::dynamics::kinematics::joint_placement;
 use crate::dynamics::ldlt::Ldlt6;
-use crate::dynamics::scratch::Trips;
+use crate::dynamics::scratch::MultiRhs;
 use crate::dynamics::spatial::{Placement, Spatial};
 use crate::dynamics::spatials::Spatials;
 use crate::dynamics::symmetric::Symmetric;
@@ -89,17 +89,17 @@ impl Articulation {
     }
 
     /// Adds M^-1 J' for three impulses on a body about its origin, in the base's axes, to three lists of all velocities. The memory
-    /// `trips` has room for each body.
+    /// `rhs` has room for each body.
     pub(in crate::dynamics) fn add_wrench_responses(
         &self,
         body: usize,
         wrenches: &Spatials<4>,
-        trips: &mut [Trips<4>],
+        rhs: &mut [MultiRhs<4>],
         sums: &mut [f64],
     ) {
         let (tree, q, scratch) = (&*self.tree, &self.state.positions, &self.scratch.passes);
-        let trips = &mut trips[..tree.bodies.len()];
-        Arch::new().dispatch(Trip::of_wrenches(tree, q, (body, wrenches), scratch, trips, sums));
+        let rhs = &mut rhs[..tree.bodies.len()];
+        Arch::new().dispatch(MultiRhsSolve::of_wrenches(tree, q, (body, wrenches), scratch, rhs, sums));
     }
 
     /// Writes M^-1 J' for the six unit impulses on a body about its origin, in the base's axes; not for single bodies.

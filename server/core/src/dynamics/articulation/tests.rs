@@ -6,7 +6,7 @@ use simd_model::RobotModel;
 use simd_model::robot::{Inertial, Joint, JointKind, JointLimits, Link};
 
 use super::*;
-use crate::dynamics::constraint::{Row, Trip, respond, respond_to_joints};
+use crate::dynamics::constraint::{MultiRhsSolve, Row, respond, respond_to_joints};
 use crate::dynamics::spatial::Spatial;
 
 /// Links one after the other and in branches, with a joint of each kind.
@@ -73,7 +73,8 @@ fn robot(is_fixed: bool) -> Articulation {
 fn responses<S: Simd>(simd: S, robot: &mut Articulation, body: usize) -> Vec<f64> {
     let mut out = vec![0.0; 6 * robot.tree.velocity_count];
     let scratch = &mut robot.scratch.passes;
-    simd.vectorize(Trip::of_unit_forces(&robot.tree, &robot.state.positions, body, scratch, &mut out));
+    let q = &robot.state.positions;
+    simd.vectorize(MultiRhsSolve::of_unit_forces(&robot.tree, q, body, scratch, &mut out));
     out
 }
 
@@ -136,12 +137,12 @@ fn responses_to_three_wrenches_have_the_bits_of_those_to_each() {
     for is_fixed in [false, true] {
         let mut robot = robot(is_fixed);
         let n = robot.tree.velocity_count;
-        let mut trips = vec![Trips::default(); robot.tree.bodies.len()];
+        let mut rhs = vec![MultiRhs::default(); robot.tree.bodies.len()];
         let axes = [DVec3::new(0.6, 0.0, 0.8), DVec3::Y, DVec3::new(0.8, 0.0, -0.6)];
         for body in 0..robot.tree.bodies.len() {
             let wrenches = robot.wrenches(body, DVec3::new(0.2, 0.5, -0.1), axes);
             let (mut together, mut alone) = (vec![0.0; 3 * n], vec![0.0; n]);
-            robot.add_wrench_responses(body, &wrenches, &mut trips, &mut together);
+            robot.add_wrench_responses(body, &wrenches, &mut rhs, &mut together);
             assert!(together.iter().any(|value| *value != 0.0), "{body}");
             for (k, together) in together.chunks_exact(n).enumerate() {
                 robot.wrench_response(body, wrenches.get(k), &mut alone);

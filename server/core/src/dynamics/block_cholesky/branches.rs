@@ -59,7 +59,7 @@ impl Branches<'_> {
 
     /// Replaces `x` by L'^-1 x.
     #[inline]
-    pub(super) fn rise(self, lower: &[f64], x: &mut [f64]) {
+    pub(super) fn backward_pass(self, lower: &[f64], x: &mut [f64]) {
         let n = x.len();
         for k in (0..n).rev() {
             let (value, row) = (x[k], &lower[k * n..(k + 1) * n]);
@@ -71,7 +71,7 @@ impl Branches<'_> {
 
     /// Replaces `x` by L^-1 x.
     #[inline]
-    pub(super) fn descend(self, lower: &[f64], x: &mut [f64]) {
+    pub(super) fn forward_pass(self, lower: &[f64], x: &mut [f64]) {
         let n = x.len();
         for k in 0..n {
             let row = &lower[k * n..(k + 1) * n];

@@ -71,7 +71,7 @@ enum State {
 }
 
 /// The memory that it takes, kept from step to step.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub struct Direct {
     matrix: BlockCholesky,
     /// M of each member, one after the other.
@@ -241,7 +241,7 @@ impl Direct {
 
     /// Solves once more, with the factors of the last solution, where only what constraints between links aim at has changed
     /// since. False where there are none, or other rows are equations now: then velocities and impulses are as they were.
-    pub fn follow<R: AsMut<Articulation>>(&mut self, mut system: System<'_, R>) -> bool {
+    pub fn solve_again<R: AsMut<Articulation>>(&mut self, mut system: System<'_, R>) -> bool {
         if !self.is_solved {
             return false;
         }

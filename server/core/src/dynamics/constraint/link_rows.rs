@@ -145,8 +145,8 @@ pub struct LinkRows {
     pub within: f64,
     /// Errors after the step that are gone back to.
     pub errors_kept: [f64; 3],
-    /// How far velocities are from what puts errors right, m/s or rad/s, where positions were to be put right.
-    pub left: Option<[f64; 3]>,
+    /// The residual of split velocities: how far they are from what puts errors right, m/s or rad/s, where positions were to be put right.
+    pub split_residual: Option<[f64; 3]>,
     /// What takes directions without rows out of targets: nn, nt, nu, tt, tu, uu.
     pub directions: [f64; 6],
     /// The impulse's norm at the most, N s or N m s.

@@ -8,19 +8,18 @@ pub mod contact;
 pub mod direct;
 pub mod link_constraint;
 pub mod link_rows;
+mod multi_rhs;
 mod response;
 mod rows;
 pub mod side;
 mod solve;
 pub mod three_rows;
-mod trips;
 pub mod turning;
 
+pub use multi_rhs::{MultiRhsSolve, respond_to_joints, respond_to_unit_forces};
 pub use response::{project, project_onto, respond, respond_to_force, single_body_rows};
 pub use rows::{Impulses, collect};
 pub use solve::{prepare, solve, sweep};
-
-pub use trips::{Trip, respond_to_joints, respond_to_unit_forces};
 
 /// The velocity at which a violated position is put right, as a part of it a step.
 pub const ERROR_REDUCTION: f64 = 0.2;

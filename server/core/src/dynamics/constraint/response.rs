@@ -1,5 +1,5 @@
-//! J and M^-1 J': what an impulse works on, and what it does to all velocities by one trip up
-//! and down the factorised tree.
+//! J and M^-1 J': what an impulse works on, and what it does to all velocities by one backward
+//! and one forward pass over the factorised tree.
 
 use glamx::{DMat3, DVec3};
 
@@ -22,9 +22,9 @@ pub fn respond(tree: &Tree, q: &[f64], joints: &[(usize, f64)], scratch: &mut Sc
     // Children come after their parents.
     let highest = joints.iter().map(|joint| joint.0).max().unwrap_or(0);
     (0..=highest).rev().for_each(|body| {
-        rise(tree, body, scratch);
+        backward_step(tree, body, scratch);
     });
-    descend(tree, q, scratch, out);
+    forward_pass(tree, q, scratch, out);
 }
 
 /// The same for an impulse on a body: `force` about its origin, in the base's axes.
@@ -39,9 +39,9 @@ pub fn respond_to_force(
     scratch.bodies[body].delta = -force;
     let mut next = Some(body);
     while let Some(body) = next {
-        next = rise(tree, body, scratch);
+        next = backward_step(tree, body, scratch);
     }
-    descend(tree, q, scratch, out);
+    forward_pass(tree, q, scratch, out);
 }
 
 /// J' f: what an impulse on a body does to each velocity's own momentum. `force` is about the
@@ -155,8 +155,8 @@ fn clear(scratch: &mut Scratch) {
 }
 
 /// Takes what acts on a body on to its parent, if there is something and one that feels it. `delta` holds p until
-/// the way down.
-fn rise(tree: &Tree, body: usize, scratch: &mut Scratch) -> Option<usize> {
+/// the forward pass.
+fn backward_step(tree: &Tree, body: usize, scratch: &mut Scratch) -> Option<usize> {
     let Body { joint_type, parent, .. } = tree.bodies[body];
     if let JointType::Free { .. } = joint_type {
         return None;
@@ -172,8 +172,8 @@ fn rise(tree: &Tree, body: usize, scratch: &mut Scratch) -> Option<usize> {
     Some(parent)
 }
 
-/// Down, through every branch.
-fn descend(tree: &Tree, q: &[f64], scratch: &mut Scratch, out: &mut [f64]) {
+/// From the root to the leaves, through every branch.
+fn forward_pass(tree: &Tree, q: &[f64], scratch: &mut Scratch, out: &mut [f64]) {
     for (i, body) in tree.bodies.iter().enumerate() {
         let above = body.parent.map_or(Spatial::ZERO, |parent| scratch.bodies[parent].delta);
         let at = &mut scratch.bodies[i];

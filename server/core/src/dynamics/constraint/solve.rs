@@ -1,7 +1,7 @@
 //! Projected Gauss-Seidel on the velocities of one robot: its rows of joints.
 
 use super::{Constraints, MAX_SWEEPS, SETTLED, respond, respond_to_joints};
-use crate::dynamics::scratch::{Scratch, TRIPS};
+use crate::dynamics::scratch::{MAX_RHS, Scratch};
 use crate::dynamics::tree::Tree;
 
 /// Changes `velocities` until every row holds, or the sweeps are used up.
@@ -42,14 +42,14 @@ pub fn prepare(
     if rows.is_empty() {
         return;
     }
-    if scratch.trips.is_empty() {
+    if scratch.rhs.is_empty() {
         for (row, response) in rows.iter().zip(responses.chunks_exact_mut(n)) {
             let [a, b] = row.entries;
             let joints = [(row.bodies[0], a.1), (row.bodies[1], b.1)];
             respond(tree, q, &joints, scratch, response);
         }
     } else {
-        for (rows, responses) in rows.chunks(TRIPS).zip(responses.chunks_mut(TRIPS * n)) {
+        for (rows, responses) in rows.chunks(MAX_RHS).zip(responses.chunks_mut(MAX_RHS * n)) {
             respond_to_joints(tree, q, rows, scratch, &mut responses[..rows.len() * n]);
         }
     }

@@ -2,7 +2,7 @@
 //!
 //! Velocities that close an error take along what is held, and what that pushes. But where other constraints, or the way that is left
 //! to joints, do not let the error close, they are a motor without end. So what does not come as near as its velocities
-//! promise is held where it is, and put right [in positions alone](super::placement), which moves no energy.
+//! promise is held where it is, and put right [in positions alone](super::split_velocities), which moves no energy.
 
 use glamx::DVec3;
 

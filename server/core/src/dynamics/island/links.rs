@@ -150,8 +150,8 @@ impl Island {
         robots: &mut [R],
         interrupt: &dyn Fn() -> bool,
     ) -> bool {
-        let Self { links, blocks, scratch, trips, bases, basis_responses, .. } = self;
-        let mut measure = Measure { blocks, scratch, trips, bases, basis_responses };
+        let Self { links, blocks, scratch, rhs, bases, basis_responses, .. } = self;
+        let mut measure = Measure { blocks, scratch, rhs, bases, basis_responses };
         for link in links {
             if interrupt() {
                 return false;
@@ -193,8 +193,8 @@ impl Island {
                     robots[member].as_mut().note_link(is_jump, is_kink);
                 }
             }
-            let left = link
-                .left
+            let residual = link
+                .split_residual
                 .unwrap_or_else(|| link.residual(link.rows.velocities(&self.blocks, &self.velocities)));
             constraint.is_dragged |= link.is_dragged && link.is_pulled && !link.is_near();
             let impulse = link.rows.world_impulse();
@@ -215,7 +215,7 @@ impl Island {
                 DVec3::from_array(link.errors).length()
             };
             let is_left = link.state != LinkState::Open;
-            reading.residuals[part] = if is_left { DVec3::from_array(left).length() } else { 0.0 };
+            reading.residuals[part] = if is_left { DVec3::from_array(residual).length() } else { 0.0 };
             reading.is_saturated |= is_saturated;
         }
     }
@@ -299,9 +299,9 @@ fn brake(index: usize, ends: [(usize, Option<usize>); 2], point: DVec3, (turns, 
 /// Whether in the last step it did not come nearer to where it is to be, though it did not do all that it may.
 fn is_idle(constraint: &LinkConstraint, link: &LinkRows) -> bool {
     let part = usize::from(link.turns);
-    let (error, left) = (constraint.reading.errors[part], constraint.reading.residuals[part]);
+    let (error, residual) = (constraint.reading.errors[part], constraint.reading.residuals[part]);
     let aim = (ERROR_REDUCTION * error / link.h).min(MAX_CORRECTION[part]);
-    error > FAR[part] && left > UNREACHED * aim && !link.is_at_most(constraint.impulses[part])
+    error > FAR[part] && residual > UNREACHED * aim && !link.is_at_most(constraint.impulses[part])
 }
 
 /// Whether the second joint of a gear turns.

@@ -19,7 +19,12 @@ use crate::dynamics::ldlt::Ldlt6;
 
 impl Island {
     /// Moves robots on by velocities and by what puts positions right.
-    pub(super) fn finish_placed<R: AsMut<Articulation>>(&mut self, robots: &mut [R], gravity: DVec3, h: f64) {
+    pub(super) fn finish_with_split_velocities<R: AsMut<Articulation>>(
+        &mut self,
+        robots: &mut [R],
+        gravity: DVec3,
+        h: f64,
+    ) {
         let is_far = self.links.iter().any(|link| link.is_far());
         let is_free = !is_far && self.is_free(robots);
         let Some(first) = robots.first_mut() else { return };
@@ -36,7 +41,7 @@ impl Island {
         for robot in robots.iter_mut().filter(|_| part < 1.0) {
             robot.as_mut().scale_motion(part);
         }
-        robots.iter_mut().for_each(|robot| robot.as_mut().finish_placed(gravity, h));
+        robots.iter_mut().for_each(|robot| robot.as_mut().finish_velocities(gravity, h));
         if is_free {
             let inertia = Ldlt6::new(&Articulated::of(&after.inertia));
             let motion = inertia.solve(before.momentum - after.momentum * part);

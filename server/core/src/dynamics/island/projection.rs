@@ -64,7 +64,7 @@ impl Island {
             }
             let Self { members, rows, links, blocks, velocities, free, direct, .. } = self;
             let system = System { robots: &mut *robots, members, rows, links, blocks, free, velocities };
-            if !direct.follow(system) && !self.find_impulses(robots, interrupt) {
+            if !direct.solve_again(system) && !self.find_impulses(robots, interrupt) {
                 return false;
             }
             if !comes_nearer {

@@ -9,7 +9,7 @@ use crate::dynamics::constraint::contact::{Contact, ContactRows};
 use crate::dynamics::constraint::side::Side;
 use crate::dynamics::constraint::turning::TurningRows;
 use crate::dynamics::contact_point::Surface;
-use crate::dynamics::scratch::Trips;
+use crate::dynamics::scratch::MultiRhs;
 use crate::dynamics::tree::{Body, Tree};
 
 /// With so many points, the responses of a body are summed from those of the six wrenches.
@@ -81,8 +81,8 @@ impl Island {
         interrupt: &dyn Fn() -> bool,
     ) -> bool {
         self.find_bases(robots, contacts);
-        let Self { rows, turning, blocks, scratch, trips, bases, basis_responses, .. } = self;
-        let measure = Measure { blocks, scratch, trips, bases, basis_responses };
+        let Self { rows, turning, blocks, scratch, rhs, bases, basis_responses, .. } = self;
+        let measure = Measure { blocks, scratch, rhs, bases, basis_responses };
         Arch::new().dispatch(MeasureContacts { measure, robots, contacts, rows, turning, interrupt })
     }
 
@@ -228,7 +228,7 @@ impl<R: AsMut<Articulation>> WithSimd for MeasureContacts<'_, '_, R> {
 pub(super) struct Measure<'a> {
     pub(super) blocks: &'a mut [f64],
     pub(super) scratch: &'a mut [f64],
-    pub(super) trips: &'a mut [Trips<4>],
+    pub(super) rhs: &'a mut [MultiRhs<4>],
     pub(super) bases: &'a [Basis],
     pub(super) basis_responses: &'a [f64],
 }
@@ -249,8 +249,8 @@ impl Measure<'_> {
 
     /// J and M^-1 J' of forces at a point along the axes of rows, or of torques about them, between bodies of two members.
     ///
-    /// Both are linear in the wrench. J is a walk to the root. M^-1 J' is a trip through the whole robot, which
-    /// all three go on together: a body with many points has it found once for the six unit wrenches, and each response is a sum of
+    /// Both are linear in the wrench. J is a walk to the root. M^-1 J' is a backward and a forward pass over the whole
+    /// robot, of all three together: a body with many points has it found once for the six unit wrenches, and each response is a sum of
     /// those.
     #[inline(always)]
     pub(super) fn wrenches<R: AsMut<Articulation>>(
@@ -288,7 +288,7 @@ impl Measure<'_> {
             articulation.add_wrench_rows(body, &wrenches, &side, jacobian);
             let basis = self.bases.binary_search_by_key(&(member, body), |basis| (basis.member, basis.body));
             let Ok(basis) = basis else {
-                articulation.add_wrench_responses(body, &wrenches, self.trips, responses);
+                articulation.add_wrench_responses(body, &wrenches, self.rhs, responses);
                 continue;
             };
             for (k, kept) in responses.chunks_exact_mut(n).enumerate() {

@@ -185,7 +185,7 @@ impl<S: Simd> LaneRobot<S> {
         }
     }
 
-    /// Writes what a unit impulse at a joint does to all velocities, by one trip up and down the tree.
+    /// Writes what a unit impulse at a joint does to all velocities, by one backward and one forward pass over the tree.
     #[inline(always)]
     pub(super) fn respond(&mut self, joint: usize) {
         let zero = self.is_taken.same(0.0);

@@ -281,8 +281,8 @@ impl<S: Simd> LaneRobot<S> {
         HISTORIES[(self.history.get(lane) as usize).min(HISTORIES.len() - 1)]
     }
 
-    /// Has no copy in a lane any more.
-    pub fn leave(&mut self, lane: usize) {
+    /// Frees a lane of its copy.
+    pub fn release(&mut self, lane: usize) {
         self.is_taken.set(lane, 0.0);
     }
 

@@ -69,7 +69,7 @@ impl<S: Simd> LaneRobot<S> {
     pub(super) fn push_root(&mut self, force: Spatial<S>) -> [Lanes<S>; 6] {
         let delta = self.factors.solve(force);
         self.bodies[0].delta = delta;
-        // By matrices, as in `constraint/trips.rs`: another order has other bits.
+        // By matrices, as in `constraint/multi_rhs.rs`: another order has other bits.
         let own_from_base = self.bodies[0].rotation.transpose();
         let linear = self.root.rotation().matrix().after(own_from_base).times(delta.linear);
         let angular = own_from_base.times(delta.angular);

@@ -84,9 +84,12 @@ impl Numbers {
             4 => Varied::JointDamping(named),
             5 => Varied::Gains(named),
             6 => Varied::SurfaceFriction(named),
-            _ => {
-                Varied::Push { robot: "ball".into(), link: "ball".into(), at: 1, steps: self.below(3) as u64 }
-            }
+            _ => Varied::Wrench {
+                robot: "ball".into(),
+                link: "ball".into(),
+                at: 1,
+                steps: self.below(3) as u64,
+            },
         };
         let values = match self.below(3) {
             0 => {

@@ -315,14 +315,14 @@ fn a_copy_in_lanes_that_is_not_finite_ends_alone() {
 
 /// While a wrench acts a copy steps by itself, and is in the lanes before and after.
 #[test]
-fn copies_that_are_pushed_have_the_bits_of_the_world() {
+fn copies_with_an_applied_wrench_have_the_bits_of_the_world() {
     let world = world_of(branching(5), Integrator::Leapfrog, 1);
-    let push = |link: &str, at| Variation {
-        of: Varied::Push { robot: "tree".into(), link: link.into(), at, steps: 15 },
+    let wrench = |link: &str, at| Variation {
+        of: Varied::Wrench { robot: "tree".into(), link: link.into(), at, steps: 15 },
         values: Values::Uniform { low: -20.0, high: 20.0 },
     };
     let mut request = asked(5, 5, ControlMode::Position, Interpolation::Hold);
-    request.variations.extend([push("l5", 0), push("l3", 60), push("l4", 70), push("l5", 199)]);
+    request.variations.extend([wrench("l5", 0), wrench("l3", 60), wrench("l4", 70), wrench("l5", 199)]);
     let rollout = Rollout::new(world.to_saved(), request, ROOM).unwrap();
     let expected = alone(&rollout, 0..5);
     assert!(rollout.has_lanes);

@@ -148,10 +148,10 @@ fn factors_of_masses_are_those_of_a_description_with_them() {
 }
 
 #[test]
-fn a_push_is_a_wrench_for_so_many_steps() {
-    let push = Varied::Push { robot: "ball".into(), link: "ball".into(), at: 5, steps: 8 };
-    let request =
-        RolloutRequest { variations: given(push, &[0.0, 0.0, 0.0, 20.0, -5.0, 30.0]), ..all_of_it(2, STEPS) };
+fn a_wrench_acts_for_so_many_steps() {
+    let wrench = Varied::Wrench { robot: "ball".into(), link: "ball".into(), at: 5, steps: 8 };
+    let variations = given(wrench, &[0.0, 0.0, 0.0, 20.0, -5.0, 30.0]);
+    let request = RolloutRequest { variations, ..all_of_it(2, STEPS) };
     check(request, world(), |world, step| {
         if step == 5 {
             let wrench = LinkWrench {

@@ -104,8 +104,8 @@ impl Entity {
     /// wrenches that have expired. Says whether there were any.
     pub(super) fn end_pulls(&mut self, time_step: f64) -> bool {
         let state = &mut self.state;
-        state.pulls.iter_mut().for_each(|pull| pull.left -= time_step);
-        let over = state.pulls.extract_if(.., |pull| pull.left < 0.5 * time_step);
+        state.pulls.iter_mut().for_each(|pull| pull.remaining -= time_step);
+        let over = state.pulls.extract_if(.., |pull| pull.remaining < 0.5 * time_step);
         let before = state.expired_wrenches.len();
         state.expired_wrenches.extend(over.map(|ActivePull { link, point, force, .. }| ActiveWrench {
             link,

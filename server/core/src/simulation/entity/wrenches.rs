@@ -92,13 +92,13 @@ impl Entity {
     /// After a step of so many seconds: takes out expired wrenches.
     pub(in crate::simulation) fn end_wrenches(&mut self, time_step: f64) {
         for wrench in &mut self.state.applied_wrenches {
-            if let WrenchDuration::For(left) = &mut wrench.duration {
-                *left -= time_step;
+            if let WrenchDuration::For(remaining) = &mut wrench.duration {
+                *remaining -= time_step;
             }
         }
         let is_over = |wrench: &mut ActiveWrench| match wrench.duration {
             WrenchDuration::NextStep => true,
-            WrenchDuration::For(left) => left < 0.5 * time_step,
+            WrenchDuration::For(remaining) => remaining < 0.5 * time_step,
             WrenchDuration::UntilCleared => false,
         };
         if self.state.applied_wrenches.is_empty() && self.state.pulls.is_empty() {

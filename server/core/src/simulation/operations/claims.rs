@@ -85,7 +85,7 @@ impl Simulation {
     /// Whether the world may be paused, played, reset and the like.
     ///
     /// # Errors
-    /// Where another client has claimed the world, or anything in it while `claim` is not on the world.
+    /// Returns an error if another client has claimed the world, or anything in it while `claim` is not on the world.
     pub fn allow_world(&self, claim: Option<ClaimId>) -> Result<(), Error> {
         self.allow_step(claim)?;
         if self.world_claim.is_some() {
@@ -100,7 +100,7 @@ impl Simulation {
     /// Whether the world may be stepped.
     ///
     /// # Errors
-    /// Where another client has claimed the world.
+    /// Returns an error if another client has claimed the world.
     pub fn allow_step(&self, claim: Option<ClaimId>) -> Result<(), Error> {
         match self.world_claim.as_ref().filter(|held| held.is_of_another(claim)) {
             Some(other) => Err(Error::WorldClaimed { holder: other.holder.to_string() }),

@@ -42,7 +42,7 @@ impl Simulation {
                     stiffness,
                     damping,
                     max_force: max_force.unwrap_or(DEFAULT_PULL_ACCELERATION * mass),
-                    left: duration.unwrap_or(DEFAULT_PULL_DURATION),
+                    remaining: duration.unwrap_or(DEFAULT_PULL_DURATION),
                     force: DVec3::ZERO,
                 })
             }),

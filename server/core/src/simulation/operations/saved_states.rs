@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::simulation::entity::{Description, Entity};
 use crate::simulation::error::Error;
-use crate::simulation::saved::{Kept, Saved, no_saved_state};
+use crate::simulation::saved::{NamedSavedState, Saved, no_saved_state};
 use crate::simulation::world_state::{RobotState, WorldState};
 use crate::simulation::{Reply, Simulation};
 
@@ -107,13 +107,13 @@ impl Simulation {
         if foreign {
             self.next_version += saved.robot_count() as u64;
         }
-        let kept = Kept { name, saved, versions };
+        let kept = NamedSavedState { name, saved, versions };
         let info = kept.info();
         list.push(kept);
         Ok(Reply::SavedState(info))
     }
 
-    pub(in crate::simulation) fn kept(&self, name: &str) -> Result<&Kept, Error> {
+    pub(in crate::simulation) fn kept(&self, name: &str) -> Result<&NamedSavedState, Error> {
         self.saved.iter().find(|kept| kept.name == name).ok_or_else(|| self.no_saved_state(name))
     }
 

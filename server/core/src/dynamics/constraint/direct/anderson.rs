@@ -9,7 +9,7 @@ const DEPTH: usize = 6;
 const DAMPING: f64 = 1e-14;
 
 /// The memory of it.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub(super) struct Anderson {
     /// The last z and its residual.
     last: [Vec<f64>; 2],

@@ -3,8 +3,8 @@
 mod bodies;
 mod extremes;
 mod loops;
-mod placement;
 mod rules;
+mod split_velocities;
 mod threads;
 
 use super::*;

@@ -13,60 +13,60 @@ use super::world::World;
 
 /// See the module.
 #[derive(Debug, Default)]
-pub(crate) struct Toy {
+pub(crate) struct FakeWorld {
     now: Moment,
     settings: PhysicsSettings,
     events: Vec<Event>,
     panics_at: Option<u64>,
     /// Called in the midst of each step that can be interrupted.
-    pub(crate) midst: Option<Midst>,
+    pub(crate) step_hook: Option<StepHook>,
     panics_when_dropped: bool,
     /// Each command that was applied, with its step.
     pub(crate) applied: Arc<Mutex<Vec<(u64, Command)>>>,
 }
 
 /// Is given what asks for an interruption, and says whether the step is to be done.
-pub(crate) struct Midst(pub(crate) Box<dyn FnMut(&Interrupt<'_>) -> bool + Send>);
+pub(crate) struct StepHook(pub(crate) Box<dyn FnMut(&Interrupt<'_>) -> bool + Send>);
 
-impl std::fmt::Debug for Midst {
+impl std::fmt::Debug for StepHook {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str("the midst of a step")
+        f.write_str("a hook in a step")
     }
 }
 
-impl Toy {
+impl FakeWorld {
     /// A world that fails in this step.
     pub(crate) fn panicking_at(step: u64) -> Self {
-        let mut toy = Self::default();
-        toy.panics_at = Some(step);
-        toy
+        let mut fake = Self::default();
+        fake.panics_at = Some(step);
+        fake
     }
 
     /// The same, and cleaning up after it fails too.
     pub(crate) fn panicking_twice_at(step: u64) -> Self {
-        let mut toy = Self::panicking_at(step);
-        toy.panics_when_dropped = true;
-        toy
+        let mut fake = Self::panicking_at(step);
+        fake.panics_when_dropped = true;
+        fake
     }
 }
 
-/// A command that the toy applies and does nothing for.
+/// A command that the fake world applies and does nothing for.
 pub(crate) fn nothing() -> Command {
     Command::SetTargets(Default::default())
 }
 
-/// A command that the toy refuses.
+/// A command that the fake world refuses.
 pub(crate) fn refused() -> Command {
     Command::Delete { robot: "missing".into() }
 }
 
-impl Drop for Toy {
+impl Drop for FakeWorld {
     fn drop(&mut self) {
         assert!(!self.panics_when_dropped, "while it is cleaned up");
     }
 }
 
-impl World for Toy {
+impl World for FakeWorld {
     fn apply_for(&mut self, command: &Command, _claim: Option<ClaimId>) -> Result<Applied, Error> {
         let reply = match command {
             Command::Delete { robot } => {
@@ -98,7 +98,7 @@ impl World for Toy {
     }
 
     fn step_interruptible(&mut self, interrupt: &Interrupt<'_>) -> bool {
-        let is_whole = self.midst.as_mut().is_none_or(|Midst(midst)| midst(interrupt));
+        let is_whole = self.step_hook.as_mut().is_none_or(|StepHook(hook)| hook(interrupt));
         if is_whole {
             self.step();
         }
@@ -133,13 +133,13 @@ impl World for Toy {
 
 /// A real world whose first step begins and does not end before it is let go.
 #[derive(Debug)]
-pub(crate) struct Stuck {
+pub(crate) struct BlockedWorld {
     world: Simulation,
     begins: Sender<()>,
     ends: Receiver<()>,
 }
 
-impl Stuck {
+impl BlockedWorld {
     /// The world, what says that the step began, and what lets it go when it is dropped.
     pub(crate) fn new(world: Simulation) -> (Self, Receiver<()>, Sender<()>) {
         let (begins, has_begun) = channel();
@@ -148,7 +148,7 @@ impl Stuck {
     }
 }
 
-impl World for Stuck {
+impl World for BlockedWorld {
     fn apply_for(&mut self, command: &Command, _claim: Option<ClaimId>) -> Result<Applied, Error> {
         self.world.apply(command)
     }
@@ -169,7 +169,7 @@ impl World for Stuck {
     }
 
     fn to_saved(&self) -> Saved {
-        Toy::default().to_saved()
+        FakeWorld::default().to_saved()
     }
 
     fn settings(&self) -> PhysicsSettings {

@@ -44,7 +44,7 @@ const ROUNDS: usize = 12;
 const SWEEPS: usize = 20;
 
 /// The memory of it, kept from step to step.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub(super) struct Split {
     /// What is added to the velocities that move positions.
     pub(super) velocities: Vec<f64>,
@@ -90,7 +90,7 @@ impl Island {
             return Some(false);
         }
         self.set_rows_aside(robots);
-        let is_found = self.find_placement(robots, constraints, h, interrupt);
+        let is_found = self.find_split_velocities(robots, constraints, h, interrupt);
         self.put_rows_back(robots, h);
         self.direct.begin();
         is_found
@@ -107,7 +107,7 @@ impl Island {
         }
         rows.iter_mut().for_each(|rows| rows.friction = 0.0);
         for link in links.iter_mut() {
-            if link.is_brake || !is_placed(link) && (link.state == LinkState::Saturated || link.most == 0.0) {
+            if link.is_brake || !has_split(link) && (link.state == LinkState::Saturated || link.most == 0.0) {
                 // It gives way as far as the others go.
                 link.compliance = 0.0;
             }
@@ -115,15 +115,15 @@ impl Island {
         }
     }
 
-    /// Takes rows as they were, and keeps of the placement how far it leaves links from what they aim at.
+    /// Takes rows as they were, and keeps how far split velocities leave links from what they aim at.
     fn put_rows_back<R: AsMut<Articulation>>(&mut self, robots: &mut [R], h: f64) {
         let Self { rows, links, blocks, split, .. } = self;
-        for (kept, link) in split.links.iter_mut().zip(&*links).filter(|(kept, _)| is_placed(kept)) {
+        for (kept, link) in split.links.iter_mut().zip(&*links).filter(|(kept, _)| has_split(kept)) {
             let most = MAX_CORRECTION[usize::from(kept.turns)];
             let aim = (DVec3::from_array(kept.errors) * (-ERROR_REDUCTION / h)).clamp_length_max(most);
             let found = DVec3::from_array(link.rows.velocities(blocks, &split.velocities));
             let found = found.clamp_length_max(aim.length());
-            kept.left = (!kept.is_slack()).then_some((aim - found).to_array());
+            kept.split_residual = (!kept.is_slack()).then_some((aim - found).to_array());
         }
         std::mem::swap(rows, &mut split.rows);
         std::mem::swap(links, &mut split.links);
@@ -135,7 +135,7 @@ impl Island {
         }
     }
 
-    fn find_placement<R: AsMut<Articulation>>(
+    fn find_split_velocities<R: AsMut<Articulation>>(
         &mut self,
         robots: &mut [R],
         constraints: &[ActiveConstraint<'_>],
@@ -345,16 +345,16 @@ impl Island {
     /// Half of the sum of the squares of errors, each over its mean J M^-1 J'.
     fn error_sum(&self) -> f64 {
         let of = |link: &LinkRows| 0.5 * link.error_after().powi(2) / link.mean_effect();
-        self.links.iter().filter(|link| is_placed(link)).map(of).sum()
+        self.links.iter().filter(|link| has_split(link)).map(of).sum()
     }
 }
 
-/// Positions put its errors right: nothing drags at it, and it does not do all that it may.
-fn is_placed(link: &LinkRows) -> bool {
+/// Split velocities put its errors right: nothing drags at it, and it does not do all that it may.
+fn has_split(link: &LinkRows) -> bool {
     !link.is_brake && !link.is_pulled && link.acts() && link.state != LinkState::Saturated && link.most > 0.0
 }
 
 /// It is farther from where it is to be than is left to velocities.
 fn is_off(link: &LinkRows) -> bool {
-    is_placed(link) && link.error_after() > link.within
+    has_split(link) && link.error_after() > link.within
 }

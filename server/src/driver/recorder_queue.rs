@@ -72,7 +72,7 @@ pub(crate) struct ReportEntry {
 
 /// Why no more comes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum TapEnd {
+pub(crate) enum RecorderQueueEnd {
     /// The recorder asked for it, or reads no more.
     Stopped,
     /// An entry did not fit.
@@ -83,7 +83,7 @@ pub(crate) enum TapEnd {
 
 /// The queue from the driver to a recorder.
 #[derive(Debug)]
-pub(crate) struct Tap {
+pub(crate) struct RecorderQueue {
     /// What the recording is called.
     pub(crate) name: Arc<str>,
     /// Bytes that may wait.
@@ -98,10 +98,10 @@ pub(crate) struct Tap {
 struct Waiting {
     entries: Vec<Entry>,
     bytes: usize,
-    end: Option<TapEnd>,
+    end: Option<RecorderQueueEnd>,
 }
 
-impl Tap {
+impl RecorderQueue {
     /// An empty queue in which so many bytes may wait.
     pub(crate) fn new(name: Arc<str>, capacity: usize) -> Self {
         let (waiting, arrived, wants_world) = Default::default();
@@ -115,18 +115,18 @@ impl Tap {
     /// Adds an entry.
     ///
     /// # Errors
-    /// Where there is no room, or no more is read.
-    pub(crate) fn push(&self, entry: Entry) -> Result<(), TapEnd> {
+    /// Returns an error if there is no room, or no more is read.
+    pub(crate) fn push(&self, entry: Entry) -> Result<(), RecorderQueueEnd> {
         let bytes = entry.bytes();
         let mut waiting = self.lock();
         if let Some(end) = waiting.end {
             return Err(end);
         }
         if waiting.bytes.saturating_add(bytes) > self.capacity && !waiting.entries.is_empty() {
-            waiting.end = Some(TapEnd::Full);
+            waiting.end = Some(RecorderQueueEnd::Full);
             drop(waiting);
             self.arrived.notify_one();
-            return Err(TapEnd::Full);
+            return Err(RecorderQueueEnd::Full);
         }
         waiting.bytes += bytes;
         waiting.entries.push(entry);
@@ -134,7 +134,7 @@ impl Tap {
     }
 
     /// No more comes. What waits is still read.
-    pub(crate) fn end(&self, why: TapEnd) {
+    pub(crate) fn end(&self, why: RecorderQueueEnd) {
         self.lock().end.get_or_insert(why);
         self.arrived.notify_one();
     }
@@ -151,7 +151,7 @@ impl Tap {
 
     /// Takes all that waits into an empty list, after so long a time or the end; says why no more comes, if so. What comes is
     /// not waited for: a reader that is woken by each step costs more than one that looks now and then.
-    pub(crate) fn take_after(&self, wait: Duration, into: &mut Vec<Entry>) -> Option<TapEnd> {
+    pub(crate) fn take_after(&self, wait: Duration, into: &mut Vec<Entry>) -> Option<RecorderQueueEnd> {
         let waiting = self.lock();
         let waited = self.arrived.wait_timeout_while(waiting, wait, |waiting| waiting.end.is_none());
         let (mut waiting, _) = waited.unwrap_or_else(PoisonError::into_inner);
@@ -217,40 +217,44 @@ mod tests {
         Entry::Applied(Box::new(AppliedCommand { at: Moment::default(), command, claim: None, sender: None }))
     }
 
-    fn tap(capacity: usize) -> Tap {
-        Tap::new("it".into(), capacity)
+    fn queue(capacity: usize) -> RecorderQueue {
+        RecorderQueue::new("it".into(), capacity)
     }
 
     #[test]
-    fn what_does_not_fit_ends_the_tap_and_what_waited_is_still_read() {
-        let tap = tap(2 * applied().bytes());
-        assert_eq!(tap.push(applied()), Ok(()));
-        assert_eq!(tap.push(applied()), Ok(()));
-        assert_eq!(tap.push(applied()), Err(TapEnd::Full));
-        assert_eq!(tap.push(applied()), Err(TapEnd::Full));
+    fn what_does_not_fit_ends_the_queue_and_what_waited_is_still_read() {
+        let queue = queue(2 * applied().bytes());
+        assert_eq!(queue.push(applied()), Ok(()));
+        assert_eq!(queue.push(applied()), Ok(()));
+        assert_eq!(queue.push(applied()), Err(RecorderQueueEnd::Full));
+        assert_eq!(queue.push(applied()), Err(RecorderQueueEnd::Full));
         let mut entries = Vec::new();
-        assert_eq!(tap.take_after(Duration::from_secs(600), &mut entries), Some(TapEnd::Full));
+        assert_eq!(queue.take_after(Duration::from_secs(600), &mut entries), Some(RecorderQueueEnd::Full));
         assert_eq!(entries.len(), 2);
-        assert_eq!(tap.push(applied()), Err(TapEnd::Full), "room that comes later does not begin it anew");
+        assert_eq!(
+            queue.push(applied()),
+            Err(RecorderQueueEnd::Full),
+            "room that comes later does not begin it anew"
+        );
     }
 
     #[test]
     fn what_was_read_makes_room() {
-        let tap = tap(2 * applied().bytes());
+        let queue = queue(2 * applied().bytes());
         for _ in 0..100 {
-            assert_eq!(tap.push(applied()), Ok(()));
+            assert_eq!(queue.push(applied()), Ok(()));
             let mut entries = Vec::new();
-            assert_eq!(tap.take_after(Duration::ZERO, &mut entries), None);
+            assert_eq!(queue.take_after(Duration::ZERO, &mut entries), None);
             assert_eq!(entries.len(), 1);
         }
     }
 
     #[test]
     fn the_world_is_asked_for_once() {
-        let tap = tap(1);
-        assert!(!tap.takes_world());
-        tap.ask_for_world();
-        assert!(tap.takes_world());
-        assert!(!tap.takes_world());
+        let queue = queue(1);
+        assert!(!queue.takes_world());
+        queue.ask_for_world();
+        assert!(queue.takes_world());
+        assert!(!queue.takes_world());
     }
 }

@@ -11,7 +11,7 @@ use super::shapes::Made;
 
 /// What stands for a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum StandInShape {
+pub enum ProxyShape {
     /// Its own triangles or, where it is a grid, a height field.
     Mesh,
     /// Its convex hull.
@@ -22,13 +22,13 @@ pub enum StandInShape {
 
 /// What a collision mesh became.
 #[derive(Clone, Debug, PartialEq)]
-pub struct StandIn {
+pub struct Proxy {
     /// As the description names it.
     pub uri: String,
     /// Triangles of the mesh.
     pub triangles: usize,
     /// What stands for it.
-    pub shape: StandInShape,
+    pub shape: ProxyShape,
     /// What was asked for.
     pub asked: MeshShapes,
     /// Whether its link can never move.
@@ -44,19 +44,19 @@ pub struct StandIn {
 /// Points of each surface from which the other one is looked for.
 const SAMPLES: usize = 1_000;
 
-/// See [`StandIn::distance`].
-pub(super) fn largest_distance(mesh: &MeshAsset, scale: DVec3, stand_ins: &[Made]) -> f64 {
+/// See [`Proxy::distance`].
+pub(super) fn largest_distance(mesh: &MeshAsset, scale: DVec3, proxies: &[Made]) -> f64 {
     let corners: Vec<DVec3> = mesh.vertices.iter().map(|vertex| *vertex * scale).collect();
-    let from_mesh = samples(&corners, &mesh.triangles).map(|point| to_stand_ins(point, stand_ins));
+    let from_mesh = samples(&corners, &mesh.triangles).map(|point| to_proxies(point, proxies));
     let farthest = from_mesh.fold(0.0, f64::max);
     let Ok(surface) = TriMesh::new(corners.clone(), mesh.triangles.clone()) else { return farthest };
-    let solids = stand_ins.iter().filter_map(|made| Some((made, ConvexMesh::of(&*made.shape)?)));
+    let solids = proxies.iter().filter_map(|made| Some((made, ConvexMesh::of(&*made.shape)?)));
     let mut back = 0.0f64;
     for (made, solid) in solids {
         for point in samples(&solid.vertices, &solid.triangles) {
             let point = made.own_from_shape.transform_point(point);
             // Where parts overlap, the surface of one is inside of another.
-            let inside = stand_ins.iter().any(|other| {
+            let inside = proxies.iter().any(|other| {
                 !std::ptr::eq(other, made) && other.shape.contains_point(&other.own_from_shape, point)
             });
             if !inside {
@@ -77,8 +77,8 @@ fn samples<'a>(corners: &'a [DVec3], triangles: &'a [[u32; 3]]) -> impl Iterator
 }
 
 /// From a point to the surface of what is made of some shapes.
-fn to_stand_ins(point: DVec3, stand_ins: &[Made]) -> f64 {
-    let distances = stand_ins.iter().map(|made| {
+fn to_proxies(point: DVec3, proxies: &[Made]) -> f64 {
+    let distances = proxies.iter().map(|made| {
         let from = |pose: &DPose3| made.shape.project_point(pose, point, false);
         let projected = from(&made.own_from_shape);
         (projected.is_inside, projected.point.distance(point))

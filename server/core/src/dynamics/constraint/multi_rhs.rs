@@ -1,4 +1,4 @@
-//! M^-1 J' of several impulses at once: one trip up and down the factorised tree for all, whose numbers lie side by side.
+//! M^-1 J' of several impulses at once: one backward and one forward pass over the factorised tree for all, whose numbers lie side by side.
 //!
 //! Compiled for the vectors of the processor. Each has the same bits on all, since nothing is fused or summed in another order.
 
@@ -9,40 +9,40 @@ use super::Row;
 use crate::dynamics::articulated::free_velocities;
 use crate::dynamics::kinematics::free_pose;
 use crate::dynamics::ldlt::Ldlt6;
-use crate::dynamics::scratch::{BodyScratch, Scratch, TRIPS, Trips};
+use crate::dynamics::scratch::{BodyScratch, MAX_RHS, MultiRhs, Scratch};
 use crate::dynamics::spatials::Spatials;
 use crate::dynamics::tree::{Body, JointType, Tree};
 
 /// What [`respond_to_force`](super::respond_to_force) writes, for each of the six unit impulses on a body about its origin: torques about
 /// the base's axes, then forces along them; all of one after all of the one before.
 pub fn respond_to_unit_forces(tree: &Tree, q: &[f64], body: usize, scratch: &mut Scratch, out: &mut [f64]) {
-    Arch::new().dispatch(Trip::of_unit_forces(tree, q, body, scratch, out));
+    Arch::new().dispatch(MultiRhsSolve::of_unit_forces(tree, q, body, scratch, out));
 }
 
-/// What [`respond`](super::respond) writes, for up to [`TRIPS`] rows of joints.
+/// What [`respond`](super::respond) writes, for up to [`MAX_RHS`] rows of joints.
 pub fn respond_to_joints(tree: &Tree, q: &[f64], rows: &[Row], scratch: &mut Scratch, out: &mut [f64]) {
-    begin(&mut scratch.trips);
+    begin(&mut scratch.rhs);
     let mut highest = 0;
-    for (k, row) in rows.iter().take(TRIPS).enumerate() {
+    for (k, row) in rows.iter().take(MAX_RHS).enumerate() {
         for (body, (_, factor)) in row.bodies.into_iter().zip(row.entries) {
-            push(&mut scratch.trips, body).impulse[k] += factor;
+            push(&mut scratch.rhs, body).impulse[k] += factor;
             highest = highest.max(body);
         }
     }
-    let Scratch { bodies, free, trips } = scratch;
-    Arch::new().dispatch(Trip::<TRIPS, false> { tree, q, highest, bodies, free, trips, out });
+    let Scratch { bodies, free, rhs } = scratch;
+    Arch::new().dispatch(MultiRhsSolve::<MAX_RHS, false> { tree, q, highest, bodies, free, rhs, out });
 }
 
-fn begin<const N: usize>(trips: &mut [Trips<N>]) {
-    for at in trips {
+fn begin<const N: usize>(rhs: &mut [MultiRhs<N>]) {
+    for at in rhs {
         (at.impulse, at.has_impulse) = ([0.0; N], false);
     }
 }
 
 /// A body that an impulse acts on.
 #[inline(always)]
-fn push<const N: usize>(trips: &mut [Trips<N>], body: usize) -> &mut Trips<N> {
-    let at = &mut trips[body];
+fn push<const N: usize>(rhs: &mut [MultiRhs<N>], body: usize) -> &mut MultiRhs<N> {
+    let at = &mut rhs[body];
     if !at.has_impulse {
         (at.delta, at.has_impulse) = (Spatials::ZERO, true);
     }
@@ -50,18 +50,18 @@ fn push<const N: usize>(trips: &mut [Trips<N>], body: usize) -> &mut Trips<N> {
 }
 
 /// Writes as many as there is room for, or `ADDS` them to what is there.
-pub struct Trip<'a, const N: usize, const ADDS: bool> {
+pub struct MultiRhsSolve<'a, const N: usize, const ADDS: bool> {
     tree: &'a Tree,
     q: &'a [f64],
     /// No body after it has an impulse.
     highest: usize,
     bodies: &'a [BodyScratch],
     free: &'a [Ldlt6],
-    trips: &'a mut [Trips<N>],
+    rhs: &'a mut [MultiRhs<N>],
     out: &'a mut [f64],
 }
 
-impl<'a> Trip<'a, TRIPS, false> {
+impl<'a> MultiRhsSolve<'a, MAX_RHS, false> {
     /// See [`respond_to_unit_forces`].
     pub fn of_unit_forces(
         tree: &'a Tree,
@@ -70,58 +70,58 @@ impl<'a> Trip<'a, TRIPS, false> {
         scratch: &'a mut Scratch,
         out: &'a mut [f64],
     ) -> Self {
-        let Scratch { bodies, free, trips } = scratch;
-        begin(trips);
-        let at = push(trips, body);
+        let Scratch { bodies, free, rhs } = scratch;
+        begin(rhs);
+        let at = push(rhs, body);
         for k in 0..3 {
             (at.delta.angular[k][k], at.delta.linear[k][k + 3]) = (-1.0, -1.0);
         }
-        Self { tree, q, highest: body, bodies, free, trips, out }
+        Self { tree, q, highest: body, bodies, free, rhs, out }
     }
 }
 
-impl<'a> Trip<'a, 4, true> {
+impl<'a> MultiRhsSolve<'a, 4, true> {
     /// Adds what [`respond_to_force`](super::respond_to_force) writes, to the bit, for each of three impulses on a body about its origin; the
-    /// fourth is nothing. There is one of `trips` for each body.
+    /// fourth is nothing. There is one of `rhs` for each body.
     pub fn of_wrenches(
         tree: &'a Tree,
         q: &'a [f64],
         (body, wrenches): (usize, &Spatials<4>),
         Scratch { bodies, free, .. }: &'a Scratch,
-        trips: &'a mut [Trips<4>],
+        rhs: &'a mut [MultiRhs<4>],
         out: &'a mut [f64],
     ) -> Self {
-        begin(trips);
-        let at = push(trips, body);
+        begin(rhs);
+        let at = push(rhs, body);
         for k in 0..3 {
             at.delta.set(k, -wrenches.get(k));
         }
-        Self { tree, q, highest: body, bodies, free, trips, out }
+        Self { tree, q, highest: body, bodies, free, rhs, out }
     }
 }
 
-impl<const N: usize, const ADDS: bool> WithSimd for Trip<'_, N, ADDS> {
+impl<const N: usize, const ADDS: bool> WithSimd for MultiRhsSolve<'_, N, ADDS> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { tree, q, highest, bodies, free, trips, out } = self;
+        let Self { tree, q, highest, bodies, free, rhs, out } = self;
         // Children come after their parents.
         for i in (0..=highest).rev() {
             let Body { joint_type, parent, .. } = tree.bodies[i];
-            if trips[i].has_impulse && !matches!(joint_type, JointType::Free { .. }) {
-                rise(trips, i, joint_type, parent, &bodies[i]);
+            if rhs[i].has_impulse && !matches!(joint_type, JointType::Free { .. }) {
+                backward_step(rhs, i, joint_type, parent, &bodies[i]);
             }
         }
         let n = tree.velocity_count;
         let (count, nothing) = ((out.len() / n.max(1)).min(N), Spatials::ZERO);
         for (i, body) in tree.bodies.iter().enumerate() {
             let at = &bodies[i];
-            let (above, own) = trips.split_at_mut(i);
+            let (above, own) = rhs.split_at_mut(i);
             let own = &mut own[0];
             let above = body.parent.map_or(&nothing, |parent| &above[parent].delta);
             let JointType::Free { slot } = body.joint_type else {
-                let change = descend(own, above, body.joint_type, at);
+                let change = forward_step(own, above, body.joint_type, at);
                 for k in 0..count {
                     put::<ADDS>(&mut out[k * n + body.velocity], change[k]);
                 }
@@ -152,14 +152,14 @@ impl<const N: usize, const ADDS: bool> WithSimd for Trip<'_, N, ADDS> {
 
 /// Takes what acts on a body on to its parent.
 #[inline(always)]
-fn rise<const N: usize>(
-    trips: &mut [Trips<N>],
+fn backward_step<const N: usize>(
+    rhs: &mut [MultiRhs<N>],
     body: usize,
     joint_type: JointType,
     parent: Option<usize>,
     at: &BodyScratch,
 ) {
-    let (above, own) = trips.split_at_mut(body);
+    let (above, own) = rhs.split_at_mut(body);
     let own = &mut own[0];
     let felt = own.delta.along(joint_type, at.rotation.z_axis);
     let mut taken = [0.0; N];
@@ -176,8 +176,8 @@ fn rise<const N: usize>(
 
 /// What the changes of its parent's velocity change a body's by, and its joint's.
 #[inline(always)]
-fn descend<const N: usize>(
-    own: &mut Trips<N>,
+fn forward_step<const N: usize>(
+    own: &mut MultiRhs<N>,
     above: &Spatials<N>,
     joint_type: JointType,
     at: &BodyScratch,

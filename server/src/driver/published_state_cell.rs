@@ -1,8 +1,8 @@
 //! Where the driver puts the newest state for everybody to read. Newest wins;
 //! the driver never waits for a reader, nor a reader for the driver.
 //!
-//! The driver wakes one task, [`Board::announce`], and that wakes the readers: each wake from outside of the runtime takes
-//! the runtime's lock. Where no reader waits it wakes none: to wake costs as much as a step of an arm.
+//! The driver wakes one task, [`PublishedStateCell::announce`], and that wakes the readers: each wake from outside of the
+//! runtime takes the runtime's lock. Where no reader waits it wakes none: to wake costs as much as a step of an arm.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering, fence};
@@ -25,7 +25,7 @@ const SMALL: usize = 1024;
 
 /// The newest state, for readers.
 #[derive(Debug)]
-pub(crate) struct Board {
+pub(crate) struct PublishedStateCell {
     newest: ArcSwap<Published>,
     announcer: Announcer,
     /// What readers wait for.
@@ -44,16 +44,16 @@ pub(crate) struct Board {
     pub(crate) step_lateness: Histogram,
 }
 
-/// The one who writes on a [`Board`].
+/// The one who writes into a [`PublishedStateCell`].
 #[derive(Debug)]
 pub(crate) struct Publisher {
-    board: Arc<Board>,
+    state_cell: Arc<PublishedStateCell>,
     /// Candidates for the next state: those without a reader.
     retired: Vec<Arc<Published>>,
     sequence: u64,
 }
 
-impl Board {
+impl PublishedStateCell {
     /// The newest state, at once.
     pub(crate) fn newest(&self) -> Arc<Published> {
         self.newest.load_full()
@@ -105,7 +105,7 @@ impl Drop for Reader<'_> {
     }
 }
 
-impl Board {
+impl PublishedStateCell {
     /// For how long the present step has been going on at `now`; zero between steps.
     pub(crate) fn present_step(&self, now: Instant) -> Duration {
         self.since(&self.step_began, now)
@@ -132,28 +132,28 @@ impl Board {
 impl Publisher {
     /// A step begins `now`.
     pub(crate) fn step_begins(&self, now: Instant) {
-        self.board.begins(&self.board.step_began, now);
+        self.state_cell.begins(&self.state_cell.step_began, now);
     }
 
     /// It ended.
     pub(crate) fn step_ends(&self) {
-        self.board.step_began.store(0, Ordering::Relaxed);
+        self.state_cell.step_began.store(0, Ordering::Relaxed);
     }
 
     /// The driver has something to do, from `now` on.
     pub(crate) fn work_begins(&self, now: Instant) {
-        self.board.begins(&self.board.work_began, now);
+        self.state_cell.begins(&self.state_cell.work_began, now);
     }
 
     /// It waits for the next.
     pub(crate) fn work_ends(&self) {
-        self.board.work_began.store(0, Ordering::Relaxed);
+        self.state_cell.work_began.store(0, Ordering::Relaxed);
     }
 
-    /// A board with a first state, sequence 1, and its writer.
+    /// A cell with a first state, sequence 1, and its writer.
     pub(crate) fn new(state: PublishedState, physics: PhysicsSettings, statistics: Statistics) -> Self {
         let first = Published { sequence: 1, wall_time: SystemTime::now(), state, physics, statistics };
-        let board = Board {
+        let state_cell = PublishedStateCell {
             newest: ArcSwap::from_pointee(first),
             announcer: Announcer::default(),
             changed: Notify::new(),
@@ -164,12 +164,12 @@ impl Publisher {
             step_durations: Histogram::fine(),
             step_lateness: Histogram::fine(),
         };
-        Self { board: Arc::new(board), retired: Vec::with_capacity(RETIRED), sequence: 1 }
+        Self { state_cell: Arc::new(state_cell), retired: Vec::with_capacity(RETIRED), sequence: 1 }
     }
 
     /// For readers.
-    pub(crate) fn board(&self) -> &Arc<Board> {
-        &self.board
+    pub(crate) fn state_cell(&self) -> &Arc<PublishedStateCell> {
+        &self.state_cell
     }
 
     /// Of the newest state.
@@ -187,14 +187,14 @@ impl Publisher {
         state.sequence = self.sequence;
         state.wall_time = wall_time;
         fill(state);
-        let old = self.board.newest.swap(next);
+        let old = self.state_cell.newest.swap(next);
         if self.retired.len() == RETIRED {
             self.retired.remove(0);
         }
         self.retired.push(old);
         // Any other would keep robots or saved states that are gone in memory. Those that no reader holds are kept for the next
         // states all the same: this thread would have to allocate others.
-        let newest = self.board.newest.load();
+        let newest = self.state_cell.newest.load();
         self.retired.retain_mut(|old| {
             shares_what_is_large(&old.state, &newest.state)
                 || Arc::get_mut(old).is_some_and(|old| {
@@ -204,8 +204,8 @@ impl Publisher {
         });
         // A reader is counted before it looks, and this looks after the state is there: one of the two sees the other.
         fence(Ordering::SeqCst);
-        if self.board.readers.load(Ordering::Relaxed) > 0 {
-            self.board.announcer.hand_over();
+        if self.state_cell.readers.load(Ordering::Relaxed) > 0 {
+            self.state_cell.announcer.hand_over();
         }
         wall_time
     }
@@ -214,7 +214,7 @@ impl Publisher {
     fn unread(&mut self) -> Arc<Published> {
         match self.retired.iter_mut().position(|old| Arc::get_mut(old).is_some()) {
             Some(index) => self.retired.swap_remove(index),
-            None => Arc::new(Published::clone(&self.board.newest.load())),
+            None => Arc::new(Published::clone(&self.state_cell.newest.load())),
         }
     }
 }
@@ -252,11 +252,11 @@ mod tests {
         let mut seen = std::collections::BTreeSet::new();
         for _ in 0..1000 {
             publisher.publish(|state| state.state.positions.resize(100, 0.0));
-            let newest = publisher.board().newest();
+            let newest = publisher.state_cell().newest();
             seen.insert((Arc::as_ptr(&newest) as usize, newest.state.positions.as_ptr() as usize));
         }
         assert_eq!(seen.len(), 2);
-        assert_eq!(publisher.board().newest().sequence, 1001);
+        assert_eq!(publisher.state_cell().newest().sequence, 1001);
     }
 
     #[test]
@@ -265,7 +265,7 @@ mod tests {
         let held: Vec<_> = (0..100_u64)
             .map(|n| {
                 publisher.publish(|state| state.state.at.step = n);
-                publisher.board().newest()
+                publisher.state_cell().newest()
             })
             .collect();
         for (n, state) in held.iter().enumerate() {
@@ -280,7 +280,7 @@ mod tests {
         let held: Vec<_> = (0..4)
             .map(|_| {
                 publisher.publish(|_| ());
-                publisher.board().newest()
+                publisher.state_cell().newest()
             })
             .collect();
         let gone = Arc::downgrade(&held[0].state.world);
@@ -306,7 +306,7 @@ mod tests {
                     state.state.world = Arc::default();
                 }
             });
-            publisher.board().newest()
+            publisher.state_cell().newest()
         };
         for step in 0..200 {
             let newest = publish(step);
@@ -340,7 +340,7 @@ mod tests {
     #[tokio::test]
     async fn a_reader_that_waits_gets_the_newest_and_skips_what_was_between() {
         let mut publisher = publisher();
-        let board = publisher.board().clone();
+        let state_cell = publisher.state_cell().clone();
         let write = async {
             for _ in 0..3 {
                 publisher.publish(|_| ());
@@ -348,12 +348,12 @@ mod tests {
         };
         let read = async {
             tokio::select! {
-                read = board.newer_than(1) => read,
-                () = board.announce() => unreachable!("it goes on"),
+                read = state_cell.newer_than(1) => read,
+                () = state_cell.announce() => unreachable!("it goes on"),
             }
         };
         let (read, ()) = tokio::join!(read, write);
         assert_eq!(read.sequence, 4);
-        assert_eq!(board.newer_than(3).await.sequence, 4, "it does not wait for what is there");
+        assert_eq!(state_cell.newer_than(3).await.sequence, 4, "it does not wait for what is there");
     }
 }

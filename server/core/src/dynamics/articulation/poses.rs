@@ -17,13 +17,14 @@ impl Articulation {
     }
 
     /// Moves on by the new velocities and by `split`, with which constraints between links put positions right. The new velocities
-    /// go along, so that the robot keeps its kinetic energy. [`finish_placed`](Self::finish_placed) has to follow,
+    /// go along, so that the robot keeps its kinetic energy. [`finish_velocities`](Self::finish_velocities) has to follow,
     /// and [`add_momenta_ahead`](Self::add_momenta_ahead) has to have looked.
     pub(in crate::dynamics) fn update_positions(&mut self, split: &[f64], h: f64) {
-        let StepScratch { new_velocities, passes, velocity_terms, response: sum, placed, free_body, .. } =
-            &mut self.scratch;
-        placed.clear();
-        placed.extend_from_slice(split);
+        let StepScratch {
+            new_velocities, passes, velocity_terms, response: sum, split: own, free_body, ..
+        } = &mut self.scratch;
+        own.clear();
+        own.extend_from_slice(split);
         sum.iter_mut().zip(&*new_velocities).zip(split).for_each(|((sum, new), split)| *sum = new + split);
         if free_body.is_none() {
             velocity_terms.transport(&self.tree, &self.state.positions, (split, h), passes, new_velocities);
@@ -52,7 +53,7 @@ impl Articulation {
     }
 
     /// After [`update_positions`](Self::update_positions), what [`finish`](Self::finish) does with velocities.
-    pub(in crate::dynamics) fn finish_placed(&mut self, gravity: DVec3, h: f64) {
+    pub(in crate::dynamics) fn finish_velocities(&mut self, gravity: DVec3, h: f64) {
         // Leapfrog takes a single body's velocities for those at the begin of its drift.
         if self.scratch.integrator == Integrator::Leapfrog {
             self.shift_origin(-1.0);
@@ -61,7 +62,7 @@ impl Articulation {
     }
 
     /// The velocities with which constraints between links have put its position right in the last step; none where they did not.
-    pub fn placed(&self) -> &[f64] {
-        &self.scratch.placed
+    pub fn split_velocities(&self) -> &[f64] {
+        &self.scratch.split
     }
 }
