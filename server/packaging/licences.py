@@ -35,7 +35,7 @@ _WEB = REPOSITORY / "client" / "web"
 _HEADS = {"@bufbuild/protobuf": "dist/esm/wire/varint.js"}
 
 # Crates with sources of others inside, and where the licence of those is.
-_INSIDE = {"libmimalloc-sys": "c_src/mimalloc/v2/LICENSE"}
+_INSIDE = {"tikv-jemalloc-sys": "jemalloc/COPYING"}
 
 # For crates that have no file of it. SPDX's text.
 _MIT = """Copyright (c) {holders}

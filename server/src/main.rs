@@ -14,16 +14,17 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use cap::Cap;
-use mimalloc::MiMalloc;
 use simd_server::config::{self, Config, ConfigError};
 use simd_server::log::{Log, LogFormat};
 use simd_server::{authority, daemon, process, replay, zenoh_acl};
+use tikv_jemallocator::Jemalloc;
 use tracing_subscriber::EnvFilter;
 
-/// Memory without locks: in glibc's allocator the physics thread waits for whichever thread has the lock of its arena, and for as
-/// long as that one is off its processor. And how much is given: growth shows there hours before it shows in what the process has.
+/// Memory with an arena for each processor: in glibc's allocator the physics thread waits for whichever thread has the lock of its
+/// arena, for as long as that one is off its processor. And how much is given: growth shows there hours before it shows in what the
+/// process has.
 #[global_allocator]
-static HEAP: Cap<MiMalloc> = Cap::new(MiMalloc, usize::MAX);
+static HEAP: Cap<Jemalloc> = Cap::new(Jemalloc, usize::MAX);
 
 /// Threads for what blocks: files of tokens and autosaves, and what Zenoh sends in place. What computes has threads of its
 /// own: see `blocking_threads`.

@@ -26,7 +26,7 @@ mod town;
 
 /// As in the daemon's program: daemons run in this one.
 #[global_allocator]
-static HEAP: mimalloc::MiMalloc = mimalloc::MiMalloc;
+static HEAP: tikv_jemallocator::Jemalloc = tikv_jemallocator::Jemalloc;
 
 fn main() {
     // The echoes of the round trips are this program once more, so that both ends of each
