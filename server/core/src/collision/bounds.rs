@@ -21,11 +21,21 @@ impl Default for Bounds {
 
 impl Bounds {
     /// Around a box, given by its middle and half lengths, and this far from it.
-    pub(super) fn of_box([middle, half]: [DVec3; 2], world_from_box: &DPose3, margin: f64) -> Self {
-        let DMat3 { x_axis, y_axis, z_axis } = DMat3::from_quat(world_from_box.rotation);
+    pub(super) fn of_box(of: [DVec3; 2], world_from_box: &DPose3, margin: f64) -> Self {
+        Self::of_turned_box(of, DMat3::from_quat(world_from_box.rotation), world_from_box.translation, margin)
+    }
+
+    /// The same of a box whose axes are these, in the world, and whose origin is there.
+    #[inline]
+    pub(super) fn of_turned_box([middle, half]: [DVec3; 2], axes: DMat3, origin: DVec3, margin: f64) -> Self {
+        let DMat3 { x_axis, y_axis, z_axis } = axes;
         let half =
             x_axis.abs() * half.x + y_axis.abs() * half.y + z_axis.abs() * half.z + DVec3::splat(margin);
-        let middle = world_from_box.transform_point(middle);
+        Self::about(origin + axes * middle, half)
+    }
+
+    /// Around a point, so far along each axis.
+    pub(super) fn about(middle: DVec3, half: DVec3) -> Self {
         Self { least: middle - half, most: middle + half }
     }
 
@@ -36,8 +46,7 @@ impl Bounds {
             let axis = world_from_shape.rotation * DVec3::Y;
             let across = (DVec3::ONE - axis * axis).max(DVec3::ZERO).map(f64::sqrt);
             let half = axis.abs() * cylinder.half_height + across * cylinder.radius + DVec3::splat(margin);
-            let middle = world_from_shape.translation;
-            return Self { least: middle - half, most: middle + half };
+            return Self::about(world_from_shape.translation, half);
         }
         if let Some(cone) = shape.as_cone() {
             let axis = world_from_shape.rotation * DVec3::Y;

@@ -4,7 +4,7 @@
 use std::fmt;
 use std::sync::Arc;
 
-use glamx::{DPose3, DVec3};
+use glamx::{DMat3, DPose3, DVec3};
 use rapier3d_f64::parry::shape::{Shape, ShapeType};
 use serde::{Deserialize, Serialize};
 use simd_model::robot::Material;
@@ -114,19 +114,22 @@ pub(super) struct Frame {
 }
 
 impl Placed {
-    /// Puts it there. How far any point of it moved, at the most.
-    fn put(&mut self, frame: &mut Frame, world_from_shape: DPose3) -> f64 {
+    /// Puts it there. Its axes in the world, and how far any point of it moved, at the most.
+    fn put(&mut self, frame: &mut Frame, world_from_shape: DPose3) -> (DMat3, f64) {
         let (p, middle) = (frame.world_from_shape.rotation, self.world_middle);
-        self.set_pose(frame, world_from_shape);
+        let axes = self.set_pose(frame, world_from_shape);
         let q = world_from_shape.rotation;
         // Of a turn by an angle t the difference of quaternions is 2 sin(t / 4), a chord of radius 1 2 sin(t / 2).
         let turned = 2.0 * (q - p).length_squared().min((q + p).length_squared()).sqrt();
-        self.world_middle.distance(middle) + turned * self.radius
+        (axes, self.world_middle.distance(middle) + turned * self.radius)
     }
 
-    fn set_pose(&mut self, frame: &mut Frame, world_from_shape: DPose3) {
+    /// Its axes in the world: a point is turned by them in half of what it takes by a quaternion.
+    fn set_pose(&mut self, frame: &mut Frame, world_from_shape: DPose3) -> DMat3 {
+        let axes = DMat3::from_quat(world_from_shape.rotation);
         frame.world_from_shape = world_from_shape;
-        self.world_middle = world_from_shape.transform_point(frame.middle);
+        self.world_middle = world_from_shape.translation + axes * frame.middle;
+        axes
     }
 
     /// How far from each other contacts of the two are looked for, metres. Of what moves the same way in both nothing counts:
@@ -147,12 +150,15 @@ impl Placed {
     }
 
     /// Finds its bounds anew.
-    fn bound(&mut self, frame: &Frame, shapes: &Shapes) {
+    fn bound(&mut self, frame: &Frame, axes: DMat3, shapes: &Shapes) {
         let part = &shapes.parts[self.part];
-        self.bounds = if matches!(part.shape.shape_type(), ShapeType::ConvexPolyhedron | ShapeType::Cuboid) {
-            Bounds::of_box(part.local_box, &frame.world_from_shape, self.margin)
-        } else {
-            Bounds::of(&*part.shape, &frame.world_from_shape, self.margin)
+        self.bounds = match part.shape.shape_type() {
+            ShapeType::ConvexPolyhedron | ShapeType::Cuboid => {
+                let origin = frame.world_from_shape.translation;
+                Bounds::of_turned_box(part.local_box, axes, origin, self.margin)
+            }
+            ShapeType::Ball => Bounds::about(self.world_middle, DVec3::splat(self.radius + self.margin)),
+            _ => Bounds::of(&*part.shape, &frame.world_from_shape, self.margin),
         };
     }
 }
@@ -277,9 +283,10 @@ impl RobotColliders {
             match placed.body {
                 None if still => {}
                 None => {
-                    let world_from_shape = base * frame.body_from_shape;
-                    farthest = farthest.max(placed.put(frame, world_from_shape));
+                    let (axes, moved) = placed.put(frame, base * frame.body_from_shape);
+                    farthest = farthest.max(moved);
                     (placed.margin, placed.drift) = (0.0, DVec3::ZERO);
+                    placed.bound(frame, axes, &self.shapes);
                 }
                 Some(index) => {
                     let (_, motion, spin) = last.filter(|(of, ..)| *of == index).unwrap_or_else(|| {
@@ -288,16 +295,16 @@ impl RobotColliders {
                     });
                     last = Some((index, motion, spin));
                     let BodyMotion { pose, linear, angular } = motion;
-                    let world_from_shape = pose * frame.body_from_shape;
-                    farthest = farthest.max(placed.put(frame, world_from_shape));
+                    let (axes, moved) = placed.put(frame, pose * frame.body_from_shape);
+                    farthest = farthest.max(moved);
                     let arm = placed.world_middle - pose.translation;
                     let velocity = linear + angular.cross(arm);
                     let speed = velocity.length() + spin * placed.radius;
                     placed.margin = slack + LOOK_AHEAD * h * speed;
                     placed.drift = velocity * (LOOK_AHEAD * h);
+                    placed.bound(frame, axes, &self.shapes);
                 }
             }
-            placed.bound(frame, &self.shapes);
             self.bounds = self.bounds.around(placed.bounds);
             self.reach = self.reach.max(placed.margin);
         }
@@ -342,9 +349,9 @@ impl RobotColliders {
         self.bounds = Bounds::default();
         for ((placed, frame), rest) in self.placed.iter_mut().zip(&mut self.frames).zip(poses) {
             let RestPose { world_from_shape, margin, drift } = *rest;
-            placed.set_pose(frame, world_from_shape);
+            let axes = placed.set_pose(frame, world_from_shape);
             (placed.margin, placed.drift) = (margin, drift);
-            placed.bound(frame, &self.shapes);
+            placed.bound(frame, axes, &self.shapes);
             self.bounds = self.bounds.around(placed.bounds);
         }
     }

@@ -30,7 +30,7 @@ fn soft(
 ) -> ([f64; 3], [f64; 4]) {
     let normal = (rows.target - n) * normal_hardness;
     let (normal, weight) = if normal > 0.0 { (normal, normal_hardness) } else { (0.0, 0.0) };
-    let speed = t.hypot(u);
+    let speed = length(t, u);
     if bound <= 0.0 {
         ([normal, 0.0, 0.0], [weight, 0.0, 0.0, 0.0])
     } else if speed * hardness <= bound {
@@ -39,6 +39,11 @@ fn soft(
         let (part, t, u) = (bound / speed, t / speed, u / speed);
         ([normal, -t * bound, -u * bound], [weight, part * u * u, -part * t * u, part * t * t])
     }
+}
+
+/// Without the care of `hypot` for squares that are too small or too large for a number, which takes longer than all else here.
+fn length(t: f64, u: f64) -> f64 {
+    (t * t + u * u).sqrt()
 }
 
 /// The same where it is known which rows are equations, and what slips has the friction that it had.
@@ -257,19 +262,19 @@ impl Direct {
             let (old, weights) = soft(rows, both, before, speeds);
             let bound = rows.friction * old[0];
             let (new, _) = soft(rows, both, bound, speeds);
-            let holds = bound > 0.0 && speeds[1].hypot(speeds[2]) * hardness <= bound;
+            let holds = bound > 0.0 && length(speeds[1], speeds[2]) * hardness <= bound;
             let state = match (new[0] > 0.0, holds) {
                 (false, _) => State::Open,
                 (true, true) => State::Sticks,
                 (true, false) => State::Slips,
             };
-            let moved = (new[1] - old[1]).hypot(new[2] - old[2]);
+            let moved = length(new[1] - old[1], new[2] - old[2]);
             let was = self.weights[i];
             let alike = (was[0] > 0.0) == (weights[0] > 0.0)
                 && (was[1] == hardness && was[2] == 0.0) == (weights[1] == hardness && weights[2] == 0.0);
             let turned = match state {
                 // Across the slip the derivative is not constant: the step was not exact.
-                State::Slips => (old[1] - self.used[i][1]).hypot(old[2] - self.used[i][2]),
+                State::Slips => length(old[1] - self.used[i][1], old[2] - self.used[i][2]),
                 State::Open | State::Sticks => 0.0,
             };
             changed |= !alike || moved > SLIP_TOLERANCE * new[0] || turned > SLIP_TOLERANCE * new[0];
@@ -327,7 +332,7 @@ impl Direct {
                         || rows.velocities(system.blocks, system.velocities)[0] >= rows.target - TOLERANCE
                 }
                 State::Slips | State::Sticks => {
-                    n >= 0.0 && t.hypot(u) <= rows.friction * n * (1.0 + 1e-6) + f64::MIN_POSITIVE
+                    n >= 0.0 && length(t, u) <= rows.friction * n * (1.0 + 1e-6) + f64::MIN_POSITIVE
                 }
             }
         });
