@@ -1,4 +1,4 @@
-//! `simd tls init`: a private authority and a certificate that it signed, for a lab that has none.
+//! `simd tls`: a private authority and certificates that it signed, for a lab that has none.
 
 use std::ffi::OsString;
 use std::fs;
@@ -16,8 +16,8 @@ use crate::subcommand;
 
 /// How long clients may rely on the authority.
 const AUTHORITY: Duration = Duration::days(3_650);
-/// How long the daemon's certificate is valid.
-const SERVER: Duration = Duration::days(825);
+/// How long certificates of the daemon and of clients are valid.
+const LEAF: Duration = Duration::days(825);
 /// Clocks differ.
 const BEFORE: Duration = Duration::days(1);
 
@@ -46,6 +46,13 @@ enum Tls {
         #[arg(long, value_name = "HOST")]
         host: Vec<String>,
     },
+    /// Makes the certificate of a client, which Zenoh asks for where others reach it: NAME.pem and NAME.key
+    Client {
+        /// Where the authority is that `simd tls init` made; they are put there too
+        folder: PathBuf,
+        /// Whose it is: 1 to 64 of the characters A-Z a-z 0-9 . _ -
+        name: String,
+    },
 }
 
 /// Does what the arguments ask for, where they ask for certificates; the result is what to print.
@@ -53,50 +60,29 @@ enum Tls {
 /// # Errors
 /// Help and usage as clap has them, and where a file cannot be made; a text.
 pub fn run(arguments: &[OsString]) -> Option<Result<String, String>> {
-    let Command::Tls(Tls::Init { folder, host }) = match subcommand::read::<Arguments>("tls", arguments)? {
+    let Command::Tls(tls) = match subcommand::read::<Arguments>("tls", arguments)? {
         Ok(arguments) => arguments.command,
         Err(said) => return Some(said),
     };
-    Some(init(&folder, host))
+    Some(match tls {
+        Tls::Init { folder, host } => init(&folder, host),
+        Tls::Client { folder, name } => client(&folder, &name),
+    })
 }
 
 fn init(folder: &Path, hosts: Vec<String>) -> Result<String, String> {
-    let failed = |error: &dyn std::fmt::Display| format!("cannot make {}: {error}", folder.display());
-    fs::create_dir_all(folder).map_err(|error| failed(&error))?;
-    let [authority, authority_key, server, server_key] =
-        ["ca.pem", "ca.key", "server.pem", "server.key"].map(|name| folder.join(name));
-    for path in [&server, &server_key] {
-        if path.exists() {
-            return Err(format!("{} is there already: move it away first", path.display()));
-        }
-    }
-    let made = |error: rcgen::Error| failed(&error);
-    let known = fs::read_to_string(&authority).ok().zip(fs::read_to_string(&authority_key).ok());
-    let issuer = match &known {
-        Some((certificate, key)) => {
-            Issuer::from_ca_cert_pem(certificate, KeyPair::from_pem(key).map_err(made)?).map_err(made)?
-        }
-        None => {
-            let key = KeyPair::generate().map_err(made)?;
-            let mut params = params("simd authority", AUTHORITY, Vec::new()).map_err(made)?;
-            params.is_ca = IsCa::Ca(BasicConstraints::Constrained(0));
-            params.key_usages = vec![KeyUsagePurpose::KeyCertSign, KeyUsagePurpose::CrlSign];
-            let certificate = params.self_signed(&key).map_err(made)?;
-            write(&authority, &certificate.pem(), false)?;
-            write(&authority_key, &key.serialize_pem(), true)?;
-            Issuer::new(params, key)
-        }
+    fs::create_dir_all(folder).map_err(|error| failed(folder, &error))?;
+    let [authority, server, server_key] =
+        ["ca.pem", "server.pem", "server.key"].map(|name| folder.join(name));
+    are_free([&server, &server_key])?;
+    let issuer = match known(folder)? {
+        Some(issuer) => issuer,
+        None => new_issuer(folder)?,
     };
     let mut names = ["localhost", "127.0.0.1", "::1"].map(str::to_owned).to_vec();
     names.extend(hosts.iter().filter(|host| !names.contains(host)).cloned().collect::<Vec<_>>());
-    let key = KeyPair::generate().map_err(made)?;
-    let mut params = params("simd", SERVER, names).map_err(made)?;
-    params.key_usages = vec![KeyUsagePurpose::DigitalSignature];
-    params.extended_key_usages = vec![ExtendedKeyUsagePurpose::ServerAuth];
-    params.use_authority_key_identifier_extension = true;
-    let certificate = params.signed_by(&key, &issuer).map_err(made)?;
-    write(&server, &certificate.pem(), false)?;
-    write(&server_key, &key.serialize_pem(), true)?;
+    let params = params("simd", LEAF, names).map_err(|error| failed(folder, &error))?;
+    sign(params, ExtendedKeyUsagePurpose::ServerAuth, &issuer, [&server, &server_key])?;
     let host = hosts.first().map_or("127.0.0.1", String::as_str);
     let (authority, server, server_key) = (authority.display(), server.display(), server_key.display());
     Ok(format!(
@@ -104,8 +90,90 @@ fn init(folder: &Path, hosts: Vec<String>) -> Result<String, String> {
          \n\
          daemon:  simd --listen 0.0.0.0:7400 --tls-certificate {server} --tls-key {server_key} --tokens TOKENS\n\
          client:  export SIMD_TLS_CA={authority} SIMD_ENDPOINT=https://{host}:7400\n\
-         \x20        simctl server info\n"
+         \x20        simctl server info\n\
+         Python:  over Zenoh, which asks for a certificate of the client: see `simd tls client --help`\n"
     ))
+}
+
+fn client(folder: &Path, name: &str) -> Result<String, String> {
+    let is_name = (1..=64).contains(&name.len())
+        && name.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"._-".contains(&byte))
+        && !["ca", "server"].contains(&name)
+        && !name.starts_with(['.', '-']);
+    if !is_name {
+        return Err(format!(
+            "{name:?} is no name of a client: it must be 1 to 64 of the characters A-Z a-z 0-9 . _ -, not ca and not \
+             server, and not begin with . or -"
+        ));
+    }
+    let files = ["pem", "key"].map(|kind| folder.join(format!("{name}.{kind}")));
+    let [certificate, key] = &files;
+    are_free([certificate, key])?;
+    let issuer = known(folder)?
+        .ok_or_else(|| format!("{} has no authority: make one with `simd tls init`", folder.display()))?;
+    let params = params(name, LEAF, Vec::new()).map_err(|error| failed(folder, &error))?;
+    sign(params, ExtendedKeyUsagePurpose::ClientAuth, &issuer, [certificate, key])?;
+    let [authority, server, server_key] =
+        ["ca.pem", "server.pem", "server.key"].map(|name| folder.join(name).display().to_string());
+    Ok(format!(
+        "made {} and {}; give them to {name}, with {authority}\n\
+         \n\
+         daemon:  simd --zenoh tls/0.0.0.0:7447 --tls-certificate {server} --tls-key {server_key} \
+         --tls-client-authorities {authority} --tokens TOKENS\n\
+         Python:  simd_client.connect(\"tls/HOST:7447\", config=simd_client.tls.authority(\"ca.pem\", \"{name}.pem\", \
+         \"{name}.key\"), token=\"TOKEN\")\n\
+         simctl:  export SIMD_TLS_CA=ca.pem SIMD_TLS_CLIENT_CERT={name}.pem SIMD_TLS_CLIENT_KEY={name}.key\n",
+        certificate.display(),
+        key.display()
+    ))
+}
+
+fn failed(folder: &Path, error: &dyn std::fmt::Display) -> String {
+    format!("cannot make certificates in {}: {error}", folder.display())
+}
+
+fn are_free(paths: [&Path; 2]) -> Result<(), String> {
+    match paths.into_iter().find(|path| path.exists()) {
+        Some(path) => Err(format!("{} is there already: move it away first", path.display())),
+        None => Ok(()),
+    }
+}
+
+/// The authority in a folder, if there is one.
+fn known(folder: &Path) -> Result<Option<Issuer<'static, KeyPair>>, String> {
+    let read = |name: &str| fs::read_to_string(folder.join(name)).ok();
+    let Some((certificate, key)) = read("ca.pem").zip(read("ca.key")) else { return Ok(None) };
+    let key = KeyPair::from_pem(&key).map_err(|error| failed(folder, &error))?;
+    Issuer::from_ca_cert_pem(&certificate, key).map(Some).map_err(|error| failed(folder, &error))
+}
+
+fn new_issuer(folder: &Path) -> Result<Issuer<'static, KeyPair>, String> {
+    let made = |error: rcgen::Error| failed(folder, &error);
+    let key = KeyPair::generate().map_err(made)?;
+    let mut params = params("simd authority", AUTHORITY, Vec::new()).map_err(made)?;
+    params.is_ca = IsCa::Ca(BasicConstraints::Constrained(0));
+    params.key_usages = vec![KeyUsagePurpose::KeyCertSign, KeyUsagePurpose::CrlSign];
+    let certificate = params.self_signed(&key).map_err(made)?;
+    write(&folder.join("ca.pem"), &certificate.pem(), false)?;
+    write(&folder.join("ca.key"), &key.serialize_pem(), true)?;
+    Ok(Issuer::new(params, key))
+}
+
+/// Makes a key and signs its certificate, for one side of a connection.
+fn sign(
+    mut params: CertificateParams,
+    purpose: ExtendedKeyUsagePurpose,
+    issuer: &Issuer<'_, KeyPair>,
+    [certificate_path, key_path]: [&Path; 2],
+) -> Result<(), String> {
+    let made = |error: rcgen::Error| failed(certificate_path, &error);
+    let key = KeyPair::generate().map_err(made)?;
+    params.key_usages = vec![KeyUsagePurpose::DigitalSignature];
+    params.extended_key_usages = vec![purpose];
+    params.use_authority_key_identifier_extension = true;
+    let certificate = params.signed_by(&key, issuer).map_err(made)?;
+    write(certificate_path, &certificate.pem(), false)?;
+    write(key_path, &key.serialize_pem(), true)
 }
 
 fn params(name: &str, lifetime: Duration, names: Vec<String>) -> Result<CertificateParams, rcgen::Error> {
@@ -145,13 +213,28 @@ mod tests {
         assert_eq!(fs::read_to_string(path.join("ca.pem")).unwrap(), authority);
     }
 
+    #[test]
+    fn a_client_gets_a_certificate_of_its_own_from_the_authority_that_is_there() {
+        let folder = tempfile::tempdir().unwrap();
+        let lacks = client(folder.path(), "alice").unwrap_err();
+        assert!(lacks.contains("simd tls init"), "{lacks}");
+        init(folder.path(), Vec::new()).unwrap();
+        let said = client(folder.path(), "alice").unwrap();
+        assert!(said.contains("\"alice.pem\", \"alice.key\""), "{said}");
+        assert!(client(folder.path(), "alice").unwrap_err().contains("alice.pem is there already"));
+        for name in ["", "ca", "server", "../alice", "a b", "-a", ".a"] {
+            assert!(client(folder.path(), name).unwrap_err().contains("no name of a client"), "{name}");
+        }
+    }
+
     #[cfg(unix)]
     #[test]
     fn keys_are_the_owners_alone() {
         use std::os::unix::fs::PermissionsExt as _;
         let folder = tempfile::tempdir().unwrap();
         init(folder.path(), Vec::new()).unwrap();
-        for key in ["ca.key", "server.key"] {
+        client(folder.path(), "alice").unwrap();
+        for key in ["ca.key", "server.key", "alice.key"] {
             let mode = fs::metadata(folder.path().join(key)).unwrap().permissions().mode();
             assert_eq!(mode & 0o777, 0o600, "{key}");
         }

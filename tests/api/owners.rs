@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use simd_client::access::Role;
-use simd_client::proto::{ErrorReason, NameTakenPolicy};
+use simd_client::proto::{ClaimJointsRequest, ErrorReason, NameTakenPolicy};
 use simd_client::{Client, Error, every_joint, slide};
 use simd_tests::daemon::{Daemon, Via};
 
@@ -119,6 +119,8 @@ async fn what_was_made_with_a_token_is_its_owners_until_an_admin_takes_over() {
         ] {
             assert_eq!(takes_over.unwrap_err().reason(), Some(ErrorReason::RoleTooLow));
         }
+        let claim = ClaimJointsRequest { take_over: true, ..ClaimJointsRequest::default() };
+        assert_eq!(operator.claim(claim).await.unwrap_err().reason(), Some(ErrorReason::RoleTooLow));
         // Another connection with the same token is the same owner.
         allowed(&connect(of(Role::Admin)).await).await;
         admin.save_state("mine").await.unwrap();

@@ -239,7 +239,7 @@ async fn an_asker_that_stops_to_read_does_not_stop_others() {
     let grpc = Client::connect(&daemon.address.to_string()).await.unwrap();
     let stop = Arc::new(Notify::new());
     let proxy = stopping_proxy(&daemon.running.locators()[0], stop.clone()).await;
-    let asker = network::session_with("client", &proxy, "transport/link/tx/lease", "600000").await;
+    let asker = network::session_with("client", &proxy, &[("transport/link/tx/lease", "600000")]).await;
     let request = WatchJointStatesRequest { rate: 100.0, ..Default::default() }.encode_to_vec();
     let (answered, mut answers) = tokio::sync::mpsc::unbounded_channel();
     for _ in 0..1000 {

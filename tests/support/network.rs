@@ -21,16 +21,16 @@ impl Router {
     /// At a locator, for instance that of one that was stopped.
     ///
     /// # Panics
-    /// Where it cannot listen there: then the test has failed.
+    /// Panics if it cannot listen there: then the test has failed.
     pub async fn start_at(locator: &str) -> Self {
         let session = session("router", locator).await;
         let locator = session.info().locators().await.first().map(ToString::to_string).unwrap_or_default();
         Self { locator, session }
     }
 
-    /// On a free port, with a setting of its own over the others.
-    pub async fn start_with(key: &str, value: &str) -> Self {
-        let session = session_with("router", "tcp/127.0.0.1:0", key, value).await;
+    /// At a locator, with settings of its own over the others.
+    pub async fn start_with(locator: &str, changes: &[(&str, &str)]) -> Self {
+        let session = session_with("router", locator, changes).await;
         let locator = session.info().locators().await.first().map(ToString::to_string).unwrap_or_default();
         Self { locator, session }
     }
@@ -38,7 +38,7 @@ impl Router {
     /// Ends it, and with it every connection through it.
     ///
     /// # Panics
-    /// Where it hangs.
+    /// Panics if it hangs.
     pub async fn stop(self) {
         let _ = soon("the end of the router", self.session.close().into_future()).await;
     }
@@ -47,19 +47,21 @@ impl Router {
 /// A session that listens at a locator, or, as a `client`, connects to it.
 ///
 /// # Panics
-/// Where it cannot: then the test has failed.
+/// Panics if it cannot: then the test has failed.
 pub async fn session(mode: &str, locator: &str) -> Session {
     open(settings(mode, locator)).await
 }
 
-/// The same, with a setting of its own over the others.
+/// The same, with settings of its own over the others.
 ///
 /// # Panics
-/// Where Zenoh does not take it: then the test has failed.
+/// Panics if Zenoh does not take it: then the test has failed.
 #[allow(clippy::panic, reason = "the test has failed")]
-pub async fn session_with(mode: &str, locator: &str, key: &str, value: &str) -> Session {
+pub async fn session_with(mode: &str, locator: &str, changes: &[(&str, &str)]) -> Session {
     let mut settings = settings(mode, locator);
-    settings.insert_json5(key, value).unwrap_or_else(|error| panic!("{key}: {error}"));
+    for (key, value) in changes {
+        settings.insert_json5(key, value).unwrap_or_else(|error| panic!("{key}: {error}"));
+    }
     open(settings).await
 }
 

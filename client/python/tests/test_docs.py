@@ -22,6 +22,9 @@ README = Path(__file__).parents[1] / "README.md"
 SECURED = "tls/127.0.0.1:7447"
 """Where the daemon is that the guide's block on certificates and tokens connects to."""
 
+FAR = "tls/lab.example:7447"
+"""Where the one is that clients of other machines connect to."""
+
 
 def blocks(page: Path) -> list[str]:
     """Its blocks of Python, each behind blank lines, so that an error has the line of the page."""
@@ -34,7 +37,7 @@ def test_the_blocks_of_the_guide_run_one_after_the_other(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.chdir(REPOSITORY)
-    said = [block for block in blocks(GUIDE) if SECURED not in block]
+    said = [block for block in blocks(GUIDE) if SECURED not in block and FAR not in block]
     assert len(said) >= 12
     with Daemon(name="guide") as daemon:
         monkeypatch.setenv("SIMD_ENDPOINT", daemon.endpoint)
@@ -85,6 +88,31 @@ def test_the_lines_on_certificates_and_tokens_run(
         said("simd tls init other")
         with pytest.raises(Unavailable, match="is not signed by the authority in other/ca.pem"):
             run(without.replace("tls/ca.pem", "other/ca.pem"))
+
+
+def test_the_lines_for_another_machine_run(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    section = GUIDE.read_text().split("## From another machine\n")[1].split("\n## ")[0]
+    (shell,) = re.findall(r"^```sh\n(.*?)^```$", section, flags=re.MULTILINE | re.DOTALL)
+    (python,) = [block for block in blocks(GUIDE) if FAR in block]
+    monkeypatch.setenv("PATH", os.pathsep.join([str(BINARY.resolve().parent), os.environ["PATH"]]))
+    monkeypatch.delenv("SIMD_TOKEN", raising=False)
+    monkeypatch.chdir(tmp_path)
+    *made, start = shell.splitlines()
+    outputs = [subprocess.run(line, shell=True, check=True, capture_output=True, text=True, timeout=60) for line in made]
+    token = outputs[-1].stdout.strip()
+    program, flag, locator, *flags = shlex.split(start)
+    assert (program, flag, locator) == ("simd", "--zenoh", "tls/0.0.0.0:7447")
+    # Without --insecure it may listen there; the test's own is on loopback.
+    with Daemon(*flags, name="far", locator="tls/127.0.0.1:0") as daemon:
+        python = python.replace(FAR, daemon.endpoint).replace("simd_...", token)
+        exec(compile(python, str(GUIDE), "exec"), {"__name__": "far"})
+        assert capsys.readouterr().out == "far []\n"
+        unsigned = python.replace(', "tls/alice.pem", "tls/alice.key"', "")
+        assert unsigned != python
+        with pytest.raises(Unavailable, match="certificate"):
+            exec(compile(unsigned, str(GUIDE), "exec"), {"__name__": "far"})
 
 
 def test_the_blocks_on_rollouts_run(monkeypatch: pytest.MonkeyPatch) -> None:

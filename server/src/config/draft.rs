@@ -103,7 +103,7 @@ impl Draft {
         let zenoh = self.config.zenoh.check(insecure, has_tokens);
         let said = ["zenoh.listen", "zenoh.config", "zenoh.connect"];
         zenoh.map_err(|sentence| self.mistake(&said, &sentence))?;
-        let ros2 = self.config.ros2.check(&self.config.zenoh);
+        let ros2 = self.config.ros2.check(&self.config.zenoh, insecure);
         let said = ["ros2.enabled", "ros2.router", "zenoh.listen"];
         ros2.map_err(|sentence| self.mistake(&said, &sentence))?;
         Ok(self)

@@ -19,6 +19,7 @@ environment (SIMD_ and its path: SIMD_PHYSICS_TIME_STEP) and in the file. Flags 
   simd config show [FLAGS]     prints the values that hold, and who said them
 Other words:
   simd tls init FOLDER         makes certificates
+  simd tls client FOLDER NAME  makes that of a client
   simd zenoh-acl               prints the access control of a Zenoh router
   simd replay FILE...          runs a recording again and compares each step
 

@@ -89,10 +89,17 @@ impl Ros2 {
         Ok(())
     }
 
-    /// The daemon's own Zenoh cannot listen where the router does.
-    pub(super) fn check(&self, zenoh: &super::Zenoh) -> Result<(), String> {
+    /// The daemon's own Zenoh cannot listen where the router does. And nodes have no tokens: a router of another machine has to be meant.
+    pub(super) fn check(&self, zenoh: &super::Zenoh, insecure: bool) -> Result<(), String> {
         let port = |locator: &str| locator.rsplit_once(':').map(|(_, port)| port.to_owned());
         let is_near = super::zenoh::is_loopback(&self.router);
+        if self.enabled && !is_near && !insecure {
+            return Err(format!(
+                "the router of ROS 2 at {} is on another machine, and ROS 2 has no tokens: anyone who reaches it commands the \
+                 robots; say --insecure, or have a router on this machine",
+                self.router
+            ));
+        }
         if !self.enabled || !zenoh.enabled || !is_near {
             return Ok(());
         }

@@ -209,7 +209,7 @@ fn variables_beat_the_file_and_flags_beat_variables() {
     let variables = [
         ("SIMD_NAME", "from_environment"),
         ("SIMD_PHYSICS_TIME_STEP", "0.004"),
-        ("SIMD_ZENOH_CONNECT", "tcp/a:1, tcp/b:2"),
+        ("SIMD_ZENOH_CONNECT", "tcp/127.0.0.1:1, tcp/127.0.0.1:2"),
         ("SIMD_PAUSED", "1"),
         // Those of clients, and of no client.
         ("SIMD_TOKEN", "secret"),
@@ -222,7 +222,7 @@ fn variables_beat_the_file_and_flags_beat_variables() {
     let config = with_variables(&variables, &flags).unwrap();
     assert_eq!(config.name, "from_environment");
     assert_eq!((config.physics.time_step, config.physics.substeps), (0.008, 2));
-    assert_eq!(config.zenoh.connect, ["tcp/a:1", "tcp/b:2"]);
+    assert_eq!(config.zenoh.connect, ["tcp/127.0.0.1:1", "tcp/127.0.0.1:2"]);
     assert_eq!((config.driver.state, config.limits.robots), (RunState::Paused, 3));
 }
 

@@ -154,27 +154,38 @@ impl Zenoh {
         Ok(())
     }
 
-    /// The settings must be some that Zenoh takes, and may listen where others can reach it only where the operator says
-    /// so, or where calls need tokens and sessions need certificates: publications go to every session.
+    /// The settings must be some that Zenoh takes. They may listen where others can reach it only where the operator says
+    /// so, or where calls need tokens and sessions need certificates, since publications go to every session; and join routers of other
+    /// machines only where the operator says so, or by TLS where calls need tokens.
     pub(super) fn check(&self, insecure: bool, has_tokens: bool) -> Result<(), String> {
         if !self.enabled {
             return Ok(());
         }
         let settings = self.settings()?;
-        let endpoints = settings.get_json("listen/endpoints").unwrap_or_default();
-        let endpoints: Value = serde_json::from_str(&endpoints).unwrap_or_default();
+        if insecure {
+            return Ok(());
+        }
+        let elsewhere = |key: &str| {
+            let endpoints = settings.get_json(key).unwrap_or_default();
+            let endpoints: Value = serde_json::from_str(&endpoints).unwrap_or_default();
+            strings(&endpoints).into_iter().filter(|locator| !is_loopback(locator))
+        };
+        let is_private = |locator: &String| has_tokens && locator.split('/').next() == Some("tls");
         let has_certificates = self.tls.as_ref().is_some_and(|tls| tls.client_authorities.is_some());
-        let is_closed =
-            |locator: &str| has_tokens && has_certificates && locator.split('/').next() == Some("tls");
-        let mut locators = strings(&endpoints).into_iter();
-        let open = locators.find(|locator| !is_loopback(locator) && !is_closed(locator));
-        match open {
-            Some(locator) if !insecure => Err(format!(
+        let is_closed = |locator: &String| has_certificates && is_private(locator);
+        if let Some(locator) = elsewhere("listen/endpoints").find(|locator| !is_closed(locator)) {
+            return Err(format!(
                 "{locator} can be reached from other machines: give --tokens, --tls-certificate, --tls-key and \
                  --tls-client-authorities, and listen on tls/ADDRESS:PORT; or listen on tcp/127.0.0.1:7447, or say \
                  --insecure, with which anyone who reaches it reads its states"
+            ));
+        }
+        match elsewhere("connect/endpoints").find(|locator| !is_private(locator)) {
+            Some(locator) => Err(format!(
+                "the router {locator} is on another machine, and anyone who reaches it commands the robots: give --tokens, \
+                 and connect to tls/ADDRESS:PORT; or say --insecure"
             )),
-            Some(_) | None => Ok(()),
+            None => Ok(()),
         }
     }
 }
@@ -273,7 +284,6 @@ mod tests {
         let mut zenoh = Zenoh::default();
         zenoh.set_connect(vec!["tcp/10.0.0.1:7447".into()]).unwrap();
         assert!(zenoh.listens_on().is_empty());
-        zenoh.check(false, false).unwrap();
         zenoh.set_listen(vec!["tcp/127.0.0.1:0".into()]).unwrap();
         assert_eq!(zenoh.listens_on(), ["tcp/127.0.0.1:0"]);
     }
@@ -303,6 +313,18 @@ mod tests {
         let zenoh = Zenoh { file: Some(path), ..Zenoh::default() };
         assert!(zenoh.check(false, false).unwrap_err().contains("--insecure"));
         zenoh.check(true, false).unwrap();
+    }
+
+    #[test]
+    fn a_router_of_another_machine_is_joined_by_tls_with_tokens_or_where_it_is_meant() {
+        let joins = |router: &str| Zenoh { connect: vec![router.into()], ..Zenoh::default() };
+        joins("tcp/127.0.0.1:7447").check(false, false).unwrap();
+        joins("tls/lab:7447").check(false, true).unwrap();
+        for (router, has_tokens) in [("tcp/10.0.0.1:7447", true), ("tls/lab:7447", false)] {
+            let sentence = joins(router).check(false, has_tokens).unwrap_err();
+            assert!(sentence.contains(router) && sentence.contains("--insecure"), "{sentence}");
+            joins(router).check(true, has_tokens).unwrap();
+        }
     }
 
     #[test]

@@ -2,7 +2,7 @@
 //! tonic-health brings, its streams end then, so that a watcher holds up no shutdown.
 
 use std::future::ready;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use futures_util::{StreamExt as _, stream};
 use simd_proto::methods;
@@ -14,8 +14,11 @@ use tonic_health::pb::{HealthCheckRequest, HealthCheckResponse};
 use crate::SimHandle;
 use crate::service::BoxStream;
 
+/// Between two looks for one who watches.
+const LOOK: Duration = Duration::from_secs(1);
+
 /// Says whether the daemon serves.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct HealthService {
     handle: SimHandle,
 }
@@ -34,6 +37,18 @@ impl HealthService {
         let is_known =
             service.is_empty() || service.strip_prefix("simd.v1.").is_some_and(methods::is_service);
         is_known.then_some(serving)
+    }
+
+    /// The next status of a service that is not the `last` one; `None` once the daemon drains.
+    async fn next(&self, service: &str, last: ServingStatus) -> Option<ServingStatus> {
+        let draining = self.handle.draining();
+        while tokio::time::timeout(LOOK, draining.cancelled()).await.is_err() {
+            let now = self.status(service).unwrap_or(ServingStatus::ServiceUnknown);
+            if now != last {
+                return Some(now);
+            }
+        }
+        None
     }
 }
 
@@ -58,12 +73,41 @@ impl Health for HealthService {
         &self,
         request: Request<HealthCheckRequest>,
     ) -> Result<Response<Self::WatchStream>, Status> {
-        let now = self.status(&request.into_inner().service).unwrap_or(ServingStatus::ServiceUnknown);
-        let draining = self.handle.draining();
-        let last = async move {
-            draining.cancelled().await;
-            Ok(response(ServingStatus::NotServing))
-        };
-        Ok(Response::new(Box::pin(stream::once(ready(Ok(response(now)))).chain(stream::once(last)))))
+        let service = request.into_inner().service;
+        let now = self.status(&service).unwrap_or(ServingStatus::ServiceUnknown);
+        let last = (self.clone(), service, now);
+        let changes = stream::unfold(Some(last), async |last| {
+            let (own, service, last) = last?;
+            Some(match own.next(&service, last).await {
+                Some(now) => (Ok(response(now)), Some((own, service, now))),
+                None => (Ok(response(ServingStatus::NotServing)), None),
+            })
+        });
+        Ok(Response::new(Box::pin(stream::once(ready(Ok(response(now)))).chain(changes))))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::blocking_threads::BlockingThreads;
+    use crate::driver;
+    use crate::driver::fake_world::FakeWorld;
+    use crate::handle::{DaemonInfo, DaemonLimits, RunState};
+    use crate::loading::Loader;
+
+    #[tokio::test]
+    async fn who_watches_hears_that_the_physics_thread_has_ended() {
+        let limits = DaemonLimits::default();
+        let paused = driver::Config { state: RunState::Paused, ..Default::default() };
+        let driver = driver::start(FakeWorld::panicking_at(1), paused).unwrap();
+        let loader = Loader::new(limits, &[], BlockingThreads::computing().unwrap()).unwrap();
+        let handle = SimHandle::new(driver, loader, DaemonInfo { name: "test".into(), version: "0", limits });
+        let service = HealthService::new(handle.clone());
+        let asked = Request::new(HealthCheckRequest { service: String::new() });
+        let mut watch = service.watch(asked).await.unwrap().into_inner();
+        assert_eq!(watch.next().await.unwrap().unwrap().status(), ServingStatus::Serving);
+        handle.step(1).await.unwrap_err();
+        assert_eq!(watch.next().await.unwrap().unwrap().status(), ServingStatus::NotServing);
     }
 }

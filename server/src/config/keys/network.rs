@@ -47,7 +47,7 @@ fn zenoh() -> Vec<Key> {
             ),
         )
         .flag("zenoh-connect")
-        .example("[\"tcp/router.lab:7447\"]"),
+        .example("[\"tls/router.lab:7447\"]"),
         Key::new(
             "zenoh.config",
             "a file of Zenoh's own settings (JSON5), which are put over those of the daemon",
