@@ -41,6 +41,7 @@ fn main() -> ExitCode {
         readers: 100,
         stopped: 10,
         priority,
+        locks_memory: priority > 0 && number("SOAK_LOCK").is_none_or(|locks| locks > 0.0),
         processor: if priority > 0 { leave_the_last_processor() } else { None },
     };
     println!("{} with {} readers, {} of them stopped", simd(), options.readers, options.stopped);

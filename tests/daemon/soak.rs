@@ -13,6 +13,7 @@ async fn no_acknowledged_command_is_lost_and_each_refusal_is_counted_while_every
         readers: 20,
         stopped: 5,
         priority: 0,
+        locks_memory: false,
         processor: None,
     };
     let report = soak::run(options).await;

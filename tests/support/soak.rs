@@ -58,8 +58,10 @@ pub struct Options {
     pub readers: usize,
     /// Of these, that have stopped to.
     pub stopped: usize,
-    /// `SCHED_FIFO` of the physics thread, in a process whose memory is locked; 0 is neither.
+    /// `SCHED_FIFO` of the physics thread; 0 is none.
     pub priority: u32,
+    /// The daemon locks its memory. Then it gives none of it back, and what it has is the most that it ever needed.
+    pub locks_memory: bool,
     /// The processor that the physics thread has for itself. The caller keeps its own threads off it.
     pub processor: Option<usize>,
 }
@@ -113,16 +115,15 @@ impl Stage {
 /// Runs it and prints a line each [`Options::every`]; what came of it.
 ///
 /// # Panics
-/// Where the daemon does not start.
+/// Panics if the daemon does not start.
 #[allow(clippy::panic, clippy::print_stdout, reason = "a bench prints, and fails where it cannot go on")]
 pub async fn run(options: Options) -> Report {
     let folder = TempDir::new().unwrap_or_else(|error| panic!("{error}"));
     let [log, config] = ["log", "simd.toml"].map(|name| folder.path().join(name));
     let file = File::create(&log).unwrap_or_else(|error| panic!("{error}"));
-    // Memory that stays: what the system takes away comes back from the disk, which others may be waiting for.
-    let (priority, locks) = (options.priority, options.priority > 0);
+    let Options { priority, locks_memory, .. } = options;
     let processors = options.processor.map_or(String::new(), |number| format!("processors = [{number}]\n"));
-    let text = format!("[realtime]\npriority = {priority}\nlock_memory = {locks}\n{processors}");
+    let text = format!("[realtime]\npriority = {priority}\nlock_memory = {locks_memory}\n{processors}");
     std::fs::write(&config, text).unwrap_or_else(|error| panic!("{error}"));
     let zenoh = ["--zenoh", "tcp/127.0.0.1:0"];
     let flags = [OsStr::new("--name"), OsStr::new("soak"), OsStr::new("--config"), config.as_os_str()];
