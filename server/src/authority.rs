@@ -143,8 +143,10 @@ fn are_free(paths: [&Path; 2]) -> Result<(), String> {
 fn known(folder: &Path) -> Result<Option<Issuer<'static, KeyPair>>, String> {
     let read = |name: &str| fs::read_to_string(folder.join(name)).ok();
     let Some((certificate, key)) = read("ca.pem").zip(read("ca.key")) else { return Ok(None) };
-    let key = KeyPair::from_pem(&key).map_err(|error| failed(folder, &error))?;
-    Issuer::from_ca_cert_pem(&certificate, key).map(Some).map_err(|error| failed(folder, &error))
+    let broken =
+        |name: &str, error: rcgen::Error| format!("{} is not whole: {error}", folder.join(name).display());
+    let key = KeyPair::from_pem(&key).map_err(|error| broken("ca.key", error))?;
+    Issuer::from_ca_cert_pem(&certificate, key).map(Some).map_err(|error| broken("ca.pem", error))
 }
 
 fn new_issuer(folder: &Path) -> Result<Issuer<'static, KeyPair>, String> {
@@ -222,6 +224,9 @@ mod tests {
         let said = client(folder.path(), "alice").unwrap();
         assert!(said.contains("\"alice.pem\", \"alice.key\""), "{said}");
         assert!(client(folder.path(), "alice").unwrap_err().contains("alice.pem is there already"));
+        fs::write(folder.path().join("ca.key"), "x").unwrap();
+        let broken = client(folder.path(), "bob").unwrap_err();
+        assert!(broken.contains("ca.key is not whole"), "{broken}");
         for name in ["", "ca", "server", "../alice", "a b", "-a", ".a"] {
             assert!(client(folder.path(), name).unwrap_err().contains("no name of a client"), "{name}");
         }

@@ -50,28 +50,36 @@ def test_the_blocks_of_the_guide_run_one_after_the_other(
                 thread.submit(exec, compile(block, str(GUIDE), "exec"), names).result()
 
 
-def test_the_lines_on_certificates_and_tokens_run(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    section = GUIDE.read_text().split("## Certificates and tokens\n")[1].split("\n## ")[0]
+def said(line: str) -> str:
+    return subprocess.run(line, shell=True, check=True, capture_output=True, text=True, timeout=60).stdout
+
+
+def secured(title: str, locator: str, monkeypatch: pytest.MonkeyPatch, folder: Path) -> tuple[str, list[str], str]:
+    """Does what the lines of a section say before the daemon is started: the token, the daemon's flags and the block of Python."""
+    section = GUIDE.read_text().split(f"## {title}\n")[1].split("\n## ")[0]
     (shell,) = re.findall(r"^```sh\n(.*?)^```$", section, flags=re.MULTILINE | re.DOTALL)
-    (python,) = [block for block in blocks(GUIDE) if SECURED in block]
+    (python,) = [block for block in blocks(GUIDE) if locator in block]
     monkeypatch.setenv("PATH", os.pathsep.join([str(BINARY.resolve().parent), os.environ["PATH"]]))
-    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(folder))
     monkeypatch.delenv("SIMD_TOKEN", raising=False)
-    monkeypatch.chdir(tmp_path)
-
-    def said(line: str) -> str:
-        return subprocess.run(line, shell=True, check=True, capture_output=True, text=True, timeout=60).stdout
-
-    def run(block: str) -> None:
-        exec(compile(block, str(GUIDE), "exec"), {"__name__": "secured"})
-
+    monkeypatch.chdir(folder)
     *made, start = shell.splitlines()
     token = [said(line) for line in made][-1].strip()
     assert token.startswith("simd_")
-    program, flag, locator, *flags = shlex.split(start)
-    assert (program, flag, locator) == ("simd", "--zenoh", SECURED)
+    program, *flags = shlex.split(start)
+    assert program == "simd"
+    return token, flags, python
+
+
+def run(block: str) -> None:
+    exec(compile(block, str(GUIDE), "exec"), {"__name__": "secured"})
+
+
+def test_the_lines_on_certificates_and_tokens_run(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    token, (flag, locator, *flags), python = secured("Certificates and tokens", SECURED, monkeypatch, tmp_path)
+    assert (flag, locator) == ("--zenoh", SECURED)
     with Daemon(*flags, name="secured", locator="tls/127.0.0.1:0") as daemon:
         python = python.replace(SECURED, daemon.endpoint)
         run(python.replace("simd_...", token))
@@ -93,26 +101,18 @@ def test_the_lines_on_certificates_and_tokens_run(
 def test_the_lines_for_another_machine_run(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    section = GUIDE.read_text().split("## From another machine\n")[1].split("\n## ")[0]
-    (shell,) = re.findall(r"^```sh\n(.*?)^```$", section, flags=re.MULTILINE | re.DOTALL)
-    (python,) = [block for block in blocks(GUIDE) if FAR in block]
-    monkeypatch.setenv("PATH", os.pathsep.join([str(BINARY.resolve().parent), os.environ["PATH"]]))
-    monkeypatch.delenv("SIMD_TOKEN", raising=False)
-    monkeypatch.chdir(tmp_path)
-    *made, start = shell.splitlines()
-    outputs = [subprocess.run(line, shell=True, check=True, capture_output=True, text=True, timeout=60) for line in made]
-    token = outputs[-1].stdout.strip()
-    program, flag, locator, *flags = shlex.split(start)
-    assert (program, flag, locator) == ("simd", "--zenoh", "tls/0.0.0.0:7447")
-    # Without --insecure it may listen there; the test's own is on loopback.
+    token, (flag, locator, *flags), python = secured("From another machine", FAR, monkeypatch, tmp_path)
+    assert (flag, locator) == ("--zenoh", "tls/0.0.0.0:7447")
+    # What the line says is allowed, and the test's own daemon is on loopback.
+    said(shlex.join(["simd", "config", "show", flag, locator, *flags]))
     with Daemon(*flags, name="far", locator="tls/127.0.0.1:0") as daemon:
         python = python.replace(FAR, daemon.endpoint).replace("simd_...", token)
-        exec(compile(python, str(GUIDE), "exec"), {"__name__": "far"})
+        run(python)
         assert capsys.readouterr().out == "far []\n"
         unsigned = python.replace(', "tls/alice.pem", "tls/alice.key"', "")
         assert unsigned != python
         with pytest.raises(Unavailable, match="certificate"):
-            exec(compile(unsigned, str(GUIDE), "exec"), {"__name__": "far"})
+            run(unsigned)
 
 
 def test_the_blocks_on_rollouts_run(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -11,6 +11,7 @@ use pulp::{Arch, Simd, WithSimd};
 
 use super::Rollout;
 use super::batch::{BatchResult, Ended, Stop, Worker, part};
+use super::lane_copy::Running;
 use crate::dynamics::lanes::LaneRobot;
 use crate::simulation::{Error, PhysicsSettings, Simulation};
 
@@ -63,23 +64,6 @@ struct Group<'a, S: Simd> {
     changes_numbers_alone: bool,
     workers: &'a mut [Worker],
     copies: Vec<Running>,
-}
-
-/// A copy in a group.
-struct Running {
-    copy: usize,
-    /// Among those of the batch.
-    index: usize,
-    /// Rows that are read.
-    rows: usize,
-    /// Its view has all of its world, but for what a step of lanes changes.
-    is_seen: bool,
-    /// Steps that it does by itself in a row where lanes do not do one: twice as many each time.
-    pause: u64,
-    /// Steps that it had done when it last stepped by itself: that may be more than the group has done.
-    done: u64,
-    /// Why it does no more, and the steps that it had done by then.
-    stop: Option<(Stop, u64)>,
 }
 
 impl Rollout {
@@ -143,13 +127,6 @@ impl Rollout {
     }
 }
 
-impl Running {
-    /// Whether it has yet to do this step.
-    fn waits_for(&self, step: u64) -> bool {
-        self.stop.is_none() && self.done <= step
-    }
-}
-
 impl<'a, S: Simd> Group<'a, S> {
     /// Puts copies of a batch, whose first copy is `first`, to where they start.
     fn begin(
@@ -159,16 +136,7 @@ impl<'a, S: Simd> Group<'a, S> {
         (copies, first): (Range<usize>, usize),
         result: &mut BatchResult,
     ) -> Option<Self> {
-        let running = |copy: usize| Running {
-            copy,
-            index: copy - first,
-            rows: 0,
-            is_seen: false,
-            pause: 0,
-            done: 0,
-            stop: None,
-        };
-        let mut copies: Vec<Running> = copies.map(running).collect();
+        let mut copies: Vec<Running> = copies.map(|copy| Running::new(copy, copy - first)).collect();
         for (running, worker) in copies.iter_mut().zip(&mut *workers) {
             match rollout.begin(worker, running.copy) {
                 Ok(()) if rollout.is_row(0) => {
@@ -389,33 +357,5 @@ impl<'a, S: Simd> Group<'a, S> {
             self.rollout.read(worker, &mut running.rows, &mut copy_result);
         }
         self.rollout.weigh(worker, step, &mut copy_result, interrupt)
-    }
-}
-
-impl Worker {
-    /// Brings its world to where the copy in a lane is, at this step of the world.
-    fn bring_back<S: Simd>(&mut self, lanes: &LaneRobot<S>, (lane, robot): (usize, usize), step: u64) {
-        lanes.give_back(lane, self.world.body_mut(robot));
-        self.world.pass_steps_to(step);
-    }
-
-    /// Looks at what a step of lanes has changed of a copy.
-    fn look_at_lane<S: Simd>(&mut self, lanes: &LaneRobot<S>, (lane, robot): (usize, usize)) {
-        let state = &mut self.view.state;
-        if let Some((pose, linear, angular)) = lanes.root(lane) {
-            let root = &mut state.roots[robot];
-            (root.pose, root.linear, root.angular) = (pose, linear, angular);
-        }
-        let layout = &state.world.entities[robot];
-        let (positions, velocities) = (layout.positions.clone(), layout.velocities.clone());
-        lanes.write_joints(
-            lane,
-            [
-                &mut state.positions[positions],
-                &mut state.velocities[velocities.clone()],
-                &mut state.efforts[velocities],
-            ],
-        );
-        self.view.changed();
     }
 }

@@ -7,7 +7,7 @@
 //! * `knots`: rows of numbers over time. `draw`: what looks random.
 //! * `controls`, `starts`, `variations`: what differs from copy to copy.
 //! * `quantities`, `costs`: what is read of copies.
-//! * [`Rollout`]: the plan, made once. `batch`: the copies, a batch at a time; `lanes`: several of them at once.
+//! * [`Rollout`]: the plan, made once. `batch`: the copies, a batch at a time; `lane_copy`, `lanes`: several of them at once.
 //!
 //! A copy is the world itself: its steps are those of [`Simulation::step`], and what it is given goes the way of commands. So it
 //! ends where the world would, to the bit. What a copy becomes depends on the state, the request and its own number alone: not on
@@ -18,6 +18,7 @@ mod controls;
 mod costs;
 mod draw;
 mod knots;
+mod lane_copy;
 mod lanes;
 mod names;
 mod quantities;
