@@ -182,7 +182,7 @@ target/rollouts-venv/installed: client/python/benches/rollouts_requirements.txt 
 # also where memory certainly grows by 1 MiB an hour, or p99.9 of the lateness is more than half above that of the world alone, also of those steps beside
 # which a thread that only sleeps was in time, on the same processor and with a higher priority: how late a machine wakes any thread is its own.
 # SIMD_BINARY names another daemon, as that of `make dist`; SOAK_PRIORITY is the real-time priority of its physics thread (40; 0 is none),
-# and SOAK_LOCK=0 leaves its memory unlocked: locked it gives none of it back, and unlocked the physics thread waits for pages that were given back.
+# and SOAK_LOCK=0 leaves its memory unlocked: locked it gives none of it back.
 SOAK_MINUTES ?= 60
 soak: build
 	SOAK_MINUTES=$(SOAK_MINUTES) $(CARGO) bench --locked --profile dev --workspace --bench soak
