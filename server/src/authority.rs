@@ -50,7 +50,7 @@ enum Tls {
     Client {
         /// Where the authority is that `simd tls init` made; they are put there too
         folder: PathBuf,
-        /// Whose it is: 1 to 64 of the characters A-Z a-z 0-9 . _ -
+        /// Whose it is: 1 to 64 of the characters A-Z a-z 0-9 . _ -. `simd zenoh-acl` takes "simd" for a daemon that joins a router
         name: String,
     },
 }
@@ -141,8 +141,12 @@ fn are_free(paths: [&Path; 2]) -> Result<(), String> {
 
 /// The authority in a folder, if there is one.
 fn known(folder: &Path) -> Result<Option<Issuer<'static, KeyPair>>, String> {
-    let read = |name: &str| fs::read_to_string(folder.join(name)).ok();
-    let Some((certificate, key)) = read("ca.pem").zip(read("ca.key")) else { return Ok(None) };
+    let read = |name: &str| match fs::read_to_string(folder.join(name)) {
+        Ok(text) => Ok(Some(text)),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
+        Err(error) => Err(format!("cannot read {}: {error}", folder.join(name).display())),
+    };
+    let Some((certificate, key)) = read("ca.pem")?.zip(read("ca.key")?) else { return Ok(None) };
     let broken =
         |name: &str, error: rcgen::Error| format!("{} is not whole: {error}", folder.join(name).display());
     let key = KeyPair::from_pem(&key).map_err(|error| broken("ca.key", error))?;

@@ -165,22 +165,39 @@ impl Zenoh {
         if insecure {
             return Ok(());
         }
-        let elsewhere = |key: &str| {
-            let endpoints = settings.get_json(key).unwrap_or_default();
-            let endpoints: Value = serde_json::from_str(&endpoints).unwrap_or_default();
-            strings(&endpoints).into_iter().filter(|locator| !is_loopback(locator))
+        // As they hold, from wherever they come.
+        let value = |key: &str| -> Result<Value, String> {
+            let text = settings.get_json(key).map_err(|error| format!("{key} of Zenoh: {error}"))?;
+            serde_json::from_str(&text).map_err(|error| format!("{key} of Zenoh: {error}"))
         };
-        let is_private = |locator: &String| has_tokens && locator.split('/').next() == Some("tls");
-        let has_certificates = self.tls.as_ref().is_some_and(|tls| tls.client_authorities.is_some());
-        let is_closed = |locator: &String| has_certificates && is_private(locator);
-        if let Some(locator) = elsewhere("listen/endpoints").find(|locator| !is_closed(locator)) {
+        let elsewhere = |key: &str| -> Result<Vec<String>, String> {
+            let all = strings(&value(key)?);
+            Ok(all.into_iter().filter(|locator| !is_loopback(locator)).collect())
+        };
+        // Settings of a locator's own, after #, may take back what TLS is for.
+        let is_private =
+            |locator: &str| has_tokens && locator.split('/').next() == Some("tls") && !locator.contains('#');
+        let tls = value("transport/link/tls")?;
+        let has_authority =
+            ["root_ca_certificate", "root_ca_certificate_base64"].iter().any(|key| tls[*key].is_string());
+        let has_certificates = tls["enable_mtls"] == true && has_authority;
+        let is_closed = |locator: &str| has_certificates && is_private(locator);
+        for found in ["multicast", "gossip"] {
+            if value(&format!("scouting/{found}/enabled"))? == true {
+                return Err(format!(
+                    "scouting.{found} joins whatever it finds on the network, and anyone there commands the robots: switch it \
+                     off, or say --insecure"
+                ));
+            }
+        }
+        if let Some(locator) = elsewhere("listen/endpoints")?.iter().find(|locator| !is_closed(locator)) {
             return Err(format!(
                 "{locator} can be reached from other machines: give --tokens, --tls-certificate, --tls-key and \
                  --tls-client-authorities, and listen on tls/ADDRESS:PORT; or listen on tcp/127.0.0.1:7447, or say \
                  --insecure, with which anyone who reaches it reads its states"
             ));
         }
-        match elsewhere("connect/endpoints").find(|locator| !is_private(locator)) {
+        match elsewhere("connect/endpoints")?.iter().find(|locator| !is_private(locator)) {
             Some(locator) => Err(format!(
                 "the router {locator} is on another machine, and anyone who reaches it commands the robots: give --tokens, \
                  and connect to tls/ADDRESS:PORT; or say --insecure"
@@ -343,6 +360,22 @@ mod tests {
         zenoh.tls = Some(files(None));
         assert!(zenoh.check(false, true).is_err(), "without certificates of clients");
         zenoh.tls = Some(files(Some("ca.pem")));
+        zenoh.set_listen(vec!["tls/0.0.0.0:7447#enable_mtls=false".into()]).unwrap();
+        assert!(zenoh.check(false, true).is_err(), "with a locator that takes it back");
+        zenoh.set_listen(vec!["tls/0.0.0.0:7447".into()]).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("zenoh.json5");
+        for text in [
+            "{ transport: { link: { tls: { enable_mtls: false } } } }",
+            "{ transport: { link: { tls: { root_ca_certificate: null } } } }",
+            "{ scouting: { multicast: { enabled: true } } }",
+            "{ scouting: { gossip: { enabled: true } } }",
+        ] {
+            std::fs::write(&path, text).unwrap();
+            let with_file = Zenoh { file: Some(path.clone()), ..zenoh.clone() };
+            assert!(with_file.check(false, true).is_err(), "{text}");
+            with_file.check(true, true).unwrap();
+        }
         zenoh.set_listen(vec!["tcp/0.0.0.0:7447".into()]).unwrap();
         assert!(zenoh.check(false, true).is_err(), "without TLS");
     }

@@ -78,10 +78,11 @@ impl Health for HealthService {
         let last = (self.clone(), service, now);
         let changes = stream::unfold(Some(last), async |last| {
             let (own, service, last) = last?;
-            Some(match own.next(&service, last).await {
-                Some(now) => (Ok(response(now)), Some((own, service, now))),
-                None => (Ok(response(ServingStatus::NotServing)), None),
-            })
+            match own.next(&service, last).await {
+                Some(now) => Some((Ok(response(now)), Some((own, service, now)))),
+                None if last == ServingStatus::NotServing => None,
+                None => Some((Ok(response(ServingStatus::NotServing)), None)),
+            }
         });
         Ok(Response::new(Box::pin(stream::once(ready(Ok(response(now)))).chain(changes))))
     }
@@ -106,8 +107,14 @@ mod tests {
         let service = HealthService::new(handle.clone());
         let asked = Request::new(HealthCheckRequest { service: String::new() });
         let mut watch = service.watch(asked).await.unwrap().into_inner();
-        assert_eq!(watch.next().await.unwrap().unwrap().status(), ServingStatus::Serving);
+        let mut next = async || {
+            let next = tokio::time::timeout(Duration::from_secs(30), watch.next()).await.unwrap();
+            next.map(|said| said.unwrap().status())
+        };
+        assert_eq!(next().await, Some(ServingStatus::Serving));
         handle.step(1).await.unwrap_err();
-        assert_eq!(watch.next().await.unwrap().unwrap().status(), ServingStatus::NotServing);
+        assert_eq!(next().await, Some(ServingStatus::NotServing));
+        handle.draining().cancel();
+        assert_eq!(next().await, None, "it has said so");
     }
 }
