@@ -1,5 +1,5 @@
 //! Files that take the place of others once they are whole: a program that is killed meanwhile, and a disk that is full, leave those
-//! before.
+//! before, but for those that have to be written in place.
 
 #[cfg(test)]
 mod tests;
@@ -24,8 +24,8 @@ pub struct Replacement {
 
 impl Replacement {
     /// Begins a file in place of the one there, or of none. It has the owner and the permissions of the one before, else those that
-    /// the process gives its files. Written in place is what is no file, such as a pipe or `/dev/full`; what standard output or
-    /// error goes to; what a link without an end leads to; and a file that may be written where another one of its owner may not
+    /// the process gives its files. Written in place is what is no file, such as a pipe or `/dev/full`; what a standard stream
+    /// goes to; what a link without an end leads to; and a file that may be written where another one of its owner may not
     /// be put beside it.
     ///
     /// # Errors
@@ -119,9 +119,12 @@ impl Replacement {
     /// Puts it in its place, once all of it is on the disk.
     ///
     /// # Errors
-    /// Returns an error if the disk takes no more, and where it may not be put there: then the one before stays as it was.
+    /// Returns an error if the disk takes no more, and where it may not be put there: then the one before stays as it was, unless it was
+    /// written in place.
     pub fn finish(mut self) -> io::Result<()> {
-        let Some(beside) = self.beside.clone() else { return Ok(()) };
+        let Some(beside) = self.beside.clone() else {
+            return if self.file.metadata()?.is_file() { self.file.sync_all() } else { Ok(()) };
+        };
         self.file.sync_all()?;
         // To link fails where something is there, which to rename does not.
         let is_linked = self.is_new
@@ -134,7 +137,15 @@ impl Replacement {
         if is_linked {
             fs::remove_file(&beside)?;
         } else {
-            fs::rename(&beside, &self.path)?;
+            match fs::rename(&beside, &self.path) {
+                // A file that is mounted by itself, as into a container.
+                Err(error) if error.kind() == ErrorKind::ResourceBusy => {
+                    fs::copy(&beside, &self.path)?;
+                    File::open(&self.path)?.sync_all()?;
+                    fs::remove_file(&beside)?;
+                }
+                renamed => renamed?,
+            }
         }
         self.beside = None;
         // The name is on the disk too, where the system can say so of a folder.
@@ -168,14 +179,14 @@ impl Drop for Replacement {
 /// Writes a whole file in place of the one there, or of none: see [`Replacement::begin`].
 ///
 /// # Errors
-/// Returns an error if it cannot be written; the one before stays as it was then.
+/// Returns an error if it cannot be written; the one before stays as it was then, unless it is one of those that are written in place.
 pub fn replace_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let mut file = Replacement::begin(path)?;
     file.write_all(bytes)?;
     file.finish()
 }
 
-/// A new file, which allows no more than the one before does, not even until it has its permissions.
+/// A new file, which allows its owner alone what the one before does until it has that one's owner and permissions.
 #[cfg_attr(not(unix), allow(unused_variables, reason = "only Unix has modes"))]
 fn created(path: &Path, before: Option<&Metadata>) -> io::Result<File> {
     let mut options = OpenOptions::new();
@@ -183,7 +194,7 @@ fn created(path: &Path, before: Option<&Metadata>) -> io::Result<File> {
     #[cfg(unix)]
     if let Some(before) = before {
         use std::os::unix::fs::{OpenOptionsExt as _, PermissionsExt as _};
-        options.mode(before.permissions().mode() & 0o777);
+        options.mode(before.permissions().mode() & 0o600);
     }
     options.open(path)
 }

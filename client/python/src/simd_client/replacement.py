@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import itertools
 import os
 from pathlib import Path
@@ -21,11 +22,11 @@ def replace_file(path: Path, content: bytes) -> None:
     before = place.stat() if place.exists() else None
     if before is not None:
         # A file that may not be written may not be replaced either, though its folder would allow it.
-        place.open("r+b").close()
+        os.close(os.open(place, os.O_WRONLY))
     try:
         beside = _beside(place, before)
-    except PermissionError:
-        if before is None:
+    except OSError as error:
+        if before is None or error.errno not in (errno.EACCES, errno.EPERM, errno.EROFS):
             raise
         place.write_bytes(content)
         return
@@ -36,7 +37,14 @@ def replace_file(path: Path, content: bytes) -> None:
             os.fsync(file.fileno())
         if before is not None:
             beside.chmod(before.st_mode & 0o7777)
-        beside.replace(place)
+        try:
+            beside.replace(place)
+        except OSError as error:
+            # A file that is mounted by itself, as into a container.
+            if error.errno != errno.EBUSY:
+                raise
+            place.write_bytes(content)
+            beside.unlink()
     except BaseException:
         beside.unlink(missing_ok=True)
         raise
