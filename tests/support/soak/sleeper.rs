@@ -1,8 +1,9 @@
 //! A thread that does nothing but sleep: how late the machine wakes a thread, whatever it does.
 
 use std::collections::VecDeque;
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -28,8 +29,11 @@ pub(super) struct Sleeper {
 struct Woken {
     /// Of the thread, which waits for no one: who looks is on a processor with much to do.
     sleeps: Receiver<Sleep>,
-    /// Sleeps that it is through with, of late.
+    /// More of them came than there is room for.
+    overflowed: Arc<AtomicBool>,
+    /// Sleeps that it is through with, of late: all since this moment.
     recent: VecDeque<Sleep>,
+    since: Instant,
     /// How late they were, of one sleep a step, since this was last taken.
     counted: Spread,
     /// Sleeps in all.
@@ -46,12 +50,14 @@ impl Sleeper {
     /// Its lateness is counted within the same bounds as what it is `like`.
     pub(super) fn start(priority: u32, processor: Option<usize>, like: &Spread) -> Self {
         let (sender, sleeps) = sync_channel(RECENT);
+        let overflowed = Arc::new(AtomicBool::new(false));
+        let overflows = Arc::clone(&overflowed);
         thread::spawn(move || {
             ask(priority, processor);
-            sleep(&sender);
+            sleep(&sender, &overflows);
         });
-        let recent = VecDeque::with_capacity(RECENT);
-        Self { woken: Mutex::new(Woken { sleeps, recent, counted: like.empty(), count: 0 }) }
+        let (recent, since, counted) = (VecDeque::with_capacity(RECENT), Instant::now(), like.empty());
+        Self { woken: Mutex::new(Woken { sleeps, overflowed, recent, since, counted, count: 0 }) }
     }
 
     /// How late it was since this was last asked, of one sleep a step.
@@ -62,10 +68,10 @@ impl Sleeper {
     }
 
     /// The latest that it was for a sleep that ended, or should have ended, between two moments; the longest time there is where
-    /// some of these sleeps are no longer kept.
+    /// some of these sleeps are not kept, or one is not over.
     pub(super) fn latest(&self, from: Instant, to: Instant) -> Duration {
         let woken = self.look();
-        if woken.recent.len() == RECENT && woken.recent.front().is_some_and(|sleep| sleep.ended > from) {
+        if woken.since > from || woken.recent.back().is_none_or(|last| last.ended < to) {
             return Duration::MAX;
         }
         let since = woken.recent.iter().rev().take_while(|sleep| sleep.ended >= from);
@@ -79,14 +85,19 @@ impl Sleeper {
         while let Ok(sleep) = woken.sleeps.try_recv() {
             woken.add(sleep);
         }
+        if woken.overflowed.swap(false, Ordering::Relaxed) {
+            woken.since = Instant::now();
+        }
         woken
     }
 }
 
 impl Woken {
     fn add(&mut self, sleep: Sleep) {
-        if self.recent.len() == RECENT {
-            self.recent.pop_front();
+        if self.recent.len() == RECENT
+            && let Some(oldest) = self.recent.pop_front()
+        {
+            self.since = self.since.max(oldest.ended);
         }
         self.recent.push_back(sleep);
         if self.count.is_multiple_of(PER_STEP) {
@@ -97,15 +108,17 @@ impl Woken {
 }
 
 /// Until no one looks any more.
-fn sleep(sender: &SyncSender<Sleep>) {
+fn sleep(sender: &SyncSender<Sleep>, overflowed: &AtomicBool) {
     let mut due = Instant::now();
     loop {
         due += PERIOD;
         thread::sleep(due.saturating_duration_since(Instant::now()));
         let ended = Instant::now();
         let late = ended.saturating_duration_since(due);
-        if sender.send(Sleep { ended, late }).is_err() {
-            return;
+        match sender.try_send(Sleep { ended, late }) {
+            Ok(()) => {}
+            Err(TrySendError::Full(_)) => overflowed.store(true, Ordering::Relaxed),
+            Err(TrySendError::Disconnected(_)) => return,
         }
         if late > BEHIND {
             due = ended;

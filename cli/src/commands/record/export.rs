@@ -96,7 +96,9 @@ pub(super) fn ros2(recording: &Path, to: &Path) -> anyhow::Result<Written> {
 fn bag(reader: &mut Reader<BufReader<File>>, recording: &Path, to: &Path) -> anyhow::Result<Written> {
     let stem = to.file_name().and_then(|name| name.to_str()).unwrap_or("bag");
     let file = format!("{stem}_0.mcap");
-    let out = BufWriter::new(File::create(to.join(&file))?);
+    let path = to.join(&file);
+    let created = File::create(&path).with_context(|| path.display().to_string())?;
+    let out = BufWriter::new(created);
     let mut writer = Writer::new(out, "ros2", concat!("simctl ", env!("CARGO_PKG_VERSION")))?;
     let (mut channels, mut schemas, mut topics) = (BTreeMap::new(), BTreeMap::new(), Vec::new());
     let mut span: Option<(u64, u64)> = None;
@@ -140,14 +142,19 @@ fn bag(reader: &mut Reader<BufReader<File>>, recording: &Path, to: &Path) -> any
     let counts = writer.messages().to_vec();
     writer.finish()?;
     let metadata = metadata(&file, span.unwrap_or_default(), &topics, &counts);
-    std::fs::write(to.join("metadata.yaml"), metadata)?;
+    let path = to.join("metadata.yaml");
+    std::fs::write(&path, metadata).with_context(|| path.display().to_string())?;
     Ok(written)
 }
 
 /// As rosbag2 writes it, in version 5.
 fn metadata(file: &str, (start, end): (u64, u64), topics: &[(String, String)], counts: &[u64]) -> String {
-    // A string of JSON is one of YAML too, whatever is in it.
-    let quoted = |text: &str| serde_json::Value::from(text).to_string();
+    // A string of JSON is one of YAML too, but for control characters above ASCII's first ones.
+    let quoted = |text: &str| {
+        let escaped =
+            |c: char| if c.is_control() { format!("\\u{:04x}", u32::from(c)) } else { c.to_string() };
+        serde_json::Value::from(text).to_string().chars().map(escaped).collect::<String>()
+    };
     let file = quoted(file);
     let total: u64 = counts.iter().sum();
     let mut text = format!(

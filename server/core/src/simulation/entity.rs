@@ -164,7 +164,7 @@ impl Entity {
         self.body.tree().fixed_base
     }
 
-    /// Keeps the state, to go back to if a step spoils it.
+    /// Keeps the state, to go back to where it is not finite after a step.
     pub(super) fn begin_step(&mut self) {
         self.begin_wrenches();
         if self.is_awake() {
