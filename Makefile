@@ -4,7 +4,7 @@ CARGO ?= cargo
 NEXTEST_VERSION := 0.9.143
 BIN := target/debug
 
-.PHONY: demo dist dist-check dist-test camera vulkan web viewer test test-python python-embedded test-rerun python-blocking docs test-web chromium firefox pairs test-data build lint nextest bench rollouts soak truth scenes fuzz reference clean
+.PHONY: demo dist dist-check dist-test camera vulkan web viewer test test-python python-embedded test-rerun python-blocking docs test-web chromium firefox pairs test-data build lint nextest bench rollouts soak truth wide scenes fuzz reference clean
 
 # Builds the daemon and simctl, and starts the daemon with the demo robot.
 demo: build
@@ -182,7 +182,7 @@ target/rollouts-venv/installed: client/python/benches/rollouts_requirements.txt 
 # also where memory certainly grows by 1 MiB an hour, or p99.9 of the lateness is more than half above that of the world alone, also of those steps beside
 # which a thread that only sleeps was in time, on the same processor and with a higher priority: how late a machine wakes any thread is its own.
 # SIMD_BINARY names another daemon, as that of `make dist`; SOAK_PRIORITY is the real-time priority of its physics thread (40; 0 is none),
-# and SOAK_LOCK=0 leaves its memory unlocked: locked it gives none of it back.
+# and SOAK_LOCK=1 locks its memory, which then is the most that it ever needed: locked it gives none of it back.
 SOAK_MINUTES ?= 60
 soak: build
 	SOAK_MINUTES=$(SOAK_MINUTES) $(CARGO) bench --locked --profile dev --workspace --bench soak
@@ -190,6 +190,11 @@ soak: build
 # simd, MuJoCo and PyBullet against the truth: a report with a table and plots in target/truth.
 truth: test-data target/reference-venv/installed
 	CARGO="$(CARGO)" target/reference-venv/bin/python tests/reference/truth/report.py
+
+# Constraints in 300 random worlds where `make test` has some dozens, and a world on one, two and four threads for 100,000 steps where it has 1,600.
+wide:
+	THREADED_STEPS=100000 CONSTRAINED_WORLDS=300 $(CARGO) test --locked --workspace --test physics -- --nocapture \
+	  threads:: constraints::random_trees contradictions:: constraint_attacks::
 
 # Scenes with contact in simd beside MuJoCo: a picture of each and a table in target/scenes.
 scenes: test-data target/reference-venv/installed

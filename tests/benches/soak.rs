@@ -41,8 +41,8 @@ fn main() -> ExitCode {
         readers: 100,
         stopped: 10,
         priority,
-        locks_memory: priority > 0 && number("SOAK_LOCK").is_none_or(|locks| locks > 0.0),
-        processor: if priority > 0 { leave_the_last_processor() } else { None },
+        locks_memory: number("SOAK_LOCK").is_some_and(|locks| locks > 0.0),
+        processor: if priority > 0 { simd_tests::process::leave_the_last_processor() } else { None },
     };
     println!("{} with {} readers, {} of them stopped", simd(), options.readers, options.stopped);
     println!("{}", soak::kernel());
@@ -88,23 +88,6 @@ fn main() -> ExitCode {
     let is_late = is_beyond(ratio) && (!has_own_processor || !is_judged || is_beyond(own));
     let is_well = !is_late && !grows;
     if failures == 0 && (is_well || minutes < LONG) { ExitCode::SUCCESS } else { ExitCode::FAILURE }
-}
-
-/// The last of two processors or more, on which no thread of this process runs from now on: its clients stand for those of
-/// other machines.
-#[cfg(target_os = "linux")]
-fn leave_the_last_processor() -> Option<usize> {
-    use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
-
-    let mut others = sched_getaffinity(None).ok()?;
-    let last = (0..CpuSet::MAX_CPU).rev().find(|number| others.is_set(*number))?;
-    others.unset(last);
-    (others.count() > 0 && sched_setaffinity(None, &others).is_ok()).then_some(last)
-}
-
-#[cfg(not(target_os = "linux"))]
-fn leave_the_last_processor() -> Option<usize> {
-    None
 }
 
 /// The daemon that is used.

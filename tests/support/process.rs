@@ -79,6 +79,23 @@ pub async fn soon<T>(what: &str, work: impl Future<Output = T>) -> T {
     timeout(HUNG, work).await.unwrap_or_else(|_| panic!("{what} did not come within {HUNG:?}"))
 }
 
+/// The last of two processors or more, on which this thread, and those that it starts from now on, do not run: clients
+/// then stand for those of other machines. None where there is one processor.
+#[cfg(target_os = "linux")]
+pub fn leave_the_last_processor() -> Option<usize> {
+    use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
+
+    let mut others = sched_getaffinity(None).ok()?;
+    let last = (0..CpuSet::MAX_CPU).rev().find(|number| others.is_set(*number))?;
+    others.unset(last);
+    (others.count() > 0 && sched_setaffinity(None, &others).is_ok()).then_some(last)
+}
+
+#[cfg(not(target_os = "linux"))]
+pub fn leave_the_last_processor() -> Option<usize> {
+    None
+}
+
 /// Whether the system has stopped all threads of a process.
 fn all_stopped(pid: u32) -> bool {
     let tasks = std::fs::read_dir(format!("/proc/{pid}/task")).into_iter().flatten().flatten();

@@ -6,7 +6,7 @@
 //! * [`report`]: what was done to a description on the way in.
 //! * [`urdf`]: from text to robot.
 //! * [`translation`]: SDF and MJCF, as URDF.
-//! * [`primitive`]: single shapes, as text. `number`: numbers in sentences.
+//! * [`primitive`]: single shapes, as text. `number`: numbers that are given.
 
 mod inertia;
 pub mod limits;
@@ -27,7 +27,7 @@ pub use limits::{LoadLimits, MOST_LINKS};
 pub use mesh::beside::address as beside_mesh;
 pub use mesh::hull::extremes;
 pub use name::wire_name;
-pub use number::shown;
+pub use number::{LARGEST_GIVEN, shown};
 pub use primitive::Primitive;
 pub use report::{Disposition, Finding, LoadReport, Severity};
 pub use robot::RobotModel;

@@ -1,9 +1,13 @@
-//! Numbers in sentences for people.
+//! Numbers that are given: how large they may be, and how sentences for people show them.
 
 use std::fmt::Display;
 
 /// Longest number that is written out: a double takes 24 characters with all of its digits.
 const LONGEST: usize = 24;
+
+/// The largest size of a number that is given, in its unit: what follows it may go a million times as far and still be
+/// computed with.
+pub const LARGEST_GIVEN: f64 = 1e12;
 
 /// What was given, as a sentence shows it: a number with hundreds of zeros as `1e300`, and all else as it is.
 pub fn shown(value: impl Display) -> String {

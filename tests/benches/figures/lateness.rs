@@ -5,8 +5,6 @@ use std::net::SocketAddr;
 use std::time::{Duration, Instant};
 
 use glamx::{DPose3, DVec3};
-use simd_client::proto::{ComputeInverseKinematicsRequest, GetMassMatrixRequest, Pose, Vector3};
-use simd_client::{Client, ray};
 use simd_server::config::{Config, Robot};
 use simd_server::daemon::{self, Running};
 use simd_tests::robots::assets;
@@ -15,13 +13,6 @@ use tokio::runtime::Runtime;
 use tokio::task::JoinHandle;
 
 const SECONDS: f64 = 10.0;
-
-/// Robots of the world that is flooded with questions.
-const ROBOTS: usize = 500;
-/// Their time step: many robots on a slow machine still keep it.
-const LONG: f64 = 1e-2;
-/// Clients that ask without a pause.
-const ASKING: usize = 6;
 
 /// Prints the table for two time steps.
 pub(crate) fn print() {
@@ -44,25 +35,6 @@ pub(crate) fn runtime() -> Runtime {
     runtime.expect("a runtime")
 }
 
-/// Prints the table for a world alone and one that is asked all the time.
-pub(crate) fn print_reads() {
-    println!(
-        "\n{ROBOTS} seven-joint arms, alone and while {ASKING} clients ask for rays, mass matrices and inverse \
-         kinematics without a pause, {SECONDS} s"
-    );
-    println!("                actual factor   lateness of steps: p50, p99, largest (microseconds)");
-    let runtime = runtime();
-    for asking in [0, ASKING] {
-        let running = runtime.block_on(start(arms(), LONG));
-        let endpoint = format!("http://{}", running.address);
-        let title = format!("{asking:3} asking");
-        runtime.block_on(async {
-            let asking = (0..asking).map(|_| tokio::spawn(ask(endpoint.clone()))).collect();
-            measure(&title, running, asking).await;
-        });
-    }
-}
-
 /// Prints the table for worlds that are stepped by one thread and by two. The world of one arm is too small for more than one.
 pub(crate) fn print_threads() {
     println!(
@@ -80,12 +52,7 @@ pub(crate) fn print_threads() {
     }
 }
 
-/// Beside each other, on a square.
-fn arms() -> Vec<Robot> {
-    (0..ROBOTS).map(arm).collect()
-}
-
-/// One of them.
+/// One of those that stand beside each other, on a square.
 pub(crate) fn arm(index: usize) -> Robot {
     let (x, y) = (index % 25, index / 25);
     Robot {
@@ -107,34 +74,6 @@ async fn start_on(step_threads: u32, robots: Vec<Robot>, time_step: f64) -> Runn
     config.listen = SocketAddr::from(([127, 0, 0, 1], 0));
     config.physics.time_step = time_step;
     daemon::start(config).await.expect("it starts")
-}
-
-/// Asks for what is dearest of all that is only read, one after the other, for ever.
-async fn ask(endpoint: String) {
-    let client = Client::connect(&endpoint).await.expect("the daemon listens");
-    let side = 75.0;
-    let ray = |i: usize| {
-        let angle = i as f64;
-        let (x, y) = (side * (0.5 + 0.5 * angle.cos()), side * (0.5 + 0.5 * angle.sin()));
-        ray([0.0, y, 0.4], [side, x, 0.4])
-    };
-    for round in 0.. {
-        let robot = format!("arm-{}", round % ROBOTS);
-        let matrix = GetMassMatrixRequest { robot: robot.clone(), configuration: None };
-        // Out of reach, so that it searches for as long as it may.
-        let position = Some(Vector3 { x: -100.0, y: 0.0, z: 0.0 });
-        let search = ComputeInverseKinematicsRequest {
-            robot,
-            link: "link_7".into(),
-            target: Some(Pose { position, orientation: None }),
-            max_iterations: 1_000,
-            ..Default::default()
-        };
-        // A refusal for too many waiting calls is an answer too.
-        let _rays = client.cast_rays((0..1_000).map(ray)).await;
-        let _matrix = client.mass_matrix(matrix).await;
-        let _found = client.inverse_kinematics(search).await;
-    }
 }
 
 /// Prints how late the steps of a daemon are, while these tasks go on.

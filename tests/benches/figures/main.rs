@@ -17,6 +17,7 @@ mod lateness;
 mod lidar;
 mod network_hops;
 mod rapier;
+mod reads;
 mod recording;
 mod rollouts;
 mod round_trip;
@@ -40,7 +41,7 @@ fn main() {
         Some(subscribers::SUBSCRIBE) => return subscribers::subscribe(),
         Some("town") => return town::print(),
         Some("rapier") => return rapier::print(),
-        Some("reads") => return lateness::print_reads(),
+        Some("reads") => return reads::print(),
         Some("threads") => return lateness::print_threads(),
         Some("recording") => return recording::print(),
         Some("turns") => return round_trip::print(),
@@ -59,7 +60,7 @@ fn main() {
     hops::print();
     network_hops::print();
     lateness::print();
-    lateness::print_reads();
+    reads::print();
     lateness::print_threads();
     recording::print();
     rollouts::print();

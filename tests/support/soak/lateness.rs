@@ -25,7 +25,7 @@ impl Steps {
     ///
     /// # Errors
     /// Returns an error if the daemon does not answer.
-    pub(super) async fn so_far(client: &Client) -> Result<Self, Error> {
+    pub async fn so_far(client: &Client) -> Result<Self, Error> {
         let (_, daemon) = client.daemon_statistics().await?;
         let daemon = daemon.unwrap_or_default();
         let spread = |of: Option<DurationHistogram>| {
@@ -36,7 +36,7 @@ impl Steps {
     }
 
     /// What came after `before`.
-    pub(super) fn since(&self, before: &Self) -> Self {
+    pub fn since(&self, before: &Self) -> Self {
         Self {
             lateness: self.lateness.since(&before.lateness),
             duration: self.duration.since(&before.duration),

@@ -1,17 +1,14 @@
 //! Finds what a request names, and refuses numbers that cannot be.
 
-use std::fmt::Display;
 use std::sync::Arc;
 
+use simd_model::LARGEST_GIVEN;
 use simd_model::robot::JointKind;
-use simd_model::shown;
 
 use super::request::Named;
 use crate::simulation::Error;
+pub(super) use crate::simulation::check::refuse;
 use crate::simulation::published_state::{EntityLayout, WorldLayout};
-
-/// The largest size of a number that is given, as for joints of a world: what follows from it can be computed with.
-const LARGEST: f64 = 1e12;
 
 /// A joint of one axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,23 +19,13 @@ pub(super) struct Axis {
     pub(super) body: usize,
 }
 
-/// The refusal of a field.
-pub(super) fn refuse(field: impl Into<String>, value: impl Display, expected: impl Into<String>) -> Error {
-    Error::InvalidValue {
-        element: field.into(),
-        of: String::new(),
-        value: shown(value),
-        expected: expected.into(),
-    }
-}
-
 /// Each is a number that can be computed with.
 pub(super) fn moderate(field: &str, values: &[f64]) -> Result<(), Error> {
-    match values.iter().position(|value| value.is_nan() || value.abs() > LARGEST) {
+    match values.iter().position(|value| value.is_nan() || value.abs() > LARGEST_GIVEN) {
         Some(index) => Err(refuse(
             format!("{field}[{index}]"),
             values[index],
-            format!("it must be a number between -{LARGEST:e} and {LARGEST:e}"),
+            format!("it must be a number between -{LARGEST_GIVEN:e} and {LARGEST_GIVEN:e}"),
         )),
         None => Ok(()),
     }

@@ -6,16 +6,12 @@ use std::ops::RangeInclusive;
 
 use glamx::{DPose3, DQuat, DVec3};
 use simd_model::robot::JointLimits;
-use simd_model::shown;
+use simd_model::{LARGEST_GIVEN, shown};
 
 use super::error::Error;
 
-/// The largest position or velocity that a joint can be put at: a joint that follows it may
-/// go a million times as far and still be computed with. rad, m, rad/s or m/s.
-const LARGEST: f64 = 1e12;
-
 /// The refusal of a field.
-pub(super) fn refuse(field: impl Into<String>, value: impl Display, expected: impl Into<String>) -> Error {
+pub(crate) fn refuse(field: impl Into<String>, value: impl Display, expected: impl Into<String>) -> Error {
     Error::InvalidValue {
         element: field.into(),
         of: String::new(),
@@ -58,18 +54,26 @@ pub(super) fn zero_or_within(field: &str, value: f64, range: RangeInclusive<f64>
     Err(refuse(field, value, format!("it must be 0, or between {} and {:e}", range.start(), range.end())))
 }
 
-/// What a joint can be put at.
+/// What a joint can be put at, or how far a shape reaches or goes.
 pub(super) fn moderate(field: &str, value: f64) -> Result<f64, Error> {
-    if value.abs() <= LARGEST {
+    if value.abs() <= LARGEST_GIVEN {
         return Ok(value);
     }
-    Err(refuse(field, value, format!("it must be a number between -{LARGEST:e} and {LARGEST:e}")))
+    Err(refuse(field, value, format!("it must be a number between -{LARGEST_GIVEN:e} and {LARGEST_GIVEN:e}")))
 }
 
 /// Three finite numbers.
 pub(super) fn point(field: &str, point: DVec3) -> Result<DVec3, Error> {
     for (axis, value) in ["x", "y", "z"].into_iter().zip(point.to_array()) {
         finite(axis, value).map_err(|error| error.within(|| field.to_owned()))?;
+    }
+    Ok(point)
+}
+
+/// Three numbers that can be computed with.
+pub(super) fn moderate_point(field: &str, point: DVec3) -> Result<DVec3, Error> {
+    for (axis, value) in ["x", "y", "z"].into_iter().zip(point.to_array()) {
+        moderate(axis, value).map_err(|error| error.within(|| field.to_owned()))?;
     }
     Ok(point)
 }
@@ -90,6 +94,15 @@ pub(super) fn pose(field: &str, pose: &DPose3) -> Result<(), Error> {
         return Ok(());
     }
     Err(refuse(format!("{field}.orientation"), pose.rotation, "it must be a quaternion of unit length"))
+}
+
+/// The same of a place that can be computed with.
+pub(super) fn moderate_pose(field: &str, given: &DPose3) -> Result<(), Error> {
+    pose(field, given)?;
+    for (axis, value) in ["x", "y", "z"].into_iter().zip(given.translation.to_array()) {
+        moderate(axis, value).map_err(|error| error.within(|| format!("{field}.position")))?;
+    }
+    Ok(())
 }
 
 /// A rotation, made one long to the last digit.

@@ -14,7 +14,7 @@
 //! * [`Simulation`]: the world.
 //! * `operations`: what can be done with it.
 
-mod check;
+pub(crate) mod check;
 mod claim;
 pub mod command;
 mod constraints;

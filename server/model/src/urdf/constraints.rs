@@ -14,6 +14,7 @@ use super::geometry::rotation;
 use super::numbers::{self, Shape};
 use super::prescan::is;
 use super::unknown::nearest;
+use crate::number::LARGEST_GIVEN;
 use crate::report::Disposition::{Ignored, Repaired};
 use crate::report::counted;
 use crate::robot::{Joint, JointKind, Link};
@@ -21,8 +22,6 @@ use crate::setup::{ConstraintEnd, ConstraintOn, LinkConstraint, LinkConstraintKi
 
 /// Constraints that one robot may have.
 const MOST: usize = 1024;
-/// The largest number of a gear or a distance.
-const LARGEST: f64 = 1e12;
 const TYPES: [&str; 7] = ["weld", "point_to_point", "hinge", "slide", "gear", "distance", "rope"];
 
 /// What names stand for.
@@ -69,7 +68,7 @@ pub(super) fn read(
             let poses = poses.get_or_insert_with(|| root_from_links(joints));
             gazebo_joint(node, &robot, poses, findings)
         };
-        match made {
+        match made.and_then(near) {
             Ok(constraint) => {
                 findings.used(node, || said(&constraint, &robot));
                 read.push(constraint);
@@ -78,6 +77,17 @@ pub(super) fn read(
         }
     }
     read
+}
+
+/// One that a step can compute with, or why it is none.
+fn near(constraint: LinkConstraint) -> Result<LinkConstraint, String> {
+    let is_far = |end: &ConstraintEnd| {
+        end.pose.is_some_and(|pose| pose.translation.abs().max_element() > LARGEST_GIVEN)
+    };
+    if constraint.ends.iter().any(is_far) {
+        return Err(format!("the origin of an end is farther away than {LARGEST_GIVEN:e} m"));
+    }
+    Ok(constraint)
 }
 
 /// What a report says of one that is used.
@@ -299,8 +309,8 @@ fn name(node: Node) -> String {
 fn number(node: Node, name: &str) -> Result<Option<f64>, String> {
     let Some(text) = node.attribute(name).filter(|text| !text.trim().is_empty()) else { return Ok(None) };
     let [value] = values(text, name)?;
-    if value.abs() > LARGEST {
-        return Err(format!("{name}={} is larger than {LARGEST:e}", quoted(text)));
+    if value.abs() > LARGEST_GIVEN {
+        return Err(format!("{name}={} is larger than {LARGEST_GIVEN:e}", quoted(text)));
     }
     Ok(Some(value))
 }

@@ -6,6 +6,7 @@ use simd_core::PublishedState;
 use simd_core::dynamics::Configuration;
 use simd_core::dynamics::inverse_kinematics::SolverOptions;
 use simd_core::simulation::published_state::EntityLayout;
+use simd_model::LARGEST_GIVEN;
 use simd_proto::v1;
 
 use super::geometry;
@@ -15,10 +16,6 @@ use crate::convert::field::{BadField, Path};
 const ITERATIONS: (u32, u32) = (300, 1_000);
 /// Metres: where nothing else is said, and what may be said.
 const TOLERANCE: (f64, std::ops::RangeInclusive<f64>) = (1e-4, 1e-12..=1.0);
-
-/// Largest size of any number, as for joints in the world: what is computed from it is
-/// then finite too.
-const LARGEST: f64 = 1e12;
 
 /// Where a link is to be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,10 +78,10 @@ pub fn configuration_at(
 /// A vector that can be computed with.
 fn moderate(at: &Path<'_>, vector: DVec3) -> Result<DVec3, BadField> {
     // Each by itself: the largest of some numbers is never NaN.
-    if vector.to_array().iter().all(|value| value.abs() <= LARGEST) {
+    if vector.to_array().iter().all(|value| value.abs() <= LARGEST_GIVEN) {
         return Ok(vector);
     }
-    Err(at.refuse(vector, format!("no part of it may be beyond {LARGEST:e}")))
+    Err(at.refuse(vector, format!("no part of it may be beyond {LARGEST_GIVEN:e}")))
 }
 
 /// As many finite numbers as are wanted.
@@ -96,7 +93,7 @@ fn numbers(at: &Path<'_>, name: &str, given: Vec<f64>, count: usize) -> Result<V
             .refuse(value, format!("it must be {count}, aligned with the joint layout")));
     }
     for (index, value) in given.iter().enumerate() {
-        at.item(name, index).within(*value, -LARGEST..=LARGEST)?;
+        at.item(name, index).within(*value, -LARGEST_GIVEN..=LARGEST_GIVEN)?;
     }
     Ok(given)
 }

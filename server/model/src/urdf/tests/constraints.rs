@@ -80,6 +80,10 @@ fn what_cannot_hold_anything_is_left_out_with_the_reason() {
             hold("type='weld'", "<parent link='a'><origin xyz='1 2'/></parent><child link='b'/>"),
             "xyz is 2 numbers",
         ),
+        (
+            hold("type='weld'", "<parent link='a'><origin xyz='0 -1e13 0'/></parent><child link='b'/>"),
+            "the origin of an end is farther away than 1e12 m",
+        ),
     ] {
         let (read, report) = constraints(&text);
         assert_eq!(read, [], "{text}");
