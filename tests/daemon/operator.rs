@@ -332,3 +332,21 @@ async fn bash_completes_names_with_spaces_as_it_quotes_them() {
     terminal.type_in("exit\r").await;
     assert_eq!(terminal.end().await.0, Some(0));
 }
+
+/// Pairs are set before groups: where a pair is refused neither is, and where a link of groups is, the sentence says what was done.
+#[tokio::test]
+async fn a_filter_of_which_a_part_is_refused_says_what_is_set() {
+    let daemon = paused().await;
+    let filter = async |arguments: &[&str]| {
+        daemon.simctl(["robot", "filter", "bench_arm"].iter().chain(arguments)).await
+    };
+    let refused = filter(&["--group", "5", "--disable", "hook,lid"]).await;
+    assert!(refused.code != 0 && refused.err.contains("hook"), "{refused:?}");
+    let shown = json(&filter(&["-o", "json"]).await);
+    assert!(shown["groups"].as_array().unwrap().is_empty(), "{shown}");
+    let refused = filter(&["--group", "5", "--link", "hook", "--self-collision", "true"]).await;
+    let expected = "pairs and self-collision are set, groups and masks are not: ";
+    assert!(refused.code != 0 && refused.err.contains(expected), "{refused:?}");
+    let shown = json(&filter(&["-o", "json"]).await);
+    assert!(shown["self_collision"] == true && shown["groups"].as_array().unwrap().is_empty(), "{shown}");
+}

@@ -325,3 +325,36 @@ fn pairs_follow_robots_that_go_and_links_that_move() {
     assert_eq!(pairs(&world), ["ground/body box/body"]);
     assert_falls(&mut world, 0.1);
 }
+
+/// Four links of 600 shapes are 6 * 600^2 pairs, of which none is listed; as many shapes of one link are no pair.
+#[test]
+fn a_robot_of_too_many_pairs_of_shapes_is_refused_where_it_is_to_touch_itself() {
+    let mut model = (*chain(4, 0.3)).clone();
+    for link in &mut model.links {
+        link.collisions = vec![link.collisions[0].clone(); 600];
+    }
+    let model = Arc::new(model);
+    let named = |name: &str, model: &Arc<RobotModel>, self_collision: bool| {
+        let contact_settings = ContactSettings { self_collision, ..ContactSettings::default() };
+        Spawn { contact_settings, ..robot(name, model, DPose3::IDENTITY, true) }
+    };
+    let mut world = world(1e-3);
+    let refusal = |world: &mut Simulation, command: Command| {
+        let before = world.fingerprint();
+        let refused = world.apply(&command).unwrap_err().to_string();
+        assert_eq!(world.fingerprint(), before);
+        assert!(refused.contains("2160000") && refused.contains("1000000"), "{refused}");
+        assert!(refused.contains("hull"), "{refused}");
+    };
+    refusal(&mut world, Command::Spawn(Box::new(named("heap", &model, true))));
+    spawn(&mut world, named("heap", &model, false));
+    let change =
+        CollisionFilterChange { robot: "heap".into(), self_collision: Some(true), pairs: Vec::new() };
+    refusal(&mut world, Command::SetCollisionFilter(change));
+    spawn(&mut world, named("few", &chain(4, 0.3), true));
+    let shapes = Arc::new(Shapes::new(&model));
+    refusal(&mut world, Command::Reload(Box::new(Reload { robot: "few".into(), model, shapes })));
+    let mut one = (*cuboid(DVec3::splat(0.2), 1.0)).clone();
+    one.links[0].collisions = vec![one.links[0].collisions[0].clone(); 2_400];
+    spawn(&mut world, named("one", &Arc::new(one), true));
+}

@@ -311,3 +311,38 @@ fn rays_are_masked_by_groups_and_bounded_by_their_names() {
     let refused = seen.cast_rays(&vec![down[0]; 20_000], None, &|| false).unwrap_err().to_string();
     assert!(refused.contains("the size of the answer in bytes"), "{refused}");
 }
+
+/// Four hundred balls in a square above as many are 160,000 pairs; each is 0.98 m above the nearest.
+#[test]
+fn the_nearest_of_more_pairs_than_are_measured_is_found_by_their_bounds() {
+    let mut world = world(1e-3);
+    let ball = |i: i32| {
+        let place = DVec3::new(0.1 * f64::from(i % 20), 0.1 * f64::from(i / 20), 0.0);
+        (at(place), Geometry::Sphere { radius: 0.01 })
+    };
+    let square = solid(&(0..400).map(ball).collect::<Vec<_>>(), 1.0);
+    spawn(&mut world, robot("lower", &square, DPose3::IDENTITY, true));
+    spawn(&mut world, robot("upper", &square, at(DVec3::Z), true));
+    let seen = look(&world);
+    let every = all(body(0), Some(body(1)));
+    let refused = seen.distances(&every, &|| false).unwrap_err().to_string();
+    assert!(refused.contains("max_distance") && refused.contains("100000"), "{refused}");
+    let found = ask(&seen, &DistanceQuery { nearest_only: true, ..every.clone() });
+    assert!(found.len() == 1 && (found[0].distance - 0.98).abs() < 1e-9, "{found:?}");
+    let near = ask(&seen, &DistanceQuery { within: 0.981, ..every });
+    assert!(near.len() == 1 && (near[0].distance - 0.98).abs() < 1e-9, "{near:?}");
+}
+
+#[test]
+fn bounds_of_many_links_are_bounded_by_their_names() {
+    let mut world = scene();
+    let long = "a".repeat(1_000);
+    spawn(&mut world, robot(&long, &ball(0.1, 1.0), at(DVec3::new(0.0, 0.0, 9.0)), false));
+    let seen = look(&world);
+    let some = seen.bounds_of(&[1, 3], &|| false).unwrap();
+    assert_eq!(some.iter().map(|(robot, _)| &**robot).collect::<Vec<_>>(), ["ball", &*long]);
+    assert_eq!(some[0].1, seen.link_bounds(1)[0]);
+    assert!(seen.bounds_of(&[3], &|| true).unwrap().is_empty(), "it was given up");
+    let refused = seen.bounds_of(&[3; 5_000], &|| false).unwrap_err().to_string();
+    assert!(refused.contains("the size of the answer in bytes"), "{refused}");
+}

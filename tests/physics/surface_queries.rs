@@ -13,7 +13,7 @@ use simd_core::{Command, PublishedState};
 use simd_model::robot::Geometry;
 use simd_tests::scenes::*;
 
-use crate::grounds::{field, grid, ground};
+use crate::grounds::{field, grid, ground, mesh};
 
 fn between(a: usize, b: usize) -> DistanceQuery {
     let body = |robot| QueryBody { robot, link: None, configuration: None };
@@ -219,4 +219,37 @@ fn no_ray_passes_between_the_triangles_of_a_slope() {
             assert!((hit.point.z - slope * x).abs() < 1e-7, "{hit:?}");
         }
     }
+}
+
+/// A slab of 10 m by 10 m by 0.1 m has an inside, and what is above or below is not in it. It is asked for each pair of shapes whether
+/// to go on.
+#[test]
+fn what_starts_inside_of_a_closed_mesh_is_below_its_surface() {
+    let corner = |i: u32| {
+        let side = |axis: u32| if i >> axis & 1 == 0 { -0.5 } else { 0.5 };
+        DVec3::new(10.0 * side(0), 10.0 * side(1), 0.1 * side(2) - 0.05)
+    };
+    let sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let triangles = sides.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
+    let mut world = world(1e-3);
+    spawn(&mut world, ground(&mesh((0..8).map(corner).collect(), triangles.collect(), None, DVec3::ONE)));
+    for (name, pose) in
+        [("inside", at(0.5, 0.2, -0.04)), ("below", at(1.0, 0.2, -0.5)), ("above", at(2.0, 0.2, 0.5))]
+    {
+        spawn(&mut world, robot(name, &ball(0.02, 1.0), pose, false));
+    }
+    let parts: Vec<_> =
+        (0..40).map(|i| (at(0.1 * f64::from(i), 3.2, -0.05), Geometry::Sphere { radius: 0.02 })).collect();
+    spawn(&mut world, robot("parts", &solid(&parts, 1.0), DPose3::IDENTITY, false));
+    let seen = look(&world);
+    let asked = Cell::new(0);
+    let count = || {
+        asked.set(asked.get() + 1);
+        false
+    };
+    let found = seen.terrain_penetrations(0, DVec3::Z * -9.81, 8, &count);
+    let named: Vec<_> = found.iter().map(|it| (&*it.link.0, &*it.terrain.0)).collect();
+    assert_eq!(named, [("inside", "ground"), ("parts", "ground")]);
+    assert!((found[0].depth - 0.04).abs() < 1e-9 && (found[1].depth - 0.05).abs() < 1e-9, "{found:?}");
+    assert!(asked.get() > 40, "{}", asked.get());
 }

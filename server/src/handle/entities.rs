@@ -233,8 +233,8 @@ impl SimHandle {
             _ => {}
         }
         self.note_robots(names.iter().map(String::as_str));
-        for name in &names {
-            self.report_terrain_penetrations(name, &mut report).await;
+        for (name, model) in names.iter().zip(&read) {
+            self.report_terrain_penetrations(name, model, &mut report).await;
         }
         let summaries: Vec<String> = read
             .iter()
@@ -257,10 +257,16 @@ impl SimHandle {
     }
 
     /// Adds what now is below the surface of terrain: the robot that came, or others where it is the terrain. Adds nothing where
-    /// all permits for heavy reads are taken.
-    async fn report_terrain_penetrations(&self, name: &str, report: &mut LoadReport) {
+    /// all permits for heavy reads are taken, and where another one has come by its name since.
+    async fn report_terrain_penetrations(
+        &self,
+        name: &str,
+        model: &Arc<RobotModel>,
+        report: &mut LoadReport,
+    ) {
         let newest = self.newest();
-        let Some((robot, _)) = newest.state.entity(name) else { return };
+        let found = newest.state.entity(name).filter(|(_, entity)| Arc::ptr_eq(&entity.model, model));
+        let Some((robot, _)) = found else { return };
         if !newest.state.world.entities.iter().any(|entity| entity.shapes.has_terrain()) {
             return;
         }

@@ -118,16 +118,9 @@ impl ContactService for Service {
         let state = self.handle.newest();
         let indices: Vec<usize> = find_all(&state, &robots)?.into_iter().map(|(index, _)| index).collect();
         let stamp = Some(stamp::published(&state));
-        let find = move |cancelled: &Cancelled| {
-            let indices = indices.into_iter().take_while(|_| !cancelled.is_set());
-            let of_robot = |index: usize| {
-                let name = state.state.world.entities.get(index).map_or("", |entity| &entity.name);
-                let bounds = state.state.link_bounds(index).into_iter();
-                bounds.map(|bounds| to_query::bounds(name, bounds)).collect::<Vec<_>>()
-            };
-            indices.flat_map(of_robot).collect()
-        };
-        let links = self.handle.heavy(find).await?;
+        let find = move |cancelled: &Cancelled| state.state.bounds_of(&indices, &|| cancelled.is_set());
+        let found = self.handle.heavy(find).await?.map_err(CallError::World)?;
+        let links = found.into_iter().map(|(robot, bounds)| to_query::bounds(&robot, bounds)).collect();
         Ok(Response::new(v1::GetLinkBoundsResponse { stamp, links }))
     }
 }

@@ -1,5 +1,6 @@
 //! `simctl robot filter`: what a robot touches.
 
+use anyhow::Context as _;
 use clap::Args;
 use serde::Serialize;
 use simd_client::{
@@ -59,6 +60,12 @@ pub(super) async fn run(arguments: Filter, client: &Client, output: Output) -> a
     if link.is_some() && group.is_none() && mask.is_none() {
         anyhow::bail!("give --group, --mask or both with --link");
     }
+    let has_pairs = self_collision.is_some() || !pairs.is_empty();
+    if has_pairs {
+        let request =
+            SetCollisionFilterRequest { robot: robot.clone(), self_collision, pairs, ..Default::default() };
+        client.set_collision_filter(request).await?;
+    }
     if group.is_some() || mask.is_some() {
         let properties = LinkProperties {
             link: link.unwrap_or_default(),
@@ -66,12 +73,12 @@ pub(super) async fn run(arguments: Filter, client: &Client, output: Output) -> a
             collision_mask: mask,
             ..LinkProperties::default()
         };
-        client.set_link_properties(&robot, [properties]).await?;
-    }
-    if self_collision.is_some() || !pairs.is_empty() {
-        let request =
-            SetCollisionFilterRequest { robot: robot.clone(), self_collision, pairs, ..Default::default() };
-        client.set_collision_filter(request).await?;
+        let set = client.set_link_properties(&robot, [properties]).await;
+        if has_pairs {
+            set.context("pairs and self-collision are set, groups and masks are not")?;
+        } else {
+            set?;
+        }
     }
     output.one(&FilterView::of(client, &robot).await?)
 }

@@ -53,7 +53,8 @@ type Pair<'a> = (f64, &'a PlacedShape, &'a PlacedShape);
 /// triangles there are none. Gives up as soon as `is_cancelled`.
 ///
 /// # Errors
-/// Returns an error if there are more than [`MOST_BOUNDS`] pairs of shapes, or [`MOST_DISTANCES`] near each other.
+/// Returns an error if there are more than [`MOST_BOUNDS`] pairs of shapes, or [`MOST_DISTANCES`] near each other: where only the
+/// nearest is wanted, whose bounds are nearer to each other than the farthest points of those of another pair.
 pub fn closest_points(
     [a, b]: [&[PlacedShape]; 2],
     wanted: DistanceFilter,
@@ -65,13 +66,18 @@ pub fn closest_points(
         return Err(TooMany(count, MOST_BOUNDS));
     }
     let mut pairs: Vec<Pair<'_>> = Vec::new();
+    let mut most_gap = wanted.within;
     for first in a {
         if is_cancelled() {
             return Ok(Vec::new());
         }
         let measured = b.iter().filter(|second| !(first.is_surface() && second.is_surface()));
         let near = measured.map(|second| (bounds_gap(first, second), first, second));
-        pairs.extend(near.filter(|(gap, one, other)| *gap <= wanted.within && is_wanted(one, other)));
+        pairs.extend(near.filter(|(gap, one, other)| *gap <= most_gap && is_wanted(one, other)));
+        if pairs.len() > MOST_DISTANCES && wanted.nearest_only {
+            most_gap = pairs.iter().map(|(_, one, other)| bounds_span(one, other)).fold(most_gap, f64::min);
+            pairs.retain(|(gap, ..)| *gap <= most_gap);
+        }
         if pairs.len() > MOST_DISTANCES {
             return Err(TooMany(pairs.len(), MOST_DISTANCES));
         }
@@ -107,6 +113,15 @@ fn bounds_gap(a: &PlacedShape, b: &PlacedShape) -> f64 {
         return f64::NEG_INFINITY;
     }
     gap(&a.solid_bounds(), &b.solid_bounds())
+}
+
+/// How far any point of the bounds of two shapes is from any of the other at the most; the shapes are not farther apart.
+fn bounds_span(a: &PlacedShape, b: &PlacedShape) -> f64 {
+    if a.is_plane() || b.is_plane() {
+        return f64::INFINITY;
+    }
+    let (a, b) = (a.solid_bounds(), b.solid_bounds());
+    (b.maxs - a.mins).max(a.maxs - b.mins).length()
 }
 
 /// The nearest points of two shapes, where they are within a distance.

@@ -75,6 +75,14 @@ impl<'a> Facets<'a> {
         found.len() <= most
     }
 
+    /// Whether it is a mesh without a border, which has an inside.
+    pub(super) fn is_closed(self) -> bool {
+        match self {
+            Self::Mesh(_, neighbours) => neighbours.iter().flatten().all(|next| *next != NONE),
+            Self::Field(_) => false,
+        }
+    }
+
     /// One of them.
     pub(super) fn triangle(self, id: u32) -> Option<Triangle> {
         match self {

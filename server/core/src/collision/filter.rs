@@ -8,10 +8,17 @@
 //! 4. The others touch where one of the two is in a group that the other one touches: MuJoCo's rule for `contype` and
 //!    `conaffinity`, and PyBullet's for groups and masks.
 
+use std::collections::BTreeMap;
+use std::ops::Range;
+
 use serde::{Deserialize, Serialize};
 
 use super::colliders::{Placed, RobotColliders};
 use crate::dynamics::Tree;
+
+/// Pairs of colliders of different bodies that a robot with self-collision may have. They are kept, and a step in which it moves
+/// looks at each.
+pub const MOST_OWN_PAIRS: u64 = 1_000_000;
 
 /// The groups that a link is in and those that it touches, a bit each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -85,7 +92,8 @@ impl<'a> Filter<'a> {
 
 impl RobotColliders {
     /// Says what touches what: whether the robot touches itself, the groups of each of its links (those left out
-    /// are as they are by default), and its own pairs that were switched off or on, in order.
+    /// are as they are by default), and its own pairs that were switched off or on, in order. One that touches itself has at most
+    /// [`MOST_OWN_PAIRS`], which is to be checked before.
     pub fn set_filter(&mut self, tree: &Tree, self_collision: bool, groups: &[Groups], pairs: &[LinkPair]) {
         for placed in &mut self.placed {
             placed.groups = groups.get(placed.link).copied().unwrap_or_default();
@@ -94,19 +102,48 @@ impl RobotColliders {
         if !self_collision {
             return;
         }
-        for (i, a) in self.placed.iter().enumerate() {
-            for (j, b) in self.placed.iter().enumerate().skip(i + 1) {
-                let links = [a.link.min(b.link), a.link.max(b.link)];
-                let switched = pairs.binary_search_by_key(&links, |pair| pair.links).ok();
-                let allowed = match switched {
-                    Some(index) => pairs[index].enabled,
-                    None => !is_joined(tree, a.body, b.body) && a.groups.allow(b.groups),
-                };
-                if allowed && a.body != b.body {
-                    self.own_pairs.push([i, j]);
+        // Colliders of a link lie one after the other, and those of two links all touch each other or none does.
+        let mut start = 0;
+        let of_link = |colliders: &[Placed]| {
+            let range = start..start + colliders.len();
+            start = range.end;
+            range
+        };
+        let links: Vec<Range<usize>> = self.placed.chunk_by(|a, b| a.link == b.link).map(of_link).collect();
+        let mut touched: Vec<Range<usize>> = Vec::new();
+        for (index, link) in links.iter().enumerate() {
+            let a = &self.placed[link.start];
+            let may_touch = |other: &&Range<usize>| {
+                let b = &self.placed[other.start];
+                if a.body == b.body {
+                    return false;
                 }
+                let both = [a.link.min(b.link), a.link.max(b.link)];
+                match pairs.binary_search_by_key(&both, |pair| pair.links) {
+                    Ok(index) => pairs[index].enabled,
+                    Err(_) => !is_joined(tree, a.body, b.body) && a.groups.allow(b.groups),
+                }
+            };
+            touched.clear();
+            touched.extend(links[index + 1..].iter().filter(may_touch).cloned());
+            for i in link.clone() {
+                self.own_pairs.extend(touched.iter().flat_map(|other| other.clone().map(move |j| [i, j])));
             }
         }
+    }
+
+    /// How many pairs of colliders are of different bodies: no more than those may touch each other, whatever the filter is.
+    pub fn most_own_pairs(&self) -> u64 {
+        let mut of_body: BTreeMap<Option<usize>, u64> = BTreeMap::new();
+        for placed in &self.placed {
+            *of_body.entry(placed.body).or_default() += 1;
+        }
+        let (mut pairs, mut before) = (0_u64, 0_u64);
+        for count in of_body.into_values() {
+            pairs = pairs.saturating_add(before.saturating_mul(count));
+            before += count;
+        }
+        pairs
     }
 
     /// Whether two colliders, of this robot and of another one, may touch.

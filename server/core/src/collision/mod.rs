@@ -21,6 +21,7 @@ mod colliders;
 pub mod distance;
 mod facet_contact;
 mod facets;
+mod field_cast;
 pub mod filter;
 mod fixed_pair;
 mod geometry;
@@ -48,7 +49,7 @@ pub use crate::dynamics::contact_point::{ContactPoint, Surface, SurfaceCombinati
 pub use broad::BroadPhase;
 pub use colliders::{ColliderPose, RestPose, RobotColliders, Side};
 pub use facet_contact::MOST_OF_PAIR;
-pub use filter::{Filter, Groups, LinkPair, RobotLinkPair};
+pub use filter::{Filter, Groups, LinkPair, MOST_OWN_PAIRS, RobotLinkPair};
 pub use fixed_pair::FixedPair;
 pub use geometry::{Collider, ColliderGeometry, ConvexMesh};
 pub use narrow::NarrowPhase;

@@ -4,11 +4,13 @@ use std::collections::BTreeSet;
 
 use glamx::{DPose3, DVec3};
 use rapier3d_f64::parry::bounding_volume::{Aabb, BoundingVolume as _};
-use rapier3d_f64::parry::query::{ShapeCastOptions, ShapeCastStatus, cast_shapes, intersection_test};
+use rapier3d_f64::parry::query::{ShapeCastStatus, cast_shapes, intersection_test};
+use rapier3d_f64::parry::shape::Shape;
 
 use super::facets::relative;
+use super::field_cast::{OPTIONS, ShapeHit, cast_at_field};
 use super::rays::RayHit;
-use super::scene::{QueryShape, Scene};
+use super::scene::{PlacedShape, QueryShape, Scene};
 use super::surface_distance::overlaps_surface;
 
 /// What orders hits: the fraction, and the robot and its collider.
@@ -44,7 +46,8 @@ impl Scene {
     }
 
     /// The first that a shape meets that goes by `way` from a pose, without turning. One that overlaps something at
-    /// the start meets it there. Of several at the same place the first robot and its first shape.
+    /// the start meets it there, and so does what is below a height field. Of several at the same place the first robot and
+    /// its first shape.
     pub fn cast_shape(
         &self,
         shape: &QueryShape,
@@ -55,34 +58,44 @@ impl Scene {
         let pose = pose * shape.own_from_shape;
         let start = shape.shape.compute_aabb(&pose);
         let swept = start.merged(&Aabb::new(start.mins + way, start.maxs + way));
-        let options = ShapeCastOptions {
-            max_time_of_impact: 1.0,
-            target_distance: 0.0,
-            stop_at_penetration: true,
-            compute_impact_geometry_on_penetration: true,
-        };
         let mut first: Option<(HitOrder, RayHit)> = None;
         for placed in self.near(&swept).take_while(|_| !is_cancelled()) {
             let theirs = &placed.world_from_shape;
-            let hit = cast_shapes(&pose, way, &*shape.shape, theirs, DVec3::ZERO, &*placed.shape, options);
-            let Ok(Some(hit)) = hit else { continue };
-            if hit.status == ShapeCastStatus::Failed || !hit.time_of_impact.is_finite() {
-                continue;
-            }
-            let key = (hit.time_of_impact, placed.key());
+            let hit = match placed.shape.as_heightfield() {
+                Some(field) => {
+                    let their_way = theirs.rotation.inverse() * way;
+                    let from = relative(theirs, &pose);
+                    cast_at_field(field, &*shape.shape, &from, their_way, is_cancelled)
+                }
+                None => cast_at(placed, &*shape.shape, &pose, way),
+            };
+            let Some(hit) = hit else { continue };
+            let key = (hit.fraction, placed.key());
             if first.as_ref().is_some_and(|(known, _)| *known <= key) {
                 continue;
             }
-            let normal = theirs.rotation * hit.normal2;
+            let normal = theirs.rotation * hit.normal;
             let found = RayHit {
                 robot: placed.robot,
                 link: placed.link,
-                fraction: hit.time_of_impact.clamp(0.0, 1.0),
-                point: theirs.transform_point(hit.witness2),
+                fraction: hit.fraction,
+                point: theirs.transform_point(hit.point),
                 normal: if normal.is_finite() { normal } else { -way.normalize_or_zero() },
             };
             first = Some((key, found));
         }
         first.map(|(_, hit)| hit)
     }
+}
+
+/// Where a shape that goes by `way` meets one that is no height field, in the axes of that one.
+fn cast_at(placed: &PlacedShape, shape: &dyn Shape, pose: &DPose3, way: DVec3) -> Option<ShapeHit> {
+    let theirs = &placed.world_from_shape;
+    let hit = cast_shapes(pose, way, shape, theirs, DVec3::ZERO, &*placed.shape, OPTIONS).ok()??;
+    let is_sound = hit.status != ShapeCastStatus::Failed && hit.time_of_impact.is_finite();
+    is_sound.then(|| ShapeHit {
+        fraction: hit.time_of_impact.clamp(0.0, 1.0),
+        point: hit.witness2,
+        normal: hit.normal2,
+    })
 }

@@ -131,7 +131,8 @@ fn is_farther(
     found.dist > 0.0 && least - most >= found.dist
 }
 
-fn triangle_bounds(triangle: &Triangle) -> Aabb {
+/// The box around a triangle.
+pub(super) fn triangle_bounds(triangle: &Triangle) -> Aabb {
     let Triangle { a, b, c } = *triangle;
     Aabb::new(a.min(b).min(c), a.max(b).max(c))
 }

@@ -1,15 +1,20 @@
 //! What is below the surface of terrain, where it was not meant to be put.
 
+use std::cell::Cell;
+
 use glamx::DVec3;
 use rapier3d_f64::parry::query::{Ray, RayCast as _};
 use rapier3d_f64::parry::shape::{Shape, ShapeType, TriMesh, TypedShape};
 
 use super::Shapes;
-use super::facets::above;
+use super::facets::{Facets, above};
 use super::scene::PlacedShape;
 
 /// Surfaces farther above than this are not looked for, metres.
 const FARTHEST: f64 = 1e4;
+
+/// Triangles are counted this far beside the middle, as a part of its coordinates: edges that meet above it count as two.
+const ASIDE: f64 = 1e-6;
 
 impl Shapes {
     /// Whether some of it are of triangles.
@@ -29,8 +34,8 @@ impl PlacedShape {
     }
 
     /// How far the middle of this shape, which can move, is below terrain, metres, upwards; `None` where it is not, and where the
-    /// other shape is not of triangles. All below a height field is ground. A mesh may be a roof: what is below its upper side is
-    /// below the surface where nothing of the mesh is beneath.
+    /// other shape is not of triangles. All below a height field is ground, and all inside of a mesh that is closed. Another mesh may be
+    /// a roof: what is below its upper side is below the surface where nothing of the mesh is beneath.
     pub fn depth_below(&self, terrain: &Self, up: DVec3) -> Option<f64> {
         self.body?;
         let middle = self.world_from_shape.transform_point(self.shape.compute_local_bounding_sphere().center);
@@ -44,7 +49,9 @@ impl PlacedShape {
             }
             TypedShape::TriMesh(mesh) => {
                 let (depth, normal) = first(mesh, middle, up)?;
-                (normal.dot(up) > 0.0 && first(mesh, middle, -up).is_none()).then_some(depth)
+                let is_below = normal.dot(up) > 0.0 && first(mesh, middle, -up).is_none();
+                let is_closed = || terrain.facets().is_some_and(Facets::is_closed);
+                (is_below || (is_closed() && is_inside(mesh, middle, up))).then_some(depth)
             }
             _ => None,
         }
@@ -56,4 +63,19 @@ fn first(mesh: &TriMesh, from: DVec3, direction: DVec3) -> Option<(f64, DVec3)> 
     let hit = mesh.cast_local_ray_and_get_normal(&Ray::new(from, direction), FARTHEST, false)?;
     let triangle = mesh.triangle(hit.subshape);
     Some((hit.time_of_impact, (triangle.b - triangle.a).cross(triangle.c - triangle.a)))
+}
+
+/// Whether a point is inside of a closed mesh: an odd number of its triangles is above.
+fn is_inside(mesh: &TriMesh, point: DVec3, up: DVec3) -> bool {
+    let (u, v) = up.any_orthonormal_pair();
+    let aside = (u * 0.83 + v * 0.55) * (ASIDE * (1.0 + point.abs().max_element()));
+    let ray = Ray::new(point + aside, up);
+    let above = Cell::new(0_u32);
+    // Nothing is the first: all that the ray meets are counted.
+    mesh.bvh().cast_ray(&ray, FARTHEST, |id, _| {
+        let is_met = mesh.triangle(id).cast_local_ray(&ray, FARTHEST, false).is_some();
+        above.set(above.get() + u32::from(is_met));
+        None
+    });
+    above.get() % 2 == 1
 }

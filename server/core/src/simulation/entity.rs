@@ -14,6 +14,7 @@ use glamx::DPose3;
 use simd_model::RobotModel;
 use simd_model::robot::{JointKind, JointLimits};
 
+pub(super) use self::colliders::check_own_pairs;
 use self::joints::is_actuated;
 use super::claim::RobotClaims;
 use super::contact_settings::ContactSettings;

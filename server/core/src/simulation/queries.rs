@@ -7,13 +7,16 @@ use super::check;
 use super::error::Error;
 use super::published_state::PublishedState;
 use super::rays::{RayReport, weigh};
-use crate::collision::distance::{Closest, DistanceFilter, TooMany, closest_points};
+use crate::collision::distance::{Closest, DistanceFilter, MOST_DISTANCES, TooMany, closest_points};
 use crate::collision::filter::{Filter, is_joined};
 use crate::collision::scene::{NO_ROBOT, PlacedShape, QueryShape, Scene, link_bounds, posed_shapes};
 use crate::dynamics::Configuration;
 
 /// Bytes of a distance without its names: ten numbers, and what is around them.
 const DISTANCE_BYTES: usize = 120;
+
+/// Bytes of a box around a link without its names: six numbers, and what is around them.
+const BOUNDS_BYTES: usize = 80;
 
 /// Bytes of a link's name beside its letters.
 const NAME_BYTES: usize = 12;
@@ -179,7 +182,13 @@ impl PublishedState {
         let wanted = DistanceFilter { within: *within, nearest_only: *nearest_only };
         let found = closest_points([&first, &second], wanted, is_wanted, is_cancelled);
         let found = found.map_err(|TooMany(value, limit)| Error::LimitExceeded {
-            what: "the number of pairs of shapes of one query".into(),
+            what: if limit == MOST_DISTANCES {
+                "the number of pairs of shapes of one query that are near each other (a smaller `max_distance` leaves some out, and \
+                 so do links instead of robots)"
+                    .into()
+            } else {
+                "the number of pairs of shapes of one query (ask for links instead of robots)".into()
+            },
             value: value as u64,
             limit: limit as u64,
         })?;
@@ -268,7 +277,29 @@ impl PublishedState {
         named.filter_map(|(link, bounds)| Some((link.name.clone(), bounds?))).collect()
     }
 
+    /// The same of robots at these indices, with the name of each. Gives up as soon as `is_cancelled`.
+    ///
+    /// # Errors
+    /// Returns an error if the names make too many bytes.
+    pub fn bounds_of(
+        &self,
+        robots: &[usize],
+        is_cancelled: &dyn Fn() -> bool,
+    ) -> Result<Vec<(String, LinkBounds)>, Error> {
+        let mut bytes = 0;
+        let mut found = Vec::new();
+        for &robot in robots.iter().take_while(|_| !is_cancelled()) {
+            let Some(entity) = self.world.entities.get(robot) else { continue };
+            for (link, corners) in self.link_bounds(robot) {
+                weigh(&mut bytes, BOUNDS_BYTES + entity.name.len() + link.len())?;
+                found.push((entity.name.clone(), (link, corners)));
+            }
+        }
+        Ok(found)
+    }
+
     /// Links that can move and are below the surface of terrain, where the robot at this index is one of the two: at most so many.
+    /// Gives up, with those that were found, as soon as `is_cancelled`, which is asked before each pair of shapes.
     pub fn terrain_penetrations(
         &self,
         robot: usize,
@@ -292,6 +323,9 @@ impl PublishedState {
                 for (body, ground) in
                     bodies.flat_map(|body| grounds.iter().map(move |ground| (body, *ground)))
                 {
+                    if is_cancelled() {
+                        return found;
+                    }
                     let Some(depth) = body.depth_below(ground, up) else { continue };
                     let names =
                         (self.link_name(body.robot, body.link), self.link_name(ground.robot, ground.link));
@@ -313,7 +347,8 @@ impl PublishedState {
     /// What a shape that goes from a pose by a way, without turning, meets first.
     ///
     /// # Errors
-    /// Returns an error if numbers are not finite, and where the shape is a mesh without a hull.
+    /// Returns an error if numbers are not finite, where the shape or the way is larger than [`simd_model::LARGEST_GIVEN`], and where the shape
+    /// is a mesh without a hull.
     pub fn cast_shape(
         &self,
         geometry: &Geometry,
@@ -323,7 +358,7 @@ impl PublishedState {
     ) -> Result<Option<RayReport>, Error> {
         let shape = shape(geometry)?;
         check::pose("pose", &pose)?;
-        check::vector("translation", way)?;
+        check::moderate_point("translation", way)?;
         let hit = self.scene(is_cancelled).cast_shape(&shape, pose, way, is_cancelled);
         Ok(hit.and_then(|hit| self.ray_report(hit)))
     }
@@ -336,7 +371,31 @@ impl PublishedState {
 }
 
 fn shape(geometry: &Geometry) -> Result<QueryShape, Error> {
+    check_size(geometry)?;
     QueryShape::new(geometry).ok_or_else(|| {
         check::refuse("shape", "a mesh", "it must be a box, a sphere, a cylinder, a capsule or a cone")
     })
+}
+
+/// Whether a shape is as large as can be computed with.
+fn check_size(geometry: &Geometry) -> Result<(), Error> {
+    let each = |kind: &str, sizes: &[(&str, f64)]| {
+        sizes.iter().try_for_each(|(field, size)| {
+            let checked = check::moderate(field, *size).map(drop);
+            checked.map_err(|error| error.within(|| format!("shape.{kind}")))
+        })
+    };
+    match geometry {
+        Geometry::Box { size } => {
+            check::moderate_point("shape.box.size", *size)?;
+            Ok(())
+        }
+        Geometry::Sphere { radius } => each("sphere", &[("radius", *radius)]),
+        Geometry::Cylinder { radius, length } => {
+            each("cylinder", &[("radius", *radius), ("length", *length)])
+        }
+        Geometry::Capsule { radius, length } => each("capsule", &[("radius", *radius), ("length", *length)]),
+        Geometry::Cone { radius, length } => each("cone", &[("radius", *radius), ("length", *length)]),
+        Geometry::Plane { .. } | Geometry::Mesh { .. } => Ok(()),
+    }
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use simd_model::RobotModel;
 
-use super::entity::{Description, Entity, is_robot_name, tree_for};
+use super::entity::{Description, Entity, check_own_pairs, is_robot_name, tree_for};
 use super::error::Error;
 use super::moment::Moment;
 use super::pull::ActivePull;
@@ -14,7 +14,7 @@ use super::settings::{PhysicsSettings, SUBSTEPS, TIME_STEP};
 use super::trajectory::{ActiveTrajectory, TrajectoryJoint};
 use super::world_state::{EntityState, InvalidState, RobotState, WorldState};
 use super::wrench::{ActiveWrench, MAX_WRENCH_DURATION, WrenchDuration};
-use crate::collision::{Groups, LinkPair, RestPose, Shapes, Surface};
+use crate::collision::{Groups, LinkPair, RestPose, RobotColliders, Shapes, Surface};
 use crate::dynamics::Tree;
 use crate::valid::{finite, pose, sizes};
 
@@ -246,6 +246,10 @@ fn checked(
     // One that sleeps may wake within a step, and then needs a state to go back to.
     if *asleep && last_good.0.is_empty() {
         *last_good = (body.positions.clone(), body.velocities.clone());
+    }
+    if robot.entity.contact_settings.self_collision {
+        let colliders = RobotColliders::new(&tree, &shapes, Surface::default());
+        check_own_pairs(&robot.entity.name, &colliders).map_err(|error| error.to_string())?;
     }
     let description = Description { version: 0, model, tree, shapes };
     let entity = Entity::from_state(&description, robot.clone());

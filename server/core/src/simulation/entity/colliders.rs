@@ -5,9 +5,9 @@ use std::sync::Arc;
 use simd_model::robot::Material;
 
 use super::Entity;
-use crate::collision::{RobotColliders, Shapes, Surface};
-use crate::dynamics::Articulation;
+use crate::collision::{MOST_OWN_PAIRS, RobotColliders, Shapes, Surface};
 use crate::dynamics::contact_point::{MOST_DAMPING, STIFFNESS};
+use crate::dynamics::{Articulation, Tree};
 use crate::simulation::check;
 use crate::simulation::contact_settings::LinkProperties;
 use crate::simulation::error::Error;
@@ -27,6 +27,7 @@ impl Entity {
             self.set_groups(link, properties);
         }
         self.state.contact_settings = settings;
+        self.check_self_collision(self.state.contact_settings.self_collision)?;
         self.filter_colliders();
         self.state.surfaces = self.colliders.surfaces().collect();
         // A step allocates nothing, also not where a robot falls asleep.
@@ -48,6 +49,23 @@ impl Entity {
         let Self { state, body, colliders, .. } = self;
         let self_collision = state.contact_settings.self_collision;
         colliders.set_filter(body.tree(), self_collision, &state.groups, &state.collision_pairs);
+    }
+
+    /// Whether it can touch itself, where it is to: before pairs of its colliders are listed.
+    pub(in crate::simulation) fn check_self_collision(&self, self_collision: bool) -> Result<(), Error> {
+        if self_collision { check_own_pairs(&self.state.name, &self.colliders) } else { Ok(()) }
+    }
+
+    /// The same after a reload with other shapes, where it touches itself.
+    pub(in crate::simulation) fn check_reloaded(
+        &self,
+        tree: &Tree,
+        shapes: &Arc<Shapes>,
+    ) -> Result<(), Error> {
+        if !self.state.contact_settings.self_collision {
+            return Ok(());
+        }
+        check_own_pairs(&self.state.name, &RobotColliders::new(tree, shapes, Surface::default()))
     }
 
     /// Whether it can have these contact settings.
@@ -101,4 +119,20 @@ impl Entity {
         colliders.update_poses(body.base(), 0.0, 0.0, |body_index| body.body_motion(body_index));
         colliders
     }
+}
+
+/// Whether a robot with these colliders can touch itself.
+pub(in crate::simulation) fn check_own_pairs(robot: &str, colliders: &RobotColliders) -> Result<(), Error> {
+    let pairs = colliders.most_own_pairs();
+    if pairs <= MOST_OWN_PAIRS {
+        return Ok(());
+    }
+    Err(Error::LimitExceeded {
+        what: format!(
+            "the number of pairs of shapes of robot {robot:?} that self-collision looks at (there are fewer with convex hulls for \
+             meshes, `collision` hull, and with fewer shapes a link; without self-collision there are none)"
+        ),
+        value: pairs,
+        limit: MOST_OWN_PAIRS,
+    })
 }

@@ -28,25 +28,35 @@ impl Simulation {
             .enumerate()
             .partition(|(_, pair)| pair.other_robot.is_empty() || pair.other_robot == *robot);
         let own = self.entities[robot_index].switched(own.into_iter(), "pairs")?;
-        let mut changed = vec![robot_index];
+        let mut changed = Vec::new();
         let others = self.switched(robot_index, others.into_iter(), &mut changed)?;
-        // Nothing is refused from here on.
         let entity = &mut self.entities[robot_index];
+        let before = entity.state.contact_settings.self_collision;
+        let touches_itself = self_collision.unwrap_or(before);
+        entity.check_self_collision(touches_itself)?;
+        // Nothing is refused from here on.
         if let Some(own) = own {
+            if touches_itself && own != *entity.state.collision_pairs {
+                changed.push(robot_index);
+            }
             entity.state.collision_pairs = Arc::new(own);
         }
         if let Some(others) = others {
             self.contacts.collision_pairs = Arc::new(others);
         }
-        let settings = &mut entity.state.contact_settings;
-        settings.self_collision = self_collision.unwrap_or(settings.self_collision);
+        entity.state.contact_settings.self_collision = touches_itself;
+        if touches_itself != before {
+            changed.push(robot_index);
+        }
+        changed.sort_unstable();
+        changed.dedup();
         self.filter_changed(&changed);
         self.settings_changed(robot_index);
         Ok(Reply::Done)
     }
 
-    /// All pairs of links of different robots with those of a command; `None` where it has none. Robots that they
-    /// are with are added to `changed`.
+    /// All pairs of links of different robots with those of a command; `None` where it has none. Robots of pairs that are not as
+    /// they were are added to `changed`.
     fn switched<'a>(
         &self,
         robot_index: usize,
@@ -60,23 +70,35 @@ impl Simulation {
         let known = self.contacts.collision_pairs.iter();
         let mut pairs: Pairs<PairKey> =
             known.map(|of| ((of.robots, of.pair.links), of.pair.enabled)).collect();
+        let mut switched: Vec<PairKey> = Vec::new();
         for (index, CollisionPair { link, other_robot, other_link, enabled }) in asked {
             let other_index = self.robot_index(other_robot)?;
             let link = self.entities[robot_index].link(link)?;
             let other = self.entities[other_index].link(other_link)?;
             let mut sides = [(robot_index, link), (other_index, other)];
             sides.sort_unstable();
-            switch(&mut pairs, (sides.map(|side| side.0), sides.map(|side| side.1)), *enabled, index)?;
-            changed.push(other_index);
+            let key = (sides.map(|side| side.0), sides.map(|side| side.1));
+            switch(&mut pairs, key, *enabled, index)?;
+            switched.push(key);
         }
+        let before = |key: &PairKey| {
+            let known = &self.contacts.collision_pairs;
+            let index = known.binary_search_by_key(key, |of| (of.robots, of.pair.links)).ok()?;
+            Some(known[index].pair.enabled)
+        };
+        let switched = switched.into_iter().filter(|key| before(key) != pairs.get(key).copied());
+        changed.extend(switched.flat_map(|(robots, _links)| robots));
         let pair = |((robots, links), enabled)| RobotLinkPair { robots, pair: LinkPair { links, enabled } };
         Ok(Some(pairs.into_iter().map(pair).collect()))
     }
 
-    /// To be called when it changed what these robots touch. What rests on something or beside it is looked at
-    /// again, contacts of what may no longer touch are dropped, and what overlaps now and did not touch before is an
-    /// initial overlap, as after a teleport.
+    /// To be called when it changed what these robots touch. What rests on something or beside it is looked at again, contacts of
+    /// what may no longer touch are dropped, and what overlaps now and did not touch before is an initial overlap, as after a
+    /// teleport: so is what one of these robots is pressed into already.
     pub(in crate::simulation) fn filter_changed(&mut self, robots: &[usize]) {
+        if robots.is_empty() {
+            return;
+        }
         for &robot_index in robots {
             self.wake_around(robot_index);
             let entity = &mut self.entities[robot_index];

@@ -152,12 +152,14 @@ impl Simulation {
     pub(in crate::simulation) fn reload(&mut self, reload: &Reload) -> Result<Reply, Error> {
         let robot_index = self.robot_index(&reload.robot)?;
         self.check_reloaded_sensors(robot_index, &reload.model)?;
+        let model = std::sync::Arc::clone(&reload.model);
+        let fixed = self.entities[robot_index].is_fixed();
+        let tree = tree_for(&self.entities, &model, fixed);
+        self.entities[robot_index].check_reloaded(&tree, &reload.shapes)?;
         self.cancel_trajectories(robot_index, None, "a new model of the robot");
         let version = self.take_version();
         let old = &self.entities[robot_index];
-        let (pose, fixed) = (old.body.root_pose(), old.body.tree().fixed_base);
-        let model = std::sync::Arc::clone(&reload.model);
-        let tree = tree_for(&self.entities, &model, fixed);
+        let pose = old.body.root_pose();
         let mut new = Entity::new(old.state.name.clone(), version, model, tree, pose, false);
         new.state.loaded_at_start = old.state.loaded_at_start;
         let (linear, angular) = old.body.root_twist();
