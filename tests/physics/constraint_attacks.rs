@@ -166,17 +166,18 @@ fn constraints_amid_everything_else_leave_numbers() {
             world.take_events();
             world.observe(&mut state);
             held = held.max(state.constraints.len());
+            // Also in the step that takes a robot out.
+            let numbers = state.velocities.iter().chain(&state.positions);
+            assert!(numbers.copied().all(f64::is_finite), "seed {seed}, step {step}");
+            let are_finite =
+                state.constraint_states.iter().all(|of| of.force.is_finite() && of.torque.is_finite());
+            assert!(are_finite, "seed {seed}, step {step}: {:?}", state.constraint_states);
             let disabled = state.roots.iter().find_map(|root| root.disabled.as_ref());
             if disabled.is_some() {
                 out += 1;
                 println!("seed {seed}, step {step}: {disabled:?}");
                 break;
             }
-            let numbers = state.velocities.iter().chain(&state.positions);
-            assert!(numbers.copied().all(f64::is_finite), "seed {seed}, step {step}");
-            let are_finite =
-                state.constraint_states.iter().all(|of| of.force.is_finite() && of.torque.is_finite());
-            assert!(are_finite, "seed {seed}, step {step}: {:?}", state.constraint_states);
         }
     }
     assert!(done > 1_000 && held > 5, "{done} {held}");

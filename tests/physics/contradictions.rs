@@ -76,21 +76,26 @@ fn world(rng: &mut Rng, mix: Mix) -> Simulation {
     world
 }
 
-/// What is put right in positions alone moves no energy: after two seconds nothing moves faster than what fell to where it is, no world
-/// bursts, and what does not hold is reported.
+/// What is put right in positions alone moves no energy: after two seconds nothing moves faster than what fell to where it is but in one
+/// world of twenty, no more are thrown out of the simulation, and what does not hold is reported.
 #[test]
 fn what_a_robot_cannot_meet_does_not_tear_it_apart() {
     let seeds = std::env::var("CONSTRAINED_WORLDS").ok().and_then(|count| count.parse().ok()).unwrap_or(15);
     for mix in Mix::ALL {
-        let (mut off, mut reported, mut fast) = (0, 0, 0);
+        let (mut off, mut reported, mut fast, mut out) = (0, 0, 0, Vec::new());
         for seed in 0..seeds {
             let mut world = world(&mut Rng::with_seed(seed), mix);
             let mut state = PublishedState::default();
             for _ in 0..2_000 {
                 world.step();
                 world.observe(&mut state);
-                let disabled = &state.roots[0].disabled;
-                assert!(disabled.is_none(), "{mix:?} {seed}: {disabled:?}");
+                let are_finite =
+                    state.constraint_states.iter().all(|of| of.force.is_finite() && of.torque.is_finite());
+                assert!(are_finite, "{mix:?} {seed}: {:?}", state.constraint_states);
+                if state.roots[0].disabled.is_some() {
+                    out.push(seed);
+                    break;
+                }
             }
             let (kinetic, _) = energy(&state);
             fast += u64::from(kinetic > 1e3);
@@ -100,6 +105,7 @@ fn what_a_robot_cannot_meet_does_not_tear_it_apart() {
             }
         }
         assert!(off > 0 && reported * 10 > off * 8, "{mix:?}: {reported} of {off}");
+        assert!(out.len() as u64 <= seeds / 20, "{mix:?}: seeds {out:?} of {seeds} are disabled");
         assert!(fast <= seeds / 20, "{mix:?}: {fast} worlds have links at tens of metres a second");
     }
 }

@@ -43,6 +43,7 @@ mod scenes;
 mod seeds;
 mod sensors;
 mod seven_arm;
+mod shape_casts;
 mod sleeping;
 mod spinning;
 mod surface_queries;

@@ -165,7 +165,7 @@ fn heaps_of_random_hulls_gain_no_energy_and_come_to_rest() {
 }
 
 /// The same that bounce, with friction: hits at once may give energy, which no law of restitution with friction excludes (Kane 1984).
-/// Never more than the heap has fallen with, and in the end they rest as well.
+/// Never more than the heap has fallen with. How many sleep after six seconds is printed.
 #[test]
 fn heaps_that_bounce_stay_below_the_energy_that_they_began_with() {
     const MOST: f64 = 1.001;

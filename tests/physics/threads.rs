@@ -16,10 +16,15 @@ use simd_server::driver::{RealTime, StepThreads};
 use simd_tests::scenes::*;
 
 use crate::constraints::tree;
+use crate::contacts::keep_awake;
 use crate::saved_state_files::through_a_file;
 
-/// Pairs of robots with what falls beside them, too far apart to touch each other.
-const PAIRS: usize = 14;
+/// Pairs of robots with what falls beside them, too far apart to touch each other. Threads are used for groups of so many degrees of
+/// freedom and rows beside the largest: with what lies awake it is far above that.
+const PAIRS: usize = 20;
+
+/// At one place of so many, things fall asleep.
+const SLEEPS: usize = 4;
 
 /// Counts how often work was divided.
 #[derive(Debug)]
@@ -33,7 +38,7 @@ impl Pool for Counting {
 }
 
 /// At each place two robots with a constraint between them, one kind after the other, and things that fall on the ground and come
-/// to rest; some robots have actuators. At one place a robot is tied to the base of another one.
+/// to rest; some robots have actuators. At some places a robot is tied to the base of another one.
 fn scene(rng: &mut Rng) -> Simulation {
     let mut world = world(1e-3);
     let rough = || surface(0.7, 0.1);
@@ -59,6 +64,10 @@ fn scene(rng: &mut Rng) -> Simulation {
             let pose = DPose3::from_translation(DVec3::new(x + 2.0 + 0.02 * up, 0.01, up));
             let name = format!("{name}-{index}");
             spawn(&mut world, Spawn { contact_settings: rough(), ..robot(&name, &model, pose, false) });
+        }
+        if index % SLEEPS != 0 {
+            // And with it what lies on it.
+            keep_awake(&mut world, &format!("box-{index}"));
         }
         constrain(&mut world, index);
     }
@@ -119,15 +128,25 @@ fn constrain(world: &mut Simulation, index: usize) {
     apply(world, Command::CreateConstraint(Box::new(create)));
 }
 
-/// Fingerprints of a run on so many threads, and how often work was divided.
-fn run(threads: usize, steps: u64) -> (Vec<u64>, u64) {
+/// What a run came to.
+struct Run {
+    /// Of its steps.
+    prints: Vec<u64>,
+    /// Steps in which work was divided.
+    divided: u64,
+    /// Steps that were given up and put back.
+    given_up: u64,
+}
+
+/// A run on so many threads.
+fn run(threads: usize, steps: u64) -> Run {
     let divided = Arc::new(AtomicU64::new(0));
     let mut rng = Rng::with_seed(16);
     let mut world = scene(&mut rng);
     let pool = StepThreads::start(threads, RealTime::default()).unwrap();
     let pool = pool.map(|pool| Arc::new(Counting(pool, Arc::clone(&divided))) as Arc<dyn Pool>);
     world.set_pool(pool);
-    let mut prints = Vec::new();
+    let mut run = Run { prints: Vec::new(), divided: 0, given_up: 0 };
     for step in 0..steps {
         match step * 8 {
             at if at == steps => apply(&mut world, Command::SaveState { name: "kept".into() }),
@@ -140,23 +159,25 @@ fn run(threads: usize, steps: u64) -> (Vec<u64>, u64) {
             at if at == 5 * steps => apply(&mut world, Command::RestoreState { name: "brought".into() }),
             _ => {}
         }
+        let joins = divided.load(Relaxed);
         if step % 100 == 0 {
             // Given up in its midst, on whichever thread.
             let (asked, before) = (AtomicU64::new(0), world.fingerprint());
             let last = rng.u64(0..400);
-            let is_whole = world.step_interruptible(&|| asked.fetch_add(1, Relaxed) >= last);
-            prints.push(if is_whole { 0 } else { world.fingerprint() ^ before });
-            if !is_whole {
+            if !world.step_interruptible(&|| asked.fetch_add(1, Relaxed) >= last) {
+                assert_eq!(world.fingerprint(), before, "step {step}");
+                run.given_up += 1;
                 world.step();
             }
-            prints.push(world.fingerprint());
+            run.prints.push(world.fingerprint());
         } else {
             world.step();
         }
+        run.divided += u64::from(divided.load(Relaxed) > joins);
         world.take_events();
     }
-    prints.push(world.fingerprint());
-    (prints, divided.load(Relaxed))
+    run.prints.push(world.fingerprint());
+    run
 }
 
 #[test]
@@ -164,12 +185,12 @@ fn a_world_is_equal_to_the_bit_on_one_thread_on_two_and_on_four() {
     let steps = std::env::var("THREADED_STEPS").ok().and_then(|steps| steps.parse().ok()).unwrap_or(1_600);
     let on = |threads| std::thread::spawn(move || run(threads, steps));
     let [one, two, four] = [1, 2, 4].map(on).map(|run| run.join().unwrap());
-    assert_eq!(one.0, two.0);
-    assert_eq!(one.0, four.0);
-    assert_eq!(one.1, 0);
-    // In a long run most of it sleeps.
-    assert!(two.1 > 1_000 && four.1 > 1_000, "{} and {}", two.1, four.1);
-    // What was given up was put back, and some was.
-    let given_up = one.0.iter().step_by(2).take(steps as usize / 100);
-    assert!(given_up.clone().all(|difference| *difference == 0));
+    assert_eq!(one.prints, two.prints);
+    assert_eq!(one.prints, four.prints);
+    assert_eq!(one.divided, 0);
+    // Of nearly all steps parts were done at the same time.
+    let least = steps * 9 / 10;
+    assert!(two.divided >= least && four.divided >= least, "{} and {} of {steps}", two.divided, four.divided);
+    let given_up = [&one, &two, &four].map(|run| run.given_up);
+    assert!(given_up.iter().all(|count| *count > 0), "{given_up:?} steps were given up");
 }

@@ -1,11 +1,23 @@
 //! Checks of numbers that came from a file; what is wrong is a fragment of a sentence.
 
 use glamx::DPose3;
+use simd_model::{LARGEST_GIVEN, shown};
 
 /// Numbers that are neither NaN nor infinite.
 pub(crate) fn finite(what: &str, values: impl IntoIterator<Item = f64>) -> Result<(), String> {
     match values.into_iter().find(|value| !value.is_finite()) {
         Some(value) => Err(format!("{what} with {value} among them")),
+        None => Ok(()),
+    }
+}
+
+/// Numbers of a size that can be given.
+pub(crate) fn moderate(what: &str, values: impl IntoIterator<Item = f64>) -> Result<(), String> {
+    match values.into_iter().find(|value| value.is_nan() || value.abs() > LARGEST_GIVEN) {
+        Some(value) => Err(format!(
+            "{what} of {}, which is not between -{LARGEST_GIVEN:e} and {LARGEST_GIVEN:e}",
+            shown(value)
+        )),
         None => Ok(()),
     }
 }

@@ -159,6 +159,26 @@ impl Tree {
         self.links.iter().map(pose).collect()
     }
 
+    /// [`Tree::link_poses`] of one link, to the bit, which looks only at what is between it and the root. `q` are all positions; a free
+    /// root's are not looked at.
+    pub fn link_pose(&self, world_from_root: DPose3, q: &[f64], link: usize) -> DPose3 {
+        let LinkFrame { body, body_from_link } = self.links[link];
+        if body.is_none() {
+            return world_from_root * body_from_link;
+        }
+        let (mut chain, mut next) = (Vec::new(), body);
+        while let Some(index) = next {
+            chain.push(index);
+            next = self.bodies[index].parent;
+        }
+        let has_free_root = self.root_positions() > 0;
+        let mut at = Placement::new(world_from_root.rotation, world_from_root.translation);
+        for index in chain.into_iter().rev().filter(|index| *index > 0 || !has_free_root) {
+            at = at.then(&placement(&self.bodies[index], q));
+        }
+        DPose3::from_parts(at.origin, DQuat::from_mat3(&at.rotation).normalize()) * body_from_link
+    }
+
     /// `world_from_body` of each moving body; takes what [`Tree::link_poses`] takes.
     pub fn body_poses(&self, world_from_root: DPose3, positions: &[f64]) -> Vec<DPose3> {
         let root = self.root_positions();

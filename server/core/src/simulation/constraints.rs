@@ -6,7 +6,7 @@ use super::entity::Entity;
 use crate::dynamics::constraint::link_constraint::{
     ConstraintDefinition, ConstraintEnd, ConstraintKind, LinkConstraint, MAX_CONSTRAINT_NAME, Reading,
 };
-use crate::valid::{finite, pose};
+use crate::valid::{finite, moderate, pose};
 
 /// Robots and links that a constraint keeps from touching, the smaller robot, or link of one robot, first.
 pub(super) type ExcludedLinks = ([usize; 2], [usize; 2]);
@@ -47,6 +47,16 @@ impl LinkConstraints {
         for of in &mut self.list {
             if robot.is_none_or(|robot| of.definition.robots().any(|other| other == robot)) {
                 of.forget_motion();
+            }
+        }
+    }
+
+    /// The robot at this index is out of the simulation: what constraints on it keep of the last step is of no use to the next one,
+    /// may be no number, and would be shown and saved for as long as they do nothing.
+    pub(super) fn forget_step(&mut self, robot: usize) {
+        for of in &mut self.list {
+            if of.definition.robots().any(|other| other == robot) {
+                of.forget_step();
             }
         }
     }
@@ -135,6 +145,7 @@ fn check_one(robots: &[Entity], of: &LinkConstraint) -> Result<(), String> {
     }
     for ConstraintEnd { link, frame } in ends {
         pose("has a frame", frame)?;
+        moderate("has a frame with a coordinate", frame.translation.to_array())?;
         if let Some((robot, link)) = *link {
             let robot = robots.get(robot).filter(|robot| link < robot.model.links.len());
             let robot = robot.ok_or("is on a link that is not there")?;
@@ -157,10 +168,13 @@ fn check_one(robots: &[Entity], of: &LinkConstraint) -> Result<(), String> {
             if ends.iter().any(|end| end.link.is_none()) {
                 return Err("is a gear of the world".into());
             }
-            finite("is a gear", [ratio, offset])?;
+            moderate("has a ratio", [ratio])?;
+            moderate("has an offset", [offset])?;
         }
-        ConstraintKind::Distance { length, .. } if length.is_finite() && length >= 0.0 => {}
-        ConstraintKind::Distance { .. } => return Err("has a length that cannot be".into()),
+        ConstraintKind::Distance { length, .. } if length < 0.0 => {
+            return Err(format!("has a length of {length}, which is below 0"));
+        }
+        ConstraintKind::Distance { length, .. } => moderate("has a length", [length])?,
     }
     if !(*max_force >= 0.0 && *max_torque >= 0.0) {
         return Err("has a limit that is not a size".into());

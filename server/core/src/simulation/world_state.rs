@@ -82,7 +82,7 @@ impl WorldState {
 }
 
 /// As bytes. That fails for lists of unknown length only, and no state has one.
-pub(super) fn encoded(value: &impl Serialize) -> Vec<u8> {
+pub(crate) fn encoded(value: &impl Serialize) -> Vec<u8> {
     postcard::to_allocvec(value).unwrap_or_default()
 }
 

@@ -1,4 +1,4 @@
-//! Responses to several impulses at once are those to each.
+//! Responses to several impulses at once are those to each, and the pose of one link is that among all.
 
 use glamx::DMat3;
 use pulp::{Scalar, Simd};
@@ -151,6 +151,18 @@ fn responses_to_three_wrenches_have_the_bits_of_those_to_each() {
                     assert_eq!(together.to_bits(), (0.0 + alone).to_bits(), "{body}, {k}");
                 }
             }
+        }
+    }
+}
+
+#[test]
+fn the_pose_of_one_link_is_that_among_those_of_all() {
+    for is_fixed in [true, false] {
+        let robot = robot(is_fixed);
+        let (tree, q, root) = (robot.tree(), robot.positions(), robot.root_pose());
+        let all = tree.link_poses(root, &q[tree.root_positions()..]);
+        for (link, pose) in all.into_iter().enumerate() {
+            assert_eq!(tree.link_pose(root, q, link), pose, "{is_fixed} {link}");
         }
     }
 }

@@ -151,6 +151,12 @@ impl LinkConstraint {
         (self.is_dragged, self.reading) = (false, Reading::default());
     }
 
+    /// It has not acted in a part of a step.
+    pub fn skip_part(&mut self) {
+        (self.impulses, self.is_least, self.motion) = ([[0.0; 3]; 2], false, None);
+        (self.reading.last_force, self.reading.last_torque) = (DVec3::ZERO, DVec3::ZERO);
+    }
+
     /// Before a step.
     pub fn begin_step(&mut self) {
         (self.reading.force, self.reading.torque) = (DVec3::ZERO, DVec3::ZERO);

@@ -36,7 +36,9 @@ impl Island {
             if !self.links.iter_mut().any(|link| is_pulled(&link)) {
                 return true;
             }
-            self.find_errors_after(robots, constraints, h);
+            if !self.find_errors_after(robots, constraints, h, interrupt) {
+                return false;
+            }
             let Self { links, blocks, velocities, .. } = self;
             let mut is_any = false;
             for link in links.iter_mut().filter(is_pulled) {

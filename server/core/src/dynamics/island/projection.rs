@@ -47,7 +47,7 @@ impl Island {
             if !self.was_least {
                 return true;
             }
-            let change = self.find_bending(robots, constraints, h);
+            let Some(change) = self.find_bending(robots, constraints, h, interrupt) else { return false };
             if round == 0 {
                 first = change;
             }
@@ -76,14 +76,17 @@ impl Island {
     }
 
     /// What each constraint leaves its tangent by with these velocities. By how much that is not what was taken for it, at
-    /// the most.
+    /// the most; `None` where it was interrupted.
     fn find_bending<R: AsMut<Articulation>>(
         &mut self,
         robots: &mut [R],
         constraints: &[ActiveConstraint<'_>],
         h: f64,
-    ) -> f64 {
-        self.find_errors_after(robots, constraints, h);
+        interrupt: &dyn Fn() -> bool,
+    ) -> Option<f64> {
+        if !self.find_errors_after(robots, constraints, h, interrupt) {
+            return None;
+        }
         let Self { links, blocks, velocities, .. } = self;
         let mut largest = 0.0f64;
         for link in links {
@@ -111,16 +114,18 @@ impl Island {
                 largest = change.into_iter().fold(largest, |largest, change| largest.max(change.abs()));
             }
         }
-        largest
+        Some(largest)
     }
 
-    /// The errors of each constraint after a step of `h` with the velocities that there are.
+    /// The errors of each constraint after a step of `h` with the velocities that there are. False where it was interrupted, which is asked
+    /// before each: where an end is takes a walk to its robot's root, which may be far.
     pub(super) fn find_errors_after<R: AsMut<Articulation>>(
         &mut self,
         robots: &mut [R],
         constraints: &[ActiveConstraint<'_>],
         h: f64,
-    ) {
+        interrupt: &dyn Fn() -> bool,
+    ) -> bool {
         let Self { members, links, blocks, velocities, .. } = self;
         let mut last: Option<(usize, [DPose3; 2])> = None;
         for link in links {
@@ -137,6 +142,7 @@ impl Island {
             // Forces and torques of a constraint follow each other.
             let frames = match last {
                 Some((index, frames)) if index == link.rows.contact => frames,
+                _ if interrupt() => return false,
                 _ => [0, 1].map(|i| {
                     let ((member, body), end) = (link.ends[i], &constraint.definition.ends[i]);
                     let (Some(body), Some((_, index))) = (body, end.link) else { return fixed[i] };
@@ -149,5 +155,6 @@ impl Island {
             last = Some((link.rows.contact, frames));
             link.errors_after = constraint.aims(frames)[usize::from(link.turns)].errors;
         }
+        true
     }
 }

@@ -83,8 +83,11 @@ impl Island {
         split.velocities.clear();
         split.velocities.resize(velocities.len(), 0.0);
         std::mem::swap(velocities, &mut split.drift);
-        self.find_errors_after(robots, constraints, h);
+        let is_whole = self.find_errors_after(robots, constraints, h, interrupt);
         std::mem::swap(&mut self.velocities, &mut self.split.drift);
+        if !is_whole {
+            return None;
+        }
         self.links.iter_mut().for_each(|link| link.within = link.near());
         if !self.links.iter().any(is_off) {
             return Some(false);
@@ -156,7 +159,7 @@ impl Island {
                 if self.split.step.iter().all(|step| step.abs() * h < NO_WAY) {
                     return Some(is_any);
                 }
-                fallen = self.go_where_it_is_least(robots, constraints, h, sum);
+                fallen = self.go_where_it_is_least(robots, constraints, (h, sum), interrupt)?;
                 if fallen.is_some() {
                     break;
                 }
@@ -299,17 +302,17 @@ impl Island {
     }
 
     /// Adds as much of the step as the sum of errors falls with most: the whole of it could lead from one side of the least to the other
-    /// in each step of the world. How long that was, and the sum there.
+    /// in each step of the world. How long that was, and the sum there, if it falls anywhere; `None` where it was interrupted.
     fn go_where_it_is_least<R: AsMut<Articulation>>(
         &mut self,
         robots: &mut [R],
         constraints: &[ActiveConstraint<'_>],
-        h: f64,
-        before: f64,
-    ) -> Option<(f64, f64)> {
+        (h, before): (f64, f64),
+        interrupt: &dyn Fn() -> bool,
+    ) -> Option<Option<(f64, f64)>> {
         let (mut length, mut best) = (1.0, None);
         for _ in 0..HALVINGS {
-            let sum = self.sum_after(robots, constraints, h, length);
+            let sum = self.sum_after(robots, constraints, (h, length), interrupt)?;
             match best {
                 Some((_, least)) if sum >= least => break,
                 _ if sum < before * (1.0 - ROUNDING) => best = Some((length, sum)),
@@ -317,29 +320,29 @@ impl Island {
             }
             length *= 0.5;
         }
-        let (length, sum) = best?;
+        let Some((length, sum)) = best else { return Some(None) };
         // The errors there are those that the next step begins with.
-        self.sum_after(robots, constraints, h, length);
+        self.sum_after(robots, constraints, (h, length), interrupt)?;
         let Split { velocities, step, .. } = &mut self.split;
         velocities.iter_mut().zip(&*step).for_each(|(split, step)| *split += length * step);
-        Some((length * self.split.length, sum))
+        Some(Some((length * self.split.length, sum)))
     }
 
-    /// The sum of errors after so much of the step.
+    /// The sum of errors after so much of the step; `None` where it was interrupted.
     fn sum_after<R: AsMut<Articulation>>(
         &mut self,
         robots: &mut [R],
         constraints: &[ActiveConstraint<'_>],
-        h: f64,
-        length: f64,
-    ) -> f64 {
+        (h, length): (f64, f64),
+        interrupt: &dyn Fn() -> bool,
+    ) -> Option<f64> {
         let Split { velocities, drift, step, trial, .. } = &mut self.split;
         trial.clear();
         trial.extend((0..drift.len()).map(|i| drift[i] + velocities[i] + length * step[i]));
         std::mem::swap(&mut self.velocities, trial);
-        self.find_errors_after(robots, constraints, h);
+        let is_whole = self.find_errors_after(robots, constraints, h, interrupt);
         std::mem::swap(&mut self.velocities, &mut self.split.trial);
-        self.error_sum()
+        is_whole.then(|| self.error_sum())
     }
 
     /// Half of the sum of the squares of errors, each over its mean J M^-1 J'.

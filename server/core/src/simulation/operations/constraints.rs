@@ -37,13 +37,15 @@ impl Simulation {
         let [a, b] = ends.map(|(field, end)| self.constraint_link(end, is_gear, field));
         let (a, b) = (a?, b?);
         self.check_ends(a, b, is_gear)?;
+        let [parent_link, child_link] = [a, b].map(|link| self.link_pose(link));
         let first = parent.pose.unwrap_or(DPose3::IDENTITY);
-        let at = self.link_pose(a) * first;
+        let at = parent_link * first;
         let second = child.pose.unwrap_or_else(|| match kind {
             RequestedConstraint::Distance { .. } | RequestedConstraint::Gear { .. } => DPose3::IDENTITY,
-            _ => self.link_pose(b).inverse() * at,
+            _ => child_link.inverse() * at,
         });
-        let across = (self.link_pose(b) * second).translation - at.translation;
+        check::moderate_pose("pose", &second).map_err(|error| error.within(|| "child".to_owned()))?;
+        let across = (child_link * second).translation - at.translation;
         let kind = match *kind {
             RequestedConstraint::Weld => ConstraintKind::Weld,
             RequestedConstraint::PointToPoint => ConstraintKind::PointToPoint,
@@ -55,8 +57,8 @@ impl Simulation {
                 ConstraintKind::Gear { ratio, offset: check::moderate("offset", offset.unwrap_or_else(now))? }
             }
             RequestedConstraint::Distance { length, is_rope } => {
-                let length = check::at_least_zero("length", length.unwrap_or_else(|| across.length()))?;
-                ConstraintKind::Distance { length, is_rope }
+                let length = length.unwrap_or_else(|| across.length());
+                ConstraintKind::Distance { length: distance("length", length)?, is_rope }
             }
         };
         let definition = ConstraintDefinition {
@@ -103,7 +105,7 @@ impl Simulation {
         let poses = [("parent_pose", parent_pose), ("child_pose", child_pose)];
         for ((field, pose), end) in poses.into_iter().zip(&mut definition.ends) {
             if let Some(pose) = pose {
-                check::pose(field, pose)?;
+                check::moderate_pose(field, pose)?;
                 end.frame = *pose;
             }
         }
@@ -126,7 +128,7 @@ impl Simulation {
                 }
             };
             *slot = match field {
-                "length" => check::at_least_zero(field, value)?,
+                "length" => distance(field, value)?,
                 _ => check::moderate(field, value)?,
             };
         }
@@ -223,16 +225,20 @@ impl Simulation {
     }
 
     fn free_constraint_name(&self, name: &str) -> Result<String, Error> {
-        let is_taken = |name: &str| self.constraints.list.iter().any(|of| of.definition.name == name);
+        let list = &self.constraints.list;
         if name.is_empty() {
-            let mut number = 1u64;
-            loop {
-                let candidate = format!("constraint_{number}");
-                if !self.constraints.list.iter().any(|of| of.definition.name == candidate) {
-                    return Ok(candidate);
+            // One of the first numbers is free, of which there is one more than there are constraints.
+            let mut taken = vec![false; list.len() + 1];
+            for of in list {
+                let number = of.definition.name.strip_prefix("constraint_");
+                let number = number.filter(|number| !number.starts_with('0'));
+                let number = number.and_then(|number| number.parse::<usize>().ok());
+                if let Some(slot) = number.and_then(|number| taken.get_mut(number.checked_sub(1)?)) {
+                    *slot = true;
                 }
-                number += 1;
             }
+            let free = taken.iter().position(|taken| !*taken).unwrap_or_default();
+            return Ok(format!("constraint_{}", free + 1));
         }
         if !is_robot_name(name) || name.len() > MAX_CONSTRAINT_NAME {
             let expected = format!(
@@ -240,7 +246,7 @@ impl Simulation {
             );
             return Err(check::refuse("name", format!("{name:?}"), expected));
         }
-        if is_taken(name) {
+        if list.iter().any(|of| of.definition.name == name) {
             return Err(Error::ConstraintExists { constraint: name.to_owned() });
         }
         Ok(name.to_owned())
@@ -255,7 +261,7 @@ impl Simulation {
     ) -> Result<Option<(usize, usize)>, Error> {
         let RequestedEnd { robot, link, joint, pose } = end;
         if let Some(pose) = pose {
-            check::pose("pose", pose).map_err(|error| error.within(|| field.to_owned()))?;
+            check::moderate_pose("pose", pose).map_err(|error| error.within(|| field.to_owned()))?;
         }
         if robot.is_empty() {
             return match (is_gear, link.is_empty() && joint.is_empty()) {
@@ -314,8 +320,7 @@ impl Simulation {
     fn link_pose(&self, link: Option<(usize, usize)>) -> DPose3 {
         let Some((robot, link)) = link else { return DPose3::IDENTITY };
         let body = &self.entities[robot].body;
-        let positions = &body.positions()[body.tree().root_positions()..];
-        body.tree().link_poses(body.root_pose(), positions)[link]
+        body.tree().link_pose(body.root_pose(), body.positions(), link)
     }
 
     /// Of the joint above a link of one axis.
@@ -331,6 +336,11 @@ impl Simulation {
 fn unit(field: &str, axis: DVec3) -> Result<DVec3, Error> {
     check::vector(field, axis)?;
     axis.try_normalize().ok_or_else(|| check::refuse(field, axis, "it must not be zero"))
+}
+
+/// How far two points are to be from each other.
+fn distance(field: &str, length: f64) -> Result<f64, Error> {
+    check::at_least_zero(field, length).and_then(|length| check::moderate(field, length))
 }
 
 /// A limit, which may be infinite.

@@ -13,12 +13,13 @@ impl Simulation {
         let robot_index = self.robot_index(robot)?;
         let entity = &mut self.entities[robot_index];
         let found = entity.check_links(links, "links")?;
+        let before = entity.state.groups.clone();
         for (link, properties) in found.into_iter().zip(links) {
             entity.colliders.set_material(link, &properties.material);
             entity.set_groups(link, properties);
         }
         entity.state.surfaces = entity.colliders.surfaces().collect();
-        if links.iter().any(|link| link.collision_group.is_some() || link.collision_mask.is_some()) {
+        if entity.state.groups != before {
             self.filter_changed(&[robot_index]);
         }
         self.settings_changed(robot_index);

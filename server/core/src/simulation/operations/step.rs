@@ -63,7 +63,8 @@ impl Simulation {
 
     /// The same as [`Simulation::step`], given up as soon as `interrupt` says so: then all is as if the step had never begun, to
     /// the bit, and the answer is false. It is asked before each part of the step, each pair of robots that
-    /// are near each other, each contact that is measured and each sweep of the solver.
+    /// are near each other, each contact and each constraint that is measured, each constraint that is looked at
+    /// where the step may lead to, and each sweep of the solver.
     ///
     /// Costs a copy of the world's state, which is what is gone back to.
     pub fn step_interruptible(&mut self, interrupt: &Interrupt<'_>) -> bool {
@@ -138,6 +139,7 @@ impl Simulation {
                 entity.judge_trajectories(time_step);
                 let robot = entity.state.name.clone();
                 self.contacts.forget(robot_index);
+                self.constraints.forget_step(robot_index);
                 self.happened(EventKind::EntityDisabled { robot, reason });
             }
         }
@@ -277,14 +279,20 @@ impl Part<'_> {
                 member.as_mut().solve_alone(gravity, h);
                 member.as_mut().finish(gravity, h);
             }
+            // Nothing between them has acted.
+            for contact in &mut *group.contacts {
+                (contact.impulse, contact.turning_impulse) = (DVec3::ZERO, DVec3::ZERO);
+                contact.is_least = false;
+            }
+            group.links.iter_mut().for_each(|link| link.constraint.skip_part());
         } else {
             let (indices, contacts, links) = (group.indices, &mut *group.contacts, &mut *group.links);
             if !island.solve((&mut *group.robots, indices), contacts, links, (gravity, h), interrupt) {
                 return false;
             }
-        }
-        for contact in &mut *group.contacts {
-            contact.total += contact.impulse;
+            for contact in &mut *group.contacts {
+                contact.total += contact.impulse;
+            }
         }
         group.rest(h, ends);
         true

@@ -1,9 +1,11 @@
 //! Tests of constraints between links.
 
 mod bodies;
+mod disabled;
 mod extremes;
 mod loops;
 mod rules;
+mod sizes;
 mod split_velocities;
 mod threads;
 

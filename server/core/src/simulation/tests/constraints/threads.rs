@@ -43,6 +43,28 @@ fn pairs() -> Simulation {
     world
 }
 
+/// Where an end is after a step takes a walk along its robot: of a long one with many constraints such walks are most of a step. Once for
+/// each constraint that is measured, and once more for each of the two times that it is looked at where the step leads to.
+#[test]
+fn a_step_can_be_given_up_at_each_look_at_a_constraint() {
+    let mut world = world_of(Integrator::Leapfrog, GRAVITY);
+    add_body(&mut world, "box", body(1.0, DVec3::splat(0.2)), DVec3::Z);
+    let count = 100;
+    for _ in 0..count {
+        let point = RequestedConstraint::PointToPoint;
+        create(&mut world, constraint(point, end("", "", DVec3::Z), as_it_is("box")));
+    }
+    run(&mut world, 0.1);
+    let asked = std::sync::atomic::AtomicU64::new(0);
+    let interrupt = || {
+        asked.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+        false
+    };
+    assert!(world.step_interruptible(&interrupt));
+    let asked = asked.into_inner();
+    assert!(asked >= 2 * count, "{asked}");
+}
+
 #[test]
 fn constraints_are_equal_to_the_bit_on_threads() {
     let (mut alone, mut shared) = (pairs(), pairs());

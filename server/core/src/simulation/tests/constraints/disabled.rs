@@ -1,0 +1,63 @@
+//! Constraints on robots that are taken out of the simulation.
+
+use super::*;
+use crate::dynamics::constraint::link_constraint::LinkConstraint;
+
+/// Two boxes that hang in the world, the second on the first.
+fn hanging() -> Simulation {
+    let mut world = world_of(Integrator::Leapfrog, GRAVITY);
+    add_body(&mut world, "a", body(1.0, DVec3::splat(0.2)), DVec3::Z);
+    add_body(&mut world, "b", body(2.0, DVec3::splat(0.2)), DVec3::new(0.3, 0.0, 1.0));
+    create(&mut world, constraint(RequestedConstraint::Weld, end("", "", DVec3::Z), as_it_is("a")));
+    create(&mut world, constraint(RequestedConstraint::Weld, end("a", "", DVec3::X * 0.15), as_it_is("b")));
+    world
+}
+
+/// What is no number is gone with the step in which robots are disabled: their constraints show nothing, a state that is saved then can
+/// be brought in elsewhere, and robots that are put back go on as they were.
+#[test]
+fn constraints_of_disabled_robots_keep_nothing_of_the_step() {
+    let mut world = hanging();
+    run(&mut world, 0.1);
+    world.constraints.list[1].impulses[0] = [f64::NAN; 3];
+    world.step();
+    let state = look(&world);
+    assert!(state.roots.iter().all(|root| root.disabled.is_some()), "{:?}", state.roots);
+    for of in &world.constraints.list {
+        assert_eq!(*of, LinkConstraint::new(of.definition.clone()));
+    }
+    assert!(state.constraint_states.iter().all(|of| *of == ConstraintState::default()));
+    world.apply(&Command::SaveState { name: "then".into() }).unwrap();
+    let saved = look(&world).saved("then").unwrap().saved().clone();
+    Saved::new(saved.world_state().clone(), saved.parts()).unwrap();
+    for robot in ["a", "b"] {
+        let back = Command::SetEntityState { robot: robot.into(), pose: None, twist: None };
+        world.apply(&back).unwrap();
+    }
+    let state = run(&mut world, 0.1);
+    assert!(state.roots.iter().all(|root| root.disabled.is_none()), "{:?}", state.roots);
+    let force = state_of(&state, "constraint_1").force;
+    assert!((force - DVec3::Z * (3.0 * GRAVITY)).length() < 1e-3, "{force}");
+}
+
+/// An arm from which a box hangs that is disabled alone: what the two exchanged before is no longer shown, nor part of what the arm's
+/// joint carries, which is the arm's own weight.
+#[test]
+fn a_constraint_with_a_disabled_robot_pulls_at_nothing() {
+    let mut world = world_of(Integrator::Leapfrog, GRAVITY);
+    world.apply(&Command::Spawn(Box::new(spawn("arm", arm())))).unwrap();
+    add_body(&mut world, "box", body(0.1, DVec3::splat(0.1)), DVec3::new(0.3, 0.0, 0.2));
+    let weld = constraint(RequestedConstraint::Weld, end("arm", "arm", DVec3::X * 0.3), as_it_is("box"));
+    let name = create(&mut world, weld);
+    let carried = |state: &PublishedState| {
+        let reactions = state.joint_reactions(0, DVec3::Z * -GRAVITY).unwrap();
+        reactions[0][0].length()
+    };
+    let state = run(&mut world, 2.0);
+    assert!((carried(&state) - 0.29992 * GRAVITY).abs() < 1e-3, "{}", carried(&state));
+    world.entities[1].body.velocities_mut()[0] = f64::NAN;
+    let state = run(&mut world, 2.0);
+    assert!(state.roots[1].disabled.is_some() && state.roots[0].disabled.is_none());
+    assert_eq!(state_of(&state, &name), ConstraintState::default());
+    assert!((carried(&state) - 0.19992 * GRAVITY).abs() < 1e-3, "{}", carried(&state));
+}
