@@ -1,5 +1,6 @@
 //! Permits for work that few may do at a time. Clients that wait are served round robin, one call each, so that one with many calls
-//! does not keep the others waiting.
+//! does not keep the others waiting. Where work takes long, a client has one permit at the most, so that it does not keep all of them
+//! either.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -24,6 +25,10 @@ struct Queue {
     free: usize,
     /// In the order in which they are served; none is without a call.
     clients: VecDeque<(Account, VecDeque<oneshot::Sender<Permit>>)>,
+    /// A client has one permit at the most, and waits for a second one also where one is free.
+    has_one_each: bool,
+    /// Clients that have a permit, where each has one at the most.
+    holders: Vec<Account>,
 }
 
 /// Allows one piece of work until it is dropped.
@@ -31,13 +36,23 @@ struct Queue {
 pub(crate) struct Permit {
     /// Where it goes back to.
     queue: Option<Arc<Mutex<Queue>>>,
+    /// Whose it is.
+    account: Account,
 }
 
 impl FairPermits {
     /// So many permits. For one may wait so many calls, of which one client may have a part.
     pub(crate) fn new(permits: usize, waiting: usize, waiting_of_one: usize, what: &'static str) -> Self {
-        let queue = Queue { free: permits, clients: VecDeque::new() };
+        let queue =
+            Queue { free: permits, clients: VecDeque::new(), has_one_each: false, holders: Vec::new() };
         Self { queue: Arc::new(Mutex::new(queue)), what, waiting, waiting_of_one }
+    }
+
+    /// The same where a client has one permit at the most, also where others are free: as a permit cannot be taken back, those who
+    /// come later would wait for that client's work. The daemon's own process has no such limit.
+    pub(crate) fn with_one_each(self) -> Self {
+        lock(&self.queue).has_one_each = true;
+        self
     }
 
     /// A permit, once this client is next in the round robin.
@@ -46,12 +61,14 @@ impl FairPermits {
     /// At once where too many wait already, of all clients or of this one.
     pub(crate) async fn acquire(&self) -> Result<Permit, CallError> {
         let receiver = {
+            let account = Account::current();
             let mut queue = lock(&self.queue);
-            if queue.free > 0 {
+            if queue.free > 0 && queue.may_have_one(&account) {
                 queue.free -= 1;
-                return Ok(Permit { queue: Some(Arc::clone(&self.queue)) });
+                queue.hold(&account);
+                return Ok(Permit { queue: Some(Arc::clone(&self.queue)), account });
             }
-            self.wait(&mut queue, Account::current())?
+            self.wait(&mut queue, account)?
         };
         receiver.await.map_err(|_closed| CallError::ShuttingDown)
     }
@@ -88,34 +105,61 @@ fn lock(queue: &Mutex<Queue>) -> MutexGuard<'_, Queue> {
 }
 
 impl Queue {
-    /// The first call of the client that is next in the round robin, which is the last in the order then.
-    fn next(&mut self) -> Option<oneshot::Sender<Permit>> {
-        let (client, mut calls) = self.clients.pop_front()?;
-        let call = calls.pop_front();
-        if !calls.is_empty() {
-            self.clients.push_back((client, calls));
+    /// Whether a client may have a permit now.
+    fn may_have_one(&self, client: &Account) -> bool {
+        *client == Account::Process || !self.holders.contains(client)
+    }
+
+    /// A client gets a permit.
+    fn hold(&mut self, client: &Account) {
+        if self.has_one_each {
+            self.holders.push(client.clone());
         }
-        call
+    }
+
+    /// A client gives a permit back.
+    fn give_back(&mut self, client: &Account) {
+        if let Some(index) = self.holders.iter().position(|holder| holder == client) {
+            self.holders.swap_remove(index);
+        }
+    }
+
+    /// The first call of the client that is next in the round robin and may have a permit, which it holds from now on. It is the last in
+    /// the order then.
+    fn next(&mut self) -> Option<(Account, oneshot::Sender<Permit>)> {
+        let index = self.clients.iter().position(|(client, _)| self.may_have_one(client))?;
+        let (client, mut calls) = self.clients.remove(index)?;
+        let call = calls.pop_front()?;
+        if !calls.is_empty() {
+            self.clients.push_back((client.clone(), calls));
+        }
+        self.hold(&client);
+        Some((client, call))
     }
 }
 
 impl Drop for Permit {
     fn drop(&mut self) {
         let Some(queue) = self.queue.take() else { return };
+        let mut holder = self.account.clone();
         loop {
             let next = {
                 let mut waiting = lock(&queue);
+                waiting.give_back(&holder);
                 let next = waiting.next();
                 if next.is_none() {
                     waiting.free += 1;
                 }
                 next
             };
-            let Some(call) = next else { return };
-            match call.send(Self { queue: Some(Arc::clone(&queue)) }) {
+            let Some((account, call)) = next else { return };
+            match call.send(Self { queue: Some(Arc::clone(&queue)), account }) {
                 Ok(()) => return,
                 // Its caller is gone: the permit is the next one's.
-                Err(mut unwanted) => unwanted.queue = None,
+                Err(mut unwanted) => {
+                    unwanted.queue = None;
+                    holder = unwanted.account.clone();
+                }
             }
         }
     }
@@ -169,6 +213,38 @@ mod tests {
             order.push(calls.remove(index.unwrap()).0);
         }
         assert_eq!(order, ["a", "b", "c", "a", "b", "a"]);
+    }
+
+    #[test]
+    fn a_client_with_a_permit_waits_for_a_second_one_also_where_one_is_free() {
+        let permits: &'static FairPermits =
+            Box::leak(Box::new(FairPermits::new(2, 10, 10, "calls").with_one_each()));
+        let first = granted(&mut call(permits, "a")).unwrap();
+        let mut second = call(permits, "a");
+        assert!(granted(&mut second).is_none(), "the other one is for other clients");
+        let of_other = granted(&mut call(permits, "b")).unwrap();
+        let mut third = call(permits, "c");
+        assert!(granted(&mut third).is_none());
+        drop(of_other);
+        assert!(granted(&mut second).is_none(), "who is first in the order and has one is passed over");
+        let third = granted(&mut third).unwrap();
+        drop(first);
+        let second = granted(&mut second).unwrap();
+        drop((second, third));
+        let both = ["a", "b"].map(|client| granted(&mut call(permits, client)));
+        assert!(both.iter().all(Option::is_some), "all are free again");
+    }
+
+    #[test]
+    fn a_client_whose_waiting_call_gave_up_can_have_a_permit_again() {
+        let permits: &'static FairPermits =
+            Box::leak(Box::new(FairPermits::new(1, 10, 10, "calls").with_one_each()));
+        let held = granted(&mut call(permits, "a")).unwrap();
+        let mut gone = call(permits, "b");
+        assert!(granted(&mut gone).is_none());
+        drop(gone);
+        drop(held);
+        assert!(granted(&mut call(permits, "b")).is_some());
     }
 
     #[test]

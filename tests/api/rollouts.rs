@@ -194,3 +194,34 @@ async fn a_rollout_ends_with_its_caller_and_leaves_its_place_to_others() {
     let next = tokio::time::timeout(Duration::from_secs(60), daemon.client.rollout(to(&[0.1]), |_| ())).await;
     next.expect("the place of those who left is free").unwrap();
 }
+
+/// A second rollout of a client waits for its first, also where one more could be computed.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn one_client_with_two_long_rollouts_keeps_no_other_from_its_own() {
+    // None of them ends by itself while the test waits.
+    let daemon = Daemon::start_via(Via::Grpc, |config| config.limits.rollout_seconds = 86_400).await;
+    crate::load_arm(&daemon.client, "arm").await;
+    let mut began = Vec::new();
+    for _ in 0..2 {
+        let (said, heard) = tokio::sync::mpsc::channel(1);
+        let client = daemon.client.clone();
+        let work = async move {
+            client
+                .rollout(endless(), |progress: &proto::RolloutProgress| {
+                    let _ = said.try_send(progress.copies);
+                })
+                .await
+        };
+        began.push((tokio::spawn(work), heard));
+    }
+    for (_, heard) in &mut began {
+        assert_eq!(heard.recv().await, Some(60_000));
+    }
+    let other = daemon.another_client().await;
+    let next = tokio::time::timeout(Duration::from_secs(60), other.rollout(to(&[0.1]), |_| ())).await;
+    next.expect("a permit is left for another client").unwrap();
+    for (call, _) in &began {
+        assert!(!call.is_finished());
+        call.abort();
+    }
+}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import socket
 from collections.abc import Iterator
 from typing import Any
@@ -174,6 +175,42 @@ def test_the_part_of_a_daemon_that_is_killed_is_asked_of_the_others(one: Behind,
             other.sim.rollout(1, daemons=[other.sim], **asked)
     finally:
         other.end()
+
+
+def test_the_part_of_a_daemon_that_hangs_is_asked_of_the_others(one: Behind, router: str) -> None:
+    other = Behind(router, "hung")
+    try:
+        one.sim.share_state(STATE, [other.sim])
+        asked: dict[str, Any] = {
+            "controls": [Control("arm", np.random.default_rng(2).normal(0.0, 0.3, (64, 1, 2)))],
+            "observe": [Observation("joint_positions", "arm")],
+            "saved_state": STATE,
+        }
+        alone = one.sim.rollout(20, **asked)
+        other.process.send_signal(signal.SIGSTOP)
+        shared = one.sim.rollout(20, daemons=[other.sim], timeout=4.0, **asked)
+        assert_equal(shared, alone)
+        with pytest.raises(simd_client.DeadlineExceeded, match="`hung` said nothing for 1 s"):
+            other.sim.rollout(20, daemons=[other.sim], timeout=2.0, **asked)
+    finally:
+        other.process.send_signal(signal.SIGCONT)
+        other.end()
+
+
+def test_states_of_one_moment_that_differ_are_not_mixed(one: Behind, two: Behind) -> None:
+    one.sim.save_state("posed")
+    one.sim.share_state("posed", [two.sim])
+    asked: dict[str, Any] = {"copies": 16, "saved_state": "posed", "daemons": [two.sim]}
+    assert len(one.sim.rollout(1, **asked)) == 16
+    two.sim.restore_state("posed")
+    try:
+        two.sim.robots["arm"].reset_joints([0.3, -0.2])
+        two.sim.save_state("posed")
+        with pytest.raises(ValueError, match="`one` and `two` hold different saved states of the name `posed`"):
+            one.sim.rollout(1, **asked)
+    finally:
+        for robot in list(two.sim.robots.values()):
+            robot.delete()
 
 
 def test_what_daemons_cannot_share_is_said(one: Behind, two: Behind) -> None:

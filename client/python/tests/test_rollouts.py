@@ -160,6 +160,8 @@ def test_what_does_not_fit_is_said(sim: Simulation, arm: Robot) -> None:
         sim.rollout(1, [Control(arm, [[0.0]], ["knee"])])
     with pytest.raises(simd_client.LimitExceeded, match="copies"):
         sim.rollout(1, copies=100_000)
+    with pytest.raises(simd_client.InvalidValue, match=r"costs\[0\].weight"):
+        sim.rollout(1, costs=[Cost.joint_efforts(arm, weight=1e308), Cost.joint_efforts(arm, weight=-1e308)])
     with pytest.raises(simd_client.InvalidValue, match=r"controls\[0\].values"):
         sim.rollout(1, [Control(arm, [[0.0]])])
 
@@ -215,6 +217,47 @@ def test_environments_are_reset_by_the_step_after_they_ended(sim: Simulation, ar
     assert (rewards == 0).all() and not truncated.any()
     assert not np.array_equal(reset, observations)
     np.testing.assert_allclose(reset, first, atol=1.0)
+
+
+def test_each_environment_begins_by_its_own_seed_where_there_is_one_for_each(sim: Simulation, arm: Robot) -> None:
+    pytest.importorskip("gymnasium")
+    from simd_client.gym import RolloutEnv
+
+    envs = RolloutEnv(sim, arm, copies=3, limit=2.0, steps=2, episode=1, spread=0.1)
+    first, _ = envs.reset(seed=[1, 2, 3])
+    turned, _ = envs.reset(seed=[3, 2, 7])
+    np.testing.assert_array_equal(turned[:2], first[[2, 1]])
+    assert not np.array_equal(turned[2], first[0])
+    # What comes after the first episode is drawn from the same sources.
+    ends: list[FloatArray] = []
+    for seeds in ([1, 2, 3], [3, 2, 1]):
+        envs.reset(seed=seeds)
+        envs.step(np.zeros((3, 2)))
+        ends.append(envs.step(np.zeros((3, 2)))[0])
+    np.testing.assert_array_equal(ends[0], ends[1][::-1])
+    assert np.isfinite(envs.reset(seed=[1, None, 3])[0]).all()
+    with pytest.raises(ValueError, match="^there are 2 seeds for 3 environments$"):
+        envs.reset(seed=[1, 2])
+
+
+def test_environments_differ_by_their_variations_which_a_reset_draws(sim: Simulation, arm: Robot) -> None:
+    pytest.importorskip("gymnasium")
+    from simd_client.gym import RolloutEnv
+
+    masses = Variation("link_masses", arm, uniform=(0.2, 5.0))
+    envs = RolloutEnv(sim, arm, copies=3, limit=2.0, steps=50, variations=[masses])
+
+    def ends(seed: int | None) -> FloatArray:
+        envs.reset(seed=seed)
+        return envs.step(np.full((3, 2), 0.5))[0]
+
+    first = ends(7)
+    assert len(np.unique(first[:, 0])) == 3, "all begin alike, and have other masses"
+    np.testing.assert_array_equal(ends(7), first)
+    assert not np.array_equal(ends(8), first)
+    assert not np.array_equal(ends(None), ends(None)), "each reset draws"
+    with pytest.raises(ValueError, match="joint_positions would be added at each action: `spread`"):
+        RolloutEnv(sim, arm, copies=3, variations=[Variation("joint_positions", arm, normal=(0.0, 0.1))])
 
 
 def test_an_environment_of_a_robot_that_is_free_and_ends_where_it_is_asked_to(sim: Simulation) -> None:

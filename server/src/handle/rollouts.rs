@@ -3,30 +3,29 @@
 //!
 //! A rollout is computed in slices of some milliseconds, of as many threads as there are processors, and of one less while the
 //! world follows the wall clock: two rollouts that are computed at one time share them, and what else these threads are for
-//! runs between slices.
+//! runs between slices. A slice ends in the midst of copies, which the next one goes on with. Two are of two clients: one client has
+//! one rollout computed at a time, so that its long ones do not keep all others waiting.
 
-use std::cell::Cell;
-use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::{Duration, Instant};
+mod job;
+
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
 
 use futures_util::future::try_join_all;
+pub(crate) use job::CopiesDone;
+use job::{Job, SLICE, lock};
 use simd_core::Moment;
-use simd_core::rollout::{BatchResult, Rollout, RolloutRequest, Shape, Worker};
+use simd_core::rollout::{BatchResult, Rollout, RolloutRequest, Shape};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
-use tokio_util::sync::CancellationToken;
 
 use super::{CallError, RunState, SimHandle};
 use crate::driver::{Event, Pace, Published};
-use crate::fair_permits::{FairPermits, Permit};
+use crate::fair_permits::FairPermits;
 use crate::info::DaemonLimits;
 
 /// Rollouts that are computed at one time.
 const ROLLOUTS: usize = 2;
-/// How long one goes on before others run: a batch at least.
-const SLICE: Duration = Duration::from_millis(10);
-/// Steps between two looks at the clock.
-const STEPS_BETWEEN_LOOKS: u32 = 16;
 /// Answers of the largest size that are kept until their callers have read them.
 const ANSWERS: u64 = 4;
 /// Of a permit of memory.
@@ -49,7 +48,7 @@ impl RolloutWork {
         let room = limits.rollout_bytes.saturating_mul(ANSWERS).div_ceil(KIBIBYTE);
         let room = usize::try_from(room).unwrap_or(usize::MAX).min(Semaphore::MAX_PERMITS);
         Self {
-            permits: FairPermits::new(ROLLOUTS, waiting, of_one, what),
+            permits: FairPermits::new(ROLLOUTS, waiting, of_one, what).with_one_each(),
             compute_permits: ComputePermits::new(threads),
             room: Arc::new(Semaphore::new(room)),
         }
@@ -104,9 +103,6 @@ pub(crate) enum RolloutStart {
     Saved(Moment),
 }
 
-/// Says while a rollout is computed how many copies are done.
-pub(crate) type CopiesDone = Arc<AtomicUsize>;
-
 /// A rollout that is computed as long as this is kept.
 #[derive(Debug)]
 struct Running {
@@ -119,6 +115,8 @@ struct Running {
 pub(crate) struct RolloutAnswer {
     /// How many numbers there are.
     pub(crate) shape: Shape,
+    /// Of the state where the copies started.
+    pub(crate) fingerprint: u64,
     /// Where the copies started.
     pub(crate) start: RolloutStart,
     /// In the order of the copies.
@@ -126,82 +124,6 @@ pub(crate) struct RolloutAnswer {
     /// Seconds of processor time that it took.
     pub(crate) seconds: f64,
     _room: OwnedSemaphorePermit,
-}
-
-/// What the threads of a rollout share.
-#[derive(Debug)]
-struct Job {
-    rollout: Rollout,
-    next: AtomicUsize,
-    done: CopiesDone,
-    results: Mutex<Vec<Option<BatchResult>>>,
-    workers: Mutex<Vec<Worker>>,
-    /// No caller waits for it any more.
-    is_cancelled: AtomicBool,
-    draining: CancellationToken,
-    /// Nanoseconds of processor time.
-    spent: AtomicU64,
-    most: u64,
-    /// Until no thread computes any more.
-    permit: Mutex<Option<Permit>>,
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-impl Job {
-    /// Whether it is to end before it is done.
-    fn is_over(&self) -> bool {
-        self.is_cancelled.load(Ordering::Relaxed) || self.is_too_long() || self.draining.is_cancelled()
-    }
-
-    fn is_too_long(&self) -> bool {
-        self.spent.load(Ordering::Relaxed) > self.most
-    }
-
-    /// Computes for some milliseconds. Says whether there is more to do.
-    fn slice(&self) -> bool {
-        let begun = Instant::now();
-        let kept = lock(&self.workers).pop();
-        let mut worker = kept.unwrap_or_else(|| self.rollout.worker());
-        let (looked, left) = (Cell::new(begun), Cell::new(0));
-        let look = || {
-            let now = Instant::now();
-            let passed = now.duration_since(looked.replace(now)).as_nanos();
-            self.spent.fetch_add(u64::try_from(passed).unwrap_or(u64::MAX), Ordering::Relaxed);
-            self.is_over()
-        };
-        let interrupt = || match left.get() {
-            0 => {
-                left.set(STEPS_BETWEEN_LOOKS);
-                look()
-            }
-            steps => {
-                left.set(steps - 1);
-                false
-            }
-        };
-        while !self.is_over() {
-            let batch = self.next.fetch_add(1, Ordering::Relaxed);
-            let Some(result) = (batch < self.rollout.batches())
-                .then(|| self.rollout.advance(&mut worker, batch, &interrupt))
-                .flatten()
-            else {
-                break;
-            };
-            look();
-            if let Some(slot) = lock(&self.results).get_mut(batch) {
-                *slot = Some(result);
-            }
-            self.done.fetch_add(self.rollout.copies_of(batch).len(), Ordering::Relaxed);
-            if begun.elapsed() >= SLICE {
-                lock(&self.workers).push(worker);
-                return true;
-            }
-        }
-        false
-    }
 }
 
 impl Drop for Running {
@@ -242,7 +164,7 @@ impl Running {
             let job = Arc::clone(&self.job);
             let slice = self.handle.loader().threads().run(move || {
                 let _permit = permit;
-                job.slice()
+                job.slice(SLICE)
             });
             let goes_on = slice.await.map_err(|error| CallError::Internal { message: error.to_string() })?;
             if !goes_on {
@@ -297,23 +219,13 @@ impl SimHandle {
             let what = "the bytes of all answers of rollouts that callers have not read".to_owned();
             CallError::LimitExceeded { what, value: limit.saturating_add(shape.bytes()), limit }
         })?;
-        let batches = rollout.batches();
-        let job = Arc::new(Job {
-            rollout,
-            next: AtomicUsize::new(0),
-            done,
-            results: Mutex::new((0..batches).map(|_| None).collect()),
-            workers: Mutex::default(),
-            is_cancelled: AtomicBool::new(false),
-            draining: self.draining(),
-            spent: AtomicU64::new(0),
-            most: limits.rollout_seconds.saturating_mul(1_000_000_000),
-            permit: Mutex::new(Some(permit)),
-        });
+        let most = Duration::from_secs(limits.rollout_seconds);
+        let job = Arc::new(Job::new(rollout, done, self.draining(), (most, Some(permit))));
         let running = Running { handle: self.clone(), job };
         let batches = running.compute().await?;
         let spent = Duration::from_nanos(running.job.spent.load(Ordering::Relaxed));
-        Ok(RolloutAnswer { shape, start, batches, seconds: spent.as_secs_f64(), _room: room })
+        let fingerprint = running.job.rollout.start_fingerprint();
+        Ok(RolloutAnswer { shape, fingerprint, start, batches, seconds: spent.as_secs_f64(), _room: room })
     }
 }
 

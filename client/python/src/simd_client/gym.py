@@ -18,7 +18,7 @@ from simd_client.blocking.robot import Robot
 from simd_client.blocking.simulation import Simulation
 from simd_client.geometry import FloatArray
 from simd_client.layout import ONE_AXIS
-from simd_client.rollout import Control, Cost, Mode, Observation, Start
+from simd_client.rollout import Control, Cost, Mode, Observation, Start, Variation
 from simd_client.rollout_answer import Rollout
 from simd_client.world import SavedState
 
@@ -54,6 +54,7 @@ class RolloutEnv(VectorEnv[FloatArray, FloatArray, npt.NDArray[Any]]):
         reward: Callable[[FloatArray, FloatArray], npt.ArrayLike] | None = None,
         is_over: Callable[[FloatArray], npt.ArrayLike] | None = None,
         spread: float = 0.0,
+        variations: Sequence[Variation] = (),
         failure: float = -1000.0,
         saved_state: str | SavedState = "",
         daemons: Sequence[Simulation] = (),
@@ -64,8 +65,18 @@ class RolloutEnv(VectorEnv[FloatArray, FloatArray, npt.NDArray[Any]]):
         The reward of an action is that of `reward(observations, actions)`, or by default what it cost, negative: the sum of
         `costs` over its steps. `is_over(observations)` says which environments are terminated. A reset puts joints to where they are
         in the world, or in a saved state, and adds normal deviates of the standard deviation `spread` to their positions and velocities.
+        `variations` are what environments differ in: masses, friction, damping, gains. Those that are drawn are drawn anew at each
+        reset of all environments, and hold until the next one. Each action begins with them, so that they cannot be of
+        positions and velocities: see `spread`.
         `daemons` take parts of the copies, as of `Simulation.rollout`: they need `saved_state`.
+
+        Raises `ValueError` for a variation of positions or velocities.
         """
+        for variation in variations:
+            if variation.of in ("joint_positions", "joint_velocities"):
+                raise ValueError(
+                    f"a variation of {variation.of} would be added at each action: `spread` is of where episodes begin"
+                )
         self._sim = sim
         self._robot = robot
         self._mode: Mode = mode
@@ -75,6 +86,11 @@ class RolloutEnv(VectorEnv[FloatArray, FloatArray, npt.NDArray[Any]]):
         self._reward = reward
         self._is_over = is_over
         self._spread = spread
+        self._variations = tuple(variations)
+        # What variations are drawn from.
+        self._draw = 0
+        # A source for each environment, where each has a seed of its own.
+        self._sources: list[np.random.Generator] = []
         self._failure = failure
         self._saved_state = saved_state
         self._daemons = tuple(daemons)
@@ -107,11 +123,27 @@ class RolloutEnv(VectorEnv[FloatArray, FloatArray, npt.NDArray[Any]]):
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: Mapping[str, Any] | None = None
     ) -> tuple[FloatArray, dict[str, Any]]:
-        """Resets all environments, or those of `options["reset_mask"]`. Returns the observations."""
-        if seed is not None and not isinstance(seed, int):
-            raise ValueError("all environments have one seed: give a number")
-        super().reset(seed=seed)
+        """Resets all environments, or those of `options["reset_mask"]`. Returns the observations.
+
+        `seed` is one for all of them, or one for each: then where an environment begins depends on its own alone, and is drawn
+        without one where that is `None`. What `variations` draw depends on all of them. Raises `ValueError` for another number of
+        seeds than there are environments.
+        """
         mask = (options or {}).get("reset_mask")
+        if seed is None or isinstance(seed, (int, np.integer)):
+            super().reset(seed=None if seed is None else int(seed))
+            if seed is not None:
+                self._sources = []
+            source = self.np_random
+        else:
+            seeds = list(seed)
+            if len(seeds) != self.num_envs:
+                raise ValueError(f"there are {len(seeds)} seeds for {self.num_envs} environments")
+            self._sources = [np.random.default_rng(each) for each in seeds]
+            known = [each for each in seeds if each is not None]
+            source = np.random.default_rng(known or None)
+        if mask is None:
+            self._draw = int(source.integers(2**63)) if self._variations else 0
         self._put_back(np.full(self.num_envs, True) if mask is None else np.asarray(mask, dtype=np.bool_))
         return self._rows(self._roll(1, ()), 0), {}
 
@@ -153,11 +185,21 @@ class RolloutEnv(VectorEnv[FloatArray, FloatArray, npt.NDArray[Any]]):
         """Puts environments to where episodes begin."""
         for index, begin in enumerate(self._begin):
             begins = begin.copy()
-            if index < 2:
-                begins += self.np_random.normal(0.0, self._spread, begin.shape) if self._spread > 0.0 else 0.0
+            if index < 2 and self._spread > 0.0:
+                begins += self._deviates(which, begin.shape)
             self._state[index] = np.where(which[:, None], begins, self._state[index])
         self._age[which] = 0
         self._done[which] = False
+
+    def _deviates(self, which: BoolArray, shape: tuple[int, ...]) -> FloatArray:
+        """Normal deviates for environments that are put back, a row for each."""
+        if not self._sources:
+            return self.np_random.normal(0.0, self._spread, shape)
+        deviates = np.zeros(shape)
+        for index, source in enumerate(self._sources):
+            if which[index]:
+                deviates[index] = source.normal(0.0, self._spread, shape[1:])
+        return deviates
 
     def _roll(self, steps: int, controls: Sequence[Control]) -> Rollout:
         """So many steps from where the copies are."""
@@ -175,6 +217,8 @@ class RolloutEnv(VectorEnv[FloatArray, FloatArray, npt.NDArray[Any]]):
             controls,
             copies=self.num_envs,
             starts=[start],
+            variations=self._variations,
+            seed=self._draw,
             observe=self._observe,
             record_start=True,
             costs=self._costs,

@@ -39,6 +39,8 @@ class Rollout:
     """The first of the copies that ended early, and why each did."""
     processor_seconds: float
     """What it took the daemon, of all its threads together."""
+    start_fingerprint: int
+    """Equal for equal states that copies start from: where robots are, how they move and what drives them, their names and masses."""
 
     def __len__(self) -> int:
         return len(self.costs)
@@ -102,6 +104,7 @@ class Gathered:
             steps_done=np.array(result.steps_done, dtype=np.uint32),
             ended={each.copy: each.reason for each in result.ended},
             processor_seconds=result.processor_seconds,
+            start_fingerprint=result.start_fingerprint,
         )
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from simd_client import proto
-from simd_client.errors import AnswerError, SimdError, Unavailable
+from simd_client.errors import AnswerError, DeadlineExceeded, SimdError, Unavailable
 from simd_client.rollout import Control, Cost, Observation, Start, Variation, rollout_to_proto
 from simd_client.rollout_answer import MOST_BYTES, Rollout
 from simd_client.rollout_draws import drawn
@@ -21,6 +21,12 @@ TOGETHER = 8
 
 PARTS_EACH = 4
 """Parts for each daemon: more take more round trips, with fewer a slow daemon keeps the others waiting longer."""
+
+SILENT_SECONDS = 10.0
+"""A daemon says four times a second how far its part is: one that says nothing for so long hangs."""
+
+LEAST_SILENT_SECONDS = 1.0
+"""It is given so long also where there is little time left."""
 
 MOST_ENDED = 16
 """Copies that ended early whose reasons an answer has, as the daemon's."""
@@ -121,7 +127,7 @@ class Sharing:
         self._found: dict[int, tuple[str, Rollout]] = {}
         self._done: dict[int, int] = {}
         self._reported = 0
-        self._lost: Unavailable | None = None
+        self._lost: Unavailable | DeadlineExceeded | None = None
         self._failed: tuple[int, Exception] | None = None
         self._is_stopped = False
 
@@ -132,8 +138,8 @@ class Sharing:
             return sum(len(found) for _, found in self._found.values()) == self._copies
 
     def cut(self, daemons: int) -> None:
-        """Cuts what is open into parts for so many daemons. Raises what made the last round fail, or `Unavailable` if there is no
-        daemon left."""
+        """Cuts what is open into parts for so many daemons. Raises what made the last round fail, or what the last daemon was lost
+        by if there is none left."""
         with self._lock:
             if self._failed is not None:
                 raise self._failed[1]
@@ -171,8 +177,8 @@ class Sharing:
             if sum(_bytes(each) for _, each in self._found.values()) > MOST_BYTES:
                 self._fail(copies, AnswerError("the rollout is too large: observe less, or ask for fewer copies"))
 
-    def give_back(self, copies: range, error: Unavailable) -> None:
-        """A daemon is lost: its part is to be asked of another one."""
+    def give_back(self, copies: range, error: Unavailable | DeadlineExceeded) -> None:
+        """A daemon is lost, or hangs: its part is to be asked of another one."""
         with self._lock:
             self._open.appendleft(copies)
             self._done.pop(copies.start, None)
@@ -219,7 +225,13 @@ class Sharing:
             steps_done=np.concatenate([part.steps_done for part in found]),
             ended=dict(list(ended.items())[:MOST_ENDED]),
             processor_seconds=sum(part.processor_seconds for part in found),
+            start_fingerprint=first.start_fingerprint,
         )
+
+
+def silence(left: float) -> float:
+    """How many seconds a daemon may say nothing, where so many are left for the whole: others can still do its part then."""
+    return max(min(SILENT_SECONDS, left / 2), LEAST_SILENT_SECONDS)
 
 
 def _bytes(found: Rollout) -> int:
@@ -229,4 +241,4 @@ def _bytes(found: Rollout) -> int:
 def _kind(found: Rollout) -> tuple[object, ...]:
     """What parts of one rollout have in common."""
     shapes = tuple(each.shape[1:] for each in (found.terms, found.step_costs, *found.observations))
-    return found.start.step, found.start.sim_time, shapes
+    return found.start.step, found.start.sim_time, found.start_fingerprint, shapes

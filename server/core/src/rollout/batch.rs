@@ -1,12 +1,20 @@
 //! Copies, a batch at a time.
 
+use std::cell::Cell;
 use std::ops::Range;
 
 use super::Rollout;
 use super::controls::ControlMemory;
+use super::open_batch::{BatchResult, CopyResult, Ended, OpenBatch, Running, Stop, part};
 use super::quantities::View;
+use super::schedule::{Halt, Schedule, Unpaused};
 use super::variations::trees;
+use crate::pool::Interrupt;
 use crate::simulation::{Error, EventKind, Simulation};
+
+/// What a term is worth in a step at the most, before it is weighted: as large a weight of as many terms in as many steps as there may
+/// be sums up to a number. No cost is infinite, or none at all, but that of a copy that ended.
+const LARGEST_VALUE: f64 = 1e200;
 
 /// The memory of one who runs copies: one of them at a time.
 #[derive(Debug)]
@@ -18,51 +26,8 @@ pub struct Worker {
     gain_factors: Vec<Vec<f64>>,
     /// Of copies that step at once, one each.
     pub(super) beside: Vec<Worker>,
-}
-
-/// What became of a batch. Each array has its copies one after the other.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct BatchResult {
-    /// By row and quantity; NaN from where a copy ended.
-    pub states: Vec<f64>,
-    /// By term, weighted and summed over the steps; infinite where a copy ended.
-    pub costs: Vec<f64>,
-    /// By step, all terms together; infinite from where a copy ended.
-    pub step_costs: Vec<f64>,
-    /// Steps that each copy did.
-    pub steps_done: Vec<u64>,
-    /// Copies that ended before their last step.
-    pub ended: Vec<Ended>,
-}
-
-/// A copy that ended before its last step.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Ended {
-    /// Which.
-    pub copy: usize,
-    /// Why, as a sentence.
-    pub reason: String,
-}
-
-/// What a copy writes into the arrays of a batch.
-pub(super) struct CopyResult<'r> {
-    pub(super) states: &'r mut [f64],
-    pub(super) costs: &'r mut [f64],
-    pub(super) step_costs: &'r mut [f64],
-}
-
-/// Why a copy does no more steps.
-pub(super) enum Stop {
-    /// The caller wants no more.
-    Interrupted,
-    /// It cannot go on; for people.
-    Ended(String),
-}
-
-impl From<Error> for Stop {
-    fn from(error: Error) -> Self {
-        Self::Ended(error.to_string())
-    }
+    /// The batch that it is at.
+    open: Option<OpenBatch>,
 }
 
 impl Worker {
@@ -73,13 +38,9 @@ impl Worker {
             memory: ControlMemory::default(),
             gain_factors: Vec::new(),
             beside: Vec::new(),
+            open: None,
         }
     }
-}
-
-/// The part of an array that is a copy's.
-pub(super) fn part(array: &mut [f64], index: usize, length: usize) -> &mut [f64] {
-    &mut array[index * length..(index + 1) * length]
 }
 
 impl Rollout {
@@ -90,56 +51,89 @@ impl Rollout {
 
     /// Advances the copies of a batch by all of their steps; nothing where `interrupt`, which is asked before each step, says that
     /// no one wants them any more.
-    ///
-    /// The one place where copies step: several at once where they can be in lanes, else one after the other. Either way each has
-    /// the same bits.
     pub fn advance(
         &self,
         worker: &mut Worker,
         batch: usize,
-        interrupt: &dyn Fn() -> bool,
+        interrupt: &Interrupt<'_>,
     ) -> Option<BatchResult> {
-        let copies = self.copies_of(batch);
+        self.begin_batch(worker, batch);
+        self.go_on(worker, &Unpaused(interrupt)).ok().flatten().map(|(_, result)| result)
+    }
+
+    /// Has a worker begin a batch, in the place of the one that it was at.
+    pub fn begin_batch(&self, worker: &mut Worker, batch: usize) {
+        worker.open = Some(self.open(batch, self.copies_of(batch)));
+    }
+
+    /// A batch of which nothing is done.
+    pub(super) fn open(&self, batch: usize, copies: Range<usize>) -> OpenBatch {
         let count = copies.len();
         let states = self.shape.rows * self.shape.columns();
-        let steps = if self.shape.step_costs { usize::try_from(self.shape.steps).ok()? } else { 0 };
-        let mut result = BatchResult {
+        let steps = if self.shape.step_costs { self.shape.steps as usize } else { 0 };
+        let room = BatchResult {
             states: vec![f64::NAN; count * states],
             costs: vec![0.0; count * self.shape.terms],
             step_costs: vec![f64::INFINITY; count * steps],
             steps_done: vec![0; count],
+            lane_steps: 0,
             ended: Vec::new(),
         };
-        if self.has_lanes {
-            self.advance_with_vectors(worker, copies, &mut result, interrupt)?;
-        } else {
-            self.advance_alone(worker, copies, &mut result, interrupt)?;
+        OpenBatch::new(batch, copies, room)
+    }
+
+    /// Advances the copies of the batch that a worker is at by as many of their steps as the schedule lets them do. Gives the
+    /// number of the batch and what became of it once all are at their end; nothing where the worker is at none.
+    ///
+    /// The one place where copies step: several at once where they can be in lanes, else one after the other. Either way, and
+    /// wherever they pause, each has the same bits.
+    ///
+    /// # Errors
+    /// Returns why they are not at their end. Where they are paused, the worker is still at the batch.
+    pub fn go_on(
+        &self,
+        worker: &mut Worker,
+        schedule: &dyn Schedule,
+    ) -> Result<Option<(usize, BatchResult)>, Halt> {
+        let Some(mut open) = worker.open.take() else { return Ok(None) };
+        let advanced = match self.has_lanes {
+            true => self.advance_with_vectors(worker, &mut open, schedule),
+            false => self.advance_alone(worker, &mut open, schedule),
+        };
+        match advanced {
+            Ok(()) => Ok(Some((open.batch, open.result))),
+            Err(Halt::Paused) => {
+                worker.open = Some(open);
+                Err(Halt::Paused)
+            }
+            Err(Halt::Over) => Err(Halt::Over),
         }
-        Some(result)
     }
 
     /// Advances copies one after the other.
     pub(super) fn advance_alone(
         &self,
         worker: &mut Worker,
-        copies: Range<usize>,
-        result: &mut BatchResult,
-        interrupt: &dyn Fn() -> bool,
-    ) -> Option<()> {
-        for (index, copy) in copies.enumerate() {
-            let mut done = 0;
-            let ran = self.run(worker, copy, &mut done, self.copy_result(result, index), interrupt);
-            result.steps_done[index] = done;
+        open: &mut OpenBatch,
+        schedule: &dyn Schedule,
+    ) -> Result<(), Halt> {
+        while let Some(mut running) = open.take_up(1).pop() {
+            let ran = self.run(worker, &mut running, (&mut open.step, &mut open.result), schedule);
+            let Running { copy, index, .. } = running;
             match ran {
                 Ok(()) => {}
-                Err(Stop::Interrupted) => return None,
+                Err(Stop::Halted(halt)) => {
+                    open.paused.push(running);
+                    return Err(halt);
+                }
                 Err(Stop::Ended(reason)) => {
-                    part(&mut result.costs, index, self.shape.terms).fill(f64::INFINITY);
-                    result.ended.push(Ended { copy, reason });
+                    part(&mut open.result.costs, index, self.shape.terms).fill(f64::INFINITY);
+                    open.result.ended.push(Ended { copy, reason });
                 }
             }
+            open.result.steps_done[index] = open.step;
         }
-        Some(())
+        Ok(())
     }
 
     /// What a copy writes into the arrays of its batch.
@@ -152,36 +146,36 @@ impl Rollout {
         }
     }
 
-    /// Does all steps of a copy.
+    /// Does the steps of a copy, after those that it has done.
     fn run(
         &self,
         worker: &mut Worker,
-        copy: usize,
-        done: &mut u64,
-        mut copy_result: CopyResult<'_>,
-        interrupt: &dyn Fn() -> bool,
+        running: &mut Running,
+        (done, result): (&mut u64, &mut BatchResult),
+        schedule: &dyn Schedule,
     ) -> Result<(), Stop> {
-        self.begin(worker, copy)?;
-        let mut rows = 0;
-        if self.is_row(0) {
-            worker.look();
-            self.read(worker, &mut rows, &mut copy_result);
-        }
-        for step in 0..self.shape.steps {
-            if interrupt() {
-                return Err(Stop::Interrupted);
+        let mut copy_result = self.copy_result(result, running.index);
+        if *done == 0 {
+            self.begin(worker, running.copy)?;
+            running.rows = 0;
+            if self.is_row(0) {
+                worker.look();
+                self.read(worker, &mut running.rows, &mut copy_result);
             }
-            self.drive(worker, copy, step)?;
-            worker.step()?;
+        }
+        for step in *done..self.shape.steps {
+            schedule.before_step()?;
+            self.drive(worker, running.copy, step)?;
+            worker.step(schedule)?;
             *done = step + 1;
             let is_row = self.is_row(step + 1);
             if is_row || !self.costs.is_empty() {
                 worker.look();
             }
             if is_row {
-                self.read(worker, &mut rows, &mut copy_result);
+                self.read(worker, &mut running.rows, &mut copy_result);
             }
-            self.weigh(worker, step, &mut copy_result, interrupt)?;
+            self.weigh(worker, step, &mut copy_result, schedule)?;
         }
         Ok(())
     }
@@ -239,13 +233,23 @@ impl Rollout {
         worker: &mut Worker,
         step: u64,
         copy_result: &mut CopyResult<'_>,
-        interrupt: &dyn Fn() -> bool,
-    ) -> Result<(), Error> {
+        schedule: &dyn Schedule,
+    ) -> Result<(), Stop> {
         let is_last = step + 1 == self.shape.steps;
+        // What is found by a search that was given up is no distance, also where who gave it up says something else the next time.
+        let was_over = Cell::new(false);
+        let is_over = || {
+            was_over.set(was_over.get() || schedule.is_over());
+            was_over.get()
+        };
         let mut of_step = 0.0;
         for (term, sum) in self.costs.iter().zip(&mut *copy_result.costs) {
             let weight = if is_last { term.weight + term.final_weight } else { term.weight };
-            let cost = weight * term.value(&mut worker.view, interrupt)?;
+            let value = term.value(&mut worker.view, &is_over);
+            if was_over.get() {
+                return Err(Halt::Over.into());
+            }
+            let cost = weight * value?.min(LARGEST_VALUE);
             *sum += cost;
             of_step += cost;
         }
@@ -258,8 +262,12 @@ impl Rollout {
 
 impl Worker {
     /// Does a step. A robot whose state is not finite after it ends the copy.
-    pub(super) fn step(&mut self) -> Result<(), Stop> {
-        self.world.step();
+    pub(super) fn step(&mut self, schedule: &dyn Schedule) -> Result<(), Stop> {
+        if !schedule.has_long_steps() {
+            self.world.step();
+        } else if !self.world.step_interruptible(&|| schedule.is_over()) {
+            return Err(Halt::Over.into());
+        }
         let disabled = |kind: EventKind| match kind {
             EventKind::EntityDisabled { robot, reason } => Some(format!("robot {robot:?}: {reason}")),
             _ => None,

@@ -3,6 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use glamx::{DQuat, DVec3};
+use simd_model::LARGEST_GIVEN;
 
 use super::names::{axes_of, link, links, moderate, refuse, robot, sized};
 use super::quantities::View;
@@ -65,8 +66,10 @@ impl CostPlan {
         let field = |name: &str| format!("costs[{index}].{name}");
         let CostTerm { weight, final_weight, of } = term;
         for (name, value) in [("weight", weight), ("final_weight", final_weight)] {
-            if !value.is_finite() {
-                return Err(refuse(field(name), value, "it must be finite"));
+            if value.is_nan() || value.abs() > LARGEST_GIVEN {
+                let expected =
+                    format!("it must be a number between -{LARGEST_GIVEN:e} and {LARGEST_GIVEN:e}");
+                return Err(refuse(field(name), value, expected));
             }
         }
         // Indices of joints of one axis, and a number for each.
@@ -148,7 +151,7 @@ impl CostPlan {
     /// Its value in a state, before it is weighted.
     ///
     /// # Errors
-    /// Returns an error if a distance cannot be found.
+    /// Returns an error if a distance cannot be found. Where it is cancelled, what is found is of no use.
     pub(super) fn value(&self, view: &mut View, is_cancelled: &dyn Fn() -> bool) -> Result<f64, Error> {
         let state: &PublishedState = &view.state;
         Ok(match &self.of {

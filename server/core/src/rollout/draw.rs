@@ -12,11 +12,14 @@ fn mixed(value: u64) -> u64 {
     value ^ (value >> 31)
 }
 
+/// The number of words before this one, and of this one.
+pub(super) fn mixed_into(hash: u64, word: u64) -> u64 {
+    mixed(hash.wrapping_add(GOLDEN) ^ mixed(word.wrapping_add(GOLDEN)))
+}
+
 /// Between 0 and 1, of 53 bits; never 1.
 fn unit(counter: &[u64]) -> f64 {
-    let bits = counter
-        .iter()
-        .fold(0, |hash: u64, word| mixed(hash.wrapping_add(GOLDEN) ^ mixed(word.wrapping_add(GOLDEN))));
+    let bits = counter.iter().fold(0, |hash, word| mixed_into(hash, *word));
     (bits >> 11) as f64 / (1u64 << 53) as f64
 }
 

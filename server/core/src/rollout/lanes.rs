@@ -5,15 +5,14 @@
 //! there, so that a step of which nothing is read costs a copy nothing beside the step of all lanes. See
 //! [`lanes`](crate::dynamics::lanes) for why that changes no bit.
 
-use std::ops::Range;
-
 use pulp::{Arch, Simd, WithSimd};
 
 use super::Rollout;
-use super::batch::{BatchResult, Ended, Stop, Worker, part};
-use super::lane_copy::Running;
+use super::batch::Worker;
+use super::open_batch::{BatchResult, Ended, OpenBatch, Running, Stop, part};
+use super::schedule::{Halt, Schedule};
 use crate::dynamics::lanes::LaneRobot;
-use crate::simulation::{Error, PhysicsSettings, Simulation};
+use crate::simulation::{Error, PhysicsSettings};
 
 /// A copy whose steps are none of lanes is offered to them again after so many steps at the latest: to go in and out costs about as
 /// much as half a step, and steps of one world in a row find it in the processor's caches.
@@ -23,20 +22,19 @@ const LONGEST_PAUSE: u64 = 32;
 struct Batch<'a> {
     rollout: &'a Rollout,
     worker: &'a mut Worker,
-    copies: Range<usize>,
-    result: &'a mut BatchResult,
-    interrupt: &'a dyn Fn() -> bool,
+    open: &'a mut OpenBatch,
+    schedule: &'a dyn Schedule,
 }
 
 impl WithSimd for Batch<'_> {
-    type Output = Option<()>;
+    type Output = Result<(), Halt>;
 
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-        let Self { rollout, worker, copies, result, interrupt } = self;
+        let Self { rollout, worker, open, schedule } = self;
         if S::F64_LANES > 1 {
-            rollout.advance_in_lanes(simd, worker, copies, result, interrupt)
+            rollout.advance_in_lanes(simd, worker, open, schedule)
         } else {
-            rollout.advance_alone(worker, copies, result, interrupt)
+            rollout.advance_alone(worker, open, schedule)
         }
     }
 }
@@ -67,20 +65,14 @@ struct Group<'a, S: Simd> {
 }
 
 impl Rollout {
-    /// Whether copies can be in lanes: of a world that may have them.
-    pub(super) fn can_be_in_lanes(&self, world: &Simulation) -> bool {
-        world.lane_robot().is_some()
-    }
-
-    /// Advances copies with what the processor has; nothing where they are interrupted.
+    /// Advances copies with what the processor has.
     pub(super) fn advance_with_vectors(
         &self,
         worker: &mut Worker,
-        copies: Range<usize>,
-        result: &mut BatchResult,
-        interrupt: &dyn Fn() -> bool,
-    ) -> Option<()> {
-        let batch = Batch { rollout: self, worker, copies, result, interrupt };
+        open: &mut OpenBatch,
+        schedule: &dyn Schedule,
+    ) -> Result<(), Halt> {
+        let batch = Batch { rollout: self, worker, open, schedule };
         if self.has_four_lanes
             && let Some(simd) = four_lanes()
         {
@@ -94,22 +86,32 @@ impl Rollout {
         &self,
         simd: S,
         worker: &mut Worker,
-        copies: Range<usize>,
-        result: &mut BatchResult,
-        interrupt: &dyn Fn() -> bool,
-    ) -> Option<()> {
+        open: &mut OpenBatch,
+        schedule: &dyn Schedule,
+    ) -> Result<(), Halt> {
         let mut workers = std::mem::take(&mut worker.beside);
-        workers.resize_with(S::F64_LANES.max(workers.len()), || self.worker());
-        let mut next = copies.start;
-        while next < copies.end {
-            let some = next..(next + S::F64_LANES).min(copies.end);
-            next = some.end;
-            let mut group = Group::begin(simd, self, &mut workers, (some, copies.start), result)?;
-            group.advance(result, interrupt)?;
-            group.end(result)?;
-        }
+        let advanced = self.advance_groups(simd, &mut workers, open, schedule);
         worker.beside = workers;
-        Some(())
+        advanced
+    }
+
+    fn advance_groups<S: Simd>(
+        &self,
+        simd: S,
+        workers: &mut Vec<Worker>,
+        open: &mut OpenBatch,
+        schedule: &dyn Schedule,
+    ) -> Result<(), Halt> {
+        loop {
+            let copies = open.take_up(S::F64_LANES);
+            workers.resize_with(copies.len().max(workers.len()), || self.worker());
+            let Some(mut group) = Group::begin(simd, self, workers, copies, open) else { return Ok(()) };
+            if let Err(halt) = group.advance(open, schedule) {
+                open.paused = group.pause(open.step);
+                return Err(halt);
+            }
+            group.end(&mut open.result)?;
+        }
     }
 
     /// Whether something is read of the copies after so many steps.
@@ -128,29 +130,32 @@ impl Rollout {
 }
 
 impl<'a, S: Simd> Group<'a, S> {
-    /// Puts copies of a batch, whose first copy is `first`, to where they start.
+    /// Copies at their start, or where they were paused: then each does its next step by itself, as after its start. Nothing where
+    /// there are no copies.
     fn begin(
         simd: S,
         rollout: &'a Rollout,
         workers: &'a mut [Worker],
-        (copies, first): (Range<usize>, usize),
-        result: &mut BatchResult,
+        mut copies: Vec<Running>,
+        open: &mut OpenBatch,
     ) -> Option<Self> {
-        let mut copies: Vec<Running> = copies.map(|copy| Running::new(copy, copy - first)).collect();
-        for (running, worker) in copies.iter_mut().zip(&mut *workers) {
-            match rollout.begin(worker, running.copy) {
-                Ok(()) if rollout.is_row(0) => {
-                    worker.look();
-                    running.is_seen = true;
-                    let mut copy_result = rollout.copy_result(result, running.index);
-                    rollout.read(worker, &mut running.rows, &mut copy_result);
+        if open.step == 0 {
+            for (running, worker) in copies.iter_mut().zip(&mut *workers) {
+                running.rows = 0;
+                match rollout.begin(worker, running.copy) {
+                    Ok(()) if rollout.is_row(0) => {
+                        worker.look();
+                        running.is_seen = true;
+                        let mut copy_result = rollout.copy_result(&mut open.result, running.index);
+                        rollout.read(worker, &mut running.rows, &mut copy_result);
+                    }
+                    Ok(()) => {}
+                    Err(error) => running.stop = Some((error.into(), 0)),
                 }
-                Ok(()) => {}
-                Err(error) => running.stop = Some((error.into(), 0)),
             }
         }
-        let world = &workers.first()?.world;
-        let robot = world.lane_robot().unwrap_or(0);
+        let world = &workers.get(..copies.len())?.first()?.world;
+        let robot = rollout.lane_robot;
         let PhysicsSettings { gravity, time_step, substeps, integrator, surface_combination: _ } =
             *world.settings();
         let parts = (time_step / f64::from(substeps), substeps);
@@ -159,54 +164,90 @@ impl<'a, S: Simd> Group<'a, S> {
         Some(Self { rollout, lanes, robot, changes_numbers_alone, workers, copies })
     }
 
-    /// Does all steps; nothing where they are interrupted.
-    fn advance(&mut self, result: &mut BatchResult, interrupt: &dyn Fn() -> bool) -> Option<()> {
-        for step in 0..self.rollout.shape.steps {
-            if interrupt() {
-                return None;
-            }
+    /// Does all steps that the group has not done.
+    fn advance(&mut self, open: &mut OpenBatch, schedule: &dyn Schedule) -> Result<(), Halt> {
+        while open.step < self.rollout.shape.steps {
+            schedule.before_step()?;
             if self.copies.iter().all(|running| running.stop.is_some()) {
                 break;
             }
+            let step = open.step;
             self.offer(step);
             self.drive(step);
             self.lanes.step();
             let waiting = self.copies.iter().filter(|running| running.waits_for(step)).count();
             let looks = self.rollout.is_looked_at(step + 1);
             if looks || self.lanes.stepped() < waiting {
-                self.complete_step(step, looks, result, interrupt);
+                self.complete_step(step, looks, &mut open.result, schedule);
             }
+            open.step += 1;
         }
-        Some(())
+        Ok(())
     }
 
-    /// Says what became of the copies; nothing where they were interrupted.
-    fn end(self, result: &mut BatchResult) -> Option<()> {
-        let Rollout { shape, .. } = self.rollout;
-        for Running { copy, index, stop, .. } in self.copies {
-            result.steps_done[index] = stop.as_ref().map_or(shape.steps, |(_, done)| *done);
+    /// The copies, each with its state in its world, to go on with from there. The group has done so many steps.
+    fn pause(mut self, done: u64) -> Vec<Running> {
+        for lane in 0..self.copies.len() {
+            self.bring_back(lane, done);
+        }
+        self.copies
+    }
+
+    /// Says what became of the copies, once they are at their end.
+    fn end(self, result: &mut BatchResult) -> Result<(), Halt> {
+        let Self { rollout: Rollout { shape, .. }, lanes, copies, .. } = self;
+        for (lane, Running { copy, index, entered, lane_steps, stop, .. }) in copies.into_iter().enumerate() {
+            let done = stop.as_ref().map_or(shape.steps, |(_, done)| *done);
+            let last_in_lane = if lanes.has(lane) { done.saturating_sub(entered) } else { 0 };
+            result.lane_steps += lane_steps + last_in_lane;
+            result.steps_done[index] = done;
             match stop {
                 None => {}
-                Some((Stop::Interrupted, _)) => return None,
+                Some((Stop::Halted(halt), _)) => return Err(halt),
                 Some((Stop::Ended(reason), _)) => {
                     part(&mut result.costs, index, shape.terms).fill(f64::INFINITY);
                     result.ended.push(Ended { copy, reason });
                 }
             }
         }
-        Some(())
+        Ok(())
     }
 
     /// A copy does no more steps than those that it has done.
     fn stop(&mut self, lane: usize, why: Stop, done: u64) {
+        self.release(lane, done);
         self.copies[lane].stop = Some((why, done));
-        self.lanes.release(lane);
+    }
+
+    /// Takes a copy that has done so many steps into its lane, if its next step is one of lanes.
+    fn take(&mut self, lane: usize, done: u64) {
+        if self.lanes.take(lane, self.workers[lane].world.body(self.robot)) {
+            self.copies[lane].entered = done;
+        }
+    }
+
+    /// Frees a lane of a copy that has done so many steps.
+    fn release(&mut self, lane: usize, done: u64) {
+        if self.lanes.has(lane) {
+            let running = &mut self.copies[lane];
+            running.lane_steps += done.saturating_sub(running.entered);
+            self.lanes.release(lane);
+        }
+    }
+
+    /// Brings a copy that is in a lane and has done so many steps back to its world.
+    fn bring_back(&mut self, lane: usize, done: u64) {
+        if self.lanes.has(lane) {
+            let begun = self.rollout.state.at.step + done;
+            self.workers[lane].bring_back(&self.lanes, (lane, self.robot), begun);
+            self.release(lane, done);
+        }
     }
 
     /// Takes copies into their lanes that have stepped by themselves up to here, and can.
     fn offer(&mut self, step: u64) {
-        for (lane, running) in self.copies.iter().enumerate() {
-            let world = &self.workers[lane].world;
+        for lane in 0..self.copies.len() {
+            let (running, world) = (&self.copies[lane], &self.workers[lane].world);
             let has_stepped_alone = step > 0 && running.done == step && running.stop.is_none();
             if !has_stepped_alone || world.lane_robot() != Some(self.robot) {
                 continue;
@@ -215,7 +256,7 @@ impl<'a, S: Simd> Group<'a, S> {
             // Else the next step is none of lanes.
             if clearance.around.min(clearance.own) > clearance.slack {
                 self.lanes.set_clearance(lane, &clearance);
-                self.lanes.take(lane, world.body(self.robot));
+                self.take(lane, step);
             }
         }
     }
@@ -237,45 +278,36 @@ impl<'a, S: Simd> Group<'a, S> {
     }
 
     fn drive_copy(&mut self, lane: usize, step: u64, has_wrench: bool) -> Result<(), Error> {
-        let (rollout, lanes, robot) = (self.rollout, &mut self.lanes, self.robot);
-        let (worker, copy) = (&mut self.workers[lane], self.copies[lane].copy);
-        let was_in = lanes.has(lane);
+        let (rollout, copy) = (self.rollout, self.copies[lane].copy);
+        let was_in = self.lanes.has(lane);
         if was_in && !has_wrench && self.changes_numbers_alone {
             for control in &rollout.controls {
-                control.drive_lane(lanes, lane, (copy, step), &mut worker.memory)?;
+                let memory = &mut self.workers[lane].memory;
+                control.drive_lane(&mut self.lanes, lane, (copy, step), memory)?;
             }
             return Ok(());
         }
-        if was_in {
-            worker.bring_back(lanes, (lane, robot), rollout.state.at.step + step);
-            lanes.release(lane);
-        }
-        rollout.drive(worker, copy, step)?;
+        self.bring_back(lane, step);
+        rollout.drive(&mut self.workers[lane], copy, step)?;
         // A copy with an applied wrench steps by itself for as long as it has one.
         if was_in && !has_wrench {
-            lanes.take(lane, worker.world.body(robot));
+            self.take(lane, step);
         }
         Ok(())
     }
 
     /// Ends a step of all copies, and reads what is to be read of them.
-    fn complete_step(
-        &mut self,
-        step: u64,
-        looks: bool,
-        result: &mut BatchResult,
-        interrupt: &dyn Fn() -> bool,
-    ) {
+    fn complete_step(&mut self, step: u64, looks: bool, result: &mut BatchResult, schedule: &dyn Schedule) {
         for lane in 0..self.copies.len() {
             if !self.copies[lane].waits_for(step) {
                 continue;
             }
             if !self.lanes.has(lane) || !self.lanes.has_stepped(lane) {
-                self.go_on_alone(lane, step, result, interrupt);
+                self.go_on_alone(lane, step, result, schedule);
             } else if looks {
                 self.look(lane, step);
-                if let Err(error) = self.read(lane, step, result, interrupt) {
-                    self.stop(lane, error.into(), step + 1);
+                if let Err(why) = self.read(lane, step, result, schedule) {
+                    self.stop(lane, why, step + 1);
                 }
             }
         }
@@ -295,26 +327,28 @@ impl<'a, S: Simd> Group<'a, S> {
     }
 
     /// Has a copy's world do a step that lanes did not do, and some after it.
-    fn go_on_alone(
-        &mut self,
-        lane: usize,
-        first: u64,
-        result: &mut BatchResult,
-        interrupt: &dyn Fn() -> bool,
-    ) {
-        if self.lanes.has(lane) {
-            let begun = self.rollout.state.at.step + first;
-            self.workers[lane].bring_back(&self.lanes, (lane, self.robot), begun);
-            self.lanes.release(lane);
-        }
+    fn go_on_alone(&mut self, lane: usize, first: u64, result: &mut BatchResult, schedule: &dyn Schedule) {
+        self.bring_back(lane, first);
         let running = &mut self.copies[lane];
         let pause = if running.done < first { 0 } else { running.pause };
         running.pause = (2 * pause).clamp(1, LONGEST_PAUSE);
-        running.done = (first + running.pause).min(self.rollout.shape.steps);
-        for step in first..running.done {
-            if let Err((why, done)) = self.step_alone(lane, (step, step == first), result, interrupt) {
+        let last = (first + running.pause).min(self.rollout.shape.steps);
+        for step in first..last {
+            let asked = match step == first {
+                // All copies do it before the group can pause.
+                true if schedule.is_over() => Err(Halt::Over),
+                true => Ok(()),
+                false => schedule.before_step(),
+            };
+            match asked {
+                Ok(()) => {}
+                Err(Halt::Paused) => return,
+                Err(Halt::Over) => return self.stop(lane, Halt::Over.into(), step),
+            }
+            if let Err((why, done)) = self.step_alone(lane, (step, step == first), result, schedule) {
                 return self.stop(lane, why, done);
             }
+            self.copies[lane].done = step + 1;
         }
     }
 
@@ -324,21 +358,18 @@ impl<'a, S: Simd> Group<'a, S> {
         lane: usize,
         (step, is_driven): (u64, bool),
         result: &mut BatchResult,
-        interrupt: &dyn Fn() -> bool,
+        schedule: &dyn Schedule,
     ) -> Result<(), (Stop, u64)> {
         let (worker, running) = (&mut self.workers[lane], &mut self.copies[lane]);
-        if interrupt() {
-            return Err((Stop::Interrupted, step));
-        }
         if !is_driven {
             self.rollout.drive(worker, running.copy, step).map_err(|error| (error.into(), step))?;
         }
-        worker.step().map_err(|why| (why, step))?;
+        worker.step(schedule).map_err(|why| (why, step))?;
         // Of contacts a step of lanes changes nothing: those that are seen must be those of this step.
         running.is_seen = self.rollout.is_looked_at(step + 1);
         if running.is_seen {
             worker.look();
-            self.read(lane, step, result, interrupt).map_err(|error| (error.into(), step + 1))?;
+            self.read(lane, step, result, schedule).map_err(|why| (why, step + 1))?;
         }
         Ok(())
     }
@@ -349,13 +380,13 @@ impl<'a, S: Simd> Group<'a, S> {
         lane: usize,
         step: u64,
         result: &mut BatchResult,
-        interrupt: &dyn Fn() -> bool,
-    ) -> Result<(), Error> {
+        schedule: &dyn Schedule,
+    ) -> Result<(), Stop> {
         let (worker, running) = (&mut self.workers[lane], &mut self.copies[lane]);
         let mut copy_result = self.rollout.copy_result(result, running.index);
         if self.rollout.is_row(step + 1) {
             self.rollout.read(worker, &mut running.rows, &mut copy_result);
         }
-        self.rollout.weigh(worker, step, &mut copy_result, interrupt)
+        self.rollout.weigh(worker, step, &mut copy_result, schedule)
     }
 }

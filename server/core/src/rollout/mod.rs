@@ -6,7 +6,8 @@
 //! * [`request`]: what is asked. `names`: what a request names.
 //! * `knots`: rows of numbers over time. `draw`: what looks random.
 //! * `controls`, `starts`, `variations`: what differs from copy to copy.
-//! * `quantities`, `costs`: what is read of copies.
+//! * `quantities`, `costs`: what is read of copies. `start_state`: what is known of the state that they start from.
+//! * `schedule`: when they pause and end. `open_batch`: copies that are under way, and what they have given.
 //! * [`Rollout`]: the plan, made once. `batch`: the copies, a batch at a time; `lane_copy`, `lanes`: several of them at once.
 //!
 //! A copy is the world itself: its steps are those of [`Simulation::step`], and what it is given goes the way of commands. So it
@@ -21,8 +22,11 @@ mod knots;
 mod lane_copy;
 mod lanes;
 mod names;
+mod open_batch;
 mod quantities;
 pub mod request;
+mod schedule;
+mod start_state;
 mod starts;
 #[cfg(test)]
 mod tests;
@@ -30,12 +34,15 @@ mod variations;
 
 use std::ops::Range;
 
-pub use batch::{BatchResult, Ended, Worker};
+pub use batch::Worker;
 use controls::ControlPlan;
 use costs::CostPlan;
 use names::refuse;
+pub use open_batch::{BatchResult, Ended};
 use quantities::QuantityPlan;
 pub use request::RolloutRequest;
+pub use schedule::{Halt, Schedule};
+use start_state::StartFacts;
 use starts::StartPlan;
 use variations::VariationPlan;
 
@@ -53,6 +60,9 @@ const MOST_ENTRIES: usize = 256;
 /// Copies that are advanced together.
 const BATCH: usize = 8;
 
+/// Bytes that the worlds of copies take that step at once, at the most: copies of a larger world step one after the other.
+const LANE_WORLDS: usize = 32 << 20;
+
 /// Copies of a world and what they are to do: found good, and ready to run. Shared by all who run them.
 #[derive(Debug)]
 pub struct Rollout {
@@ -67,8 +77,11 @@ pub struct Rollout {
     costs: Vec<CostPlan>,
     record_every: u64,
     record_start: bool,
+    start_facts: StartFacts,
     /// Copies step several at once, as long as they can.
     has_lanes: bool,
+    /// Where they do: the robot that moves.
+    lane_robot: usize,
     /// No more than four of them, also where the processor has vectors for eight.
     has_four_lanes: bool,
 }
@@ -181,6 +194,7 @@ impl Rollout {
         let controls = (controls.into_iter().enumerate())
             .map(|(index, control)| ControlPlan::new(layout, index, control, copies))
             .collect::<Result<_, _>>()?;
+        let start_facts = StartFacts::of(&start);
         let mut rollout = Self {
             start,
             state,
@@ -192,10 +206,15 @@ impl Rollout {
             costs,
             record_every,
             record_start,
+            start_facts,
             has_lanes: false,
+            lane_robot: 0,
             has_four_lanes: false,
         };
-        rollout.has_lanes = rollout.can_be_in_lanes(&world);
+        if let Some(robot) = world.lane_robot() {
+            rollout.has_lanes = start_facts.world_bytes.saturating_mul(BATCH) <= LANE_WORLDS;
+            rollout.lane_robot = robot;
+        }
         rollout.try_first_step(Worker::with(world))?;
         Ok(rollout)
     }
@@ -227,6 +246,11 @@ impl Rollout {
     /// The state that all copies start from.
     pub fn start(&self) -> &Saved {
         &self.start
+    }
+
+    /// A number that is equal where copies start from states that are equal, of robots that are equal in their names and masses.
+    pub fn start_fingerprint(&self) -> u64 {
+        self.start_facts.fingerprint
     }
 
     /// How many batches the copies are.

@@ -173,8 +173,8 @@ fn service() -> Vec<Key> {
         count(
             "service.waiting_rollouts",
             1..=65_536,
-            "rollouts that wait; two are computed at a time, on threads that give way to the physics thread, and clients \
-             are served round robin",
+            "rollouts that wait; two are computed at a time, of two clients, on threads that give way to the physics thread, \
+             and clients are served round robin",
             |draft| &mut draft.config.limits.waiting_rollouts,
         ),
         count(

@@ -17,7 +17,7 @@ fn count(value: usize) -> u32 {
 
 /// All but the arrays.
 pub(crate) fn result(answer: &RolloutAnswer) -> v1::RolloutResult {
-    let RolloutAnswer { shape, start, batches, seconds, .. } = answer;
+    let RolloutAnswer { shape, fingerprint, start, batches, seconds, .. } = answer;
     let start = match start {
         RolloutStart::Published(state) => stamp::published(state),
         RolloutStart::Saved(at) => stamp::stamp(*at, None, 0),
@@ -41,6 +41,7 @@ pub(crate) fn result(answer: &RolloutAnswer) -> v1::RolloutResult {
         steps_done: batches.iter().flat_map(|batch| &batch.steps_done).map(|done| steps(*done)).collect(),
         ended: ended.collect(),
         processor_seconds: *seconds,
+        start_fingerprint: *fingerprint,
     }
 }
 

@@ -9,13 +9,13 @@ from time import monotonic
 from simd_client import proto
 from simd_client.aio.queries import Queries
 from simd_client.aio.runtime import replies, together
-from simd_client.errors import AnswerError, SimdError, Unavailable
+from simd_client.errors import AnswerError, DeadlineExceeded, SimdError, Unavailable
 from simd_client.layout import ONE_AXIS
 from simd_client.method import decoded
 from simd_client.proto import methods
 from simd_client.rollout import Control, Cost, Observation, Start, Variation, copies_of
 from simd_client.rollout_answer import Gathered, Rollout
-from simd_client.rollout_share import Asked, Sharing
+from simd_client.rollout_share import LEAST_SILENT_SECONDS, Asked, Sharing, silence
 from simd_client.state import name_of
 from simd_client.world import SavedState
 
@@ -58,7 +58,8 @@ class Rollouts(Queries):
 
         `daemons` are connections to others, which take parts of the copies: all start from the `saved_state` of this name that
         each of them holds (see `share_state`). The answer is that of one daemon, to the bit, where they are of one release on
-        machines of one kind. The part of a daemon that is lost is asked of the others. Raises `Unavailable` if all are lost.
+        machines of one kind. The part of a daemon that is lost, or says nothing for 10 s or half of the time that is left, is
+        asked of the others. Raises `Unavailable` or `DeadlineExceeded` if all are lost, and `ValueError` if their states differ.
         """
         asked = Asked(
             steps=steps,
@@ -110,11 +111,16 @@ class Rollouts(Queries):
         """Does a part, and others until there are none."""
         while part is not None:
             asked = sharing.asked(part)
+            left = max(until - monotonic(), 0.001)
             try:
                 found = await self._roll_out(
-                    asked, max(until - monotonic(), 0.001), lambda done, _, part=part: sharing.report(part, done)
+                    asked, left, lambda done, _, part=part: sharing.report(part, done), silence(left)
                 )
-            except Unavailable as error:
+            except (Unavailable, DeadlineExceeded) as error:
+                # Others would not have the time either: this one is named.
+                if isinstance(error, DeadlineExceeded) and until - monotonic() < LEAST_SILENT_SECONDS / 2:
+                    sharing.fail(part, self.name, error)
+                    return
                 lost.append(self)
                 sharing.give_back(part, error)
                 return
@@ -144,13 +150,18 @@ class Rollouts(Queries):
         return sum(joint.type in ONE_AXIS and joint.mimic is None for joint in joints)
 
     async def _roll_out(
-        self, asked: Asked, seconds: float, progress: Callable[[int, int], object] | None
+        self,
+        asked: Asked,
+        seconds: float,
+        progress: Callable[[int, int], object] | None,
+        silent: float | None = None,
     ) -> Rollout:
-        """Has this daemon do a rollout."""
+        """Has this daemon do a rollout. Raises `DeadlineExceeded` if it takes longer than `seconds`, or nothing is heard of it for
+        `silent` seconds."""
         request = asked.request()
         method = methods.Rollout
         gathered: Gathered | None = None
-        async for payload in replies(self._link, method, request.SerializeToString(), seconds):
+        async for payload in replies(self._link, method, request.SerializeToString(), seconds, silent):
             answer = decoded(method.reply, payload)
             event = answer.WhichOneof("event")
             if event == "progress" and progress is not None:

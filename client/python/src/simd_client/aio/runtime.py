@@ -9,6 +9,7 @@ from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 from inspect import isawaitable
 from typing import TypeVar
 
+from simd_client.errors import DeadlineExceeded
 from simd_client.link import MOST_REPLIES, Answer, AnyMethod, Link
 
 Item = TypeVar("Item")
@@ -45,9 +46,11 @@ async def queries(
     return await asyncio.gather(*waiting, return_exceptions=True)
 
 
-async def replies(link: Link, method: AnyMethod, payload: bytes, seconds: float) -> AsyncIterator[bytes]:
+async def replies(
+    link: Link, method: AnyMethod, payload: bytes, seconds: float, silent: float | None = None
+) -> AsyncIterator[bytes]:
     """Sends the request of a stream and waits for each of its replies. Of more than 256 that wait for the reader the
-    newest are kept."""
+    newest are kept. Raises `DeadlineExceeded` if there is no reply for `silent` seconds."""
     loop = asyncio.get_running_loop()
     waiting: deque[Answer | None] = deque(maxlen=MOST_REPLIES)
     has_some = asyncio.Event()
@@ -61,7 +64,10 @@ async def replies(link: Link, method: AnyMethod, payload: bytes, seconds: float)
 
     link.start(method, payload, seconds, arrived, lambda: _soon(loop, lambda: keep(None)), is_stream=True)
     while True:
-        await has_some.wait()
+        try:
+            await asyncio.wait_for(has_some.wait(), silent)
+        except asyncio.TimeoutError:
+            raise DeadlineExceeded(f"the daemon `{link.name}` said nothing for {silent:g} s") from None
         reply = waiting.popleft()
         if not waiting:
             has_some.clear()

@@ -9,7 +9,7 @@ from functools import partial
 from time import sleep
 from typing import TypeVar
 
-from simd_client.errors import SimdError
+from simd_client.errors import DeadlineExceeded, SimdError
 from simd_client.link import MOST_REPLIES, Answer, AnyMethod, Link
 
 __all__ = ["Background", "LatestSample", "in_thread", "queries", "query", "replies", "sleep", "together"]
@@ -50,9 +50,11 @@ def queries(
     return answers
 
 
-def replies(link: Link, method: AnyMethod, payload: bytes, seconds: float) -> Iterator[bytes]:
+def replies(
+    link: Link, method: AnyMethod, payload: bytes, seconds: float, silent: float | None = None
+) -> Iterator[bytes]:
     """Sends the request of a stream and waits for each of its replies. Of more than 256 that wait for the reader the
-    newest are kept."""
+    newest are kept. Raises `DeadlineExceeded` if there is no reply for `silent` seconds."""
     waiting: deque[Answer | None] = deque(maxlen=MOST_REPLIES)
     has_some = threading.Condition()
 
@@ -64,7 +66,8 @@ def replies(link: Link, method: AnyMethod, payload: bytes, seconds: float) -> It
     link.start(method, payload, seconds, keep, lambda: keep(None), is_stream=True)
     while True:
         with has_some:
-            has_some.wait_for(lambda: len(waiting) > 0)
+            if not has_some.wait_for(lambda: len(waiting) > 0, silent):
+                raise DeadlineExceeded(f"the daemon `{link.name}` said nothing for {silent:g} s")
             reply = waiting.popleft()
         if reply is None:
             raise link.unavailable()

@@ -1,5 +1,8 @@
 //! A copy is the world, to the bit; and nothing else than its own numbers makes it what it is.
 
+use std::sync::atomic::AtomicUsize;
+use std::sync::atomic::Ordering::Relaxed;
+
 use super::*;
 use crate::simulation::command::{JointTarget, RobotTargets, SetTargets, Target};
 
@@ -137,7 +140,7 @@ fn a_copy_that_is_not_finite_ends_alone_and_says_so() {
         ..all_of_it(3, 100)
     };
     let batches = roll(&world(), free(Some(feedback)));
-    let BatchResult { states, costs, step_costs, steps_done, ended } = &batches[0];
+    let BatchResult { states, costs, step_costs, steps_done, ended, .. } = &batches[0];
     let Some([Ended { copy: 1, reason }]) = ended.first_chunk::<1>().filter(|_| ended.len() == 1) else {
         panic!("{ended:?}");
     };
@@ -159,11 +162,8 @@ fn a_copy_that_is_not_finite_ends_alone_and_says_so() {
 #[test]
 fn what_is_interrupted_gives_nothing() {
     let rollout = Rollout::new(world().to_saved(), all_of_it(4, 50), ROOM).unwrap();
-    let asked = std::cell::Cell::new(0);
-    let interrupt = || {
-        asked.set(asked.get() + 1);
-        asked.get() > 70
-    };
+    let asked = AtomicUsize::new(0);
+    let interrupt = || asked.fetch_add(1, Relaxed) >= 70;
     assert!(rollout.advance(&mut rollout.worker(), 0, &interrupt).is_none());
-    assert_eq!(asked.get(), 71, "it is asked before each step");
+    assert_eq!(asked.into_inner(), 71, "it is asked before each step");
 }

@@ -164,6 +164,7 @@ fn whatever_is_asked_is_refused_or_has_its_shape() {
         let steps = if shape.step_costs { shape.steps as usize } else { 0 };
         assert_eq!(result.step_costs.len(), shape.copies * steps);
         assert!(result.steps_done.iter().all(|done| *done <= shape.steps));
+        assert!(!result.costs.iter().chain(&result.step_costs).any(|cost| cost.is_nan()), "seed {seed}");
         ended += result.ended.len();
         done += shape.copies - result.ended.len();
     }

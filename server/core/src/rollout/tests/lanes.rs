@@ -4,11 +4,12 @@ use pulp::Simd;
 use simd_model::setup::{JointSetup, Spring};
 
 use super::super::draw::uniform;
+use super::super::schedule::Unpaused;
 use super::*;
 use crate::simulation::Integrator;
 
 /// A tree of turning and sliding joints that branches, with limits, dry friction, damping, rotors and springs.
-fn branching(joints: usize) -> RobotModel {
+pub(super) fn branching(joints: usize) -> RobotModel {
     let draw = |what: u64, joint: usize, low: f64, high: f64| uniform([5, what, joint as u64, 0], low, high);
     let vector = |what: u64, joint: usize, size: f64| {
         DVec3::new(
@@ -56,11 +57,16 @@ fn branching(joints: usize) -> RobotModel {
     model
 }
 
-fn world_of(model: RobotModel, integrator: Integrator, substeps: u32) -> Simulation {
+pub(super) fn world_of(model: RobotModel, integrator: Integrator, substeps: u32) -> Simulation {
     world_with_root(model, true, integrator, substeps)
 }
 
-fn world_with_root(model: RobotModel, fixed: bool, integrator: Integrator, substeps: u32) -> Simulation {
+pub(super) fn world_with_root(
+    model: RobotModel,
+    fixed: bool,
+    integrator: Integrator,
+    substeps: u32,
+) -> Simulation {
     let settings = PhysicsSettings { integrator, substeps, ..PhysicsSettings::default() };
     let mut world = Simulation::new(settings, WorldLimits::default());
     world.apply(&spawn("tree", model, fixed, DVec3::ZERO)).unwrap();
@@ -73,7 +79,12 @@ fn drawn(what: u64, count: usize, size: f64) -> Vec<f64> {
 }
 
 /// Each copy is driven to and beyond limits, with masses and gains of its own.
-fn asked(joints: usize, copies: usize, mode: ControlMode, interpolation: Interpolation) -> RolloutRequest {
+pub(super) fn asked(
+    joints: usize,
+    copies: usize,
+    mode: ControlMode,
+    interpolation: Interpolation,
+) -> RolloutRequest {
     let size = if mode == ControlMode::Effort { 30.0 } else { 1.2 };
     let tree = || named("tree");
     RolloutRequest {
@@ -112,29 +123,17 @@ fn asked(joints: usize, copies: usize, mode: ControlMode, interpolation: Interpo
     }
 }
 
-fn empty(rollout: &Rollout, copies: usize) -> BatchResult {
-    let Shape { steps, rows, terms, step_costs, .. } = *rollout.shape();
-    let steps = if step_costs { steps as usize } else { 0 };
-    BatchResult {
-        states: vec![f64::NAN; copies * rows * rollout.shape().columns()],
-        costs: vec![0.0; copies * terms],
-        step_costs: vec![f64::INFINITY; copies * steps],
-        steps_done: vec![0; copies],
-        ended: Vec::new(),
-    }
-}
-
 /// Copies as the one-robot step has them.
-fn alone(rollout: &Rollout, copies: Range<usize>) -> BatchResult {
-    let mut result = empty(rollout, copies.len());
-    rollout.advance_alone(&mut rollout.worker(), copies, &mut result, &|| false).unwrap();
-    result
+pub(super) fn alone(rollout: &Rollout, copies: Range<usize>) -> BatchResult {
+    let mut open = rollout.open(0, copies);
+    rollout.advance_alone(&mut rollout.worker(), &mut open, &Unpaused(&|| false)).unwrap();
+    open.result
 }
 
 fn in_lanes<S: Simd>(simd: S, rollout: &Rollout, copies: Range<usize>) -> BatchResult {
-    let mut result = empty(rollout, copies.len());
-    rollout.advance_in_lanes(simd, &mut rollout.worker(), copies, &mut result, &|| false).unwrap();
-    result
+    let mut open = rollout.open(0, copies);
+    rollout.advance_in_lanes(simd, &mut rollout.worker(), &mut open, &Unpaused(&|| false)).unwrap();
+    open.result
 }
 
 /// The same by every number of lanes that this processor has.
@@ -152,7 +151,7 @@ fn in_all_widths(rollout: &Rollout, copies: Range<usize>) -> Vec<(usize, BatchRe
     all
 }
 
-fn assert_equal(found: &BatchResult, expected: &BatchResult, what: &str) {
+pub(super) fn assert_equal(found: &BatchResult, expected: &BatchResult, what: &str) {
     let pairs = found.states.iter().zip(&expected.states);
     let first = pairs.enumerate().find(|(_, (a, b))| a != b && !(a.is_nan() && b.is_nan()));
     assert_eq!(first, None, "{what}");
@@ -163,8 +162,35 @@ fn assert_equal(found: &BatchResult, expected: &BatchResult, what: &str) {
     assert_eq!(bits(&found.states), bits(&expected.states), "{what}");
 }
 
+/// At least this part of the steps of copies was done in lanes, of which equality says something.
+fn assert_in_lanes(found: &BatchResult, part: f64, what: &str) {
+    let steps: u64 = found.steps_done.iter().sum();
+    let in_lanes = found.lane_steps as f64 / steps as f64;
+    assert!(in_lanes >= part && in_lanes < 1.0, "{what}: {in_lanes} of the steps were done in lanes");
+}
+
+/// How often a joint of a branching tree is at a limit of its position, and how often its actuator applies all that it can, of rows
+/// that begin with positions, velocities and efforts.
+fn at_limits(joints: usize, result: &BatchResult, columns: usize) -> [usize; 2] {
+    let all = branching(joints).joints;
+    let is_at = |limit: Option<f64>, value: f64, within: f64| {
+        limit.is_some_and(|limit| (value - limit).abs() < within)
+    };
+    let (mut stopped, mut saturated) = (0, 0);
+    for row in result.states.chunks_exact(columns) {
+        for (index, Joint { limits, .. }) in all.iter().enumerate() {
+            let (position, effort) = (row[index], row[2 * joints + index]);
+            stopped +=
+                usize::from(is_at(limits.lower, position, 1e-3) || is_at(limits.upper, position, 1e-3));
+            saturated += usize::from(is_at(limits.effort, effort.abs(), 1e-6));
+        }
+    }
+    [stopped, saturated]
+}
+
 #[test]
 fn lanes_of_any_number_have_the_bits_of_copies_that_step_alone() {
+    let mut limited = [0, 0];
     for joints in [1, 7, 11] {
         for (integrator, substeps) in [(Integrator::Leapfrog, 1), (Integrator::Euler, 2)] {
             let world = world_of(branching(joints), integrator, substeps);
@@ -177,16 +203,23 @@ fn lanes_of_any_number_have_the_bits_of_copies_that_step_alone() {
                 let rollout = Rollout::new(world.to_saved(), request, ROOM).unwrap();
                 assert!(rollout.has_lanes);
                 let expected = alone(&rollout, 0..5);
+                assert_eq!(expected.lane_steps, 0);
+                let here = at_limits(joints, &expected, rollout.shape().columns());
+                limited = [limited[0] + here[0], limited[1] + here[1]];
                 for (width, found) in in_all_widths(&rollout, 0..5) {
-                    assert_equal(&found, &expected, &format!("{joints} {integrator:?} {mode:?} {width}"));
+                    let what = format!("{joints} {integrator:?} {mode:?} {width}");
+                    assert_equal(&found, &expected, &what);
+                    // Bodies that efforts turn by more than 0.1 rad in a step do it by themselves.
+                    assert_in_lanes(&found, if mode == ControlMode::Effort { 0.1 } else { 0.5 }, &what);
                 }
             }
         }
     }
+    assert!(limited.iter().all(|count| *count > 100), "at limits, and saturated: {limited:?}");
 }
 
 /// Copies of a robot whose root is free, with roots that begin elsewhere and tumble.
-fn tumbling(joints: usize, mode: ControlMode) -> RolloutRequest {
+pub(super) fn tumbling(joints: usize, mode: ControlMode) -> RolloutRequest {
     let copies = 5;
     let turn = |copy: usize| glamx::DQuat::from_scaled_axis(DVec3::new(0.3, -0.5, 0.2) * copy as f64);
     let roots = (0..copies).flat_map(|copy| {
@@ -211,7 +244,9 @@ fn robots_whose_root_is_free_have_the_bits_of_copies_that_step_alone() {
                 assert!(rollout.has_lanes);
                 let expected = alone(&rollout, 0..5);
                 for (width, found) in in_all_widths(&rollout, 0..5) {
-                    assert_equal(&found, &expected, &format!("{joints} {integrator:?} {mode:?} {width}"));
+                    let what = format!("{joints} {integrator:?} {mode:?} {width}");
+                    assert_equal(&found, &expected, &what);
+                    assert_in_lanes(&found, 0.1, &what);
                 }
             }
         }
@@ -244,6 +279,7 @@ fn copies_that_fall_and_land_have_the_bits_of_the_world() {
     assert!(touches > 10, "{touches}");
     for (width, found) in in_all_widths(&rollout, 0..6) {
         assert_equal(&found, &expected, &format!("{width} lanes"));
+        assert_in_lanes(&found, 0.1, &format!("{width} lanes"));
     }
 }
 
@@ -287,6 +323,7 @@ fn touch_and_leave(ground: RobotModel, height: f64) {
     assert!(touches(0) > 10 && touches(0) < 290 && touches(5) == 0, "{} {}", touches(0), touches(5));
     for (width, found) in in_all_widths(&rollout, 0..6) {
         assert_equal(&found, &expected, &format!("{width} lanes"));
+        assert_in_lanes(&found, 0.1, &format!("{width} lanes"));
     }
 }
 
@@ -304,13 +341,17 @@ fn a_copy_in_lanes_that_is_not_finite_ends_alone() {
     let mut model = branching(3);
     model.joints.iter_mut().for_each(|joint| joint.limits = JointLimits::default());
     let free = world_of(model, Integrator::Leapfrog, 1);
+    let mut ended = Vec::new();
     for world in [world, free] {
         let rollout = Rollout::new(world.to_saved(), request.clone(), ROOM).unwrap();
         let expected = alone(&rollout, 0..3);
+        ended.push(expected.ended.iter().map(|ended| ended.copy).collect::<Vec<_>>());
         for (width, found) in in_all_widths(&rollout, 0..3) {
             assert_equal(&found, &expected, &format!("{width} lanes"));
+            assert_in_lanes(&found, 0.1, &format!("{width} lanes"));
         }
     }
+    assert_eq!(ended[1], [1], "without limits the second copy ends, and no other");
 }
 
 /// While a wrench acts a copy steps by itself, and is in the lanes before and after.
@@ -328,6 +369,7 @@ fn copies_with_an_applied_wrench_have_the_bits_of_the_world() {
     assert!(rollout.has_lanes);
     for (width, found) in in_all_widths(&rollout, 0..5) {
         assert_equal(&found, &expected, &format!("{width} lanes"));
+        assert_in_lanes(&found, 0.3, &format!("{width} lanes"));
     }
 }
 
@@ -374,6 +416,7 @@ fn joints_with_two_controls_or_feedback_have_the_bits_of_the_world() {
         let expected = alone(&rollout, 0..5);
         for (width, found) in in_all_widths(&rollout, 0..5) {
             assert_equal(&found, &expected, &format!("{width} lanes"));
+            assert_in_lanes(&found, 0.1, &format!("{width} lanes"));
         }
     }
 }

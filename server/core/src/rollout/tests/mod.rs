@@ -3,7 +3,9 @@
 mod costs;
 mod equality;
 mod extremes;
+mod facts;
 mod lanes;
+mod pauses;
 mod refusals;
 mod variations;
 

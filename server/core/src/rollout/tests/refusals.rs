@@ -51,6 +51,14 @@ fn numbers_that_cannot_be_are_named_by_their_fields() {
     let fixed = Start { robot: "arm".into(), root_twists: vec![0.0; 6], ..Start::default() };
     let fixed = said(RolloutRequest { starts: vec![fixed], ..all_of_it(1, 1) });
     assert_eq!(fixed, "starts[0].root_twists is given; the base of robot \"arm\" is fixed");
+    let weighed = |weight, final_weight| {
+        let costs = vec![CostTerm { weight, final_weight, of: Cost::JointEfforts(named("arm")) }];
+        said(RolloutRequest { costs, ..all_of_it(1, 1) })
+    };
+    let large = "it must be a number between -1e12 and 1e12";
+    assert_eq!(weighed(1e308, 0.0), format!("costs[0].weight is 1e308; {large}"));
+    assert_eq!(weighed(0.0, -2e12), format!("costs[0].final_weight is -2000000000000; {large}"));
+    assert_eq!(weighed(f64::NAN, 0.0), format!("costs[0].weight is NaN; {large}"));
     assert_eq!(said(all_of_it(0, 1)), "copies is 0; it must be at least 1");
     assert_eq!(said(all_of_it(1, 0)), "steps is 0; it must be at least 1");
 }
