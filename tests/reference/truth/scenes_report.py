@@ -57,7 +57,7 @@ Normal forces on the feet of robots that hold a pose by springs, after so many s
 def main():
     arguments = argparse.ArgumentParser(description=__doc__)
     arguments.add_argument("--out", type=Path, default=REPOSITORY / "target" / "scenes")
-    arguments.add_argument("--only", default="", help="scenes whose name contains this")
+    arguments.add_argument("--only", default="", help="scenes whose name, or the part that they are in, contains this")
     options = arguments.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
     chosen = [scene for scene in scenes() if options.only in scene.name]
@@ -100,7 +100,7 @@ def beside_all(only, folder):
         pictures = ""
         for shown in scenes:
             print(shown.scene.name, flush=True)
-            ways = shown_scenes.integrators(title)
+            ways = shown_scenes.INTEGRATORS
             answers = in_simd.ask(REPOSITORY, folder, shown_scenes.requests(shown, ways))
             names = ["simd" if way == "Euler" else f"simd, {way.lower()}" for way in ways]
             runs = {name: [view(shown.scene, seen) for seen in answer] for name, answer in zip(names, answers)}

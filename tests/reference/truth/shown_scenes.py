@@ -28,18 +28,21 @@ of their solvers are those that each has by default, and `stiff` is MuJoCo as ri
 |---|---|---|---|---|
 """
 
+INTEGRATORS = ["Euler", "Leapfrog"]
+"""Those that a world can have."""
+
 PARTS = [
     ("Terrain", terrain_scenes.shown,
      "Meshes that do not move are triangles, height fields are ground. `simd, leapfrog` is the same with the other integrator."),
-    ("Held together", constraint_scenes.shown, "Constraints between links: MuJoCo's equalities and tendons, PyBullet's `createConstraint`. rapier is not given them."),
+    ("Held together", constraint_scenes.shown, "Constraints between links: MuJoCo's equalities and tendons, PyBullet's `createConstraint`. rapier is not given them. `simd, leapfrog` is the same with the other integrator."),
     ("Hard on a solver", solver_scenes.shown, "`simd, leapfrog` is the same with the other integrator."),
 ]
 
 
 def chosen(only):
-    """Title, text and scenes of each part, of scenes whose name has this in it."""
+    """Title, text and scenes of each part, of scenes whose name or part has this in it."""
     for title, shown, text in PARTS:
-        scenes = [each for each in shown() if only in each.scene.name]
+        scenes = [each for each in shown() if only in title or only in each.scene.name]
         if scenes:
             yield title, text, scenes
 
@@ -51,10 +54,6 @@ def every(shown):
 def requests(shown, integrators, in_rapier=False):
     return [{"scene": shown.scene.request(), "every": every(shown), "integrator": integrator, "in_rapier": in_rapier}
             for integrator in integrators]
-
-
-def integrators(title):
-    return ["Euler", "Leapfrog"] if title.startswith(("Hard", "Terrain")) else ["Euler"]
 
 
 def peers(shown):

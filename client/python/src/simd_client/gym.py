@@ -134,16 +134,19 @@ class RolloutEnv(VectorEnv[FloatArray, FloatArray, npt.NDArray[Any]]):
             super().reset(seed=None if seed is None else int(seed))
             if seed is not None:
                 self._sources = []
-            source = self.np_random
         else:
             seeds = list(seed)
             if len(seeds) != self.num_envs:
                 raise ValueError(f"there are {len(seeds)} seeds for {self.num_envs} environments")
-            self._sources = [np.random.default_rng(each) for each in seeds]
+            sources = [np.random.default_rng(each) for each in seeds]
+            # Those that go on keep what they draw from.
+            if mask is not None and self._sources:
+                sources = [new if put_back else old for new, old, put_back in zip(sources, self._sources, mask)]
+            self._sources = sources
             known = [each for each in seeds if each is not None]
-            source = np.random.default_rng(known or None)
+            self.np_random = np.random.default_rng(known or None)
         if mask is None:
-            self._draw = int(source.integers(2**63)) if self._variations else 0
+            self._draw = int(self.np_random.integers(2**63)) if self._variations else 0
         self._put_back(np.full(self.num_envs, True) if mask is None else np.asarray(mask, dtype=np.bool_))
         return self._rows(self._roll(1, ()), 0), {}
 

@@ -49,9 +49,12 @@ impl PlacedShape {
             }
             TypedShape::TriMesh(mesh) => {
                 let (depth, normal) = first(mesh, middle, up)?;
-                let is_below = normal.dot(up) > 0.0 && first(mesh, middle, -up).is_none();
-                let is_closed = || terrain.facets().is_some_and(Facets::is_closed);
-                (is_below || (is_closed() && is_inside(mesh, middle, up))).then_some(depth)
+                // That of a room from within faces down.
+                let has_upper_side = normal.dot(up) > 0.0;
+                let is_bottomless = || first(mesh, middle, -up).is_none();
+                let is_solid =
+                    || terrain.facets().is_some_and(Facets::is_closed) && is_inside(mesh, middle, up);
+                (has_upper_side && (is_bottomless() || is_solid())).then_some(depth)
             }
             _ => None,
         }

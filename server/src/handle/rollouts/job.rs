@@ -30,6 +30,8 @@ pub(super) struct Job {
     pub(super) results: Mutex<Vec<Option<BatchResult>>>,
     /// Those of slices that ended: each may be in the midst of a batch, and there is a slice to come for each.
     workers: Mutex<Vec<Worker>>,
+    /// The last step that was timed took long, in whichever slice.
+    has_long_steps: AtomicBool,
     /// No caller waits for it any more.
     pub(super) is_cancelled: AtomicBool,
     pub(super) draining: CancellationToken,
@@ -58,6 +60,7 @@ impl Job {
             done,
             results: Mutex::new((0..batches).map(|_| None).collect()),
             workers: Mutex::default(),
+            has_long_steps: AtomicBool::new(false),
             is_cancelled: AtomicBool::new(false),
             draining,
             spent: AtomicU64::new(0),
@@ -130,7 +133,6 @@ struct Slice<'a> {
     left: AtomicU32,
     between: AtomicU32,
     has_stepped: AtomicBool,
-    has_long_steps: AtomicBool,
     /// Once it is, it stays so.
     is_over: AtomicBool,
 }
@@ -150,7 +152,6 @@ impl<'a> Slice<'a> {
             left: AtomicU32::new(0),
             between: AtomicU32::new(0),
             has_stepped: AtomicBool::new(false),
-            has_long_steps: AtomicBool::new(false),
             is_over: AtomicBool::new(false),
         }
     }
@@ -172,12 +173,16 @@ impl<'a> Slice<'a> {
         }
     }
 
-    /// The same where it is time for that: at each question where what is computed in between takes long.
-    fn look_sometimes(&self) {
+    /// The same where it is time for that: at each question where what is computed in between takes long. Whether it was.
+    fn look_sometimes(&self) -> bool {
         match self.left.load(Ordering::Relaxed) {
             0 => self.look(),
-            left => self.left.store(left - 1, Ordering::Relaxed),
+            left => {
+                self.left.store(left - 1, Ordering::Relaxed);
+                return false;
+            }
         }
+        true
     }
 
     /// Whether it has lasted for its length, as of the last look.
@@ -189,22 +194,29 @@ impl<'a> Slice<'a> {
 impl Schedule for Slice<'_> {
     fn before_step(&self) -> Result<(), Halt> {
         if self.has_long_steps() {
-            self.look()
-        } else {
-            self.look_sometimes()
+            self.left.store(0, Ordering::Relaxed);
         }
-        let looked = self.looked.load(Ordering::Relaxed);
-        let took = looked.saturating_sub(self.stepped.load(Ordering::Relaxed));
-        self.stepped.store(looked, Ordering::Relaxed);
-        self.has_long_steps.store(took > nanoseconds(LONG_STEP), Ordering::Relaxed);
+        let has_stepped = self.has_stepped.load(Ordering::Relaxed);
+        if self.look_sometimes() {
+            let looked = self.looked.load(Ordering::Relaxed);
+            let took = looked.saturating_sub(self.stepped.swap(looked, Ordering::Relaxed));
+            // There was no step before the first question.
+            if has_stepped {
+                self.job.has_long_steps.store(took > nanoseconds(LONG_STEP), Ordering::Relaxed);
+            }
+        }
         if self.is_over.load(Ordering::Relaxed) {
             return Err(Halt::Over);
         }
         // However late a slice begins to compute, it does something.
-        if self.has_stepped.load(Ordering::Relaxed) && self.is_spent() {
+        if has_stepped && self.is_spent() {
             return Err(Halt::Paused);
         }
-        self.has_stepped.store(true, Ordering::Relaxed);
+        if !has_stepped {
+            // The first step is timed, so that one that takes the whole slice is known to.
+            self.left.store(0, Ordering::Relaxed);
+            self.has_stepped.store(true, Ordering::Relaxed);
+        }
         Ok(())
     }
 
@@ -216,7 +228,7 @@ impl Schedule for Slice<'_> {
     }
 
     fn has_long_steps(&self) -> bool {
-        self.has_long_steps.load(Ordering::Relaxed)
+        self.job.has_long_steps.load(Ordering::Relaxed)
     }
 }
 
@@ -278,15 +290,21 @@ mod tests {
     }
 
     #[test]
-    fn where_steps_take_long_there_is_a_look_at_each_and_the_next_can_be_interrupted() {
+    fn where_steps_take_long_there_is_a_look_at_each_and_the_next_can_be_interrupted_also_in_the_next_slice()
+    {
         let job = job(1, 1);
-        let slice = Slice::begin(&job, Duration::MAX);
-        (0..100).for_each(|_| assert_eq!(slice.before_step(), Ok(())));
-        // As if the look before the last step had been long ago.
-        let begun = Instant::now().checked_sub(2 * LONG_STEP).unwrap();
-        let slow = Slice { begun, ..Slice::begin(&job, Duration::MAX) };
-        assert_eq!(slow.before_step(), Ok(()));
-        assert!(slow.has_long_steps());
-        assert_eq!(slow.left.load(Ordering::Relaxed), 0, "the next question is one with a look");
+        let mut slice = Slice::begin(&job, 2 * LONG_STEP);
+        assert_eq!(slice.before_step(), Ok(()));
+        // As if the first step had taken longer than the slice.
+        slice.begun = slice.begun.checked_sub(3 * LONG_STEP).unwrap();
+        assert_eq!(slice.before_step(), Err(Halt::Paused));
+        let mut next = Slice::begin(&job, Duration::MAX);
+        assert!(next.has_long_steps());
+        assert_eq!(next.before_step(), Ok(()));
+        assert!(next.has_long_steps(), "no step has been timed yet");
+        next.begun = next.begun.checked_sub(2 * LONG_STEP).unwrap();
+        assert_eq!(next.before_step(), Ok(()));
+        assert!(next.has_long_steps());
+        assert_eq!(next.left.load(Ordering::Relaxed), 0, "the next question is one with a look");
     }
 }

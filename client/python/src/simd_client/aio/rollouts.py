@@ -98,7 +98,7 @@ class Rollouts(Queries):
             while not sharing.is_whole:
                 lost: list[Rollouts] = []
                 # The first part of each is settled beforehand, so that each has one if there are as many.
-                works = [partial(each._do_parts, sharing, sharing.take(), until, lost) for each in here]
+                works = [partial(each._do_parts, sharing, sharing.take(), until, lost, len(here) == 1) for each in here]
                 await together(works)
                 here = [each for each in here if each not in lost]
                 sharing.cut(len(here))
@@ -106,15 +106,18 @@ class Rollouts(Queries):
             sharing.stop()
 
     async def _do_parts(
-        self, sharing: Sharing, part: range | None, until: float, lost: list[Rollouts]
+        self, sharing: Sharing, part: range | None, until: float, lost: list[Rollouts], is_last: bool
     ) -> None:
-        """Does a part, and others until there are none."""
+        """Does a part, and others until there are none. The last daemon may say nothing for as long as there is time."""
         while part is not None:
             asked = sharing.asked(part)
             left = max(until - monotonic(), 0.001)
             try:
                 found = await self._roll_out(
-                    asked, left, lambda done, _, part=part: sharing.report(part, done), silence(left)
+                    asked,
+                    left,
+                    lambda done, _, part=part: sharing.report(part, done),
+                    None if is_last else silence(left),
                 )
             except (Unavailable, DeadlineExceeded) as error:
                 # Others would not have the time either: this one is named.
