@@ -267,7 +267,7 @@ mod tests {
     fn threads_that_compute_slices_in_turn_leave_no_batch_unfinished() {
         let job = job(20, 7);
         // As many as there are threads: each is done once it says so, whichever worker it has got.
-        let mut going = vec![true; 3];
+        let mut going = [true; 3];
         while going.contains(&true) {
             for goes_on in going.iter_mut().filter(|goes_on| **goes_on) {
                 *goes_on = job.slice(Duration::ZERO);
