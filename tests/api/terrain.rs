@@ -163,9 +163,10 @@ async fn spawn_ball(client: &Client, z: f64) -> Spawned {
 }
 
 /// What a report says of links below a surface.
-fn sunk(spawned: &Spawned) -> Vec<&str> {
-    let messages = spawned.report.findings.iter().map(|finding| finding.message.as_str());
-    messages.filter(|message| message.contains("below the surface")).collect()
+fn sunk(spawned: &Spawned) -> Vec<String> {
+    let sentences =
+        spawned.report.findings.iter().map(|finding| format!("{} {}", finding.element, finding.message));
+    sentences.filter(|sentence| sentence.contains("below the surface")).collect()
 }
 
 /// Of a sheet and of a height field, of what comes later and of what was there before; not of what is in a tub, which has no

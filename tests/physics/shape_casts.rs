@@ -166,3 +166,13 @@ fn a_shape_or_a_way_that_is_too_large_is_refused_by_its_field() {
         assert!(overlap.starts_with(field), "{overlap}");
     }
 }
+
+#[test]
+fn a_shape_that_does_not_move_meets_what_it_overlaps() {
+    let seen = of(ground(&grid(80, 20.0, || 0.0, ridge)));
+    for way in [DVec3::ZERO, DVec3::X * 1e-300] {
+        let hit = cast(&seen, DVec3::new(6.1, 0.1, 0.05), way).unwrap();
+        assert_eq!(hit.fraction, 0.0, "{hit:?}");
+        assert_eq!(cast(&seen, DVec3::new(6.1, 0.1, 0.2), way), None);
+    }
+}

@@ -279,13 +279,13 @@ impl SimHandle {
         report.findings.extend(found.into_iter().map(|TerrainPenetration { link, terrain, depth }| Finding {
             severity: Severity::Warning,
             disposition: Disposition::Used,
-            element: format!("link {:?}", link.1),
+            element: format!("link {:?} of {:?}", link.1, link.0),
             file: None,
             line: None,
             message: format!(
-                "link {:?} of {:?} starts {depth:.3} m below the surface of {:?}: a height field pushes it out, and a mesh \
-                 lets it fall; put it higher",
-                link.1, link.0, terrain.0
+                "starts {depth:.3} m below the surface of {:?}: a height field pushes it out, and a mesh lets it fall; put it \
+                 higher",
+                terrain.0
             ),
         }));
     }

@@ -13,6 +13,9 @@ use super::rays::RayHit;
 use super::scene::{PlacedShape, QueryShape, Scene};
 use super::surface_distance::overlaps_surface;
 
+/// Shorter ways are none, metres.
+const SHORTEST: f64 = 1e-9;
+
 /// What orders hits: the fraction, and the robot and its collider.
 type HitOrder = (f64, (usize, usize));
 
@@ -91,6 +94,8 @@ impl Scene {
 /// Where a shape that goes by `way` meets one that is no height field, in the axes of that one.
 fn cast_at(placed: &PlacedShape, shape: &dyn Shape, pose: &DPose3, way: DVec3) -> Option<ShapeHit> {
     let theirs = &placed.world_from_shape;
+    // parry looks for no overlap where nothing moves.
+    let way = if way.length() < SHORTEST { DVec3::Z * SHORTEST } else { way };
     let hit = cast_shapes(pose, way, shape, theirs, DVec3::ZERO, &*placed.shape, OPTIONS).ok()??;
     let is_sound = hit.status != ShapeCastStatus::Failed && hit.time_of_impact.is_finite();
     is_sound.then(|| ShapeHit {

@@ -5,7 +5,7 @@ use std::fmt::Display;
 use std::ops::RangeInclusive;
 
 use glamx::{DPose3, DQuat, DVec3};
-use simd_model::robot::JointLimits;
+use simd_model::robot::{Geometry, JointLimits};
 use simd_model::{LARGEST_GIVEN, shown};
 
 use super::error::Error;
@@ -128,5 +128,25 @@ pub(super) fn limits(limits: &JointLimits) -> Result<(), Error> {
             Err(refuse("limits.lower", lower, format!("it must be at most the upper limit, {upper}")))
         }
         _ => Ok(()),
+    }
+}
+
+/// A shape of sizes that can be computed with.
+pub(super) fn shape(field: &str, geometry: &Geometry) -> Result<(), Error> {
+    let each = |kind: &str, sizes: &[(&str, f64)]| {
+        sizes.iter().try_for_each(|(name, size)| {
+            let checked = moderate(name, *size).map(drop);
+            checked.map_err(|error| error.within(|| format!("{field}.{kind}")))
+        })
+    };
+    match geometry {
+        Geometry::Box { size } => moderate_point(&format!("{field}.box.size"), *size).map(drop),
+        Geometry::Sphere { radius } => each("sphere", &[("radius", *radius)]),
+        Geometry::Cylinder { radius, length } => {
+            each("cylinder", &[("radius", *radius), ("length", *length)])
+        }
+        Geometry::Capsule { radius, length } => each("capsule", &[("radius", *radius), ("length", *length)]),
+        Geometry::Cone { radius, length } => each("cone", &[("radius", *radius), ("length", *length)]),
+        Geometry::Plane { .. } | Geometry::Mesh { .. } => Ok(()),
     }
 }

@@ -371,31 +371,8 @@ impl PublishedState {
 }
 
 fn shape(geometry: &Geometry) -> Result<QueryShape, Error> {
-    check_size(geometry)?;
+    check::shape("shape", geometry)?;
     QueryShape::new(geometry).ok_or_else(|| {
         check::refuse("shape", "a mesh", "it must be a box, a sphere, a cylinder, a capsule or a cone")
     })
-}
-
-/// Whether a shape is as large as can be computed with.
-fn check_size(geometry: &Geometry) -> Result<(), Error> {
-    let each = |kind: &str, sizes: &[(&str, f64)]| {
-        sizes.iter().try_for_each(|(field, size)| {
-            let checked = check::moderate(field, *size).map(drop);
-            checked.map_err(|error| error.within(|| format!("shape.{kind}")))
-        })
-    };
-    match geometry {
-        Geometry::Box { size } => {
-            check::moderate_point("shape.box.size", *size)?;
-            Ok(())
-        }
-        Geometry::Sphere { radius } => each("sphere", &[("radius", *radius)]),
-        Geometry::Cylinder { radius, length } => {
-            each("cylinder", &[("radius", *radius), ("length", *length)])
-        }
-        Geometry::Capsule { radius, length } => each("capsule", &[("radius", *radius), ("length", *length)]),
-        Geometry::Cone { radius, length } => each("cone", &[("radius", *radius), ("length", *length)]),
-        Geometry::Plane { .. } | Geometry::Mesh { .. } => Ok(()),
-    }
 }

@@ -4,6 +4,7 @@ mod costs;
 mod equality;
 mod extremes;
 mod facts;
+mod landing;
 mod lanes;
 mod pauses;
 mod refusals;

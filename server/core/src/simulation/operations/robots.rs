@@ -81,7 +81,7 @@ impl Simulation {
             });
         }
         let name = self.free_name(&spawn.name, spawn.allow_renaming, with)?;
-        check::pose("pose", &spawn.pose)?;
+        check::moderate_pose("pose", &spawn.pose)?;
         let fixed = Spawn::is_base_fixed(&spawn.model, spawn.fixed_base);
         let model = std::sync::Arc::clone(&spawn.model);
         let tree = tree_for(self.entities.iter().chain(with), &model, fixed);
@@ -250,11 +250,11 @@ impl Simulation {
     ) -> Result<Reply, Error> {
         let entity = self.entity_mut(robot)?;
         if let Some(pose) = &pose {
-            check::pose("pose", pose)?;
+            check::moderate_pose("pose", pose)?;
         }
         if let Some((linear, angular)) = twist {
-            check::vector("twist.linear", linear)?;
-            check::vector("twist.angular", angular)?;
+            check::moderate_point("twist.linear", linear)?;
+            check::moderate_point("twist.angular", angular)?;
             let still = linear == DVec3::ZERO && angular == DVec3::ZERO;
             if entity.body.tree().fixed_base && !still {
                 let value = format!("linear {linear}, angular {angular}");

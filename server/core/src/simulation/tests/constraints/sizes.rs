@@ -49,6 +49,16 @@ fn what_no_step_can_compute_with_is_refused_and_named() {
         let said = refused(&mut world, &Command::ChangeConstraint(Box::new(change)));
         assert!(said.contains(part) && said.contains("1e12"), "{said:?} {part:?}");
     }
+    // Where the ends are that far, the distance between them would be no number.
+    let state = |pose, twist| Command::SetEntityState { robot: "a".into(), pose, twist };
+    for (command, part) in [
+        (state(pose, None), "pose.position.x is 1e306"),
+        (state(None, Some((far, DVec3::ZERO))), "twist.linear.x is 1e306"),
+        (state(None, Some((DVec3::ZERO, far))), "twist.angular.x is 1e306"),
+    ] {
+        let said = refused(&mut world, &command);
+        assert!(said.contains(part) && said.contains("1e12"), "{said:?} {part:?}");
+    }
 }
 
 /// The same of a state that comes from elsewhere.
