@@ -38,8 +38,8 @@ pub struct Tree {
 /// What a rigid body that moves alone resists with.
 #[derive(Clone, Copy, Debug)]
 pub struct SingleBody {
-    /// kg.
-    pub mass: f64,
+    /// 1/kg.
+    pub inverse_mass: f64,
     /// Its centre of mass, in its own frame.
     pub center: DVec3,
     /// The inverse of its moment about that centre, in its own axes.
@@ -170,7 +170,7 @@ impl Tree {
                 let Rigid { mass, first_moment, .. } = body.inertia;
                 let center = first_moment / mass;
                 let inverse_moment = body.inertia.shifted(-center).moment.matrix().inverse();
-                Some(SingleBody { mass, center, inverse_moment })
+                Some(SingleBody { inverse_mass: 1.0 / mass, center, inverse_moment })
             }
             _ => None,
         };

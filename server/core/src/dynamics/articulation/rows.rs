@@ -108,6 +108,7 @@ impl Articulation {
     }
 
     /// Writes both for impulses along three axes at a point, world, where the robot is one free body; else says false.
+    #[inline(always)]
     pub(in crate::dynamics) fn single_body_rows(&self, at: (DVec3, [DVec3; 3]), numbers: &mut [f64]) -> bool {
         self.scratch.stiffening == Symmetric::ZERO
             && single_body_rows(&self.tree, &self.scratch.passes, at, numbers)

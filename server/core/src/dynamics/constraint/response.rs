@@ -113,6 +113,9 @@ pub fn project_onto(
 
 /// J and M^-1 J' of unit impulses along three axes at a point of a robot that is one free body, world: what
 /// [`project`] and [`respond_to_force`] find, without a walk, as a [`Side`] has them. False where the robot is something else.
+///
+/// Always inlined, to be compiled for the vectors of the processor.
+#[inline(always)]
 pub fn single_body_rows(
     tree: &Tree,
     scratch: &Scratch,
@@ -127,18 +130,23 @@ pub fn single_body_rows(
     }
     let Some((jacobian, responses)) = numbers.split_first_chunk_mut::<18>() else { return false };
     let Some(responses) = responses.first_chunk_mut::<18>() else { return false };
-    let SingleBody { mass, center, inverse_moment } = *body;
+    let SingleBody { inverse_mass, center, inverse_moment } = *body;
     let own_from_world = at.rotation.transpose();
-    let arm = point - at.origin;
+    let own_arm = own_from_world * (point - at.origin);
+    // About the centre of mass linear and angular motion are apart.
+    let lever = own_arm - center;
     for (k, axis) in axes.into_iter().enumerate() {
-        let moment = own_from_world * arm.cross(axis);
+        let own_axis = own_from_world * axis;
+        let moment = own_arm.cross(own_axis);
         for i in 0..3 {
             jacobian[6 * (i / 2) + 2 * k + i % 2] = axis[i];
             jacobian[6 * ((i + 3) / 2) + 2 * k + (i + 3) % 2] = moment[i];
         }
-        // About the centre of mass linear and angular motion are apart.
-        let turn = inverse_moment * (moment - center.cross(own_from_world * axis));
-        let shift = axis / mass - at.rotation * turn.cross(center);
+        let turn = inverse_moment * lever.cross(own_axis);
+        let mut shift = axis * inverse_mass;
+        if center != DVec3::ZERO {
+            shift -= at.rotation * turn.cross(center);
+        }
         for i in 0..3 {
             responses[6 * k + i] = shift[i];
             responses[6 * k + 3 + i] = turn[i];

@@ -62,6 +62,13 @@ impl Side {
         }
     }
 
+    /// The same with a column for each velocity of its robot.
+    #[inline(always)]
+    pub fn with_all(self) -> Self {
+        let all = Span { first: 0, len: u32::try_from(self.len).unwrap_or(u32::MAX) };
+        Self { spans: [Span::default(), Span::default(), all], ..self }
+    }
+
     /// How many columns J has.
     #[inline(always)]
     pub fn columns(&self) -> usize {

@@ -176,8 +176,7 @@ fn ends(rows: &ContactRows, contact: &Contact) -> [(usize, Option<usize>); 2] {
 /// robot, those that move either.
 pub(super) fn find_spans(mut side: Side, tree: &Tree, bodies: [Option<usize>; 2]) -> Side {
     if tree.bodies.len() == 1 {
-        side.add_span(0..side.len);
-        return side;
+        return side.with_all();
     }
     side.is_pair = bodies[0].is_some() && bodies[1].is_some();
     let mut left = bodies;
