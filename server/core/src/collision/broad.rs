@@ -1,6 +1,8 @@
 //! Which robots are near each other: of those that can move the bounds sorted along one axis, and swept; the others in a
 //! tree.
 
+use pulp::Arch;
+
 use super::RobotColliders;
 use super::bounds::Bounds;
 use super::still::Still;
@@ -14,6 +16,67 @@ pub struct BroadPhase {
     still: Vec<(usize, Bounds)>,
     tree: Still,
     near: Vec<usize>,
+    sorted: Sorted,
+}
+
+/// Bounds that are compared at once.
+const AT_ONCE: usize = 8;
+
+/// Bounds in the order of where they begin along an axis: the least and the most along that axis and the two others, one list each.
+///
+/// After the last come some that overlap with nothing, not even with what has no end.
+#[derive(Default)]
+struct Sorted {
+    least: [Vec<f64>; 3],
+    most: [Vec<f64>; 3],
+}
+
+impl Sorted {
+    fn replace(&mut self, entries: &[Entry], axis: usize) {
+        let Self { least, most } = self;
+        for (k, (least, most)) in least.iter_mut().zip(most).enumerate() {
+            let axis = (axis + k) % 3;
+            least.clear();
+            least.extend(entries.iter().map(|entry| entry.bounds.least[axis]));
+            least.extend([f64::NAN; AT_ONCE]);
+            most.clear();
+            most.extend(entries.iter().map(|entry| entry.bounds.most[axis]));
+            most.extend([f64::NAN; AT_ONCE]);
+        }
+    }
+
+    /// Calls `found` with each one after the `i`th whose bounds overlap with its own.
+    #[inline(always)]
+    fn later(&self, i: usize, mut found: impl FnMut(usize)) {
+        let ([a, b, c], [a_most, b_most, c_most]) = (&self.least, &self.most);
+        let (end, b_least, b_end, c_least, c_end) = (a_most[i], b[i], b_most[i], c[i], c_most[i]);
+        let mut at = i + 1;
+        while let (Some(a), Some(b), Some(b_most), Some(c), Some(c_most)) =
+            (eight(a, at), eight(b, at), eight(b_most, at), eight(c, at), eight(c_most, at))
+        {
+            let mut meets = [false; AT_ONCE];
+            for k in 0..AT_ONCE {
+                meets[k] = (a[k] <= end)
+                    & (b[k] <= b_end)
+                    & (b_least <= b_most[k])
+                    & (c[k] <= c_end)
+                    & (c_least <= c_most[k]);
+            }
+            if meets != [false; AT_ONCE] {
+                (0..AT_ONCE).filter(|&k| meets[k]).for_each(|k| found(at + k));
+            }
+            if a[AT_ONCE - 1] > end {
+                break;
+            }
+            at += AT_ONCE;
+        }
+    }
+}
+
+/// So many numbers from an index on.
+#[inline(always)]
+fn eight(numbers: &[f64], at: usize) -> Option<&[f64; AT_ONCE]> {
+    numbers.get(at..)?.first_chunk()
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -45,7 +108,7 @@ impl BroadPhase {
         robots: impl Iterator<Item = (usize, &'a RobotColliders, bool)>,
         others_stay: bool,
     ) -> &[[usize; 2]] {
-        let Self { bounds: moving, pairs, still, tree, near } = self;
+        let Self { bounds: moving, pairs, still, tree, near, sorted } = self;
         pairs.clear();
         moving.clear();
         let (mut count, mut is_new) = (0, false);
@@ -70,17 +133,21 @@ impl BroadPhase {
         moving.sort_unstable_by(|a, b| {
             a.bounds.least[axis].total_cmp(&b.bounds.least[axis]).then(a.robot.cmp(&b.robot))
         });
-        for (i, a) in moving.iter().enumerate() {
-            if a.awake && a.own {
-                pairs.push([a.robot; 2]);
-            }
-            let end = a.bounds.most[axis];
-            for b in moving[i + 1..].iter().take_while(|b| b.bounds.least[axis] <= end) {
-                if (a.awake || b.awake) && a.bounds.meets(&b.bounds) {
-                    pairs.push([a.robot.min(b.robot), a.robot.max(b.robot)]);
+        sorted.replace(moving, axis);
+        pairs.extend(moving.iter().filter(|a| a.awake && a.own).map(|a| [a.robot; 2]));
+        Arch::new().dispatch(
+            #[inline(always)]
+            || {
+                for (i, a) in moving.iter().enumerate() {
+                    sorted.later(i, |j| {
+                        let b = &moving[j];
+                        if a.awake || b.awake {
+                            pairs.push([a.robot.min(b.robot), a.robot.max(b.robot)]);
+                        }
+                    });
                 }
-            }
-        }
+            },
+        );
         for a in moving.iter().filter(|a| a.awake) {
             near.clear();
             tree.candidates(&a.bounds, near);
@@ -112,4 +179,46 @@ fn widest_axis(entries: &[Entry]) -> usize {
     }
     let spread = |i: &usize| squares[*i] * count - sum[*i] * sum[*i];
     (0..3).max_by(|a, b| spread(a).total_cmp(&spread(b))).unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use glamx::DVec3;
+
+    use super::*;
+
+    #[test]
+    fn sorted_bounds_find_what_overlaps_and_nothing_else() {
+        // Numbers that are as good as random, by the golden ratio.
+        let mut at = 0.0;
+        let mut next = || {
+            at = (at + 0.618_033_988_749_894_9_f64).fract();
+            at
+        };
+        for count in [0, 1, 7, 8, 9, 60] {
+            for axis in 0..3 {
+                let mut entries: Vec<_> = (0..count)
+                    .map(|robot| {
+                        let least = DVec3::new(next(), next(), next());
+                        let bounds = Bounds { least, most: least + 0.4 * next() };
+                        Entry { robot, awake: true, own: false, bounds }
+                    })
+                    .collect();
+                if let Some(entry) = entries.get_mut(3) {
+                    entry.bounds.least = DVec3::NEG_INFINITY;
+                    entry.bounds.most = DVec3::INFINITY;
+                }
+                entries.sort_by(|a, b| a.bounds.least[axis].total_cmp(&b.bounds.least[axis]));
+                let mut sorted = Sorted::default();
+                sorted.replace(&entries, axis);
+                for (i, entry) in entries.iter().enumerate() {
+                    let mut found = Vec::new();
+                    sorted.later(i, |j| found.push(j));
+                    let expected: Vec<_> =
+                        (i + 1..count).filter(|&j| entry.bounds.meets(&entries[j].bounds)).collect();
+                    assert_eq!(found, expected, "{i} of {count} along {axis}");
+                }
+            }
+        }
+    }
 }
