@@ -1,4 +1,4 @@
-//! Numbers with units, as they are typed: `0.5`, `90deg`, `12mm`, `30rpm`.
+//! Numbers as they are typed: with units, `0.5`, `90deg`, `12mm`, `30rpm`, and as bits, `5`, `0x5`.
 
 use std::f64::consts::{PI, TAU};
 
@@ -82,6 +82,15 @@ pub(crate) fn parse_list(text: &str) -> Result<Vec<f64>, String> {
     text.split(',').map(|part| parse(part, Kind::Plain).map(|quantity| quantity.value)).collect()
 }
 
+/// Reads 32 bits, decimal or hexadecimal.
+pub(crate) fn bits(text: &str) -> Result<u32, String> {
+    let parsed = match text.strip_prefix("0x") {
+        Some(digits) => u32::from_str_radix(digits, 16),
+        None => text.parse(),
+    };
+    parsed.map_err(|_| format!("must be a number from 0 to {}, or 0x and hexadecimal digits", u32::MAX))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -102,6 +111,12 @@ mod tests {
         ] {
             assert_eq!(parse(text, kind), Ok(Quantity { value, motion }), "{text}");
         }
+    }
+
+    #[test]
+    fn bits_are_a_number_or_hexadecimal_digits() {
+        assert_eq!((bits("5"), bits("0xff")), (Ok(5), Ok(255)));
+        assert!(bits("-1").is_err() && bits("4294967296").is_err());
     }
 
     #[test]

@@ -187,10 +187,30 @@ async fn rays_come_by_the_ten_thousand_in_one_call(via: Via) {
     assert_eq!(refused.reason(), Some(ErrorReason::LimitExceeded));
 }
 
+async fn rays_pass_what_is_in_none_of_their_groups(via: Via) {
+    let daemon = balls(via).await;
+    let client = &daemon.client;
+    let left = proto::LinkProperties { collision_group: Some(4), ..Default::default() };
+    client.set_link_properties("left", [left]).await.unwrap();
+    let down = || [0.0, 1.0].map(|x| ray([x, 0.0, 3.0], [x, 0.0, -1.0]));
+    for (mask, robots) in [
+        (None, ["left", "right"]),
+        (Some(4), ["left", ""]),
+        (Some(1), ["ground", "right"]),
+        (Some(5), ["left", "right"]),
+        (Some(0), ["", ""]),
+    ] {
+        let hits = client.cast_rays_in_groups(down(), mask).await.unwrap();
+        assert_eq!(hits.iter().map(|hit| hit.robot.as_str()).collect::<Vec<_>>(), robots, "{mask:?}");
+    }
+    assert_eq!(client.cast_rays(down()).await.unwrap()[0].robot, "left");
+}
+
 over_every_transport! {
     links_are_measured_where_robots_are_and_would_be,
     shapes_of_no_robot_are_measured,
     shapes_of_no_robot_overlap_and_are_cast,
     bounds_are_of_all_robots_or_of_some,
     rays_come_by_the_ten_thousand_in_one_call,
+    rays_pass_what_is_in_none_of_their_groups,
 }

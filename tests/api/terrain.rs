@@ -57,7 +57,11 @@ async fn a_load_report_says_what_a_mesh_became(via: Via) {
     write_robot(folder.path(), "tub.obj", TUB.as_bytes());
     for (base, meshes, expected) in [
         (Base::Fixed, MeshShapes::Unspecified, "the collision mesh of 10 triangles touches as it is"),
-        (Base::Fixed, MeshShapes::Mesh, "touches as it is: its link cannot move"),
+        (
+            Base::Fixed,
+            MeshShapes::Mesh,
+            "its link cannot move; it touches nothing else that cannot, and has no distance from other such meshes",
+        ),
         (Base::Free, MeshShapes::Mesh, "the convex hull of the collision mesh of 10 triangles stands for it"),
         (Base::Fixed, MeshShapes::Hull, "the largest distance found between the two is 0."),
         (Base::Fixed, MeshShapes::Decomposition, "convex part"),

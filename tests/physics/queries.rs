@@ -5,13 +5,14 @@ use std::sync::Arc;
 
 use glamx::{DPose3, DQuat, DVec3};
 use simd_core::dynamics::Configuration;
-use simd_core::simulation::command::{CollisionFilterChange, CollisionPair, LinkProperties};
+use simd_core::simulation::command::{CollisionFilterChange, CollisionPair, LinkProperties, Spawn};
 use simd_core::simulation::queries::{DistanceQuery, DistanceReport, QueryBody, QuerySide};
 use simd_core::{Command, PublishedState, Simulation};
 use simd_model::robot::Geometry;
 use simd_tests::scenes::{apply, ball, cuboid, look, plane, robot, solid, spawn, world};
 
 use crate::chains::chain;
+use crate::grounds::{grid, ground, mesh};
 use crate::world::passive;
 
 fn at(place: DVec3) -> DPose3 {
@@ -255,6 +256,53 @@ fn a_shape_is_cast_until_it_touches() {
     let inside = cast(DVec3::Z, DVec3::X).unwrap();
     assert_eq!((&*inside.robot, inside.fraction), ("ball", 0.0));
     assert!(seen.cast_shape(&sphere, DPose3::IDENTITY, DVec3::splat(f64::NAN), &|| false).is_err());
+}
+
+/// A box that leans comes down aslant on ground 2 cm below its lowest corner: the corner meets it where it is then, and not below where
+/// it was, which on a way of 500 m is 2.7 cm beside it. The same on a box, a mesh and the hull of one.
+#[test]
+fn what_is_met_at_the_start_of_a_long_way_is_met_where_it_touches() {
+    let pose = DPose3::from_parts(
+        DVec3::new(0.3, -0.2, 1.0),
+        DQuat::from_rotation_x(0.6) * DQuat::from_rotation_y(0.5),
+    );
+    let size = DVec3::new(0.4, 0.3, 0.2);
+    let corner = |i: u32| {
+        let side = |axis: u32| if i >> axis & 1 == 0 { -0.5 } else { 0.5 };
+        pose.transform_point(size * DVec3::new(side(0), side(1), side(2)))
+    };
+    let lowest = (0..8).map(corner).min_by(|a, b| a.z.total_cmp(&b.z)).unwrap();
+    let top = lowest.z - 0.02;
+    let flat = grid(3, 8.0, || 0.0, |_, _| 0.0);
+    let block = cuboid(DVec3::new(8.0, 8.0, 1.0), 1.0);
+    let hull = {
+        let corner = |i: u32| {
+            let side = |axis: u32| if i >> axis & 1 == 0 { -4.0 } else { 4.0 };
+            DVec3::new(side(0), side(1), side(2))
+        };
+        mesh((0..8).map(corner).collect(), vec![[0, 1, 2], [5, 6, 7]], None, DVec3::ONE)
+    };
+    let raised = |mut spawn: Spawn, z: f64| {
+        spawn.pose = at(DVec3::Z * (top - z));
+        spawn
+    };
+    for floor in [
+        raised(ground(&flat), 0.0),
+        raised(robot("ground", &block, DPose3::IDENTITY, true), 0.5),
+        raised(robot("ground", &hull, DPose3::IDENTITY, true), 4.0),
+    ] {
+        let mut world = world(1e-3);
+        spawn(&mut world, floor);
+        let seen = look(&world);
+        for length in [1.0, 100.0, 500.0] {
+            let way = DVec3::new(0.8, 0.0, -0.6) * length;
+            let hit = seen.cast_shape(&Geometry::Box { size }, pose, way, &|| false).unwrap().unwrap();
+            let met = lowest + way * (0.02 / (0.6 * length));
+            assert!((hit.fraction * length - 0.02 / 0.6).abs() < 1e-6, "{length} m: {hit:?}");
+            assert!(hit.point.distance(met) < 1e-5, "{length} m: {hit:?} {met}");
+            assert!(hit.normal.distance(DVec3::Z) < 1e-5, "{length} m: {hit:?}");
+        }
+    }
 }
 
 /// Two hundred boxes whose upper sides are in one plane, and each twice: which one a ray hits is the first of those that

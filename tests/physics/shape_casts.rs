@@ -32,20 +32,20 @@ fn ridge(x: f64, _: f64) -> f64 {
 }
 
 /// Its corners are on those of the grids, so that its sides are planes. The middle of a ball of radius r at the height of 1 m is r from
-/// one where x = -2 - r sqrt(2). To 1e-6 of the way, as casts of parry are; where it touches to a centimetre, as a ball goes far along
-/// a surface before it is another distance away.
+/// one where x = -2 - r sqrt(2). A cast of parry is right to 1e-6 of the way, and of where a ball touches to a centimetre, as it goes far along
+/// a surface before it is another distance away: the last part is looked at again.
 #[test]
 fn a_ball_that_is_cast_along_the_ground_stops_at_a_ridge() {
     for floor in [ground(&grid(80, 20.0, || 0.0, ridge)), ground(&field(81, 20.0, ridge))] {
         let seen = of(floor);
-        let expected = (6.0 - 0.1 * SQRT_2) / 16.0;
-        for side in [-1.0, 1.0] {
-            let (from, way) = (DVec3::new(8.0 * side, 0.1, 1.0), DVec3::X * (-16.0 * side));
+        for (side, far) in [(-1.0, 8.0), (1.0, 8.0), (-1.0, 300.0), (1.0, 300.0)] {
+            let expected = (far - 2.0 - 0.1 * SQRT_2) / (2.0 * far);
+            let (from, way) = (DVec3::new(far * side, 0.1, 1.0), DVec3::X * (-2.0 * far * side));
             let hit = cast(&seen, from, way).unwrap();
-            assert!((hit.fraction - expected).abs() < 1e-6, "{hit:?} {expected}");
+            assert!((hit.fraction - expected).abs() < 1e-8, "{hit:?} {expected}");
             let normal = DVec3::new(side, 0.0, 1.0) / SQRT_2;
-            assert!(hit.normal.distance(normal) < 1e-2, "{hit:?}");
-            assert!(hit.point.distance(from + way * expected - normal * 0.1) < 1e-2, "{hit:?}");
+            assert!(hit.normal.distance(normal) < 1e-4, "{hit:?}");
+            assert!(hit.point.distance(from + way * expected - normal * 0.1) < 1e-4, "{hit:?}");
         }
         assert_eq!(cast(&seen, DVec3::new(-8.0, 0.1, 3.2), DVec3::X * 16.0), None, "above it");
         let down = cast(&seen, DVec3::new(6.1, 0.1, 4.1), DVec3::Z * -8.0).unwrap();
@@ -165,6 +165,14 @@ fn a_shape_or_a_way_that_is_too_large_is_refused_by_its_field() {
         let overlap = seen.overlaps(&shape, pose, false, &|| false).unwrap_err().to_string();
         assert!(overlap.starts_with(field), "{overlap}");
     }
+    // So are places, of rays too.
+    let far = DVec3::new(0.0, f64::MAX, 0.0);
+    let pose = DPose3::from_translation(far);
+    let cast = seen.cast_shape(&BALL, pose, DVec3::X, &|| false).unwrap_err().to_string();
+    let overlap = seen.overlaps(&BALL, pose, false, &|| false).unwrap_err().to_string();
+    assert!(cast.starts_with("pose.position.y is ") && overlap.starts_with("pose.position.y is "), "{cast}");
+    let ray = seen.cast_rays(&[[DVec3::ZERO, far]], None, &|| false).unwrap_err().to_string();
+    assert!(ray.starts_with("rays[0].to.y is "), "{ray}");
 }
 
 #[test]

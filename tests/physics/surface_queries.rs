@@ -146,6 +146,27 @@ fn what_is_in_or_below_a_height_field_overlaps_it_and_what_is_above_does_not() {
     assert!((found[0].distance + depth).abs() < 1e-9, "{found:?} {depth}");
 }
 
+/// A plate of 0.1 m that lies on level ground, out of whose upper side a hill of 0.095 m hardly looks: the way down would be the
+/// shorter one for each triangle of the hill, and is none, since ground is below. The cast that begins there meets it alike.
+#[test]
+fn what_a_hill_stands_in_is_parted_from_the_ground_upwards() {
+    let hill = |x: f64, y: f64| 0.095 - 0.1 * x.hypot(y);
+    let plate = Geometry::Box { size: DVec3::new(2.0, 2.0, 0.1) };
+    let pose = at(0.8, 0.0, 0.05);
+    let mut world = world(1e-3);
+    spawn(&mut world, ground(&field(41, 4.0, hill)));
+    spawn(&mut world, robot("plate", &solid(&[(DPose3::IDENTITY, plate.clone())], 1.0), pose, false));
+    let seen = look(&world);
+    for (a, b, up) in [(0, 1, 1.0), (1, 0, -1.0)] {
+        let (found, _) = ask(&seen, &between(a, b));
+        assert!((found[0].distance + 0.095).abs() < 1e-6, "{found:?}");
+        assert!(found[0].normal.distance(DVec3::Z * up) < 1e-6, "{found:?}");
+    }
+    let hit = seen.cast_shape(&plate, pose, DVec3::X, &|| false).unwrap().unwrap();
+    assert_eq!((&*hit.robot, hit.fraction), ("ground", 0.0));
+    assert!(hit.normal.distance(DVec3::Z) < 1e-6, "{hit:?}");
+}
+
 /// Two meshes of a hundred thousand triangles would be compared for hours.
 #[test]
 fn the_distance_of_two_surfaces_is_refused_with_what_to_do() {

@@ -1,16 +1,14 @@
 //! `simctl contact`: what touches what, what rays hit, what surfaces are like.
 
 mod query;
+mod ray;
 mod view;
 
 use clap::{Args, Subcommand};
-use simd_client::{
-    Client,
-    proto::{LinkProperties, Ray, Vector3},
-};
+use simd_client::{Client, proto::LinkProperties};
 
-use crate::{complete, output::Output, pose::parse_vector};
-use view::{HitView, SurfaceView};
+use crate::{complete, output::Output};
+use view::SurfaceView;
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Contact {
@@ -20,16 +18,9 @@ pub(crate) enum Contact {
         #[arg(add = complete::robots())]
         robot: Option<String>,
     },
-    /// Shows what a straight line meets first
-    Ray {
-        /// Where it begins, metres
-        #[arg(value_name = "X,Y,Z", value_parser = parse_vector, allow_hyphen_values = true)]
-        from: Vector3,
-        /// Where it ends, metres
-        #[arg(value_name = "X,Y,Z", value_parser = parse_vector, allow_hyphen_values = true)]
-        to: Vector3,
-    },
-    /// Shows how far links are apart, also where a robot is not
+    /// Shows what a straight line, or each of several, meets first
+    Ray(ray::Ray),
+    /// Shows how far links and shapes are apart, also where a robot is not
     Distance(query::Distance),
     /// Shows the links that a shape overlaps
     Overlaps(query::Overlaps),
@@ -120,10 +111,7 @@ pub(crate) async fn run(command: Contact, client: &Client, output: Output) -> an
             let contacts: Vec<_> = contacts.into_iter().map(view::ContactView::from).collect();
             output.list(&contacts, view::contacts)
         }
-        Contact::Ray { from, to } => {
-            let hits = client.cast_rays([Ray { from: Some(from), to: Some(to) }]).await?;
-            output.one(&HitView::from(hits.into_iter().next().unwrap_or_default()))
-        }
+        Contact::Ray(arguments) => ray::run(arguments, client, output).await,
         Contact::Distance(arguments) => query::distance(arguments, client, output).await,
         Contact::Overlaps(arguments) => query::overlaps(arguments, client, output).await,
         Contact::Cast(arguments) => query::cast(arguments, client, output).await,

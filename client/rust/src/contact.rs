@@ -31,7 +31,20 @@ impl Client {
     /// # Errors
     /// `LIMIT_EXCEEDED` beyond 20,000 rays, `INVALID_VALUE`.
     pub async fn cast_rays(&self, rays: impl IntoIterator<Item = Ray>) -> Result<Vec<RayHit>, Error> {
-        let request = CastRaysRequest { rays: rays.into_iter().collect(), collision_mask: None };
+        self.cast_rays_in_groups(rays, None).await
+    }
+
+    /// The same of links that are in one of the groups of `collision_mask`, a bit each; of all where it is `None`.
+    /// Rays pass what is in none of them.
+    ///
+    /// # Errors
+    /// Those of [`Client::cast_rays`].
+    pub async fn cast_rays_in_groups(
+        &self,
+        rays: impl IntoIterator<Item = Ray>,
+        collision_mask: Option<u32>,
+    ) -> Result<Vec<RayHit>, Error> {
+        let request = CastRaysRequest { rays: rays.into_iter().collect(), collision_mask };
         Ok(self.unary(self.contact().cast_rays(request)).await?.hits)
     }
 

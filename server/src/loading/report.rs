@@ -37,7 +37,11 @@ pub(super) fn report_proxies(shapes: &Shapes, most: usize, report: &mut LoadRepo
         let divided = *asked == MeshShapes::Decomposition;
         let (severity, disposition, message) = match shape {
             ProxyShape::Mesh => {
-                (Severity::Info, Disposition::Used, format!("{mesh} touches as it is: its link cannot move"))
+                let message = format!(
+                    "{mesh} touches as it is: its link cannot move; it touches nothing else that cannot, and has no \
+                     distance from other such meshes"
+                );
+                (Severity::Info, Disposition::Used, message)
             }
             ProxyShape::Hull if divided => (
                 Severity::Warning,

@@ -37,11 +37,9 @@ pub fn commands(bytes: &[u8]) {
     // That the sender of each second command holds.
     let mut claim = None;
     for turn in 0..MOST {
-        let [kind, low, high, left @ ..] = rest else { break };
-        let (message, left) = left.split_at(left.len().min(usize::from(u16::from_le_bytes([*low, *high]))));
-        rest = left;
+        let Some((kind, message)) = super::message(&mut rest) else { break };
         let before = world.fingerprint();
-        match asked(*kind, message, turn) {
+        match asked(kind, message, turn) {
             None => continue,
             Some(Asked::Command(command)) => {
                 let applied = world.apply_for(&command, claim.filter(|_| turn % 2 == 0));
@@ -70,17 +68,17 @@ pub fn commands(bytes: &[u8]) {
     }
 }
 
-const ARM: &str = "<robot name='arm'><link name='base'/><link name='a'><inertial><mass value='1'/>\
+pub(super) const ARM: &str = "<robot name='arm'><link name='base'/><link name='a'><inertial><mass value='1'/>\
     <inertia ixx='.1' ixy='0' ixz='0' iyy='.1' iyz='0' izz='.1'/></inertial><collision><geometry>\
     <box size='.2 .2 .2'/></geometry></collision></link><joint name='j' type='revolute'><parent link='base'/>\
     <child link='a'/><axis xyz='0 1 0'/><limit lower='-1' upper='1' effort='10' velocity='5'/></joint></robot>";
-const BALL: &str = "<robot name='ball'><link name='a'><inertial><mass value='1'/>\
+pub(super) const BALL: &str = "<robot name='ball'><link name='a'><inertial><mass value='1'/>\
     <inertia ixx='.1' ixy='0' ixz='0' iyy='.1' iyz='0' izz='.1'/></inertial><collision><geometry>\
     <sphere radius='.1'/></geometry></collision></link></robot>";
 
 /// A pyramid, for hulls of a mesh of our own.
-const PYRAMID: &[u8] = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n";
-const MESH: &str = "<robot name='mesh'><link name='a'><inertial><mass value='1'/><inertia ixx='.1' ixy='0' ixz='0' \
+pub(super) const PYRAMID: &[u8] = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n";
+pub(super) const MESH: &str = "<robot name='mesh'><link name='a'><inertial><mass value='1'/><inertia ixx='.1' ixy='0' ixz='0' \
     iyy='.1' iyz='0' izz='.1'/></inertial><collision><geometry><mesh filename='a.obj'/></geometry></collision>\
     </link></robot>";
 
@@ -162,7 +160,7 @@ fn reload(bytes: &[u8]) -> Option<Command> {
 }
 
 /// What a ray hits lies on it.
-fn check(hit: &RayReport) {
+pub(super) fn check(hit: &RayReport) {
     assert!((0.0..=1.0).contains(&hit.fraction), "{hit:?}");
     assert!(hit.point.is_finite() && hit.normal.is_finite(), "{hit:?}");
 }
@@ -178,7 +176,13 @@ fn read(urdf: &[u8], name: &str, x: f64) -> Option<Spawn> {
     read_with(urdf, name, x, &super::Only(None), MeshShapes::Hull)
 }
 
-fn read_with(urdf: &[u8], name: &str, x: f64, assets: &super::Only, meshes: MeshShapes) -> Option<Spawn> {
+pub(super) fn read_with(
+    urdf: &[u8],
+    name: &str,
+    x: f64,
+    assets: &super::Only,
+    meshes: MeshShapes,
+) -> Option<Spawn> {
     let (model, _) = simd_model::read(urdf, assets, &ReadOptions::default()).ok()?;
     Some(Spawn {
         name: wire_name(name),

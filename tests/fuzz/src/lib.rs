@@ -4,6 +4,8 @@
 #[cfg(feature = "commands")]
 mod commands;
 #[cfg(feature = "commands")]
+mod queries;
+#[cfg(feature = "commands")]
 mod recordings;
 #[cfg(feature = "commands")]
 mod requests;
@@ -16,6 +18,8 @@ use std::sync::Arc;
 
 #[cfg(feature = "commands")]
 pub use commands::commands;
+#[cfg(feature = "commands")]
+pub use queries::queries;
 #[cfg(feature = "commands")]
 pub use recordings::recordings;
 #[cfg(feature = "commands")]
@@ -47,6 +51,10 @@ pub const TARGETS: &[Target] = &[
     #[cfg(feature = "commands")]
     ("commands", commands::commands),
     #[cfg(feature = "commands")]
+    ("queries", |bytes| {
+        queries::queries(bytes);
+    }),
+    #[cfg(feature = "commands")]
     ("recordings", |bytes| {
         recordings::recordings(bytes);
     }),
@@ -69,6 +77,15 @@ impl Assets for Only {
 
 fn only(bytes: &[u8]) -> Only {
     Only(Some(Asset { sha256: Sha256::of(bytes), bytes: Arc::from(bytes) }))
+}
+
+/// Takes the next message off a sequence: a byte that says which it is, two that say how long, and the message.
+#[cfg(feature = "commands")]
+fn message<'a>(sequence: &mut &'a [u8]) -> Option<(u8, &'a [u8])> {
+    let [kind, low, high, left @ ..] = *sequence else { return None };
+    let (message, left) = left.split_at(left.len().min(usize::from(u16::from_le_bytes([*low, *high]))));
+    *sequence = left;
+    Some((*kind, message))
 }
 
 /// A URDF is refused in a sentence, or gives a robot of finite numbers.

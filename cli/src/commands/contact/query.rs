@@ -14,6 +14,7 @@ use simd_client::{
 use super::view::{HitView, array};
 use crate::{
     commands::robot::shape::geometry,
+    failure::Usage,
     output::{
         Output,
         number::{fixed, several},
@@ -25,12 +26,13 @@ use crate::{
 
 #[derive(Args, Debug)]
 pub(crate) struct Distance {
-    /// The robot, or one of its links
-    #[arg(value_name = "ROBOT[/LINK]")]
-    a: String,
+    /// The robot, one of its links, or a shape of no robot: box:X,Y,Z, sphere:RADIUS, cylinder:RADIUS,LENGTH,
+    /// capsule:RADIUS,LENGTH or cone:RADIUS,LENGTH, metres, which is at @X,Y,Z[,ROLL,PITCH,YAW] after it
+    #[arg(value_name = "ROBOT[/LINK]|SHAPE[@POSE]", value_parser = body)]
+    a: QueryBody,
     /// The other one, or the same; every other robot where it is left out
-    #[arg(value_name = "ROBOT[/LINK]")]
-    b: Option<String>,
+    #[arg(value_name = "ROBOT[/LINK]|SHAPE[@POSE]", value_parser = body)]
+    b: Option<QueryBody>,
     /// Leaves out links that are farther apart, metres
     #[arg(long, value_name = "METRES", allow_hyphen_values = true)]
     within: Option<f64>,
@@ -43,7 +45,7 @@ pub(crate) struct Distance {
     /// Where a joint of the first robot would be; the others are where they are. May be given again
     #[arg(long = "position", value_name = "JOINT=POSITION", value_parser = placement)]
     positions: Vec<Placement>,
-    /// Where the root link of the first robot would be
+    /// Where the root link of the first robot would be, or where the first shape is
     #[arg(long, value_name = "X,Y,Z[,ROLL,PITCH,YAW]", value_parser = pose::parse, allow_hyphen_values = true)]
     pose: Option<Pose>,
 }
@@ -75,21 +77,28 @@ pub(crate) struct Cast {
 }
 
 pub(super) async fn distance(arguments: Distance, client: &Client, output: Output) -> anyhow::Result<()> {
-    let Distance { a, b, within, nearest, filtered, positions, pose } = arguments;
-    let mut a = body(&a);
-    if !positions.is_empty() || pose.is_some() {
+    let Distance { mut a, b, within, nearest, filtered, positions, pose } = arguments;
+    if a.shape.is_some() {
+        a.pose = place(a.pose, &positions, pose)?;
+    } else if !positions.is_empty() || pose.is_some() {
         a.configuration = Some(configuration(client, &a.robot, positions, pose).await?);
     }
-    let request = GetClosestPointsRequest {
-        a: Some(a),
-        b: b.as_deref().map(body),
-        max_distance: within,
-        nearest_only: nearest,
-        filtered,
-    };
+    let request =
+        GetClosestPointsRequest { a: Some(a), b, max_distance: within, nearest_only: nearest, filtered };
     let pairs = client.closest_points(request).await?;
     let pairs: Vec<_> = pairs.into_iter().map(DistanceView::from).collect();
     output.list(&pairs, distances)
+}
+
+/// Where a shape is: after its @, or by an option.
+fn place(after: Option<Pose>, positions: &[Placement], option: Option<Pose>) -> Result<Option<Pose>, Usage> {
+    if !positions.is_empty() {
+        return Err(Usage("--position is for the joints of a robot, and a shape has none".to_owned()));
+    }
+    if after.is_some() && option.is_some() {
+        return Err(Usage("say where the shape is once: after @, or with --pose".to_owned()));
+    }
+    Ok(after.or(option))
 }
 
 /// The positions of all joints, some of which are replaced.
@@ -150,14 +159,32 @@ pub(super) async fn bounds(robot: Option<&str>, client: &Client, output: Output)
     output.list(&links, bounds_table)
 }
 
-/// Reads `ROBOT` or `ROBOT/LINK`; the names of robots have no slash.
-fn body(text: &str) -> QueryBody {
+/// Reads `ROBOT`, `ROBOT/LINK`, or a shape, which may have `@` and a pose after it. The names of robots have neither slash nor
+/// colon, and those of links may have both.
+fn body(text: &str) -> Result<QueryBody, String> {
     let (robot, link) = text.split_once('/').unwrap_or((text, ""));
-    QueryBody { robot: robot.to_owned(), link: link.to_owned(), ..QueryBody::default() }
+    if !robot.contains(':') {
+        return Ok(QueryBody { robot: robot.to_owned(), link: link.to_owned(), ..QueryBody::default() });
+    }
+    let (written, at) = match text.split_once('@') {
+        Some((written, at)) => (written, Some(pose::parse(at)?)),
+        None => (text, None),
+    };
+    let geometry = Some(shape(written)?);
+    Ok(QueryBody { shape: Some(QueryShape { geometry }), pose: at, ..QueryBody::default() })
 }
+
+/// What a text is refused with that is no shape.
+const SHAPES: &str = "must be box:X,Y,Z, sphere:RADIUS, cylinder:RADIUS,LENGTH, capsule:RADIUS,LENGTH or \
+                      cone:RADIUS,LENGTH";
 
 /// Reads a shape that has an end.
 fn shape(text: &str) -> Result<query_shape::Geometry, String> {
+    // What else there is has words of its own, of files too.
+    if !["box", "sphere", "cylinder", "capsule", "cone"].contains(&text.split(':').next().unwrap_or_default())
+    {
+        return Err(SHAPES.to_owned());
+    }
     match geometry(text)? {
         primitive::Geometry::Box(shape) => Ok(query_shape::Geometry::Box(shape)),
         primitive::Geometry::Sphere(shape) => Ok(query_shape::Geometry::Sphere(shape)),
@@ -165,20 +192,18 @@ fn shape(text: &str) -> Result<query_shape::Geometry, String> {
         primitive::Geometry::Capsule(shape) => Ok(query_shape::Geometry::Capsule(shape)),
         primitive::Geometry::Cone(shape) => Ok(query_shape::Geometry::Cone(shape)),
         primitive::Geometry::Plane(_) | primitive::Geometry::Mesh(_) | primitive::Geometry::Compound(_) => {
-            Err("must be box:X,Y,Z, sphere:RADIUS, cylinder:RADIUS,LENGTH, capsule:RADIUS,LENGTH or \
-                 cone:RADIUS,LENGTH"
-                .to_owned())
+            Err(SHAPES.to_owned())
         }
     }
 }
 
-/// An item of `contact distance`.
+/// An item of `contact distance`. A shape of no robot has no names.
 #[derive(Serialize)]
 struct DistanceView {
-    robot_a: String,
-    link_a: String,
-    robot_b: String,
-    link_b: String,
+    robot_a: Option<String>,
+    link_a: Option<String>,
+    robot_b: Option<String>,
+    link_b: Option<String>,
     /// Metres; negative where the two overlap.
     distance: f64,
     /// World, metres.
@@ -190,11 +215,12 @@ struct DistanceView {
 
 impl From<ClosestPoints> for DistanceView {
     fn from(closest: ClosestPoints) -> Self {
+        let named = |name: String| Some(name).filter(|name| !name.is_empty());
         Self {
-            robot_a: closest.robot_a,
-            link_a: closest.link_a,
-            robot_b: closest.robot_b,
-            link_b: closest.link_b,
+            robot_a: named(closest.robot_a),
+            link_a: named(closest.link_a),
+            robot_b: named(closest.robot_b),
+            link_b: named(closest.link_b),
             distance: closest.distance,
             point_a: array(closest.point_a),
             point_b: array(closest.point_b),
@@ -214,10 +240,14 @@ fn distances(pairs: &[DistanceView]) -> Page {
         Column::left("POINT ON A m"),
         Column::left("POINT ON B m"),
     ];
+    let name = |robot: &Option<String>, link: &Option<String>| match (robot, link) {
+        (Some(robot), Some(link)) => format!("{robot}/{link}"),
+        _ => "the shape".to_owned(),
+    };
     let row = |pair: &DistanceView| {
         vec![
-            format!("{}/{}", pair.robot_a, pair.link_a),
-            format!("{}/{}", pair.robot_b, pair.link_b),
+            name(&pair.robot_a, &pair.link_a),
+            name(&pair.robot_b, &pair.link_b),
             fixed(pair.distance, 6),
             several(&pair.point_a, 4),
             several(&pair.point_b, 4),
@@ -283,12 +313,43 @@ mod tests {
     #[test]
     fn bodies_and_shapes_are_read_as_people_write_them() {
         let named = |text| {
-            let QueryBody { robot, link, .. } = body(text);
+            let QueryBody { robot, link, shape, pose, .. } = body(text).unwrap();
+            assert!(shape.is_none() && pose.is_none(), "{text}");
             (robot, link)
         };
         assert_eq!(named("arm"), ("arm".to_owned(), String::new()));
         assert_eq!(named("arm/tool 0/tip"), ("arm".to_owned(), "tool 0/tip".to_owned()));
+        assert_eq!(named("arm/sphere:1@0"), ("arm".to_owned(), "sphere:1@0".to_owned()));
         assert!(shape("sphere:5cm").is_ok());
-        assert!(shape("plane").unwrap_err().contains("must be box"));
+        for wrong in ["plane", "mesh:a.stl", "heightfield:a.png,1,1,1", "prism:1"] {
+            assert!(shape(wrong).unwrap_err().contains("must be box"), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn a_shape_of_no_robot_is_where_its_pose_says() {
+        let ball = |position: Option<Vector3>| {
+            let geometry = Some(shape("sphere:20cm").unwrap());
+            let pose = position.map(|position| Pose { position: Some(position), orientation: None });
+            QueryBody { shape: Some(QueryShape { geometry }), pose, ..QueryBody::default() }
+        };
+        let there = Vector3 { x: 1.0, y: 0.0, z: -2.0 };
+        assert_eq!(body("sphere:20cm").unwrap(), ball(None));
+        assert_eq!(body("sphere:20cm@1,0,-2").unwrap(), ball(Some(there)));
+        for (wrong, part) in [
+            ("sphere:big", "big"),
+            ("sphere:1@1,0", "x,y,z"),
+            ("cone:1", "cone:RADIUS,LENGTH"),
+            ("mesh:folder/a.stl", "must be box"),
+        ] {
+            let refused = body(wrong).unwrap_err();
+            assert!(refused.contains(part), "{wrong}: {refused}");
+        }
+        let at = |x| Pose { position: Some(Vector3 { x, y: 0.0, z: 0.0 }), orientation: None };
+        assert_eq!(place(None, &[], Some(at(1.0))).unwrap(), Some(at(1.0)));
+        assert_eq!(place(Some(at(2.0)), &[], None).unwrap(), Some(at(2.0)));
+        assert!(place(Some(at(2.0)), &[], Some(at(1.0))).unwrap_err().0.contains("once"));
+        let bent = placement("elbow=1").unwrap();
+        assert!(place(None, &[bent], None).unwrap_err().0.contains("--position"));
     }
 }

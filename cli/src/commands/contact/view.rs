@@ -5,7 +5,7 @@ use simd_client::proto::{Contact, LinkProperties, RayHit, Vector3};
 
 use crate::output::{
     View,
-    number::{exact, fixed, optional, several},
+    number::{ABSENT, exact, fixed, optional, several},
     table::{Column, Page, Table},
 };
 
@@ -70,7 +70,7 @@ pub(super) fn contacts(contacts: &[ContactView]) -> Page {
     Page::new().table(Table::new(columns, contacts.iter().map(row).collect()))
 }
 
-/// `contact ray`.
+/// `contact cast`, and an item of `contact ray`.
 #[derive(Serialize)]
 pub(super) struct HitView {
     hit: bool,
@@ -110,6 +110,31 @@ impl View for HitView {
             ("fraction", fixed(fraction, 4)),
         ])
     }
+}
+
+/// The table of `contact ray --rays`: rays are numbered from 0 on, as the daemon numbers them.
+pub(super) fn hits(hits: &[HitView]) -> Page {
+    let columns = vec![
+        Column::right("RAY"),
+        Column::left("HITS"),
+        Column::right("FRACTION"),
+        Column::left("POINT m"),
+        Column::left("NORMAL"),
+    ];
+    let row = |(index, hit): (usize, &HitView)| {
+        let several = |values: Option<[f64; 3]>, decimals: usize| {
+            values.map_or_else(|| ABSENT.to_owned(), |values| several(&values, decimals))
+        };
+        let link = hit.robot.as_ref().zip(hit.link.as_ref());
+        vec![
+            index.to_string(),
+            link.map_or_else(|| ABSENT.to_owned(), |(robot, link)| format!("{robot}/{link}")),
+            optional(hit.fraction, 4),
+            several(hit.point, 4),
+            several(hit.normal, 3),
+        ]
+    };
+    Page::new().table(Table::new(columns, hits.iter().enumerate().map(row).collect()))
 }
 
 /// An item of `contact surfaces`.

@@ -15,6 +15,7 @@ use crate::{
         json::name,
         table::{Column, Page, Table},
     },
+    quantity::bits,
 };
 
 #[derive(Args, Debug)]
@@ -184,26 +185,15 @@ fn pair(text: &str) -> Result<(String, String, String), String> {
     Ok((link.to_owned(), robot.to_owned(), other.to_owned()))
 }
 
-/// Reads 32 bits, decimal or hexadecimal.
-fn bits(text: &str) -> Result<u32, String> {
-    let parsed = match text.strip_prefix("0x") {
-        Some(digits) => u32::from_str_radix(digits, 16),
-        None => text.parse(),
-    };
-    parsed.map_err(|_| format!("must be a number from 0 to {}, or 0x and hexadecimal digits", u32::MAX))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn pairs_and_bits_are_read_as_people_write_them() {
+    fn pairs_are_read_as_people_write_them() {
         let names = |a: &str, b: &str, c: &str| Ok((a.to_owned(), b.to_owned(), c.to_owned()));
         assert_eq!(pair("hand,wrist 2"), names("hand", "", "wrist 2"));
         assert_eq!(pair("hand,table/top"), names("hand", "table", "top"));
         assert!(pair("hand").is_err() && pair("hand,").is_err() && pair(",a").is_err());
-        assert_eq!((bits("5"), bits("0xff")), (Ok(5), Ok(255)));
-        assert!(bits("-1").is_err() && bits("4294967296").is_err());
     }
 }

@@ -9,6 +9,7 @@ use rapier3d_f64::parry::query::{ShapeCastOptions, ShapeCastStatus, cast_shapes}
 use rapier3d_f64::parry::shape::{HeightField, Shape};
 
 use super::facets::{Facets, above, ground};
+use super::first_touch::first_touch;
 use super::surface_distance::{nearest_on_surface, overlaps_surface, triangle_bounds};
 
 /// Triangles that are looked at before it is asked again whether the question was cancelled.
@@ -118,7 +119,10 @@ fn first_triangle(
             let is_sound = hit.status != ShapeCastStatus::Failed && hit.time_of_impact.is_finite();
             if is_sound && best.is_none_or(|best| hit.time_of_impact < best.fraction) {
                 let fraction = hit.time_of_impact.clamp(0.0, 1.0);
-                best = Some(ShapeHit { fraction, point: hit.witness1, normal: hit.normal1 });
+                let still = (&triangle as &dyn Shape, &DPose3::IDENTITY);
+                let touched = first_touch(still, (shape, &from), along, fraction);
+                let cast = ShapeHit { fraction, point: hit.witness1, normal: hit.normal1 };
+                best = Some(touched.unwrap_or(cast));
             }
         }
     }

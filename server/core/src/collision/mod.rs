@@ -23,6 +23,7 @@ mod facet_contact;
 mod facets;
 mod field_cast;
 pub mod filter;
+mod first_touch;
 mod fixed_pair;
 mod geometry;
 mod hull;

@@ -9,6 +9,7 @@ use rapier3d_f64::parry::shape::Shape;
 
 use super::facets::relative;
 use super::field_cast::{OPTIONS, ShapeHit, cast_at_field};
+use super::first_touch::first_touch;
 use super::rays::RayHit;
 use super::scene::{PlacedShape, QueryShape, Scene};
 use super::surface_distance::overlaps_surface;
@@ -97,10 +98,21 @@ fn cast_at(placed: &PlacedShape, shape: &dyn Shape, pose: &DPose3, way: DVec3) -
     // parry looks for no overlap where nothing moves.
     let way = if way.length() < SHORTEST { DVec3::Z * SHORTEST } else { way };
     let hit = cast_shapes(pose, way, shape, theirs, DVec3::ZERO, &*placed.shape, OPTIONS).ok()??;
-    let is_sound = hit.status != ShapeCastStatus::Failed && hit.time_of_impact.is_finite();
-    is_sound.then(|| ShapeHit {
-        fraction: hit.time_of_impact.clamp(0.0, 1.0),
-        point: hit.witness2,
-        normal: hit.normal2,
-    })
+    if hit.status == ShapeCastStatus::Failed || !hit.time_of_impact.is_finite() {
+        return None;
+    }
+    let fraction = hit.time_of_impact.clamp(0.0, 1.0);
+    let cast = ShapeHit { fraction, point: hit.witness2, normal: hit.normal2 };
+    // A plane is met exactly, and what overlaps at the start is met there.
+    if placed.is_plane() || fraction == 0.0 {
+        return Some(cast);
+    }
+    let triangle = placed.shape.as_trimesh().map(|mesh| mesh.triangle(hit.subshape2));
+    let still: &dyn Shape = match &triangle {
+        Some(triangle) => triangle,
+        None => &*placed.shape,
+    };
+    let moving = (shape, &relative(theirs, pose));
+    let touched = first_touch((still, &DPose3::IDENTITY), moving, theirs.rotation.inverse() * way, fraction);
+    Some(touched.unwrap_or(cast))
 }

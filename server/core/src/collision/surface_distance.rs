@@ -3,8 +3,9 @@
 
 use glamx::{DPose3, DVec3};
 use rapier3d_f64::parry::bounding_volume::{Aabb, BoundingVolume as _};
+use rapier3d_f64::parry::query::details::contact_support_map_support_map;
 use rapier3d_f64::parry::query::{Contact, intersection_test};
-use rapier3d_f64::parry::shape::{Shape, Triangle};
+use rapier3d_f64::parry::shape::{Shape, SupportMap, Triangle};
 
 use super::distance::convex_contact;
 use super::facets::{Facets, above, unit_normal};
@@ -15,7 +16,7 @@ const BETWEEN_CANCELS: usize = 1_024;
 
 /// The nearest points of a surface and a convex shape that is at most `within` from it, and the normal from the first to
 /// the second, all in the surface's axes. Of what is below a height field the depth is that below the triangle above its
-/// middle. `None` where they are farther apart, or `is_cancelled`.
+/// middle, and what overlaps it is not parted from it downwards. `None` where they are farther apart, or `is_cancelled`.
 ///
 /// Triangles are looked at in the order of how far their bounds are from those of the shape, until no other one can be
 /// nearer. What all of them are looked for within is the distance between some two points of the two.
@@ -57,7 +58,10 @@ pub(super) fn nearest_on_surface(
             continue;
         }
         let sides = [(&triangle as &dyn Shape, &DPose3::IDENTITY), (shape, surface_from_shape)];
-        let Some(found) = convex_contact(sides, limit) else { continue };
+        let Some(mut found) = convex_contact(sides, limit) else { continue };
+        if matches!(surface, Facets::Field(_)) && found.dist < 0.0 && found.normal1.y < 0.0 {
+            found = out_of_ground(&triangle, (shape, surface_from_shape)).unwrap_or(found);
+        }
         if best.is_none_or(|best| found.dist < best.dist) {
             limit = limit.min(found.dist.max(0.0));
             best = Some(found);
@@ -115,6 +119,38 @@ fn below(triangle: &Triangle, shape: &dyn Shape, surface_from_shape: &DPose3) ->
     });
     let (height, at) = lowest?;
     Some(Contact::new(at - normal * height, at, normal, -normal, height))
+}
+
+/// A triangle of a height field with the ground below it.
+struct Column {
+    triangle: Triangle,
+    /// Where it ends, along parry's y.
+    bottom: f64,
+}
+
+impl SupportMap for Column {
+    fn local_support_point(&self, direction: DVec3) -> DVec3 {
+        let Triangle { a, b, c } = self.triangle;
+        let end = |corner: DVec3| if direction.y < 0.0 { corner.with_y(self.bottom) } else { corner };
+        let [a, b, c] = [a, b, c].map(end);
+        let farther = |p: DVec3, q: DVec3| if q.dot(direction) > p.dot(direction) { q } else { p };
+        farther(farther(a, b), c)
+    }
+}
+
+/// The shortest move that parts a shape from a triangle that it overlaps and from the ground below that. A triangle alone has
+/// no ground: of a plate through which a hill stands the way down is the shorter one.
+fn out_of_ground(triangle: &Triangle, (shape, surface_from_shape): (&dyn Shape, &DPose3)) -> Option<Contact> {
+    let own = triangle_bounds(triangle);
+    let around = shape.compute_aabb(surface_from_shape);
+    // So deep that each way down is longer than the one up.
+    let height = own.maxs.y - own.mins.y + around.maxs.y - around.mins.y;
+    let column = Column { triangle: *triangle, bottom: own.mins.y.min(around.mins.y) - height };
+    let support = shape.as_support_map()?;
+    let mut found = contact_support_map_support_map(surface_from_shape, &column, support, 0.0)?;
+    found.transform_by_mut(&DPose3::IDENTITY, surface_from_shape);
+    let is_sound = found.dist.is_finite() && found.point1.is_finite() && found.point2.is_finite();
+    (is_sound && found.normal1.is_finite()).then_some(found)
 }
 
 /// Whether a triangle is at least as far from a shape as what was found, by the plane that is between the two there.

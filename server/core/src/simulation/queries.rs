@@ -118,7 +118,7 @@ impl PublishedState {
             QuerySide::Shape(geometry, pose) => {
                 let within = |error: Error| error.within(|| field.to_owned());
                 let shape = shape(geometry).map_err(within)?;
-                check::pose("pose", pose).map_err(within)?;
+                check::moderate_pose("pose", pose).map_err(within)?;
                 Ok(vec![PlacedShape::of_no_robot(&shape, *pose)])
             }
         }
@@ -134,7 +134,8 @@ impl PublishedState {
     /// nor is a link with itself.
     ///
     /// # Errors
-    /// Returns an error if the distance is NaN, where a shape or its pose cannot be, where both sides are meshes of triangles or height fields, where there are too many
+    /// Returns an error if the distance is NaN, where a shape cannot be, where its pose is farther away than
+    /// [`simd_model::LARGEST_GIVEN`], where both sides are meshes of triangles or height fields, where there are too many
     /// pairs, and where their names make too many bytes.
     pub fn distances(
         &self,
@@ -247,8 +248,8 @@ impl PublishedState {
     /// world's axes meet that of the shape.
     ///
     /// # Errors
-    /// Returns an error if the pose has numbers that are not finite, where the shape is a mesh without a hull, and where the names make
-    /// too many bytes.
+    /// Returns an error if the shape or its pose has numbers that are larger than [`simd_model::LARGEST_GIVEN`], where the shape is a mesh
+    /// without a hull, and where the names make too many bytes.
     pub fn overlaps(
         &self,
         geometry: &Geometry,
@@ -257,7 +258,7 @@ impl PublishedState {
         is_cancelled: &dyn Fn() -> bool,
     ) -> Result<Vec<(String, String)>, Error> {
         let shape = shape(geometry)?;
-        check::pose("pose", &pose)?;
+        check::moderate_pose("pose", &pose)?;
         let found = self.scene(is_cancelled).overlaps(&shape, pose, bounds_only, is_cancelled);
         let mut bytes = 0;
         let named = found.into_iter().filter_map(|(robot, link)| self.link_name(robot, link));
@@ -347,8 +348,8 @@ impl PublishedState {
     /// What a shape that goes from a pose by a way, without turning, meets first.
     ///
     /// # Errors
-    /// Returns an error if numbers are not finite, where the shape or the way is larger than [`simd_model::LARGEST_GIVEN`], and where the shape
-    /// is a mesh without a hull.
+    /// Returns an error if the shape, its pose or the way has numbers that are larger than [`simd_model::LARGEST_GIVEN`], and where the
+    /// shape is a mesh without a hull.
     pub fn cast_shape(
         &self,
         geometry: &Geometry,
@@ -357,7 +358,7 @@ impl PublishedState {
         is_cancelled: &dyn Fn() -> bool,
     ) -> Result<Option<RayReport>, Error> {
         let shape = shape(geometry)?;
-        check::pose("pose", &pose)?;
+        check::moderate_pose("pose", &pose)?;
         check::moderate_point("translation", way)?;
         let hit = self.scene(is_cancelled).cast_shape(&shape, pose, way, is_cancelled);
         Ok(hit.and_then(|hit| self.ray_report(hit)))

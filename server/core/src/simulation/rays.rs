@@ -31,7 +31,8 @@ pub struct RayReport {
     pub fraction: f64,
 }
 
-/// Whether these rays can be cast: there are at most [`MOST_RAYS`], and each has finite ends.
+/// Whether these rays can be cast: there are at most [`MOST_RAYS`], and the ends of each are no farther away than
+/// [`simd_model::LARGEST_GIVEN`].
 ///
 /// # Errors
 /// Returns an error if one of the two does not hold.
@@ -45,7 +46,8 @@ pub fn check_rays(rays: &[[DVec3; 2]]) -> Result<(), Error> {
     }
     for (index, ray) in rays.iter().enumerate() {
         for (field, point) in ["from", "to"].into_iter().zip(ray) {
-            check::point(field, *point).map_err(|error| error.within(|| format!("rays[{index}]")))?;
+            check::moderate_point(field, *point)
+                .map_err(|error| error.within(|| format!("rays[{index}]")))?;
         }
     }
     Ok(())

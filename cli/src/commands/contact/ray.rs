@@ -1,0 +1,156 @@
+//! `simctl contact ray`: what straight lines meet first.
+
+use std::{
+    fs::File,
+    io::{Read, stdin},
+    path::{Path, PathBuf},
+};
+
+use anyhow::{Context as _, bail};
+use clap::Args;
+use simd_client::{
+    Client,
+    proto::{Ray as Line, Vector3},
+    ray,
+};
+
+use super::view::{HitView, hits};
+use crate::{
+    output::{Output, number::count},
+    pose::parse_vector,
+    quantity::bits,
+};
+
+/// A file above this has more rays than the daemon takes: 20,000 of them with all their digits are 3 MB.
+const MAX_BYTES: u64 = 4 * 1024 * 1024;
+
+#[derive(Args, Debug)]
+pub(crate) struct Ray {
+    /// Where it begins, metres
+    #[arg(
+        value_name = "X,Y,Z",
+        value_parser = parse_vector,
+        allow_hyphen_values = true,
+        required_unless_present = "rays",
+        conflicts_with = "rays"
+    )]
+    from: Option<Vector3>,
+    /// Where it ends, metres
+    #[arg(
+        value_name = "X,Y,Z",
+        value_parser = parse_vector,
+        allow_hyphen_values = true,
+        required_unless_present = "rays",
+        conflicts_with = "rays"
+    )]
+    to: Option<Vector3>,
+    /// Several instead, at most 20,000: a file with a line for each, X Y Z of its start and X Y Z of its end, metres. The
+    /// file - is standard input
+    #[arg(long, value_name = "FILE")]
+    rays: Option<PathBuf>,
+    /// Passes links that are in none of these groups, a bit each, for instance 5 or 0x5
+    #[arg(long, value_name = "BITS", value_parser = bits)]
+    mask: Option<u32>,
+}
+
+pub(super) async fn run(arguments: Ray, client: &Client, output: Output) -> anyhow::Result<()> {
+    let Ray { from, to, rays, mask } = arguments;
+    let Some(file) = rays else {
+        let found = client.cast_rays_in_groups([Line { from, to }], mask).await?;
+        return output.one(&HitView::from(found.into_iter().next().unwrap_or_default()));
+    };
+    let found = client.cast_rays_in_groups(read(&file)?, mask).await?;
+    let found: Vec<_> = found.into_iter().map(HitView::from).collect();
+    output.list(&found, hits)
+}
+
+/// The rays of a file, or of the standard input.
+fn read(file: &Path) -> anyhow::Result<Vec<Line>> {
+    let name = || file.display().to_string();
+    let mut bytes = Vec::new();
+    // One more, so that what is too long shows, also where it has no end.
+    if file == Path::new("-") {
+        stdin().take(MAX_BYTES + 1).read_to_end(&mut bytes).with_context(name)?;
+    } else {
+        File::open(file)
+            .with_context(name)?
+            .take(MAX_BYTES + 1)
+            .read_to_end(&mut bytes)
+            .with_context(name)?;
+    }
+    if bytes.len() as u64 > MAX_BYTES {
+        bail!("{} has more than {MAX_BYTES} bytes: give its rays in several files", name());
+    }
+    parse(&String::from_utf8(bytes).with_context(name)?).with_context(name)
+}
+
+/// A ray for each line; lines that are empty or begin with `#` are none.
+fn parse(text: &str) -> anyhow::Result<Vec<Line>> {
+    let mut rays = Vec::new();
+    for (index, line) in text.trim_start_matches('\u{feff}').lines().enumerate() {
+        let line = line.trim();
+        if line.is_empty() || line.starts_with('#') {
+            continue;
+        }
+        let parts = line.split(|c: char| c == ',' || c.is_whitespace()).filter(|part| !part.is_empty());
+        let numbers = parts.map(|part| {
+            part.parse::<f64>().with_context(|| format!("line {}: {part:?} is no number", index + 1))
+        });
+        let numbers: Vec<f64> = numbers.collect::<anyhow::Result<_>>()?;
+        let &[x, y, z, to_x, to_y, to_z] = numbers.as_slice() else {
+            let has = count(numbers.len(), "number");
+            bail!("line {} has {has}; a ray has six: X Y Z of its start, X Y Z of its end", index + 1);
+        };
+        rays.push(ray([x, y, z], [to_x, to_y, to_z]));
+    }
+    if rays.is_empty() {
+        bail!("it has no rays; each is a line of six numbers: X Y Z of its start, X Y Z of its end");
+    }
+    Ok(rays)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_line_of_a_file_is_a_ray() {
+        let rays = parse("# down\n0 0 2 0 0 -1\n\n1,0,2, 1e0,-0.5,-1\r\n\t3 4 5\t6 7 8").unwrap();
+        assert_eq!(
+            rays,
+            [
+                ray([0.0, 0.0, 2.0], [0.0, 0.0, -1.0]),
+                ray([1.0, 0.0, 2.0], [1.0, -0.5, -1.0]),
+                ray([3.0, 4.0, 5.0], [6.0, 7.0, 8.0]),
+            ]
+        );
+    }
+
+    #[test]
+    fn a_mistake_names_its_line() {
+        for (text, part) in [
+            ("", "it has no rays"),
+            ("# nothing\n\n", "it has no rays"),
+            ("0 0 2 0 0 -1\n0 0 2", "line 2 has 3 numbers"),
+            ("0 0 2 0 0 -1 1", "line 1 has 7 numbers"),
+            ("\n0 0 high 0 0 -1", "line 2: \"high\" is no number"),
+        ] {
+            let sentence = parse(text).unwrap_err().to_string();
+            assert!(sentence.contains(part), "{text:?}: {sentence}");
+        }
+    }
+
+    #[test]
+    fn a_file_that_is_too_long_is_not_read_to_its_end() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("rays.txt");
+        std::fs::write(&file, "0 0 2 0 0 -1\n").unwrap();
+        assert_eq!(read(&file).unwrap().len(), 1);
+        // A hole takes no room on the disk.
+        File::options().write(true).open(&file).unwrap().set_len(MAX_BYTES + 1).unwrap();
+        let refused = read(&file).unwrap_err().to_string();
+        assert!(refused.contains("more than 4194304 bytes") && refused.contains("rays.txt"), "{refused}");
+        let missing = format!("{:#}", read(&folder.path().join("none.txt")).unwrap_err());
+        assert!(missing.contains("none.txt"), "{missing}");
+    }
+}
