@@ -1,11 +1,11 @@
 //! What holds links together, as clients make, change, read and delete it.
 
-use simd_client::Client;
 use simd_client::proto::{self, ConstraintDeletionCause, ConstraintKind, ErrorReason, event::Kind};
+use simd_client::{Client, Target, every_joint};
 use simd_tests::daemon::{Daemon, Via, fixed};
 use simd_tests::robots::assets;
 
-use crate::over_every_transport;
+use crate::{arm, over_every_transport, set};
 
 async fn ball(client: &Client, name: &str, x: f64) {
     let geometry = proto::primitive::Geometry::Sphere(proto::SphereGeometry { radius: 0.1 });
@@ -208,9 +208,91 @@ async fn a_gear_is_between_joints_and_goes_into_files(via: Via) {
     assert_eq!(client.constraints(None).await.unwrap(), before);
 }
 
+/// Between the shoulders of two arms: the first is driven, and the second hangs on the gear alone.
+async fn a_gear_is_changed_breaks_and_is_deleted(via: Via) {
+    let daemon = arm(via).await;
+    let client = &daemon.client;
+    let beside = proto::Pose { position: Some(proto::Vector3 { x: 0.0, y: 2.0, z: 0.0 }), orientation: None };
+    let second = proto::SpawnEntityRequest {
+        pose: Some(beside),
+        initial_mode: proto::InitialMode::Passive.into(),
+        ..fixed("second")
+    };
+    client.load(assets().join("Bench_Arm-1.2 rev B"), second).await.unwrap();
+    let end = |robot: &str| {
+        Some(proto::ConstraintEnd { robot: robot.into(), joint: "shoulder".into(), ..Default::default() })
+    };
+    let gear = proto::CreateConstraintRequest {
+        name: "teeth".into(),
+        kind: ConstraintKind::Gear.into(),
+        parent: end("arm"),
+        child: end("second"),
+        ratio: Some(-2.0),
+        offset: Some(0.0),
+        ..Default::default()
+    };
+    let read = async || client.constraints(Some("second")).await.unwrap().remove(0);
+    let positions = async || {
+        let robots = vec![every_joint("arm"), every_joint("second")];
+        let states = client.joint_states(robots).await.unwrap();
+        [states.robots[0].position[0], states.robots[1].position[0]]
+    };
+    // What an arm weighs, kg, how far its middle is from the axis, m, and how far the joint's zero is from level, rad.
+    let weight = |position: f64| 0.19992 * 9.81 * 0.16597 * (position - 0.039919).cos();
+    assert_eq!(client.create_constraint(gear.clone()).await.unwrap(), "teeth");
+    set(&daemon, Target::position(0.2)).await;
+    client.step(3_000).await.unwrap();
+    let (made, [parent, child]) = (read().await, positions().await);
+    assert_eq!((made.kind(), made.ratio, made.offset), (ConstraintKind::Gear, Some(-2.0), Some(0.0)));
+    assert!(parent > 0.1 && (child + 2.0 * parent).abs() < 1e-6, "{parent} {child}");
+    assert!((made.torque.unwrap().y + weight(child)).abs() < 1e-3, "{made:?}");
+
+    let change = proto::ChangeConstraintRequest { name: "teeth".into(), ..Default::default() };
+    let other = proto::ChangeConstraintRequest { ratio: Some(1.5), offset: Some(0.1), ..change.clone() };
+    client.change_constraint(other).await.unwrap();
+    client.step(3_000).await.unwrap();
+    let (changed, [parent, child]) = (read().await, positions().await);
+    assert_eq!((changed.ratio, changed.offset), (Some(1.5), Some(0.1)));
+    assert!(parent > 0.1 && (child - 1.5 * parent - 0.1).abs() < 1e-6, "{parent} {child}");
+    assert!((changed.torque.unwrap().y + weight(child)).abs() < 1e-3, "{changed:?}");
+    let long = proto::ChangeConstraintRequest { length: Some(1.0), ratio: Some(3.0), ..change.clone() };
+    let refused = client.change_constraint(long).await.unwrap_err();
+    assert_eq!(refused.reason(), Some(ErrorReason::InvalidValue), "{refused}");
+    assert_eq!(read().await.ratio, Some(1.5), "all or nothing");
+
+    // It would need three times as much.
+    let weak = proto::ChangeConstraintRequest { max_force: Some(0.1), ..change.clone() };
+    client.change_constraint(weak).await.unwrap();
+    client.step(1).await.unwrap();
+    let saturated = read().await;
+    assert!(saturated.saturated && saturated.max_force == Some(0.1), "{saturated:?}");
+    assert!((saturated.torque.unwrap().y + 0.1).abs() < 1e-6, "{saturated:?}");
+    client.change_constraint(proto::ChangeConstraintRequest { breaks: Some(true), ..change }).await.unwrap();
+    client.step(1).await.unwrap();
+    assert!(client.constraints(None).await.unwrap().is_empty());
+
+    let [parent, child] = positions().await;
+    client.create_constraint(proto::CreateConstraintRequest { offset: None, ..gear }).await.unwrap();
+    let offset = read().await.offset.unwrap();
+    assert!((offset - child - 2.0 * parent).abs() < 1e-12, "as the joints are: {offset}");
+    client.delete_constraint("teeth").await.unwrap();
+    assert!(client.constraints(None).await.unwrap().is_empty());
+    client.step(300).await.unwrap();
+    let [parent, child] = positions().await;
+    assert!((child + 2.0 * parent - offset).abs() > 0.1, "the second arm falls: {parent} {child}");
+    let events = client.next_events(0, std::time::Duration::ZERO).await.unwrap().events;
+    let causes = events.into_iter().filter_map(|event| match event.kind {
+        Some(Kind::ConstraintDeleted(it)) => Some(it.cause()),
+        _ => None,
+    });
+    let expected = [ConstraintDeletionCause::Broke, ConstraintDeletionCause::Deleted];
+    assert_eq!(causes.collect::<Vec<_>>(), expected);
+}
+
 over_every_transport! {
     a_constraint_is_made_read_changed_and_deleted,
     each_kind_is_listed_with_its_force_changed_and_deleted,
     what_cannot_be_is_refused_by_its_field,
     a_gear_is_between_joints_and_goes_into_files,
+    a_gear_is_changed_breaks_and_is_deleted,
 }

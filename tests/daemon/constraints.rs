@@ -106,11 +106,7 @@ async fn a_gear_turns_one_arm_by_the_other_and_is_shown() {
     for (end, robot) in [("parent", "bench_arm"), ("child", "second")] {
         assert_eq!((&gear[end]["robot"], &gear[end]["joint"]), (&json!(robot), &json!("shoulder")));
     }
-    let mut positions = Vec::new();
-    for robot in ["bench_arm", "second"] {
-        let joint = written(&daemon, &format!("joint get {robot}")).await["joints"][0].clone();
-        positions.push(joint["position"].as_f64().unwrap());
-    }
+    let positions = shoulders(&daemon).await;
     assert!(positions[0] > 0.1 && (positions[1] + 2.0 * positions[0]).abs() < 1e-6, "{positions:?}");
     // The gear carries the second arm, about its axis.
     assert!(gear["torque"][1].as_f64().unwrap().abs() > 0.1, "{gear}");
@@ -119,7 +115,25 @@ async fn a_gear_turns_one_arm_by_the_other_and_is_shown() {
     for cell in [" gear ", " bench_arm/shoulder ", " second/shoulder ", " holds"] {
         assert!(row.contains(cell), "{cell}: {page}");
     }
+    let change = "constraint change teeth --ratio 1.5 --offset 0.1";
+    assert_eq!(written(&daemon, change).await, json!({ "changed": "teeth" }));
+    daemon.client().await.step(3000).await.unwrap();
+    let changed = written(&daemon, "constraint list").await[0].clone();
+    assert_eq!((&changed["ratio"], &changed["offset"]), (&json!(1.5), &json!(0.1)));
+    let [first, second] = shoulders(&daemon).await;
+    assert!(first > 0.1 && (second - 1.5 * first - 0.1).abs() < 1e-6, "{first} {second}");
     assert_eq!(written(&daemon, "constraint delete teeth").await, json!({ "deleted": "teeth" }));
+    assert_eq!(written(&daemon, "constraint list").await, json!([]));
+}
+
+/// Where the joints of both arms are.
+async fn shoulders(daemon: &Process) -> [f64; 2] {
+    let mut positions = [0.0; 2];
+    for (position, robot) in positions.iter_mut().zip(["bench_arm", "second"]) {
+        let joint = written(daemon, &format!("joint get {robot}")).await["joints"][0].clone();
+        *position = joint["position"].as_f64().unwrap();
+    }
+    positions
 }
 
 #[tokio::test]

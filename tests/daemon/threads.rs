@@ -26,7 +26,7 @@ fn ball(number: usize) -> SpawnEntityRequest {
 }
 
 /// The folder and the name of each thread.
-fn threads(pid: u32) -> Vec<(PathBuf, String)> {
+pub(crate) fn threads(pid: u32) -> Vec<(PathBuf, String)> {
     let tasks = std::fs::read_dir(Path::new("/proc").join(pid.to_string()).join("task")).unwrap();
     let folders = tasks.map(|task| task.unwrap().path());
     // One that has ended has none.

@@ -126,7 +126,7 @@ fn a_constraint_has_the_force_of_the_dense_equations() {
 }
 
 /// Momentum, angular momentum about the world's origin, and the sums of their sizes.
-fn momenta(state: &PublishedState) -> ([DVec3; 2], [f64; 2]) {
+pub(crate) fn momenta(state: &PublishedState) -> ([DVec3; 2], [f64; 2]) {
     let (mut sums, mut sizes) = ([DVec3::ZERO; 2], [0.0; 2]);
     for (index, entity) in state.world.entities.iter().enumerate() {
         let (poses, twists) = (state.link_poses(index).unwrap(), state.link_twists(index).unwrap());

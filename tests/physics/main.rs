@@ -20,6 +20,7 @@ mod distances;
 mod energy;
 mod equal_bits;
 mod extremes;
+mod falling_trees;
 mod floating;
 mod grounds;
 mod hard_stacks;

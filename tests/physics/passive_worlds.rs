@@ -16,13 +16,13 @@ use crate::seeds::{held, seeds};
 const G: f64 = 9.81;
 const H: f64 = 1e-3;
 
-fn direction(rng: &mut Rng) -> DVec3 {
+pub(crate) fn direction(rng: &mut Rng) -> DVec3 {
     let any = DVec3::new(rng.f64() - 0.5, rng.f64() - 0.5, rng.f64() - 0.5);
     any.try_normalize().unwrap_or(DVec3::Z)
 }
 
 /// A hull of points near a sphere, of a radius that is returned, about its middle.
-fn any_body(rng: &mut Rng, mass: f64, number: u8) -> (Arc<RobotModel>, f64) {
+pub(crate) fn any_body(rng: &mut Rng, mass: f64, number: u8) -> (Arc<RobotModel>, f64) {
     let size = 0.05 + 0.1 * rng.f64();
     let model = match rng.u8(0..3) {
         0 => ball(size, mass),

@@ -1,5 +1,8 @@
 //! `simctl rollout`: what copies of the world come to with the targets of a file.
 
+mod costs;
+mod variations;
+
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, bail, ensure};
@@ -13,6 +16,7 @@ use simd_client::{
     },
 };
 
+use self::variations::Variation;
 use super::present;
 use crate::{
     complete,
@@ -31,7 +35,15 @@ const FORMAT: &str = "\
 A table has a line of names and a line for each knot, with commas. The lines of a copy follow each other:
   copy,shoulder,elbow                  0, 1, ...; of one copy it may be left out
 A JSON document has the same as lists: of copies, knots and joints:
-  {\"joints\": [\"shoulder\", \"elbow\"], \"targets\": [[[0.1, 0.2], [0.3, 0.4]]]}";
+  {\"joints\": [\"shoulder\", \"elbow\"], \"targets\": [[[0.1, 0.2], [0.3, 0.4]]]}
+
+--vary is of joint-positions or joint-velocities, which are added to, or of link-masses, joint-friction,
+joint-damping, gains or surface-friction, which are multiplied:
+  --copies 100 --vary link-masses=0.8..1.2 --vary joint-positions:elbow=0+-0.05
+Documents of --costs and --variations are lists of what the schema calls RolloutCost and RolloutVariation:
+  [{\"link_position\": {\"link\": \"hand\", \"position\": [0.4, 0, 0.6]}}, {\"weight\": 1e-4, \"joint_efforts\": {}}]
+  [{\"of\": \"wrench\", \"names\": [\"hand\"], \"uniform\": {\"low\": -5, \"high\": 5}, \"wrench_steps\": 20}]
+A term weighs 1, and both are of ROBOT, where they do not say otherwise.";
 
 #[derive(Args, Debug)]
 #[command(after_help = FORMAT)]
@@ -60,6 +72,21 @@ pub(crate) struct Rollout {
     /// What the square of each effort costs in each step
     #[arg(long, value_name = "WEIGHT", default_value_t = 0.0, allow_negative_numbers = true)]
     effort_weight: f64,
+    /// More terms of the cost of a step
+    #[arg(long, value_name = "FILE.json")]
+    costs: Option<PathBuf>,
+    /// Copies, where the file has the targets of one: all follow them
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+    copies: Option<u32>,
+    /// What differs from copy to copy, drawn evenly or by a normal distribution
+    #[arg(long, value_name = "OF[:NAME,...]=LOW..HIGH|MEAN+-DEVIATION", value_parser = variations::parse)]
+    vary: Vec<Variation>,
+    /// More of what differs from copy to copy, drawn or given
+    #[arg(long, value_name = "FILE.json")]
+    variations: Option<PathBuf>,
+    /// What is drawn depends on it
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
     /// Starts from a saved state, and not from the world as it is
     #[arg(long, value_name = "NAME")]
     from: Option<String>,
@@ -128,10 +155,9 @@ fn goal(text: &str) -> Result<(String, f64), String> {
 }
 
 pub(crate) async fn run(arguments: Rollout, client: &Client, output: Output) -> anyhow::Result<()> {
-    let Rollout { robot, file, mode, knot_steps, interpolation, steps, goal, effort_weight, from } =
-        arguments;
-    let tried = read(&file)?;
-    let copies = tried.targets.len();
+    let Rollout { robot, file, mode, knot_steps, interpolation, steps, goal, effort_weight, .. } = &arguments;
+    let tried = read(file)?;
+    let copies = copies(&arguments, tried.targets.len())?;
     let knots = u32::try_from(tried.targets.first().map_or(0, Vec::len)).unwrap_or(u32::MAX);
     let of_joint = |kind: RolloutQuantityKind| RolloutQuantity {
         kind: kind.into(),
@@ -146,18 +172,28 @@ pub(crate) async fn run(arguments: Rollout, client: &Client, output: Output) -> 
     };
     let mut costs = Vec::new();
     if !goal.is_empty() {
-        let (joints, targets) = goal.into_iter().unzip();
+        let (joints, targets) = goal.iter().cloned().unzip();
         let term = Some(Term::JointPositions(term(joints, targets)));
         costs.push(RolloutCost { weight: 1.0, term, ..Default::default() });
     }
-    if effort_weight != 0.0 {
+    if *effort_weight != 0.0 {
         let term = Some(Term::JointEfforts(term(tried.joints.clone(), Vec::new())));
-        costs.push(RolloutCost { weight: effort_weight, term, ..Default::default() });
+        costs.push(RolloutCost { weight: *effort_weight, term, ..Default::default() });
     }
+    if let Some(file) = &arguments.costs {
+        costs.extend(document(file, |text| costs::read(text, robot))?);
+    }
+    let variations = match &arguments.variations {
+        Some(file) => document(file, |text| variations::requests(variations::read(text)?, robot))?,
+        None => Vec::new(),
+    };
+    let typed = variations::requests(arguments.vary.clone(), robot)?;
     let request = RolloutRequest {
-        saved_state: from.unwrap_or_default(),
-        copies: u32::try_from(copies).unwrap_or(u32::MAX),
-        steps: steps.unwrap_or_else(|| knots.saturating_mul(knot_steps)),
+        saved_state: arguments.from.clone().unwrap_or_default(),
+        copies,
+        steps: steps.unwrap_or_else(|| knots.saturating_mul(*knot_steps)),
+        variations: typed.into_iter().chain(variations).collect(),
+        seed: arguments.seed,
         controls: vec![RolloutControl {
             robot: robot.clone(),
             joints: tried.joints.clone(),
@@ -169,7 +205,7 @@ pub(crate) async fn run(arguments: Rollout, client: &Client, output: Output) -> 
             .into(),
             values: packed(&tried.numbers()),
             knots,
-            knot_steps,
+            knot_steps: *knot_steps,
             interpolation: match interpolation {
                 Between::Hold => RolloutInterpolation::Hold,
                 Between::Linear => RolloutInterpolation::Linear,
@@ -186,19 +222,43 @@ pub(crate) async fn run(arguments: Rollout, client: &Client, output: Output) -> 
     output.one(&RolloutView::new(&found, tried.joints)?)
 }
 
-fn read(file: &Path) -> anyhow::Result<Tried> {
+/// How many copies there are, where the file has the targets of so many.
+fn copies(arguments: &Rollout, in_file: usize) -> anyhow::Result<u32> {
+    let found = u32::try_from(in_file).unwrap_or(u32::MAX);
+    let asked = arguments.copies.unwrap_or(found);
+    ensure!(
+        in_file == 1 || asked == found,
+        "{} has targets of {found} copies, and --copies says {asked}",
+        arguments.file.display()
+    );
+    Ok(asked)
+}
+
+/// What a file of JSON says.
+fn document<T>(file: &Path, reads: impl FnOnce(&str) -> anyhow::Result<T>) -> anyhow::Result<T> {
+    reads(&text(file)?).with_context(|| file.display().to_string())
+}
+
+/// The text of a file that is no larger than a rollout can be.
+fn text(file: &Path) -> anyhow::Result<String> {
     let name = || file.display().to_string();
     let bytes = std::fs::metadata(file).with_context(name)?.len();
     ensure!(bytes <= MAX_BYTES, "{} has {bytes} bytes; {MAX_BYTES} can be read", name());
     let text = std::fs::read_to_string(file).with_context(name)?;
-    let is_json = text.trim_start_matches('\u{feff}').trim_start().starts_with('{');
-    let tried = if is_json { serde_json::from_str(&text).map_err(Into::into) } else { table(&text) };
-    tried.and_then(Tried::check).with_context(name)
+    Ok(text.trim_start_matches('\u{feff}').to_owned())
+}
+
+fn read(file: &Path) -> anyhow::Result<Tried> {
+    document(file, |text| {
+        let is_json = text.trim_start().starts_with('{');
+        let tried: Tried = if is_json { serde_json::from_str(text)? } else { table(text)? };
+        tried.check()
+    })
 }
 
 /// A table with commas.
 fn table(text: &str) -> anyhow::Result<Tried> {
-    let lines = text.trim_start_matches('\u{feff}').lines().enumerate();
+    let lines = text.lines().enumerate();
     let mut lines = lines.filter(|(_, line)| !line.trim().is_empty());
     let Some((_, head)) = lines.next() else { bail!("it is empty; its first line names joints") };
     let names: Vec<String> = head.split(',').map(|name| name.trim().to_owned()).collect();

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from daemon import ASSETS
 
 import simd_client
 from simd_client import ConstraintEnd, Pose, Simulation
@@ -58,3 +59,40 @@ def test_a_robot_is_attached_as_it_is_to_another_and_to_the_world(sim: Simulatio
     assert [each.child.robot for each in sim.constraints.list()] == ["top"]
     with pytest.raises(simd_client.LinkNotFound):
         sim.attach("low", link="wing")
+
+
+def test_a_gear_is_made_changed_and_deleted(sim: Simulation) -> None:
+    sim.pause()
+    bench_arm = ASSETS / "Bench_Arm-1.2 rev B"
+    first = sim.load(bench_arm, "first", fixed=True)
+    # It hangs on the gear alone.
+    second = sim.load(bench_arm, "second", fixed=True, passive=True, position=(0, 2, 0))
+    ends = (ConstraintEnd("first", joint="shoulder"), ConstraintEnd("second", joint="shoulder"))
+    gear = sim.constraints.create("gear", *ends, ratio=-2.0, offset=0.0)
+    first.joints["shoulder"].target = 0.2
+    sim.step(3000)
+    (made,) = sim.constraints.list()
+    assert (made.kind, made.ratio, made.offset, made.child.joint) == ("gear", -2.0, 0.0, "shoulder")
+    assert first.position[0] > 0.1
+    assert second.position[0] == pytest.approx(-2 * first.position[0], abs=1e-6)
+    # About the joint's axis.
+    assert abs(made.torque[1]) > 0.1 and made.torque[[0, 2]] == pytest.approx([0, 0], abs=1e-9)
+
+    sim.constraints.change(gear, ratio=1.5, offset=0.1)
+    sim.step(3000)
+    (changed,) = sim.constraints.list("second")
+    assert (changed.ratio, changed.offset) == (1.5, 0.1)
+    assert second.position[0] == pytest.approx(1.5 * first.position[0] + 0.1, abs=1e-6)
+    with pytest.raises(simd_client.InvalidValue, match="length"):
+        sim.constraints.change(gear, length=1.0)
+    sim.constraints.change(gear, max_force=0.1)
+    sim.step()
+    (weak,) = sim.constraints.list()
+    assert weak.saturated and weak.max_force == 0.1
+    assert np.linalg.norm(weak.torque) == pytest.approx(0.1, abs=1e-6)
+
+    held = second.position[0]
+    sim.constraints.delete(gear)
+    assert sim.constraints.list() == ()
+    sim.step(300)
+    assert second.position[0] > held + 0.1

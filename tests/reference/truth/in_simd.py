@@ -49,6 +49,7 @@ WIDE = {
     "PASSIVE_WORLDS": ("heaps_of_random_hulls", 120),
     "BOUNCING_WORLDS": ("heaps_that_bounce", 80),
     "COLLIDING_WORLDS": ("momentum_is_kept_where", 120),
+    "FALLING_TREES": ("random_trees_that_fall", 120),
     "TOWERS": ("random_towers", 300),
     "SPINNING_BODIES": ("free_bodies_keep_energy", 2000),
 }

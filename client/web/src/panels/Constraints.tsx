@@ -3,7 +3,9 @@ import type { JSX } from "preact";
 import { useState } from "preact/hooks";
 import { deleteConstraint } from "../daemon/actions";
 import { constraints, hoveredConstraint, type Constraint, type ConstraintEnd } from "../state/constraints";
+import { constraintsShown } from "../state/view";
 import { role } from "../state/world";
+import { meaning, reading, undrawn } from "./constraint-words";
 import { Icon } from "./icons";
 import { shortened } from "./quantity";
 
@@ -17,9 +19,15 @@ export function Constraints(): JSX.Element | null {
   const [shown, setShown] = useState(PAGE);
   const all = constraints.value;
   if (all.length === 0) return null;
+  const note = constraintsShown.value ? undrawn(all.length) : "";
   return (
     <section class="constraints" aria-label="Constraints" data-testid="constraints">
       <h2>Constraints</h2>
+      {note !== "" && (
+        <p class="hint" data-testid="constraints-undrawn">
+          {note}
+        </p>
+      )}
       <ul>
         {all.slice(0, shown).map((each) => (
           <Row key={each.name} constraint={each} />
@@ -36,18 +44,17 @@ export function Constraints(): JSX.Element | null {
 
 function Row({ constraint }: { constraint: Constraint }): JSX.Element {
   const [asks, setAsks] = useState(false);
-  const { name, kind, parent, child, force, torque, maxForce, positionError, angleError, saturated } = constraint;
+  const { name, kind, parent, child, positionError, angleError, saturated } = constraint;
   const hover = (on: boolean) => () => {
     hoveredConstraint.value = on ? name : "";
   };
   const isOff = positionError > NOTABLE_ERROR || angleError > NOTABLE_ERROR;
-  const limit = Number.isFinite(maxForce) ? ` of ${shortened(maxForce)} N` : "";
   return (
     <li data-testid={`constraint-${name}`} onPointerEnter={hover(true)} onPointerLeave={hover(false)}>
       <div class="constraint-line">
         <b title={name}>{name}</b>
-        <span class={saturated ? "constraint-force saturated" : "constraint-force"} data-testid="constraint-force" title="Force and torque on the child over the last step">
-          {shortened(size(force))} N{limit} · {shortened(size(torque))} N m
+        <span class={saturated ? "constraint-force saturated" : "constraint-force"} data-testid="constraint-force" title={meaning(constraint)}>
+          {reading(constraint)}
         </span>
         <button
           type="button"
@@ -83,8 +90,4 @@ function Row({ constraint }: { constraint: Constraint }): JSX.Element {
 
 function place({ robot, link, joint }: ConstraintEnd): string {
   return robot === "" ? "the world" : `${robot}/${joint === "" ? link : joint}`;
-}
-
-function size([x, y, z]: readonly [number, number, number]): number {
-  return Math.hypot(x, y, z);
 }

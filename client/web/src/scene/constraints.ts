@@ -1,16 +1,19 @@
-// Constraints: a line from one anchor to the other, a mark at each, and an arrow for the force on the child.
+// Constraints: a line from one anchor to the other, a mark at each, and an arrow for the force on the child. The line of a gear is dashed, and
+// its arrow has two heads where its child's joint turns: it is the torque about the joint's axis.
 import { Group, InstancedMesh, Matrix4, MeshBasicMaterial, OctahedronGeometry, Quaternion, Color, Vector3, ConeGeometry, CylinderGeometry } from "three";
-import type { Constraint, ConstraintEnd } from "../state/constraints";
+import { MOST_DRAWN, type Constraint, type ConstraintEnd } from "../state/constraints";
 import { along, marker } from "./markers";
 import { CONSTRAINT, SATURATED } from "./palette";
 
-/** Constraints that are drawn at most. */
-const MAX_CONSTRAINTS = 400;
 /** Sizes, as fractions of the size of the scene. */
 const MARK = 0.014;
 const LINE = 0.003;
 const ARROW = 0.005;
 const LONGEST = 0.7;
+/** Of the line of a gear; between two of them is a gap as long as one. */
+const DASHES = 7;
+/** How far apart the two heads of an arrow are, as a part of a head's length. */
+const BETWEEN_HEADS = 0.7;
 /** How much larger the one under the pointer is. */
 const HOVERED = 2;
 
@@ -23,10 +26,10 @@ export class ConstraintMarks {
   /** Where the ends of those that are drawn are, by name. */
   readonly anchors = new Map<string, readonly [Vector3, Vector3]>();
   private readonly material = new MeshBasicMaterial({ depthTest: false, transparent: true });
-  private readonly marks = new InstancedMesh(new OctahedronGeometry(1), this.material, 2 * MAX_CONSTRAINTS);
-  private readonly lines = new InstancedMesh(along(new CylinderGeometry(1, 1, 1, 8)), this.material, MAX_CONSTRAINTS);
-  private readonly shafts = new InstancedMesh(along(new CylinderGeometry(1, 1, 1, 8)), this.material, MAX_CONSTRAINTS);
-  private readonly heads = new InstancedMesh(along(new ConeGeometry(1, 1, 12)), this.material, MAX_CONSTRAINTS);
+  private readonly marks = new InstancedMesh(new OctahedronGeometry(1), this.material, 2 * MOST_DRAWN);
+  private readonly lines = new InstancedMesh(along(new CylinderGeometry(1, 1, 1, 8)), this.material, DASHES * MOST_DRAWN);
+  private readonly shafts = new InstancedMesh(along(new CylinderGeometry(1, 1, 1, 8)), this.material, MOST_DRAWN);
+  private readonly heads = new InstancedMesh(along(new ConeGeometry(1, 1, 12)), this.material, 2 * MOST_DRAWN);
 
   constructor() {
     for (const each of this.all()) {
@@ -37,46 +40,43 @@ export class ConstraintMarks {
     }
   }
 
-  /** Draws these. `size` is that of the scene in metres; the arrow of `weight`, in newtons, is half as long. */
+  /**
+   * Draws these. `size` is that of the scene in metres; the arrow of `weight`, in newtons, is half as long, and that of the torque of
+   * `weight` at this distance.
+   */
   set(constraints: readonly Constraint[], find: Finder, hovered: string, size: number, weight: number): void {
     this.anchors.clear();
-    let [marks, lines, arrows] = [0, 0, 0];
+    for (const each of this.all()) each.count = 0;
     const color = new Color();
-    for (const constraint of constraints.slice(0, MAX_CONSTRAINTS)) {
+    for (const constraint of constraints.slice(0, MOST_DRAWN)) {
       const parent = anchor(constraint.parent, find);
       const child = anchor(constraint.child, find);
       if (!parent || !child) continue;
       this.anchors.set(constraint.name, [parent, child]);
+      const isGear = constraint.kind === "gear";
       const grown = constraint.name === hovered ? HOVERED : 1;
       color.set(constraint.saturated ? SATURATED : CONSTRAINT);
       for (const at of [parent, child]) {
-        this.marks.setMatrixAt(marks, marker(at, new Quaternion(), grown * MARK * size, grown * MARK * size));
-        this.marks.setColorAt(marks, color);
-        marks += 1;
+        add(this.marks, marker(at, new Quaternion(), grown * MARK * size, grown * MARK * size), color);
       }
       const way = child.clone().sub(parent);
-      if (way.length() > LINE * size) {
-        this.lines.setMatrixAt(lines, marker(parent, toward(way), grown * LINE * size, way.length()));
-        this.lines.setColorAt(lines, color);
-        lines += 1;
-      }
+      if (way.length() > LINE * size) this.line(parent, way, grown * LINE * size, isGear ? DASHES : 1, color);
       const force = new Vector3(...constraint.force);
-      const length = Math.min(LONGEST, (0.5 * force.length()) / Math.max(weight, 1e-9)) * size;
-      const head = 4 * ARROW * size;
-      if (!(length > head)) continue;
-      const [from, turn] = [new Vector3(...constraint.point), toward(force)];
-      this.shafts.setMatrixAt(arrows, marker(from, turn, ARROW * size, length - head));
-      this.heads.setMatrixAt(arrows, marker(from.addScaledVector(force.normalize(), length - head), turn, 2.2 * ARROW * size, head));
-      for (const part of [this.shafts, this.heads]) part.setColorAt(arrows, color);
-      arrows += 1;
+      const torque = new Vector3(...constraint.torque);
+      // What a gear does is at its child's joint.
+      const from = isGear ? child : new Vector3(...constraint.point);
+      if (isGear && torque.length() > 0) this.arrow(from, torque, 2, size, weight * size, color);
+      else this.arrow(from, force, 1, size, weight, color);
     }
-    this.marks.count = marks;
-    this.lines.count = lines;
-    this.shafts.count = this.heads.count = arrows;
     for (const each of this.all()) {
       each.instanceMatrix.needsUpdate = true;
       if (each.instanceColor) each.instanceColor.needsUpdate = true;
     }
+  }
+
+  /** How many lines, or dashes of lines, and how many shafts and heads of arrows are drawn. */
+  drawn(): { lines: number; shafts: number; heads: number } {
+    return { lines: this.lines.count, shafts: this.shafts.count, heads: this.heads.count };
   }
 
   dispose(): void {
@@ -87,9 +87,38 @@ export class ConstraintMarks {
     this.material.dispose();
   }
 
+  /** In so many dashes, of which the first begins at `from` and the last ends at the other end. */
+  private line(from: Vector3, way: Vector3, width: number, dashes: number, color: Color): void {
+    const parts = 2 * dashes - 1;
+    for (let part = 0; part < parts; part += 2) {
+      const begin = from.clone().addScaledVector(way, part / parts);
+      add(this.lines, marker(begin, toward(way), width, way.length() / parts), color);
+    }
+  }
+
+  /** An arrow with so many heads; one that is as large as `whole` is half as long as the scene. What is too short for its heads is left out. */
+  private arrow(from: Vector3, what: Vector3, heads: number, size: number, whole: number, color: Color): void {
+    const length = Math.min(LONGEST, (0.5 * what.length()) / Math.max(whole, 1e-9)) * size;
+    const head = 4 * ARROW * size;
+    if (!(length > head * (1 + BETWEEN_HEADS * (heads - 1)))) return;
+    const [way, turn] = [what.clone().normalize(), toward(what)];
+    add(this.shafts, marker(from, turn, ARROW * size, length - head), color);
+    for (let index = 0; index < heads; index += 1) {
+      const base = from.clone().addScaledVector(way, length - head * (1 + BETWEEN_HEADS * index));
+      add(this.heads, marker(base, turn, 2.2 * ARROW * size, head), color);
+    }
+  }
+
   private all(): InstancedMesh[] {
     return [this.marks, this.lines, this.shafts, this.heads];
   }
+}
+
+/** Draws one more of these. */
+function add(to: InstancedMesh, place: Matrix4, color: Color): void {
+  to.setMatrixAt(to.count, place);
+  to.setColorAt(to.count, color);
+  to.count += 1;
 }
 
 /** Where an end is held, world axes. */

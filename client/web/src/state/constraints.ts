@@ -21,20 +21,23 @@ export interface Constraint {
   kind: ConstraintKind;
   parent: ConstraintEnd;
   child: ConstraintEnd;
-  /** On the child, world axes, newtons. */
+  /** On the child, world axes, newtons; of a gear of a sliding joint along its axis. */
   force: Vector;
-  /** On the child, world axes, newton metres. */
+  /** On the child, world axes, newton metres; of a gear of a turning joint about its axis. */
   torque: Vector;
   /** Where the force acts, world axes, metres. */
   point: Vector;
   /** How far the ends are from where they are to be: metres, and radians. */
   positionError: number;
   angleError: number;
-  /** Newtons; infinite where there is no limit. */
+  /** Newtons, of a gear of a turning joint newton metres; infinite where there is no limit. */
   maxForce: number;
   /** It did what it may do at the most. */
   saturated: boolean;
 }
+
+/** Constraints that are drawn at most: the first ones. */
+export const MOST_DRAWN = 400;
 
 /** In the order in which they were made. */
 export const constraints = signal<readonly Constraint[]>([]);

@@ -1,0 +1,28 @@
+// What the panel says of constraints.
+import { MOST_DRAWN, type Constraint } from "../state/constraints";
+import { shortened } from "./quantity";
+
+/** That not all of so many are drawn; empty where they are. */
+export function undrawn(count: number): string {
+  return count > MOST_DRAWN ? `Only the first ${MOST_DRAWN} of these ${count} are drawn.` : "";
+}
+
+/** What a constraint did over the last step, and how much it may do where that is bounded. */
+export function reading({ kind, force, torque, maxForce }: Constraint): string {
+  const [ofForce, ofTorque] = [size(force), size(torque)];
+  const limit = Number.isFinite(maxForce) ? ` of ${shortened(maxForce)}` : "";
+  if (kind !== "gear") return `${shortened(ofForce)} N${limit && `${limit} N`} · ${shortened(ofTorque)} N m`;
+  // A gear acts about an axis or along one. Where it does nothing, which of the two is not known here.
+  const unit = ofTorque > 0 ? " N m" : ofForce > 0 ? " N" : "";
+  return `${shortened(Math.max(ofForce, ofTorque))}${limit}${unit}`;
+}
+
+/** What the reading is. */
+export function meaning({ kind }: Constraint): string {
+  if (kind === "gear") return "What the gear does to its child's joint, about the joint's axis or along it, over the last step";
+  return "Force and torque on the child over the last step";
+}
+
+function size([x, y, z]: readonly [number, number, number]): number {
+  return Math.hypot(x, y, z);
+}
