@@ -106,7 +106,7 @@ pub(super) struct Placed {
 
 /// The rest of a shape in the world.
 pub(super) struct Frame {
-    body_from_shape: DPose3,
+    pub(super) body_from_shape: DPose3,
     /// The middle of the shape, in its axes.
     pub(super) middle: DVec3,
     pub(super) world_from_shape: DPose3,
@@ -124,8 +124,18 @@ impl Placed {
         (axes, self.world_middle.distance(middle) + turned * self.radius)
     }
 
+    /// How far around it contacts are looked for, where its body moves so and turns at `spin` rad/s.
+    pub(super) fn look_ahead(&mut self, motion: BodyMotion, spin: f64, slack: f64, h: f64) {
+        let BodyMotion { pose, linear, angular } = motion;
+        let arm = self.world_middle - pose.translation;
+        let velocity = linear + angular.cross(arm);
+        let speed = velocity.length() + spin * self.radius;
+        self.margin = slack + LOOK_AHEAD * h * speed;
+        self.drift = velocity * (LOOK_AHEAD * h);
+    }
+
     /// Its axes in the world: a point is turned by them in half of what it takes by a quaternion.
-    fn set_pose(&mut self, frame: &mut Frame, world_from_shape: DPose3) -> DMat3 {
+    pub(super) fn set_pose(&mut self, frame: &mut Frame, world_from_shape: DPose3) -> DMat3 {
         let axes = DMat3::from_quat(world_from_shape.rotation);
         frame.world_from_shape = world_from_shape;
         self.world_middle = world_from_shape.translation + axes * frame.middle;
@@ -294,14 +304,9 @@ impl RobotColliders {
                         (index, motion, motion.angular.length())
                     });
                     last = Some((index, motion, spin));
-                    let BodyMotion { pose, linear, angular } = motion;
-                    let (axes, moved) = placed.put(frame, pose * frame.body_from_shape);
+                    let (axes, moved) = placed.put(frame, motion.pose * frame.body_from_shape);
                     farthest = farthest.max(moved);
-                    let arm = placed.world_middle - pose.translation;
-                    let velocity = linear + angular.cross(arm);
-                    let speed = velocity.length() + spin * placed.radius;
-                    placed.margin = slack + LOOK_AHEAD * h * speed;
-                    placed.drift = velocity * (LOOK_AHEAD * h);
+                    placed.look_ahead(motion, spin, slack, h);
                     placed.bound(frame, axes, &self.shapes);
                 }
             }

@@ -21,6 +21,7 @@ mod colliders;
 pub mod distance;
 mod facet_contact;
 mod facets;
+mod feet;
 mod field_cast;
 pub mod filter;
 mod first_touch;
@@ -50,6 +51,7 @@ pub use crate::dynamics::contact_point::{ContactPoint, Surface, SurfaceCombinati
 pub use broad::BroadPhase;
 pub use colliders::{ColliderPose, RestPose, RobotColliders, Side};
 pub use facet_contact::MOST_OF_PAIR;
+pub use feet::RobotFeet;
 pub use filter::{Filter, Groups, LinkPair, MOST_OWN_PAIRS, RobotLinkPair};
 pub use fixed_pair::FixedPair;
 pub use geometry::{Collider, ColliderGeometry, ConvexMesh};

@@ -23,14 +23,16 @@ use super::constraint::link_rows::LinkRows;
 use super::constraint::turning::TurningRows;
 use super::scratch::MultiRhs;
 use super::symmetric::Symmetric;
+pub(in crate::dynamics) use impulses::{DIRECT_AT, UNCHANGED};
 pub use residual::SolverChoice;
+pub(in crate::dynamics) use rows::find_spans;
 use split_velocities::Split;
 
 /// Sweeps of position correction; the rest is left to the next step.
-const CORRECTION_SWEEPS: usize = 5;
+pub(in crate::dynamics) const CORRECTION_SWEEPS: usize = 5;
 
 /// Position correction changes no velocity by more than this, m/s or rad/s.
-const MAX_SPLIT_VELOCITY: f64 = 3.0;
+pub(in crate::dynamics) const MAX_SPLIT_VELOCITY: f64 = 3.0;
 
 /// The memory that solving needs, kept from step to step.
 #[derive(Debug, Default)]

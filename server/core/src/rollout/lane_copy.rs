@@ -14,6 +14,9 @@ impl Worker {
         step: u64,
     ) {
         lanes.give_back(lane, self.world.body_mut(robot));
+        if lanes.has_feet() {
+            self.world.set_lane_contacts(lanes.contacts(lane));
+        }
         self.world.pass_steps_to(step);
     }
 
@@ -34,6 +37,10 @@ impl Worker {
                 &mut state.efforts[velocities],
             ],
         );
+        if lanes.has_feet() {
+            self.world.set_lane_contacts(lanes.contacts(lane));
+            self.world.observe_contacts(&mut self.view.state);
+        }
         self.view.changed();
     }
 }

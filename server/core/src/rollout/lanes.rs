@@ -11,7 +11,8 @@ use super::Rollout;
 use super::batch::Worker;
 use super::open_batch::{BatchResult, Ended, OpenBatch, Running, Stop, part};
 use super::schedule::{Halt, Schedule};
-use crate::dynamics::lanes::LaneRobot;
+use crate::collision::RobotFeet;
+use crate::dynamics::lanes::{LaneRobot, NoFeet};
 use crate::simulation::{Error, PhysicsSettings};
 
 /// A copy whose steps are none of lanes is offered to them again after so many steps at the latest: to go in and out costs about as
@@ -55,6 +56,8 @@ fn four_lanes() -> Option<pulp::Scalar> {
 struct Group<'a, S: Simd> {
     rollout: &'a Rollout,
     lanes: LaneRobot<S>,
+    /// What it touches planes with, if lanes can do that.
+    feet: Option<RobotFeet>,
     /// The robot that moves.
     robot: usize,
     /// Controls change numbers of targets and nothing else of them after the first step: each is of that robot, and no joint has
@@ -159,9 +162,13 @@ impl<'a, S: Simd> Group<'a, S> {
         let PhysicsSettings { gravity, time_step, substeps, integrator, surface_combination: _ } =
             *world.settings();
         let parts = (time_step / f64::from(substeps), substeps);
-        let lanes = LaneRobot::new(simd, world.body(robot).tree(), gravity, parts, integrator);
+        let mut lanes = LaneRobot::new(simd, world.body(robot).tree(), gravity, parts, integrator);
+        let feet = world.lane_feet(robot);
+        if let Some(feet) = &feet {
+            lanes.set_feet(feet.pairs(), feet.guards());
+        }
         let changes_numbers_alone = rollout.drives_each_joint_once(robot);
-        Some(Self { rollout, lanes, robot, changes_numbers_alone, workers, copies })
+        Some(Self { rollout, lanes, feet, robot, changes_numbers_alone, workers, copies })
     }
 
     /// Does all steps that the group has not done.
@@ -174,7 +181,10 @@ impl<'a, S: Simd> Group<'a, S> {
             let step = open.step;
             self.offer(step);
             self.drive(step);
-            self.lanes.step();
+            match &mut self.feet {
+                Some(feet) => self.lanes.step(feet),
+                None => self.lanes.step(&mut NoFeet),
+            }
             let waiting = self.copies.iter().filter(|running| running.waits_for(step)).count();
             let looks = self.rollout.is_looked_at(step + 1);
             if looks || self.lanes.stepped() < waiting {
@@ -221,7 +231,11 @@ impl<'a, S: Simd> Group<'a, S> {
 
     /// Takes a copy that has done so many steps into its lane, if its next step is one of lanes.
     fn take(&mut self, lane: usize, done: u64) {
-        if self.lanes.take(lane, self.workers[lane].world.body(self.robot)) {
+        let world = &self.workers[lane].world;
+        let surfaces = self.feet.as_ref().map(|feet| world.lane_surfaces(feet)).unwrap_or_default();
+        if self.lanes.take(lane, world.body(self.robot))
+            && self.lanes.take_contacts(lane, world.lane_contacts(), &surfaces)
+        {
             self.copies[lane].entered = done;
         }
     }
@@ -252,7 +266,7 @@ impl<'a, S: Simd> Group<'a, S> {
             if !has_stepped_alone || world.lane_robot() != Some(self.robot) {
                 continue;
             }
-            let clearance = world.lane_clearance(self.robot);
+            let clearance = world.lane_clearance(self.robot, self.feet.is_some());
             // Else the next step is none of lanes.
             if clearance.around.min(clearance.own) > clearance.slack {
                 self.lanes.set_clearance(lane, &clearance);

@@ -6,8 +6,6 @@ mod inherit;
 
 use std::sync::Arc;
 
-use glamx::DVec3;
-
 pub(super) use check::{check_ignored_overlaps, check_pairs, complete};
 use inherit::PreviousContacts;
 
@@ -272,17 +270,7 @@ impl Search {
                 if !excluded.is_empty() && is_excluded(excluded, pair, point.links) {
                     return;
                 }
-                list.push(Contact {
-                    robots: pair,
-                    index: 0,
-                    point,
-                    impulse: DVec3::ZERO,
-                    turning_impulse: DVec3::ZERO,
-                    is_least: false,
-                    total: DVec3::ZERO,
-                    moved: DVec3::ZERO,
-                    wanders: DVec3::ZERO,
-                });
+                list.push(Contact::new(pair, point));
             };
             if pair[0] != pair[1] && !(a.is_fixed() && b.is_fixed()) {
                 if !narrow.between(colliders, filter, interrupt, found) {

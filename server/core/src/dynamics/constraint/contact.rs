@@ -12,10 +12,10 @@ use crate::plain::vector3;
 pub const SLOP: f64 = 2e-5;
 
 /// What rests is this deep, metres: points that arrive go on to here.
-const REST: f64 = SLOP / 2.0;
+pub const REST: f64 = SLOP / 2.0;
 
 /// Points this much above [`REST`] count as there, metres: they neither fall nor press for the sake of rounding.
-const AT_REST: f64 = 1e-9;
+pub const AT_REST: f64 = 1e-9;
 
 /// What is hit by another hit may go this deep before it rebounds, metres.
 const MOST_PASSED: f64 = 2e-3;
@@ -58,9 +58,43 @@ pub struct Contact {
     pub wanders: DVec3,
 }
 
+/// The only point of two colliders moves steadily where its way differs from that of the step before by less than this part of it.
+const STEADY: f64 = 0.25;
+
+impl Contact {
+    /// A new one, without impulses.
+    pub fn new(robots: [usize; 2], point: ContactPoint) -> Self {
+        Self {
+            robots,
+            index: 0,
+            point,
+            impulse: DVec3::ZERO,
+            turning_impulse: DVec3::ZERO,
+            is_least: false,
+            total: DVec3::ZERO,
+            moved: DVec3::ZERO,
+            wanders: DVec3::ZERO,
+        }
+    }
+
+    /// Takes the impulses of the one that it was in the part of a step before; sums of impulses begin anew where a step `begins`.
+    pub fn go_on_from(&mut self, known: &Self, begins: bool) {
+        let Self { impulse, turning_impulse, is_least, total, .. } = *known;
+        (self.impulse, self.turning_impulse) = (impulse, turning_impulse);
+        (self.is_least, self.total) = (is_least, if begins { DVec3::ZERO } else { total });
+    }
+
+    /// Notes how far it has come, where it is the only point of its colliders and was that before.
+    pub fn follow(&mut self, known: &Self) {
+        self.moved = self.point.position - known.point.position;
+        let is_steady = self.moved.distance(known.moved) < STEADY * self.moved.length();
+        self.wanders = if is_steady { self.moved } else { DVec3::ZERO };
+    }
+}
+
 /// Along a direction that no joint can move, J M^-1 J' is rounding: less than this part of what
 /// it is along all three. To divide by it would throw a robot away.
-const IMMOVABLE: f64 = 1e-12;
+pub const IMMOVABLE: f64 = 1e-12;
 
 /// A contact's three rows.
 #[derive(Clone, Copy, Debug, Default)]

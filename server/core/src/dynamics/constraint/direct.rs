@@ -29,17 +29,19 @@ use crate::dynamics::articulation::Articulation;
 use crate::dynamics::block_cholesky::{BlockCholesky, MOST_NODES};
 use crate::dynamics::inertia::Rigid;
 use crate::dynamics::island::Member;
-use anderson::Anderson;
+pub(in crate::dynamics) use anderson::Anderson;
+pub(in crate::dynamics) use equations::{EXACT, REFINEMENTS};
 use newton::Progress;
+pub(in crate::dynamics) use newton::{FLAT, HALVINGS};
 
 /// R as a part of the mean J M^-1 J' of the rows it belongs to.
-const SOFTNESS: f64 = 1e-7;
+pub(in crate::dynamics) const SOFTNESS: f64 = 1e-7;
 
 /// A row is violated beyond this part of its impulse, or this velocity, m/s or rad/s.
-const TOLERANCE: f64 = 1e-9;
+pub(in crate::dynamics) const TOLERANCE: f64 = 1e-9;
 
 /// The friction of what slips has settled when it changes by less than this part of the normal impulse.
-const SLIP_TOLERANCE: f64 = 1e-7;
+pub(in crate::dynamics) const SLIP_TOLERANCE: f64 = 1e-7;
 
 /// Multiplications that a factorisation may take for each that a sweep takes, and those that it always may.
 const COST: (usize, usize) = (20, 100_000);

@@ -12,10 +12,10 @@ const MAX_SWEEPS: usize = 50;
 pub(super) const SETTLED: f64 = 1e-6;
 
 /// The same where the impulses are the least ones of the step before: then there is nothing to solve.
-const UNCHANGED: f64 = 1e-13;
+pub(in crate::dynamics) const UNCHANGED: f64 = 1e-13;
 
 /// After so many sweeps a direct solution is tried, in so many rounds: at once, and when sweeps take long.
-const DIRECT_AT: [(usize, usize); 2] = [(0, 8), (10, 12)];
+pub(in crate::dynamics) const DIRECT_AT: [(usize, usize); 2] = [(0, 8), (10, 12)];
 
 /// The same where sweeps have settled.
 const SETTLED_ROUNDS: usize = 4;

@@ -174,7 +174,7 @@ fn ends(rows: &ContactRows, contact: &Contact) -> [(usize, Option<usize>); 2] {
 
 /// Gives a side the spans of the velocities that move a body, and where the contact is one of two bodies of the same
 /// robot, those that move either.
-pub(super) fn find_spans(mut side: Side, tree: &Tree, bodies: [Option<usize>; 2]) -> Side {
+pub(in crate::dynamics) fn find_spans(mut side: Side, tree: &Tree, bodies: [Option<usize>; 2]) -> Side {
     if tree.bodies.len() == 1 {
         return side.with_all();
     }

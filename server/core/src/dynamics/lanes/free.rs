@@ -201,6 +201,17 @@ impl<S: Simd> Factors<S> {
         factors
     }
 
+    /// Where every direction has inertia.
+    #[inline(always)]
+    pub(super) fn is_regular(&self) -> Mask<S> {
+        let zero = self.inverse_diagonal[0].same(0.0);
+        let mut is_regular = zero.le(zero);
+        for inverse in self.inverse_diagonal {
+            is_regular = is_regular & zero.lt(inverse);
+        }
+        is_regular
+    }
+
     /// I^-1 force.
     #[inline(always)]
     pub(super) fn solve(&self, force: Spatial<S>) -> Spatial<S> {

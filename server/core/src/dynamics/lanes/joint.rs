@@ -83,6 +83,10 @@ pub(super) struct Body<S: Simd> {
     pub(super) inertia: Rigid<S>,
     pub(super) rotation: Matrix<S>,
     pub(super) reach: Vector<S>,
+    /// From the base's origin to its own; of robots with feet.
+    pub(super) origin: Vector<S>,
+    /// It and all that hangs on it; where feet touch.
+    pub(super) composite: Rigid<S>,
     pub(super) velocity: Spatial<S>,
     pub(super) velocity_product: Spatial<S>,
     pub(super) articulated: Articulated<S>,
@@ -97,6 +101,8 @@ pub(super) struct Body<S: Simd> {
     pub(super) delta: Spatial<S>,
     pub(super) impulse: Lanes<S>,
     pub(super) new_velocity: Lanes<S>,
+    /// The velocity that its joint's position is moved by.
+    pub(super) way: Lanes<S>,
     /// Of dry friction, a lower and an upper limit.
     pub(super) rows: [Row<S>; 3],
     /// The most that dry friction holds with in a step.
@@ -267,6 +273,8 @@ impl<S: Simd> Body<S> {
             inertia: Rigid { mass: zero, first_moment: vector, moment: symmetric },
             rotation: matrix,
             reach: vector,
+            origin: vector,
+            composite: Rigid { mass: zero, first_moment: vector, moment: symmetric },
             velocity: spatial,
             velocity_product: spatial,
             articulated: Articulated { moment: symmetric, coupling: matrix, mass: symmetric },
@@ -280,6 +288,7 @@ impl<S: Simd> Body<S> {
             delta: spatial,
             impulse: zero,
             new_velocity: zero,
+            way: zero,
             rows: [row; 3],
             most_friction: zero,
         }

@@ -19,7 +19,12 @@
 //! and what is not finite afterwards.
 
 mod drives;
+mod feet;
+mod foot_newton;
+mod foot_rows;
+mod foot_solver;
 mod free;
+mod implicit_inertia;
 mod joint;
 mod number;
 mod passes;
@@ -27,10 +32,12 @@ mod robot;
 mod root;
 mod rows;
 mod step;
+mod tree_cholesky;
 mod vectors;
 
 use std::sync::Arc;
 
+pub use feet::{FootPair, FootSearch, Guard, MOST_FEET, NoFeet, can_be_foot, is_simple};
 use glamx::DVec3;
 pub use robot::{Clearance, LaneRobot};
 

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glamx::{DMat3, DVec3};
 use pulp::Simd;
 
+use super::feet::Feet;
 use super::free::{Factors, Root};
 use super::joint::{Body, Law, State, has_setpoint};
 use super::number::Lanes;
@@ -76,6 +77,8 @@ pub struct LaneRobot<S: Simd> {
     pub(super) root_responses: Vec<[Lanes<S>; 6]>,
     /// The root's new velocities.
     pub(super) root_new: [Lanes<S>; 6],
+    /// The velocities that the root's position is moved by.
+    pub(super) root_way: [Lanes<S>; 6],
     /// What the root and all that hangs on it resist with.
     pub(super) factors: Factors<S>,
     /// See [`Clearance`].
@@ -84,6 +87,8 @@ pub struct LaneRobot<S: Simd> {
     pub(super) clearance: LaneClearance<S>,
     /// Contacts are looked for this far from what moves, metres, and twice what a part of a step moves it.
     pub(super) slack: f64,
+    /// What touches planes.
+    pub(super) feet: Feet<S>,
     /// 1 in lanes that have a copy.
     pub(super) is_taken: Lanes<S>,
     /// 1 in lanes in which the last step is the one that the copy would have done.
@@ -146,10 +151,12 @@ impl<S: Simd> LaneRobot<S> {
             responses: vec![zero; n * n],
             root_responses: vec![[zero; 6]; n],
             root_new: [zero; 6],
+            root_way: [zero; 6],
             factors: Factors::zero(zero),
             levers: vec![zero; n],
             clearance: LaneClearance { around: zero.same(f64::INFINITY), own: zero.same(f64::INFINITY) },
             slack: 0.0,
+            feet: Feet::none(zero),
             is_taken: zero,
             is_done: zero,
         }
@@ -157,7 +164,7 @@ impl<S: Simd> LaneRobot<S> {
 
     /// Bytes that it takes, all lanes together.
     pub fn bytes(&self) -> usize {
-        let Self { modes, laws, states, before, bodies, responses, root_responses, levers, .. } = self;
+        let Self { modes, laws, states, before, bodies, responses, root_responses, levers, feet, .. } = self;
         size_of::<Self>()
             + size_of_val(&modes[..])
             + size_of_val(&laws[..])
@@ -167,6 +174,7 @@ impl<S: Simd> LaneRobot<S> {
             + size_of_val(&responses[..])
             + size_of_val(&root_responses[..])
             + size_of_val(&levers[..])
+            + feet.bytes()
     }
 
     /// Takes a copy into a lane. False where its next step is none that lanes do; then the lane is empty.
@@ -364,6 +372,7 @@ impl<S: Simd> LaneRobot<S> {
             self.before.1 = self.root;
         }
         self.before.2 = self.history;
+        self.feet.begin();
     }
 
     /// Puts lanes whose step is not done back to where they were.
@@ -371,6 +380,7 @@ impl<S: Simd> LaneRobot<S> {
         for lane in (0..S::F64_LANES).filter(|lane| self.is_done.get(*lane) == 0.0) {
             self.history.set(lane, self.before.2.get(lane));
             self.root.put_back(lane, &self.before.1);
+            self.feet.put_back(lane);
             for (state, before) in self.states.iter_mut().zip(&mut self.before.0) {
                 let pairs = state.numbers().into_iter().zip(before.numbers());
                 pairs.for_each(|(now, before)| now.set(lane, before.get(lane)));

@@ -78,7 +78,7 @@ impl<S: Simd> LaneRobot<S> {
 
     /// A motion of the root in the base's axes as velocities: linear in the base's axes, angular in its own.
     #[inline(always)]
-    fn root_velocities(&self, motion: Spatial<S>) -> (Vector<S>, Vector<S>) {
+    pub(super) fn root_velocities(&self, motion: Spatial<S>) -> (Vector<S>, Vector<S>) {
         let own_from_base = self.bodies[0].rotation.transpose();
         let linear = self.root.rotation().times(own_from_base.times(motion.linear));
         (linear, own_from_base.times(motion.angular))
@@ -90,7 +90,7 @@ impl<S: Simd> LaneRobot<S> {
         let zero = self.is_taken.same(0.0);
         let (h, half) = (zero.same(self.stepping.h), zero.same(0.5));
         let is_leapfrog = self.stepping.integrator == Integrator::Leapfrog;
-        self.clearance.around -= h * Root::speed_of(&self.root_new, self.levers[0]);
+        self.clearance.around -= h * Root::speed_of(&self.root_way, self.levers[0]);
         let root = &mut self.root;
         for k in 0..6 {
             let new = self.root_new[k];
@@ -108,7 +108,7 @@ impl<S: Simd> LaneRobot<S> {
         for lane in (0..S::F64_LANES).filter(|lane| self.is_taken.get(*lane) == 1.0) {
             let (mut q, mut qd) = ([0.0; 7], [0.0; 6]);
             get(&root.positions, lane, &mut q);
-            get(&self.root_new, lane, &mut qd);
+            get(&self.root_way, lane, &mut qd);
             advance_joint(joint_type, &mut q, &qd, self.stepping.h);
             set(&mut root.positions, lane, &q);
         }

@@ -2,44 +2,45 @@
 
 use pulp::{Simd, WithSimd};
 
+use super::feet::FootSearch;
 use super::number::Mask;
 use super::robot::{LaneRobot, number};
 use crate::dynamics::articulation::MAX_ROUNDS;
 use crate::dynamics::integrator::{History, Integrator};
 
 /// Contacts are looked for this many times as far ahead as a part of a step moves a shape, as where collision looks.
-const LOOK_AHEAD: f64 = 2.0;
+pub(super) const LOOK_AHEAD: f64 = 2.0;
 
 /// A step, to be compiled for the processor that it runs on.
-struct Step<'a, S: Simd>(&'a mut LaneRobot<S>);
+struct Step<'a, S: Simd>(&'a mut LaneRobot<S>, &'a mut dyn FootSearch);
 
 impl<S: Simd> WithSimd for Step<'_, S> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<T: Simd>(self, _: T) {
-        self.0.do_step();
+        self.0.do_step(self.1);
     }
 }
 
 impl<S: Simd> LaneRobot<S> {
-    /// Advances all copies by a step, touching nothing. [`has_stepped`](Self::has_stepped) says which have done it; the others are
+    /// Advances all copies by a step, touching planes with their feet and nothing else. [`has_stepped`](Self::has_stepped) says which have done it; the others are
     /// left as they were.
-    pub fn step(&mut self) {
+    pub fn step(&mut self, search: &mut dyn FootSearch) {
         if self.is_taken.all().iter().any(|taken| *taken > 0.0) {
             let simd = self.simd;
-            simd.vectorize(Step(self));
+            simd.vectorize(Step(self, search));
         }
     }
 
     #[inline(always)]
-    fn do_step(&mut self) {
+    fn do_step(&mut self, search: &mut dyn FootSearch) {
         self.begin();
         let zero = self.is_taken.same(0.0);
         let taken = zero.lt(self.is_taken);
         let mut is_done = taken;
-        for _ in 0..self.stepping.parts {
-            is_done = is_done & self.do_part(taken);
+        for part in 0..self.stepping.parts {
+            is_done = is_done & self.do_part(taken, search, part == 0);
         }
         if self.first > 0 {
             is_done = is_done & self.root.is_finite();
@@ -59,11 +60,16 @@ impl<S: Simd> LaneRobot<S> {
 
     /// One of the equal parts of a step. In which lanes it is what the copy would have done.
     #[inline(always)]
-    fn do_part(&mut self, taken: Mask<S>) -> Mask<S> {
+    fn do_part(&mut self, taken: Mask<S>, search: &mut dyn FootSearch, begins: bool) -> Mask<S> {
         let zero = self.is_taken.same(0.0);
         let is_leapfrog = self.stepping.integrator == Integrator::Leapfrog;
         let is_fast = self.update_kinematics();
-        let meets_nothing = self.meets_nothing();
+        let mut is_done = self.meets_nothing();
+        let mut touching = zero.lt(zero);
+        if self.has_feet() {
+            is_done = is_done & !self.find_feet(search, begins);
+            touching = self.feet.solver.touching() & taken;
+        }
         if !is_leapfrog {
             self.history = zero.same(number(History::Given));
             self.states.iter_mut().for_each(|state| state.half_velocity = state.velocity);
@@ -77,8 +83,13 @@ impl<S: Simd> LaneRobot<S> {
             if round == 0 {
                 has_rows = self.collect_rows(taken);
             }
-            if has_rows {
-                self.solve_rows(going);
+            let apart = going & !touching;
+            if has_rows && apart.any() {
+                self.solve_rows(apart);
+            }
+            let meets = going & touching;
+            if meets.any() {
+                is_done = is_done & (self.solve_feet(meets, round == 0) | !meets);
             }
             kinked = kinked | self.keep_rows(going);
             going = self.saturate(going, round == 0);
@@ -87,9 +98,15 @@ impl<S: Simd> LaneRobot<S> {
                 break;
             }
         }
+        if touching.any() {
+            // What feet touch with, and rows of joints, the one-robot step solves together.
+            is_done = is_done & !(touching & self.has_rows());
+            self.keep_contacts(touching, self.feet.solver.was_least);
+        }
+        let kinked = kinked | self.set_ways(touching);
         self.note_efforts();
         self.finish(kinked);
-        if is_leapfrog { meets_nothing & !is_fast } else { meets_nothing }
+        if is_leapfrog { is_done & !is_fast } else { is_done }
     }
 
     /// Where no contact would be found: all that could touch is farther away than contacts are looked for.
@@ -137,8 +154,8 @@ impl<S: Simd> LaneRobot<S> {
             let new = at.new_velocity;
             state.change_before = state.change;
             state.change = new - state.half_velocity;
-            state.position += h * new;
-            let moved = *lever * (h * new).abs();
+            state.position += h * at.way;
+            let moved = *lever * (h * at.way).abs();
             self.clearance.around -= moved;
             self.clearance.own -= moved;
             state.half_velocity = new;

@@ -84,6 +84,12 @@ impl<S: Simd> Vector<S> {
         }
     }
 
+    /// Of one lane.
+    #[inline(always)]
+    pub(super) fn get(&self, lane: usize) -> DVec3 {
+        DVec3::new(self.x.get(lane), self.y.get(lane), self.z.get(lane))
+    }
+
     /// Writes one lane.
     pub(super) fn set(&mut self, lane: usize, value: DVec3) {
         self.x.set(lane, value.x);
@@ -124,6 +130,12 @@ impl<S: Simd> Matrix<S> {
             y: Vector::splat(simd, value.y_axis),
             z: Vector::splat(simd, value.z_axis),
         }
+    }
+
+    /// Of one lane.
+    #[inline(always)]
+    pub(super) fn get(&self, lane: usize) -> DMat3 {
+        DMat3::from_cols(self.x.get(lane), self.y.get(lane), self.z.get(lane))
     }
 
     #[inline(always)]

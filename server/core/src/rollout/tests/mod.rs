@@ -4,6 +4,7 @@ mod costs;
 mod equality;
 mod extremes;
 mod facts;
+mod feet;
 mod landing;
 mod lanes;
 mod pauses;

@@ -1,16 +1,11 @@
 //! What contacts have of those of the part of a step before: impulses, and the way they have come.
 
-use glamx::DVec3;
-
 use super::key;
 use crate::dynamics::constraint::contact::Contact;
 
 /// A point is the same as before if it has moved on one of the two surfaces by less than this,
 /// metres.
 const SAME_POINT: f64 = 0.01;
-
-/// The only point of two colliders moves steadily where its way differs from that of the step before by less than this part of it.
-const STEADY: f64 = 0.25;
 
 /// The contacts of the part before, in order.
 pub(super) struct PreviousContacts<'a> {
@@ -60,14 +55,10 @@ impl<'a> PreviousContacts<'a> {
                 let Some((i, known)) = nearest else { continue };
                 if single || way(known) < SAME_POINT * SAME_POINT {
                     taken |= 1 << i;
-                    let Contact { impulse, turning_impulse, is_least, total, .. } = *known;
-                    (contact.impulse, contact.turning_impulse) = (impulse, turning_impulse);
-                    (contact.is_least, contact.total) = (is_least, if begins { DVec3::ZERO } else { total });
+                    contact.go_on_from(known, begins);
                 }
                 if single {
-                    contact.moved = contact.point.position - known.point.position;
-                    let is_steady = contact.moved.distance(known.moved) < STEADY * contact.moved.length();
-                    contact.wanders = if is_steady { contact.moved } else { DVec3::ZERO };
+                    contact.follow(known);
                 }
             }
             start += len;

@@ -3,9 +3,12 @@
 
 use std::sync::Arc;
 
+use glamx::DPose3;
+
 use super::step::slack;
 use super::targets::actuator_for;
-use crate::collision::Filter;
+use crate::collision::{Filter, RobotFeet, Surface};
+use crate::dynamics::constraint::contact::Contact;
 use crate::dynamics::lanes::{Clearance, LaneRobot};
 use crate::dynamics::tree::JointType;
 use crate::dynamics::{Articulation, Tree};
@@ -13,7 +16,7 @@ use crate::simulation::command::Target;
 use crate::simulation::entity::Entity;
 use crate::simulation::saved::Saved;
 use crate::simulation::world_state::{EntityState, Pair};
-use crate::simulation::{PhysicsSettings, Simulation, WorldLimits};
+use crate::simulation::{PhysicsSettings, PublishedState, Simulation, WorldLimits};
 
 /// A robot goes no farther before it is looked at again, metres.
 const FARTHEST: f64 = 1.0;
@@ -57,7 +60,7 @@ impl Simulation {
     }
 
     /// The robot whose state is all that a step changes, and that the dynamics alone change it, in a way that
-    /// [`LaneRobot`] does too: it meets nothing, and nothing else moves.
+    /// [`LaneRobot`] does too: it touches nothing but planes, and nothing else moves.
     pub(crate) fn lane_robot(&self) -> Option<usize> {
         // All of it, so that what comes to be state is judged here too.
         let has_nothing_else = |entity: &Entity| {
@@ -88,10 +91,7 @@ impl Simulation {
                 && trajectories.is_empty()
                 && sensors.is_empty()
         };
-        if !self.constraints.list.is_empty()
-            || !self.contacts.list.is_empty()
-            || !self.entities.iter().all(has_nothing_else)
-        {
+        if !self.constraints.list.is_empty() || !self.entities.iter().all(has_nothing_else) {
             return None;
         }
         let mut moving = (0..self.entities.len()).filter(|robot| self.entities[*robot].moves());
@@ -106,11 +106,62 @@ impl Simulation {
         };
         let meets_nothing = self.contacts.ignored_overlaps().all(|pair| stays(&pair));
         let is_simple = entity.is_awake() && LaneRobot::<pulp::Scalar>::takes(entity.body.tree());
-        (meets_nothing && is_simple).then_some(robot)
+        (meets_nothing && is_simple && self.touches_planes_alone(robot)).then_some(robot)
+    }
+
+    /// Whether all contacts are of a robot with what does not move, one for each pair of colliders; lanes look closer.
+    fn touches_planes_alone(&self, robot: usize) -> bool {
+        let is_of_robot = |contact: &Contact| {
+            let moving = contact.point.bodies.iter().filter(|body| body.is_some()).count();
+            contact.robots.contains(&robot) && moving == 1
+        };
+        self.contacts.list.iter().all(is_of_robot)
+    }
+
+    /// The feet of the robot of [`lane_robot`](Self::lane_robot), where it has some that lanes take.
+    pub(crate) fn lane_feet(&self, robot: usize) -> Option<RobotFeet> {
+        let Entity { body, colliders, .. } = &self.entities[robot];
+        // The axes of the base are those of the world then.
+        if body.tree().fixed_base || body.base() != DPose3::IDENTITY {
+            return None;
+        }
+        let PhysicsSettings { gravity, time_step, substeps, .. } = self.settings;
+        let h = time_step / f64::from(substeps);
+        let others = self.entities.iter().enumerate().filter(|(other, entity)| {
+            *other != robot && entity.is_active() && entity.is_fixed() && !entity.colliders.is_empty()
+        });
+        let grounds = others
+            .map(|(other, entity)| (other, &entity.colliders, &**entity.body.tree(), entity.body.base()));
+        let filter = |pair| Filter::between(pair, &self.contacts.collision_pairs);
+        RobotFeet::new((robot, colliders), body.tree(), grounds, filter, (slack(gravity, h), h))
+    }
+
+    /// What the surfaces of each pair of a robot's feet are like together.
+    pub(crate) fn lane_surfaces(&self, feet: &RobotFeet) -> Vec<Surface> {
+        feet.surfaces(|robot| &self.entities[robot].colliders, self.settings.surface_combination)
+    }
+
+    /// The contacts of the last step, in their order.
+    pub(crate) fn lane_contacts(&self) -> &[Contact] {
+        &self.contacts.list
+    }
+
+    /// Gives the world the contacts that steps elsewhere have come to, in their order.
+    pub(crate) fn set_lane_contacts<'a>(&mut self, contacts: impl Iterator<Item = &'a Contact>) {
+        self.contacts.list.clear();
+        self.contacts.list.extend(contacts);
+    }
+
+    /// Writes the contacts alone into a published state.
+    pub(crate) fn observe_contacts(&self, state: &mut PublishedState) {
+        let PhysicsSettings { time_step, substeps, .. } = self.settings;
+        state.contacts.clear();
+        state.contacts.extend(self.contacts.reports(time_step, time_step / f64::from(substeps)));
     }
 
     /// How far points of the robot of [`lane_robot`](Self::lane_robot) can move after a step before a contact of it could be found.
-    pub(crate) fn lane_clearance(&self, robot: usize) -> Clearance {
+    /// Where it has feet, planes do not count: lanes look at them in each step.
+    pub(crate) fn lane_clearance(&self, robot: usize, has_feet: bool) -> Clearance {
         let PhysicsSettings { gravity, time_step, substeps, .. } = self.settings;
         let h = time_step / f64::from(substeps);
         let slack = slack(gravity, h);
@@ -122,7 +173,8 @@ impl Simulation {
             }
             let pair = [robot.min(other), robot.max(other)];
             let [first, second] = pair.map(|index| &self.entities[index].colliders);
-            around = around.min(first.gap_to(second, Filter::between(pair, &self.contacts.collision_pairs)));
+            let filter = Filter::between(pair, &self.contacts.collision_pairs);
+            around = around.min(first.gap_to(second, filter, !has_feet));
         }
         let bodies = &body.tree().bodies;
         if own.min(around) == f64::INFINITY {

@@ -137,7 +137,7 @@ impl Simulation {
 
 impl Contacts {
     /// What touches, as the last step of `time_step` seconds had it, whose parts took `h` seconds each.
-    fn reports(&self, time_step: f64, h: f64) -> impl Iterator<Item = ContactReport> + '_ {
+    pub(super) fn reports(&self, time_step: f64, h: f64) -> impl Iterator<Item = ContactReport> + '_ {
         self.list.iter().map(move |contact| {
             let point = &contact.point;
             let force = contact.total / time_step;

@@ -10,7 +10,7 @@ const DAMPING: f64 = 1e-14;
 
 /// The memory of it.
 #[derive(Debug, Default)]
-pub(super) struct Anderson {
+pub(in crate::dynamics) struct Anderson {
     /// The last z and its residual.
     last: [Vec<f64>; 2],
     /// Differences of z and of residuals, one after the other; the oldest is written over.
@@ -22,12 +22,12 @@ pub(super) struct Anderson {
 
 impl Anderson {
     /// Forgets what was.
-    pub(super) fn begin(&mut self) {
+    pub(in crate::dynamics) fn begin(&mut self) {
         (self.count, self.is_begun) = (0, false);
     }
 
     /// Replaces `z` by the next one. `residual` is g(z) - z.
-    pub(super) fn advance(&mut self, z: &mut [f64], residual: &[f64]) {
+    pub(in crate::dynamics) fn advance(&mut self, z: &mut [f64], residual: &[f64]) {
         let n = z.len();
         let size = |list: &mut Vec<f64>, size: usize| {
             list.clear();

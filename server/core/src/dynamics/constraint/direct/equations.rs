@@ -9,10 +9,10 @@ use crate::dynamics::constraint::side::{Side, add_transposed};
 use crate::dynamics::constraint::three_rows::weigh;
 
 /// Steps of refinement at the most.
-const REFINEMENTS: usize = 4;
+pub(in crate::dynamics) const REFINEMENTS: usize = 4;
 
 /// What is left in a row's velocity after refinement, m/s or rad/s.
-const EXACT: f64 = 1e-14;
+pub(in crate::dynamics) const EXACT: f64 = 1e-14;
 
 impl Direct {
     /// 1 / R of the contacts, the same for those of the same two robots, which follow each other, but for springs.

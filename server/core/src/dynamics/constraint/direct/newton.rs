@@ -6,10 +6,10 @@ use crate::dynamics::constraint::contact::ContactRows;
 use crate::dynamics::constraint::link_rows::LinkState;
 
 /// A step is short enough where what is left of the slope is at most this part of that at its begin.
-const FLAT: f64 = 1e-3;
+pub(in crate::dynamics) const FLAT: f64 = 1e-3;
 
 /// Halvings at the most in which a step's length is found.
-const HALVINGS: usize = 30;
+pub(in crate::dynamics) const HALVINGS: usize = 30;
 
 /// Whether rows have changed in a round.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,0 +1,346 @@
+//! The rows of a foot in lanes: J, M^-1 J' and what they aim at, as [`ContactRows`] has them for one copy.
+//!
+//! In a lane that has no contact there all is zero, and the rows act on nothing.
+//!
+//! [`ContactRows`]: crate::dynamics::constraint::contact::ContactRows
+
+use glamx::{DMat3, DQuat, DVec3};
+use pulp::Simd;
+
+use super::number::{Lanes, Mask};
+use super::passes::{along, part_mut};
+use super::robot::LaneRobot;
+use super::vectors::{Spatial, Vector};
+use crate::dynamics::constraint::contact::{
+    AT_REST, Contact, IMMOVABLE, MAX_CORRECTION_VELOCITY, OVERLAP_REDUCTION, REST, SLOP,
+};
+
+/// A foot of all copies.
+#[derive(Clone, Debug)]
+pub(super) struct Foot<S: Simd> {
+    /// Velocities that J has columns for, and whether each is added to the second of two sums.
+    pub(super) columns: Vec<(usize, bool)>,
+    /// 1 where it touches or is about to.
+    pub(super) is_there: Lanes<S>,
+    /// From the body's origin to the point, base's axes.
+    arm: Vector<S>,
+    /// The axes of its rows as they act on the body, base's axes.
+    directions: [Vector<S>; 3],
+    /// Normal and tangents, world.
+    axes: [Vector<S>; 3],
+    distance: Lanes<S>,
+    /// Coulomb's coefficient.
+    pub(super) friction: Lanes<S>,
+    /// J, by column.
+    pub(super) jacobian: Vec<[Lanes<S>; 3]>,
+    /// M^-1 J', by velocity.
+    pub(super) responses: Vec<[Lanes<S>; 3]>,
+    /// See [`ContactRows`](crate::dynamics::constraint::contact::ContactRows).
+    pub(super) effect: [Lanes<S>; 6],
+    pub(super) inverse: [Lanes<S>; 3],
+    pub(super) gradient_step: Lanes<S>,
+    pub(super) unloaded: [Lanes<S>; 3],
+    pub(super) target: Lanes<S>,
+    pub(super) drift: [Lanes<S>; 2],
+    pub(super) correction_velocity: Lanes<S>,
+    pub(super) split_impulse: Lanes<S>,
+    pub(super) impulse: [Lanes<S>; 3],
+    /// Where it can move anything.
+    pub(super) acts: Mask<S>,
+    pub(super) newton: FootNewton<S>,
+}
+
+/// What Newton's method has of a foot.
+#[derive(Clone, Debug)]
+pub(super) struct FootNewton<S: Simd> {
+    /// It is not open: it presses, and slips or sticks.
+    pub(super) presses: Mask<S>,
+    pub(super) sticks: Mask<S>,
+    /// It slipped in the last round.
+    pub(super) slipped: Mask<S>,
+    pub(super) bound: Lanes<S>,
+    pub(super) bound_residual: Lanes<S>,
+    pub(super) speeds: [Lanes<S>; 3],
+    pub(super) ways: [Lanes<S>; 3],
+    pub(super) used: [Lanes<S>; 3],
+    pub(super) weights: [Lanes<S>; 4],
+    pub(super) residuals: [Lanes<S>; 3],
+}
+
+impl<S: Simd> Foot<S> {
+    /// One that touches nothing, of a robot with so many velocities.
+    pub(super) fn new(zero: Lanes<S>, columns: Vec<(usize, bool)>, velocities: usize) -> Self {
+        let no = zero.lt(zero);
+        let still = Vector { x: zero, y: zero, z: zero };
+        let newton = FootNewton {
+            presses: no,
+            sticks: no,
+            slipped: no,
+            bound: zero,
+            bound_residual: zero,
+            speeds: [zero; 3],
+            ways: [zero; 3],
+            used: [zero; 3],
+            weights: [zero; 4],
+            residuals: [zero; 3],
+        };
+        Self {
+            jacobian: vec![[zero; 3]; columns.len()],
+            responses: vec![[zero; 3]; velocities],
+            columns,
+            is_there: zero,
+            arm: still,
+            directions: [still; 3],
+            axes: [still; 3],
+            distance: zero,
+            friction: zero,
+            effect: [zero; 6],
+            inverse: [zero; 3],
+            gradient_step: zero,
+            unloaded: [zero; 3],
+            target: zero,
+            drift: [zero; 2],
+            correction_velocity: zero,
+            split_impulse: zero,
+            impulse: [zero; 3],
+            acts: no,
+            newton,
+        }
+    }
+
+    /// Bytes on the heap.
+    pub(super) fn bytes(&self) -> usize {
+        size_of_val(&self.columns[..]) + size_of_val(&self.jacobian[..]) + size_of_val(&self.responses[..])
+    }
+
+    /// It touches nothing in a lane.
+    pub(super) fn forget(&mut self, lane: usize) {
+        if self.is_there.get(lane) == 0.0 {
+            return;
+        }
+        self.is_there.set(lane, 0.0);
+        self.arm.set(lane, DVec3::ZERO);
+        for vector in self.directions.iter_mut().chain(&mut self.axes) {
+            vector.set(lane, DVec3::ZERO);
+        }
+        self.impulse.iter_mut().for_each(|impulse| impulse.set(lane, 0.0));
+    }
+
+    /// It touches there in a lane, with the impulse that it had; it is the first or second of the two, and its body's origin is there
+    /// in the base's axes. The base is where the world is.
+    pub(super) fn meet(&mut self, lane: usize, contact: &Contact, side: usize, origin: DVec3) {
+        self.is_there.set(lane, 1.0);
+        let (t, u) = contact.point.normal.any_orthonormal_pair();
+        let axes = [contact.point.normal, t, u];
+        let kept = axes.map(|axis| contact.impulse.dot(axis));
+        let impulse = if kept[0] > 0.0 { kept } else { [0.0; 3] };
+        let sign = if side == 0 { -1.0 } else { 1.0 };
+        let base_from_world = DMat3::from_quat(DQuat::IDENTITY).transpose();
+        let arm = base_from_world * (contact.point.position - DVec3::ZERO) - origin;
+        self.arm.set(lane, arm);
+        self.distance.set(lane, contact.point.distance);
+        for k in 0..3 {
+            self.axes[k].set(lane, axes[k]);
+            self.directions[k].set(lane, base_from_world * (axes[k] * sign));
+            self.impulse[k].set(lane, impulse[k]);
+        }
+    }
+
+    /// The velocities along the axes.
+    #[inline(always)]
+    pub(super) fn velocities(&self, velocities: &[Lanes<S>]) -> [Lanes<S>; 3] {
+        let zero = self.target.same(0.0);
+        let mut sums = [[zero; 2]; 3];
+        for (j, (velocity, is_odd)) in self.jacobian.iter().zip(&self.columns) {
+            let own = velocities[*velocity];
+            for k in 0..3 {
+                sums[k][usize::from(*is_odd)] += j[k] * own;
+            }
+        }
+        [sums[0][0] + sums[0][1], sums[1][0] + sums[1][1], sums[2][0] + sums[2][1]]
+    }
+
+    /// The normal velocity, and by how much tangent velocities are not those of what does not slip.
+    #[inline(always)]
+    pub(super) fn slip(&self, velocities: &[Lanes<S>]) -> [Lanes<S>; 3] {
+        let [n, t, u] = self.velocities(velocities);
+        [n, t - self.drift[0], u - self.drift[1]]
+    }
+
+    /// Gives the velocities of some lanes an impulse along the axes.
+    #[inline(always)]
+    pub(super) fn apply_impulse(&self, impulse: [Lanes<S>; 3], lanes: Mask<S>, velocities: &mut [Lanes<S>]) {
+        for (velocity, [n, t, u]) in velocities.iter_mut().zip(&self.responses) {
+            let new = *velocity + (*n * impulse[0] + *t * impulse[1] + *u * impulse[2]);
+            *velocity = lanes.select(new, *velocity);
+        }
+    }
+
+    /// Adds J' times an impulse along the axes, of some lanes.
+    #[inline(always)]
+    pub(super) fn add_momentum(&self, impulse: [Lanes<S>; 3], lanes: Mask<S>, momentum: &mut [Lanes<S>]) {
+        for (j, (velocity, _)) in self.jacobian.iter().zip(&self.columns) {
+            let slot = &mut momentum[*velocity];
+            let new = *slot + (j[0] * impulse[0] + j[1] * impulse[1] + j[2] * impulse[2]);
+            *slot = lanes.select(new, *slot);
+        }
+    }
+
+    /// Takes J M^-1 J'.
+    #[inline(always)]
+    fn measure(&mut self) {
+        let zero = self.target.same(0.0);
+        let mut effects = [[zero; 3]; 3];
+        for k in 0..3 {
+            let mut sums = [[zero; 2]; 3];
+            for (j, (velocity, is_odd)) in self.jacobian.iter().zip(&self.columns) {
+                let own = self.responses[*velocity][k];
+                for l in 0..3 {
+                    sums[l][usize::from(*is_odd)] += j[l] * own;
+                }
+            }
+            effects[k] = [sums[0][0] + sums[0][1], sums[1][0] + sums[1][1], sums[2][0] + sums[2][1]];
+        }
+        let [[nn, ..], [tn, tt, _], [un, ut, uu]] = effects;
+        self.effect = [zero + nn, zero + tn, zero + un, zero + tt, zero + ut, zero + uu];
+        let [_, _, _, tt, tu, uu] = self.effect;
+        let (determinant, trace) = (tt * uu - tu * tu, tt + uu);
+        let half_difference = ((tt - uu) * (tt - uu) / zero.same(4.0) + tu * tu).sqrt();
+        let step = zero.same(1.0) / (trace / zero.same(2.0) + half_difference);
+        let moves_both = (zero.same(IMMOVABLE) * trace * trace).lt(determinant);
+        let moves_one = (zero.same(IMMOVABLE) * self.effect[0]).lt(trace);
+        self.gradient_step = (moves_both | moves_one).select(step, zero);
+        let square = trace * trace;
+        let both = [uu / determinant, -tu / determinant, tt / determinant];
+        let one = [tt / square, tu / square, uu / square];
+        for k in 0..3 {
+            self.inverse[k] = moves_both.select(both[k], moves_one.select(one[k], zero));
+        }
+        let [nn, _, _, tt, _, uu] = self.effect;
+        self.acts = (zero.same(IMMOVABLE) * (nn + tt + uu)).lt(nn);
+    }
+
+    /// Sets the target of the normal velocity, from the velocities before the step.
+    #[inline(always)]
+    pub(super) fn aim(&mut self, before: &[Lanes<S>], h: f64) {
+        let zero = self.target.same(0.0);
+        let before = self.velocities(before);
+        let h = zero.same(h);
+        let still = Vector { x: zero, y: zero, z: zero };
+        let mut leaving = [zero; 3];
+        for k in 0..3 {
+            let turning = self.axes[k].dot(still);
+            leaving[k] = turning.clamp((-before[k]).min(zero), (-before[k]).max(zero));
+        }
+        self.drift = [leaving[1], leaving[2]];
+        let depth = self.distance + zero.same(REST);
+        let arrives = zero.same(AT_REST).lt(depth).select(-depth / h, zero);
+        self.target = arrives + leaving[0];
+        let correction = zero.same(-OVERLAP_REDUCTION) * (self.distance + zero.same(SLOP)) / h;
+        self.correction_velocity = correction.clamp(zero, zero.same(MAX_CORRECTION_VELOCITY));
+        self.split_impulse = zero;
+    }
+
+    /// The impulse on the second of the two, world.
+    #[inline(always)]
+    pub(super) fn world_impulse(&self) -> Vector<S> {
+        let ([n, t, u], [a, b, c]) = (self.axes, self.impulse);
+        n * a + t * b + u * c
+    }
+
+    /// Where it has an impulse.
+    #[inline(always)]
+    pub(super) fn has_impulse(&self) -> Mask<S> {
+        let zero = self.target.same(0.0);
+        !(self.impulse[0].is(zero) & self.impulse[1].is(zero) & self.impulse[2].is(zero))
+    }
+}
+
+impl<S: Simd> LaneRobot<S> {
+    /// J and M^-1 J' of all feet, and what follows of them.
+    #[inline(always)]
+    pub(super) fn measure_feet(&mut self) {
+        for index in 0..self.feet.pairs.len() {
+            let body = self.feet.pairs[index].body;
+            let foot = &self.feet.solver.feet[index];
+            let (arm, directions) = (foot.arm, foot.directions);
+            for k in 0..3 {
+                let wrench = Spatial { angular: arm.cross(directions[k]), linear: directions[k] };
+                self.project_wrench(wrench, body, (index, k));
+                self.respond_to_wrench(wrench, body, (index, k));
+            }
+            self.feet.solver.feet[index].measure();
+        }
+    }
+
+    /// Writes a row of J: what a wrench on a body does to each velocity's own momentum. Columns come from the root on.
+    #[inline(always)]
+    fn project_wrench(&mut self, wrench: Spatial<S>, body: usize, (index, k): (usize, usize)) {
+        let zero = self.is_taken.same(0.0);
+        let root = self.tree.root_velocities();
+        let (mut force, mut next) = (wrench, Some(body));
+        let foot = &mut self.feet.solver.feet[index];
+        let mut column = foot.columns.len();
+        while let Some(i) = next.filter(|i| *i >= self.first) {
+            let (joint_type, at) = (self.tree.bodies[i].joint_type, &self.bodies[i]);
+            column -= 1;
+            foot.jacobian[column][k] = zero + along(joint_type, force, at.rotation.z);
+            force = force.force_from(at.reach);
+            next = self.tree.bodies[i].parent;
+        }
+        if root == 0 {
+            return;
+        }
+        let own_from_base = self.bodies[0].rotation.transpose();
+        let parent_from_base = self.root.rotation().matrix().after(own_from_base);
+        let linear = parent_from_base.times(force.linear);
+        let angular = own_from_base.times(force.angular);
+        let six = [linear.x, linear.y, linear.z, angular.x, angular.y, angular.z];
+        for (j, own) in foot.jacobian.iter_mut().zip(six) {
+            j[k] = zero + own;
+        }
+    }
+
+    /// Writes a row of M^-1 J': what a wrench on a body does to all velocities.
+    #[inline(always)]
+    fn respond_to_wrench(&mut self, wrench: Spatial<S>, body: usize, (index, k): (usize, usize)) {
+        let zero = self.is_taken.same(0.0);
+        let still = Vector { x: zero, y: zero, z: zero };
+        let none = Spatial { angular: still, linear: still };
+        let (first, n) = (self.first, self.bodies.len());
+        let offset = self.tree.root_velocities();
+        for at in &mut self.bodies {
+            at.impulse = zero;
+        }
+        let (mut next, mut p) = (Some(body), -wrench);
+        while let Some(i) = next.filter(|i| *i >= first) {
+            let (joint_type, parent) = (self.tree.bodies[i].joint_type, self.tree.bodies[i].parent);
+            let at = &mut self.bodies[i];
+            at.impulse = zero - along(joint_type, p, at.rotation.z);
+            p = (p + at.column * (at.inverse_d * at.impulse)).force_from(at.reach);
+            next = parent;
+        }
+        if first > 0 {
+            let delta = self.factors.solve(-p);
+            self.bodies[0].delta = delta;
+            let carried = none.motion_at(self.bodies[0].reach);
+            let (linear, angular) = self.root_velocities(delta - carried);
+            let six = [linear.x, linear.y, linear.z, angular.x, angular.y, angular.z];
+            let responses = &mut self.feet.solver.feet[index].responses;
+            for (response, own) in responses.iter_mut().zip(six) {
+                response[k] = zero + own;
+            }
+        }
+        for i in first..n {
+            let (joint_type, parent) = (self.tree.bodies[i].joint_type, self.tree.bodies[i].parent);
+            let above = parent.map_or(none, |parent| self.bodies[parent].delta);
+            let at = &mut self.bodies[i];
+            let mut delta = above.motion_at(at.reach);
+            let change = at.inverse_d * (at.impulse - delta.dot(at.column));
+            let part = part_mut(joint_type, &mut delta);
+            *part = *part + at.rotation.z * change;
+            at.delta = delta;
+            self.feet.solver.feet[index].responses[offset + i - first][k] = zero + change;
+        }
+    }
+}

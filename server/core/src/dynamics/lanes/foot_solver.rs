@@ -1,0 +1,295 @@
+//! The impulses of feet, of all copies: what [`Island`](crate::dynamics::island::Island) does for one robot that touches what cannot
+//! move, and has no rows of joints.
+
+use pulp::Simd;
+
+use super::foot_rows::Foot;
+use super::number::{Lanes, Mask};
+use super::robot::LaneRobot;
+use super::tree_cholesky::TreeCholesky;
+use crate::dynamics::constraint::direct::Anderson;
+use crate::dynamics::island::{CORRECTION_SWEEPS, MAX_SPLIT_VELOCITY, UNCHANGED};
+use crate::dynamics::tree::Tree;
+
+/// The memory of it.
+#[derive(Debug)]
+pub(super) struct FootSolver<S: Simd> {
+    pub(super) feet: Vec<Foot<S>>,
+    /// Of the robot: with impulses, before the step, without impulses, and those of position correction.
+    pub(super) velocities: Vec<Lanes<S>>,
+    before: Vec<Lanes<S>>,
+    pub(super) free: Vec<Lanes<S>>,
+    split: Vec<Lanes<S>>,
+    /// What impulses work against, row by row.
+    pub(super) inertia: Vec<Lanes<S>>,
+    pub(super) matrix: TreeCholesky<S>,
+    /// See [`Direct`](crate::dynamics::constraint::direct::Direct).
+    pub(super) momentum: Vec<Lanes<S>>,
+    pub(super) force: Vec<Lanes<S>>,
+    pub(super) change: Vec<Lanes<S>>,
+    pub(super) hardness: Lanes<S>,
+    /// One a lane.
+    pub(super) anderson: Vec<Anderson>,
+    /// The impulses that a step starts from, or has come to, are the least ones.
+    pub(super) was_least: Mask<S>,
+}
+
+impl<S: Simd> FootSolver<S> {
+    /// Of a robot with so many velocities.
+    pub(super) fn new(zero: Lanes<S>, n: usize) -> Self {
+        Self {
+            feet: Vec::new(),
+            velocities: vec![zero; n],
+            before: vec![zero; n],
+            free: vec![zero; n],
+            split: vec![zero; n],
+            inertia: vec![zero; n * n],
+            matrix: TreeCholesky::new(zero, n),
+            momentum: vec![zero; n],
+            force: vec![zero; n],
+            change: vec![zero; n],
+            hardness: zero,
+            anderson: Vec::new(),
+            was_least: zero.lt(zero),
+        }
+    }
+
+    /// Takes the tree of the robot.
+    pub(super) fn set_tree(&mut self, tree: &Tree) {
+        self.matrix.set_tree(tree);
+    }
+
+    /// Takes feet, with the columns of each.
+    pub(super) fn set_feet(&mut self, columns: impl Iterator<Item = Vec<(usize, bool)>>) {
+        let (zero, n) = (self.hardness, self.velocities.len());
+        self.feet = columns.map(|columns| Foot::new(zero, columns, n)).collect();
+        self.anderson.resize_with(S::F64_LANES, Anderson::default);
+    }
+
+    /// Bytes on the heap.
+    pub(super) fn bytes(&self) -> usize {
+        let of_feet: usize = self.feet.iter().map(|foot| size_of::<Foot<S>>() + foot.bytes()).sum();
+        of_feet + 7 * size_of_val(&self.velocities[..]) + size_of_val(&self.inertia[..]) + self.matrix.bytes()
+    }
+
+    /// Where anything touches or is about to.
+    #[inline(always)]
+    pub(super) fn touching(&self) -> Mask<S> {
+        let zero = self.hardness.same(0.0);
+        let mut any = zero;
+        for foot in &self.feet {
+            any = any.max(foot.is_there);
+        }
+        zero.lt(any)
+    }
+
+    /// Sets what feet aim at.
+    #[inline(always)]
+    fn aim(&mut self, h: f64) {
+        for foot in &mut self.feet {
+            foot.aim(&self.before, h);
+        }
+    }
+
+    /// Gives the velocities the impulses that some lanes start from, unless those are worse than none.
+    #[inline(always)]
+    fn start(&mut self, lanes: Mask<S>) {
+        let zero = self.hardness.same(0.0);
+        let Self { feet, velocities, free, .. } = self;
+        free.copy_from_slice(velocities);
+        for foot in &mut *feet {
+            foot.unloaded = foot.velocities(velocities);
+        }
+        for foot in &*feet {
+            foot.apply_impulse(foot.impulse, foot.acts & lanes, velocities);
+        }
+        let (mut linear, mut square) = (zero, zero);
+        for foot in &*feet {
+            let counts = foot.acts & zero.lt(foot.impulse[0]);
+            let (before, after) = (foot.unloaded, foot.velocities(velocities));
+            let mut own_linear = linear + foot.impulse[0] * foot.target;
+            let mut own_square = square;
+            for k in 0..3 {
+                own_linear -= foot.impulse[k] * before[k];
+                own_square += foot.impulse[k] * (after[k] - before[k]);
+            }
+            linear = counts.select(own_linear, linear);
+            square = counts.select(own_square, square);
+        }
+        let is_worse = linear.lt(zero.same(0.5) * square) & lanes;
+        if !is_worse.any() {
+            return;
+        }
+        let part = (linear / square).max(zero);
+        for foot in &mut *feet {
+            for impulse in &mut foot.impulse {
+                *impulse = is_worse.select(*impulse * part, *impulse);
+            }
+        }
+        for (velocity, free) in velocities.iter_mut().zip(&*free) {
+            *velocity = is_worse.select(*free + part * (*velocity - *free), *velocity);
+        }
+    }
+
+    /// Once through all feet, of some lanes. The largest change of a row's own velocity.
+    #[inline(always)]
+    fn sweep(&mut self, lanes: Mask<S>) -> Lanes<S> {
+        let zero = self.hardness.same(0.0);
+        let Self { feet, velocities, .. } = self;
+        let mut largest = zero;
+        for foot in feet {
+            let on = foot.acts & lanes;
+            let [nn, nt, nu, tt, _, uu] = foot.effect;
+            let [before, t0, u0] = foot.impulse;
+            let velocity = foot.slip(velocities);
+            let normal = (before + (foot.target - velocity[0]) / nn).max(zero);
+            let dn = normal - before;
+            let most = foot.friction * normal;
+            let has_friction = zero.lt(most) | !t0.is(zero) | !u0.is(zero);
+            let (vt, vu) = (velocity[1] + nt * dn, velocity[2] + nu * dn);
+            let [a, b, c] = foot.inverse;
+            let (t, u) = (t0 - a * vt - b * vu, u0 - b * vt - c * vu);
+            let slips = (most * most).lt(t * t + u * u);
+            let (st, su) = (t0 - foot.gradient_step * vt, u0 - foot.gradient_step * vu);
+            let size = (st * st + su * su).sqrt();
+            let is_beyond = most.lt(size);
+            let st = is_beyond.select(st * most / size, st);
+            let su = is_beyond.select(su * most / size, su);
+            let (t, u) = (slips.select(st, t), slips.select(su, u));
+            let (dt, du) = (has_friction.select(t - t0, zero), has_friction.select(u - u0, zero));
+            let new = [normal, has_friction.select(t, t0), has_friction.select(u, u0)];
+            for k in 0..3 {
+                foot.impulse[k] = on.select(new[k], foot.impulse[k]);
+            }
+            let moves = on & !(dn.is(zero) & dt.is(zero) & du.is(zero));
+            foot.apply_impulse([dn, dt, du], moves, velocities);
+            let change = (dn * nn).abs().max((dt * tt).abs()).max((du * uu).abs());
+            largest = moves.select(largest.max(change), largest);
+        }
+        largest
+    }
+
+    /// Finds the impulses of some lanes. Where they are found.
+    #[inline(always)]
+    fn find_impulses(&mut self, lanes: Mask<S>, is_regular: Mask<S>) -> Mask<S> {
+        let zero = self.hardness.same(0.0);
+        let swept = lanes & self.was_least;
+        let mut settled = zero.lt(zero);
+        if swept.any() {
+            settled = swept & self.sweep(swept).le(zero.same(UNCHANGED));
+        }
+        let left = lanes & !settled;
+        let mut solved = settled;
+        if left.any() {
+            solved = solved | self.solve_directly(left & is_regular);
+        }
+        self.was_least = (lanes & solved) | (self.was_least & !lanes);
+        solved
+    }
+
+    /// Velocities that positions are moved by beside the new ones, where feet are too deep. Where there are any.
+    #[inline(always)]
+    pub(super) fn correct_positions(&mut self, lanes: Mask<S>) -> Mask<S> {
+        let zero = self.hardness.same(0.0);
+        let Self { feet, velocities, split, .. } = self;
+        let mut corrected = zero.lt(zero);
+        for foot in &*feet {
+            corrected = corrected | (foot.acts & !foot.correction_velocity.is(zero));
+        }
+        let corrected = corrected & lanes;
+        if !corrected.any() {
+            return corrected;
+        }
+        split.fill(zero);
+        for _ in 0..CORRECTION_SWEEPS {
+            for foot in &mut *feet {
+                let velocity = foot.velocities(split)[0];
+                let left = (foot.correction_velocity - velocity) / foot.effect[0];
+                let impulse = (foot.split_impulse + left).max(zero);
+                let change = impulse - foot.split_impulse;
+                let moves = foot.acts & corrected & !change.is(zero);
+                foot.split_impulse = moves.select(impulse, foot.split_impulse);
+                foot.apply_impulse([change, zero, zero], moves, split);
+            }
+        }
+        let mut largest = zero;
+        for velocity in &*split {
+            largest = largest.max(velocity.abs());
+        }
+        let most = zero.same(MAX_SPLIT_VELOCITY);
+        let scale = most.lt(largest).select(most / largest, zero.same(1.0));
+        for (velocity, split) in velocities.iter_mut().zip(&*split) {
+            *velocity = corrected.select(*velocity + scale * *split, *velocity);
+        }
+        corrected
+    }
+}
+
+impl<S: Simd> LaneRobot<S> {
+    /// Finds the impulses of feet in some lanes, and their new velocities. Where that is done as the one-robot step does it.
+    #[inline(always)]
+    pub(super) fn solve_feet(&mut self, lanes: Mask<S>, is_first: bool) -> Mask<S> {
+        self.measure_feet();
+        let is_regular = self.write_implicit_inertia();
+        let (first, offset) = (self.first, self.tree.root_velocities());
+        let FootSolver { velocities, before, .. } = &mut self.feet.solver;
+        if first > 0 {
+            velocities[..offset].copy_from_slice(&self.root_new);
+            before[..offset].copy_from_slice(&self.root.half_velocities);
+        }
+        for (i, (at, state)) in self.bodies[first..].iter().zip(&self.states[first..]).enumerate() {
+            velocities[offset + i] = at.new_velocity;
+            before[offset + i] = state.half_velocity;
+        }
+        if is_first {
+            self.feet.solver.was_least = self.were_least();
+            self.feet.solver.aim(self.stepping.h);
+        }
+        self.feet.solver.start(lanes);
+        let solved = self.feet.solver.find_impulses(lanes, is_regular);
+        let velocities = &self.feet.solver.velocities;
+        if first > 0 {
+            for (new, velocity) in self.root_new.iter_mut().zip(velocities) {
+                *new = lanes.select(*velocity, *new);
+            }
+        }
+        for (at, velocity) in self.bodies[first..].iter_mut().zip(&velocities[offset..]) {
+            at.new_velocity = lanes.select(*velocity, at.new_velocity);
+        }
+        solved
+    }
+
+    /// Says which velocities move positions, once the new ones are found. Where contacts have acted on a copy that touches.
+    #[inline(always)]
+    pub(super) fn set_ways(&mut self, touching: Mask<S>) -> Mask<S> {
+        let zero = self.is_taken.same(0.0);
+        let (first, offset) = (self.first, self.tree.root_velocities());
+        self.root_way = self.root_new;
+        for at in &mut self.bodies {
+            at.way = at.new_velocity;
+        }
+        let mut touched = zero.lt(zero);
+        if !touching.any() {
+            return touched;
+        }
+        for foot in &self.feet.solver.feet {
+            touched = touched | foot.has_impulse();
+        }
+        let velocities = &mut self.feet.solver.velocities;
+        if first > 0 {
+            velocities[..offset].copy_from_slice(&self.root_new);
+        }
+        for (velocity, at) in velocities[offset..].iter_mut().zip(&self.bodies[first..]) {
+            *velocity = at.new_velocity;
+        }
+        let corrected = self.feet.solver.correct_positions(touching);
+        let velocities = &self.feet.solver.velocities;
+        if first > 0 {
+            self.root_way.copy_from_slice(&velocities[..offset]);
+        }
+        for (at, velocity) in self.bodies[first..].iter_mut().zip(&velocities[offset..]) {
+            at.way = *velocity;
+        }
+        (touched | corrected) & touching
+    }
+}

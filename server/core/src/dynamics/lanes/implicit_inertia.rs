@@ -1,0 +1,108 @@
+//! The inertia that impulses of a step work against, of all copies: what
+//! [`implicit_inertia`](crate::dynamics::implicit_inertia) writes for one.
+
+use glamx::DVec3;
+use pulp::Simd;
+
+use super::number::{Lanes, Mask};
+use super::passes::{along, part_mut};
+use super::robot::LaneRobot;
+use super::vectors::{Rigid, Spatial, Symmetric, Vector};
+
+/// What stands for the inertia of a joint that nothing moves.
+const LOCKED: f64 = 1e30;
+
+/// See [`around`](crate::dynamics::inertia).
+#[inline(always)]
+fn around<S: Simd>(a: Vector<S>, b: Vector<S>) -> Symmetric<S> {
+    let minus_half = a.x.same(-0.5);
+    let dot = a.dot(b);
+    Symmetric {
+        xx: dot + minus_half * (a.x * b.x + a.x * b.x),
+        xy: minus_half * (a.x * b.y + a.y * b.x),
+        xz: minus_half * (a.x * b.z + a.z * b.x),
+        yy: dot + minus_half * (a.y * b.y + a.y * b.y),
+        yz: minus_half * (a.y * b.z + a.z * b.y),
+        zz: dot + minus_half * (a.z * b.z + a.z * b.z),
+    }
+}
+
+impl<S: Simd> Rigid<S> {
+    /// About a point from which this origin is `reach` away.
+    #[inline(always)]
+    fn shifted(self, reach: Vector<S>) -> Self {
+        let Self { mass, first_moment, moment } = self;
+        let moved = around(reach, first_moment) + around(first_moment, reach) + around(reach, reach * mass);
+        Self { mass, first_moment: first_moment + reach * mass, moment: moment + moved }
+    }
+}
+
+impl<S: Simd> LaneRobot<S> {
+    /// Writes it, row by row, on and below the diagonal. Where there is such a matrix.
+    #[inline(always)]
+    pub(super) fn write_implicit_inertia(&mut self) -> Mask<S> {
+        let (first, n) = (self.first, self.bodies.len());
+        for at in &mut self.bodies {
+            at.composite = at.inertia.turned(at.rotation);
+        }
+        for i in (0..n).rev() {
+            let Some(parent) = self.tree.bodies[i].parent else { continue };
+            let lifted = self.bodies[i].composite.shifted(self.bodies[i].reach);
+            let above = &mut self.bodies[parent].composite;
+            above.mass += lifted.mass;
+            above.first_moment = above.first_moment + lifted.first_moment;
+            above.moment = above.moment + lifted.moment;
+        }
+        let zero = self.is_taken.same(0.0);
+        let still = Vector { x: zero, y: zero, z: zero };
+        if first > 0 {
+            let rotation = self.root.rotation();
+            let own_from_parent = super::free::Quaternion { vector: -rotation.vector, w: rotation.w };
+            let at = self.bodies[0].rotation;
+            for (k, axis) in [DVec3::X, DVec3::Y, DVec3::Z].into_iter().enumerate() {
+                let axis = Vector::splat(self.simd, axis);
+                let linear = Spatial { angular: still, linear: at.times(own_from_parent.times(axis)) };
+                let angular = Spatial { angular: at.times(axis), linear: still };
+                for (row, column) in [(k, linear), (k + 3, angular)] {
+                    let force = self.bodies[0].composite.times(column);
+                    self.write_root_columns(row, row + 1, force);
+                }
+            }
+        }
+        let offset = self.tree.root_velocities();
+        for i in first..n {
+            let joint_type = self.tree.bodies[i].joint_type;
+            let at = &self.bodies[i];
+            let mut column = Spatial { angular: still, linear: still };
+            *part_mut(joint_type, &mut column) = at.rotation.z;
+            let row = offset + i - first;
+            let mut force = at.composite.times(column);
+            let size = self.feet.solver.velocities.len();
+            let mut next = Some(i);
+            while let Some(j) = next.filter(|j| *j >= first) {
+                let (joint_type, at) = (self.tree.bodies[j].joint_type, &self.bodies[j]);
+                self.feet.solver.inertia[row * size + offset + j - first] =
+                    along(joint_type, force, at.rotation.z);
+                force = force.force_from(at.reach);
+                next = self.tree.bodies[j].parent;
+            }
+            if first > 0 {
+                self.write_root_columns(row, 6, force);
+            }
+            let at = &self.bodies[i];
+            let own = zero.same(1.0) / at.inverse_d - along(joint_type, at.column, at.rotation.z);
+            let added = zero.lt(at.inverse_d).select(own, zero.same(LOCKED));
+            self.feet.solver.inertia[row * (size + 1)] += added;
+        }
+        self.factors.is_regular()
+    }
+
+    /// Writes what a force on the root does to its velocities, of which the first `count` are asked for, into a row.
+    #[inline(always)]
+    fn write_root_columns(&mut self, row: usize, count: usize, force: Spatial<S>) {
+        let (linear, angular) = self.root_velocities(force);
+        let six: [Lanes<S>; 6] = [linear.x, linear.y, linear.z, angular.x, angular.y, angular.z];
+        let size = self.feet.solver.velocities.len();
+        self.feet.solver.inertia[row * size..row * size + count].copy_from_slice(&six[..count]);
+    }
+}

@@ -1,0 +1,169 @@
+//! Copies of a quadruped on a plane: what feet touch is part of steps in lanes.
+
+use std::time::Instant;
+
+use super::lanes::{alone, assert_equal, in_all_widths};
+use super::*;
+use crate::dynamics::Integrator;
+use crate::rollout::draw::uniform;
+
+/// Hip, upper and lower joint of a leg as it stands, rad.
+const STANDS: [f64; 3] = [0.0, 0.67, -1.3];
+
+/// Joints of all legs.
+const JOINTS: usize = 12;
+
+/// A trunk of 6 kg and four legs of three joints, each with a foot that is a ball; an A1 in its lengths and masses.
+fn quadruped(friction: f64) -> RobotModel {
+    let shape = |size: DVec3| Some(Geometry::Box { size });
+    let mut links = vec![link("trunk", 6.0, DVec3::ZERO, shape(DVec3::new(0.267, 0.194, 0.114)))];
+    let mut joints = Vec::new();
+    for (leg, x, y) in [("fr", 0.18, -0.05), ("fl", 0.18, 0.05), ("rr", -0.18, -0.05), ("rl", -0.18, 0.05)] {
+        let first = links.len();
+        let middle = DVec3::Z * -0.1;
+        links.push(link(&format!("{leg}_hip"), 0.7, DVec3::ZERO, shape(DVec3::splat(0.06))));
+        links.push(link(&format!("{leg}_upper"), 1.0, middle, shape(DVec3::new(0.0245, 0.034, 0.2))));
+        let mut lower = link(&format!("{leg}_lower"), 0.2, middle, shape(DVec3::new(0.016, 0.016, 0.2)));
+        let mut foot = lower.collisions[0].clone();
+        foot.link_from_shape = DPose3::from_translation(DVec3::Z * -0.2);
+        foot.geometry = Geometry::Sphere { radius: 0.02 };
+        lower.collisions.push(foot);
+        links.push(lower);
+        for (part, child, parent, at, axis, [low, high], effort) in [
+            ("hip", first, 0, DVec3::new(x, y, 0.0), DVec3::X, [-0.8, 0.8], 20.0),
+            ("upper", first + 1, first, DVec3::Y * y.signum() * 0.08, DVec3::Y, [-1.0, 4.1], 55.0),
+            ("lower", first + 2, first + 1, DVec3::Z * -0.2, DVec3::Y, [-2.6, -0.9], 55.0),
+        ] {
+            joints.push(Joint {
+                name: format!("{leg}_{part}"),
+                kind: JointKind::Revolute,
+                parent,
+                child,
+                parent_from_joint: DPose3::from_translation(at),
+                axis,
+                limits: JointLimits {
+                    lower: Some(low),
+                    upper: Some(high),
+                    effort: Some(effort),
+                    velocity: Some(30.0),
+                },
+                damping: 0.0,
+                friction,
+                mimic: None,
+            });
+        }
+    }
+    RobotModel { name: "quadruped".into(), links, joints, ..RobotModel::default() }
+}
+
+/// The quadruped above a plane, that many metres with its legs as they stand; the plane comes first or last.
+fn world_on_plane(
+    model: RobotModel,
+    height: f64,
+    plane_first: bool,
+    integrator: Integrator,
+    substeps: u32,
+) -> Simulation {
+    let settings = PhysicsSettings { integrator, substeps, ..PhysicsSettings::default() };
+    let mut world = Simulation::new(settings, WorldLimits::default());
+    let positions: Vec<(String, f64)> = model
+        .joints
+        .iter()
+        .enumerate()
+        .map(|(index, joint)| (joint.name.clone(), STANDS[index % 3]))
+        .collect();
+    let Command::Spawn(mut robot) = spawn("quadruped", model, false, DVec3::Z * height) else {
+        unreachable!()
+    };
+    robot.joint_positions = positions;
+    let plane = spawn("plane", one_link("plane", Geometry::Plane { normal: DVec3::Z }), true, DVec3::ZERO);
+    let mut commands = [Command::Spawn(robot), plane];
+    if plane_first {
+        commands.reverse();
+    }
+    for command in &commands {
+        world.apply(command).unwrap();
+    }
+    world
+}
+
+/// The same after some steps.
+fn standing(steps: usize, plane_first: bool) -> Simulation {
+    let mut world = world_on_plane(quadruped(0.0), 0.34, plane_first, Integrator::Leapfrog, 1);
+    (0..steps).for_each(|_| world.step());
+    world
+}
+
+/// Targets of so many knots that differ from how it stands by a part of `sizes`, for hip, upper and lower joints.
+fn targets(copies: usize, knots: usize, sizes: [f64; 3]) -> Vec<f64> {
+    let noise = |index: usize| (0..12).map(|k| uniform([3, index as u64, k, 0], -0.5, 0.5)).sum::<f64>();
+    (0..copies * knots * JOINTS).map(|index| STANDS[index % 3] + sizes[index % 3] * noise(index)).collect()
+}
+
+fn drive(copies: usize, steps: u64, every: u64, sizes: [f64; 3]) -> RolloutRequest {
+    let knots = steps.div_ceil(every) as usize;
+    let values = targets(copies, knots, sizes);
+    RolloutRequest {
+        controls: vec![Control {
+            robot: "quadruped".into(),
+            stiffness: vec![80.0; JOINTS],
+            damping: vec![2.0; JOINTS],
+            ..control(ControlMode::Position, values, knots, every)
+        }],
+        quantities: vec![
+            Quantity::JointPositions(named("quadruped")),
+            Quantity::JointVelocities(named("quadruped")),
+            Quantity::JointEfforts(named("quadruped")),
+            Quantity::RootPose("quadruped".into()),
+            Quantity::RootTwist("quadruped".into()),
+            Quantity::ContactCount("quadruped".into()),
+            Quantity::ContactForce(named("quadruped")),
+        ],
+        ..all_of_it(copies, steps)
+    }
+}
+
+/// The part of the steps that were done in lanes.
+fn part_in_lanes(found: &BatchResult) -> f64 {
+    found.lane_steps as f64 / found.steps_done.iter().sum::<u64>() as f64
+}
+
+fn assert_as_alone(world: &Simulation, request: RolloutRequest, part: f64, what: &str) {
+    let copies = request.copies;
+    let rollout = Rollout::new(world.to_saved(), request, ROOM).unwrap();
+    assert!(rollout.has_lanes, "{what}");
+    let expected = alone(&rollout, 0..copies);
+    for (width, found) in in_all_widths(&rollout, 0..copies) {
+        let what = format!("{what}, {width} lanes");
+        println!("{what}: {}", part_in_lanes(&found));
+        assert_equal(&found, &expected, &what);
+        assert!(part_in_lanes(&found) >= part, "{what}: {}", part_in_lanes(&found));
+    }
+}
+
+#[test]
+fn a_quadruped_that_stands_has_the_bits_of_the_world() {
+    for plane_first in [true, false] {
+        let world = standing(300, plane_first);
+        assert_as_alone(&world, drive(8, 200, 50, [0.02; 3]), 0.9, "standing");
+    }
+}
+
+#[test]
+#[ignore = "measures"]
+fn how_long_steps_take() {
+    let world = standing(300, true);
+    let mut request = drive(8, 2000, 50, [0.02; 3]);
+    request.record_every = 0;
+    let rollout = Rollout::new(world.to_saved(), request, ROOM).unwrap();
+    for _ in 0..3 {
+        let mut worker = rollout.worker();
+        let begin = Instant::now();
+        let found = rollout.advance(&mut worker, 0, &|| false).unwrap();
+        let lanes = begin.elapsed().as_secs_f64() / 16e3 * 1e6;
+        let begin = Instant::now();
+        alone(&rollout, 0..8);
+        let alone = begin.elapsed().as_secs_f64() / 16e3 * 1e6;
+        println!("us a step: {lanes} in lanes, {alone} alone, {} in lanes", part_in_lanes(&found));
+    }
+}
