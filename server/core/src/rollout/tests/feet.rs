@@ -167,3 +167,39 @@ fn how_long_steps_take() {
         println!("us a step: {lanes} in lanes, {alone} alone, {} in lanes", part_in_lanes(&found));
     }
 }
+
+/// Targets far from where it stands, and soon others: feet leave the ground, land and slip.
+#[test]
+fn a_quadruped_that_steps_lands_and_slips_has_the_bits_of_the_world() {
+    let world = standing(300, true);
+    assert_as_alone(&world, drive(8, 300, 60, [0.1, 0.4, 0.4]), 0.5, "stepping");
+    let fallen = world_on_plane(quadruped(0.0), 0.42, false, Integrator::Leapfrog, 1);
+    let mut fallen = fallen;
+    (0..3).for_each(|_| fallen.step());
+    assert_as_alone(&fallen, drive(8, 300, 100, [0.02; 3]), 0.5, "landing");
+    let mut request = drive(8, 300, 40, [0.2, 0.1, 0.1]);
+    request.variations = vec![Variation {
+        of: Varied::SurfaceFriction(named("plane")),
+        values: Values::Uniform { low: 0.05, high: 0.4 },
+    }];
+    assert_as_alone(&world, request, 0.5, "slipping");
+}
+
+/// Parts of steps, and steps of the other kind.
+#[test]
+fn a_quadruped_has_the_bits_of_the_world_by_each_integrator() {
+    for (integrator, substeps) in [(Integrator::Euler, 1), (Integrator::Leapfrog, 2)] {
+        let mut world = world_on_plane(quadruped(0.0), 0.35, true, integrator, substeps);
+        (0..150).for_each(|_| world.step());
+        let what = format!("{integrator:?} of {substeps} parts");
+        assert_as_alone(&world, drive(5, 150, 50, [0.05, 0.1, 0.1]), 0.5, &what);
+    }
+}
+
+/// Rows of joints and contacts are solved together, which lanes do not do.
+#[test]
+fn a_quadruped_with_dry_friction_steps_alone_where_it_touches() {
+    let mut world = world_on_plane(quadruped(0.1), 0.37, true, Integrator::Leapfrog, 1);
+    (0..3).for_each(|_| world.step());
+    assert_as_alone(&world, drive(4, 150, 50, [0.05; 3]), 0.05, "dry friction");
+}
