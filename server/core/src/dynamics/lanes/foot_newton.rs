@@ -177,7 +177,6 @@ impl<S: Simd> FootSolver<S> {
     /// M + J' R^-1 J of the rows, with the weights that they have.
     #[inline(always)]
     fn assemble(&mut self) {
-        let n = self.velocities.len();
         let Self { feet, matrix, inertia, .. } = self;
         matrix.values.copy_from_slice(inertia);
         for foot in &*feet {
@@ -185,9 +184,10 @@ impl<S: Simd> FootSolver<S> {
             for (count, (row, (i, _))) in foot.jacobian.iter().zip(&foot.columns).enumerate() {
                 let [a, b, c] = *row;
                 let factors = [a * normal, b * tt + c * tu, b * tu + c * uu];
-                let target = &mut matrix.values[i * n..(i + 1) * n];
-                for (column, (j, _)) in foot.jacobian[..=count].iter().zip(&foot.columns) {
-                    target[*j] += column[0] * factors[0] + column[1] * factors[1] + column[2] * factors[2];
+                // Columns before it are those of its ancestors.
+                let target = &mut matrix.values[matrix.rows[*i].at..][..=count];
+                for (target, column) in target.iter_mut().zip(&foot.jacobian[..=count]) {
+                    *target += column[0] * factors[0] + column[1] * factors[1] + column[2] * factors[2];
                 }
             }
         }

@@ -7,6 +7,7 @@
 use glamx::{DMat3, DQuat, DVec3};
 use pulp::Simd;
 
+use super::foot_solver::FootSolver;
 use super::number::{Lanes, Mask};
 use super::passes::{along, part_mut};
 use super::robot::LaneRobot;
@@ -263,84 +264,107 @@ impl<S: Simd> LaneRobot<S> {
         for index in 0..self.feet.pairs.len() {
             let body = self.feet.pairs[index].body;
             let foot = &self.feet.solver.feet[index];
-            let (arm, directions) = (foot.arm, foot.directions);
-            for k in 0..3 {
-                let wrench = Spatial { angular: arm.cross(directions[k]), linear: directions[k] };
-                self.project_wrench(wrench, body, (index, k));
-                self.respond_to_wrench(wrench, body, (index, k));
-            }
+            let (arm, [n, t, u]) = (foot.arm, foot.directions);
+            let wrenches = [
+                Spatial { angular: arm.cross(n), linear: n },
+                Spatial { angular: arm.cross(t), linear: t },
+                Spatial { angular: arm.cross(u), linear: u },
+            ];
+            self.project_wrenches(wrenches, body, index);
+            self.respond_to_wrenches(wrenches, body, index);
             self.feet.solver.feet[index].measure();
         }
     }
 
-    /// Writes a row of J: what a wrench on a body does to each velocity's own momentum. Columns come from the root on.
+    /// Writes J: what wrenches on a body do to each velocity's own momentum. Columns come from the root on.
     #[inline(always)]
-    fn project_wrench(&mut self, wrench: Spatial<S>, body: usize, (index, k): (usize, usize)) {
+    fn project_wrenches(&mut self, wrenches: [Spatial<S>; 3], body: usize, index: usize) {
         let zero = self.is_taken.same(0.0);
-        let root = self.tree.root_velocities();
-        let (mut force, mut next) = (wrench, Some(body));
+        let (mut forces, mut next) = (wrenches, Some(body));
         let foot = &mut self.feet.solver.feet[index];
         let mut column = foot.columns.len();
         while let Some(i) = next.filter(|i| *i >= self.first) {
             let (joint_type, at) = (self.tree.bodies[i].joint_type, &self.bodies[i]);
             column -= 1;
-            foot.jacobian[column][k] = zero + along(joint_type, force, at.rotation.z);
-            force = force.force_from(at.reach);
+            for k in 0..3 {
+                foot.jacobian[column][k] = zero + along(joint_type, forces[k], at.rotation.z);
+                forces[k] = forces[k].force_from(at.reach);
+            }
             next = self.tree.bodies[i].parent;
         }
-        if root == 0 {
+        if self.first == 0 {
             return;
         }
         let own_from_base = self.bodies[0].rotation.transpose();
         let parent_from_base = self.root.rotation().matrix().after(own_from_base);
-        let linear = parent_from_base.times(force.linear);
-        let angular = own_from_base.times(force.angular);
-        let six = [linear.x, linear.y, linear.z, angular.x, angular.y, angular.z];
-        for (j, own) in foot.jacobian.iter_mut().zip(six) {
-            j[k] = zero + own;
+        for k in 0..3 {
+            let linear = parent_from_base.times(forces[k].linear);
+            let angular = own_from_base.times(forces[k].angular);
+            let six = [linear.x, linear.y, linear.z, angular.x, angular.y, angular.z];
+            for (j, own) in foot.jacobian.iter_mut().zip(six) {
+                j[k] = zero + own;
+            }
         }
     }
 
-    /// Writes a row of M^-1 J': what a wrench on a body does to all velocities.
+    /// Writes M^-1 J': what wrenches on a body do to all velocities.
     #[inline(always)]
-    fn respond_to_wrench(&mut self, wrench: Spatial<S>, body: usize, (index, k): (usize, usize)) {
+    fn respond_to_wrenches(&mut self, wrenches: [Spatial<S>; 3], body: usize, index: usize) {
         let zero = self.is_taken.same(0.0);
         let still = Vector { x: zero, y: zero, z: zero };
         let none = Spatial { angular: still, linear: still };
         let (first, n) = (self.first, self.bodies.len());
         let offset = self.tree.root_velocities();
-        for at in &mut self.bodies {
-            at.impulse = zero;
+        let FootSolver { feet, deltas, .. } = &mut self.feet.solver;
+        let responses = &mut feet[index].responses;
+        for response in &mut responses[offset..] {
+            *response = [zero; 3];
         }
-        let (mut next, mut p) = (Some(body), -wrench);
+        // Until the forward pass, what impulses leave at each joint.
+        let (mut next, mut p) = (Some(body), wrenches);
+        for p in &mut p {
+            *p = -*p;
+        }
         while let Some(i) = next.filter(|i| *i >= first) {
             let (joint_type, parent) = (self.tree.bodies[i].joint_type, self.tree.bodies[i].parent);
-            let at = &mut self.bodies[i];
-            at.impulse = zero - along(joint_type, p, at.rotation.z);
-            p = (p + at.column * (at.inverse_d * at.impulse)).force_from(at.reach);
+            let at = &self.bodies[i];
+            for k in 0..3 {
+                let impulse = zero - along(joint_type, p[k], at.rotation.z);
+                responses[offset + i - first][k] = impulse;
+                p[k] = (p[k] + at.column * (at.inverse_d * impulse)).force_from(at.reach);
+            }
             next = parent;
         }
         if first > 0 {
-            let delta = self.factors.solve(-p);
-            self.bodies[0].delta = delta;
+            let own_from_base = self.bodies[0].rotation.transpose();
             let carried = none.motion_at(self.bodies[0].reach);
-            let (linear, angular) = self.root_velocities(delta - carried);
-            let six = [linear.x, linear.y, linear.z, angular.x, angular.y, angular.z];
-            let responses = &mut self.feet.solver.feet[index].responses;
-            for (response, own) in responses.iter_mut().zip(six) {
-                response[k] = zero + own;
+            let rotation = self.root.rotation();
+            for k in 0..3 {
+                let delta = self.factors.solve(-p[k]);
+                deltas[0][k] = delta;
+                let motion = delta - carried;
+                // As the root's velocities are kept; see `root_velocities`.
+                let linear = rotation.times(own_from_base.times(motion.linear));
+                let angular = own_from_base.times(motion.angular);
+                let six = [linear.x, linear.y, linear.z, angular.x, angular.y, angular.z];
+                for (response, own) in responses.iter_mut().zip(six) {
+                    response[k] = zero + own;
+                }
             }
         }
         for i in first..n {
             let (joint_type, parent) = (self.tree.bodies[i].joint_type, self.tree.bodies[i].parent);
-            let above = parent.map_or(none, |parent| self.bodies[parent].delta);
-            let at = &mut self.bodies[i];
-            let mut delta = above.motion_at(at.reach);
-            let change = at.inverse_d * (at.impulse - delta.dot(at.column));
-            let part = part_mut(joint_type, &mut delta);
-            *part = *part + at.rotation.z * change;
-            at.delta = delta;
-            self.feet.solver.feet[index].responses[offset + i - first][k] = zero + change;
+            let above = parent.map_or([none; 3], |parent| deltas[parent]);
+            let at = &self.bodies[i];
+            for k in 0..3 {
+                let mut delta = above[k].motion_at(at.reach);
+                let response = &mut responses[offset + i - first][k];
+                let change = at.inverse_d * (*response - delta.dot(at.column));
+                let part = part_mut(joint_type, &mut delta);
+                *part = *part + at.rotation.z * change;
+                deltas[i][k] = delta;
+                *response = zero + change;
+            }
         }
     }
 }

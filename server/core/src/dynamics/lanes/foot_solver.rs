@@ -7,6 +7,7 @@ use super::foot_rows::Foot;
 use super::number::{Lanes, Mask};
 use super::robot::LaneRobot;
 use super::tree_cholesky::TreeCholesky;
+use super::vectors::{Spatial, Vector};
 use crate::dynamics::constraint::direct::Anderson;
 use crate::dynamics::island::{CORRECTION_SWEEPS, MAX_SPLIT_VELOCITY, UNCHANGED};
 use crate::dynamics::tree::Tree;
@@ -20,8 +21,10 @@ pub(super) struct FootSolver<S: Simd> {
     before: Vec<Lanes<S>>,
     pub(super) free: Vec<Lanes<S>>,
     split: Vec<Lanes<S>>,
-    /// What impulses work against, row by row.
+    /// What impulses work against, as the matrix has it.
     pub(super) inertia: Vec<Lanes<S>>,
+    /// Of each body, what three impulses on another one change its velocity by.
+    pub(super) deltas: Vec<[Spatial<S>; 3]>,
     pub(super) matrix: TreeCholesky<S>,
     /// See [`Direct`](crate::dynamics::constraint::direct::Direct).
     pub(super) momentum: Vec<Lanes<S>>,
@@ -43,7 +46,8 @@ impl<S: Simd> FootSolver<S> {
             before: vec![zero; n],
             free: vec![zero; n],
             split: vec![zero; n],
-            inertia: vec![zero; n * n],
+            inertia: Vec::new(),
+            deltas: Vec::new(),
             matrix: TreeCholesky::new(zero, n),
             momentum: vec![zero; n],
             force: vec![zero; n],
@@ -56,7 +60,10 @@ impl<S: Simd> FootSolver<S> {
 
     /// Takes the tree of the robot.
     pub(super) fn set_tree(&mut self, tree: &Tree) {
-        self.matrix.set_tree(tree);
+        let count = self.matrix.set_tree(self.hardness, tree);
+        self.inertia = vec![self.hardness; count];
+        let still = Vector { x: self.hardness, y: self.hardness, z: self.hardness };
+        self.deltas = vec![[Spatial { angular: still, linear: still }; 3]; tree.bodies.len()];
     }
 
     /// Takes feet, with the columns of each.
@@ -69,7 +76,11 @@ impl<S: Simd> FootSolver<S> {
     /// Bytes on the heap.
     pub(super) fn bytes(&self) -> usize {
         let of_feet: usize = self.feet.iter().map(|foot| size_of::<Foot<S>>() + foot.bytes()).sum();
-        of_feet + 7 * size_of_val(&self.velocities[..]) + size_of_val(&self.inertia[..]) + self.matrix.bytes()
+        of_feet
+            + 7 * size_of_val(&self.velocities[..])
+            + size_of_val(&self.inertia[..])
+            + size_of_val(&self.deltas[..])
+            + self.matrix.bytes()
     }
 
     /// Where anything touches or is about to.

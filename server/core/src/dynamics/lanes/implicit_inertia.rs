@@ -4,6 +4,7 @@
 use glamx::DVec3;
 use pulp::Simd;
 
+use super::foot_solver::FootSolver;
 use super::number::{Lanes, Mask};
 use super::passes::{along, part_mut};
 use super::robot::LaneRobot;
@@ -38,7 +39,7 @@ impl<S: Simd> Rigid<S> {
 }
 
 impl<S: Simd> LaneRobot<S> {
-    /// Writes it, row by row, on and below the diagonal. Where there is such a matrix.
+    /// Writes it, as [`TreeCholesky`](super::tree_cholesky::TreeCholesky) has it. Where there is such a matrix.
     #[inline(always)]
     pub(super) fn write_implicit_inertia(&mut self) -> Mask<S> {
         let (first, n) = (self.first, self.bodies.len());
@@ -77,12 +78,15 @@ impl<S: Simd> LaneRobot<S> {
             *part_mut(joint_type, &mut column) = at.rotation.z;
             let row = offset + i - first;
             let mut force = at.composite.times(column);
-            let size = self.feet.solver.velocities.len();
-            let mut next = Some(i);
+            let diagonal = {
+                let row = &self.feet.solver.matrix.rows[row];
+                row.at + row.ancestors.len()
+            };
+            let (mut next, mut place) = (Some(i), diagonal + 1);
             while let Some(j) = next.filter(|j| *j >= first) {
                 let (joint_type, at) = (self.tree.bodies[j].joint_type, &self.bodies[j]);
-                self.feet.solver.inertia[row * size + offset + j - first] =
-                    along(joint_type, force, at.rotation.z);
+                place -= 1;
+                self.feet.solver.inertia[place] = along(joint_type, force, at.rotation.z);
                 force = force.force_from(at.reach);
                 next = self.tree.bodies[j].parent;
             }
@@ -92,7 +96,7 @@ impl<S: Simd> LaneRobot<S> {
             let at = &self.bodies[i];
             let own = zero.same(1.0) / at.inverse_d - along(joint_type, at.column, at.rotation.z);
             let added = zero.lt(at.inverse_d).select(own, zero.same(LOCKED));
-            self.feet.solver.inertia[row * (size + 1)] += added;
+            self.feet.solver.inertia[diagonal] += added;
         }
         self.factors.is_regular()
     }
@@ -102,7 +106,7 @@ impl<S: Simd> LaneRobot<S> {
     fn write_root_columns(&mut self, row: usize, count: usize, force: Spatial<S>) {
         let (linear, angular) = self.root_velocities(force);
         let six: [Lanes<S>; 6] = [linear.x, linear.y, linear.z, angular.x, angular.y, angular.z];
-        let size = self.feet.solver.velocities.len();
-        self.feet.solver.inertia[row * size..row * size + count].copy_from_slice(&six[..count]);
+        let FootSolver { inertia, matrix, .. } = &mut self.feet.solver;
+        inertia[matrix.rows[row].at..][..count].copy_from_slice(&six[..count]);
     }
 }

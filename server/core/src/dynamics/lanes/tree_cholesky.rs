@@ -9,75 +9,94 @@ use crate::dynamics::tree::Tree;
 /// The matrix, then its factors.
 #[derive(Debug)]
 pub(super) struct TreeCholesky<S: Simd> {
-    /// Row by row, on and below the diagonal, of which only columns of ancestors are read.
+    /// Row by row: of each the columns of its ancestors, from the root on, then the diagonal. Nothing else is read of the matrix, and so
+    /// few numbers stay near the processor.
     pub(super) values: Vec<Lanes<S>>,
     inverse_diagonal: Vec<Lanes<S>>,
-    /// Of each row, its ancestors in runs, from its parent on.
-    runs: Vec<Vec<(usize, usize)>>,
-    /// The same one by one, upwards.
-    ancestors: Vec<Vec<usize>>,
+    pub(super) rows: Vec<TreeRow>,
+}
+
+/// A row of the matrix.
+#[derive(Clone, Debug, Default)]
+pub(super) struct TreeRow {
+    /// Where its values begin.
+    pub(super) at: usize,
+    /// From the root on.
+    pub(super) ancestors: Vec<usize>,
+    /// The same in runs, from its parent on: the first one, how many, and where they are among its values.
+    runs: Vec<(usize, usize, usize)>,
 }
 
 impl<S: Simd> TreeCholesky<S> {
-    /// One of so many rows.
+    /// One of so many rows, whose tree is to be [set](Self::set_tree).
     pub(super) fn new(zero: Lanes<S>, size: usize) -> Self {
-        Self {
-            values: vec![zero; size * size],
-            inverse_diagonal: vec![zero; size],
-            runs: vec![Vec::new(); size],
-            ancestors: vec![Vec::new(); size],
-        }
+        Self { values: Vec::new(), inverse_diagonal: vec![zero; size], rows: Vec::new() }
     }
 
-    /// Takes the tree.
-    pub(super) fn set_tree(&mut self, tree: &Tree) {
+    /// Takes the tree. How many values there are.
+    pub(super) fn set_tree(&mut self, zero: Lanes<S>, tree: &Tree) -> usize {
         let parents: Vec<Option<usize>> = tree.velocity_parents().collect();
         let mut heads: Vec<usize> = Vec::new();
         for (row, parent) in parents.iter().enumerate() {
             let follows = row > 0 && *parent == Some(row - 1);
             heads.push(if follows { heads[row - 1] } else { row });
         }
-        for (row, (runs, ancestors)) in self.runs.iter_mut().zip(&mut self.ancestors).enumerate() {
-            runs.clear();
-            let mut next = parents[row];
-            while let Some(end) = next {
-                runs.push((heads[end], end + 1));
-                next = parents[heads[end]];
+        let mut at = 0;
+        self.rows.clear();
+        for parent in &parents {
+            let (mut runs, mut next) = (Vec::new(), *parent);
+            while let Some(last) = next {
+                runs.push((heads[last], last + 1 - heads[last], 0));
+                next = parents[heads[last]];
             }
-            *ancestors = runs.iter().rev().flat_map(|(first, end)| *first..*end).collect();
+            let mut ancestors = Vec::new();
+            for (first, count, place) in runs.iter_mut().rev() {
+                *place = ancestors.len();
+                ancestors.extend(*first..*first + *count);
+            }
+            let end = at + ancestors.len() + 1;
+            self.rows.push(TreeRow { at, ancestors, runs });
+            at = end;
         }
+        self.values = vec![zero; at];
+        at
     }
 
     /// Bytes on the heap.
     pub(super) fn bytes(&self) -> usize {
-        let lists = self.ancestors.iter().map(|own| size_of_val(&own[..])).sum::<usize>();
-        size_of_val(&self.values[..]) + size_of_val(&self.inverse_diagonal[..]) + 3 * lists
+        let of_row = |row: &TreeRow| {
+            size_of::<TreeRow>() + size_of_val(&row.ancestors[..]) + size_of_val(&row.runs[..])
+        };
+        size_of_val(&self.values[..])
+            + size_of_val(&self.inverse_diagonal[..])
+            + self.rows.iter().map(of_row).sum::<usize>()
     }
 
     /// Replaces the matrix by its factors. Where it is positive definite.
     #[inline(always)]
     pub(super) fn factorise(&mut self) -> Mask<S> {
-        let n = self.inverse_diagonal.len();
-        let zero = self.values[0].same(0.0);
+        let Self { values, inverse_diagonal, rows } = self;
+        let zero = values[0].same(0.0);
         let (one, infinity) = (zero.same(1.0), zero.same(f64::INFINITY));
         let mut is_definite = zero.lt(one);
-        for k in (0..n).rev() {
-            let (above, row) = self.values.split_at_mut(k * n);
-            let row = &mut row[..n];
-            let diagonal = row[k];
+        for (TreeRow { at, ancestors, .. }, slot) in rows.iter().zip(inverse_diagonal).rev() {
+            let (above, row) = values.split_at_mut(*at);
+            let row = &mut row[..=ancestors.len()];
+            let diagonal = row[ancestors.len()];
             is_definite = is_definite & zero.lt(diagonal) & diagonal.lt(infinity);
             let inverse = one / diagonal;
-            self.inverse_diagonal[k] = inverse;
-            let ancestors = &self.ancestors[k][..];
-            for (count, &i) in ancestors.iter().enumerate() {
-                let l = row[i] * inverse;
-                let target = &mut above[i * n..(i + 1) * n];
-                for &j in &ancestors[..=count] {
-                    target[j] -= l * row[j];
+            *slot = inverse;
+            // The ancestors of an ancestor are those before it.
+            for (count, i) in ancestors.iter().enumerate() {
+                let l = row[count] * inverse;
+                let first = rows[*i].at;
+                let target = &mut above[first..=first + count];
+                for (target, value) in target.iter_mut().zip(&row[..=count]) {
+                    *target -= l * *value;
                 }
             }
-            for &i in ancestors {
-                row[i] = row[i] * inverse;
+            for value in &mut row[..ancestors.len()] {
+                *value = *value * inverse;
             }
         }
         is_definite
@@ -86,20 +105,19 @@ impl<S: Simd> TreeCholesky<S> {
     /// Replaces `x` by the solution.
     #[inline(always)]
     pub(super) fn solve(&self, x: &mut [Lanes<S>]) {
-        let n = self.inverse_diagonal.len();
-        for k in (0..n).rev() {
-            let (value, row) = (x[k], &self.values[k * n..(k + 1) * n]);
-            for &i in &self.ancestors[k] {
-                x[i] -= value * row[i];
+        for (k, TreeRow { at, ancestors, .. }) in self.rows.iter().enumerate().rev() {
+            let (value, row) = (x[k], &self.values[*at..*at + ancestors.len()]);
+            for (i, l) in ancestors.iter().zip(row) {
+                x[*i] -= value * *l;
             }
         }
         for (x, inverse) in x.iter_mut().zip(&self.inverse_diagonal) {
             *x = *x * *inverse;
         }
-        for k in 0..n {
-            let row = &self.values[k * n..(k + 1) * n];
-            for &(first, end) in &self.runs[k] {
-                let sum = dot(&row[first..end], &x[first..end]);
+        for (k, TreeRow { at, runs, .. }) in self.rows.iter().enumerate() {
+            for &(first, count, place) in runs {
+                let row = &self.values[*at + place..][..count];
+                let sum = dot(row, &x[first..first + count]);
                 x[k] -= sum;
             }
         }
