@@ -23,7 +23,7 @@ use super::constraint::link_rows::LinkRows;
 use super::constraint::turning::TurningRows;
 use super::scratch::MultiRhs;
 use super::symmetric::Symmetric;
-pub(in crate::dynamics) use impulses::{DIRECT_AT, UNCHANGED};
+pub(in crate::dynamics) use impulses::{DIRECT_AT, MAX_SWEEPS, SETTLED, SETTLED_ROUNDS, UNCHANGED};
 pub use residual::SolverChoice;
 pub(in crate::dynamics) use rows::find_spans;
 use split_velocities::Split;

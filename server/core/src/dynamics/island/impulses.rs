@@ -6,10 +6,10 @@ use crate::dynamics::constraint::contact::Contact;
 use crate::dynamics::constraint::direct::{Outcome, System};
 
 /// Sweeps at the most.
-const MAX_SWEEPS: usize = 50;
+pub(in crate::dynamics) const MAX_SWEEPS: usize = 50;
 
 /// Sweeping ends when no impulse changes its own velocity by more than this, m/s or rad/s.
-pub(super) const SETTLED: f64 = 1e-6;
+pub(in crate::dynamics) const SETTLED: f64 = 1e-6;
 
 /// The same where the impulses are the least ones of the step before: then there is nothing to solve.
 pub(in crate::dynamics) const UNCHANGED: f64 = 1e-13;
@@ -18,7 +18,7 @@ pub(in crate::dynamics) const UNCHANGED: f64 = 1e-13;
 pub(in crate::dynamics) const DIRECT_AT: [(usize, usize); 2] = [(0, 8), (10, 12)];
 
 /// The same where sweeps have settled.
-const SETTLED_ROUNDS: usize = 4;
+pub(in crate::dynamics) const SETTLED_ROUNDS: usize = 4;
 
 impl Island {
     /// Gives the velocities the impulses that are started from.

@@ -9,7 +9,6 @@ use super::number::{Lanes, Mask};
 use crate::dynamics::constraint::direct::{
     EXACT, FLAT, HALVINGS, REFINEMENTS, SLIP_TOLERANCE, SOFTNESS, TOLERANCE,
 };
-use crate::dynamics::island::DIRECT_AT;
 
 /// Impulses of soft rows, and the weights of their derivative.
 type Soft<S> = ([Lanes<S>; 3], [Lanes<S>; 4]);
@@ -62,13 +61,13 @@ impl<S: Simd> Foot<S> {
 }
 
 impl<S: Simd> FootSolver<S> {
-    /// Solves all rows of some lanes, from the impulses and velocities that they have. Where all rows hold.
+    /// Solves all rows of some lanes in at most so many rounds, from the impulses and velocities that they have. Where all rows hold.
     #[inline(always)]
-    pub(super) fn solve_directly(&mut self, lanes: Mask<S>) -> Mask<S> {
+    pub(super) fn solve_directly(&mut self, lanes: Mask<S>, rounds: usize) -> Mask<S> {
         let zero = self.hardness.same(0.0);
         self.begin_rounds();
         let (mut going, mut settled) = (lanes, zero.lt(zero));
-        for round in 0..DIRECT_AT[0].1 {
+        for round in 0..rounds {
             if !going.any() {
                 break;
             }

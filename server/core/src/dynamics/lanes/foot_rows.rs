@@ -46,6 +46,8 @@ pub(super) struct Foot<S: Simd> {
     pub(super) correction_velocity: Lanes<S>,
     pub(super) split_impulse: Lanes<S>,
     pub(super) impulse: [Lanes<S>; 3],
+    /// To go back to.
+    pub(super) kept_impulse: [Lanes<S>; 3],
     /// Where it can move anything.
     pub(super) acts: Mask<S>,
     pub(super) newton: FootNewton<S>,
@@ -104,6 +106,7 @@ impl<S: Simd> Foot<S> {
             correction_velocity: zero,
             split_impulse: zero,
             impulse: [zero; 3],
+            kept_impulse: [zero; 3],
             acts: no,
             newton,
         }

@@ -9,7 +9,9 @@ use super::robot::LaneRobot;
 use super::tree_cholesky::TreeCholesky;
 use super::vectors::{Spatial, Vector};
 use crate::dynamics::constraint::direct::Anderson;
-use crate::dynamics::island::{CORRECTION_SWEEPS, MAX_SPLIT_VELOCITY, UNCHANGED};
+use crate::dynamics::island::{
+    CORRECTION_SWEEPS, DIRECT_AT, MAX_SPLIT_VELOCITY, MAX_SWEEPS, SETTLED, SETTLED_ROUNDS, UNCHANGED,
+};
 use crate::dynamics::tree::Tree;
 
 /// The memory of it.
@@ -21,6 +23,8 @@ pub(super) struct FootSolver<S: Simd> {
     before: Vec<Lanes<S>>,
     pub(super) free: Vec<Lanes<S>>,
     split: Vec<Lanes<S>>,
+    /// Velocities to go back to.
+    kept: Vec<Lanes<S>>,
     /// What impulses work against, as the matrix has it.
     pub(super) inertia: Vec<Lanes<S>>,
     /// Of each body, what three impulses on another one change its velocity by.
@@ -46,6 +50,7 @@ impl<S: Simd> FootSolver<S> {
             before: vec![zero; n],
             free: vec![zero; n],
             split: vec![zero; n],
+            kept: vec![zero; n],
             inertia: Vec::new(),
             deltas: Vec::new(),
             matrix: TreeCholesky::new(zero, n),
@@ -77,7 +82,7 @@ impl<S: Simd> FootSolver<S> {
     pub(super) fn bytes(&self) -> usize {
         let of_feet: usize = self.feet.iter().map(|foot| size_of::<Foot<S>>() + foot.bytes()).sum();
         of_feet
-            + 7 * size_of_val(&self.velocities[..])
+            + 8 * size_of_val(&self.velocities[..])
             + size_of_val(&self.inertia[..])
             + size_of_val(&self.deltas[..])
             + self.matrix.bytes()
@@ -180,22 +185,67 @@ impl<S: Simd> FootSolver<S> {
         largest
     }
 
-    /// Finds the impulses of some lanes. Where they are found.
+    /// Finds the impulses of some lanes: where the least ones of the last step still hold, those; else directly, at once or after some
+    /// sweeps, where the matrix `is_regular`; else by sweeps.
     #[inline(always)]
-    fn find_impulses(&mut self, lanes: Mask<S>, is_regular: Mask<S>) -> Mask<S> {
+    fn find_impulses(&mut self, lanes: Mask<S>, is_regular: Mask<S>) {
         let zero = self.hardness.same(0.0);
         let swept = lanes & self.was_least;
-        let mut settled = zero.lt(zero);
+        let mut least = zero.lt(zero);
         if swept.any() {
-            settled = swept & self.sweep(swept).le(zero.same(UNCHANGED));
+            least = swept & self.sweep(swept).le(zero.same(UNCHANGED));
         }
-        let left = lanes & !settled;
-        let mut solved = settled;
-        if left.any() {
-            solved = solved | self.solve_directly(left & is_regular);
+        let mut open = lanes & !least;
+        let mut settled = zero.lt(zero);
+        for sweep in 0..MAX_SWEEPS {
+            if !open.any() {
+                break;
+            }
+            let mut due = None;
+            for (at, rounds) in DIRECT_AT {
+                due = if at == sweep { Some(rounds) } else { due };
+            }
+            let tried = open & is_regular & if due.is_some() { open } else { settled };
+            if tried.any() {
+                self.keep();
+                let solved = self.solve_directly(tried, due.unwrap_or(SETTLED_ROUNDS));
+                self.go_back(tried & !solved);
+                least = least | solved;
+                open = open & !solved;
+            }
+            open = open & !settled;
+            if !open.any() {
+                break;
+            }
+            settled = self.sweep(open).le(zero.same(SETTLED)) & open;
+            open = open & (is_regular | !settled);
         }
-        self.was_least = (lanes & solved) | (self.was_least & !lanes);
-        solved
+        self.was_least = (lanes & least) | (self.was_least & !lanes);
+    }
+
+    /// Keeps velocities and impulses.
+    #[inline(always)]
+    fn keep(&mut self) {
+        self.kept.copy_from_slice(&self.velocities);
+        for foot in &mut self.feet {
+            foot.kept_impulse = foot.impulse;
+        }
+    }
+
+    /// Goes back to those in some lanes.
+    #[inline(always)]
+    fn go_back(&mut self, lanes: Mask<S>) {
+        if !lanes.any() {
+            return;
+        }
+        for (velocity, kept) in self.velocities.iter_mut().zip(&self.kept) {
+            *velocity = lanes.select(*kept, *velocity);
+        }
+        for foot in &mut self.feet {
+            for (impulse, kept) in foot.impulse.iter_mut().zip(foot.kept_impulse) {
+                *impulse = lanes.select(kept, *impulse);
+            }
+        }
     }
 
     /// Velocities that positions are moved by beside the new ones, where feet are too deep. Where there are any.
@@ -237,9 +287,9 @@ impl<S: Simd> FootSolver<S> {
 }
 
 impl<S: Simd> LaneRobot<S> {
-    /// Finds the impulses of feet in some lanes, and their new velocities. Where that is done as the one-robot step does it.
+    /// Finds the impulses of feet in some lanes, and their new velocities.
     #[inline(always)]
-    pub(super) fn solve_feet(&mut self, lanes: Mask<S>, is_first: bool) -> Mask<S> {
+    pub(super) fn solve_feet(&mut self, lanes: Mask<S>, is_first: bool) {
         self.measure_feet();
         let is_regular = self.write_implicit_inertia();
         let (first, offset) = (self.first, self.tree.root_velocities());
@@ -257,7 +307,7 @@ impl<S: Simd> LaneRobot<S> {
             self.feet.solver.aim(self.stepping.h);
         }
         self.feet.solver.start(lanes);
-        let solved = self.feet.solver.find_impulses(lanes, is_regular);
+        self.feet.solver.find_impulses(lanes, is_regular);
         let velocities = &self.feet.solver.velocities;
         if first > 0 {
             for (new, velocity) in self.root_new.iter_mut().zip(velocities) {
@@ -267,7 +317,6 @@ impl<S: Simd> LaneRobot<S> {
         for (at, velocity) in self.bodies[first..].iter_mut().zip(&velocities[offset..]) {
             at.new_velocity = lanes.select(*velocity, at.new_velocity);
         }
-        solved
     }
 
     /// Says which velocities move positions, once the new ones are found. Where contacts have acted on a copy that touches.

@@ -89,7 +89,7 @@ impl<S: Simd> LaneRobot<S> {
             }
             let meets = going & touching;
             if meets.any() {
-                is_done = is_done & (self.solve_feet(meets, round == 0) | !meets);
+                self.solve_feet(meets, round == 0);
             }
             kinked = kinked | self.keep_rows(going);
             going = self.saturate(going, round == 0);
