@@ -125,7 +125,7 @@ impl Placed {
     }
 
     /// How far around it contacts are looked for, where its body moves so and turns at `spin` rad/s.
-    pub(super) fn look_ahead(&mut self, motion: BodyMotion, spin: f64, slack: f64, h: f64) {
+    fn look_ahead(&mut self, motion: BodyMotion, spin: f64, slack: f64, h: f64) {
         let BodyMotion { pose, linear, angular } = motion;
         let arm = self.world_middle - pose.translation;
         let velocity = linear + angular.cross(arm);
@@ -135,7 +135,7 @@ impl Placed {
     }
 
     /// Its axes in the world: a point is turned by them in half of what it takes by a quaternion.
-    pub(super) fn set_pose(&mut self, frame: &mut Frame, world_from_shape: DPose3) -> DMat3 {
+    fn set_pose(&mut self, frame: &mut Frame, world_from_shape: DPose3) -> DMat3 {
         let axes = DMat3::from_quat(world_from_shape.rotation);
         frame.world_from_shape = world_from_shape;
         self.world_middle = world_from_shape.translation + axes * frame.middle;

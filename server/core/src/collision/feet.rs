@@ -1,38 +1,20 @@
-//! Balls of a robot that touch planes which do not move, one by one: what the narrow phase finds of them, for a copy of the robot of
-//! which no more than how a body moves is known.
-
-use std::fmt;
+//! Which balls of a robot may touch planes that do not move, and what else of it may: for steps in lanes, which find such contacts
+//! themselves.
 
 use glamx::{DMat3, DPose3};
-use rapier3d_f64::parry::shape::ShapeType;
 
 use super::colliders::RobotColliders;
 use super::filter::Filter;
-use super::narrow::NarrowPhase;
-use super::near_facets::NearFacets;
 use crate::dynamics::Tree;
-use crate::dynamics::contact_point::{ContactPoint, Surface, SurfaceCombination};
+use crate::dynamics::contact_point::{Surface, SurfaceCombination};
 use crate::dynamics::kinematics::BodyMotion;
-use crate::dynamics::lanes::{FootPair, FootSearch, Guard, MOST_FEET, can_be_foot};
+use crate::dynamics::lanes::{FootPair, Guard, MOST_FEET, can_be_foot};
 
 /// The feet of a robot, planes that they may touch, and what else of it may touch those.
+#[derive(Debug)]
 pub struct RobotFeet {
-    own: RobotColliders,
-    /// Robots with planes, by index in the world.
-    grounds: Vec<(usize, RobotColliders)>,
     pairs: Vec<FootPair>,
     guards: Vec<Guard>,
-    narrow: NarrowPhase,
-    facets: NearFacets,
-    /// Contacts are looked for at least this far from what moves, metres, in parts of a step that take so many seconds.
-    slack: f64,
-    h: f64,
-}
-
-impl fmt::Debug for RobotFeet {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} feet", self.pairs.len())
-    }
 }
 
 impl RobotFeet {
@@ -43,28 +25,17 @@ impl RobotFeet {
         tree: &Tree,
         grounds: impl Iterator<Item = (usize, &'a RobotColliders, &'a Tree, DPose3)>,
         filter: impl Fn([usize; 2]) -> Filter<'a>,
-        (slack, h): (f64, f64),
     ) -> Option<Self> {
-        let mut feet = Self {
-            own: RobotColliders::new(tree, own.shapes(), Surface::default()),
-            grounds: Vec::new(),
-            pairs: Vec::new(),
-            guards: Vec::new(),
-            narrow: NarrowPhase::default(),
-            facets: NearFacets::default(),
-            slack,
-            h,
-        };
+        let mut feet = Self { pairs: Vec::new(), guards: Vec::new() };
         for (index, ground, ground_tree, base) in grounds {
             let mut placed = RobotColliders::new(ground_tree, ground.shapes(), Surface::default());
             let still = BodyMotion { pose: base, linear: glamx::DVec3::ZERO, angular: glamx::DVec3::ZERO };
-            placed.update_poses(base, slack, h, |_| still);
+            placed.update_poses(base, 0.0, 0.0, |_| still);
             let filter = filter([robot.min(index), robot.max(index)]);
             let found = feet.list((robot, own), tree, (index, ground, &placed), filter);
             if !found {
                 return None;
             }
-            feet.grounds.push((index, placed));
         }
         feet.pairs.sort_unstable_by_key(|pair| (pair.robots, pair.colliders));
         (!feet.pairs.is_empty() && feet.pairs.len() <= MOST_FEET).then_some(feet)
@@ -92,15 +63,29 @@ impl RobotFeet {
                     robots.reverse();
                     colliders.reverse();
                 }
-                if own.shape(part).shape_type() == ShapeType::Ball {
+                let mut links = [part.link, plane.link];
+                if side == 1 {
+                    links.reverse();
+                }
+                let body_from_shape = own.frames[i].body_from_shape;
+                if let Some(ball) = own.shape(part).as_ball() {
                     if !can_be_foot(tree, body) {
                         return false;
                     }
-                    self.pairs.push(FootPair { robots, colliders, side, body });
+                    self.pairs.push(FootPair {
+                        robots,
+                        colliders,
+                        side,
+                        body,
+                        links,
+                        radius: ball.radius,
+                        body_from_ball: body_from_shape,
+                        plane: *frame,
+                        normal: half_space.normal,
+                    });
                     continue;
                 }
                 let [middle, half] = own.local_box(part);
-                let body_from_shape = own.frames[i].body_from_shape;
                 self.guards.push(Guard {
                     body,
                     middle: body_from_shape.transform_point(middle),
@@ -141,24 +126,5 @@ impl RobotFeet {
             a.against(b, combination)
         };
         self.pairs.iter().map(of).collect()
-    }
-}
-
-impl FootSearch for RobotFeet {
-    fn find(&mut self, pair: usize, motion: BodyMotion) -> Option<ContactPoint> {
-        let FootPair { robots, colliders, side, .. } = *self.pairs.get(pair)?;
-        let index = colliders[side];
-        let (placed, frame) = (self.own.placed.get_mut(index)?, self.own.frames.get_mut(index)?);
-        placed.set_pose(frame, motion.pose * frame.body_from_shape);
-        placed.look_ahead(motion, motion.angular.length(), self.slack, self.h);
-        let ground = robots[1 - side];
-        let (_, ground) = self.grounds.iter().find(|(index, _)| *index == ground)?;
-        let own = &self.own;
-        let both = if side == 0 { [own, ground] } else { [ground, own] };
-        let parts = [&both[0].placed[colliders[0]], &both[1].placed[colliders[1]]];
-        let mut found = None;
-        let Self { narrow, facets, .. } = self;
-        narrow.pair(colliders, both, parts, facets, &|| false, &mut |point| found = Some(point));
-        found
     }
 }

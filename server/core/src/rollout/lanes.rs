@@ -12,7 +12,7 @@ use super::batch::Worker;
 use super::open_batch::{BatchResult, Ended, OpenBatch, Running, Stop, part};
 use super::schedule::{Halt, Schedule};
 use crate::collision::RobotFeet;
-use crate::dynamics::lanes::{LaneRobot, NoFeet};
+use crate::dynamics::lanes::LaneRobot;
 use crate::simulation::{Error, PhysicsSettings};
 
 /// A copy whose steps are none of lanes is offered to them again after so many steps at the latest: to go in and out costs about as
@@ -181,10 +181,7 @@ impl<'a, S: Simd> Group<'a, S> {
             let step = open.step;
             self.offer(step);
             self.drive(step);
-            match &mut self.feet {
-                Some(feet) => self.lanes.step(feet),
-                None => self.lanes.step(&mut NoFeet),
-            }
+            self.lanes.step();
             let waiting = self.copies.iter().filter(|running| running.waits_for(step)).count();
             let looks = self.rollout.is_looked_at(step + 1);
             if looks || self.lanes.stepped() < waiting {

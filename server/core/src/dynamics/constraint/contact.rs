@@ -59,7 +59,7 @@ pub struct Contact {
 }
 
 /// The only point of two colliders moves steadily where its way differs from that of the step before by less than this part of it.
-const STEADY: f64 = 0.25;
+pub const STEADY: f64 = 0.25;
 
 impl Contact {
     /// A new one, without impulses.

@@ -1,12 +1,11 @@
 //! Feet: balls of a robot that touch planes, as lanes know them.
 //!
-//! Where a foot is found to touch is a few operations on turned frames, which are done for one lane after the other by who looks for
-//! contacts in the one-robot step too ([`FootSearch`]); all that follows of it is done for all lanes at once. What else of a robot
-//! could come to a plane is guarded: a step in which it is near is none of lanes.
+//! What else of a robot could come to a plane is guarded: a step in which it is near is none of lanes.
 
-use glamx::{DMat3, DPose3, DQuat, DVec3};
+use glamx::{DMat3, DPose3, DVec3};
 use pulp::Simd;
 
+use super::foot_points::{FootContact, choose};
 use super::foot_solver::FootSolver;
 use super::number::{Lanes, Mask};
 use super::robot::LaneRobot;
@@ -14,9 +13,8 @@ use super::step::LOOK_AHEAD;
 use super::vectors::{Matrix, Vector};
 use crate::dynamics::constraint::contact::Contact;
 use crate::dynamics::constraint::side::Side;
-use crate::dynamics::contact_point::{ContactPoint, Surface};
+use crate::dynamics::contact_point::Surface;
 use crate::dynamics::island::find_spans;
-use crate::dynamics::kinematics::BodyMotion;
 use crate::dynamics::tree::Tree;
 
 /// Pairs of a ball and a plane at the most: robots with more of them touch by themselves.
@@ -36,6 +34,16 @@ pub struct FootPair {
     pub side: usize,
     /// The body of the ball.
     pub body: usize,
+    /// Index of the link of each.
+    pub links: [usize; 2],
+    /// Of the ball, metres.
+    pub radius: f64,
+    /// The ball's axes in its body's.
+    pub body_from_ball: DPose3,
+    /// The plane's axes in the world.
+    pub plane: DPose3,
+    /// Its normal, in its axes.
+    pub normal: DVec3,
 }
 
 /// A shape that moves and is no ball, and a plane that it may touch.
@@ -55,31 +63,16 @@ pub struct Guard {
     pub height: f64,
 }
 
-/// Who finds where feet touch, as the one-robot step does.
-pub trait FootSearch {
-    /// Where a pair touches or is about to, of a copy whose body moves so.
-    fn find(&mut self, pair: usize, motion: BodyMotion) -> Option<ContactPoint>;
-}
-
-/// A robot without feet.
-pub struct NoFeet;
-
-impl FootSearch for NoFeet {
-    fn find(&mut self, _: usize, _: BodyMotion) -> Option<ContactPoint> {
-        None
-    }
-}
-
 /// The feet of all copies.
 #[derive(Debug)]
 pub(super) struct Feet<S: Simd> {
     pub(super) pairs: Vec<FootPair>,
     pub(super) guards: Vec<Guard>,
-    /// By lane, then by pair.
-    contacts: Vec<Option<Contact>>,
+    /// By pair.
+    pub(super) contacts: Vec<FootContact<S>>,
     /// The same before the step.
-    before: Vec<Option<Contact>>,
-    /// What the two surfaces are like together; in the same order.
+    before: Vec<FootContact<S>>,
+    /// What the two surfaces are like together, by lane, then by pair.
     surfaces: Vec<Surface>,
     pub(super) solver: FootSolver<S>,
 }
@@ -118,13 +111,14 @@ impl<S: Simd> Feet<S> {
 
     /// Puts a lane back.
     pub(super) fn put_back(&mut self, lane: usize) {
-        let own = self.of_lane(lane);
-        self.contacts[own.clone()].copy_from_slice(&self.before[own]);
+        for (contact, before) in self.contacts.iter_mut().zip(&self.before) {
+            contact.put_back(lane, before);
+        }
     }
 }
 
 /// Whether lanes know what such surfaces do: they are rigid, do not rebound, and let what rolls roll.
-pub fn is_simple(surface: &Surface) -> bool {
+fn is_simple(surface: &Surface) -> bool {
     let Surface { friction: _, restitution, rolling_friction, spinning_friction, stiffness, damping: _ } =
         *surface;
     [restitution, rolling_friction, spinning_friction, stiffness] == [0.0; 4]
@@ -139,13 +133,12 @@ impl<S: Simd> LaneRobot<S> {
         let mut solver = FootSolver::new(zero, tree.velocity_count);
         solver.set_tree(tree);
         solver.set_feet(pairs.iter().map(columns));
-        let count = pairs.len() * S::F64_LANES;
         self.feet = Feet {
             pairs: pairs.to_vec(),
             guards: guards.to_vec(),
-            contacts: vec![None; count],
-            before: vec![None; count],
-            surfaces: vec![Surface::default(); count],
+            contacts: vec![FootContact::none(zero); pairs.len()],
+            before: vec![FootContact::none(zero); pairs.len()],
+            surfaces: vec![Surface::default(); pairs.len() * S::F64_LANES],
             solver,
         };
     }
@@ -154,10 +147,12 @@ impl<S: Simd> LaneRobot<S> {
     /// which lanes know nothing; then the lane is empty.
     pub fn take_contacts(&mut self, lane: usize, contacts: &[Contact], surfaces: &[Surface]) -> bool {
         let own = self.feet.of_lane(lane);
-        self.feet.contacts[own.clone()].fill(None);
+        for contact in &mut self.feet.contacts {
+            contact.is_there.set(lane, 0.0);
+        }
         let mut fits = surfaces.len() == self.feet.pairs.len() && surfaces.iter().all(is_simple);
         if fits {
-            self.feet.surfaces[own.clone()].copy_from_slice(surfaces);
+            self.feet.surfaces[own].copy_from_slice(surfaces);
             for (foot, surface) in self.feet.solver.feet.iter_mut().zip(surfaces) {
                 foot.friction.set(lane, surface.friction);
             }
@@ -166,8 +161,8 @@ impl<S: Simd> LaneRobot<S> {
             let is_of =
                 |pair: &FootPair| (pair.robots, pair.colliders) == (contact.robots, contact.point.colliders);
             match self.feet.pairs.iter().position(is_of) {
-                Some(index) if self.feet.contacts[own.start + index].is_none() => {
-                    self.feet.contacts[own.start + index] = Some(*contact);
+                Some(index) if self.feet.contacts[index].is_there.get(lane) == 0.0 => {
+                    self.feet.contacts[index].set(lane, contact);
                 }
                 _ => fits = false,
             }
@@ -179,8 +174,11 @@ impl<S: Simd> LaneRobot<S> {
     }
 
     /// The contacts of a copy, in their order.
-    pub fn contacts(&self, lane: usize) -> impl Iterator<Item = &Contact> {
-        self.feet.contacts[self.feet.of_lane(lane)].iter().flatten()
+    pub fn contacts(&self, lane: usize) -> impl Iterator<Item = Contact> {
+        let Feet { pairs, contacts, surfaces, .. } = &self.feet;
+        let surfaces = &surfaces[self.feet.of_lane(lane)];
+        let all = pairs.iter().zip(contacts).zip(surfaces);
+        all.filter_map(move |((pair, contact), surface)| contact.get(lane, pair, *surface))
     }
 
     /// Whether copies touch with feet.
@@ -200,51 +198,12 @@ impl<S: Simd> LaneRobot<S> {
         }
     }
 
-    /// Finds where feet touch, of all lanes that have a copy. Where something else may touch a plane; `begins` where sums of
-    /// impulses begin anew.
+    /// Finds where feet touch. Where something else may touch a plane; `begins` where sums of impulses begin anew.
     #[inline(always)]
-    pub(super) fn find_feet(&mut self, search: &mut dyn FootSearch, begins: bool) -> Mask<S> {
+    pub(super) fn find_feet(&mut self, begins: bool) -> Mask<S> {
         self.update_origins();
-        let near = self.near_planes();
-        for lane in (0..S::F64_LANES).filter(|lane| self.is_taken.get(*lane) == 1.0) {
-            let (mut last, mut motion) = (usize::MAX, None);
-            for index in 0..self.feet.pairs.len() {
-                let body = self.feet.pairs[index].body;
-                if body != last {
-                    (last, motion) = (body, Some(self.motion(lane, body)));
-                }
-                let slot = lane * self.feet.pairs.len() + index;
-                let Some(mut point) = motion.and_then(|motion| search.find(index, motion)) else {
-                    self.feet.contacts[slot] = None;
-                    self.feet.solver.feet[index].forget(lane);
-                    continue;
-                };
-                point.surface = self.feet.surfaces[slot];
-                let mut contact = Contact::new(self.feet.pairs[index].robots, point);
-                if let Some(known) = &self.feet.contacts[slot] {
-                    contact.go_on_from(known, begins);
-                    contact.follow(known);
-                }
-                let origin = self.bodies[body].origin.get(lane);
-                self.feet.solver.feet[index].meet(lane, &contact, self.feet.pairs[index].side, origin);
-                self.feet.contacts[slot] = Some(contact);
-            }
-        }
-        near
-    }
-
-    /// Where a body of a copy is and how it moves; see [`Articulation::body_motion`](crate::dynamics::Articulation::body_motion).
-    /// The base is where the world is, of a robot whose root is free.
-    #[inline(always)]
-    fn motion(&self, lane: usize, body: usize) -> BodyMotion {
-        let at = &self.bodies[body];
-        let (base, turn) = (DPose3::IDENTITY, DQuat::IDENTITY);
-        let own = DQuat::from_mat3(&at.rotation.get(lane));
-        BodyMotion {
-            pose: DPose3::from_parts(base.transform_point(at.origin.get(lane)), (turn * own).normalize()),
-            linear: turn * at.velocity.linear.get(lane),
-            angular: turn * at.velocity.angular.get(lane),
-        }
+        self.find_points(begins);
+        self.near_planes()
     }
 
     /// Where a guarded shape is so near a plane that contacts of it could be found.
@@ -277,18 +236,12 @@ impl<S: Simd> LaneRobot<S> {
     /// are the least ones.
     #[inline(always)]
     pub(super) fn keep_contacts(&mut self, touching: Mask<S>, least: Mask<S>) {
-        let (touching, least) = (touching.numbers(), least.numbers());
-        let count = self.feet.pairs.len();
-        for (index, foot) in self.feet.solver.feet.iter().enumerate() {
+        let Feet { contacts, solver, .. } = &mut self.feet;
+        for (contact, foot) in contacts.iter_mut().zip(&solver.feet) {
             let impulse = foot.world_impulse();
-            for lane in (0..S::F64_LANES).filter(|lane| touching.get(*lane) == 1.0) {
-                if let Some(contact) = &mut self.feet.contacts[lane * count + index] {
-                    contact.impulse = impulse.get(lane);
-                    contact.turning_impulse = DVec3::ZERO;
-                    contact.is_least = least.get(lane) == 1.0;
-                    contact.total += contact.impulse;
-                }
-            }
+            contact.impulse = choose(touching, impulse, contact.impulse);
+            contact.total = choose(touching, contact.total + impulse, contact.total);
+            contact.is_least = touching.select(least.numbers(), contact.is_least);
         }
     }
 
@@ -296,14 +249,11 @@ impl<S: Simd> LaneRobot<S> {
     #[inline(always)]
     pub(super) fn were_least(&self) -> Mask<S> {
         let zero = self.is_taken.same(0.0);
-        let mut all = zero.same(1.0);
-        let count = self.feet.pairs.len();
-        for (slot, contact) in self.feet.contacts.iter().enumerate() {
-            if contact.as_ref().is_some_and(|contact| !contact.is_least) {
-                all.set(slot / count, 0.0);
-            }
+        let mut all = zero.le(zero);
+        for contact in &self.feet.contacts {
+            all = all & !(zero.lt(contact.is_there) & contact.is_least.is(zero));
         }
-        zero.lt(all)
+        all
     }
 }
 

@@ -4,16 +4,17 @@
 //!
 //! [`ContactRows`]: crate::dynamics::constraint::contact::ContactRows
 
-use glamx::{DMat3, DQuat, DVec3};
+use glamx::{DMat3, DQuat};
 use pulp::Simd;
 
+use super::foot_points::{FootContact, choose};
 use super::foot_solver::FootSolver;
 use super::number::{Lanes, Mask};
 use super::passes::{along, part_mut};
 use super::robot::LaneRobot;
-use super::vectors::{Spatial, Vector};
+use super::vectors::{Matrix, Spatial, Vector};
 use crate::dynamics::constraint::contact::{
-    AT_REST, Contact, IMMOVABLE, MAX_CORRECTION_VELOCITY, OVERLAP_REDUCTION, REST, SLOP,
+    AT_REST, IMMOVABLE, MAX_CORRECTION_VELOCITY, OVERLAP_REDUCTION, REST, SLOP,
 };
 
 /// A foot of all copies.
@@ -117,36 +118,33 @@ impl<S: Simd> Foot<S> {
         size_of_val(&self.columns[..]) + size_of_val(&self.jacobian[..]) + size_of_val(&self.responses[..])
     }
 
-    /// It touches nothing in a lane.
-    pub(super) fn forget(&mut self, lane: usize) {
-        if self.is_there.get(lane) == 0.0 {
-            return;
-        }
-        self.is_there.set(lane, 0.0);
-        self.arm.set(lane, DVec3::ZERO);
-        for vector in self.directions.iter_mut().chain(&mut self.axes) {
-            vector.set(lane, DVec3::ZERO);
-        }
-        self.impulse.iter_mut().for_each(|impulse| impulse.set(lane, 0.0));
-    }
-
-    /// It touches there in a lane, with the impulse that it had; it is the first or second of the two, and its body's origin is there
-    /// in the base's axes. The base is where the world is.
-    pub(super) fn meet(&mut self, lane: usize, contact: &Contact, side: usize, origin: DVec3) {
-        self.is_there.set(lane, 1.0);
-        let (t, u) = contact.point.normal.any_orthonormal_pair();
-        let axes = [contact.point.normal, t, u];
-        let kept = axes.map(|axis| contact.impulse.dot(axis));
-        let impulse = if kept[0] > 0.0 { kept } else { [0.0; 3] };
-        let sign = if side == 0 { -1.0 } else { 1.0 };
-        let base_from_world = DMat3::from_quat(DQuat::IDENTITY).transpose();
-        let arm = base_from_world * (contact.point.position - DVec3::ZERO) - origin;
-        self.arm.set(lane, arm);
-        self.distance.set(lane, contact.point.distance);
+    /// It touches there, with the impulse that it had; it is the first or second of the two, and its body's origin is there in the
+    /// base's axes. The base is where the world is.
+    #[inline(always)]
+    pub(super) fn meet(&mut self, simd: S, contact: &FootContact<S>, side: usize, origin: Vector<S>) {
+        let zero = self.target.same(0.0);
+        let (one, still) = (zero.same(1.0), Vector { x: zero, y: zero, z: zero });
+        let is_there = zero.lt(contact.is_there);
+        self.is_there = contact.is_there;
+        let Vector { x, y, z } = contact.normal;
+        // As `DVec3::any_orthonormal_pair`, which asks for the sign of a zero too.
+        let is_below = z.lt(zero) | (z.is(zero) & (one / z).lt(zero));
+        let sign = is_below.select(zero.same(-1.0), one);
+        let a = zero.same(-1.0) / (sign + z);
+        let b = x * y * a;
+        let t = Vector { x: one + sign * x * x * a, y: sign * b, z: -sign * x };
+        let u = Vector { x: b, y: sign + y * y * a, z: -y };
+        let axes = [contact.normal, t, u];
+        let pressed = is_there & zero.lt(contact.impulse.dot(contact.normal));
+        let base_from_world = Matrix::splat(simd, &DMat3::from_quat(DQuat::IDENTITY).transpose());
+        let arm = base_from_world.times(contact.position - still) - origin;
+        self.arm = choose(is_there, arm, still);
+        self.distance = is_there.select(contact.distance, zero);
+        let sign = zero.same(if side == 0 { -1.0 } else { 1.0 });
         for k in 0..3 {
-            self.axes[k].set(lane, axes[k]);
-            self.directions[k].set(lane, base_from_world * (axes[k] * sign));
-            self.impulse[k].set(lane, impulse[k]);
+            self.axes[k] = choose(is_there, axes[k], still);
+            self.directions[k] = choose(is_there, base_from_world.times(axes[k] * sign), still);
+            self.impulse[k] = pressed.select(contact.impulse.dot(axes[k]), zero);
         }
     }
 

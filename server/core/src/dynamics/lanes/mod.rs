@@ -21,6 +21,7 @@
 mod drives;
 mod feet;
 mod foot_newton;
+mod foot_points;
 mod foot_rows;
 mod foot_solver;
 mod free;
@@ -28,6 +29,7 @@ mod implicit_inertia;
 mod joint;
 mod number;
 mod passes;
+mod pose;
 mod robot;
 mod root;
 mod rows;
@@ -37,7 +39,7 @@ mod vectors;
 
 use std::sync::Arc;
 
-pub use feet::{FootPair, FootSearch, Guard, MOST_FEET, NoFeet, can_be_foot, is_simple};
+pub use feet::{FootPair, Guard, MOST_FEET, can_be_foot};
 use glamx::DVec3;
 pub use robot::{Clearance, LaneRobot};
 

@@ -2,7 +2,6 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::feet::FootSearch;
 use super::number::Mask;
 use super::robot::{LaneRobot, number};
 use crate::dynamics::articulation::MAX_ROUNDS;
@@ -12,35 +11,35 @@ use crate::dynamics::integrator::{History, Integrator};
 pub(super) const LOOK_AHEAD: f64 = 2.0;
 
 /// A step, to be compiled for the processor that it runs on.
-struct Step<'a, S: Simd>(&'a mut LaneRobot<S>, &'a mut dyn FootSearch);
+struct Step<'a, S: Simd>(&'a mut LaneRobot<S>);
 
 impl<S: Simd> WithSimd for Step<'_, S> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<T: Simd>(self, _: T) {
-        self.0.do_step(self.1);
+        self.0.do_step();
     }
 }
 
 impl<S: Simd> LaneRobot<S> {
     /// Advances all copies by a step, touching planes with their feet and nothing else. [`has_stepped`](Self::has_stepped) says which have done it; the others are
     /// left as they were.
-    pub fn step(&mut self, search: &mut dyn FootSearch) {
+    pub fn step(&mut self) {
         if self.is_taken.all().iter().any(|taken| *taken > 0.0) {
             let simd = self.simd;
-            simd.vectorize(Step(self, search));
+            simd.vectorize(Step(self));
         }
     }
 
     #[inline(always)]
-    fn do_step(&mut self, search: &mut dyn FootSearch) {
+    fn do_step(&mut self) {
         self.begin();
         let zero = self.is_taken.same(0.0);
         let taken = zero.lt(self.is_taken);
         let mut is_done = taken;
         for part in 0..self.stepping.parts {
-            is_done = is_done & self.do_part(taken, search, part == 0);
+            is_done = is_done & self.do_part(taken, part == 0);
         }
         if self.first > 0 {
             is_done = is_done & self.root.is_finite();
@@ -60,14 +59,14 @@ impl<S: Simd> LaneRobot<S> {
 
     /// One of the equal parts of a step. In which lanes it is what the copy would have done.
     #[inline(always)]
-    fn do_part(&mut self, taken: Mask<S>, search: &mut dyn FootSearch, begins: bool) -> Mask<S> {
+    fn do_part(&mut self, taken: Mask<S>, begins: bool) -> Mask<S> {
         let zero = self.is_taken.same(0.0);
         let is_leapfrog = self.stepping.integrator == Integrator::Leapfrog;
         let is_fast = self.update_kinematics();
         let mut is_done = self.meets_nothing();
         let mut touching = zero.lt(zero);
         if self.has_feet() {
-            is_done = is_done & !self.find_feet(search, begins);
+            is_done = is_done & !self.find_feet(begins);
             touching = self.feet.solver.touching() & taken;
         }
         if !is_leapfrog {

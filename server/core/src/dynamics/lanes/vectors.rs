@@ -132,12 +132,6 @@ impl<S: Simd> Matrix<S> {
         }
     }
 
-    /// Of one lane.
-    #[inline(always)]
-    pub(super) fn get(&self, lane: usize) -> DMat3 {
-        DMat3::from_cols(self.x.get(lane), self.y.get(lane), self.z.get(lane))
-    }
-
     #[inline(always)]
     pub(super) fn transpose(self) -> Self {
         let Self { x, y, z } = self;

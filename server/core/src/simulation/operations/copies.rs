@@ -125,15 +125,13 @@ impl Simulation {
         if body.tree().fixed_base || body.base() != DPose3::IDENTITY {
             return None;
         }
-        let PhysicsSettings { gravity, time_step, substeps, .. } = self.settings;
-        let h = time_step / f64::from(substeps);
         let others = self.entities.iter().enumerate().filter(|(other, entity)| {
             *other != robot && entity.is_active() && entity.is_fixed() && !entity.colliders.is_empty()
         });
         let grounds = others
             .map(|(other, entity)| (other, &entity.colliders, &**entity.body.tree(), entity.body.base()));
         let filter = |pair| Filter::between(pair, &self.contacts.collision_pairs);
-        RobotFeet::new((robot, colliders), body.tree(), grounds, filter, (slack(gravity, h), h))
+        RobotFeet::new((robot, colliders), body.tree(), grounds, filter)
     }
 
     /// What the surfaces of each pair of a robot's feet are like together.
@@ -147,7 +145,7 @@ impl Simulation {
     }
 
     /// Gives the world the contacts that steps elsewhere have come to, in their order.
-    pub(crate) fn set_lane_contacts<'a>(&mut self, contacts: impl Iterator<Item = &'a Contact>) {
+    pub(crate) fn set_lane_contacts(&mut self, contacts: impl Iterator<Item = Contact>) {
         self.contacts.list.clear();
         self.contacts.list.extend(contacts);
     }
