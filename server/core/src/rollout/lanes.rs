@@ -1,4 +1,4 @@
-//! Copies of a batch in lanes: where a world has one robot that moves and meets nothing, several of its copies step at once.
+//! Copies of a batch in lanes: where a world has one robot that moves and touches nothing but planes, with its feet, several of its copies step at once.
 //!
 //! Each copy has a world of its own, which is where it begins, and where it is whenever something is to be done that lanes do not
 //! do. In between its state is in its lane alone: new numbers of targets are written there, and what is read of its joints is read
@@ -376,7 +376,7 @@ impl<'a, S: Simd> Group<'a, S> {
             self.rollout.drive(worker, running.copy, step).map_err(|error| (error.into(), step))?;
         }
         worker.step(schedule).map_err(|why| (why, step))?;
-        // Of contacts a step of lanes changes nothing: those that are seen must be those of this step.
+        // What steps of lanes do not change is seen once: it must be that of this step.
         running.is_seen = self.rollout.is_looked_at(step + 1);
         if running.is_seen {
             worker.look();

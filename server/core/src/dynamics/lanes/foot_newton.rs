@@ -6,9 +6,7 @@ use pulp::Simd;
 use super::foot_rows::Foot;
 use super::foot_solver::FootSolver;
 use super::number::{Lanes, Mask};
-use crate::dynamics::constraint::direct::{
-    EXACT, FLAT, HALVINGS, REFINEMENTS, SLIP_TOLERANCE, SOFTNESS, TOLERANCE,
-};
+use crate::dynamics::constraint::direct::{FLAT, HALVINGS, SLIP_TOLERANCE, SOFTNESS, TOLERANCE};
 
 /// Impulses of soft rows, and the weights of their derivative.
 type Soft<S> = ([Lanes<S>; 3], [Lanes<S>; 4]);
@@ -133,8 +131,8 @@ impl<S: Simd> FootSolver<S> {
                 foot.soft(*hardness, foot.newton.bound, speeds)
             };
             foot.add_momentum(impulse, foot.acts, force);
-            for k in 0..3 {
-                foot.newton.speeds[k] = foot.acts.select(speeds[k], zero);
+            for (slot, speed) in foot.newton.speeds.iter_mut().zip(speeds) {
+                *slot = foot.acts.select(speed, zero);
             }
             let on = foot.acts & lanes;
             Foot::put(&mut foot.newton.used, impulse, on);
@@ -175,7 +173,7 @@ impl<S: Simd> FootSolver<S> {
 
     /// M + J' R^-1 J of the rows, with the weights that they have.
     #[inline(always)]
-    fn assemble(&mut self) {
+    pub(super) fn assemble(&mut self) {
         let Self { feet, matrix, inertia, .. } = self;
         matrix.values.copy_from_slice(inertia);
         for foot in &*feet {
@@ -308,91 +306,6 @@ impl<S: Simd> FootSolver<S> {
                 foot.newton.bound.set(lane, bound.max(0.0));
             }
         }
-    }
-
-    /// What is left of each active row's equation. The largest.
-    #[inline(always)]
-    fn take_residuals(&mut self) -> Lanes<S> {
-        let zero = self.hardness.same(0.0);
-        let Self { feet, velocities, .. } = self;
-        let mut largest = zero;
-        for foot in feet {
-            let [n, t, u] = foot.slip(velocities);
-            let (presses, sticks) = (foot.newton.presses, foot.newton.sticks);
-            let all = [
-                presses.select(foot.target - n, zero),
-                (presses & sticks).select(-t, zero),
-                (presses & sticks).select(-u, zero),
-            ];
-            for residual in all {
-                largest = largest.max(residual.abs());
-            }
-            foot.newton.residuals = all;
-        }
-        largest
-    }
-
-    /// Takes the softness out of velocities and impulses of some lanes. Where that succeeds.
-    #[inline(always)]
-    fn refine(&mut self, lanes: Mask<S>) -> Mask<S> {
-        let zero = self.hardness.same(0.0);
-        let Self { feet, velocities, free, .. } = self;
-        for (velocity, free) in velocities.iter_mut().zip(&*free) {
-            *velocity = lanes.select(*free, *velocity);
-        }
-        let mut slips = zero.lt(zero);
-        for foot in &mut *feet {
-            foot.apply_impulse(foot.impulse, lanes & foot.has_impulse(), velocities);
-            let is_slip = foot.newton.presses & !foot.newton.sticks;
-            slips = slips | (is_slip & lanes);
-            for weight in &mut foot.newton.weights[1..] {
-                *weight = is_slip.select(zero, *weight);
-            }
-        }
-        // Of the lanes in which nothing slips it is what it was.
-        let mut is_definite = lanes;
-        if slips.any() {
-            self.assemble();
-            is_definite = self.matrix.factorise() & lanes;
-        }
-        let mut left = self.take_residuals();
-        let mut going = is_definite;
-        for _ in 0..REFINEMENTS {
-            going = going & !left.le(zero.same(EXACT));
-            if !going.any() {
-                break;
-            }
-            let Self { feet, velocities, change, matrix, hardness, .. } = self;
-            let hardness = *hardness;
-            change.fill(zero);
-            for foot in &*feet {
-                let [n, t, u] = foot.newton.residuals;
-                let has = foot.newton.presses;
-                foot.add_momentum([n * hardness, t * hardness, u * hardness], has, change);
-            }
-            matrix.solve(change);
-            for foot in &mut *feet {
-                let on = foot.newton.presses & going;
-                let sticks = foot.newton.sticks;
-                let moved = foot.velocities(change);
-                let mut added = [zero; 3];
-                for k in 0..3 {
-                    added[k] = (foot.newton.residuals[k] - moved[k]) * hardness;
-                }
-                for own in &mut added[1..] {
-                    *own = sticks.select(*own, zero);
-                }
-                for k in 0..3 {
-                    foot.impulse[k] = on.select(foot.impulse[k] + added[k], foot.impulse[k]);
-                }
-                foot.apply_impulse(added, on, velocities);
-            }
-            let after = self.take_residuals();
-            let is_nearer = after.lt(left);
-            left = going.select(after, left);
-            going = going & is_nearer;
-        }
-        is_definite & left.le(zero.same(TOLERANCE))
     }
 
     /// Where the impulses keep to their bounds, and what is not active to its side.

@@ -121,6 +121,7 @@ impl<S: Simd> Foot<S> {
     /// It touches there, with the impulse that it had; it is the first or second of the two, and its body's origin is there in the
     /// base's axes. The base is where the world is.
     #[inline(always)]
+    #[allow(clippy::needless_range_loop, reason = "reads as the rows do")]
     pub(super) fn meet(&mut self, simd: S, contact: &FootContact<S>, side: usize, origin: Vector<S>) {
         let zero = self.target.same(0.0);
         let (one, still) = (zero.same(1.0), Vector { x: zero, y: zero, z: zero });
@@ -190,6 +191,7 @@ impl<S: Simd> Foot<S> {
 
     /// Takes J M^-1 J'.
     #[inline(always)]
+    #[allow(clippy::needless_range_loop, reason = "reads as the rows do")]
     fn measure(&mut self) {
         let zero = self.target.same(0.0);
         let mut effects = [[zero; 3]; 3];
@@ -279,6 +281,7 @@ impl<S: Simd> LaneRobot<S> {
 
     /// Writes J: what wrenches on a body do to each velocity's own momentum. Columns come from the root on.
     #[inline(always)]
+    #[allow(clippy::needless_range_loop, reason = "reads as the rows do")]
     fn project_wrenches(&mut self, wrenches: [Spatial<S>; 3], body: usize, index: usize) {
         let zero = self.is_taken.same(0.0);
         let (mut forces, mut next) = (wrenches, Some(body));

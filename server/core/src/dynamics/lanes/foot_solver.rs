@@ -174,8 +174,8 @@ impl<S: Simd> FootSolver<S> {
             let (t, u) = (slips.select(st, t), slips.select(su, u));
             let (dt, du) = (has_friction.select(t - t0, zero), has_friction.select(u - u0, zero));
             let new = [normal, has_friction.select(t, t0), has_friction.select(u, u0)];
-            for k in 0..3 {
-                foot.impulse[k] = on.select(new[k], foot.impulse[k]);
+            for (impulse, new) in foot.impulse.iter_mut().zip(new) {
+                *impulse = on.select(new, *impulse);
             }
             let moves = on & !(dn.is(zero) & dt.is(zero) & du.is(zero));
             foot.apply_impulse([dn, dt, du], moves, velocities);

@@ -1,6 +1,7 @@
 //! The passes through the tree: what [`kinematics`](crate::dynamics::kinematics) and
 //! [`articulated`](crate::dynamics::articulated) do for one copy.
 
+use glamx::DMat3;
 use pulp::Simd;
 
 use super::free::Factors;
@@ -9,6 +10,7 @@ use super::number::{Lanes, Mask};
 use super::robot::LaneRobot;
 use super::vectors::{Articulated, Matrix, Spatial, Vector};
 use crate::dynamics::integrator::Integrator;
+use crate::dynamics::spatial::Placement;
 use crate::dynamics::tree::JointType;
 
 /// As in [`articulated`](crate::dynamics::articulated).
@@ -39,6 +41,19 @@ pub(super) fn part_mut<S: Simd>(joint_type: JointType, motion: &mut Spatial<S>) 
 }
 
 impl<S: Simd> LaneRobot<S> {
+    /// The frame of a body at position zero, in its parent.
+    #[inline(always)]
+    pub(super) fn at_zero(&self, body: usize) -> (Matrix<S>, Vector<S>) {
+        let Placement { rotation, origin } = &self.tree.bodies[body].at_zero;
+        (Matrix::splat(self.simd, rotation), Vector::splat(self.simd, *origin))
+    }
+
+    /// The frame of the base, and no velocity.
+    #[inline(always)]
+    pub(super) fn base(&self) -> Matrix<S> {
+        Matrix::splat(self.simd, &DMat3::IDENTITY)
+    }
+
     /// Poses and velocities of all bodies. Where one turns too fast for lanes.
     #[inline(always)]
     pub(super) fn update_kinematics(&mut self) -> Mask<S> {

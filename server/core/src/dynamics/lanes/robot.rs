@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use glamx::{DMat3, DVec3};
+use glamx::DVec3;
 use pulp::Simd;
 
 use super::feet::Feet;
 use super::free::{Factors, Root};
 use super::joint::{Body, Law, State, has_setpoint};
 use super::number::Lanes;
-use super::vectors::{Matrix, Vector};
+use super::vectors::Vector;
 use crate::dynamics::actuator::Mode;
 use crate::dynamics::articulated::base_acceleration;
 use crate::dynamics::constraint::Impulses;
@@ -386,18 +386,5 @@ impl<S: Simd> LaneRobot<S> {
                 pairs.for_each(|(now, before)| now.set(lane, before.get(lane)));
             }
         }
-    }
-
-    /// The frame of a body at position zero, in its parent.
-    #[inline(always)]
-    pub(super) fn at_zero(&self, body: usize) -> (Matrix<S>, Vector<S>) {
-        let Placement { rotation, origin } = &self.tree.bodies[body].at_zero;
-        (Matrix::splat(self.simd, rotation), Vector::splat(self.simd, *origin))
-    }
-
-    /// The frame of the base, and no velocity.
-    #[inline(always)]
-    pub(super) fn base(&self) -> Matrix<S> {
-        Matrix::splat(self.simd, &DMat3::IDENTITY)
     }
 }

@@ -1,7 +1,5 @@
 //! Copies of a quadruped on a plane: what feet touch is part of steps in lanes.
 
-use std::time::Instant;
-
 use super::lanes::{alone, assert_equal, in_all_widths};
 use super::*;
 use crate::dynamics::Integrator;
@@ -88,7 +86,7 @@ fn world_on_plane(
 }
 
 /// The same after some steps.
-fn standing(steps: usize, plane_first: bool) -> Simulation {
+pub(super) fn standing(steps: usize, plane_first: bool) -> Simulation {
     let mut world = world_on_plane(quadruped(0.0), 0.34, plane_first, Integrator::Leapfrog, 1);
     (0..steps).for_each(|_| world.step());
     world
@@ -100,7 +98,7 @@ fn targets(copies: usize, knots: usize, sizes: [f64; 3]) -> Vec<f64> {
     (0..copies * knots * JOINTS).map(|index| STANDS[index % 3] + sizes[index % 3] * noise(index)).collect()
 }
 
-fn drive(copies: usize, steps: u64, every: u64, sizes: [f64; 3]) -> RolloutRequest {
+pub(super) fn drive(copies: usize, steps: u64, every: u64, sizes: [f64; 3]) -> RolloutRequest {
     let knots = steps.div_ceil(every) as usize;
     let values = targets(copies, knots, sizes);
     RolloutRequest {
@@ -151,11 +149,13 @@ fn a_quadruped_that_stands_has_the_bits_of_the_world() {
 
 #[test]
 #[ignore = "measures"]
+#[allow(clippy::disallowed_types, clippy::disallowed_methods)]
 fn how_long_steps_take() {
     let world = standing(300, true);
     let mut request = drive(8, 2000, 50, [0.02; 3]);
     request.record_every = 0;
     let rollout = Rollout::new(world.to_saved(), request, ROOM).unwrap();
+    use std::time::Instant;
     let copies = 16e3;
     for _ in 0..5 {
         let mut worker = rollout.worker();
@@ -205,4 +205,33 @@ fn a_quadruped_with_dry_friction_steps_alone_where_it_touches() {
     let mut world = world_on_plane(quadruped(0.1), 0.37, true, Integrator::Leapfrog, 1);
     (0..3).for_each(|_| world.step());
     assert_as_alone(&world, drive(4, 150, 50, [0.05; 3]), 0.05, "dry friction");
+}
+
+#[test]
+fn the_copies_beside_one_that_touches_do_not_matter() {
+    let world = standing(300, true);
+    let rollout = Rollout::new(world.to_saved(), drive(8, 120, 40, [0.1, 0.3, 0.3]), ROOM).unwrap();
+    let length = rollout.shape().rows * rollout.shape().columns();
+    for (width, all) in in_all_widths(&rollout, 0..8) {
+        for (first, last) in [(0, 1), (5, 6), (2, 7)] {
+            for (_, some) in
+                in_all_widths(&rollout, first..last).into_iter().filter(|(other, _)| *other == width)
+            {
+                assert_eq!(bits(&some.states), bits(&all.states[first * length..last * length]), "{width}");
+            }
+        }
+    }
+}
+
+/// A trunk that comes down on the plane, and legs folded beside it: what is no foot touches too, which lanes leave to the world.
+#[test]
+fn a_quadruped_that_lies_down_has_the_bits_of_the_world() {
+    let world = standing(300, false);
+    let mut request = drive(5, 400, 200, [0.0; 3]);
+    let folds = |index: usize| [0.0, 1.4, -2.5][index % 3] * if index % 24 < JOINTS { 1.0 } else { 0.5 };
+    request.controls[0].values = (0..5 * 2 * JOINTS).map(folds).collect();
+    request.costs =
+        vec![CostTerm { weight: 1.0, final_weight: 2.0, of: Cost::JointEfforts(named("quadruped")) }];
+    request.step_costs = true;
+    assert_as_alone(&world, request, 0.2, "lying down");
 }

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64};
 
 use pulp::Simd;
 
+use super::feet::{drive, standing};
 use super::lanes::{alone, asked, assert_equal, branching, tumbling, world_of, world_with_root};
 use super::*;
 use crate::simulation::Integrator;
@@ -220,4 +221,35 @@ fn a_step_that_takes_long_is_interrupted_in_its_midst() {
     assert_eq!(rollout.go_on(&mut worker, &schedule), Err(Halt::Over));
     assert!(schedule.0.load(Relaxed) > 1, "it was asked once the step had begun");
     assert_eq!(rollout.go_on(&mut worker, &Paused::every(9)), Ok(None), "the batch is dropped");
+}
+
+/// A quadruped that stands: what contacts have of the step before goes into the lanes and out with it, all of it.
+#[test]
+fn copies_that_stand_and_pause_have_the_bits_of_copies_that_do_not() {
+    let world = standing(300, true);
+    let rollout = Rollout::new(world.to_saved(), drive(5, 120, 40, [0.1, 0.2, 0.2]), ROOM).unwrap();
+    assert!(rollout.steps_in_lanes());
+    check(rollout);
+}
+
+#[test]
+fn a_copy_that_comes_out_of_its_lane_has_the_contacts_of_the_world() {
+    let world = standing(300, false);
+    let rollout = Rollout::new(world.to_saved(), drive(3, 60, 20, [0.02; 3]), ROOM).unwrap();
+    for steps in [2, 3, 17, 40] {
+        let mut worker = rollout.worker();
+        rollout.begin_batch(&mut worker, 0);
+        assert_eq!(rollout.go_on(&mut worker, &Paused::every(steps)), Err(Halt::Paused));
+        for copy in 0..3 {
+            let (mut other, mut open) = (rollout.worker(), rollout.open(0, copy..copy + 1));
+            let halt = rollout.advance_alone(&mut other, &mut open, &Paused::every(steps));
+            assert_eq!((halt, open.step), (Err(Halt::Paused), steps));
+            let [found, expected] = [&worker.beside[copy], &other].map(|of| {
+                assert_eq!(of.world.now().step, 300 + steps);
+                format!("{:?}", of.world.lane_contacts())
+            });
+            assert_eq!(found, expected, "copy {copy} after {steps} steps");
+            assert!(expected.len() > 1000, "it stands");
+        }
+    }
 }

@@ -1,0 +1,95 @@
+//! The refinement that makes the impulses of feet exact, of all copies: what [`Direct`](crate::dynamics::constraint::direct::Direct) does
+//! with the factors of the last round of Newton's method.
+
+use pulp::Simd;
+
+use super::foot_solver::FootSolver;
+use super::number::{Lanes, Mask};
+use crate::dynamics::constraint::direct::{EXACT, REFINEMENTS, TOLERANCE};
+
+impl<S: Simd> FootSolver<S> {
+    /// What is left of each active row's equation. The largest.
+    #[inline(always)]
+    fn take_residuals(&mut self) -> Lanes<S> {
+        let zero = self.hardness.same(0.0);
+        let Self { feet, velocities, .. } = self;
+        let mut largest = zero;
+        for foot in feet {
+            let [n, t, u] = foot.slip(velocities);
+            let (presses, sticks) = (foot.newton.presses, foot.newton.sticks);
+            let all = [
+                presses.select(foot.target - n, zero),
+                (presses & sticks).select(-t, zero),
+                (presses & sticks).select(-u, zero),
+            ];
+            for residual in all {
+                largest = largest.max(residual.abs());
+            }
+            foot.newton.residuals = all;
+        }
+        largest
+    }
+
+    /// Takes the softness out of velocities and impulses of some lanes. Where that succeeds.
+    #[inline(always)]
+    pub(super) fn refine(&mut self, lanes: Mask<S>) -> Mask<S> {
+        let zero = self.hardness.same(0.0);
+        let Self { feet, velocities, free, .. } = self;
+        for (velocity, free) in velocities.iter_mut().zip(&*free) {
+            *velocity = lanes.select(*free, *velocity);
+        }
+        let mut slips = zero.lt(zero);
+        for foot in &mut *feet {
+            foot.apply_impulse(foot.impulse, lanes & foot.has_impulse(), velocities);
+            let is_slip = foot.newton.presses & !foot.newton.sticks;
+            slips = slips | (is_slip & lanes);
+            for weight in &mut foot.newton.weights[1..] {
+                *weight = is_slip.select(zero, *weight);
+            }
+        }
+        // Of the lanes in which nothing slips it is what it was.
+        let mut is_definite = lanes;
+        if slips.any() {
+            self.assemble();
+            is_definite = self.matrix.factorise() & lanes;
+        }
+        let mut left = self.take_residuals();
+        let mut going = is_definite;
+        for _ in 0..REFINEMENTS {
+            going = going & !left.le(zero.same(EXACT));
+            if !going.any() {
+                break;
+            }
+            let Self { feet, velocities, change, matrix, hardness, .. } = self;
+            let hardness = *hardness;
+            change.fill(zero);
+            for foot in &*feet {
+                let [n, t, u] = foot.newton.residuals;
+                let has = foot.newton.presses;
+                foot.add_momentum([n * hardness, t * hardness, u * hardness], has, change);
+            }
+            matrix.solve(change);
+            for foot in &mut *feet {
+                let on = foot.newton.presses & going;
+                let sticks = foot.newton.sticks;
+                let moved = foot.velocities(change);
+                let mut added = [zero; 3];
+                for (k, added) in added.iter_mut().enumerate() {
+                    *added = (foot.newton.residuals[k] - moved[k]) * hardness;
+                }
+                for own in &mut added[1..] {
+                    *own = sticks.select(*own, zero);
+                }
+                for (impulse, added) in foot.impulse.iter_mut().zip(added) {
+                    *impulse = on.select(*impulse + added, *impulse);
+                }
+                foot.apply_impulse(added, on, velocities);
+            }
+            let after = self.take_residuals();
+            let is_nearer = after.lt(left);
+            left = going.select(after, left);
+            going = going & is_nearer;
+        }
+        is_definite & left.le(zero.same(TOLERANCE))
+    }
+}
