@@ -13,8 +13,8 @@ use simd_core::Simulation;
 use simd_core::dynamics::lanes::bytes_of_copy;
 use simd_core::rollout::request::{Control, ControlMode, Cost, CostTerm, Interpolation, Named};
 use simd_core::rollout::{Rollout, RolloutRequest};
-use simd_tests::robots;
 use simd_tests::statistics::Spread;
+use simd_tests::{robots, scenes};
 
 use crate::{lateness, step};
 
@@ -38,6 +38,39 @@ const JOINTS: usize = 7;
 /// Knots of each copy, and steps between them.
 const KNOTS: (usize, u64) = (10, 10);
 
+/// What is rolled out.
+struct Scene {
+    world: Simulation,
+    robot: &'static str,
+    /// Positions about which targets are drawn, of all joints.
+    middle: Vec<f64>,
+    /// How far from those they are at the most.
+    most: f64,
+}
+
+impl Scene {
+    /// An arm that meets nothing.
+    fn of_arm(world: Simulation) -> Self {
+        Self { world, robot: "arm-0", middle: vec![0.0; JOINTS], most: 0.5 }
+    }
+
+    /// A quadruped that stands on a plane, touching it with all feet.
+    fn of_quadruped() -> Self {
+        let mut world = scenes::a1(1e-3, &scenes::quadruped());
+        (0..500).for_each(|_| world.step());
+        Self { world, robot: "a1", middle: scenes::A1_STANDS.repeat(4), most: 0.035 }
+    }
+
+    /// Targets that differ from copy to copy and from round to round.
+    fn values(&self, round: usize) -> Vec<f64> {
+        let mut random = fastrand::Rng::with_seed(round as u64);
+        let joints = self.middle.len();
+        let drawn =
+            |index: usize, random: f64| self.middle[index % joints] + 2.0 * self.most * (random - 0.5);
+        (0..COPIES * KNOTS.0 * joints).map(|index| drawn(index, random.f64())).collect()
+    }
+}
+
 /// Prints the tables.
 pub(crate) fn print() {
     println!(
@@ -51,6 +84,7 @@ pub(crate) fn print() {
         bytes_of_copy(&world.layout().entities[0].tree),
         size_of_val(&values(0)[..]) / COPIES
     );
+    let arm = Scene::of_arm(world);
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     for (name, with_costs, threads) in [
         ("steps alone, one thread", false, 1),
@@ -62,7 +96,22 @@ pub(crate) fn print() {
         let mut rounds = WAYS.map(|_| Vec::new());
         for round in 0..ROUNDS {
             for (rounds, (_, way)) in rounds.iter_mut().zip(WAYS) {
-                rounds.push(in_the_core(&world, round, (with_costs, way), threads));
+                rounds.push(in_the_core(&arm, round, (with_costs, way), threads));
+            }
+        }
+        for ((way, _), rounds) in WAYS.into_iter().zip(rounds) {
+            println!("  {name:38} {way:10} {}", Spread::of(rounds));
+        }
+    }
+    println!("\nthe same of a quadruped that stands on a plane, millions of robot-steps a second");
+    let quadruped = Scene::of_quadruped();
+    for (name, with_costs, threads) in
+        [("steps alone, one thread", false, 1), ("with costs of each step, one thread", true, 1)]
+    {
+        let mut rounds = WAYS.map(|_| Vec::new());
+        for round in 0..ROUNDS {
+            for (rounds, (_, way)) in rounds.iter_mut().zip(WAYS) {
+                rounds.push(in_the_core(&quadruped, round, (with_costs, way), threads));
             }
         }
         for ((way, _), rounds) in WAYS.into_iter().zip(rounds) {
@@ -114,17 +163,17 @@ fn values(round: usize) -> Vec<f64> {
     (0..COPIES * KNOTS.0 * JOINTS).map(|_| random.f64() - 0.5).collect()
 }
 
-fn in_the_core(world: &Simulation, round: usize, (with_costs, way): (bool, Way), threads: usize) -> f64 {
-    let arm = Named { robot: "arm-0".into(), names: Vec::new() };
-    let of = Cost::JointPositions { joints: arm, targets: Vec::new(), wrapped: false };
+fn in_the_core(scene: &Scene, round: usize, (with_costs, way): (bool, Way), threads: usize) -> f64 {
+    let joints = Named { robot: scene.robot.into(), names: Vec::new() };
+    let of = Cost::JointPositions { joints, targets: Vec::new(), wrapped: false };
     let request = RolloutRequest {
         copies: COPIES,
         steps: STEPS,
         controls: vec![Control {
-            robot: "arm-0".into(),
+            robot: scene.robot.into(),
             joints: Vec::new(),
             mode: ControlMode::Position,
-            values: values(round),
+            values: scene.values(round),
             knots: KNOTS.0,
             knot_steps: KNOTS.1,
             interpolation: Interpolation::Hold,
@@ -136,7 +185,7 @@ fn in_the_core(world: &Simulation, round: usize, (with_costs, way): (bool, Way),
         ..RolloutRequest::default()
     };
     let begun = Instant::now();
-    let rollout = Rollout::new(world.to_saved(), request, u64::MAX).expect("it can be");
+    let rollout = Rollout::new(scene.world.to_saved(), request, u64::MAX).expect("it can be");
     let rollout = match way {
         Way::Alone => rollout.without_lanes(),
         Way::FourLanes => rollout.with_four_lanes(),
