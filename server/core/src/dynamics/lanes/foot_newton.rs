@@ -85,7 +85,7 @@ impl<S: Simd> FootSolver<S> {
     fn begin_rounds(&mut self) {
         let zero = self.hardness.same(0.0);
         let one = zero.same(1.0);
-        let Self { feet, velocities, momentum, anderson, hardness, .. } = self;
+        let Self { feet, joints, velocities, momentum, anderson, hardness, .. } = self;
         let (mut sum, mut count) = (zero, zero);
         for foot in &*feet {
             let is_there = zero.lt(foot.is_there);
@@ -112,6 +112,7 @@ impl<S: Simd> FootSolver<S> {
             foot.newton.sticks = presses & !slips;
             foot.newton.slipped = zero.lt(zero);
         }
+        joints.begin_rounds(velocities, momentum);
     }
 
     /// A step of Newton of some lanes. Where there is one, and where rows have changed in it.
@@ -119,7 +120,7 @@ impl<S: Simd> FootSolver<S> {
     fn advance(&mut self, lanes: Mask<S>, is_first: bool) -> (Mask<S>, Mask<S>) {
         let zero = self.hardness.same(0.0);
         let one = zero.same(1.0);
-        let Self { feet, velocities, momentum, force, hardness, .. } = self;
+        let Self { feet, joints, velocities, momentum, force, hardness, .. } = self;
         for (force, momentum) in force.iter_mut().zip(&*momentum) {
             *force = -*momentum;
         }
@@ -139,6 +140,7 @@ impl<S: Simd> FootSolver<S> {
             Foot::put(&mut foot.newton.weights, weights, on);
             Foot::put(&mut foot.newton.weights, [zero; 4], lanes & !foot.acts);
         }
+        joints.begin_round(lanes, is_first, velocities, force);
         self.assemble();
         let mut is_there = self.matrix.factorise();
         self.change.copy_from_slice(&self.force);
@@ -149,7 +151,7 @@ impl<S: Simd> FootSolver<S> {
             let own = -*change * *force;
             slope = if index == 0 { own } else { slope + own };
         }
-        let Self { feet, change, force, .. } = self;
+        let Self { feet, joints, change, force, .. } = self;
         for foot in &mut *feet {
             let [n, t, u] = foot.velocities(change);
             let [normal, tt, tu, uu] = foot.newton.weights;
@@ -158,6 +160,7 @@ impl<S: Simd> FootSolver<S> {
             foot.add_momentum(taken, !is_none, force);
             foot.newton.ways = [n, t, u];
         }
+        joints.find_ways(change, force);
         let length = if is_first { one } else { self.find_length(lanes & is_there, slope) };
         let on = lanes & is_there;
         let Self { velocities, momentum, change, force, .. } = self;
@@ -174,8 +177,9 @@ impl<S: Simd> FootSolver<S> {
     /// M + J' R^-1 J of the rows, with the weights that they have.
     #[inline(always)]
     pub(super) fn assemble(&mut self) {
-        let Self { feet, matrix, inertia, .. } = self;
+        let Self { feet, joints, matrix, inertia, .. } = self;
         matrix.values.copy_from_slice(inertia);
+        joints.assemble(matrix);
         for foot in &*feet {
             let [normal, tt, tu, uu] = foot.newton.weights;
             for (count, (row, (i, _))) in foot.jacobian.iter().zip(&foot.columns).enumerate() {
@@ -234,6 +238,7 @@ impl<S: Simd> FootSolver<S> {
             let own = sum - (way[0] * impulse[0] + way[1] * impulse[1] + way[2] * impulse[2]);
             sum = foot.acts.select(own, sum);
         }
+        self.joints.subtract_slope(length, &mut sum);
         sum
     }
 
@@ -279,7 +284,7 @@ impl<S: Simd> FootSolver<S> {
         if (differs | slips).any() {
             self.accelerate_bounds(differs, slips);
         }
-        changed
+        self.joints.project(lanes, &self.velocities, changed)
     }
 
     /// Takes the bounds of what slips on; lane by lane, as few lanes do so.
@@ -321,7 +326,7 @@ impl<S: Simd> FootSolver<S> {
             let presses = zero.le(n) & length(t, u).le(most);
             all = all & ((foot.newton.presses & presses) | (!foot.newton.presses & open));
         }
-        all
+        self.joints.hold(all)
     }
 }
 

@@ -12,7 +12,7 @@ impl<S: Simd> FootSolver<S> {
     #[inline(always)]
     fn take_residuals(&mut self) -> Lanes<S> {
         let zero = self.hardness.same(0.0);
-        let Self { feet, velocities, .. } = self;
+        let Self { feet, joints, velocities, .. } = self;
         let mut largest = zero;
         for foot in feet {
             let [n, t, u] = foot.slip(velocities);
@@ -27,14 +27,14 @@ impl<S: Simd> FootSolver<S> {
             }
             foot.newton.residuals = all;
         }
-        largest
+        joints.take_residuals(velocities, largest)
     }
 
     /// Takes the softness out of velocities and impulses of some lanes. Where that succeeds.
     #[inline(always)]
     pub(super) fn refine(&mut self, lanes: Mask<S>) -> Mask<S> {
         let zero = self.hardness.same(0.0);
-        let Self { feet, velocities, free, .. } = self;
+        let Self { feet, joints, velocities, free, .. } = self;
         for (velocity, free) in velocities.iter_mut().zip(&*free) {
             *velocity = lanes.select(*free, *velocity);
         }
@@ -47,6 +47,7 @@ impl<S: Simd> FootSolver<S> {
                 *weight = is_slip.select(zero, *weight);
             }
         }
+        joints.apply_all(lanes, velocities);
         // Of the lanes in which nothing slips it is what it was.
         let mut is_definite = lanes;
         if slips.any() {
@@ -60,7 +61,7 @@ impl<S: Simd> FootSolver<S> {
             if !going.any() {
                 break;
             }
-            let Self { feet, velocities, change, matrix, hardness, .. } = self;
+            let Self { feet, joints, velocities, change, matrix, hardness, .. } = self;
             let hardness = *hardness;
             change.fill(zero);
             for foot in &*feet {
@@ -68,6 +69,7 @@ impl<S: Simd> FootSolver<S> {
                 let has = foot.newton.presses;
                 foot.add_momentum([n * hardness, t * hardness, u * hardness], has, change);
             }
+            joints.add_residuals(change);
             matrix.solve(change);
             for foot in &mut *feet {
                 let on = foot.newton.presses & going;
@@ -85,6 +87,7 @@ impl<S: Simd> FootSolver<S> {
                 }
                 foot.apply_impulse(added, on, velocities);
             }
+            joints.refine(going, change, velocities);
             let after = self.take_residuals();
             let is_nearer = after.lt(left);
             left = going.select(after, left);

@@ -1,9 +1,10 @@
 //! The impulses of feet, of all copies: what [`Island`](crate::dynamics::island::Island) does for one robot that touches what cannot
-//! move, and has no rows of joints.
+//! move.
 
 use pulp::Simd;
 
 use super::foot_rows::Foot;
+use super::joint_rows::JointRows;
 use super::number::{Lanes, Mask};
 use super::robot::LaneRobot;
 use super::tree_cholesky::TreeCholesky;
@@ -18,6 +19,8 @@ use crate::dynamics::tree::Tree;
 #[derive(Debug)]
 pub(super) struct FootSolver<S: Simd> {
     pub(super) feet: Vec<Foot<S>>,
+    /// Limits and dry friction of joints.
+    pub(super) joints: JointRows<S>,
     /// Of the robot: with impulses, before the step, without impulses, and those of position correction.
     pub(super) velocities: Vec<Lanes<S>>,
     before: Vec<Lanes<S>>,
@@ -46,6 +49,7 @@ impl<S: Simd> FootSolver<S> {
     pub(super) fn new(zero: Lanes<S>, n: usize) -> Self {
         Self {
             feet: Vec::new(),
+            joints: JointRows::new(zero, n),
             velocities: vec![zero; n],
             before: vec![zero; n],
             free: vec![zero; n],
@@ -86,6 +90,7 @@ impl<S: Simd> FootSolver<S> {
             + size_of_val(&self.inertia[..])
             + size_of_val(&self.deltas[..])
             + self.matrix.bytes()
+            + self.joints.bytes()
     }
 
     /// Where anything touches or is about to.
@@ -111,7 +116,7 @@ impl<S: Simd> FootSolver<S> {
     #[inline(always)]
     fn start(&mut self, lanes: Mask<S>) {
         let zero = self.hardness.same(0.0);
-        let Self { feet, velocities, free, .. } = self;
+        let Self { feet, joints, velocities, free, .. } = self;
         free.copy_from_slice(velocities);
         for foot in &mut *feet {
             foot.unloaded = foot.velocities(velocities);
@@ -119,6 +124,7 @@ impl<S: Simd> FootSolver<S> {
         for foot in &*feet {
             foot.apply_impulse(foot.impulse, foot.acts & lanes, velocities);
         }
+        joints.prepare(lanes, velocities);
         let (mut linear, mut square) = (zero, zero);
         for foot in &*feet {
             let counts = foot.acts & zero.lt(foot.impulse[0]);
@@ -132,6 +138,9 @@ impl<S: Simd> FootSolver<S> {
             linear = counts.select(own_linear, linear);
             square = counts.select(own_square, square);
         }
+        let mut sums = [linear, square];
+        joints.add_energy(free, velocities, &mut sums);
+        let [linear, square] = sums;
         let is_worse = linear.lt(zero.same(0.5) * square) & lanes;
         if !is_worse.any() {
             return;
@@ -142,6 +151,7 @@ impl<S: Simd> FootSolver<S> {
                 *impulse = is_worse.select(*impulse * part, *impulse);
             }
         }
+        joints.scale(part, is_worse);
         for (velocity, free) in velocities.iter_mut().zip(&*free) {
             *velocity = is_worse.select(*free + part * (*velocity - *free), *velocity);
         }
@@ -151,8 +161,9 @@ impl<S: Simd> FootSolver<S> {
     #[inline(always)]
     fn sweep(&mut self, lanes: Mask<S>) -> Lanes<S> {
         let zero = self.hardness.same(0.0);
-        let Self { feet, velocities, .. } = self;
+        let Self { feet, joints, velocities, .. } = self;
         let mut largest = zero;
+        joints.sweep(lanes, velocities, &mut largest);
         for foot in feet {
             let on = foot.acts & lanes;
             let [nn, nt, nu, tt, _, uu] = foot.effect;
@@ -227,6 +238,7 @@ impl<S: Simd> FootSolver<S> {
     #[inline(always)]
     fn keep(&mut self) {
         self.kept.copy_from_slice(&self.velocities);
+        self.joints.keep();
         for foot in &mut self.feet {
             foot.kept_impulse = foot.impulse;
         }
@@ -241,6 +253,7 @@ impl<S: Simd> FootSolver<S> {
         for (velocity, kept) in self.velocities.iter_mut().zip(&self.kept) {
             *velocity = lanes.select(*kept, *velocity);
         }
+        self.joints.go_back(lanes);
         for foot in &mut self.feet {
             for (impulse, kept) in foot.impulse.iter_mut().zip(foot.kept_impulse) {
                 *impulse = lanes.select(kept, *impulse);
@@ -303,11 +316,14 @@ impl<S: Simd> LaneRobot<S> {
             before[offset + i] = state.half_velocity;
         }
         if is_first {
+            self.take_joint_rows(lanes);
             self.feet.solver.was_least = self.were_least();
             self.feet.solver.aim(self.stepping.h);
         }
+        self.measure_joint_rows();
         self.feet.solver.start(lanes);
         self.feet.solver.find_impulses(lanes, is_regular);
+        self.put_joint_rows(lanes);
         let velocities = &self.feet.solver.velocities;
         if first > 0 {
             for (new, velocity) in self.root_new.iter_mut().zip(velocities) {

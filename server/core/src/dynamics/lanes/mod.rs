@@ -31,6 +31,7 @@ mod foot_solver;
 mod free;
 mod implicit_inertia;
 mod joint;
+mod joint_rows;
 mod number;
 mod passes;
 mod pose;

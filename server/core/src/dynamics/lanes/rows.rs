@@ -63,18 +63,6 @@ impl<S: Simd> LaneRobot<S> {
         any.any()
     }
 
-    /// Where there are rows of joints.
-    #[inline(always)]
-    pub(super) fn has_rows(&self) -> Mask<S> {
-        let mut any = self.is_taken.same(0.0);
-        for at in &self.bodies[self.first..] {
-            for row in &at.rows {
-                any = any.max(row.is_there);
-            }
-        }
-        any.same(0.0).lt(any)
-    }
-
     /// Changes the new velocities of some lanes until every row holds, or the sweeps are used up.
     #[inline(always)]
     pub(super) fn solve_rows(&mut self, going: Mask<S>) {

@@ -90,7 +90,8 @@ impl<S: Simd> LaneRobot<S> {
             if meets.any() {
                 self.solve_feet(meets, round == 0);
             }
-            kinked = kinked | self.keep_rows(going);
+            // With feet that touch they are those of all rounds together.
+            kinked = kinked | self.keep_rows(apart);
             going = self.saturate(going, round == 0);
             kinked = kinked | going;
             if !going.any() {
@@ -98,8 +99,7 @@ impl<S: Simd> LaneRobot<S> {
             }
         }
         if touching.any() {
-            // What feet touch with, and rows of joints, the one-robot step solves together.
-            is_done = is_done & !(touching & self.has_rows());
+            kinked = kinked | self.keep_rows(touching);
             self.keep_contacts(touching, self.feet.solver.was_least);
         }
         let kinked = kinked | self.set_ways(touching);

@@ -199,12 +199,21 @@ fn a_quadruped_has_the_bits_of_the_world_by_each_integrator() {
     }
 }
 
-/// Rows of joints and contacts are solved together, which lanes do not do.
+/// Rows of joints and contacts are solved together: dry friction, and limits that targets lead to.
 #[test]
-fn a_quadruped_with_dry_friction_steps_alone_where_it_touches() {
-    let mut world = world_on_plane(quadruped(0.1), 0.37, true, Integrator::Leapfrog, 1);
-    (0..3).for_each(|_| world.step());
-    assert_as_alone(&world, drive(4, 150, 50, [0.05; 3]), 0.05, "dry friction");
+fn a_quadruped_with_dry_friction_and_joints_at_limits_has_the_bits_of_the_world() {
+    for (friction, integrator, substeps) in
+        [(0.1, Integrator::Leapfrog, 1), (0.0, Integrator::Leapfrog, 1), (0.3, Integrator::Euler, 2)]
+    {
+        let mut world = world_on_plane(quadruped(friction), 0.37, true, integrator, substeps);
+        (0..3).for_each(|_| world.step());
+        let what = format!("dry friction of {friction}");
+        let mut request = drive(8, 300, 50, [0.5, 0.2, 0.5]);
+        let limits = [0.9, 0.67, -0.8];
+        let values = request.controls[0].values.iter_mut().enumerate();
+        values.filter(|(index, _)| index % 7 == 0).for_each(|(index, value)| *value = limits[index % 3]);
+        assert_as_alone(&world, request, 0.9, &what);
+    }
 }
 
 #[test]

@@ -1,0 +1,365 @@
+//! Limits and dry friction of joints of copies that touch something, which are solved together with the rows of feet: see
+//! [`Direct`](crate::dynamics::constraint::direct::Direct). Those of copies that touch nothing are in `rows`.
+
+use pulp::Simd;
+
+use super::number::{Lanes, Mask};
+use super::robot::LaneRobot;
+use super::tree_cholesky::TreeCholesky;
+use crate::dynamics::constraint::direct::{SOFTNESS, TOLERANCE};
+
+/// In the order of solving: dry friction of all joints, then both limits of each; indices among the rows of a joint.
+const ORDER: [&[usize]; 2] = [&[0], &[1, 2]];
+
+/// A row on the velocity of one joint.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct JointRow<S: Simd> {
+    /// Which body and which of its rows it is, and the index of the velocity.
+    body: usize,
+    kind: usize,
+    velocity: usize,
+    /// Of an upper limit the velocity counts the other way round.
+    is_upper: bool,
+    /// Where it is, and where it moves anything.
+    is_there: Mask<S>,
+    acts: Mask<S>,
+    bias: Lanes<S>,
+    least: Lanes<S>,
+    most: Lanes<S>,
+    impulse: Lanes<S>,
+    kept_impulse: Lanes<S>,
+    effect: Lanes<S>,
+    hardness: Lanes<S>,
+    residual: Lanes<S>,
+    is_active: Mask<S>,
+    speed: Lanes<S>,
+    way: Lanes<S>,
+}
+
+/// The rows, and what impulses at the joints do.
+#[derive(Debug)]
+pub(super) struct JointRows<S: Simd> {
+    rows: Vec<JointRow<S>>,
+    /// By velocity that is pushed, then by velocity; only of those that have a row.
+    responses: Vec<Lanes<S>>,
+}
+
+impl<S: Simd> JointRow<S> {
+    /// A number of its velocity as its row has it.
+    #[inline(always)]
+    fn signed(&self, number: Lanes<S>) -> Lanes<S> {
+        if self.is_upper { -number } else { number }
+    }
+
+    /// J qd.
+    #[inline(always)]
+    fn own(&self, velocities: &[Lanes<S>]) -> Lanes<S> {
+        self.signed(velocities[self.velocity])
+    }
+
+    /// The impulse of the soft row at this J qd + bias.
+    #[inline(always)]
+    fn soft(&self, speed: Lanes<S>) -> Lanes<S> {
+        (-speed * self.hardness).clamp(self.least, self.most)
+    }
+
+    /// Adds J' times a number in some lanes.
+    #[inline(always)]
+    fn add(&self, number: Lanes<S>, lanes: Mask<S>, sums: &mut [Lanes<S>]) {
+        let slot = &mut sums[self.velocity];
+        *slot = lanes.select(*slot + self.signed(number), *slot);
+    }
+
+    /// Gives the velocities of some lanes an impulse.
+    #[inline(always)]
+    fn apply(&self, impulse: Lanes<S>, lanes: Mask<S>, responses: &[Lanes<S>], velocities: &mut [Lanes<S>]) {
+        let own = &responses[self.velocity * velocities.len()..][..velocities.len()];
+        let impulse = self.signed(impulse);
+        for (velocity, response) in velocities.iter_mut().zip(own) {
+            *velocity = lanes.select(*velocity + impulse * *response, *velocity);
+        }
+    }
+
+    /// Where an impulse is between its bounds.
+    #[inline(always)]
+    fn is_within(&self, impulse: Lanes<S>) -> Mask<S> {
+        self.least.lt(impulse) & impulse.lt(self.most)
+    }
+}
+
+impl<S: Simd> JointRows<S> {
+    /// None, of a robot with so many velocities.
+    pub(super) fn new(zero: Lanes<S>, velocities: usize) -> Self {
+        Self { rows: Vec::new(), responses: vec![zero; velocities * velocities] }
+    }
+
+    /// Bytes on the heap.
+    pub(super) fn bytes(&self) -> usize {
+        self.rows.capacity() * size_of::<JointRow<S>>() + size_of_val(&self.responses[..])
+    }
+
+    /// Gives the velocities of some lanes the impulses that rows start from.
+    #[inline(always)]
+    pub(super) fn prepare(&mut self, lanes: Mask<S>, velocities: &mut [Lanes<S>]) {
+        let Self { rows, responses } = self;
+        for row in rows {
+            let zero = row.bias.same(0.0);
+            row.effect = responses[row.velocity * (velocities.len() + 1)];
+            row.acts = row.is_there & zero.lt(row.effect);
+            row.hardness = zero.same(1.0) / (zero.same(SOFTNESS) * row.effect);
+            row.impulse = (lanes & row.is_there & !row.acts).select(zero, row.impulse);
+            row.apply(row.impulse, row.acts & lanes, responses, velocities);
+        }
+    }
+
+    /// Adds to -p' (J v0 - target) and to p' J M^-1 J' p.
+    #[inline(always)]
+    pub(super) fn add_energy(&self, free: &[Lanes<S>], velocities: &[Lanes<S>], sums: &mut [Lanes<S>; 2]) {
+        for row in &self.rows {
+            let (before, after) = (row.own(free), row.own(velocities));
+            let [linear, square] = *sums;
+            sums[0] = row.is_there.select(linear - row.impulse * (before + row.bias), linear);
+            sums[1] = row.is_there.select(square + row.impulse * (after - before), square);
+        }
+    }
+
+    /// Scales the impulses of some lanes.
+    #[inline(always)]
+    pub(super) fn scale(&mut self, part: Lanes<S>, lanes: Mask<S>) {
+        for row in &mut self.rows {
+            row.impulse = (row.is_there & lanes).select(row.impulse * part, row.impulse);
+        }
+    }
+
+    /// Once through all rows, of some lanes. The largest change of a row's own velocity.
+    #[inline(always)]
+    pub(super) fn sweep(&mut self, lanes: Mask<S>, velocities: &mut [Lanes<S>], largest: &mut Lanes<S>) {
+        let Self { rows, responses } = self;
+        for row in rows {
+            let velocity = row.own(velocities) + row.bias;
+            let impulse = (row.impulse - velocity / row.effect).clamp(row.least, row.most);
+            let change = impulse - row.impulse;
+            let moves = row.acts & lanes & !change.is(change.same(0.0));
+            row.impulse = moves.select(impulse, row.impulse);
+            row.apply(change, moves, responses, velocities);
+            *largest = moves.select(largest.max((change * row.effect).abs()), *largest);
+        }
+    }
+
+    /// Keeps impulses to go back to.
+    #[inline(always)]
+    pub(super) fn keep(&mut self) {
+        for row in &mut self.rows {
+            row.kept_impulse = row.impulse;
+        }
+    }
+
+    /// Goes back to them in some lanes.
+    #[inline(always)]
+    pub(super) fn go_back(&mut self, lanes: Mask<S>) {
+        for row in &mut self.rows {
+            row.impulse = lanes.select(row.kept_impulse, row.impulse);
+        }
+    }
+
+    /// Takes velocities and impulses as they are.
+    #[inline(always)]
+    pub(super) fn begin_rounds(&mut self, velocities: &[Lanes<S>], momentum: &mut [Lanes<S>]) {
+        for row in &mut self.rows {
+            let zero = row.bias.same(0.0);
+            row.add(row.impulse, row.acts, momentum);
+            let falls = (row.own(velocities) + row.bias).lt(zero);
+            let presses = row.impulse.is(zero) & falls & row.least.is(zero);
+            row.is_active = row.acts & (row.is_within(row.impulse) | presses);
+        }
+    }
+
+    /// Begins a round of some lanes, and adds to the right side.
+    #[inline(always)]
+    pub(super) fn begin_round(
+        &mut self,
+        lanes: Mask<S>,
+        is_first: bool,
+        velocities: &[Lanes<S>],
+        force: &mut [Lanes<S>],
+    ) {
+        for row in &mut self.rows {
+            row.speed = row.own(velocities) + row.bias;
+            let mut impulse = row.soft(row.speed);
+            if is_first {
+                impulse = row.is_active.select(-row.speed * row.hardness, row.impulse);
+            } else {
+                let is_active = row.is_within(impulse) & row.acts;
+                row.is_active = (lanes & is_active) | (row.is_active & !lanes);
+            }
+            row.add(impulse, row.acts, force);
+        }
+    }
+
+    /// Adds the weights of active rows to the diagonal.
+    #[inline(always)]
+    pub(super) fn assemble(&self, matrix: &mut TreeCholesky<S>) {
+        for row in &self.rows {
+            let of = &matrix.rows[row.velocity];
+            let slot = &mut matrix.values[of.at + of.ancestors.len()];
+            *slot = row.is_active.select(*slot + row.hardness, *slot);
+        }
+    }
+
+    /// What the solution changes rows' velocities by, and the right side into what it changes `momentum` by.
+    #[inline(always)]
+    pub(super) fn find_ways(&mut self, change: &[Lanes<S>], force: &mut [Lanes<S>]) {
+        for row in &mut self.rows {
+            row.way = row.own(change);
+            row.add(-(row.hardness * row.way), row.is_active, force);
+        }
+    }
+
+    /// Takes what the rows do along the solution from the slope.
+    #[inline(always)]
+    pub(super) fn subtract_slope(&self, length: Lanes<S>, sum: &mut Lanes<S>) {
+        for row in &self.rows {
+            let own = *sum - row.way * row.soft(row.speed + length * row.way);
+            *sum = row.acts.select(own, *sum);
+        }
+    }
+
+    /// Takes impulses from velocities, of some lanes. Where any row changed.
+    #[inline(always)]
+    pub(super) fn project(
+        &mut self,
+        lanes: Mask<S>,
+        velocities: &[Lanes<S>],
+        mut changed: Mask<S>,
+    ) -> Mask<S> {
+        for row in &mut self.rows {
+            let on = row.acts & lanes;
+            let impulse = row.soft(row.own(velocities) + row.bias);
+            let is_active = row.is_within(impulse);
+            changed = changed | (on & ((is_active & !row.is_active) | (!is_active & row.is_active)));
+            row.impulse = on.select(impulse, row.impulse);
+            row.is_active = (on & is_active) | (row.is_active & !on);
+        }
+        changed
+    }
+
+    /// Gives the velocities of some lanes all impulses.
+    #[inline(always)]
+    pub(super) fn apply_all(&self, lanes: Mask<S>, velocities: &mut [Lanes<S>]) {
+        for row in &self.rows {
+            let has = row.acts & lanes & !row.impulse.is(row.impulse.same(0.0));
+            row.apply(row.impulse, has, &self.responses, velocities);
+        }
+    }
+
+    /// What is left of each active row's equation. The largest.
+    #[inline(always)]
+    pub(super) fn take_residuals(&mut self, velocities: &[Lanes<S>], mut largest: Lanes<S>) -> Lanes<S> {
+        for row in &mut self.rows {
+            row.residual = -(row.own(velocities) + row.bias);
+            largest = row.is_active.select(largest.max(row.residual.abs()), largest);
+        }
+        largest
+    }
+
+    /// Adds what residuals of active rows ask for.
+    #[inline(always)]
+    pub(super) fn add_residuals(&self, change: &mut [Lanes<S>]) {
+        for row in &self.rows {
+            row.add(row.residual * row.hardness, row.is_active, change);
+        }
+    }
+
+    /// Takes the softness out of active rows of some lanes, by the solution.
+    #[inline(always)]
+    pub(super) fn refine(&mut self, lanes: Mask<S>, change: &[Lanes<S>], velocities: &mut [Lanes<S>]) {
+        let Self { rows, responses } = self;
+        for row in rows {
+            let on = row.is_active & lanes;
+            let added = (row.residual - row.own(change)) * row.hardness;
+            row.impulse = on.select(row.impulse + added, row.impulse);
+            row.apply(added, on, responses, velocities);
+        }
+    }
+
+    /// Where all impulses keep to their bounds.
+    #[inline(always)]
+    pub(super) fn hold(&self, mut all: Mask<S>) -> Mask<S> {
+        for row in &self.rows {
+            let slack = row.bias.same(TOLERANCE) * row.impulse.abs();
+            let holds = (row.least - slack).le(row.impulse) & row.impulse.le(row.most + slack);
+            all = all & (holds | !row.acts);
+        }
+        all
+    }
+}
+
+impl<S: Simd> LaneRobot<S> {
+    /// Takes the rows of joints of some lanes, where a step begins.
+    #[inline(always)]
+    pub(super) fn take_joint_rows(&mut self, lanes: Mask<S>) {
+        let zero = self.is_taken.same(0.0);
+        let no = zero.lt(zero);
+        let offset = self.tree.root_velocities();
+        self.feet.solver.joints.rows.clear();
+        for kinds in ORDER {
+            for body in self.first..self.bodies.len() {
+                for &kind in kinds {
+                    let at = &self.bodies[body];
+                    let row = at.rows[kind];
+                    let is_there = zero.lt(row.is_there) & lanes;
+                    if !is_there.any() {
+                        continue;
+                    }
+                    let bounds = if kind == 0 {
+                        [-at.most_friction, at.most_friction]
+                    } else {
+                        [zero, zero.same(f64::INFINITY)]
+                    };
+                    self.feet.solver.joints.rows.push(JointRow {
+                        body,
+                        kind,
+                        velocity: offset + body - self.first,
+                        is_upper: kind == 2,
+                        is_there,
+                        acts: no,
+                        bias: row.bias,
+                        least: bounds[0],
+                        most: bounds[1],
+                        impulse: is_there.select(row.impulse, zero),
+                        kept_impulse: zero,
+                        effect: zero,
+                        hardness: zero,
+                        residual: zero,
+                        is_active: no,
+                        speed: zero,
+                        way: zero,
+                    });
+                }
+            }
+        }
+    }
+
+    /// What impulses at joints with rows do.
+    #[inline(always)]
+    pub(super) fn measure_joint_rows(&mut self) {
+        let (first, n) = (self.first, self.bodies.len());
+        let (offset, size) = (self.tree.root_velocities(), self.feet.solver.velocities.len());
+        for index in 0..self.feet.solver.joints.rows.len() {
+            let JointRow { body, velocity, .. } = self.feet.solver.joints.rows[index];
+            self.respond(body);
+            let own = &mut self.feet.solver.joints.responses[velocity * size..][..size];
+            own[..offset].copy_from_slice(&self.root_responses[body][..offset]);
+            own[offset..].copy_from_slice(&self.responses[body * n + first..(body + 1) * n]);
+        }
+    }
+
+    /// Gives joints of some lanes the impulses that their rows have come to.
+    #[inline(always)]
+    pub(super) fn put_joint_rows(&mut self, lanes: Mask<S>) {
+        for row in &self.feet.solver.joints.rows {
+            let slot = &mut self.bodies[row.body].rows[row.kind].impulse;
+            *slot = (row.is_there & lanes).select(row.impulse, *slot);
+        }
+    }
+}
