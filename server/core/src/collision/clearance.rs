@@ -1,7 +1,7 @@
 //! How far a robot can move before it can touch anything: a bound from boxes and spheres, for a step without collision detection.
 
 use super::bounds::Bounds;
-use super::colliders::{Placed, RobotColliders};
+use super::colliders::{Frame, Placed, RobotColliders};
 use super::filter::Filter;
 use crate::dynamics::Tree;
 use crate::dynamics::tree::JointType;
@@ -21,6 +21,13 @@ fn above((of_plane, index): (&RobotColliders, usize), other: &Placed) -> f64 {
     let normal = frame.world_from_shape.rotation * half_space.normal;
     let (middle, half) = (0.5 * (least + most), 0.5 * (most - least));
     normal.dot(middle - frame.world_from_shape.translation) - normal.abs().dot(half) - plane.margin
+}
+
+impl Placed {
+    /// How far from its body's origin any point of it is at the most.
+    fn farthest(&self, frame: &Frame) -> f64 {
+        frame.body_from_shape.transform_point(frame.middle).length() + self.radius
+    }
 }
 
 impl RobotColliders {

@@ -127,8 +127,7 @@ impl Placed {
     /// How far around it contacts are looked for, where its body moves so and turns at `spin` rad/s.
     fn look_ahead(&mut self, motion: BodyMotion, spin: f64, slack: f64, h: f64) {
         let BodyMotion { pose, linear, angular } = motion;
-        let arm = self.world_middle - pose.translation;
-        let velocity = linear + angular.cross(arm);
+        let velocity = linear + angular.cross(self.world_middle - pose.translation);
         let speed = velocity.length() + spin * self.radius;
         self.margin = slack + LOOK_AHEAD * h * speed;
         self.drift = velocity * (LOOK_AHEAD * h);
@@ -152,11 +151,6 @@ impl Placed {
     /// At least so far apart are the two, metres; negative where the spheres around them meet.
     pub(super) fn sphere_gap(&self, other: &Self) -> f64 {
         self.world_middle.distance(other.world_middle) - self.radius - other.radius
-    }
-
-    /// How far from its body's origin any point of it is at the most.
-    pub(super) fn farthest(&self, frame: &Frame) -> f64 {
-        frame.body_from_shape.transform_point(frame.middle).length() + self.radius
     }
 
     /// Finds its bounds anew.

@@ -15,6 +15,22 @@ use crate::dynamics::lanes::{FootPair, Guard, MOST_FEET, can_be_foot};
 pub struct RobotFeet {
     pairs: Vec<FootPair>,
     guards: Vec<Guard>,
+    /// Robots with planes, and where their bases are.
+    grounds: Vec<(usize, DPose3)>,
+}
+
+impl RobotColliders {
+    /// Whether a collider is a ball that moves.
+    pub fn is_moving_ball(&self, collider: usize) -> bool {
+        self.placed
+            .get(collider)
+            .is_some_and(|placed| placed.body.is_some() && self.shape(placed).as_ball().is_some())
+    }
+
+    /// Whether a collider is a plane.
+    pub fn is_plane(&self, collider: usize) -> bool {
+        self.placed.get(collider).is_some_and(|placed| self.shape(placed).as_halfspace().is_some())
+    }
 }
 
 impl RobotFeet {
@@ -26,7 +42,7 @@ impl RobotFeet {
         grounds: impl Iterator<Item = (usize, &'a RobotColliders, &'a Tree, DPose3)>,
         filter: impl Fn([usize; 2]) -> Filter<'a>,
     ) -> Option<Self> {
-        let mut feet = Self { pairs: Vec::new(), guards: Vec::new() };
+        let mut feet = Self { pairs: Vec::new(), guards: Vec::new(), grounds: Vec::new() };
         for (index, ground, ground_tree, base) in grounds {
             let mut placed = RobotColliders::new(ground_tree, ground.shapes(), Surface::default());
             let still = BodyMotion { pose: base, linear: glamx::DVec3::ZERO, angular: glamx::DVec3::ZERO };
@@ -36,6 +52,7 @@ impl RobotFeet {
             if !found {
                 return None;
             }
+            feet.grounds.push((index, base));
         }
         feet.pairs.sort_unstable_by_key(|pair| (pair.robots, pair.colliders));
         (!feet.pairs.is_empty() && feet.pairs.len() <= MOST_FEET).then_some(feet)
@@ -107,6 +124,11 @@ impl RobotFeet {
     /// What else may touch the planes.
     pub fn guards(&self) -> &[Guard] {
         &self.guards
+    }
+
+    /// Whether the planes are where they were, of robots with their bases there.
+    pub fn stand_on(&self, base: impl Fn(usize) -> DPose3) -> bool {
+        self.grounds.iter().all(|(robot, known)| base(*robot) == *known)
     }
 
     /// What the surfaces of each pair are like together, of robots with these colliders.

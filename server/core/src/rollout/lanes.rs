@@ -1,4 +1,4 @@
-//! Copies of a batch in lanes: where a world has one robot that moves and touches nothing but planes, with its feet, several of its copies step at once.
+//! Copies of a batch in lanes: where a world has one robot that moves and meets nothing but planes, several of its copies step at once.
 //!
 //! Each copy has a world of its own, which is where it begins, and where it is whenever something is to be done that lanes do not
 //! do. In between its state is in its lane alone: new numbers of targets are written there, and what is read of its joints is read
@@ -56,10 +56,9 @@ fn four_lanes() -> Option<pulp::Scalar> {
 struct Group<'a, S: Simd> {
     rollout: &'a Rollout,
     lanes: LaneRobot<S>,
-    /// What it touches planes with, if lanes can do that.
-    feet: Option<RobotFeet>,
-    /// The robot that moves.
+    /// The robot that moves, and what it touches planes with, if lanes can do that.
     robot: usize,
+    feet: Option<RobotFeet>,
     /// Controls change numbers of targets and nothing else of them after the first step: each is of that robot, and no joint has
     /// two.
     changes_numbers_alone: bool,
@@ -229,10 +228,9 @@ impl<'a, S: Simd> Group<'a, S> {
     /// Takes a copy that has done so many steps into its lane, if its next step is one of lanes.
     fn take(&mut self, lane: usize, done: u64) {
         let world = &self.workers[lane].world;
-        let surfaces = self.feet.as_ref().map(|feet| world.lane_surfaces(feet)).unwrap_or_default();
-        if self.lanes.take(lane, world.body(self.robot))
-            && self.lanes.take_contacts(lane, world.lane_contacts(), &surfaces)
-        {
+        let surfaces = self.feet.as_ref().map_or(Some(Vec::new()), |feet| world.lane_surfaces(feet));
+        let contacts = (world.lane_contacts(), surfaces.as_deref());
+        if self.lanes.take(lane, world.body(self.robot)) && self.lanes.take_contacts(lane, contacts) {
             self.copies[lane].entered = done;
         }
     }
@@ -264,7 +262,6 @@ impl<'a, S: Simd> Group<'a, S> {
                 continue;
             }
             let clearance = world.lane_clearance(self.robot, self.feet.is_some());
-            // Else the next step is none of lanes.
             if clearance.around.min(clearance.own) > clearance.slack {
                 self.lanes.set_clearance(lane, &clearance);
                 self.take(lane, step);
@@ -376,7 +373,6 @@ impl<'a, S: Simd> Group<'a, S> {
             self.rollout.drive(worker, running.copy, step).map_err(|error| (error.into(), step))?;
         }
         worker.step(schedule).map_err(|why| (why, step))?;
-        // What steps of lanes do not change is seen once: it must be that of this step.
         running.is_seen = self.rollout.is_looked_at(step + 1);
         if running.is_seen {
             worker.look();

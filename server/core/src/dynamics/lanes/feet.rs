@@ -143,15 +143,21 @@ impl<S: Simd> LaneRobot<S> {
         };
     }
 
-    /// Gives a copy in a lane its contacts, and what the surfaces of each pair are like together. False where it has contacts of
-    /// which lanes know nothing; then the lane is empty.
-    pub fn take_contacts(&mut self, lane: usize, contacts: &[Contact], surfaces: &[Surface]) -> bool {
+    /// Gives a copy in a lane its contacts, and what the surfaces of each pair are like together, if planes are where they are for
+    /// all. False where it has contacts of which lanes know nothing; then the lane is empty.
+    pub fn take_contacts(
+        &mut self,
+        lane: usize,
+        (contacts, surfaces): (&[Contact], Option<&[Surface]>),
+    ) -> bool {
+        let surfaces = surfaces.filter(|surfaces| surfaces.len() == self.feet.pairs.len());
         let own = self.feet.of_lane(lane);
         for contact in &mut self.feet.contacts {
             contact.is_there.set(lane, 0.0);
         }
-        let mut fits = surfaces.len() == self.feet.pairs.len() && surfaces.iter().all(is_simple);
-        if fits {
+        let surfaces = surfaces.filter(|surfaces| surfaces.iter().all(is_simple));
+        let mut fits = surfaces.is_some();
+        if let Some(surfaces) = surfaces {
             self.feet.surfaces[own].copy_from_slice(surfaces);
             for (foot, surface) in self.feet.solver.feet.iter_mut().zip(surfaces) {
                 foot.friction.set(lane, surface.friction);

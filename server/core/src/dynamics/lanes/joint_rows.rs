@@ -90,7 +90,7 @@ impl<S: Simd> JointRow<S> {
 impl<S: Simd> JointRows<S> {
     /// None, of a robot with so many velocities.
     pub(super) fn new(zero: Lanes<S>, velocities: usize) -> Self {
-        Self { rows: Vec::new(), responses: vec![zero; velocities * velocities] }
+        Self { rows: Vec::with_capacity(3 * velocities), responses: vec![zero; velocities * velocities] }
     }
 
     /// Bytes on the heap.

@@ -13,13 +13,14 @@
 //! * `passes`: kinematics, articulated inertias, accelerations. `drives`: what joints are driven by. `rows`: limits and dry
 //!   friction.
 //! * `pose`: frames in the world. `feet`: what of a robot touches planes. `foot_points`: where. `foot_rows`: the rows of that.
+//! * `joint_rows`: limits and dry friction beside feet.
 //! * `tree_cholesky`, `implicit_inertia`: the matrix of what impulses work against. `foot_newton`, `foot_refinement`, `foot_solver`:
 //!   the impulses.
 //! * `step`: the step.
 //!
-//! What lanes do not do, the one-robot step does: contact but that of feet, and feet while joints are at limits or have dry friction;
-//! constraints between links, robots of a single free body, ball joints, joints that follow others, gravity compensation, wrenches; a first step from given velocities; bodies that spin fast;
-//! and what is not finite afterwards.
+//! What lanes do not do, the one-robot step does: contact but that of feet, constraints between links, robots of a single free
+//! body, ball joints, joints that follow others, gravity compensation, wrenches; a first step from given velocities; bodies that spin
+//! fast; and what is not finite afterwards.
 
 mod drives;
 mod feet;

@@ -147,30 +147,6 @@ fn a_quadruped_that_stands_has_the_bits_of_the_world() {
     }
 }
 
-#[test]
-#[ignore = "measures"]
-#[allow(clippy::disallowed_types, clippy::disallowed_methods)]
-fn how_long_steps_take() {
-    let world = standing(300, true);
-    let mut request = drive(8, 2000, 50, [0.02; 3]);
-    request.record_every = 0;
-    let rollout = Rollout::new(world.to_saved(), request, ROOM).unwrap();
-    use std::time::Instant;
-    let copies = 16e3;
-    for _ in 0..5 {
-        let mut worker = rollout.worker();
-        let begin = Instant::now();
-        let found = (0..4).map(|_| rollout.advance(&mut worker, 0, &|| false).unwrap()).last().unwrap();
-        let us = begin.elapsed().as_secs_f64() / (4.0 * copies) * 1e6;
-        println!("us a step in lanes: {us}, of which {} were", part_in_lanes(&found));
-    }
-    if std::env::var("ALONE").is_ok() {
-        let begin = Instant::now();
-        alone(&rollout, 0..8);
-        println!("us a step alone: {}", begin.elapsed().as_secs_f64() / copies * 1e6);
-    }
-}
-
 /// Targets far from where it stands, and soon others: feet leave the ground, land and slip.
 #[test]
 fn a_quadruped_that_steps_lands_and_slips_has_the_bits_of_the_world() {
@@ -238,9 +214,26 @@ fn a_quadruped_that_lies_down_has_the_bits_of_the_world() {
     let world = standing(300, false);
     let mut request = drive(5, 400, 200, [0.0; 3]);
     let folds = |index: usize| [0.0, 1.4, -2.5][index % 3] * if index % 24 < JOINTS { 1.0 } else { 0.5 };
+    request.controls[0].stiffness = vec![3.0; JOINTS];
+    request.controls[0].damping = vec![0.3; JOINTS];
     request.controls[0].values = (0..5 * 2 * JOINTS).map(folds).collect();
     request.costs =
         vec![CostTerm { weight: 1.0, final_weight: 2.0, of: Cost::JointEfforts(named("quadruped")) }];
     request.step_costs = true;
-    assert_as_alone(&world, request, 0.2, "lying down");
+    let rollout = Rollout::new(world.to_saved(), request.clone(), ROOM).unwrap();
+    let expected = alone(&rollout, 0..5);
+    let contacts = expected.states.chunks_exact(rollout.shape().columns()).map(|row| row[row.len() - 2]);
+    assert!(contacts.fold(0.0, f64::max) > 4.0, "more than feet touch");
+    assert_as_alone(&world, request, 0.1, "lying down");
+}
+
+/// Planes of copies that are elsewhere are not those of the lanes.
+#[test]
+fn copies_on_planes_of_different_heights_have_the_bits_of_the_world() {
+    let world = standing(300, true);
+    let mut request = drive(4, 150, 50, [0.02; 3]);
+    let heights = [0.0, -0.01, 0.0, -0.03];
+    let roots = heights.into_iter().flat_map(|height| [0.0, 0.0, height, 0.0, 0.0, 0.0, 1.0]);
+    request.starts = vec![Start { robot: "plane".into(), roots: roots.collect(), ..Start::default() }];
+    assert_as_alone(&world, request, 0.4, "on planes of different heights");
 }

@@ -109,13 +109,19 @@ impl Simulation {
         (meets_nothing && is_simple && self.touches_planes_alone(robot)).then_some(robot)
     }
 
-    /// Whether all contacts are of a robot with what does not move, one for each pair of colliders; lanes look closer.
+    /// Whether all contacts are of balls of a robot, whose root is free, with planes of others; lanes look closer.
     fn touches_planes_alone(&self, robot: usize) -> bool {
-        let is_of_robot = |contact: &Contact| {
-            let moving = contact.point.bodies.iter().filter(|body| body.is_some()).count();
-            contact.robots.contains(&robot) && moving == 1
+        let is_of_foot = |contact: &Contact| {
+            let side = usize::from(contact.robots[0] != robot);
+            let [own, other] = [side, 1 - side]
+                .map(|side| (&self.entities[contact.robots[side]].colliders, contact.point.colliders[side]));
+            contact.robots[side] == robot
+                && contact.robots[1 - side] != robot
+                && own.0.is_moving_ball(own.1)
+                && other.0.is_plane(other.1)
         };
-        self.contacts.list.iter().all(is_of_robot)
+        self.contacts.list.is_empty()
+            || !self.entities[robot].is_fixed() && self.contacts.list.iter().all(is_of_foot)
     }
 
     /// The feet of the robot of [`lane_robot`](Self::lane_robot), where it has some that lanes take.
@@ -134,9 +140,12 @@ impl Simulation {
         RobotFeet::new((robot, colliders), body.tree(), grounds, filter)
     }
 
-    /// What the surfaces of each pair of a robot's feet are like together.
-    pub(crate) fn lane_surfaces(&self, feet: &RobotFeet) -> Vec<Surface> {
-        feet.surfaces(|robot| &self.entities[robot].colliders, self.settings.surface_combination)
+    /// What the surfaces of each pair of a robot's feet are like together; `None` where the planes are elsewhere in this copy.
+    pub(crate) fn lane_surfaces(&self, feet: &RobotFeet) -> Option<Vec<Surface>> {
+        let are_there = feet.stand_on(|robot| self.entities[robot].body.base());
+        are_there.then(|| {
+            feet.surfaces(|robot| &self.entities[robot].colliders, self.settings.surface_combination)
+        })
     }
 
     /// The contacts of the last step, in their order.
