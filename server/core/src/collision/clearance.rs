@@ -25,7 +25,7 @@ fn above((of_plane, index): (&RobotColliders, usize), other: &Placed) -> f64 {
 
 impl Placed {
     /// How far from its body's origin any point of it is at the most.
-    fn farthest(&self, frame: &Frame) -> f64 {
+    pub(super) fn farthest(&self, frame: &Frame) -> f64 {
         frame.body_from_shape.transform_point(frame.middle).length() + self.radius
     }
 }

@@ -108,6 +108,7 @@ impl RobotFeet {
                     middle: body_from_shape.transform_point(middle),
                     axes: DMat3::from_quat(body_from_shape.rotation),
                     half,
+                    reach: part.farthest(&own.frames[i]),
                     normal,
                     height: normal.dot(frame.translation),
                 });

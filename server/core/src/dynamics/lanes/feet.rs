@@ -57,6 +57,8 @@ pub struct Guard {
     pub axes: DMat3,
     /// Half of its lengths.
     pub half: DVec3,
+    /// How far from the body's origin any point of the sphere around it is at the most: so fast contacts take it to be.
+    pub reach: f64,
     /// The plane's normal, world.
     pub normal: DVec3,
     /// The plane's height along it.
@@ -227,7 +229,7 @@ impl<S: Simd> LaneRobot<S> {
                 + along.z.abs() * zero.same(guard.half.z);
             let middle = at.origin + at.rotation.times(Vector::splat(self.simd, guard.middle));
             let above = middle.dot(normal) - zero.same(guard.height + ROUNDING) - half;
-            let farthest = zero.same(guard.middle.length() + guard.half.length());
+            let farthest = zero.same(guard.reach + ROUNDING);
             let Vector { x, y, z } = at.velocity.angular;
             let spin = (x * x + y * y + z * z).sqrt();
             let linear = at.velocity.linear;
