@@ -5,8 +5,9 @@
 Steps are of 1 ms, with targets of all joints that change every 50 steps, the same numbers in both, in batches that take their places
 by turns. simd computes in a daemon, on all processors since its world is paused, and each batch is a call over Zenoh with its
 answer; MuJoCo computes in this process, on a thread for each processor. A1 stands on a plane, its targets around the posture in which
-it stands; the arm touches nothing.
-Needs `mujoco` and `pybullet_data`; SIMD_BINARY says which daemon.
+it stands; the arm touches nothing, and MJX takes a turn too: all copies in one program that XLA compiles for the processors, in double
+precision, the time of compilation left out.
+Needs `mujoco`, `mujoco-mjx` and `pybullet_data`; SIMD_BINARY says which daemon.
 """
 
 from __future__ import annotations
@@ -55,6 +56,8 @@ class Case:
     went: FloatArray
     """Where MuJoCo writes the state after each step."""
     observe: list[Observation]
+    compiled: Any = None
+    """What makes the last `qpos` of all copies of targets (copies, steps, joints) by MJX, where it takes part."""
 
     def ours(self) -> tuple[float, FloatArray]:
         """Seconds, and what became of the joints and of the root: (copies, numbers)."""
@@ -64,9 +67,20 @@ class Case:
         seconds = time.perf_counter() - begin
         return seconds, np.concatenate([each[:, -1] for each in found.observations], axis=1)
 
+    def targets(self) -> FloatArray:
+        """Of each step: (copies, steps, joints)."""
+        return np.repeat(self.values, KNOT, axis=1)[:, : self.steps]
+
+    def by_mjx(self) -> tuple[float, FloatArray]:
+        """Seconds, and the last `qpos` of each copy."""
+        targets = self.targets()
+        begin = time.perf_counter()
+        found: FloatArray = np.asarray(self.compiled(targets))
+        return time.perf_counter() - begin, found
+
     def theirs(self) -> tuple[float, FloatArray]:
         """Seconds, and the last `qpos` of each copy."""
-        targets = np.repeat(self.values, KNOT, axis=1)[:, : self.steps]
+        targets = self.targets()
         states = np.tile(self.state, (len(self.values), 1))
         begin = time.perf_counter()
         self.pool.rollout(self.model, self.datas, states, targets, nstep=self.steps, state=self.went)
@@ -94,8 +108,9 @@ def main() -> None:
         for make, axis in zip((arm, quadruped), axes, strict=True):
             case = make(sim, asked.copies, asked.steps, pool, threads)
             throughputs = measured(case, asked.rounds)
-            axis.boxplot([throughputs["simd"], throughputs["MuJoCo"]])
-            axis.set_xticks([1, 2], ["simd, over Zenoh", "mujoco.rollout"])
+            labels = {"simd": "simd, over Zenoh", "MuJoCo": "mujoco.rollout", "MJX": "MJX"}
+            axis.boxplot(list(throughputs.values()))
+            axis.set_xticks(range(1, len(throughputs) + 1), [labels[name] for name in throughputs])
             axis.set(title=case.name, ylabel="millions of robot-steps a second", ylim=(0, None))
             sim.reset(time=True, state=True, spawned=True)
     pool.close()
@@ -105,6 +120,8 @@ def main() -> None:
 def measured(case: Case, rounds: int) -> dict[str, list[float]]:
     """Batches in turn, another one first each time, after one of each that does not count."""
     kinds = {"simd": case.ours, "MuJoCo": case.theirs}
+    if case.compiled is not None:
+        kinds["MJX"] = case.by_mjx
     ends = {name: batch()[1] for name, batch in kinds.items()}
     throughputs: dict[str, list[float]] = {name: [] for name in kinds}
     millions = len(case.values) * case.steps / 1e6
@@ -114,6 +131,9 @@ def measured(case: Case, rounds: int) -> dict[str, list[float]]:
             throughputs[name].append(millions / seconds)
     ratios = [ours / theirs for ours, theirs in zip(throughputs["simd"], throughputs["MuJoCo"], strict=True)]
     print(f"{case.name:14} simd {spread(throughputs['simd']):>24}   MuJoCo {spread(throughputs['MuJoCo']):>24}   ratio {spread(ratios)}")
+    if "MJX" in throughputs:
+        times = [ours / theirs for ours, theirs in zip(throughputs["simd"], throughputs["MJX"], strict=True)]
+        print(f"{'':14} MJX {spread(throughputs['MJX'])}   ratio {spread(times)}")
     report(case, ends)
     return throughputs
 
@@ -137,7 +157,24 @@ def arm(sim: Simulation, copies: int, steps: int, pool: Any, threads: int) -> Ca
     model = mujoco.MjModel.from_xml_string(mujoco_models.fixed(robot, ARM, TIME_STEP))
     values = np.random.default_rng(1).normal(0.0, 0.3, (copies, -(-steps // KNOT), len(robot.joint_names)))
     observe = [Observation("joint_positions", robot)]
-    return case_of("seven_arm", sim, robot, values, steps, pool, model, threads, np.array(model.qpos0), observe, 0.0)
+    case = case_of("seven_arm", sim, robot, values, steps, pool, model, threads, np.array(model.qpos0), observe, 0.0)
+    case.compiled = by_mjx(model)
+    return case
+
+
+def by_mjx(model: Any) -> Any:
+    """The last `qpos` from the model's first one, for targets of all steps of all copies."""
+    jax, mjx = importlib.import_module("jax"), importlib.import_module("mujoco.mjx")
+    jax.config.update("jax_enable_x64", True)
+    compiled = mjx.put_model(model)
+
+    def step(data: Any, control: Any) -> tuple[Any, None]:
+        return mjx.step(compiled, data.replace(ctrl=control)), None
+
+    def last(controls: Any) -> Any:
+        return jax.lax.scan(step, mjx.make_data(compiled), controls)[0].qpos
+
+    return jax.jit(jax.vmap(last))
 
 
 def quadruped(sim: Simulation, copies: int, steps: int, pool: Any, threads: int) -> Case:

@@ -82,11 +82,11 @@ impl<S: Simd> LaneRobot<S> {
                 let row = &self.feet.solver.matrix.rows[row];
                 row.at + row.ancestors.len()
             };
-            let (mut next, mut place) = (Some(i), diagonal + 1);
+            let (mut next, mut index) = (Some(i), diagonal + 1);
             while let Some(j) = next.filter(|j| *j >= first) {
                 let (joint_type, at) = (self.tree.bodies[j].joint_type, &self.bodies[j]);
-                place -= 1;
-                self.feet.solver.inertia[place] = along(joint_type, force, at.rotation.z);
+                index -= 1;
+                self.feet.solver.inertia[index] = along(joint_type, force, at.rotation.z);
                 force = force.force_from(at.reach);
                 next = self.tree.bodies[j].parent;
             }
