@@ -1,12 +1,12 @@
 """Rollouts beside `mujoco.rollout` with as many threads: the seven-joint arm, and A1 standing on the ground.
 
-    python benches/mujoco_rollouts.py [--copies 1024] [--steps 200] [--rounds 15] [--out target/rollouts/mujoco_rollouts.png]
+    python benches/mujoco_rollouts.py [--copies 1024] [--steps 200] [--rounds 15] [--mjx] [--out target/rollouts/mujoco_rollouts.png]
 
 Steps are of 1 ms, with targets of all joints that change every 50 steps, the same numbers in both, in batches that take their places
 by turns. simd computes in a daemon, on all processors since its world is paused, and each batch is a call over Zenoh with its
 answer; MuJoCo computes in this process, on a thread for each processor. A1 stands on a plane, its targets around the posture in which
-it stands; the arm touches nothing, and MJX takes a turn too: all copies in one program that XLA compiles for the processors, in double
-precision, the time of compilation left out.
+it stands; the arm touches nothing. With `--mjx` MJX takes a turn with the arm too: all copies in one program that XLA compiles for the
+processors, in double precision, the time of compilation left out.
 Needs `mujoco`, `mujoco-mjx` and `pybullet_data`; SIMD_BINARY says which daemon.
 """
 
@@ -95,6 +95,7 @@ def main() -> None:
     parser.add_argument("--copies", type=int, default=1024)
     parser.add_argument("--steps", type=int, default=200)
     parser.add_argument("--rounds", type=int, default=15)
+    parser.add_argument("--mjx", action="store_true")
     parser.add_argument("--out", type=Path, default=TARGET / "mujoco_rollouts.png")
     asked = parser.parse_args()
     rollout: Any = importlib.import_module("mujoco.rollout")
@@ -107,6 +108,8 @@ def main() -> None:
         figure, axes = subplots(2, f"{asked.copies} copies, {asked.steps} steps, {threads} threads each")
         for make, axis in zip((arm, quadruped), axes, strict=True):
             case = make(sim, asked.copies, asked.steps, pool, threads)
+            if asked.mjx and make is arm:
+                case.compiled = by_mjx(case.model)
             throughputs = measured(case, asked.rounds)
             labels = {"simd": "simd, over Zenoh", "MuJoCo": "mujoco.rollout", "MJX": "MJX"}
             axis.boxplot(list(throughputs.values()))
@@ -157,9 +160,7 @@ def arm(sim: Simulation, copies: int, steps: int, pool: Any, threads: int) -> Ca
     model = mujoco.MjModel.from_xml_string(mujoco_models.fixed(robot, ARM, TIME_STEP))
     values = np.random.default_rng(1).normal(0.0, 0.3, (copies, -(-steps // KNOT), len(robot.joint_names)))
     observe = [Observation("joint_positions", robot)]
-    case = case_of("seven_arm", sim, robot, values, steps, pool, model, threads, np.array(model.qpos0), observe, 0.0)
-    case.compiled = by_mjx(model)
-    return case
+    return case_of("seven_arm", sim, robot, values, steps, pool, model, threads, np.array(model.qpos0), observe, 0.0)
 
 
 def by_mjx(model: Any) -> Any:
