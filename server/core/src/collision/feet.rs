@@ -7,7 +7,6 @@ use super::colliders::RobotColliders;
 use super::filter::Filter;
 use crate::dynamics::Tree;
 use crate::dynamics::contact_point::{Surface, SurfaceCombination};
-use crate::dynamics::kinematics::BodyMotion;
 use crate::dynamics::lanes::{FootPair, Guard, MOST_FEET, can_be_foot};
 
 /// The feet of a robot, planes that they may touch, and what else of it may touch those.
@@ -39,20 +38,19 @@ impl RobotFeet {
     pub fn new<'a>(
         (robot, own): (usize, &RobotColliders),
         tree: &Tree,
-        grounds: impl Iterator<Item = (usize, &'a RobotColliders, &'a Tree, DPose3)>,
+        grounds: impl Iterator<Item = (usize, &'a RobotColliders, DPose3)>,
         filter: impl Fn([usize; 2]) -> Filter<'a>,
     ) -> Option<Self> {
         let mut feet = Self { pairs: Vec::new(), guards: Vec::new(), grounds: Vec::new() };
-        for (index, ground, ground_tree, base) in grounds {
-            let mut placed = RobotColliders::new(ground_tree, ground.shapes(), Surface::default());
-            let still = BodyMotion { pose: base, linear: glamx::DVec3::ZERO, angular: glamx::DVec3::ZERO };
-            placed.update_poses(base, 0.0, 0.0, |_| still);
+        for (index, ground, base) in grounds {
             let filter = filter([robot.min(index), robot.max(index)]);
-            let found = feet.list((robot, own), tree, (index, ground, &placed), filter);
-            if !found {
+            let before = (feet.pairs.len(), feet.guards.len());
+            if !feet.list((robot, own), tree, (index, ground, base), filter) {
                 return None;
             }
-            feet.grounds.push((index, base));
+            if (feet.pairs.len(), feet.guards.len()) != before {
+                feet.grounds.push((index, base));
+            }
         }
         feet.pairs.sort_unstable_by_key(|pair| (pair.robots, pair.colliders));
         (!feet.pairs.is_empty() && feet.pairs.len() <= MOST_FEET).then_some(feet)
@@ -63,25 +61,23 @@ impl RobotFeet {
         &mut self,
         (robot, own): (usize, &RobotColliders),
         tree: &Tree,
-        (index, ground, placed): (usize, &RobotColliders, &RobotColliders),
+        (index, ground, base): (usize, &RobotColliders, DPose3),
         filter: Filter<'_>,
     ) -> bool {
         for (j, plane) in ground.placed.iter().enumerate() {
             let Some(half_space) = ground.shape(plane).as_halfspace() else { continue };
-            let frame = &placed.frames[j].world_from_shape;
+            let frame = base * ground.frames[j].body_from_shape;
             let normal = frame.rotation * half_space.normal;
             for (i, part) in own.placed.iter().enumerate() {
                 let allowed =
                     if robot < index { filter.allows(part, plane) } else { filter.allows(plane, part) };
                 let (Some(body), true) = (part.body, allowed) else { continue };
                 let side = usize::from(robot > index);
-                let (mut robots, mut colliders) = ([robot, index], [i, j]);
+                let (mut robots, mut colliders, mut links) =
+                    ([robot, index], [i, j], [part.link, plane.link]);
                 if side == 1 {
                     robots.reverse();
                     colliders.reverse();
-                }
-                let mut links = [part.link, plane.link];
-                if side == 1 {
                     links.reverse();
                 }
                 let body_from_shape = own.frames[i].body_from_shape;
@@ -97,7 +93,7 @@ impl RobotFeet {
                         links,
                         radius: ball.radius,
                         body_from_ball: body_from_shape,
-                        plane: *frame,
+                        plane: frame,
                         normal: half_space.normal,
                     });
                     continue;

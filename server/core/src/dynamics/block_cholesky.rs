@@ -112,7 +112,7 @@ impl BlockCholesky {
             order.push(node);
             let (own, others) = (sizes[node], neighbours[node]);
             let degree = degrees[node];
-            cost = cost.saturating_add(own * (own + degree) * (own + degree));
+            cost = cost.saturating_add(factorisation_cost(own, degree));
             if cost > most {
                 return None;
             }
@@ -285,6 +285,11 @@ impl BlockCholesky {
             branches.forward_pass(diagonal, &mut x[own]);
         }
     }
+}
+
+/// Multiplications, roughly, that the elimination of a node takes whose neighbours have so many rows.
+pub fn factorisation_cost(own: usize, degree: usize) -> usize {
+    own * (own + degree) * (own + degree)
 }
 
 /// block -= a b', where `a` and `b` have rows of `n`.

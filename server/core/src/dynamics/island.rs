@@ -25,7 +25,7 @@ use super::scratch::MultiRhs;
 use super::symmetric::Symmetric;
 pub(in crate::dynamics) use impulses::{DIRECT_AT, MAX_SWEEPS, SETTLED, SETTLED_ROUNDS, UNCHANGED};
 pub use residual::SolverChoice;
-pub(in crate::dynamics) use rows::find_spans;
+pub(in crate::dynamics) use rows::{MANY, find_spans};
 use split_velocities::Split;
 
 /// Sweeps of position correction; the rest is left to the next step.

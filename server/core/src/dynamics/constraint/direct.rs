@@ -26,7 +26,7 @@ use super::contact::ContactRows;
 use super::link_rows::LinkRows;
 use super::{Constraints, Row};
 use crate::dynamics::articulation::Articulation;
-use crate::dynamics::block_cholesky::{BlockCholesky, MOST_NODES};
+use crate::dynamics::block_cholesky::{BlockCholesky, MOST_NODES, factorisation_cost};
 use crate::dynamics::inertia::Rigid;
 use crate::dynamics::island::Member;
 pub(in crate::dynamics) use anderson::Anderson;
@@ -48,6 +48,27 @@ const COST: (usize, usize) = (20, 100_000);
 
 /// The latter where there are constraints between links: sweeps close no long loop.
 const LINKED_COST: usize = 1_000_000;
+
+/// Multiplications that the matrix and its factorisation may each take beside sweeps of so many.
+fn most_cost(sweep: usize, has_links: bool) -> usize {
+    COST.0 * sweep + if has_links { LINKED_COST } else { COST.1 }
+}
+
+/// Those of a contact of robots with so many velocities in a sweep.
+fn sweep_cost(len: usize) -> usize {
+    7 * len
+}
+
+/// The same in the matrix.
+fn matrix_cost([a, b]: [usize; 2]) -> usize {
+    4 * (a * a + b * b + a * b)
+}
+
+/// Whether a robot of so many velocities that has so many contacts, with what cannot move, can be solved here.
+pub(in crate::dynamics) fn is_worth_it(len: usize, contacts: usize) -> bool {
+    let most = most_cost(contacts * sweep_cost(len), false);
+    contacts * matrix_cost([len, 0]) <= most && factorisation_cost(len, 0) <= most
+}
 
 /// What became of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -188,8 +209,8 @@ impl Direct {
         let (mut sweep, mut matrix) = (0usize, 0usize);
         for rows in rows.iter().chain(links.iter().map(|link| &link.rows)) {
             let [a, b] = &rows.sides;
-            sweep += 7 * (a.len + b.len);
-            matrix = matrix.saturating_add(4 * (a.len * a.len + b.len * b.len + a.len * b.len));
+            sweep += sweep_cost(a.len + b.len);
+            matrix = matrix.saturating_add(matrix_cost([a.len, b.len]));
             if b.len > 0 {
                 self.matrix.join(a.member, b.member);
             }
@@ -197,11 +218,7 @@ impl Direct {
                 self.matrix.join_branches(a.member);
             }
         }
-        let most = if self.is_unbounded {
-            usize::MAX
-        } else {
-            COST.0 * sweep + if links.is_empty() { COST.1 } else { LINKED_COST }
-        };
+        let most = if self.is_unbounded { usize::MAX } else { most_cost(sweep, !links.is_empty()) };
         if matrix > most || self.matrix.plan(most).is_none() {
             return false;
         }

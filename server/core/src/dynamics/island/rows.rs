@@ -13,7 +13,7 @@ use crate::dynamics::scratch::MultiRhs;
 use crate::dynamics::tree::{Body, Tree};
 
 /// With so many points, the responses of a body are summed from those of the six wrenches.
-const MANY: usize = 3;
+pub(in crate::dynamics) const MANY: usize = 3;
 
 impl Island {
     /// One for each contact, with its sides laid out. Where their numbers end.

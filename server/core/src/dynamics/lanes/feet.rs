@@ -2,6 +2,8 @@
 //!
 //! What else of a robot could come to a plane is guarded: a step in which it is near is none of lanes.
 
+use std::collections::BTreeSet;
+
 use glamx::{DMat3, DPose3, DVec3};
 use pulp::Simd;
 
@@ -12,13 +14,17 @@ use super::robot::LaneRobot;
 use super::step::LOOK_AHEAD;
 use super::vectors::{Matrix, Vector};
 use crate::dynamics::constraint::contact::Contact;
+use crate::dynamics::constraint::direct::is_worth_it;
 use crate::dynamics::constraint::side::Side;
 use crate::dynamics::contact_point::Surface;
-use crate::dynamics::island::find_spans;
+use crate::dynamics::island::{MANY, find_spans};
 use crate::dynamics::tree::Tree;
 
 /// Pairs of a ball and a plane at the most: robots with more of them touch by themselves.
 pub const MOST_FEET: usize = 8;
+
+/// Velocities of a robot with feet at the most: what feet take grows with their square.
+const MOST_VELOCITIES: usize = 128;
 
 /// A guarded shape is taken for this much larger than it is, metres: far above rounding.
 const ROUNDING: f64 = 1e-6;
@@ -76,6 +82,10 @@ pub(super) struct Feet<S: Simd> {
     before: Vec<FootContact<S>>,
     /// What the two surfaces are like together, by lane, then by pair.
     surfaces: Vec<Surface>,
+    /// Pairs of each body that has so many of them that the world may sum its responses otherwise, see [`MANY`].
+    crowded: Vec<Vec<usize>>,
+    /// How many contacts there are where the world does not solve directly.
+    swept: Vec<f64>,
     pub(super) solver: FootSolver<S>,
 }
 
@@ -88,6 +98,8 @@ impl<S: Simd> Feet<S> {
             contacts: Vec::new(),
             before: Vec::new(),
             surfaces: Vec::new(),
+            crowded: Vec::new(),
+            swept: Vec::new(),
             solver: FootSolver::new(zero, 0),
         }
     }
@@ -104,6 +116,39 @@ impl<S: Simd> Feet<S> {
     /// Where those of a lane are.
     fn of_lane(&self, lane: usize) -> std::ops::Range<usize> {
         lane * self.pairs.len()..(lane + 1) * self.pairs.len()
+    }
+
+    /// Where a body has [`MANY`] contacts or more.
+    #[inline(always)]
+    fn are_crowded(&self) -> Mask<S> {
+        let zero = self.solver.hardness.same(0.0);
+        let mut any = zero.lt(zero);
+        for pairs in &self.crowded {
+            let mut count = zero;
+            for &index in pairs {
+                count += self.contacts[index].is_there;
+            }
+            any = any | zero.same(MANY as f64).le(count);
+        }
+        any
+    }
+
+    /// Where so many feet touch that the world solves them directly, if it can.
+    #[inline(always)]
+    pub(super) fn are_solved_directly(&self) -> Mask<S> {
+        let zero = self.solver.hardness.same(0.0);
+        let mut direct = zero.le(zero);
+        if self.swept.is_empty() {
+            return direct;
+        }
+        let mut count = zero;
+        for contact in &self.contacts {
+            count += contact.is_there;
+        }
+        for &swept in &self.swept {
+            direct = direct & !count.is(zero.same(swept));
+        }
+        direct
     }
 
     /// Keeps the contacts, for lanes whose step is not done.
@@ -135,7 +180,13 @@ impl<S: Simd> LaneRobot<S> {
         let mut solver = FootSolver::new(zero, tree.velocity_count);
         solver.set_tree(tree);
         solver.set_feet(pairs.iter().map(columns));
+        let of_body = |body: usize| (0..pairs.len()).filter(|&index| pairs[index].body == body).collect();
+        let bodies: BTreeSet<usize> = pairs.iter().map(|pair| pair.body).collect();
+        let crowded = bodies.into_iter().map(of_body).filter(|of_body: &Vec<usize>| of_body.len() >= MANY);
+        let swept = (1..=pairs.len()).filter(|&contacts| !is_worth_it(tree.velocity_count, contacts));
         self.feet = Feet {
+            crowded: crowded.collect(),
+            swept: swept.map(|contacts| contacts as f64).collect(),
             pairs: pairs.to_vec(),
             guards: guards.to_vec(),
             contacts: vec![FootContact::none(zero); pairs.len()],
@@ -206,12 +257,13 @@ impl<S: Simd> LaneRobot<S> {
         }
     }
 
-    /// Finds where feet touch. Where something else may touch a plane; `begins` where sums of impulses begin anew.
+    /// Finds where feet touch. Where something else may touch a plane, or a body has many contacts; `begins` where sums of impulses begin
+    /// anew.
     #[inline(always)]
     pub(super) fn find_feet(&mut self, begins: bool) -> Mask<S> {
         self.update_origins();
         self.find_points(begins);
-        self.near_planes()
+        self.near_planes() | self.feet.are_crowded()
     }
 
     /// Where a guarded shape is so near a plane that contacts of it could be found.
@@ -270,7 +322,8 @@ pub fn can_be_foot(tree: &Tree, body: usize) -> bool {
     let root = tree.root_velocities();
     let above = std::iter::successors(Some(body), |body| tree.bodies[*body].parent);
     let joints = above.filter(|body| *body > 0).count();
-    root > 0 && body > 0 && columns(tree, body).len() == root + joints
+    let is_small = tree.velocity_count <= MOST_VELOCITIES;
+    is_small && root > 0 && body > 0 && columns(tree, body).len() == root + joints
 }
 
 /// The velocities that move a body, from the root on, and whether each is added to the second of the two sums that the one-robot

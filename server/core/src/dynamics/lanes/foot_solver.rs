@@ -197,9 +197,9 @@ impl<S: Simd> FootSolver<S> {
     }
 
     /// Finds the impulses of some lanes: where the least ones of the last step still hold, those; else directly, at once or after some
-    /// sweeps, where the matrix `is_regular`; else by sweeps.
+    /// sweeps, where it `is_direct`; else by sweeps.
     #[inline(always)]
-    fn find_impulses(&mut self, lanes: Mask<S>, is_regular: Mask<S>) {
+    fn find_impulses(&mut self, lanes: Mask<S>, is_direct: Mask<S>) {
         let zero = self.hardness.same(0.0);
         let swept = lanes & self.was_least;
         let mut least = zero.lt(zero);
@@ -216,7 +216,7 @@ impl<S: Simd> FootSolver<S> {
             for (at, rounds) in DIRECT_AT {
                 due = if at == sweep { Some(rounds) } else { due };
             }
-            let tried = open & is_regular & if due.is_some() { open } else { settled };
+            let tried = open & is_direct & if due.is_some() { open } else { settled };
             if tried.any() {
                 self.keep();
                 let solved = self.solve_directly(tried, due.unwrap_or(SETTLED_ROUNDS));
@@ -229,7 +229,7 @@ impl<S: Simd> FootSolver<S> {
                 break;
             }
             settled = self.sweep(open).le(zero.same(SETTLED)) & open;
-            open = open & (is_regular | !settled);
+            open = open & (is_direct | !settled);
         }
         self.was_least = (lanes & least) | (self.was_least & !lanes);
     }
@@ -304,7 +304,7 @@ impl<S: Simd> LaneRobot<S> {
     #[inline(always)]
     pub(super) fn solve_feet(&mut self, lanes: Mask<S>, is_first: bool) {
         self.measure_feet();
-        let is_regular = self.write_implicit_inertia();
+        let is_direct = self.write_implicit_inertia() & self.feet.are_solved_directly();
         let (first, offset) = (self.first, self.tree.root_velocities());
         let FootSolver { velocities, before, .. } = &mut self.feet.solver;
         if first > 0 {
@@ -322,7 +322,7 @@ impl<S: Simd> LaneRobot<S> {
         }
         self.measure_joint_rows();
         self.feet.solver.start(lanes);
-        self.feet.solver.find_impulses(lanes, is_regular);
+        self.feet.solver.find_impulses(lanes, is_direct);
         self.put_joint_rows(lanes);
         let velocities = &self.feet.solver.velocities;
         if first > 0 {

@@ -237,3 +237,85 @@ fn copies_on_planes_of_different_heights_have_the_bits_of_the_world() {
     request.starts = vec![Start { robot: "plane".into(), roots: roots.collect(), ..Start::default() }];
     assert_as_alone(&world, request, 0.4, "on planes of different heights");
 }
+
+/// Joints of legs alone have targets where there are others.
+fn drive_legs(model: &RobotModel, copies: usize, steps: u64, sizes: [f64; 3]) -> RolloutRequest {
+    let mut request = drive(copies, steps, 50, sizes);
+    request.controls[0].joints = model.joints.iter().take(JOINTS).map(|joint| joint.name.clone()).collect();
+    request
+}
+
+/// Three balls on each front foot, which are level: of a body with three contacts the world sums responses otherwise.
+#[test]
+fn a_quadruped_with_feet_of_three_balls_has_the_bits_of_the_world() {
+    let mut model = quadruped(0.0);
+    for link in model.links.iter_mut().filter(|link| ["fr_lower", "fl_lower"].contains(&&*link.name)) {
+        for y in [-0.02, 0.02] {
+            let mut ball = link.collisions[1].clone();
+            ball.link_from_shape = DPose3::from_translation(DVec3::new(0.0, y, -0.2));
+            link.collisions.push(ball);
+        }
+    }
+    for plane_first in [true, false] {
+        let mut world = world_on_plane(model.clone(), 0.34, plane_first, Integrator::Leapfrog, 1);
+        (0..300).for_each(|_| world.step());
+        for sizes in [[0.02; 3], [0.2, 0.3, 0.3]] {
+            assert_as_alone(&world, drive(8, 200, 50, sizes), 0.0, "feet of three balls");
+        }
+    }
+}
+
+/// With so many joints the world solves some numbers of contacts directly and sweeps others.
+#[test]
+fn a_quadruped_with_a_long_chain_on_its_trunk_has_the_bits_of_the_world() {
+    for more in [30, 33] {
+        let mut model = quadruped(0.0);
+        for index in 0..more {
+            let parent = if index == 0 { 0 } else { model.links.len() - 1 };
+            model.links.push(link(&format!("chain_{index}"), 0.02, DVec3::Z * 0.01, None));
+            model.joints.push(Joint {
+                name: format!("chain_{index}"),
+                parent,
+                child: model.links.len() - 1,
+                parent_from_joint: DPose3::from_translation(DVec3::Z * 0.02),
+                axis: [DVec3::X, DVec3::Y][index % 2],
+                limits: JointLimits::default(),
+                ..model.joints[0].clone()
+            });
+        }
+        let mut world = world_on_plane(model.clone(), 0.35, true, Integrator::Leapfrog, 1);
+        (0..100).for_each(|_| world.step());
+        let request = drive_legs(&model, 4, 150, [0.1, 0.4, 0.4]);
+        assert_as_alone(&world, request, 0.3, &format!("{more} more joints"));
+    }
+}
+
+/// Planes of robots before and after the quadruped in a world, one of them a wall; masses, gains and pushes that differ; a box far away
+/// that is elsewhere in each copy.
+#[test]
+fn a_quadruped_between_a_floor_and_a_wall_has_the_bits_of_the_world() {
+    for floor_first in [true, false] {
+        let mut world = world_on_plane(quadruped(0.0), 0.34, floor_first, Integrator::Leapfrog, 3);
+        let normal = DVec3::new(-1.0, 0.0, 0.1).normalize();
+        world
+            .apply(&spawn("wall", one_link("wall", Geometry::Plane { normal }), true, DVec3::X * 0.28))
+            .unwrap();
+        let far = one_link("box", Geometry::Box { size: DVec3::ONE });
+        world.apply(&spawn("box", far, true, DVec3::Y * 50.0)).unwrap();
+        (0..300).for_each(|_| world.step());
+        let mut request = drive(4, 200, 50, [0.05, 0.3, 0.3]);
+        request.variations = vec![
+            Variation {
+                of: Varied::LinkMasses(named("quadruped")),
+                values: Values::Uniform { low: 0.8, high: 1.2 },
+            },
+            Variation {
+                of: Varied::Gains(named("quadruped")),
+                values: Values::Uniform { low: 0.8, high: 1.2 },
+            },
+        ];
+        let roots = (0..4).flat_map(|copy| [0.0, f64::from(50 + copy), 0.0, 0.0, 0.0, 0.0, 1.0]);
+        request.starts = vec![Start { robot: "box".into(), roots: roots.collect(), ..Start::default() }];
+        assert_as_alone(&world, request, 0.5, "between a floor and a wall");
+    }
+}

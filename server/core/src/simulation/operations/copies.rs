@@ -60,7 +60,7 @@ impl Simulation {
     }
 
     /// The robot whose state is all that a step changes, and that the dynamics alone change it, in a way that
-    /// [`LaneRobot`] does too: it touches nothing but planes, and nothing else moves.
+    /// [`LaneRobot`] does too: it touches nothing but planes, with balls, and nothing else moves.
     pub(crate) fn lane_robot(&self) -> Option<usize> {
         // All of it, so that what comes to be state is judged here too.
         let has_nothing_else = |entity: &Entity| {
@@ -134,8 +134,7 @@ impl Simulation {
         let others = self.entities.iter().enumerate().filter(|(other, entity)| {
             *other != robot && entity.is_active() && entity.is_fixed() && !entity.colliders.is_empty()
         });
-        let grounds = others
-            .map(|(other, entity)| (other, &entity.colliders, &**entity.body.tree(), entity.body.base()));
+        let grounds = others.map(|(other, entity)| (other, &entity.colliders, entity.body.base()));
         let filter = |pair| Filter::between(pair, &self.contacts.collision_pairs);
         RobotFeet::new((robot, colliders), body.tree(), grounds, filter)
     }
