@@ -6,7 +6,7 @@ Steps are of 1 ms, with targets of all joints that change every 50 steps, the sa
 by turns. simd computes in a daemon, on all processors since its world is paused, and each batch is a call over Zenoh with its
 answer; MuJoCo computes in this process, on a thread for each processor. A1 stands on a plane, its targets around the posture in which
 it stands; the arm touches nothing. With `--mjx` MJX takes a turn with the arm too: all copies in one program that XLA compiles for the
-processors, in double precision, the time of compilation left out.
+processors, in double precision, the time of compilation left out. On two processors 64 copies of 20 steps took it 28 s: ask for few.
 Needs `mujoco`, `mujoco-mjx` and `pybullet_data`; SIMD_BINARY says which daemon.
 """
 
