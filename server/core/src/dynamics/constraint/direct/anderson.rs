@@ -53,13 +53,12 @@ impl Anderson {
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         // Normal equations, by Gauss: they are few, symmetric and not indefinite.
         let (mut matrix, mut right) = ([[0.0; DEPTH]; DEPTH], [0.0; DEPTH]);
-        for i in 0..kept {
-            for j in i..kept {
-                let entry = dot(column(1, i), column(1, j));
-                (matrix[i][j], matrix[j][i]) = (entry, entry);
+        for (i, (row, right)) in matrix.iter_mut().zip(&mut right).take(kept).enumerate() {
+            for (j, entry) in row.iter_mut().take(kept).enumerate() {
+                *entry = dot(column(1, i), column(1, j));
             }
-            matrix[i][i] *= 1.0 + DAMPING;
-            right[i] = dot(column(1, i), residual);
+            row[i] *= 1.0 + DAMPING;
+            *right = dot(column(1, i), residual);
         }
         for i in 0..kept {
             if matrix[i][i] <= 0.0 {
