@@ -18,6 +18,7 @@ mod output;
 mod pose;
 mod quantity;
 mod target;
+mod text_file;
 
 use std::process::ExitCode;
 

@@ -3,14 +3,7 @@
 use serde_json::{Value, json};
 use simd_tests::process::{Process, repository};
 
-use crate::paused;
-
-/// What a command writes as JSON.
-async fn written(daemon: &Process, line: &str) -> Value {
-    let said = daemon.shell(&format!("simctl {line} -o json"), &repository()).await;
-    assert_eq!(said.code, 0, "{line}: {}", said.err);
-    serde_json::from_str(&said.out).unwrap_or_else(|error| panic!("{line}: {error}: {}", said.out))
-}
+use crate::{paused, written};
 
 /// A world with two boxes of a kilogram in the air beside the demo's arm.
 async fn boxes() -> Process {

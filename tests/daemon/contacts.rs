@@ -3,14 +3,7 @@
 use serde_json::{Value, json};
 use simd_tests::process::{Home, Process, repository};
 
-use crate::paused;
-
-/// What a command writes as JSON.
-async fn written(daemon: &Process, line: &str) -> Value {
-    let said = daemon.shell(&format!("simctl {line} -o json"), &repository()).await;
-    assert_eq!(said.code, 0, "{line}: {}", said.err);
-    serde_json::from_str(&said.out).unwrap_or_else(|error| panic!("{line}: {error}: {}", said.out))
-}
+use crate::{paused, written};
 
 /// Two balls of 0.1 m above each other, far from the demo's arm. The lower one is in group 4 alone.
 async fn balls() -> Process {

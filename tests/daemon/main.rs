@@ -34,7 +34,8 @@ mod unix_socket;
 mod untrusted_ground;
 mod untrusted_input;
 
-use simd_tests::process::Process;
+use serde_json::Value;
+use simd_tests::process::{Process, repository};
 
 /// What `make demo` starts, playing.
 pub(crate) async fn demo() -> Process {
@@ -44,4 +45,11 @@ pub(crate) async fn demo() -> Process {
 /// The same, paused: time passes by `sim step` alone, so that its numbers are always the same.
 pub(crate) async fn paused() -> Process {
     Process::start(["--name", "demo", "--config", "tests/assets/demo.toml", "--paused"]).await
+}
+
+/// What a command of `simctl` writes as JSON.
+pub(crate) async fn written(daemon: &Process, line: &str) -> Value {
+    let said = daemon.shell(&format!("simctl {line} -o json"), &repository()).await;
+    assert_eq!(said.code, 0, "{line}: {}", said.err);
+    serde_json::from_str(&said.out).unwrap_or_else(|error| panic!("{line}: {error}: {}", said.out))
 }

@@ -1,16 +1,9 @@
 //! `simctl sensor`, from a terminal: each of its commands, and what it says where it is refused.
 
 use serde_json::{Value, json};
-use simd_tests::process::{Process, repository};
+use simd_tests::process::repository;
 
-use crate::paused;
-
-/// What a command writes as JSON.
-async fn written(daemon: &Process, line: &str) -> Value {
-    let said = daemon.shell(&format!("simctl {line} -o json"), &repository()).await;
-    assert_eq!(said.code, 0, "{line}: {}", said.err);
-    serde_json::from_str(&said.out).unwrap_or_else(|error| panic!("{line}: {error}: {}", said.out))
-}
+use crate::{paused, written};
 
 #[tokio::test]
 async fn sensors_are_added_listed_read_watched_and_removed() {

@@ -333,6 +333,17 @@ impl ConstraintView {
             false => "holds",
         }
     }
+
+    /// How far off it is, mm and mrad. A gear has one of the two, an angle where it has a torque.
+    fn errors(&self) -> [String; 2] {
+        let shown = |error: f64| fixed(error * 1e3, 3);
+        let none = || "-".to_owned();
+        match self.kind.as_str() {
+            "gear" if self.torque != [0.0; 3] => [none(), shown(self.position_error)],
+            "gear" => [shown(self.position_error), none()],
+            _ => [shown(self.position_error), shown(self.angle_error)],
+        }
+    }
 }
 
 impl ConstraintView {
@@ -377,6 +388,7 @@ fn list(views: &[ConstraintView]) -> Page {
         Column::left("STATE"),
     ];
     let row = |of: &ConstraintView| {
+        let [shift, angle] = of.errors();
         vec![
             of.name.clone(),
             of.kind.replace('_', "-"),
@@ -384,8 +396,8 @@ fn list(views: &[ConstraintView]) -> Page {
             of.child.in_short(),
             several(&of.force, 3),
             several(&of.torque, 3),
-            fixed(of.position_error * 1e3, 3),
-            fixed(of.angle_error * 1e3, 3),
+            shift,
+            angle,
             of.state().to_owned(),
         ]
     };

@@ -26,6 +26,7 @@ use crate::{
         number::{count, fixed},
         table::{Column, Page, Table},
     },
+    text_file,
 };
 
 /// A file above this is no rollout that the daemon takes.
@@ -234,18 +235,9 @@ fn copies(arguments: &Rollout, in_file: usize) -> anyhow::Result<u32> {
     Ok(asked)
 }
 
-/// What a file of JSON says.
+/// What a file says.
 fn document<T>(file: &Path, reads: impl FnOnce(&str) -> anyhow::Result<T>) -> anyhow::Result<T> {
-    reads(&text(file)?).with_context(|| file.display().to_string())
-}
-
-/// The text of a file that is no larger than a rollout can be.
-fn text(file: &Path) -> anyhow::Result<String> {
-    let name = || file.display().to_string();
-    let bytes = std::fs::metadata(file).with_context(name)?.len();
-    ensure!(bytes <= MAX_BYTES, "{} has {bytes} bytes; {MAX_BYTES} can be read", name());
-    let text = std::fs::read_to_string(file).with_context(name)?;
-    Ok(text.trim_start_matches('\u{feff}').to_owned())
+    reads(&text_file::read(file, MAX_BYTES)?).with_context(|| file.display().to_string())
 }
 
 fn read(file: &Path) -> anyhow::Result<Tried> {

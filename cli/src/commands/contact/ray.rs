@@ -1,10 +1,6 @@
 //! `simctl contact ray`: what straight lines meet first.
 
-use std::{
-    fs::File,
-    io::{Read, stdin},
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, bail};
 use clap::Args;
@@ -19,6 +15,7 @@ use crate::{
     output::{Output, number::count},
     pose::parse_vector,
     quantity::bits,
+    text_file,
 };
 
 /// A file above this has more rays than the daemon takes: 20,000 of them with all their digits are 3 MB.
@@ -66,28 +63,13 @@ pub(super) async fn run(arguments: Ray, client: &Client, output: Output) -> anyh
 
 /// The rays of a file, or of the standard input.
 fn read(file: &Path) -> anyhow::Result<Vec<Line>> {
-    let name = || file.display().to_string();
-    let mut bytes = Vec::new();
-    // One more, so that what is too long shows, also where it has no end.
-    if file == Path::new("-") {
-        stdin().take(MAX_BYTES + 1).read_to_end(&mut bytes).with_context(name)?;
-    } else {
-        File::open(file)
-            .with_context(name)?
-            .take(MAX_BYTES + 1)
-            .read_to_end(&mut bytes)
-            .with_context(name)?;
-    }
-    if bytes.len() as u64 > MAX_BYTES {
-        bail!("{} has more than {MAX_BYTES} bytes: give its rays in several files", name());
-    }
-    parse(&String::from_utf8(bytes).with_context(name)?).with_context(name)
+    parse(&text_file::read(file, MAX_BYTES)?).with_context(|| file.display().to_string())
 }
 
 /// A ray for each line; lines that are empty or begin with `#` are none.
 fn parse(text: &str) -> anyhow::Result<Vec<Line>> {
     let mut rays = Vec::new();
-    for (index, line) in text.trim_start_matches('\u{feff}').lines().enumerate() {
+    for (index, line) in text.lines().enumerate() {
         let line = line.trim();
         if line.is_empty() || line.starts_with('#') {
             continue;
@@ -138,19 +120,5 @@ mod tests {
             let sentence = parse(text).unwrap_err().to_string();
             assert!(sentence.contains(part), "{text:?}: {sentence}");
         }
-    }
-
-    #[test]
-    fn a_file_that_is_too_long_is_not_read_to_its_end() {
-        let folder = tempfile::tempdir().unwrap();
-        let file = folder.path().join("rays.txt");
-        std::fs::write(&file, "0 0 2 0 0 -1\n").unwrap();
-        assert_eq!(read(&file).unwrap().len(), 1);
-        // A hole takes no room on the disk.
-        File::options().write(true).open(&file).unwrap().set_len(MAX_BYTES + 1).unwrap();
-        let refused = read(&file).unwrap_err().to_string();
-        assert!(refused.contains("more than 4194304 bytes") && refused.contains("rays.txt"), "{refused}");
-        let missing = format!("{:#}", read(&folder.path().join("none.txt")).unwrap_err());
-        assert!(missing.contains("none.txt"), "{missing}");
     }
 }

@@ -13,6 +13,7 @@ use simd_client::{
 use crate::{
     commands::{ended, present},
     output::{Output, View, json::Stamp, number::count, table::Page},
+    text_file,
 };
 
 /// A file above this is no trajectory that the daemon takes.
@@ -93,19 +94,12 @@ pub(crate) async fn play(arguments: Play, client: &Client, output: Output) -> an
 }
 
 fn read(file: &Path) -> anyhow::Result<(Vec<String>, Vec<TrajectoryPoint>)> {
-    let name = || file.display().to_string();
-    let bytes = std::fs::metadata(file).with_context(name)?.len();
-    if bytes > MAX_BYTES {
-        bail!("{} has {bytes} bytes; {MAX_BYTES} can be read", name());
-    }
-    let text = std::fs::read_to_string(file).with_context(name)?;
-    parse(&text).with_context(name)
+    parse(&text_file::read(file, MAX_BYTES)?).with_context(|| file.display().to_string())
 }
 
 /// Joints, and the points of all of them.
 fn parse(text: &str) -> anyhow::Result<(Vec<String>, Vec<TrajectoryPoint>)> {
-    let mut lines =
-        text.trim_start_matches('\u{feff}').lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
+    let mut lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
     let Some((_, head)) = lines.next() else { bail!("it is empty; its first line names time and joints") };
     let names: Vec<&str> = head.split(',').map(str::trim).collect();
     let Some((&"time", columns)) = names.split_first() else {

@@ -5,9 +5,8 @@ import { deleteConstraint } from "../daemon/actions";
 import { constraints, hoveredConstraint, type Constraint, type ConstraintEnd } from "../state/constraints";
 import { constraintsShown } from "../state/view";
 import { role } from "../state/world";
-import { meaning, reading, undrawn } from "./constraint-words";
+import { meaning, offBy, reading, undrawn } from "./constraint-words";
 import { Icon } from "./icons";
-import { shortened } from "./quantity";
 
 /** Rows before more are asked for. */
 const PAGE = 50;
@@ -74,7 +73,7 @@ function Row({ constraint }: { constraint: Constraint }): JSX.Element {
       <p class="hint">
         {kind}: {place(parent)} to {place(child)}
         {saturated && ", at its limit"}
-        {isOff && `, off by ${shortened(positionError * 1e3)} mm and ${shortened(angleError)} rad`}
+        {isOff && `, off by ${offBy(constraint)}`}
       </p>
       {asks && (
         <p class="recording-ask">

@@ -1,7 +1,7 @@
 // What the panel says of constraints.
 import { expect, test } from "vitest";
 import type { Constraint } from "../state/constraints";
-import { meaning, reading, undrawn } from "./constraint-words";
+import { meaning, offBy, reading, undrawn } from "./constraint-words";
 
 const END = { robot: "arm", link: "", joint: "elbow", pose: [0, 0, 0, 0, 0, 0, 1] } as const;
 const WELD: Constraint = {
@@ -35,4 +35,11 @@ test("a gear has what it does to a joint, in the joint's unit", () => {
   expect(reading({ ...gear, force: [0, 5, 0], torque: [0, 0, 0] })).toBe("5 N");
   expect(reading({ ...gear, torque: [0, 0, 0], maxForce: 2 })).toBe("0 of 2");
   expect(meaning(gear)).not.toBe(meaning(WELD));
+});
+
+test("how far a constraint is off has a unit, and a gear that of its joint", () => {
+  const off: Constraint = { ...WELD, positionError: 2e-3, angleError: 0.5 };
+  expect(offBy(off)).toBe("2 mm and 0.5 rad");
+  expect(offBy({ ...off, kind: "gear", force: [0, 0, 0] })).toBe("0.002 rad");
+  expect(offBy({ ...off, kind: "gear", torque: [0, 0, 0] })).toBe("2 mm");
 });

@@ -17,6 +17,13 @@ export function reading({ kind, force, torque, maxForce }: Constraint): string {
   return `${shortened(Math.max(ofForce, ofTorque))}${limit}${unit}`;
 }
 
+/** How far off it is. */
+export function offBy({ kind, positionError, angleError, torque }: Constraint): string {
+  const [shift, angle] = [`${shortened(positionError * 1e3)} mm`, `${shortened(angleError)} rad`];
+  if (kind !== "gear") return `${shift} and ${angle}`;
+  return size(torque) > 0 ? `${shortened(positionError)} rad` : shift;
+}
+
 /** What the reading is. */
 export function meaning({ kind }: Constraint): string {
   if (kind === "gear") return "What the gear does to its child's joint, about the joint's axis or along it, over the last step";

@@ -32,13 +32,14 @@ impl Placed {
 
 impl RobotColliders {
     /// The least gap between this robot and another one that comes after it, of shapes of which one moves, where the last step has put
-    /// them, metres: negative where they may meet, infinite where they never touch. `filter` is that of the two. With `planes` or without.
-    pub fn gap_to(&self, other: &Self, filter: Filter<'_>, planes: bool) -> f64 {
+    /// them, metres: negative where they may meet, infinite where they never touch. `filter` is that of the two.
+    /// Planes are left out unless it `counts_planes`.
+    pub fn gap_to(&self, other: &Self, filter: Filter<'_>, counts_planes: bool) -> f64 {
         let pairs = (0..self.len()).flat_map(|i| (0..other.len()).map(move |j| (i, j)));
         let can_meet = |&(i, j): &(usize, usize)| {
             let (a, b) = (&self.placed[i], &other.placed[j]);
             let is_plane = self.shape(a).as_halfspace().is_some() || other.shape(b).as_halfspace().is_some();
-            (a.body.is_some() || b.body.is_some()) && (planes || !is_plane) && filter.allows(a, b)
+            (a.body.is_some() || b.body.is_some()) && (counts_planes || !is_plane) && filter.allows(a, b)
         };
         pairs.filter(can_meet).map(|(i, j)| gap([(self, i), (other, j)])).fold(f64::INFINITY, f64::min)
     }

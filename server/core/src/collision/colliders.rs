@@ -17,13 +17,9 @@ use super::hull::Graph;
 use super::separation::Inner;
 use super::still::Still;
 use crate::dynamics::Tree;
-use crate::dynamics::contact_point::Surface;
+use crate::dynamics::contact_point::{LOOK_AHEAD, Surface};
 use crate::dynamics::kinematics::BodyMotion;
 use crate::plain::{pose3, vector3};
-
-/// Twice the way that a shape goes in a step at its present velocity is looked ahead: what else
-/// happens in the step may make it faster.
-const LOOK_AHEAD: f64 = 2.0;
 
 /// Where a collider is.
 #[derive(Clone, Copy, Debug, PartialEq)]

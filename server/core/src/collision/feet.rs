@@ -128,21 +128,16 @@ impl RobotFeet {
         self.grounds.iter().all(|(robot, known)| base(*robot) == *known)
     }
 
-    /// What the surfaces of each pair are like together, of robots with these colliders.
+    /// What the surfaces of each pair are like together, of robots with these colliders. `None` where one of
+    /// them has not all of the colliders.
     pub fn surfaces<'a>(
         &self,
         colliders: impl Fn(usize) -> &'a RobotColliders,
         combination: SurfaceCombination,
-    ) -> Vec<Surface> {
+    ) -> Option<Vec<Surface>> {
         let of = |pair: &FootPair| {
-            let [a, b] = [0, 1].map(|side| {
-                colliders(pair.robots[side]).frames.get(pair.colliders[side]).map_or(
-                    // None that lanes take.
-                    Surface { restitution: 1.0, ..Surface::default() },
-                    |frame| frame.surface,
-                )
-            });
-            a.against(b, combination)
+            let [a, b] = [0, 1].map(|side| colliders(pair.robots[side]).frames.get(pair.colliders[side]));
+            Some(a?.surface.against(b?.surface, combination))
         };
         self.pairs.iter().map(of).collect()
     }

@@ -14,7 +14,7 @@ use super::tree::{JointType, Tree};
 
 /// An axis whose D is below this part of its body's largest inertia has none of
 /// its own: what is left is rounding, and dividing by it would be noise.
-const SINGULAR: f64 = 1e-13;
+pub(super) const SINGULAR: f64 = 1e-13;
 
 /// Second pass, leaves to root: IA, pA, U, D and u of each body (Featherstone
 /// table 7.1, second loop, eq. 7.43 to 7.47).

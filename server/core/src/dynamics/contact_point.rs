@@ -57,6 +57,10 @@ pub const STIFFNESS: RangeInclusive<f64> = 1e-3..=1e12;
 /// N s/m.
 pub const MOST_DAMPING: f64 = 1e12;
 
+/// Twice the way that a shape goes in a step at its present velocity is looked ahead: what else
+/// happens in the step may make it faster.
+pub const LOOK_AHEAD: f64 = 2.0;
+
 /// How the coefficients of two surfaces that touch become those of the contact. Other simulators have one of these each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum SurfaceCombination {

@@ -13,7 +13,7 @@ use super::spatial::Spatial;
 use super::tree::{Body, JointType, Tree};
 
 /// What stands for the inertia of a joint that nothing moves.
-const LOCKED: f64 = 1e30;
+pub(super) const LOCKED: f64 = 1e30;
 
 /// Writes M with what actuators, damping and armature add to its diagonal, `velocity_count` squared, row by row, on and
 /// below the diagonal: the composite-rigid-body algorithm (Featherstone table 6.2) with the poses and the 1 / D that this

@@ -70,6 +70,9 @@ impl History {
     }
 }
 
+/// Of an [`Implicitness`]: from here on 1 - t is below rounding.
+pub(super) const STIFF: f64 = 1e16;
+
 /// When within a step the forces of a joint's springs and dampers are taken: dampers at `0.5 <= t <= 1` of the way
 /// from the old to the new velocity, springs at the positions that go with it.
 ///
@@ -101,8 +104,6 @@ impl Implicitness {
     /// for small x, and never beyond zero for large ones.
     #[inline]
     pub fn of(stiffness: f64) -> Self {
-        /// From here on 1 - t is below rounding.
-        const STIFF: f64 = 1e16;
         let x = stiffness;
         if x < STIFF {
             let before = 0.5 + x * (1.0 / 6.0 + x * (1.0 / 24.0));

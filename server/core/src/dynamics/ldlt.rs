@@ -4,6 +4,9 @@ use super::inertia::Articulated;
 use super::spatial::Spatial;
 use super::spatials::Spatials;
 
+/// A direction whose inertia is at most this part of the largest counts as without.
+pub(super) const FLAT: f64 = 1e-14;
+
 /// L D L' of an inertia (Golub and Van Loan, algorithm 4.1.2).
 #[derive(Clone, Debug, Default)]
 pub struct Ldlt6 {
@@ -14,7 +17,7 @@ pub struct Ldlt6 {
 
 impl Ldlt6 {
     #[allow(clippy::needless_range_loop, reason = "reads as the algorithm does")]
-    /// Factorises. A direction whose inertia is below 1e-14 of the largest counts as without.
+    /// Factorises. A flat direction counts as without inertia; see [`FLAT`].
     pub fn new(inertia: &Articulated) -> Self {
         let matrix = rows(inertia);
         let largest = (0..6).map(|i| matrix[i][i].abs()).fold(0.0, f64::max);
@@ -25,7 +28,7 @@ impl Ldlt6 {
             for k in 0..j {
                 d -= factors.lower[j][k] * factors.lower[j][k] * diagonal[k];
             }
-            if d <= largest * 1e-14 {
+            if d <= largest * FLAT {
                 continue;
             }
             diagonal[j] = d;

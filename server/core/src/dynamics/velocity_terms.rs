@@ -21,7 +21,7 @@ use super::tree::{JointType, Tree};
 /// The nutation of a body, and that of a base with a flywheel in it, is at most twice as fast as what spins. Leapfrog
 /// with extrapolated velocities takes from a nutation of k rad a step the part k^4 / 4 of its energy in each step, and
 /// makes it grow from 0.7 rad on.
-const FAST: f64 = 0.1;
+pub(super) const FAST: f64 = 0.1;
 
 /// Degrees of freedom up to which the derivative is used. It costs their cube and has the memory of their square: with
 /// so many as long as sixty steps, with a thousand a quarter of a second.

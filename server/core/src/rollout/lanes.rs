@@ -56,8 +56,9 @@ fn four_lanes() -> Option<pulp::Scalar> {
 struct Group<'a, S: Simd> {
     rollout: &'a Rollout,
     lanes: LaneRobot<S>,
-    /// The robot that moves, and what it touches planes with, if lanes can do that.
+    /// The robot that moves.
     robot: usize,
+    /// What it touches planes with and what else of it may come to them, where it has feet that lanes take.
     feet: Option<RobotFeet>,
     /// Controls change numbers of targets and nothing else of them after the first step: each is of that robot, and no joint has
     /// two.

@@ -18,6 +18,7 @@ pub mod turning;
 
 pub use multi_rhs::{MultiRhsSolve, respond_to_joints, respond_to_unit_forces};
 pub use response::{project, project_onto, respond, respond_to_force, single_body_rows};
+pub(in crate::dynamics) use rows::NEAR;
 pub use rows::{Impulses, collect};
 pub use solve::{prepare, solve, sweep};
 

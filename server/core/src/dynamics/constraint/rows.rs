@@ -161,4 +161,4 @@ pub fn collect(
 }
 
 /// A joint this near to its limit has a row whatever its velocity, rad or m.
-const NEAR: f64 = 1e-3;
+pub(in crate::dynamics) const NEAR: f64 = 1e-3;

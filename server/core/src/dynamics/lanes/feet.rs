@@ -11,12 +11,11 @@ use super::foot_points::{FootContact, choose};
 use super::foot_solver::FootSolver;
 use super::number::{Lanes, Mask};
 use super::robot::LaneRobot;
-use super::step::LOOK_AHEAD;
 use super::vectors::{Matrix, Vector};
 use crate::dynamics::constraint::contact::Contact;
 use crate::dynamics::constraint::direct::is_worth_it;
 use crate::dynamics::constraint::side::Side;
-use crate::dynamics::contact_point::Surface;
+use crate::dynamics::contact_point::{LOOK_AHEAD, Surface};
 use crate::dynamics::island::{MANY, find_spans};
 use crate::dynamics::tree::Tree;
 
@@ -121,7 +120,7 @@ impl<S: Simd> Feet<S> {
     /// Where a body has [`MANY`] contacts or more.
     #[inline(always)]
     fn are_crowded(&self) -> Mask<S> {
-        let zero = self.solver.hardness.same(0.0);
+        let zero = self.solver.zero();
         let mut any = zero.lt(zero);
         for pairs in &self.crowded {
             let mut count = zero;
@@ -136,7 +135,7 @@ impl<S: Simd> Feet<S> {
     /// Where so many feet touch that the world solves them directly, if it can.
     #[inline(always)]
     pub(super) fn are_solved_directly(&self) -> Mask<S> {
-        let zero = self.solver.hardness.same(0.0);
+        let zero = self.solver.zero();
         let mut direct = zero.le(zero);
         if self.swept.is_empty() {
             return direct;
@@ -174,6 +173,7 @@ fn is_simple(surface: &Surface) -> bool {
 impl<S: Simd> LaneRobot<S> {
     /// Has lanes touch with these, before there is a copy in any; pairs are in the order of contacts. Of robots with a free root.
     pub fn set_feet(&mut self, pairs: &[FootPair], guards: &[Guard]) {
+        debug_assert!(pairs.is_sorted_by_key(|pair| (pair.robots, pair.colliders)), "the order of contacts");
         let zero = self.is_taken.same(0.0);
         let tree = &*self.tree;
         let columns = |pair: &FootPair| columns(tree, pair.body);
@@ -257,8 +257,8 @@ impl<S: Simd> LaneRobot<S> {
         }
     }
 
-    /// Finds where feet touch. Where something else may touch a plane, or a body has many contacts; `begins` where sums of impulses begin
-    /// anew.
+    /// Finds where feet touch. Where something else may touch a plane, or a body has many contacts; `begins`
+    /// where sums of impulses begin anew.
     #[inline(always)]
     pub(super) fn find_feet(&mut self, begins: bool) -> Mask<S> {
         self.update_origins();
@@ -282,10 +282,7 @@ impl<S: Simd> LaneRobot<S> {
             let middle = at.origin + at.rotation.times(Vector::splat(self.simd, guard.middle));
             let above = middle.dot(normal) - zero.same(guard.height + ROUNDING) - half;
             let farthest = zero.same(guard.reach + ROUNDING);
-            let Vector { x, y, z } = at.velocity.angular;
-            let spin = (x * x + y * y + z * z).sqrt();
-            let linear = at.velocity.linear;
-            let speed = linear.dot(linear).sqrt() + spin * farthest;
+            let speed = at.velocity.linear.length() + at.velocity.angular.length() * farthest;
             let margin = zero.same(self.slack) + zero.same(LOOK_AHEAD * self.stepping.h) * speed;
             near = near | !margin.lt(above);
         }

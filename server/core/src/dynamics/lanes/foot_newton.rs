@@ -6,15 +6,11 @@ use pulp::Simd;
 use super::foot_rows::Foot;
 use super::foot_solver::FootSolver;
 use super::number::{Lanes, Mask};
+use super::vectors::length_in_plane;
 use crate::dynamics::constraint::direct::{FLAT, HALVINGS, SLIP_TOLERANCE, SOFTNESS, TOLERANCE};
 
 /// Impulses of soft rows, and the weights of their derivative.
 type Soft<S> = ([Lanes<S>; 3], [Lanes<S>; 4]);
-
-#[inline(always)]
-fn length<S: Simd>(t: Lanes<S>, u: Lanes<S>) -> Lanes<S> {
-    (t * t + u * u).sqrt()
-}
 
 impl<S: Simd> Foot<S> {
     /// The impulses of soft rows at these velocities, with this bound of friction.
@@ -24,7 +20,7 @@ impl<S: Simd> Foot<S> {
         let normal = (self.target - n) * hardness;
         let presses = zero.lt(normal);
         let (normal, weight) = (presses.select(normal, zero), presses.select(hardness, zero));
-        let speed = length(t, u);
+        let speed = length_in_plane(t, u);
         let none = bound.le(zero);
         let sticks = (speed * hardness).le(bound);
         let (part, st, su) = (bound / speed, t / speed, u / speed);
@@ -62,7 +58,7 @@ impl<S: Simd> FootSolver<S> {
     /// Solves all rows of some lanes in at most so many rounds, from the impulses and velocities that they have. Where all rows hold.
     #[inline(always)]
     pub(super) fn solve_directly(&mut self, lanes: Mask<S>, rounds: usize) -> Mask<S> {
-        let zero = self.hardness.same(0.0);
+        let zero = self.zero();
         self.begin_rounds();
         let (mut going, mut settled) = (lanes, zero.lt(zero));
         for round in 0..rounds {
@@ -83,7 +79,7 @@ impl<S: Simd> FootSolver<S> {
     /// Takes velocities and impulses as they are.
     #[inline(always)]
     fn begin_rounds(&mut self) {
-        let zero = self.hardness.same(0.0);
+        let zero = self.zero();
         let one = zero.same(1.0);
         let Self { feet, joints, velocities, momentum, anderson, hardness, .. } = self;
         let (mut sum, mut count) = (zero, zero);
@@ -118,7 +114,7 @@ impl<S: Simd> FootSolver<S> {
     /// A step of Newton of some lanes. Where there is one, and where rows have changed in it.
     #[inline(always)]
     fn advance(&mut self, lanes: Mask<S>, is_first: bool) -> (Mask<S>, Mask<S>) {
-        let zero = self.hardness.same(0.0);
+        let zero = self.zero();
         let one = zero.same(1.0);
         let Self { feet, joints, velocities, momentum, force, hardness, .. } = self;
         for (force, momentum) in force.iter_mut().zip(&*momentum) {
@@ -197,7 +193,7 @@ impl<S: Simd> FootSolver<S> {
     /// How far along the solution the function falls in some lanes, 1 at the most. `slope` is that at the begin.
     #[inline(always)]
     fn find_length(&self, lanes: Mask<S>, slope: Lanes<S>) -> Lanes<S> {
-        let zero = self.hardness.same(0.0);
+        let zero = self.zero();
         let one = zero.same(1.0);
         let (mut constant, mut square) = (zero, zero);
         for ((change, momentum), force) in self.change.iter().zip(&self.momentum).zip(&self.force) {
@@ -245,7 +241,7 @@ impl<S: Simd> FootSolver<S> {
     /// Takes impulses from the soft rows' velocities, and the bounds of friction from these, of some lanes. Where any row changed.
     #[inline(always)]
     fn project(&mut self, lanes: Mask<S>) -> Mask<S> {
-        let zero = self.hardness.same(0.0);
+        let zero = self.zero();
         let Self { feet, velocities, hardness, .. } = self;
         let hardness = *hardness;
         let no = zero.lt(zero);
@@ -257,16 +253,16 @@ impl<S: Simd> FootSolver<S> {
             let (old, weights) = foot.soft(hardness, before, speeds);
             let bound = foot.friction * old[0];
             let (new, _) = foot.soft(hardness, bound, speeds);
-            let holds = zero.lt(bound) & (length(speeds[1], speeds[2]) * hardness).le(bound);
+            let holds = zero.lt(bound) & (length_in_plane(speeds[1], speeds[2]) * hardness).le(bound);
             let presses = zero.lt(new[0]);
             let is_slip = presses & !holds;
-            let moved = length(new[1] - old[1], new[2] - old[2]);
+            let moved = length_in_plane(new[1] - old[1], new[2] - old[2]);
             let was = foot.newton.weights;
             let of_normal = alike(zero.lt(was[0]), zero.lt(weights[0]));
             let sticks = |of: [Lanes<S>; 4]| of[1].is(hardness) & of[2].is(zero);
             let of_tangents = alike(sticks(was), sticks(weights));
             let used = foot.newton.used;
-            let turned = is_slip.select(length(old[1] - used[1], old[2] - used[2]), zero);
+            let turned = is_slip.select(length_in_plane(old[1] - used[1], old[2] - used[2]), zero);
             let most = zero.same(SLIP_TOLERANCE) * new[0];
             changed = changed | (on & (!(of_normal & of_tangents) | most.lt(moved) | most.lt(turned)));
             let is_slipping = is_slip & zero.lt(bound);
@@ -316,14 +312,14 @@ impl<S: Simd> FootSolver<S> {
     /// Where the impulses keep to their bounds, and what is not active to its side.
     #[inline(always)]
     fn holds(&self) -> Mask<S> {
-        let zero = self.hardness.same(0.0);
+        let zero = self.zero();
         let mut all = zero.le(zero);
         for foot in &self.feet {
             let [n, t, u] = foot.impulse;
             let normal = foot.velocities(&self.velocities)[0];
             let open = !foot.acts | (foot.target - zero.same(TOLERANCE)).le(normal);
             let most = foot.friction * n * zero.same(1.0 + 1e-6) + zero.same(f64::MIN_POSITIVE);
-            let presses = zero.le(n) & length(t, u).le(most);
+            let presses = zero.le(n) & length_in_plane(t, u).le(most);
             all = all & ((foot.newton.presses & presses) | (!foot.newton.presses & open));
         }
         self.joints.hold(all)

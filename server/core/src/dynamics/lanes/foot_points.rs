@@ -1,5 +1,7 @@
 //! Where feet touch, of all copies: what the narrow phase finds of a ball and a plane
 //! ([`collision`](crate::collision), `narrow.rs` and `colliders.rs`), and what a contact has of that which it was before.
+//!
+//! Identity matrices and turns, and sums with zero, are kept: they mimic the world's operations, to the bit.
 
 use glamx::{DPose3, DQuat};
 use pulp::Simd;
@@ -8,10 +10,9 @@ use super::feet::FootPair;
 use super::number::{Lanes, Mask};
 use super::pose::Pose;
 use super::robot::LaneRobot;
-use super::step::LOOK_AHEAD;
 use super::vectors::Vector;
 use crate::dynamics::constraint::contact::{Contact, STEADY};
-use crate::dynamics::contact_point::{ContactPoint, Surface};
+use crate::dynamics::contact_point::{ContactPoint, LOOK_AHEAD, Surface};
 
 /// A contact of a pair, of all copies; see [`Contact`]. It means nothing where there is none.
 #[derive(Clone, Copy, Debug)]
@@ -116,11 +117,6 @@ pub(super) fn choose<S: Simd>(mask: Mask<S>, yes: Vector<S>, no: Vector<S>) -> V
     Vector { x: mask.select(yes.x, no.x), y: mask.select(yes.y, no.y), z: mask.select(yes.z, no.z) }
 }
 
-#[inline(always)]
-fn length<S: Simd>(of: Vector<S>) -> Lanes<S> {
-    of.dot(of).sqrt()
-}
-
 impl<S: Simd> LaneRobot<S> {
     /// Finds where feet touch. Sums of impulses begin anew where a step `begins`.
     #[inline(always)]
@@ -159,11 +155,11 @@ impl<S: Simd> LaneRobot<S> {
         // How far around it contacts are looked for.
         let middle = ball.translation + ball.rotation.matrix().times(still);
         let velocity = linear + angular.cross(middle - frame.translation);
-        let speed = length(velocity) + length(angular) * radius;
+        let speed = velocity.length() + angular.length() * radius;
         let ahead = zero.same(LOOK_AHEAD * self.stepping.h);
         let margin = zero.same(self.slack) + ahead * speed;
         let drift = velocity * ahead;
-        let within = ((margin - length(drift)).max(zero) + length(drift)).min(margin);
+        let within = ((margin - drift.length()).max(zero) + drift.length()).min(margin);
         let height = (middle - plane.translation).dot(plane.rotation.times(own_normal));
         let is_far = within.lt(height - radius);
         // From here on in the axes of the first of the two.
@@ -191,7 +187,7 @@ impl<S: Simd> LaneRobot<S> {
         let contact = &mut self.feet.contacts[index];
         let goes_on = zero.lt(contact.is_there) & is_there;
         let moved = position - contact.position;
-        let is_steady = length(moved - contact.moved).lt(zero.same(STEADY) * length(moved));
+        let is_steady = (moved - contact.moved).length().lt(zero.same(STEADY) * moved.length());
         contact.wanders = choose(goes_on & is_steady, moved, still);
         contact.moved = choose(goes_on, moved, still);
         contact.impulse = choose(goes_on, contact.impulse, still);

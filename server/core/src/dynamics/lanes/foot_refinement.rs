@@ -11,7 +11,7 @@ impl<S: Simd> FootSolver<S> {
     /// What is left of each active row's equation. The largest.
     #[inline(always)]
     fn take_residuals(&mut self) -> Lanes<S> {
-        let zero = self.hardness.same(0.0);
+        let zero = self.zero();
         let Self { feet, joints, velocities, .. } = self;
         let mut largest = zero;
         for foot in feet {
@@ -33,7 +33,7 @@ impl<S: Simd> FootSolver<S> {
     /// Takes the softness out of velocities and impulses of some lanes. Where that succeeds.
     #[inline(always)]
     pub(super) fn refine(&mut self, lanes: Mask<S>) -> Mask<S> {
-        let zero = self.hardness.same(0.0);
+        let zero = self.zero();
         let Self { feet, joints, velocities, free, .. } = self;
         for (velocity, free) in velocities.iter_mut().zip(&*free) {
             *velocity = lanes.select(*free, *velocity);

@@ -8,7 +8,7 @@ use super::joint_rows::JointRows;
 use super::number::{Lanes, Mask};
 use super::robot::LaneRobot;
 use super::tree_cholesky::TreeCholesky;
-use super::vectors::{Spatial, Vector};
+use super::vectors::{Spatial, Vector, length_in_plane};
 use crate::dynamics::constraint::direct::Anderson;
 use crate::dynamics::island::{
     CORRECTION_SWEEPS, DIRECT_AT, MAX_SPLIT_VELOCITY, MAX_SWEEPS, SETTLED, SETTLED_ROUNDS, UNCHANGED,
@@ -67,17 +67,24 @@ impl<S: Simd> FootSolver<S> {
         }
     }
 
+    /// Zero in all lanes.
+    #[inline(always)]
+    pub(super) fn zero(&self) -> Lanes<S> {
+        self.hardness.same(0.0)
+    }
+
     /// Takes the tree of the robot.
     pub(super) fn set_tree(&mut self, tree: &Tree) {
-        let count = self.matrix.set_tree(self.hardness, tree);
-        self.inertia = vec![self.hardness; count];
-        let still = Vector { x: self.hardness, y: self.hardness, z: self.hardness };
+        let zero = self.zero();
+        let count = self.matrix.set_tree(zero, tree);
+        self.inertia = vec![zero; count];
+        let still = Vector { x: zero, y: zero, z: zero };
         self.deltas = vec![[Spatial { angular: still, linear: still }; 3]; tree.bodies.len()];
     }
 
     /// Takes feet, with the columns of each.
     pub(super) fn set_feet(&mut self, columns: impl Iterator<Item = Vec<(usize, bool)>>) {
-        let (zero, n) = (self.hardness, self.velocities.len());
+        let (zero, n) = (self.zero(), self.velocities.len());
         self.feet = columns.map(|columns| Foot::new(zero, columns, n)).collect();
         self.anderson.resize_with(S::F64_LANES, Anderson::default);
     }
@@ -96,7 +103,7 @@ impl<S: Simd> FootSolver<S> {
     /// Where anything touches or is about to.
     #[inline(always)]
     pub(super) fn touching(&self) -> Mask<S> {
-        let zero = self.hardness.same(0.0);
+        let zero = self.zero();
         let mut any = zero;
         for foot in &self.feet {
             any = any.max(foot.is_there);
@@ -115,7 +122,7 @@ impl<S: Simd> FootSolver<S> {
     /// Gives the velocities the impulses that some lanes start from, unless those are worse than none.
     #[inline(always)]
     fn start(&mut self, lanes: Mask<S>) {
-        let zero = self.hardness.same(0.0);
+        let zero = self.zero();
         let Self { feet, joints, velocities, free, .. } = self;
         free.copy_from_slice(velocities);
         for foot in &mut *feet {
@@ -160,7 +167,7 @@ impl<S: Simd> FootSolver<S> {
     /// Once through all feet, of some lanes. The largest change of a row's own velocity.
     #[inline(always)]
     fn sweep(&mut self, lanes: Mask<S>) -> Lanes<S> {
-        let zero = self.hardness.same(0.0);
+        let zero = self.zero();
         let Self { feet, joints, velocities, .. } = self;
         let mut largest = zero;
         joints.sweep(lanes, velocities, &mut largest);
@@ -178,7 +185,7 @@ impl<S: Simd> FootSolver<S> {
             let (t, u) = (t0 - a * vt - b * vu, u0 - b * vt - c * vu);
             let slips = (most * most).lt(t * t + u * u);
             let (st, su) = (t0 - foot.gradient_step * vt, u0 - foot.gradient_step * vu);
-            let size = (st * st + su * su).sqrt();
+            let size = length_in_plane(st, su);
             let is_beyond = most.lt(size);
             let st = is_beyond.select(st * most / size, st);
             let su = is_beyond.select(su * most / size, su);
@@ -200,7 +207,7 @@ impl<S: Simd> FootSolver<S> {
     /// sweeps, where it `is_direct`; else by sweeps.
     #[inline(always)]
     fn find_impulses(&mut self, lanes: Mask<S>, is_direct: Mask<S>) {
-        let zero = self.hardness.same(0.0);
+        let zero = self.zero();
         let swept = lanes & self.was_least;
         let mut least = zero.lt(zero);
         if swept.any() {
@@ -264,7 +271,7 @@ impl<S: Simd> FootSolver<S> {
     /// Velocities that positions are moved by beside the new ones, where feet are too deep. Where there are any.
     #[inline(always)]
     pub(super) fn correct_positions(&mut self, lanes: Mask<S>) -> Mask<S> {
-        let zero = self.hardness.same(0.0);
+        let zero = self.zero();
         let Self { feet, velocities, split, .. } = self;
         let mut corrected = zero.lt(zero);
         for foot in &*feet {

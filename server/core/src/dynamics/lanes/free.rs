@@ -8,9 +8,7 @@ use pulp::Simd;
 use super::number::{Lanes, Mask};
 use super::vectors::{Articulated, Matrix, Spatial, Vector};
 use crate::dynamics::BodyState;
-
-/// A direction with less than this part of the largest inertia counts as without; as in the one-robot step.
-const FLAT: f64 = 1e-14;
+use crate::dynamics::ldlt::FLAT;
 
 /// What a step changes of a free root: of [`BodyState`] that which is the root's. Zero where the root is fixed.
 #[derive(Clone, Copy, Debug)]
@@ -101,7 +99,7 @@ impl<S: Simd> Root<S> {
     #[inline(always)]
     pub(super) fn speed_of(velocities: &[Lanes<S>; 6], lever: Lanes<S>) -> Lanes<S> {
         let (linear, angular) = parts(velocities);
-        linear.dot(linear).sqrt() + lever * angular.dot(angular).sqrt()
+        linear.length() + lever * angular.length()
     }
 
     /// The same of the velocities that it has.

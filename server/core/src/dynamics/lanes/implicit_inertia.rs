@@ -9,9 +9,7 @@ use super::number::{Lanes, Mask};
 use super::passes::{along, part_mut};
 use super::robot::LaneRobot;
 use super::vectors::{Rigid, Spatial, Symmetric, Vector};
-
-/// What stands for the inertia of a joint that nothing moves.
-const LOCKED: f64 = 1e30;
+use crate::dynamics::implicit_inertia::LOCKED;
 
 /// See [`around`](crate::dynamics::inertia).
 #[inline(always)]

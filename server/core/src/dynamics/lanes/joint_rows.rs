@@ -5,11 +5,9 @@ use pulp::Simd;
 
 use super::number::{Lanes, Mask};
 use super::robot::LaneRobot;
+use super::rows::{FRICTION, ORDER, UPPER};
 use super::tree_cholesky::TreeCholesky;
 use crate::dynamics::constraint::direct::{SOFTNESS, TOLERANCE};
-
-/// In the order of solving: dry friction of all joints, then both limits of each; indices among the rows of a joint.
-const ORDER: [&[usize]; 2] = [&[0], &[1, 2]];
 
 /// A row on the velocity of one joint.
 #[derive(Clone, Copy, Debug)]
@@ -311,7 +309,7 @@ impl<S: Simd> LaneRobot<S> {
                     if !is_there.any() {
                         continue;
                     }
-                    let bounds = if kind == 0 {
+                    let bounds = if kind == FRICTION {
                         [-at.most_friction, at.most_friction]
                     } else {
                         [zero, zero.same(f64::INFINITY)]
@@ -320,7 +318,7 @@ impl<S: Simd> LaneRobot<S> {
                         body,
                         kind,
                         velocity: offset + body - self.first,
-                        is_upper: kind == 2,
+                        is_upper: kind == UPPER,
                         is_there,
                         acts: no,
                         bias: row.bias,

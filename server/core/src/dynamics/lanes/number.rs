@@ -72,13 +72,14 @@ impl<S: Simd> Lanes<S> {
         Self { simd: self.simd, values: self.simd.abs_f64s(self.values) }
     }
 
-    /// The larger one.
+    /// The larger one: `other` where `self` is less, else `self`. So it is `self` where either is NaN, unlike
+    /// [`f64::max`], and where one is 0 and the other -0.
     #[inline(always)]
     pub(super) fn max(self, other: Self) -> Self {
         self.lt(other).select(other, self)
     }
 
-    /// The smaller one.
+    /// The smaller one: `other` where it is less, else `self`; with NaN and -0 as in [`max`](Self::max).
     #[inline(always)]
     pub(super) fn min(self, other: Self) -> Self {
         other.lt(self).select(other, self)

@@ -9,18 +9,11 @@ use super::joint::Body;
 use super::number::{Lanes, Mask};
 use super::robot::LaneRobot;
 use super::vectors::{Articulated, Matrix, Spatial, Vector};
-use crate::dynamics::integrator::Integrator;
+use crate::dynamics::articulated::SINGULAR;
+use crate::dynamics::integrator::{Integrator, STIFF};
 use crate::dynamics::spatial::Placement;
 use crate::dynamics::tree::JointType;
-
-/// As in [`articulated`](crate::dynamics::articulated).
-const SINGULAR: f64 = 1e-13;
-
-/// From here on an implicitness is backward Euler's.
-const STIFF: f64 = 1e16;
-
-/// A step in which a body turns by more is none of lanes; as in [`velocity_terms`](crate::dynamics::velocity_terms), rad.
-const FAST: f64 = 0.1;
+use crate::dynamics::velocity_terms::FAST;
 
 /// S' f.
 #[inline(always)]

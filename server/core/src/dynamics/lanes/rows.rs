@@ -6,18 +6,15 @@ use pulp::Simd;
 use super::joint::Row;
 use super::number::{Lanes, Mask};
 use super::robot::LaneRobot;
-use crate::dynamics::constraint::{ERROR_REDUCTION, MAX_SWEEPS, SETTLED};
-
-/// A joint this near to its limit has a row whatever its velocity, rad or m; as in the one-robot step.
-const NEAR: f64 = 1e-3;
+use crate::dynamics::constraint::{ERROR_REDUCTION, MAX_SWEEPS, NEAR, SETTLED};
 
 /// Indices among the rows of a joint.
-const FRICTION: usize = 0;
+pub(super) const FRICTION: usize = 0;
 const LOWER: usize = 1;
-const UPPER: usize = 2;
+pub(super) const UPPER: usize = 2;
 
 /// In the order of solving: dry friction of all joints, then both limits of each.
-const ORDER: [&[usize]; 2] = [&[FRICTION], &[LOWER, UPPER]];
+pub(super) const ORDER: [&[usize]; 2] = [&[FRICTION], &[LOWER, UPPER]];
 
 impl<S: Simd> LaneRobot<S> {
     /// Finds the rows of the step. Whether there are any.

@@ -5,10 +5,8 @@ use pulp::{Simd, WithSimd};
 use super::number::Mask;
 use super::robot::{LaneRobot, number};
 use crate::dynamics::articulation::MAX_ROUNDS;
+use crate::dynamics::contact_point::LOOK_AHEAD;
 use crate::dynamics::integrator::{History, Integrator};
-
-/// Contacts are looked for this many times as far ahead as a part of a step moves a shape, as where collision looks.
-pub(super) const LOOK_AHEAD: f64 = 2.0;
 
 /// A step, to be compiled for the processor that it runs on.
 struct Step<'a, S: Simd>(&'a mut LaneRobot<S>);
@@ -23,8 +21,8 @@ impl<S: Simd> WithSimd for Step<'_, S> {
 }
 
 impl<S: Simd> LaneRobot<S> {
-    /// Advances all copies by a step, touching planes with their feet and nothing else. [`has_stepped`](Self::has_stepped) says which have done it; the others are
-    /// left as they were.
+    /// Advances all copies by a step in which they touch nothing, or planes with their feet.
+    /// [`has_stepped`](Self::has_stepped) says which have done it; the others are left as they were.
     pub fn step(&mut self) {
         if self.is_taken.all().iter().any(|taken| *taken > 0.0) {
             let simd = self.simd;
@@ -82,16 +80,16 @@ impl<S: Simd> LaneRobot<S> {
             if round == 0 {
                 has_rows = self.collect_rows(taken);
             }
-            let apart = going & !touching;
-            if has_rows && apart.any() {
-                self.solve_rows(apart);
+            let clear = going & !touching;
+            if has_rows && clear.any() {
+                self.solve_rows(clear);
             }
             let meets = going & touching;
             if meets.any() {
                 self.solve_feet(meets, round == 0);
             }
             // With feet that touch they are those of all rounds together.
-            kinked = kinked | self.keep_rows(apart);
+            kinked = kinked | self.keep_rows(clear);
             going = self.saturate(going, round == 0);
             kinked = kinked | going;
             if !going.any() {

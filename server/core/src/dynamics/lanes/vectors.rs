@@ -59,6 +59,12 @@ pub(super) struct Articulated<S: Simd> {
     pub(super) mass: Symmetric<S>,
 }
 
+/// The length of a vector in a plane.
+#[inline(always)]
+pub(super) fn length_in_plane<S: Simd>(x: Lanes<S>, y: Lanes<S>) -> Lanes<S> {
+    (x * x + y * y).sqrt()
+}
+
 impl<S: Simd> Vector<S> {
     #[inline(always)]
     pub(super) fn splat(simd: S, value: DVec3) -> Self {
@@ -82,6 +88,11 @@ impl<S: Simd> Vector<S> {
             y: self.z * other.x - other.z * self.x,
             z: self.x * other.y - other.x * self.y,
         }
+    }
+
+    #[inline(always)]
+    pub(super) fn length(self) -> Lanes<S> {
+        self.dot(self).sqrt()
     }
 
     /// Of one lane.

@@ -1,6 +1,6 @@
 //! Copies of a quadruped on a plane: what feet touch is part of steps in lanes.
 
-use super::lanes::{alone, assert_equal, in_all_widths};
+use super::lanes::{alone, assert_equal, assert_neighbours_do_not_matter, in_all_widths};
 use super::*;
 use crate::dynamics::Integrator;
 use crate::rollout::draw::uniform;
@@ -196,16 +196,7 @@ fn a_quadruped_with_dry_friction_and_joints_at_limits_has_the_bits_of_the_world(
 fn the_copies_beside_one_that_touches_do_not_matter() {
     let world = standing(300, true);
     let rollout = Rollout::new(world.to_saved(), drive(8, 120, 40, [0.1, 0.3, 0.3]), ROOM).unwrap();
-    let length = rollout.shape().rows * rollout.shape().columns();
-    for (width, all) in in_all_widths(&rollout, 0..8) {
-        for (first, last) in [(0, 1), (5, 6), (2, 7)] {
-            for (_, some) in
-                in_all_widths(&rollout, first..last).into_iter().filter(|(other, _)| *other == width)
-            {
-                assert_eq!(bits(&some.states), bits(&all.states[first * length..last * length]), "{width}");
-            }
-        }
-    }
+    assert_neighbours_do_not_matter(&rollout);
 }
 
 /// A trunk that comes down on the plane, and legs folded beside it: what is no foot touches too, which lanes leave to the world.

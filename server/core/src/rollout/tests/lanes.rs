@@ -299,21 +299,26 @@ fn copies_with_an_applied_wrench_have_the_bits_of_the_world() {
     }
 }
 
-#[test]
-fn the_copies_beside_one_in_lanes_do_not_matter() {
-    let world = world_of(branching(5), Integrator::Leapfrog, 1);
-    let request = asked(5, 8, ControlMode::Position, Interpolation::Cubic);
-    let rollout = Rollout::new(world.to_saved(), request, ROOM).unwrap();
+/// Some of eight copies are alike with and without the others beside them.
+pub(super) fn assert_neighbours_do_not_matter(rollout: &Rollout) {
     let length = rollout.shape().rows * rollout.shape().columns();
-    for (width, all) in in_all_widths(&rollout, 0..8) {
+    for (width, all) in in_all_widths(rollout, 0..8) {
         for (first, last) in [(0, 1), (5, 6), (2, 7)] {
             for (_, some) in
-                in_all_widths(&rollout, first..last).into_iter().filter(|(other, _)| *other == width)
+                in_all_widths(rollout, first..last).into_iter().filter(|(other, _)| *other == width)
             {
                 assert_eq!(bits(&some.states), bits(&all.states[first * length..last * length]), "{width}");
             }
         }
     }
+}
+
+#[test]
+fn the_copies_beside_one_in_lanes_do_not_matter() {
+    let world = world_of(branching(5), Integrator::Leapfrog, 1);
+    let request = asked(5, 8, ControlMode::Position, Interpolation::Cubic);
+    let rollout = Rollout::new(world.to_saved(), request, ROOM).unwrap();
+    assert_neighbours_do_not_matter(&rollout);
 }
 
 /// Two controls of a joint, of one mode and of two, and feedback: what targets are changes while copies are in lanes.

@@ -142,9 +142,10 @@ impl Simulation {
     /// What the surfaces of each pair of a robot's feet are like together; `None` where the planes are elsewhere in this copy.
     pub(crate) fn lane_surfaces(&self, feet: &RobotFeet) -> Option<Vec<Surface>> {
         let are_there = feet.stand_on(|robot| self.entities[robot].body.base());
-        are_there.then(|| {
-            feet.surfaces(|robot| &self.entities[robot].colliders, self.settings.surface_combination)
-        })
+        if !are_there {
+            return None;
+        }
+        feet.surfaces(|robot| &self.entities[robot].colliders, self.settings.surface_combination)
     }
 
     /// The contacts of the last step, in their order.
@@ -173,6 +174,7 @@ impl Simulation {
         let slack = slack(gravity, h);
         let Entity { body, colliders, .. } = &self.entities[robot];
         let (own, mut around) = (0.5 * colliders.own_gap(), f64::INFINITY);
+        let counts_planes = !has_feet;
         for (other, entity) in self.entities.iter().enumerate() {
             if other == robot || !entity.is_active() || colliders.is_empty() {
                 continue;
@@ -180,7 +182,7 @@ impl Simulation {
             let pair = [robot.min(other), robot.max(other)];
             let [first, second] = pair.map(|index| &self.entities[index].colliders);
             let filter = Filter::between(pair, &self.contacts.collision_pairs);
-            around = around.min(first.gap_to(second, filter, !has_feet));
+            around = around.min(first.gap_to(second, filter, counts_planes));
         }
         let bodies = &body.tree().bodies;
         if own.min(around) == f64::INFINITY {
