@@ -163,6 +163,41 @@ fn a_shape_of_no_robot_is_measured() {
     assert!(refused.to_string().contains("a.pose.position"), "{refused}");
 }
 
+/// Also where one is on the axis of the other, and neither has a side that is nearer than another.
+#[test]
+fn round_shapes_on_one_axis_are_as_deep_inside_each_other_as_beside_it() {
+    let world = look(&scene());
+    let capsule = |radius, length| Geometry::Capsule { radius, length };
+    let cylinder = |radius, length| Geometry::Cylinder { radius, length };
+    let cone = Geometry::Cone { radius: 0.1, length: 1.0 };
+    for (a, b, up, depth) in [
+        (capsule(0.1, 1.0), capsule(0.05, 0.1), 0.0, 0.15),
+        (capsule(0.1, 1.0), capsule(0.05, 0.1), 0.2, 0.15),
+        (cylinder(0.1, 1.0), capsule(0.05, 0.1), 0.0, 0.15),
+        (cylinder(0.1, 1.0), cylinder(0.01, 1.0), 0.0, 0.11),
+        (cylinder(0.1, 1.0), cylinder(0.01, 1.0), 0.1, 0.11),
+        (cylinder(0.1, 1.0), Geometry::Sphere { radius: 0.01 }, 0.2, 0.11),
+        // Out of its mantle, whose slope is 0.1.
+        (cone, capsule(0.01, 0.02), 0.0, 0.05 * 0.995 + 0.01 + 0.001),
+    ] {
+        let place = |z: f64, turn: f64| {
+            DPose3::from_parts(DVec3::new(5.0, 3.0, 2.0), DQuat::from_rotation_y(turn))
+                * DPose3::from_translation(DVec3::Z * z)
+        };
+        for turn in [0.0, 0.7] {
+            let [one, other] =
+                [QuerySide::Shape(a.clone(), place(0.0, turn)), QuerySide::Shape(b.clone(), place(up, turn))];
+            let found = ask(&world, &DistanceQuery { a: one, b: Some(other), ..all(body(0), None) });
+            let [pair] = &found[..] else { panic!("{found:?}") };
+            assert!(
+                (pair.distance + depth).abs() < 0.01 * depth,
+                "{a:?} {b:?} {up} {turn}: {}",
+                pair.distance
+            );
+        }
+    }
+}
+
 /// Neighbours are left out where that is asked for, and so are pairs that are switched off and groups that do not touch.
 #[test]
 fn what_may_not_touch_is_left_out_where_asked() {

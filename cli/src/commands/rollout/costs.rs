@@ -1,6 +1,6 @@
 //! Terms of the cost of a step, of a JSON document.
 
-use anyhow::{Context as _, bail};
+use anyhow::{Context as _, bail, ensure};
 use serde::Deserialize;
 use simd_client::proto::{
     Quaternion, RolloutContactTerm, RolloutCost, RolloutDistanceTerm, RolloutJointTerm, RolloutLinkTerm,
@@ -78,6 +78,7 @@ struct Nearness {
 
 /// Reads a list of terms, of this robot where they name none.
 pub(super) fn read(text: &str, robot: &str) -> anyhow::Result<Vec<RolloutCost>> {
+    ensure!(!text.trim().is_empty(), "it is empty; it must be a list of terms");
     let all: Vec<Cost> = serde_json::from_str(text)?;
     let request = |(index, of): (usize, Cost)| of.request(robot).with_context(|| format!("term {index}"));
     all.into_iter().enumerate().map(request).collect()
@@ -117,12 +118,13 @@ impl Cost {
             self.nearness.map(near).map(Term::Nearness),
         ];
         let mut terms = terms.into_iter().flatten();
-        let (Some(term), None) = (terms.next(), terms.next()) else {
+        let Some(term) = terms.next() else {
             bail!(
                 "it must have one of `joint_positions`, `joint_velocities`, `joint_efforts`, `link_position`, \
                  `link_orientation`, `contact_force` and `nearness`"
             );
         };
+        ensure!(terms.next().is_none(), "it has more than one kind: give each a term of its own");
         Ok(RolloutCost { weight: self.weight, final_weight: self.final_weight, term: Some(term) })
     }
 }
@@ -176,8 +178,12 @@ mod tests {
             Err(error) => format!("{error:#}"),
         };
         for (text, part) in [
+            ("", "it is empty"),
             (r#"[{"weight": 1}]"#, "term 0: it must have one of `joint_positions`"),
-            (r#"[{"joint_efforts": {}}, {"joint_efforts": {}, "contact_force": {}}]"#, "term 1: "),
+            (
+                r#"[{"joint_efforts": {}}, {"joint_efforts": {}, "contact_force": {}}]"#,
+                "term 1: it has more than one kind",
+            ),
             (r#"[{"joint_effort": {}}]"#, "unknown field `joint_effort`"),
             (r#"[{"link_position": {"link": "hand"}}]"#, "missing field `position`"),
             ("[\n{\"joint_efforts\": 1}]", "line 2"),

@@ -13,7 +13,7 @@ const FORM: &str = "must be OF[:NAME,...]=LOW..HIGH or OF[:NAME,...]=MEAN+-DEVIA
 #[derive(Clone, Debug, Default, Deserialize, PartialEq)]
 #[serde(default, deny_unknown_fields)]
 pub(super) struct Variation {
-    of: String,
+    of: Option<String>,
     /// That of the command where it is left out.
     robot: Option<String>,
     names: Vec<String>,
@@ -63,11 +63,12 @@ pub(super) fn parse(text: &str) -> Result<Variation, String> {
     if uniform.is_none() && normal.is_none() {
         return Err(form());
     }
-    Ok(Variation { of: of.to_owned(), names, uniform, normal, ..Variation::default() })
+    Ok(Variation { of: Some(of.to_owned()), names, uniform, normal, ..Variation::default() })
 }
 
 /// Reads a list of variations.
 pub(super) fn read(text: &str) -> anyhow::Result<Vec<Variation>> {
+    ensure!(!text.trim().is_empty(), "it is empty; it must be a list of variations");
     Ok(serde_json::from_str(text)?)
 }
 
@@ -83,14 +84,16 @@ fn place(index: usize) -> String {
 
 impl Variation {
     fn request(self, robot: &str) -> anyhow::Result<RolloutVariation> {
-        let of = varied(&self.of).map_err(anyhow::Error::msg)?;
+        let Some(of) = &self.of else { bail!("it has no `of`, which says what varies: {}", words()) };
+        let of = varied(of).map_err(anyhow::Error::msg)?;
         let values = match (self.given, self.uniform, self.normal) {
             (Some(rows), None, None) => Values::Given(packed(&flat(&rows)?)),
             (None, Some(Uniform { low, high }), None) => Values::Uniform(RolloutUniform { low, high }),
             (None, None, Some(Normal { mean, deviation })) => {
                 Values::Normal(RolloutNormal { mean, deviation })
             }
-            _ => bail!("it must have one of `given`, `uniform` and `normal`"),
+            (None, None, None) => bail!("it must have one of `given`, `uniform` and `normal`"),
+            _ => bail!("it has more than one of `given`, `uniform` and `normal`"),
         };
         let is_wrench = of == RolloutVaried::Wrench;
         Ok(RolloutVariation {
@@ -176,7 +179,8 @@ mod tests {
         };
         for (text, part) in [
             (r#"[{"of": "gains"}]"#, "variation 0: it must have one of"),
-            (r#"[{"uniform": {"low": 1, "high": 2}}]"#, "`` is nothing that can vary"),
+            (r#"[{"uniform": {"low": 1, "high": 2}}]"#, "variation 0: it has no `of`"),
+            (r#"[{"of": "gains", "given": [[1]], "uniform": {"low": 1, "high": 2}}]"#, "more than one of"),
             (r#"[{"of": "gains", "given": [[1, 2], [3]]}]"#, "copy 1"),
             (r#"[{"of": "gains", "given": []}]"#, "no numbers"),
             (r#"[{"of": "gains", "seed": 1}]"#, "unknown field `seed`"),

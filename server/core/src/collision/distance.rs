@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use glamx::{DPose3, DVec3};
 use rapier3d_f64::parry::query::{Contact, contact};
-use rapier3d_f64::parry::shape::Shape;
+use rapier3d_f64::parry::shape::{Segment, Shape};
 
 use super::facets::relative;
 use super::plane::outermost;
@@ -173,16 +173,67 @@ pub(super) fn convex_contact([a, b]: [(&dyn Shape, &DPose3); 2], within: f64) ->
     // A little more, so that one at the very distance is found.
     let margin = (within + around).max(0.0) * (1.0 + 1e-9) + 1e-9;
     let mut found = contact(a.1, core_a, b.1, core_b, margin).ok()??;
-    if found.dist > 0.0 {
+    if found.dist > TOUCHING {
         found = refined([(core_a, a.1), (core_b, b.1)], found);
         found.point1 += found.normal1 * around_a;
         found.point2 -= found.normal1 * around_b;
         found.dist -= around;
-    } else if around > 0.0 {
-        found = contact(a.1, a.0, b.1, b.0, 0.0).ok()??;
+    } else if let (Some(one), Some(other)) = (core_a.as_segment(), core_b.as_segment()) {
+        found = crossing([one, other], [a.1, b.1], found, [around_a, around_b]);
+    } else {
+        if around > 0.0 {
+            found = contact(a.1, a.0, b.1, b.0, 0.0).ok()??;
+        }
+        found = deeper([a, b], found);
     }
     let is_sound = found.dist.is_finite() && found.point1.is_finite() && found.point2.is_finite();
     (is_sound && found.normal1.is_finite()).then_some(found)
+}
+
+/// Of two capsules whose segments meet: the shortest way out is across both.
+fn crossing(
+    [one, other]: [&Segment; 2],
+    [pose, other_pose]: [&DPose3; 2],
+    found: Contact,
+    [around, other_around]: [f64; 2],
+) -> Contact {
+    let along = pose.rotation * (one.b - one.a).normalize_or(DVec3::X);
+    let across =
+        along.cross(other_pose.rotation * (other.b - other.a)).normalize_or(along.any_orthonormal_vector());
+    let (on_one, on_other) = (found.point1 + across * around, found.point2 - across * other_around);
+    Contact::new(on_one, on_other, across, -across, -(around + other_around))
+}
+
+/// What is no farther apart touches, metres: a depth that was not found comes with the rounding of a 0.
+const TOUCHING: f64 = 1e-12;
+
+/// Parts of the size of the smaller of two shapes that overlap, by which one is moved to be looked at once more.
+const ASIDE: [f64; 4] = [1e-6, 1e-5, 1e-4, 1e-3];
+
+/// The ways in which it is moved, of unit length: the last ones are across those of most shapes.
+const WAYS: [DVec3; 5] =
+    [DVec3::X, DVec3::Y, DVec3::Z, DVec3::new(0.48, 0.6, 0.64), DVec3::new(-0.64, 0.48, 0.6)];
+
+/// What overlaps by nothing is looked at once more from beside: where the middles of two shapes lie on an axis of both, EPA may begin with
+/// a segment through the origin, and ends with a depth of 0. What is found beside is right to about a hundredth, as EPA is with round
+/// sides.
+fn deeper([a, b]: [(&dyn Shape, &DPose3); 2], found: Contact) -> Contact {
+    let size = a.0.compute_local_bounding_sphere().radius.min(b.0.compute_local_bounding_sphere().radius);
+    for aside in ASIDE.map(|part| part * size) {
+        if !aside.is_finite() || found.dist < -aside {
+            break;
+        }
+        let moved = WAYS.into_iter().filter_map(|axis| {
+            let pose = DPose3::from_parts(b.1.translation + axis * aside, b.1.rotation);
+            contact(a.1, a.0, &pose, b.0, 0.0).ok()?
+        });
+        let deepest = moved.min_by(|x, y| x.dist.total_cmp(&y.dist));
+        // What only touches is as deep from beside as it was moved, at the most.
+        if let Some(deepest) = deepest.filter(|deepest| deepest.dist < found.dist - 4.0 * aside) {
+            return deepest;
+        }
+    }
+    found
 }
 
 /// What a shape is all points within a distance of: the segment of a capsule. Others are themselves.

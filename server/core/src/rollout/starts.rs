@@ -61,7 +61,7 @@ impl StartPlan {
         let rows =
             |name: &str, values: Vec<f64>, width: usize| Knots::of_start(&field(name), values, width, copies);
         let roots = rows("roots", roots, 7)?;
-        let bad = |row: &[f64]| (row[3..].iter().map(|q| q * q).sum::<f64>() - 1.0).abs() > UNIT;
+        let bad = |row: &[f64]| (row[3..].iter().map(|q| q * q).sum::<f64>() - 1.0).abs() >= UNIT;
         if let Some(row) = roots.as_ref().and_then(|roots| roots.numbers().chunks_exact(7).position(bad)) {
             let value = format!("a row {row} without a rotation");
             return Err(refuse(
@@ -96,8 +96,8 @@ impl StartPlan {
         if self.roots.is_some() || self.root_twists.is_some() {
             let vector = |row: &[f64], at: usize| DVec3::new(row[at], row[at + 1], row[at + 2]);
             let pose = row(&self.roots).map(|row| {
-                let rotation = DQuat::from_xyzw(row[3], row[4], row[5], row[6]).normalize();
-                DPose3::from_parts(vector(&row, 0), rotation)
+                // As it was given, as a command would have it: else the copy has other bits than the world.
+                DPose3::from_parts(vector(&row, 0), DQuat::from_xyzw(row[3], row[4], row[5], row[6]))
             });
             let twist = row(&self.root_twists).map(|row| (vector(&row, 0), vector(&row, 3)));
             world.apply(&Command::SetEntityState { robot: self.name.clone(), pose, twist })?;

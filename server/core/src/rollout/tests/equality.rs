@@ -3,6 +3,8 @@
 use std::sync::atomic::AtomicUsize;
 use std::sync::atomic::Ordering::Relaxed;
 
+use glamx::DQuat;
+
 use super::*;
 use crate::simulation::command::{JointTarget, RobotTargets, SetTargets, Target};
 
@@ -59,6 +61,28 @@ fn a_copy_is_to_the_bit_what_the_world_is_with_the_same_commands() {
             // The others do the same.
             let second: Vec<f64> = rows.take(STEPS as usize).flatten().copied().collect();
             assert_eq!(bits(&first.concat()), bits(&second));
+        }
+    }
+}
+
+/// Also where a quaternion is one long but for its last digits.
+#[test]
+fn a_copy_starts_where_the_world_is_put_by_the_same_numbers() {
+    for [x, y, z, w] in
+        [[0.1, 0.2, 0.3, 0.927_361_849_55], [0.5, -0.5, 0.5, 0.5], [0.6, 0.0, 0.0, -0.800_000_1]]
+    {
+        let mut world = world();
+        let roots = vec![0.1, -0.2, 1.3, x, y, z, w];
+        let request = RolloutRequest {
+            starts: vec![Start { robot: "ball".into(), roots, ..Start::default() }],
+            ..all_of_it(1, 30)
+        };
+        let found = states(&roll(&world, request));
+        let pose = Some(DPose3::from_parts(DVec3::new(0.1, -0.2, 1.3), DQuat::from_xyzw(x, y, z, w)));
+        world.apply(&Command::SetEntityState { robot: "ball".into(), pose, twist: None }).unwrap();
+        for (step, row) in found.chunks_exact(found.len() / 30).enumerate() {
+            world.step();
+            assert_eq!(bits(row), bits(&seen(&world)), "step {step}");
         }
     }
 }
