@@ -18,7 +18,7 @@
 //! problems prone to Newton like solution methods" (1991)). The bounds of what slips are those of the normal impulses, a
 //! fixed point, which is accelerated by Anderson's method.
 
-mod anderson;
+pub(in crate::dynamics) mod anderson;
 mod equations;
 mod newton;
 
@@ -29,7 +29,7 @@ use crate::dynamics::articulation::Articulation;
 use crate::dynamics::block_cholesky::{BlockCholesky, MOST_NODES, factorisation_cost};
 use crate::dynamics::inertia::Rigid;
 use crate::dynamics::island::Member;
-pub(in crate::dynamics) use anderson::Anderson;
+use anderson::Anderson;
 pub(in crate::dynamics) use equations::{EXACT, REFINEMENTS};
 use newton::Progress;
 pub(in crate::dynamics) use newton::{FLAT, HALVINGS};

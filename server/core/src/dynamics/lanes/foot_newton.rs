@@ -3,7 +3,8 @@
 
 use pulp::Simd;
 
-use super::foot_rows::Foot;
+use super::feet::MOST_FEET;
+use super::foot_rows::{Foot, FootNewton};
 use super::foot_solver::FootSolver;
 use super::number::{Lanes, Mask};
 use super::vectors::length_in_plane;
@@ -90,9 +91,7 @@ impl<S: Simd> FootSolver<S> {
         }
         *hardness = count / (zero.same(SOFTNESS) * sum);
         momentum.fill(zero);
-        for own in anderson {
-            own.begin();
-        }
+        anderson.begin(zero.le(zero));
         for foot in &mut *feet {
             foot.add_momentum(foot.impulse, foot.acts, momentum);
             let normal = foot.velocities(velocities)[0];
@@ -283,29 +282,27 @@ impl<S: Simd> FootSolver<S> {
         self.joints.project(lanes, &self.velocities, changed)
     }
 
-    /// Takes the bounds of what slips on; lane by lane, as few lanes do so.
+    /// Takes the bounds of what slips on. Where what slips differs from the round before, it begins anew.
     #[inline(always)]
     fn accelerate_bounds(&mut self, differs: Mask<S>, slips: Mask<S>) {
-        let (differs, slips) = (differs.numbers(), slips.numbers());
+        let zero = self.zero();
         let Self { feet, anderson, .. } = self;
-        for (lane, anderson) in anderson.iter_mut().enumerate() {
-            if differs.get(lane) == 1.0 {
-                anderson.begin();
-            }
-            if slips.get(lane) == 0.0 {
-                continue;
-            }
-            let (mut bounds, mut residuals) = ([0.0; super::feet::MOST_FEET], [0.0; super::feet::MOST_FEET]);
-            let slipped = |foot: &Foot<S>| foot.newton.slipped.numbers().get(lane) == 1.0;
-            for ((bound, residual), foot) in bounds.iter_mut().zip(&mut residuals).zip(&*feet) {
-                *bound = if slipped(foot) { foot.newton.bound.get(lane) } else { 0.0 };
-                *residual = foot.newton.bound_residual.get(lane);
-            }
-            let count = feet.len().min(bounds.len());
-            anderson.advance(&mut bounds[..count], &residuals[..count]);
-            for (foot, bound) in feet.iter_mut().zip(bounds).filter(|(foot, _)| slipped(foot)) {
-                foot.newton.bound.set(lane, bound.max(0.0));
-            }
+        anderson.begin(differs);
+        if !slips.any() {
+            return;
+        }
+        let mut pairs = [[zero; 2]; MOST_FEET];
+        for (pair, foot) in pairs.iter_mut().zip(&*feet) {
+            let FootNewton { slipped, bound, bound_residual, .. } = foot.newton;
+            *pair = [slipped.select(bound, zero), bound_residual];
+        }
+        let count = feet.len().min(MOST_FEET);
+        anderson.advance(slips, &mut pairs[..count]);
+        for (foot, [bound, _]) in feet.iter_mut().zip(pairs) {
+            let on = slips & foot.newton.slipped;
+            // Not a number is none, as for one robot.
+            let bound = zero.lt(bound).select(bound, zero);
+            foot.newton.bound = on.select(bound, foot.newton.bound);
         }
     }
 

@@ -3,13 +3,13 @@
 
 use pulp::Simd;
 
+use super::foot_anderson::FootAnderson;
 use super::foot_rows::Foot;
 use super::joint_rows::JointRows;
 use super::number::{Lanes, Mask};
 use super::robot::LaneRobot;
 use super::tree_cholesky::TreeCholesky;
 use super::vectors::{Spatial, Vector, length_in_plane};
-use crate::dynamics::constraint::direct::Anderson;
 use crate::dynamics::island::{
     CORRECTION_SWEEPS, DIRECT_AT, MAX_SPLIT_VELOCITY, MAX_SWEEPS, SETTLED, SETTLED_ROUNDS, UNCHANGED,
 };
@@ -38,8 +38,7 @@ pub(super) struct FootSolver<S: Simd> {
     pub(super) force: Vec<Lanes<S>>,
     pub(super) change: Vec<Lanes<S>>,
     pub(super) hardness: Lanes<S>,
-    /// One a lane.
-    pub(super) anderson: Vec<Anderson>,
+    pub(super) anderson: FootAnderson<S>,
     /// The impulses that a step starts from, or has come to, are the least ones.
     pub(super) was_least: Mask<S>,
 }
@@ -62,7 +61,7 @@ impl<S: Simd> FootSolver<S> {
             force: vec![zero; n],
             change: vec![zero; n],
             hardness: zero,
-            anderson: Vec::new(),
+            anderson: FootAnderson::new(zero, 0),
             was_least: zero.lt(zero),
         }
     }
@@ -86,7 +85,7 @@ impl<S: Simd> FootSolver<S> {
     pub(super) fn set_feet(&mut self, columns: impl Iterator<Item = Vec<(usize, bool)>>) {
         let (zero, n) = (self.zero(), self.velocities.len());
         self.feet = columns.map(|columns| Foot::new(zero, columns, n)).collect();
-        self.anderson.resize_with(S::F64_LANES, Anderson::default);
+        self.anderson = FootAnderson::new(zero, self.feet.len());
     }
 
     /// Bytes on the heap.
@@ -98,6 +97,7 @@ impl<S: Simd> FootSolver<S> {
             + size_of_val(&self.deltas[..])
             + self.matrix.bytes()
             + self.joints.bytes()
+            + self.anderson.bytes()
     }
 
     /// Where anything touches or is about to.

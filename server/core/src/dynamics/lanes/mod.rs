@@ -14,8 +14,8 @@
 //!   friction.
 //! * `pose`: frames in the world. `feet`: what of a robot touches planes. `foot_points`: where. `foot_rows`: the rows of that.
 //! * `joint_rows`: limits and dry friction beside feet.
-//! * `tree_cholesky`, `implicit_inertia`: the matrix of what impulses work against. `foot_newton`, `foot_refinement`, `foot_solver`:
-//!   the impulses.
+//! * `tree_cholesky`, `implicit_inertia`: the matrix of what impulses work against. `foot_anderson`, `foot_newton`, `foot_refinement`,
+//!   `foot_solver`: the impulses.
 //! * `step`: the step.
 //!
 //! What lanes do not do, the one-robot step does: contact but that of feet, constraints between links, robots of a single free
@@ -24,6 +24,7 @@
 
 mod drives;
 mod feet;
+mod foot_anderson;
 mod foot_newton;
 mod foot_points;
 mod foot_refinement;

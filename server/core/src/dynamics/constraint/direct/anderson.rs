@@ -3,10 +3,10 @@
 //! affine, as many steps as z has numbers are enough.
 
 /// Differences that are kept.
-const DEPTH: usize = 6;
+pub(in crate::dynamics) const DEPTH: usize = 6;
 
 /// What is added to the diagonal of the normal equations, as a part of it.
-const DAMPING: f64 = 1e-14;
+pub(in crate::dynamics) const DAMPING: f64 = 1e-14;
 
 /// The memory of it.
 #[derive(Debug, Default)]
