@@ -131,6 +131,35 @@ pub fn posed_shapes(
     placed.collect()
 }
 
+/// A box around a shape of a link, which moves with it.
+#[derive(Clone, Copy, Debug)]
+pub struct LinkBox {
+    /// Index of the link.
+    pub link: usize,
+    /// The box's middle and axes in the link's.
+    pub link_from_box: DPose3,
+    /// Half of its lengths.
+    pub half: DVec3,
+}
+
+impl Shapes {
+    /// Boxes around the shapes of all links, or of one; those of planes and of surfaces of triangles are infinite.
+    pub fn boxes(&self, link: Option<usize>) -> impl Iterator<Item = LinkBox> {
+        let wanted = self.parts.iter().filter(move |part| link.is_none_or(|link| link == part.link));
+        wanted.map(|part| {
+            let [middle, half] = part.local_box;
+            let kind = part.shape.shape_type();
+            let is_convex =
+                !matches!(kind, ShapeType::HalfSpace | ShapeType::TriMesh | ShapeType::HeightField);
+            LinkBox {
+                link: part.link,
+                link_from_box: part.link_from_shape * DPose3::from_translation(middle),
+                half: if is_convex { half } else { DVec3::INFINITY },
+            }
+        })
+    }
+}
+
 /// Lower and upper corner of the box along the world's axes around each link that has shapes, planes left out.
 pub fn link_bounds(shapes: &[PlacedShape], links: usize) -> Vec<Option<[DVec3; 2]>> {
     let mut bounds: Vec<Option<[DVec3; 2]>> = vec![None; links];

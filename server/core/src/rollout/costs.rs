@@ -6,10 +6,10 @@ use glamx::{DQuat, DVec3};
 use simd_model::LARGEST_GIVEN;
 
 use super::names::{axes_of, link, links, moderate, refuse, robot, sized};
+use super::nearness::Nearness;
 use super::quantities::View;
 use super::request::{Cost, CostTerm, Named};
 use crate::simulation::published_state::WorldLayout;
-use crate::simulation::queries::{DistanceQuery, QueryBody, QuerySide};
 use crate::simulation::{Error, PublishedState};
 
 /// A term whose names were found.
@@ -46,7 +46,7 @@ enum Weighted {
         target: DQuat,
     },
     ContactForce(usize, Vec<usize>),
-    Nearness(DistanceQuery),
+    Nearness(Nearness),
 }
 
 /// By how much a turning joint lacks a position, where whole turns do not count: between -pi and pi.
@@ -129,20 +129,14 @@ impl CostPlan {
                         "" => None,
                         of_link => Some(link(entity, of_link)?),
                     };
-                    Ok::<_, Error>(QuerySide::Body(QueryBody { robot, link, configuration: None }))
+                    Ok::<_, Error>((robot, link))
                 };
                 if other_robot.is_empty() && !other_link.is_empty() {
                     let expected = "it must be empty where no other robot is named";
                     return Err(refuse(field("other_link"), format!("{other_link:?}"), expected));
                 }
                 let other = (!other_robot.is_empty()).then(|| side(&other_robot, &other_link)).transpose()?;
-                Weighted::Nearness(DistanceQuery {
-                    a: side(&name, &of_link)?,
-                    b: other,
-                    within: distance,
-                    nearest_only: true,
-                    filtered: false,
-                })
+                Weighted::Nearness(Nearness::new(layout, side(&name, &of_link)?, other, distance))
             }
         };
         Ok(Self { weight, final_weight, of })
@@ -174,11 +168,7 @@ impl CostPlan {
                 (2.0 * axis.length().atan2(turned.w.abs())).powi(2)
             }
             Weighted::ContactForce(robot, links) => view.contact_force(*robot, links),
-            Weighted::Nearness(query) => {
-                let found = state.distances(query, is_cancelled)?;
-                let nearest = found.iter().map(|report| report.distance).fold(query.within, f64::min);
-                (query.within - nearest).powi(2)
-            }
+            Weighted::Nearness(nearness) => nearness.lack(view, is_cancelled)?.powi(2),
         })
     }
 }

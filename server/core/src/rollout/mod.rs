@@ -22,6 +22,7 @@ mod knots;
 mod lane_copy;
 mod lanes;
 mod names;
+mod nearness;
 mod open_batch;
 mod quantities;
 pub mod request;

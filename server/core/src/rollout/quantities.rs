@@ -4,7 +4,9 @@ use glamx::DPose3;
 
 use super::names::{joints, links, robot};
 use super::request::{Named, Quantity};
+use crate::collision::distance::Closest;
 use crate::simulation::published_state::{ContactReport, EntityLayout, WorldLayout};
+use crate::simulation::queries::DistanceQuery;
 use crate::simulation::{Error, PublishedState};
 
 /// A state of a copy, and where its links are, found once for all that ask.
@@ -22,12 +24,32 @@ impl View {
         self.poses.resize_with(self.state.world.entities.len(), Vec::new);
     }
 
-    /// `world_from_link` of a link.
-    pub(super) fn link_pose(&mut self, robot: usize, link: usize) -> DPose3 {
+    fn find_poses(&mut self, robot: usize) {
         if self.poses[robot].is_empty() {
             self.poses[robot] = self.state.link_poses(robot).unwrap_or_default();
         }
+    }
+
+    /// `world_from_link` of a link.
+    pub(super) fn link_pose(&mut self, robot: usize, link: usize) -> DPose3 {
+        self.find_poses(robot);
         self.poses[robot].get(link).copied().unwrap_or(DPose3::IDENTITY)
+    }
+
+    /// What is nearest of two sides of a distance.
+    ///
+    /// # Errors
+    /// See [`PublishedState::distances`].
+    pub(super) fn closest_points(
+        &mut self,
+        query: &DistanceQuery,
+        is_cancelled: &dyn Fn() -> bool,
+    ) -> Result<Vec<Closest>, Error> {
+        for robot in 0..self.poses.len() {
+            self.find_poses(robot);
+        }
+        let Self { state, poses } = self;
+        state.closest_points(query, &|robot| poses[robot].as_slice().into(), is_cancelled)
     }
 
     /// The sum of the normal forces on links of a robot, newtons.

@@ -1,5 +1,7 @@
 //! Distances, overlaps, bounds and casts of shapes, found from a published state alone.
 
+use std::borrow::Cow;
+
 use glamx::{DPose3, DVec3};
 use simd_model::robot::Geometry;
 
@@ -91,30 +93,37 @@ pub struct TerrainPenetration {
 /// A link and the corners of the box around its shapes, along the world's axes, metres.
 pub type LinkBounds = (String, [DVec3; 2]);
 
+/// Where the links of a robot are, of its index.
+type LinkPoses<'a> = &'a dyn Fn(usize) -> Cow<'a, [DPose3]>;
+
 impl PublishedState {
     /// The shapes of a robot where it is.
     fn placed(&self, robot: usize, link: Option<usize>) -> Vec<PlacedShape> {
+        self.placed_at(robot, link, &|robot| self.link_poses(robot).unwrap_or_default().into())
+    }
+
+    /// The same where its links are known.
+    fn placed_at(&self, robot: usize, link: Option<usize>, poses: LinkPoses<'_>) -> Vec<PlacedShape> {
         let Some(entity) = self.world.entities.get(robot).filter(|entity| !entity.shapes.is_empty()) else {
             return Vec::new();
         };
-        let poses = self.link_poses(robot).unwrap_or_default();
-        posed_shapes(robot, &entity.tree, &entity.shapes, &poses, link)
+        posed_shapes(robot, &entity.tree, &entity.shapes, &poses(robot), link)
     }
 
     /// The same where it is asked for.
-    fn placed_as(&self, body: &QueryBody) -> Vec<PlacedShape> {
+    fn placed_as(&self, body: &QueryBody, poses: LinkPoses<'_>) -> Vec<PlacedShape> {
         let QueryBody { robot, link, configuration } = body;
         let (Some(entity), Some(at)) = (self.world.entities.get(*robot), configuration) else {
-            return self.placed(*robot, *link);
+            return self.placed_at(*robot, *link, poses);
         };
         let poses = entity.tree.link_poses(at.root, &at.positions);
         posed_shapes(*robot, &entity.tree, &entity.shapes, &poses, *link)
     }
 
     /// The shapes of a side of a distance, which is the field of this name of its request.
-    fn side(&self, field: &str, side: &QuerySide) -> Result<Vec<PlacedShape>, Error> {
+    fn side(&self, field: &str, side: &QuerySide, poses: LinkPoses<'_>) -> Result<Vec<PlacedShape>, Error> {
         match side {
-            QuerySide::Body(body) => Ok(self.placed_as(body)),
+            QuerySide::Body(body) => Ok(self.placed_as(body, poses)),
             QuerySide::Shape(geometry, pose) => {
                 let within = |error: Error| error.within(|| field.to_owned());
                 let shape = shape(geometry).map_err(within)?;
@@ -142,6 +151,28 @@ impl PublishedState {
         query: &DistanceQuery,
         is_cancelled: &dyn Fn() -> bool,
     ) -> Result<Vec<DistanceReport>, Error> {
+        let poses = |robot: usize| self.link_poses(robot).unwrap_or_default().into();
+        let found = self.closest_points(query, &poses, is_cancelled)?;
+        let mut bytes = 0;
+        let reports = found.into_iter().filter_map(|closest| self.distance_report(closest));
+        let weighed = reports.map(|report| {
+            let names = report.robots.iter().chain(&report.links).map(String::len).sum::<usize>();
+            weigh(&mut bytes, DISTANCE_BYTES + names)?;
+            Ok(report)
+        });
+        weighed.collect()
+    }
+
+    /// The same by indices, where it is known where the links of robots are.
+    ///
+    /// # Errors
+    /// See [`distances`](Self::distances), but for names.
+    pub(crate) fn closest_points(
+        &self,
+        query: &DistanceQuery,
+        poses: LinkPoses<'_>,
+        is_cancelled: &dyn Fn() -> bool,
+    ) -> Result<Vec<Closest>, Error> {
         let DistanceQuery { a, b, within, nearest_only, filtered } = query;
         if within.is_nan() {
             return Err(check::refuse("max_distance", within, "it must be a number"));
@@ -150,13 +181,14 @@ impl PublishedState {
             QuerySide::Body(body) => Some(body.clone()),
             QuerySide::Shape(..) => None,
         };
-        let first = self.side("a", a)?;
+        let first = self.side("a", a, poses)?;
         let second = match b {
-            Some(b) => self.side("b", b)?,
+            Some(b) => self.side("b", b, poses)?,
             None => {
                 let own = body(a).map(|a| a.robot);
                 let others = (0..self.world.entities.len()).filter(|robot| Some(*robot) != own);
-                others.take_while(|_| !is_cancelled()).flat_map(|robot| self.placed(robot, None)).collect()
+                let others = others.take_while(|_| !is_cancelled());
+                others.flat_map(|robot| self.placed_at(robot, None, poses)).collect()
             }
         };
         let are_surfaces =
@@ -182,7 +214,7 @@ impl PublishedState {
         };
         let wanted = DistanceFilter { within: *within, nearest_only: *nearest_only };
         let found = closest_points([&first, &second], wanted, is_wanted, is_cancelled);
-        let found = found.map_err(|TooMany(value, limit)| Error::LimitExceeded {
+        found.map_err(|TooMany(value, limit)| Error::LimitExceeded {
             what: if limit == MOST_DISTANCES {
                 "the number of pairs of shapes of one query that are near each other (a smaller `max_distance` leaves some out, and \
                  so do links instead of robots)"
@@ -192,15 +224,7 @@ impl PublishedState {
             },
             value: value as u64,
             limit: limit as u64,
-        })?;
-        let mut bytes = 0;
-        let reports = found.into_iter().filter_map(|closest| self.distance_report(closest));
-        let weighed = reports.map(|report| {
-            let names = report.robots.iter().chain(&report.links).map(String::len).sum::<usize>();
-            weigh(&mut bytes, DISTANCE_BYTES + names)?;
-            Ok(report)
-        });
-        weighed.collect()
+        })
     }
 
     /// What the collision filter says of two shapes, whether or not their robot touches itself.
