@@ -24,6 +24,9 @@ const STILL_FOR: f64 = 1.0;
 /// Threads are worth waking for groups of this size, by [`Groups::are_worth_threads`].
 const WORTH_THREADS: usize = 500;
 
+/// Groups that may be solved at once, by [`solve_all`](super::operations::step).
+const AT_ONCE: usize = 8;
+
 /// Rows of a contact, and about as many of a constraint.
 const ROWS: usize = 3;
 
@@ -46,6 +49,8 @@ pub(super) struct Groups {
     links: Vec<ActiveConstraint<'static>>,
     /// The size of all groups that are awake but the largest: degrees of freedom, and rows.
     beside_largest: usize,
+    /// How many robots were solved several at once in the last part of a step.
+    at_once: usize,
 }
 
 /// Where a group ends among robots, contacts and constraints.
@@ -77,6 +82,8 @@ pub(super) struct GroupRange<'b, 'a> {
     ends: &'b [Ends],
     /// Where the first of them begins.
     begin: Ends,
+    /// Most robots were solved several at once in the last part of a step, and so are to be kept together.
+    are_at_once: bool,
 }
 
 /// Robots that are solved together.
@@ -189,11 +196,22 @@ impl Groups {
         self.beside_largest >= WORTH_THREADS
     }
 
+    /// Notes how many of the robots were solved several at once.
+    pub(super) fn note_at_once(&mut self, count: usize) {
+        self.at_once = count;
+    }
+
+    /// How many that were.
+    pub(super) fn at_once(&self) -> usize {
+        self.at_once
+    }
+
     /// What was gathered, to be solved.
     pub(super) fn all<'b, 'a>(&'b self, gathered: &'b mut Gathered<'a>) -> GroupRange<'b, 'a> {
         let Gathered { robots, contacts, links } = gathered;
         let groups = Group { robots, indices: &self.members, contacts, links };
-        GroupRange { groups, ends: &self.ends, begin: [0; 3] }
+        let are_at_once = 2 * self.at_once > self.members.len();
+        GroupRange { groups, ends: &self.ends, begin: [0; 3], are_at_once }
     }
 
     /// Ends the use of what was gathered, and keeps its memory.
@@ -230,10 +248,18 @@ fn first(above: &mut [usize], mut robot: usize) -> usize {
     robot
 }
 
-impl Group<'_, '_> {
+impl<'a> Group<'_, 'a> {
     /// Its robots, in their order.
     pub(super) fn members(&mut self) -> impl Iterator<Item = &mut Entity> {
         self.robots.iter_mut().map(|member| &mut *member.robot)
+    }
+
+    /// Its robot, the index of that in the world and what it touches, where it is the only one that moves and no constraint holds it.
+    pub(super) fn alone(&mut self) -> Option<(usize, &mut Entity, &mut [&'a mut Contact])> {
+        match (&mut *self.robots, self.links.is_empty()) {
+            ([Member { index, robot }], true) => Some((*index, robot, self.contacts)),
+            _ => None,
+        }
     }
 
     /// Wakes all if one is awake; false where all sleep. Of the present step `done`, 0 to 1, is over: what slept until now was
@@ -294,14 +320,26 @@ fn is_still(robot: &Entity) -> bool {
     velocities.len() == 6 && is_slow(velocities) && (split.is_empty() || is_slow(split))
 }
 
+impl<'b, 'a> Iterator for GroupRange<'b, 'a> {
+    type Item = Group<'b, 'a>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if self.ends.is_empty() {
+            return None;
+        }
+        let rest = self.split_off(1);
+        Some(std::mem::replace(self, rest).groups)
+    }
+}
+
 impl<'b, 'a> GroupRange<'b, 'a> {
-    /// Has each group solved by `solve` with one of the memories; on a pool, where there is one, as many at a time as there are
-    /// memories. False where `solve` says so of one of them: then others may not be solved.
+    /// Has groups solved by `solve` with one of the memories; on a pool, where there is one, as many parts of them at a time as there
+    /// are memories. False where `solve` says so of one of them: then others may not be solved.
     pub(super) fn for_each<M: Send>(
         mut self,
         pool: Option<&dyn Pool>,
         memories: &mut [M],
-        solve: &(dyn Fn(&mut M, Group<'_, 'a>) -> bool + Sync),
+        solve: &(dyn Fn(&mut M, GroupRange<'_, 'a>) -> bool + Sync),
     ) -> bool {
         let (first, second) = memories.split_at_mut(memories.len() / 2);
         let middle = self.middle();
@@ -316,23 +354,21 @@ impl<'b, 'a> GroupRange<'b, 'a> {
             );
             return are_whole == [true; 2];
         }
-        let Some(memory) = second.first_mut() else { return true };
-        while !self.ends.is_empty() {
-            let rest = self.split_off(1);
-            if !solve(memory, self.groups) {
-                return false;
-            }
-            self = rest;
-        }
-        true
+        second.first_mut().is_none_or(|memory| solve(memory, self))
     }
 
-    /// After so many groups about half of the work is done; 0 where it cannot be divided.
+    /// After so many groups about half of the work is done; 0 where it cannot be divided. What is solved at once
+    /// stays together.
     fn middle(&self) -> usize {
         let size = |ends: &Ends| ends[0] + ends[1] + ends[2];
         let (begin, end) = (size(&self.begin), self.ends.last().map_or(0, size));
         let middle = self.ends.partition_point(|ends| 2 * size(ends) <= begin + end);
-        middle.max(1).min(self.ends.len().saturating_sub(1))
+        let last = self.ends.len().saturating_sub(1);
+        if self.are_at_once {
+            let middle = (middle + AT_ONCE / 2) / AT_ONCE * AT_ONCE;
+            return if middle > last { last / AT_ONCE * AT_ONCE } else { middle.max(AT_ONCE.min(last)) };
+        }
+        middle.max(1).min(last)
     }
 
     /// Keeps so many groups, and gives the others.
@@ -349,7 +385,7 @@ impl<'b, 'a> GroupRange<'b, 'a> {
         };
         *indices = &indices[..m];
         self.ends = kept;
-        Self { groups: split, ends: others, begin: end }
+        Self { groups: split, ends: others, begin: end, are_at_once: self.are_at_once }
     }
 }
 

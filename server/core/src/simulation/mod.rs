@@ -23,6 +23,7 @@ mod contacts;
 mod entity;
 pub mod error;
 pub mod event;
+mod group_memory;
 mod groups;
 pub mod joint_status;
 pub mod measure;
@@ -55,6 +56,7 @@ use contacts::Contacts;
 use entity::Entity;
 pub use error::Error;
 pub use event::{Event, EventKind};
+use group_memory::GroupMemory;
 use groups::Groups;
 pub use moment::Moment;
 pub use published_state::PublishedState;
@@ -68,7 +70,6 @@ use target_sources::RobotTargetSources;
 use world_state::{encoded, hash};
 
 use crate::collision::ColliderPose;
-use crate::dynamics::island::Island;
 pub use crate::dynamics::island::SolverChoice;
 use crate::pool::Pool;
 
@@ -108,7 +109,7 @@ pub struct Simulation {
 #[derive(Debug, Default)]
 struct StepMemory {
     /// One for each piece of work that may be done at one time.
-    islands: Vec<Island>,
+    solvers: Vec<GroupMemory>,
     groups: Groups,
     busy: Busy,
 }

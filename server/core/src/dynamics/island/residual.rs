@@ -23,6 +23,11 @@ impl Island {
         self.direct.is_unbounded = choice == SolverChoice::Direct;
     }
 
+    /// Whether impulses are measured.
+    pub fn is_measured(&self) -> bool {
+        self.is_measured
+    }
+
     /// The largest residual of all contacts that were solved since this was last asked, m/s; `None` where there were none.
     pub fn take_residual(&mut self) -> Option<f64> {
         self.residual.take()

@@ -73,7 +73,10 @@ pub struct Guard {
 /// The feet of all copies.
 #[derive(Debug)]
 pub(super) struct Feet<S: Simd> {
+    /// Those that lanes look for contacts of; none where the world does.
     pub(super) pairs: Vec<FootPair>,
+    /// Of each contact that there can be: the body that is touched, and which of the two robots it is of.
+    pub(super) touched: Vec<(usize, usize)>,
     pub(super) guards: Vec<Guard>,
     /// By pair.
     pub(super) contacts: Vec<FootContact<S>>,
@@ -93,6 +96,7 @@ impl<S: Simd> Feet<S> {
     pub(super) fn none(zero: Lanes<S>) -> Self {
         Self {
             pairs: Vec::new(),
+            touched: Vec::new(),
             guards: Vec::new(),
             contacts: Vec::new(),
             before: Vec::new(),
@@ -164,7 +168,7 @@ impl<S: Simd> Feet<S> {
 }
 
 /// Whether lanes know what such surfaces do: they are rigid, do not rebound, and let what rolls roll.
-fn is_simple(surface: &Surface) -> bool {
+pub(super) fn is_simple(surface: &Surface) -> bool {
     let Surface { friction: _, restitution, rolling_friction, spinning_friction, stiffness, damping: _ } =
         *surface;
     [restitution, rolling_friction, spinning_friction, stiffness] == [0.0; 4]
@@ -174,26 +178,56 @@ impl<S: Simd> LaneRobot<S> {
     /// Has lanes touch with these, before there is a copy in any; pairs are in the order of contacts. Of robots with a free root.
     pub fn set_feet(&mut self, pairs: &[FootPair], guards: &[Guard]) {
         debug_assert!(pairs.is_sorted_by_key(|pair| (pair.robots, pair.colliders)), "the order of contacts");
+        let touched: Vec<(usize, usize)> = pairs.iter().map(|pair| (pair.body, pair.side)).collect();
+        self.set_given_contacts(&touched);
+        self.feet.pairs = pairs.to_vec();
+        self.feet.guards = guards.to_vec();
+    }
+
+    /// Has lanes touch what they are told, by the body that is touched and which of the two robots it is of, in the order of contacts.
+    pub fn set_given_contacts(&mut self, touched: &[(usize, usize)]) {
         let zero = self.is_taken.same(0.0);
         let tree = &*self.tree;
-        let columns = |pair: &FootPair| columns(tree, pair.body);
         let mut solver = FootSolver::new(zero, tree.velocity_count);
         solver.set_tree(tree);
-        solver.set_feet(pairs.iter().map(columns));
-        let of_body = |body: usize| (0..pairs.len()).filter(|&index| pairs[index].body == body).collect();
-        let bodies: BTreeSet<usize> = pairs.iter().map(|pair| pair.body).collect();
+        solver.set_feet(touched.iter().map(|(body, _)| columns(tree, *body)));
+        let count = touched.len();
+        let of_body = |body: usize| (0..count).filter(|&index| touched[index].0 == body).collect();
+        let bodies: BTreeSet<usize> = touched.iter().map(|(body, _)| *body).collect();
         let crowded = bodies.into_iter().map(of_body).filter(|of_body: &Vec<usize>| of_body.len() >= MANY);
-        let swept = (1..=pairs.len()).filter(|&contacts| !is_worth_it(tree.velocity_count, contacts));
+        let swept = (1..=count).filter(|&contacts| !is_worth_it(tree.velocity_count, contacts));
         self.feet = Feet {
             crowded: crowded.collect(),
             swept: swept.map(|contacts| contacts as f64).collect(),
-            pairs: pairs.to_vec(),
-            guards: guards.to_vec(),
-            contacts: vec![FootContact::none(zero); pairs.len()],
-            before: vec![FootContact::none(zero); pairs.len()],
-            surfaces: vec![Surface::default(); pairs.len() * S::F64_LANES],
+            pairs: Vec::new(),
+            touched: touched.to_vec(),
+            guards: Vec::new(),
+            contacts: vec![FootContact::none(zero); count],
+            before: vec![FootContact::none(zero); count],
+            surfaces: vec![Surface::default(); count * S::F64_LANES],
             solver,
         };
+    }
+
+    /// A copy in a lane touches nothing.
+    pub fn take_no_contacts(&mut self, lane: usize) {
+        for contact in &mut self.feet.contacts {
+            contact.is_there.set(lane, 0.0);
+        }
+    }
+
+    /// Gives a copy in a lane a contact that it is told of, which is of surfaces that are [simple](is_simple).
+    pub fn take_contact(&mut self, lane: usize, index: usize, contact: &Contact) {
+        self.feet.contacts[index].set(lane, contact);
+        self.feet.solver.feet[index].friction.set(lane, contact.point.surface.friction);
+    }
+
+    /// Writes what a contact that it was told of has come to.
+    pub fn give_contact_back(&self, lane: usize, index: usize, contact: &mut Contact) {
+        let FootContact { impulse, is_least, total, .. } = &self.feet.contacts[index];
+        (contact.impulse, contact.turning_impulse) = (impulse.get(lane), DVec3::ZERO);
+        contact.is_least = is_least.get(lane) == 1.0;
+        contact.total = total.get(lane);
     }
 
     /// Gives a copy in a lane its contacts, and what the surfaces of each pair are like together, if planes are where they are for
@@ -205,9 +239,7 @@ impl<S: Simd> LaneRobot<S> {
     ) -> bool {
         let surfaces = surfaces.filter(|surfaces| surfaces.len() == self.feet.pairs.len());
         let own = self.feet.of_lane(lane);
-        for contact in &mut self.feet.contacts {
-            contact.is_there.set(lane, 0.0);
-        }
+        self.take_no_contacts(lane);
         let surfaces = surfaces.filter(|surfaces| surfaces.iter().all(is_simple));
         let mut fits = surfaces.is_some();
         if let Some(surfaces) = surfaces {
@@ -242,7 +274,7 @@ impl<S: Simd> LaneRobot<S> {
 
     /// Whether copies touch with feet.
     pub fn has_feet(&self) -> bool {
-        !self.feet.pairs.is_empty()
+        !self.feet.touched.is_empty()
     }
 
     /// Where bodies are, base's axes.
@@ -262,7 +294,11 @@ impl<S: Simd> LaneRobot<S> {
     #[inline(always)]
     pub(super) fn find_feet(&mut self, begins: bool) -> Mask<S> {
         self.update_origins();
-        self.find_points(begins);
+        if self.feet.pairs.is_empty() {
+            self.meet_given();
+        } else {
+            self.find_points(begins);
+        }
         self.near_planes() | self.feet.are_crowded()
     }
 

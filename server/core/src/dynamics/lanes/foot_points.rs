@@ -118,6 +118,15 @@ pub(super) fn choose<S: Simd>(mask: Mask<S>, yes: Vector<S>, no: Vector<S>) -> V
 }
 
 impl<S: Simd> LaneRobot<S> {
+    /// Touches where it was told.
+    #[inline(always)]
+    pub(super) fn meet_given(&mut self) {
+        for (index, (body, side)) in self.feet.touched.iter().enumerate() {
+            let origin = self.bodies[*body].origin;
+            self.feet.solver.feet[index].meet(self.simd, &self.feet.contacts[index], *side, origin);
+        }
+    }
+
     /// Finds where feet touch. Sums of impulses begin anew where a step `begins`.
     #[inline(always)]
     pub(super) fn find_points(&mut self, begins: bool) {

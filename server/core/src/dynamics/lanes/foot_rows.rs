@@ -264,8 +264,8 @@ impl<S: Simd> LaneRobot<S> {
     /// J and M^-1 J' of all feet, and what follows of them.
     #[inline(always)]
     pub(super) fn measure_feet(&mut self) {
-        for index in 0..self.feet.pairs.len() {
-            let body = self.feet.pairs[index].body;
+        for index in 0..self.feet.touched.len() {
+            let (body, _) = self.feet.touched[index];
             let foot = &self.feet.solver.feet[index];
             let (arm, [n, t, u]) = (foot.arm, foot.directions);
             let wrenches = [

@@ -16,12 +16,13 @@
 //! * `joint_rows`: limits and dry friction beside feet.
 //! * `tree_cholesky`, `implicit_inertia`: the matrix of what impulses work against. `foot_anderson`, `foot_newton`, `foot_refinement`,
 //!   `foot_solver`: the impulses.
-//! * `step`: the step.
+//! * `step`: the step. `crowd`: robots of one world, whose contacts the world finds.
 //!
 //! What lanes do not do, the one-robot step does: contact but that of feet, constraints between links, robots of a single free
 //! body, ball joints, joints that follow others, gravity compensation, wrenches; a first step from given velocities; bodies that spin
 //! fast; and what is not finite afterwards.
 
+mod crowd;
 mod drives;
 mod feet;
 mod foot_anderson;
@@ -46,6 +47,7 @@ mod vectors;
 
 use std::sync::Arc;
 
+pub use crowd::{Crowd, crowd};
 pub use feet::{FootPair, Guard, MOST_FEET, can_be_foot};
 use glamx::DVec3;
 pub use robot::{Clearance, LaneRobot};

@@ -89,6 +89,8 @@ pub struct LaneRobot<S: Simd> {
     pub(super) slack: f64,
     /// What touches planes.
     pub(super) feet: Feet<S>,
+    /// Whose inertias each lane has.
+    tree_of_lanes: Vec<Option<Arc<Tree>>>,
     /// 1 in lanes that have a copy.
     pub(super) is_taken: Lanes<S>,
     /// 1 in lanes in which the last step is the one that the copy would have done.
@@ -157,6 +159,7 @@ impl<S: Simd> LaneRobot<S> {
             clearance: LaneClearance { around: zero.same(f64::INFINITY), own: zero.same(f64::INFINITY) },
             slack: 0.0,
             feet: Feet::none(zero),
+            tree_of_lanes: vec![None; S::F64_LANES],
             is_taken: zero,
             is_done: zero,
         }
@@ -201,8 +204,11 @@ impl<S: Simd> LaneRobot<S> {
         }
         let base = Placement::new(state.base.rotation, state.base.translation);
         self.base_acceleration.set(lane, base_acceleration(&base, self.stepping.gravity));
-        for (body, own) in self.bodies.iter_mut().zip(&tree.bodies) {
-            body.set_inertia(lane, &own.inertia);
+        if !self.tree_of_lanes[lane].as_ref().is_some_and(|known| Arc::ptr_eq(known, tree)) {
+            for (body, own) in self.bodies.iter_mut().zip(&tree.bodies) {
+                body.set_inertia(lane, &own.inertia);
+            }
+            self.tree_of_lanes[lane] = Some(Arc::clone(tree));
         }
         self.take_state(lane, state);
         self.is_taken.set(lane, 1.0);

@@ -6,13 +6,13 @@ use crate::dynamics::Integrator;
 use crate::rollout::draw::uniform;
 
 /// Hip, upper and lower joint of a leg as it stands, rad.
-const STANDS: [f64; 3] = [0.0, 0.67, -1.3];
+pub(super) const STANDS: [f64; 3] = [0.0, 0.67, -1.3];
 
 /// Joints of all legs.
 const JOINTS: usize = 12;
 
 /// A trunk of 6 kg and four legs of three joints, each with a foot that is a ball; an A1 in its lengths and masses.
-fn quadruped(friction: f64) -> RobotModel {
+pub(super) fn quadruped(friction: f64) -> RobotModel {
     let shape = |size: DVec3| Some(Geometry::Box { size });
     let mut links = vec![link("trunk", 6.0, DVec3::ZERO, shape(DVec3::new(0.267, 0.194, 0.114)))];
     let mut joints = Vec::new();

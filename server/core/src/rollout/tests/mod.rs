@@ -1,6 +1,7 @@
 //! Copies against the world itself.
 
 mod costs;
+mod crowds;
 mod equality;
 mod extremes;
 mod facts;

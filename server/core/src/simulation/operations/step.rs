@@ -1,5 +1,7 @@
 //! The step of a world, as the method reads.
 
+mod crowd;
+
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::sync::atomic::Ordering::Relaxed;
@@ -13,6 +15,7 @@ use crate::pool::{Interrupt, PIECES, Pool, for_each};
 use crate::simulation::constraints::{LinkConstraints, acts};
 use crate::simulation::contacts::{Contacts, SearchOptions};
 use crate::simulation::entity::Entity;
+use crate::simulation::group_memory::GroupMemory;
 use crate::simulation::groups::Group;
 use crate::simulation::{EventKind, PhysicsSettings, Simulation, StepMemory};
 
@@ -45,20 +48,26 @@ impl Simulation {
         self.pool = pool;
     }
 
+    /// How many robots the last part of a step moved several at once, in vectors of the processor. No number of the state depends on it.
+    pub fn robots_at_once(&self) -> usize {
+        self.step_memory.groups.at_once()
+    }
+
     /// Has the impulses of contacts found in one way from now on, and measures how exactly they are, for figures of the solver. It is
     /// no part of the state, and takes time and memory in each step.
     pub fn measure_solver(&mut self, choice: SolverChoice) {
-        let islands = &mut self.step_memory.islands;
-        if islands.len() < PIECES {
-            islands.resize_with(PIECES, Island::default);
+        let solvers = &mut self.step_memory.solvers;
+        if solvers.len() < PIECES {
+            solvers.resize_with(PIECES, GroupMemory::default);
         }
-        islands.iter_mut().for_each(|island| island.measure_solver(choice));
+        solvers.iter_mut().for_each(|solver| solver.island.measure_solver(choice));
     }
 
     /// The largest residual of the contacts of all steps since this was last asked, m/s: by how much the impulse of a contact would
     /// change its own velocity if it alone were solved once more. `None` where it is not measured, or nothing touched.
     pub fn take_solver_residual(&mut self) -> Option<f64> {
-        self.step_memory.islands.iter_mut().filter_map(Island::take_residual).reduce(f64::max)
+        let solvers = self.step_memory.solvers.iter_mut();
+        solvers.filter_map(|solver| solver.island.take_residual()).reduce(f64::max)
     }
 
     /// The same as [`Simulation::step`], given up as soon as `interrupt` says so: then all is as if the step had never begun, to
@@ -186,7 +195,7 @@ pub(super) fn slack(gravity: DVec3, h: f64) -> f64 {
 fn advance(
     robots: &mut [Entity],
     (contacts, constraints): (&mut Contacts, &mut LinkConstraints),
-    StepMemory { islands, groups, busy }: &mut StepMemory,
+    StepMemory { solvers, groups, busy }: &mut StepMemory,
     part: Part<'_>,
     pool: Option<&dyn Pool>,
     interrupt: &Interrupt<'_>,
@@ -214,13 +223,14 @@ fn advance(
     let mut gathered = groups.gather(robots, busy, &mut contacts.list, &mut constraints.list);
     let threads = pool.filter(|_| groups.are_worth_threads());
     let count = if threads.is_some() { PIECES } else { 1 };
-    if islands.len() < count {
-        islands.resize_with(count, Island::default);
+    if solvers.len() < count {
+        solvers.resize_with(count, GroupMemory::default);
     }
-    let is_whole = groups
-        .all(&mut gathered)
-        .for_each(threads, &mut islands[..count], &|island, group| part.solve(group, island, interrupt));
+    let is_whole = groups.all(&mut gathered).for_each(threads, &mut solvers[..count], &|solver, groups| {
+        part.solve_all(groups, solver, interrupt)
+    });
     groups.put_back(gathered);
+    groups.note_at_once(solvers[..count].iter_mut().map(|solver| std::mem::take(&mut solver.at_once)).sum());
     is_whole
 }
 
@@ -248,14 +258,24 @@ impl Part<'_> {
 
     /// Wakes a group and moves it on, where any of it is awake. False where it was interrupted.
     fn solve(self, mut group: Group<'_, '_>, island: &mut Island, interrupt: &Interrupt<'_>) -> bool {
+        if group.wake(self.done) && !self.move_on(&mut group, island, interrupt) {
+            return false;
+        }
+        self.end(&mut group);
+        true
+    }
+
+    /// Begins the part for those of a group that have not begun it.
+    fn begin_late(self, group: &mut Group<'_, '_>) {
         for robot in group.members() {
             if begins_late(robot) {
                 self.begin(robot, false);
             }
         }
-        if group.wake(self.done) && !self.move_on(&mut group, island, interrupt) {
-            return false;
-        }
+    }
+
+    /// Ends the step for a group, where the part ends it.
+    fn end(self, group: &mut Group<'_, '_>) {
         if self.ends {
             for robot in group.members() {
                 if end_step(robot, self.time_step) {
@@ -263,7 +283,6 @@ impl Part<'_> {
                 }
             }
         }
-        true
     }
 
     /// Moves a group on that is awake. False where it was interrupted.

@@ -1,0 +1,92 @@
+//! Robots of one world that step several at once, against the same world in which each steps by itself.
+
+use super::feet::{STANDS, quadruped};
+use super::*;
+use crate::dynamics::Integrator;
+use crate::dynamics::island::SolverChoice;
+use crate::rollout::draw::uniform;
+use crate::simulation::command::{RobotTargets, SetTargets, WholeTarget};
+
+const ROBOTS: usize = 21;
+
+fn name(robot: usize) -> String {
+    format!("robot-{robot}")
+}
+
+/// Quadrupeds that fall on a plane; some come into the world before it. The last one falls on the one before it, one falls on a box
+/// that stands there, and one on its back.
+fn many(integrator: Integrator, substeps: u32) -> Simulation {
+    let settings = PhysicsSettings { integrator, substeps, ..PhysicsSettings::default() };
+    let mut world = Simulation::new(settings, WorldLimits::default());
+    let model = quadruped(0.1);
+    let positions: Vec<(String, f64)> = model
+        .joints
+        .iter()
+        .enumerate()
+        .map(|(index, joint)| (joint.name.clone(), STANDS[index % 3]))
+        .collect();
+    let Command::Spawn(first) = spawn("", model, false, DVec3::ZERO) else { unreachable!() };
+    for robot in 0..ROBOTS {
+        if robot == 9 {
+            let plane = one_link("plane", Geometry::Plane { normal: DVec3::new(0.05, 0.0, 1.0) });
+            world.apply(&spawn("plane", plane, true, DVec3::ZERO)).unwrap();
+            let step = one_link("step", Geometry::Box { size: DVec3::splat(0.1) });
+            world.apply(&spawn("step", step, true, DVec3::new(8.15, 0.0, -0.36))).unwrap();
+        }
+        let x = 2.0 * robot.min(ROBOTS - 2) as f64;
+        let above = if robot == ROBOTS - 1 { 0.5 } else { 0.35 + 0.003 * robot as f64 };
+        let turn = if robot == 3 { glamx::DQuat::from_rotation_x(3.1) } else { glamx::DQuat::IDENTITY };
+        let mut spawn = first.clone();
+        spawn.name = name(robot);
+        spawn.pose = DPose3::from_parts(DVec3::new(x, 0.0, above - 0.05 * x), turn);
+        spawn.joint_positions = positions.clone();
+        world.apply(&Command::Spawn(spawn)).unwrap();
+    }
+    world
+}
+
+/// Gives all robots targets of a number; what one of them does is of another mode, and one is passive.
+fn drive(world: &mut Simulation, number: u64) {
+    for robot in 0..ROBOTS {
+        let target = |joint: usize| {
+            STANDS[joint % 3] + 0.3 * uniform([7, number, robot as u64, joint as u64], -0.5, 0.5)
+        };
+        let targets: Vec<f64> = (0..12).map(target).collect();
+        let whole = match (robot, number % 3) {
+            (5, _) => WholeTarget::Passive,
+            (7, 1) => WholeTarget::Velocity(vec![0.2; 12]),
+            (11, 2) => WholeTarget::Effort(vec![80.0; 12]),
+            _ => WholeTarget::Position(targets),
+        };
+        let robot = RobotTargets { robot: name(robot), whole: Some(whole), ..Default::default() };
+        let command = SetTargets { robots: vec![robot], ..Default::default() };
+        world.apply(&Command::SetTargets(command)).unwrap();
+    }
+}
+
+#[test]
+fn robots_that_step_several_at_once_have_the_bits_of_those_that_step_by_themselves() {
+    for (integrator, substeps) in
+        [(Integrator::Leapfrog, 1), (Integrator::Leapfrog, 3), (Integrator::Euler, 1)]
+    {
+        let mut together = many(integrator, substeps);
+        let mut apart = many(integrator, substeps);
+        apart.measure_solver(SolverChoice::Automatic);
+        let mut at_once = 0;
+        for step in 0..900 {
+            if step % 60 == 0 {
+                drive(&mut together, step / 60);
+                drive(&mut apart, step / 60);
+            }
+            together.step();
+            apart.step();
+            at_once += together.robots_at_once();
+            assert_eq!(apart.robots_at_once(), 0);
+            if step % 10 == 0 {
+                assert_eq!(together.fingerprint(), apart.fingerprint(), "{integrator:?} {substeps} {step}");
+            }
+        }
+        let part = at_once as f64 / (900 * ROBOTS) as f64;
+        assert!(part > 0.6, "only {part} of the robots' steps were done in lanes");
+    }
+}

@@ -1,0 +1,88 @@
+//! How the groups of a part of a step are solved: robots of one tree that touch nothing, or what cannot move, several at once in
+//! [lanes](crate::dynamics::lanes); others one after the other. The bits are the same either way.
+
+use super::Part;
+use crate::pool::Interrupt;
+use crate::simulation::group_memory::{GroupMemory, LEAST};
+use crate::simulation::groups::{Group, GroupRange};
+
+/// Robots that step at once, at the most.
+const MOST: usize = 8;
+
+impl Part<'_> {
+    /// Wakes groups and moves them on, where any of each is awake. False where it was interrupted.
+    pub(super) fn solve_all(
+        self,
+        groups: GroupRange<'_, '_>,
+        memory: &mut GroupMemory,
+        interrupt: &Interrupt<'_>,
+    ) -> bool {
+        if let Some((_, lanes)) = &mut memory.lanes {
+            lanes.begin_step(self.gravity, self.h, self.integrator);
+        }
+        let width = memory.lanes.as_ref().map_or(0, |(_, lanes)| lanes.width().min(MOST));
+        let mut waiting = [const { None }; MOST];
+        let mut count = 0;
+        for mut group in groups {
+            self.begin_late(&mut group);
+            if !memory.takes(&mut group) {
+                if !self.solve(group, &mut memory.island, interrupt) {
+                    return false;
+                }
+                continue;
+            }
+            waiting[count] = Some(group);
+            count += 1;
+            if count == width {
+                if !self.solve_at_once(&mut waiting[..count], memory, interrupt) {
+                    return false;
+                }
+                count = 0;
+            }
+        }
+        let is_whole = self.solve_at_once(&mut waiting[..count], memory, interrupt);
+        memory.end_part();
+        is_whole
+    }
+
+    /// The same of robots that wait for each other.
+    fn solve_at_once(
+        self,
+        waiting: &mut [Option<Group<'_, '_>>],
+        memory: &mut GroupMemory,
+        interrupt: &Interrupt<'_>,
+    ) -> bool {
+        if interrupt() {
+            return false;
+        }
+        if waiting.len() >= LEAST
+            && let Some((_, lanes)) = &mut memory.lanes
+        {
+            lanes.clear();
+            for (lane, group) in waiting.iter_mut().enumerate() {
+                if let Some((index, robot, contacts)) = group.as_mut().and_then(Group::alone) {
+                    lanes.take(lane, index, &robot.body, contacts);
+                }
+            }
+            lanes.step();
+            for (lane, slot) in waiting.iter_mut().enumerate() {
+                let Some(mut group) = slot.take() else { continue };
+                let alone = group.alone();
+                if alone.is_some_and(|(_, robot, contacts)| lanes.give_back(lane, &mut robot.body, contacts))
+                {
+                    memory.at_once += 1;
+                    group.rest(self.h, self.ends);
+                    self.end(&mut group);
+                } else {
+                    *slot = Some(group);
+                }
+            }
+        }
+        for group in waiting.iter_mut().filter_map(Option::take) {
+            if !self.solve(group, &mut memory.island, interrupt) {
+                return false;
+            }
+        }
+        true
+    }
+}
