@@ -13,7 +13,7 @@ use anyhow::{Context as _, bail};
 use serde::Deserialize;
 use simd_client::replace_file;
 
-use crate::args::Options;
+use crate::{args::Options, text_file};
 
 /// The daemon's address if none is given.
 const DEFAULT_HOST: &str = "127.0.0.1";
@@ -109,7 +109,7 @@ pub(crate) fn use_context(path: &Path, name: &str) -> anyhow::Result<String> {
     let endpoint = of_context(&before, name)?.endpoint;
     // A link goes on leading to the file.
     let path = fs::canonicalize(path).with_context(|| format!("cannot read {}", path.display()))?;
-    let text = fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
+    let text = text_file::read_whole(&path).with_context(|| format!("cannot read {}", path.display()))?;
     let changed = with_context(&text, name);
     let after: Configuration = toml::from_str(&changed).unwrap_or_default();
     // Only what TOML allows and is not written in practice, such as `"context" = ...`, gets here.
@@ -151,7 +151,7 @@ pub(crate) fn configuration_path() -> Option<PathBuf> {
 /// The configuration; an empty one where there is no file.
 pub(crate) fn read(path: Option<&Path>) -> anyhow::Result<Configuration> {
     let Some(path) = path else { return Ok(Configuration::default()) };
-    let text = match fs::read_to_string(path) {
+    let text = match text_file::read_whole(path) {
         Ok(text) => text,
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Configuration::default()),
         Err(error) => return Err(error).with_context(|| format!("cannot read {}", path.display())),

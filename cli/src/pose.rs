@@ -33,6 +33,17 @@ pub(crate) fn parse(text: &str) -> Result<Pose, String> {
     })
 }
 
+/// Splits what may have `@` and a pose after it.
+pub(crate) fn split(text: &str) -> Result<(&str, Option<Pose>), String> {
+    match text.split_once('@') {
+        Some((before, pose)) => {
+            let pose = parse(pose).map_err(|why| format!("the pose after @ is wrong: {why}"))?;
+            Ok((before, Some(pose)))
+        }
+        None => Ok((text, None)),
+    }
+}
+
 /// Reads `x,y,z`.
 pub(crate) fn parse_vector(text: &str) -> Result<Vector3, String> {
     vector(&quantity::parse_list(text)?).ok_or_else(|| "must be x,y,z".to_owned())
@@ -93,6 +104,17 @@ mod tests {
         assert_eq!(parse("1,2,3").unwrap().orientation, None);
         for wrong in ["", "1,2", "1,2,3,4", "90deg,0,0", "0,0,0,1m,0,0", "a,b,c"] {
             assert!(parse(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn a_pose_stands_after_an_at_sign_or_is_left_out() {
+        assert_eq!(split("sphere:0.2").unwrap(), ("sphere:0.2", None));
+        assert_eq!(split("sphere:0.2@1,0,2").unwrap(), ("sphere:0.2", Some(parse("1,0,2").unwrap())));
+        for (wrong, part) in [("box:1,1,1@", "x,y,z"), ("box:1,1,1@1,0", "x,y,z"), ("a@b,0,0", "`b`")] {
+            let refused = split(wrong).unwrap_err();
+            assert!(refused.starts_with("the pose after @ is wrong: "), "{wrong}: {refused}");
+            assert!(refused.contains(part), "{wrong}: {refused}");
         }
     }
 }

@@ -1,12 +1,13 @@
-//! Files that people wrote, or what comes by the standard input.
+//! Files that people wrote, or what comes by the standard input; and the JSON in them.
 
 use std::{
-    fs::File,
-    io::{Read, stdin},
+    fs::{self, File},
+    io::{self, Read, stdin},
     path::Path,
 };
 
-use anyhow::{Context as _, ensure};
+use anyhow::{Context as _, anyhow, ensure};
+use serde::de::DeserializeOwned;
 
 /// The text of a file of so many bytes at the most, also where it has no end; of `-` that of the standard input. Without the mark that
 /// some editors begin a file with.
@@ -24,8 +25,42 @@ pub(crate) fn read(file: &Path, most: u64) -> anyhow::Result<String> {
         "{} has more than {most} bytes, which are the most that can be read",
         name()
     );
-    let text = String::from_utf8(bytes).with_context(name)?;
+    let text = String::from_utf8(bytes).map_err(|error| {
+        let before = error.as_bytes().iter().take(error.utf8_error().valid_up_to());
+        let line = before.filter(|byte| **byte == b'\n').count() + 1;
+        anyhow!("{} is not text in UTF-8: see line {line}, and save it as UTF-8", name())
+    })?;
     Ok(text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text))
+}
+
+/// The text of a file of any length.
+pub(crate) fn read_whole(file: &Path) -> io::Result<String> {
+    let no_text = |_| io::Error::new(io::ErrorKind::InvalidData, "it is not text in UTF-8");
+    String::from_utf8(fs::read(file)?).map_err(no_text)
+}
+
+/// What a JSON document says.
+pub(crate) fn from_json<T: DeserializeOwned>(text: &str) -> anyhow::Result<T> {
+    serde_json::from_str(text).map_err(|error| anyhow::Error::msg(in_words(&error)))
+}
+
+/// What is expected, as serde says it with names of Rust, and in words of JSON.
+const EXPECTED: [(&str, &str); 2] = [("f64", "a number"), ("u32", "a whole number from 0 to 4294967295")];
+
+/// What is wrong with a document, without names of Rust, which the author of a document need not know.
+fn in_words(error: &serde_json::Error) -> String {
+    let whole = error.to_string();
+    let place = format!(" at line {} column {}", error.line(), error.column());
+    // Where there is no place, there is no text either.
+    let Some(said) = whole.strip_suffix(&place) else { return whole };
+    if let Some(what) = said.strip_prefix("EOF while parsing ") {
+        return format!("it ends in the midst of {what}{place}");
+    }
+    // What the document itself has stands before that.
+    let Some((before, expected)) = said.rsplit_once("expected ") else { return whole };
+    let known = EXPECTED.iter().find(|(in_rust, _)| *in_rust == expected).map(|(_, in_json)| *in_json);
+    let expected = known.or_else(|| expected.starts_with("struct ").then_some("an object"));
+    expected.map_or_else(|| whole.clone(), |expected| format!("{before}expected {expected}{place}"))
 }
 
 #[cfg(test)]
@@ -36,7 +71,7 @@ mod tests {
     fn a_file_that_is_too_long_is_not_read_to_its_end() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("rays.txt");
-        std::fs::write(&file, "\u{feff}0 0 2 0 0 -1\n").unwrap();
+        fs::write(&file, "\u{feff}0 0 2 0 0 -1\n").unwrap();
         assert_eq!(read(&file, 16).unwrap(), "0 0 2 0 0 -1\n");
         let refused = read(&file, 15).unwrap_err().to_string();
         assert!(refused.contains("more than 15 bytes") && refused.contains("rays.txt"), "{refused}");
@@ -46,9 +81,41 @@ mod tests {
             let refused = format!("{:#}", read(&path, 16).unwrap_err());
             assert!(refused.contains(part), "{refused}");
         }
-        std::fs::write(&file, [0x30, 0xff]).unwrap();
+    }
+
+    #[test]
+    fn what_is_no_text_is_refused_with_its_line() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("rays.txt");
+        fs::write(&file, b"0 0 2\n\n# 90\xb0\n").unwrap();
         let refused = format!("{:#}", read(&file, 16).unwrap_err());
-        assert!(refused.contains("rays.txt: invalid utf-8"), "{refused}");
+        assert!(refused.contains("rays.txt is not text in UTF-8: see line 3, and save it"), "{refused}");
+        assert_eq!(read_whole(&file).unwrap_err().to_string(), "it is not text in UTF-8");
+        assert_eq!(read_whole(&folder.path().join("none")).unwrap_err().kind(), io::ErrorKind::NotFound);
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_document_is_said_without_names_of_rust() {
+        #[derive(Debug, serde::Deserialize)]
+        struct Document {
+            value: f64,
+            steps: Option<u32>,
+        }
+        let read: Document = from_json(r#"{"value": 0.5, "steps": 3}"#).unwrap();
+        assert_eq!((read.value, read.steps), (0.5, Some(3)));
+        for (text, sentence) in [
+            ("1", "invalid type: integer `1`, expected an object at line 1"),
+            ("[0.5]", "expected an object at line 1"),
+            (r#"{"value": "expected f64"}"#, "string \"expected f64\", expected a number at line 1"),
+            (r#"{"value": 1, "steps": -1}"#, "integer `-1`, expected a whole number from 0 to"),
+            ("{\"value\": 1,\n\"steps\": 0.5}", "expected a whole number from 0 to 4294967295 at line 2"),
+            (r#"{"value": 1"#, "it ends in the midst of an object at line 1"),
+            (r#"{"steps": 1}"#, "missing field `value`"),
+            ("{]", "at line 1"),
+        ] {
+            let said = from_json::<Document>(text).unwrap_err().to_string();
+            assert!(said.contains(sentence), "{text}: {said}");
+        }
     }
 
     /// Its size is 0, and it has no end.

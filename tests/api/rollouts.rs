@@ -127,9 +127,14 @@ async fn what_cannot_be_is_refused_in_one_sentence(via: Via) {
         ),
         (RolloutRequest { copies: 70_000, ..one() }, ErrorReason::LimitExceeded, "65536"),
         (
-            RolloutRequest { copies: 60_000, steps: 1_000_000, record_steps: 1, ..one() },
+            RolloutRequest { copies: 60_000, steps: 10_000, record_steps: 1, ..one() },
             ErrorReason::LimitExceeded,
             "the bytes of the rollout's answer",
+        ),
+        (
+            RolloutRequest { copies: 65_536, steps: 1_000_000, ..one() },
+            ErrorReason::LimitExceeded,
+            "would be 65536000000, and the limit is 6000000000",
         ),
         (
             RolloutRequest { quantities: vec![RolloutQuantity::default()], ..one() },
@@ -145,18 +150,19 @@ async fn what_cannot_be_is_refused_in_one_sentence(via: Via) {
     daemon.client.rollout(one(), |_| ()).await.unwrap();
 }
 
-/// More than any machine computes while a test waits.
+/// More than any machine computes while a test waits, and as much as may be asked for.
 fn endless() -> RolloutRequest {
-    let copies = 60_000;
+    let copies = 6_000;
     RolloutRequest { copies, steps: 1_000_000, quantities: Vec::new(), ..to(&[0.1]) }
 }
 
 async fn a_rollout_that_takes_too_long_says_how_far_it_came(via: Via) {
     let daemon = Daemon::start_via(via, |config| config.limits.rollout_seconds = 0).await;
     crate::load_arm(&daemon.client, "arm").await;
-    let error = daemon.client.rollout(endless(), |_| ()).await.unwrap_err();
+    let long = RolloutRequest { copies: 100, ..endless() };
+    let error = daemon.client.rollout(long, |_| ()).await.unwrap_err();
     assert_eq!(error.reason(), Some(ErrorReason::LimitExceeded), "{error}");
-    assert!(error.to_string().contains("of 60000 copies were done"), "{error}");
+    assert!(error.to_string().contains("of 100 copies were done"), "{error}");
 }
 
 over_every_transport![
@@ -186,7 +192,7 @@ async fn a_rollout_ends_with_its_caller_and_leaves_its_place_to_others() {
         began.push((tokio::spawn(work), heard));
     }
     for (_, heard) in &mut began {
-        assert_eq!(heard.recv().await, Some(60_000));
+        assert_eq!(heard.recv().await, Some(6_000));
     }
     for (call, _) in &began {
         call.abort();
@@ -215,7 +221,7 @@ async fn one_client_with_two_long_rollouts_keeps_no_other_from_its_own() {
         began.push((tokio::spawn(work), heard));
     }
     for (_, heard) in &mut began {
-        assert_eq!(heard.recv().await, Some(60_000));
+        assert_eq!(heard.recv().await, Some(6_000));
     }
     let other = daemon.another_client().await;
     let next = tokio::time::timeout(Duration::from_secs(60), other.rollout(to(&[0.1]), |_| ())).await;

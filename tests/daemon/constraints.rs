@@ -115,6 +115,8 @@ async fn a_gear_turns_one_arm_by_the_other_and_is_shown() {
     assert_eq!((&changed["ratio"], &changed["offset"]), (&json!(1.5), &json!(0.1)));
     let [first, second] = shoulders(&daemon).await;
     assert!(first > 0.1 && (second - 1.5 * first - 0.1).abs() < 1e-6, "{first} {second}");
+    let said = daemon.simctl(["constraint", "change", "teeth", "--max-torque", "5"]).await;
+    assert!(said.code == 2 && said.err.contains("a gear has no use for --max-torque"), "{said:?}");
     assert_eq!(written(&daemon, "constraint delete teeth").await, json!({ "deleted": "teeth" }));
     assert_eq!(written(&daemon, "constraint list").await, json!([]));
 }
@@ -138,11 +140,14 @@ async fn what_is_wrong_with_a_constraint_is_said_in_a_sentence() {
         ("constraint create weld left moon", "moon"),
         ("constraint create weld left left", "child.link"),
         ("constraint create weld left/handle right", "handle"),
-        ("constraint create gear left right", "joint"),
+        ("constraint create gear left right", "each as ROBOT/JOINT: \"left\" names none"),
+        ("constraint create gear bench_arm/shoulder world", "the world has no joints"),
+        ("constraint create distance left right --max-torque 1", "a distance has no use for --max-torque"),
         ("constraint create hinge left right --axis 0,0,0", "axis"),
         ("constraint create weld left right --max-force=-1", "max_force"),
         ("constraint create weld left right --rope", "rope"),
         ("constraint change pair --ratio 2", "only a gear"),
+        ("constraint change pair", "say what is to change: --parent-pose, "),
         ("constraint change none --max-force 2", "none"),
         ("constraint delete none", "none"),
         ("constraint list moon", "moon"),

@@ -66,6 +66,12 @@ async fn distances_are_measured_to_shapes_of_no_robot() {
     assert_eq!(robots, [Some("high"), Some("low")]);
     let shapes = written(&daemon, "contact distance sphere:0.2@5,0,9 sphere:0.2@5,0,8").await;
     assert!((shapes[0]["distance"].as_f64().unwrap() - 0.6).abs() < 1e-9, "{shapes}");
+    // What overlaps it, and what it meets, with its place behind it or by an option.
+    let there = written(&daemon, "contact overlaps sphere:0.2@5,0,2.1").await;
+    assert_eq!(there, json!([{ "robot": "high", "link": "link" }]));
+    assert_eq!(written(&daemon, "contact overlaps sphere:0.2 --pose 5,0,2.1").await, there);
+    let met = written(&daemon, "contact cast sphere:0.2@5,0,4 0,0,-4").await;
+    assert_eq!((&met["hit"], &met["robot"]), (&json!(true), &json!("high")));
     let page = daemon.simctl(["contact", "distance", "sphere:0.2@5,0,3", "high"]).await;
     assert_eq!((page.code, page.err.as_str()), (0, ""));
     assert!(page.out.contains("the shape") && page.out.contains("high/link"), "{}", page.out);
@@ -81,6 +87,7 @@ async fn what_is_wrong_with_a_ray_or_a_distance_is_said_in_a_sentence() {
     std::fs::write(&many, "5 0 4 5 0 0\n".repeat(20_001)).unwrap();
     for (line, code, sentence) in [
         ("contact ray 5,0,4".to_owned(), 2, "required"),
+        ("contact ray".to_owned(), 2, "simctl contact ray [OPTIONS] --rays <FILE>"),
         ("contact ray 5,0,4 5,0,0 --mask=-1".to_owned(), 2, "hexadecimal digits"),
         (format!("contact ray 5,0,4 5,0,0 --rays {file}"), 2, "cannot be used with"),
         (format!("contact ray --rays {file}"), 1, "rays.txt: line 2 has 3 numbers"),
@@ -93,6 +100,9 @@ async fn what_is_wrong_with_a_ray_or_a_distance_is_said_in_a_sentence() {
         ("contact distance high sphere:1@nan,0,0".to_owned(), 67, "b.pose.position.x"),
         ("contact distance sphere:1@1,0,0 --pose 2,0,0".to_owned(), 2, "once"),
         ("contact distance sphere:1 --position shoulder=1".to_owned(), 2, "--position"),
+        ("contact overlaps sphere:0.2@1,0".to_owned(), 2, "the pose after @ is wrong: must be x,y,z or"),
+        ("contact cast sphere:0.2@1,0,big 0,0,-1".to_owned(), 2, "the pose after @ is wrong: `big`"),
+        ("contact overlaps sphere:0.2@1,0,0 --pose 2,0,0".to_owned(), 2, "once"),
         ("contact distance missing".to_owned(), 69, "there is no robot \"missing\""),
     ] {
         let said = daemon.shell(&format!("simctl {line}"), &repository()).await;

@@ -128,12 +128,18 @@ async fn what_is_wrong_with_costs_and_variations_is_said_in_a_sentence() {
     let link = file(home.path(), "link.json", r#"[{"contact_force": {"links": ["hook"]}}]"#);
     let twice = file(home.path(), "twice.json", r#"[{"of": "gains"}]"#);
     let rows = file(home.path(), "rows.json", r#"[{"of": "gains", "given": [[1], [2], [3]]}]"#);
+    let far = r#"[{"joint_efforts": {}}, {"link_position": {"link": "arm", "position": [0, 0, 1e300]}}]"#;
+    let far = file(home.path(), "far.json", far);
+    let words = file(home.path(), "words.json", r#"[{"weight": "far", "joint_efforts": {}}]"#);
+    let high = file(home.path(), "high.csv", "copy,shoulder\n0,0.3\n1,1e300\n");
+    let latin = home.path().join("latin.csv").display().to_string();
+    std::fs::write(&latin, b"shoulder\n0.3\xb0\n").unwrap();
     let missing = home.path().join("missing.json").display().to_string();
     for (arguments, code, part) in [
         (vec![tried.as_str(), "--vary", "mass=0.5..2"], 2, "link-masses"),
         (vec![tried.as_str(), "--vary", "gains=2"], 2, "LOW..HIGH"),
         (vec![tried.as_str(), "--vary", "wrench:arm=0..1"], 2, "--variations"),
-        (vec![tried.as_str(), "--vary", "gains=2..1"], 67, "variations[0]"),
+        (vec![tried.as_str(), "--vary", "gains=2..1"], 67, "--vary gains: low is 2; it must be"),
         (vec![tried.as_str(), "--vary", "link-masses:hook=1..2"], 69, "hook"),
         (vec![two.as_str(), "--copies", "3"], 1, "targets of 2 copies, and --copies says 3"),
         (vec![tried.as_str(), "--costs", &term], 1, "unknown field `joint_effort`"),
@@ -141,7 +147,11 @@ async fn what_is_wrong_with_costs_and_variations_is_said_in_a_sentence() {
         (vec![tried.as_str(), "--costs", &link], 69, "hook"),
         (vec![tried.as_str(), "--costs", &missing], 1, "missing.json"),
         (vec![tried.as_str(), "--variations", &twice], 1, "twice.json: variation 0: it must have one of"),
-        (vec![tried.as_str(), "--copies", "2", "--variations", &rows], 67, "variations[0]"),
+        (vec![tried.as_str(), "--copies", "2", "--variations", &rows], 67, "variation 0: given is 3"),
+        (vec![tried.as_str(), "--effort-weight", "1", "--costs", &far], 67, "json: term 1: position[2] is"),
+        (vec![high.as_str()], 67, "high.csv: targets[1][0][0] (copy, knot, joint) is"),
+        (vec![tried.as_str(), "--costs", &words], 1, "string \"far\", expected a number at line 1"),
+        (vec![latin.as_str()], 1, "latin.csv is not text in UTF-8: see line 2"),
     ] {
         let said = rollout(&daemon, &arguments).await;
         assert_eq!(said.code, code, "{arguments:?}: {}", said.err);

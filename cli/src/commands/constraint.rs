@@ -1,15 +1,17 @@
 //! `simctl constraint`: what holds links together beside the joints of their robots.
 
-use clap::{Args, Subcommand, ValueEnum};
+mod create;
+
+use clap::{Args, Subcommand};
 use serde::Serialize;
 use simd_client::{
     Client,
-    proto::{
-        self, ChangeConstraintRequest, ConstraintEnd, ConstraintKind, CreateConstraintRequest, Pose, Vector3,
-    },
+    proto::{self, ChangeConstraintRequest, ConstraintEnd, Pose, Vector3},
 };
 
+use self::create::Create;
 use crate::{
+    failure::Usage,
     output::{
         Output, View,
         json::{self, PoseView},
@@ -35,54 +37,6 @@ pub(crate) enum Constraint {
         /// Which one
         name: String,
     },
-}
-
-#[derive(Args, Debug)]
-pub(crate) struct Create {
-    /// What it asks for
-    kind: Kind,
-    /// The first end
-    #[arg(value_name = "world|ROBOT[/LINK]|ROBOT/JOINT")]
-    parent: String,
-    /// The second one; ends of a gear are joints
-    #[arg(value_name = "world|ROBOT[/LINK]|ROBOT/JOINT")]
-    child: String,
-    /// Its name; made up where it is left out
-    #[arg(long, default_value = "", hide_default_value = true)]
-    name: String,
-    /// Where on the parent, metres, and radians about the fixed axes; at the link's origin if left out
-    #[arg(long, value_name = "X,Y,Z[,ROLL,PITCH,YAW]", value_parser = pose::parse, allow_hyphen_values = true)]
-    parent_pose: Option<Pose>,
-    /// Where on the child; where that of the parent is now if left out
-    #[arg(long, value_name = "X,Y,Z[,ROLL,PITCH,YAW]", value_parser = pose::parse, allow_hyphen_values = true)]
-    child_pose: Option<Pose>,
-    /// Of a hinge or slide; 1,0,0 if left out
-    #[arg(long, value_name = "X,Y,Z", value_parser = pose::parse_vector, allow_hyphen_values = true)]
-    axis: Option<Vector3>,
-    /// Of a gear: child = ratio * parent + offset
-    #[arg(long, allow_hyphen_values = true)]
-    ratio: Option<f64>,
-    /// Of a gear, rad or m; as it is now if left out
-    #[arg(long, allow_hyphen_values = true)]
-    offset: Option<f64>,
-    /// Of a distance, metres; as it is now if left out
-    #[arg(long)]
-    length: Option<f64>,
-    /// A distance pulls and does not push
-    #[arg(long)]
-    rope: bool,
-    /// The most it does, N; of a gear N m or N
-    #[arg(long, value_name = "NEWTON")]
-    max_force: Option<f64>,
-    /// The most it does, N m
-    #[arg(long, value_name = "NEWTON_METRE")]
-    max_torque: Option<f64>,
-    /// It goes where it would need more
-    #[arg(long)]
-    breaks: bool,
-    /// The two links do not touch each other
-    #[arg(long)]
-    disable_collisions: bool,
 }
 
 #[derive(Args, Debug)]
@@ -115,39 +69,10 @@ pub(crate) struct Change {
     length: Option<f64>,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Kind {
-    /// The two frames are one
-    Weld,
-    /// Their origins are one
-    PointToPoint,
-    /// What is left is a turn about the axis
-    Hinge,
-    /// What is left is a shift along the axis
-    Slide,
-    /// A joint follows another
-    Gear,
-    /// The origins are so far from each other
-    Distance,
-}
-
-impl From<Kind> for ConstraintKind {
-    fn from(kind: Kind) -> Self {
-        match kind {
-            Kind::Weld => Self::Weld,
-            Kind::PointToPoint => Self::PointToPoint,
-            Kind::Hinge => Self::Hinge,
-            Kind::Slide => Self::Slide,
-            Kind::Gear => Self::Gear,
-            Kind::Distance => Self::Distance,
-        }
-    }
-}
-
 pub(crate) async fn run(command: Constraint, client: &Client, output: Output) -> anyhow::Result<()> {
     match command {
         Constraint::Create(create) => {
-            let created = client.create_constraint(request(*create)).await?;
+            let created = client.create_constraint(create::request(*create)?).await?;
             output.one(&Created { created })
         }
         Constraint::List { robot } => {
@@ -156,31 +81,8 @@ pub(crate) async fn run(command: Constraint, client: &Client, output: Output) ->
             output.list(&views, list)
         }
         Constraint::Change(change) => {
-            let Change {
-                name,
-                parent_pose,
-                child_pose,
-                max_force,
-                max_torque,
-                breaks,
-                ratio,
-                offset,
-                length,
-            } = *change;
-            let request = ChangeConstraintRequest {
-                name: name.clone(),
-                parent_pose,
-                child_pose,
-                max_force,
-                max_torque,
-                breaks,
-                ratio,
-                offset,
-                length,
-                ..Default::default()
-            };
-            client.change_constraint(request).await?;
-            output.one(&Changed { changed: name })
+            let changed = self::change(*change, client).await?;
+            output.one(&Changed { changed })
         }
         Constraint::Delete { name } => {
             client.delete_constraint(&name).await?;
@@ -189,48 +91,39 @@ pub(crate) async fn run(command: Constraint, client: &Client, output: Output) ->
     }
 }
 
-fn request(create: Create) -> CreateConstraintRequest {
-    let Create {
-        kind,
-        parent,
-        child,
-        name,
+/// Changes what is given, and gives the constraint's name.
+async fn change(change: Change, client: &Client) -> anyhow::Result<String> {
+    let Change { name, parent_pose, child_pose, max_force, max_torque, breaks, ratio, offset, length } =
+        change;
+    let given = create::given(parent_pose.as_ref(), child_pose.as_ref(), max_torque);
+    let of_some_kinds = given.iter().any(|(_, is_given)| *is_given);
+    let others = [max_force, ratio, offset, length].iter().any(Option::is_some) || breaks.is_some();
+    if !of_some_kinds && !others {
+        let sentence = "say what is to change: --parent-pose, --child-pose, --max-force, --max-torque, \
+                        --breaks, --ratio, --offset or --length";
+        return Err(Usage(sentence.to_owned()).into());
+    }
+    if of_some_kinds {
+        let all = client.constraints(None).await?;
+        // One that is not there is for the daemon to refuse.
+        if let Some(constraint) = all.iter().find(|constraint| constraint.name == name) {
+            create::refuse_idle(constraint.kind(), given)?;
+        }
+    }
+    let request = ChangeConstraintRequest {
+        name: name.clone(),
         parent_pose,
         child_pose,
-        axis,
-        ratio,
-        offset,
-        length,
-        rope,
         max_force,
         max_torque,
         breaks,
-        disable_collisions,
-    } = create;
-    CreateConstraintRequest {
-        name,
-        kind: ConstraintKind::from(kind).into(),
-        parent: Some(end(kind, &parent, parent_pose)),
-        child: Some(end(kind, &child, child_pose)),
-        axis,
         ratio,
         offset,
         length,
-        rope,
-        max_force,
-        max_torque,
-        breaks,
-        disable_collisions,
         ..Default::default()
-    }
-}
-
-/// `world`, `ROBOT` or `ROBOT/LINK`; of a gear `ROBOT/JOINT`. A robot's name has no slash.
-fn end(kind: Kind, text: &str, pose: Option<Pose>) -> ConstraintEnd {
-    let (robot, part) = text.split_once('/').unwrap_or((text, ""));
-    let robot = if text == "world" { "" } else { robot }.to_owned();
-    let (link, joint) = if kind == Kind::Gear { ("", part) } else { (part, "") };
-    ConstraintEnd { robot, link: link.to_owned(), joint: joint.to_owned(), pose }
+    };
+    client.change_constraint(request).await?;
+    Ok(name)
 }
 
 #[derive(Serialize)]
@@ -403,6 +296,3 @@ fn list(views: &[ConstraintView]) -> Page {
     };
     Page::new().table(Table::new(columns, views.iter().map(row).collect()))
 }
-
-#[cfg(test)]
-mod tests;

@@ -1,6 +1,7 @@
 //! `simctl rollout`: what copies of the world come to with the targets of a file.
 
 mod costs;
+mod sources;
 mod variations;
 
 use std::path::{Path, PathBuf};
@@ -16,7 +17,7 @@ use simd_client::{
     },
 };
 
-use self::variations::Variation;
+use self::{sources::Sources, variations::Variation};
 use super::present;
 use crate::{
     complete,
@@ -219,7 +220,8 @@ pub(crate) async fn run(arguments: Rollout, client: &Client, output: Output) -> 
         costs,
         ..Default::default()
     };
-    let found = client.rollout(request, |_| ()).await?;
+    let sources = Sources::of(&arguments, &request);
+    let found = client.rollout(request, |_| ()).await.map_err(|error| sources.explain(error))?;
     output.one(&RolloutView::new(&found, tried.joints)?)
 }
 
@@ -243,7 +245,7 @@ fn document<T>(file: &Path, reads: impl FnOnce(&str) -> anyhow::Result<T>) -> an
 fn read(file: &Path) -> anyhow::Result<Tried> {
     document(file, |text| {
         let is_json = text.trim_start().starts_with('{');
-        let tried: Tried = if is_json { serde_json::from_str(text)? } else { table(text)? };
+        let tried: Tried = if is_json { text_file::from_json(text)? } else { table(text)? };
         tried.check()
     })
 }

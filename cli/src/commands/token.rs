@@ -17,6 +17,7 @@ use crate::{
         Output, View,
         table::{Column, Page, Table},
     },
+    text_file,
 };
 
 /// How long another simctl is waited for that changes the file, and how often it is looked for.
@@ -137,7 +138,7 @@ impl TokenFile {
 }
 
 fn read(path: &Path) -> anyhow::Result<Vec<TokenEntry>> {
-    let text = fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
+    let text = text_file::read_whole(path).with_context(|| format!("cannot read {}", path.display()))?;
     parse_tokens(&text).map_err(|error| anyhow::anyhow!("{}: {error}", path.display()))
 }
 

@@ -30,6 +30,8 @@ const ROLLOUTS: usize = 2;
 const ANSWERS: u64 = 4;
 /// Of a permit of memory.
 const KIBIBYTE: u64 = 1024;
+/// Steps of copies, for each second that a rollout may take, at the most: a thread does a few million of an arm's.
+const STEPS_A_SECOND: u64 = 100_000_000;
 
 /// What rollouts share.
 #[derive(Debug)]
@@ -174,6 +176,17 @@ impl Running {
     }
 }
 
+/// Refuses what no machine computes in the seconds that a rollout may take: now, and not when they are over.
+fn check_steps(request: &RolloutRequest, seconds: u64) -> Result<(), CallError> {
+    let value = (request.copies as u64).saturating_mul(request.steps);
+    let limit = seconds.max(1).saturating_mul(STEPS_A_SECOND);
+    if value <= limit {
+        return Ok(());
+    }
+    let what = "the steps of all copies of a rollout together (ask for fewer copies or steps)".to_owned();
+    Err(CallError::LimitExceeded { what, value, limit })
+}
+
 impl SimHandle {
     /// Whether the world plays, and its steps are due at some time of the wall clock.
     fn follows_wall_clock(&self) -> bool {
@@ -192,6 +205,7 @@ impl SimHandle {
         request: RolloutRequest,
         done: CopiesDone,
     ) -> Result<RolloutAnswer, CallError> {
+        check_steps(&request, self.inner.info.limits.rollout_seconds)?;
         let work = &self.inner.rollouts;
         let permit = self.until_drained(work.permits.acquire()).await??;
         let (saved, start) = match from {
@@ -257,6 +271,22 @@ mod tests {
                 "what is left is there for another moment"
             );
         }
+    }
+
+    #[test]
+    fn steps_that_no_machine_does_in_time_are_refused_beforehand() {
+        let asked = |copies, steps, seconds| {
+            let request = RolloutRequest { copies, steps, ..RolloutRequest::default() };
+            check_steps(&request, seconds).map_err(|error| error.to_string())
+        };
+        assert_eq!(asked(6_000, 1_000_000, 60), Ok(()));
+        assert_eq!(
+            asked(65_536, 1_000_000, 60).unwrap_err(),
+            "the steps of all copies of a rollout together (ask for fewer copies or steps) would be \
+             65536000000, and the limit is 6000000000"
+        );
+        assert_eq!(asked(65_536, 1_000_000, 86_400), Ok(()), "who may take a day may ask for more");
+        assert!(asked(usize::MAX, u64::MAX, u64::MAX).is_ok() && asked(usize::MAX, 2, 0).is_err());
     }
 
     #[test]

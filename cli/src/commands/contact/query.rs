@@ -52,9 +52,10 @@ pub(crate) struct Distance {
 
 #[derive(Args, Debug)]
 pub(crate) struct Overlaps {
-    /// box:X,Y,Z, sphere:RADIUS, cylinder:RADIUS,LENGTH, capsule:RADIUS,LENGTH or cone:RADIUS,LENGTH; metres
-    #[arg(value_parser = shape)]
-    shape: query_shape::Geometry,
+    /// box:X,Y,Z, sphere:RADIUS, cylinder:RADIUS,LENGTH, capsule:RADIUS,LENGTH or cone:RADIUS,LENGTH, metres, which is at
+    /// @X,Y,Z[,ROLL,PITCH,YAW] after it
+    #[arg(value_name = "SHAPE[@POSE]", value_parser = placed)]
+    shape: Placed,
     /// Where it is: metres, and radians about the fixed axes
     #[arg(long, value_name = "X,Y,Z[,ROLL,PITCH,YAW]", value_parser = pose::parse, allow_hyphen_values = true)]
     pose: Option<Pose>,
@@ -65,9 +66,10 @@ pub(crate) struct Overlaps {
 
 #[derive(Args, Debug)]
 pub(crate) struct Cast {
-    /// box:X,Y,Z, sphere:RADIUS, cylinder:RADIUS,LENGTH, capsule:RADIUS,LENGTH or cone:RADIUS,LENGTH; metres
-    #[arg(value_parser = shape)]
-    shape: query_shape::Geometry,
+    /// box:X,Y,Z, sphere:RADIUS, cylinder:RADIUS,LENGTH, capsule:RADIUS,LENGTH or cone:RADIUS,LENGTH, metres, which is at
+    /// @X,Y,Z[,ROLL,PITCH,YAW] after it
+    #[arg(value_name = "SHAPE[@POSE]", value_parser = placed)]
+    shape: Placed,
     /// The way that it goes, metres
     #[arg(value_name = "X,Y,Z", value_parser = parse_vector, allow_hyphen_values = true)]
     way: Vector3,
@@ -139,7 +141,8 @@ async fn configuration(
 }
 
 pub(super) async fn overlaps(arguments: Overlaps, client: &Client, output: Output) -> anyhow::Result<()> {
-    let Overlaps { shape, pose, bounds } = arguments;
+    let Overlaps { shape: Placed { shape, at }, pose, bounds } = arguments;
+    let pose = place(at, &[], pose)?;
     let shape = Some(QueryShape { geometry: Some(shape) });
     let links = client.overlaps(FindOverlapsRequest { shape, pose, bounds_only: bounds }).await?;
     let links: Vec<_> = links.into_iter().map(LinkView::from).collect();
@@ -147,7 +150,8 @@ pub(super) async fn overlaps(arguments: Overlaps, client: &Client, output: Outpu
 }
 
 pub(super) async fn cast(arguments: Cast, client: &Client, output: Output) -> anyhow::Result<()> {
-    let Cast { shape, way, pose } = arguments;
+    let Cast { shape: Placed { shape, at }, way, pose } = arguments;
+    let pose = place(at, &[], pose)?;
     let shape = Some(QueryShape { geometry: Some(shape) });
     let hit = client.cast_shape(CastShapeRequest { shape, pose, translation: Some(way) }).await?;
     output.one(&HitView::from(hit))
@@ -166,12 +170,22 @@ fn body(text: &str) -> Result<QueryBody, String> {
     if !robot.contains(':') {
         return Ok(QueryBody { robot: robot.to_owned(), link: link.to_owned(), ..QueryBody::default() });
     }
-    let (written, at) = match text.split_once('@') {
-        Some((written, at)) => (written, Some(pose::parse(at)?)),
-        None => (text, None),
-    };
-    let geometry = Some(shape(written)?);
-    Ok(QueryBody { shape: Some(QueryShape { geometry }), pose: at, ..QueryBody::default() })
+    let Placed { shape, at } = placed(text)?;
+    let shape = Some(QueryShape { geometry: Some(shape) });
+    Ok(QueryBody { shape, pose: at, ..QueryBody::default() })
+}
+
+/// A shape of no robot, and where it is.
+#[derive(Clone, Debug, PartialEq)]
+struct Placed {
+    shape: query_shape::Geometry,
+    at: Option<Pose>,
+}
+
+/// Reads a shape that may have `@` and a pose after it.
+fn placed(text: &str) -> Result<Placed, String> {
+    let (written, at) = pose::split(text)?;
+    Ok(Placed { shape: shape(written)?, at })
 }
 
 /// What a text is refused with that is no shape.
@@ -346,6 +360,8 @@ mod tests {
             assert!(refused.contains(part), "{wrong}: {refused}");
         }
         let at = |x| Pose { position: Some(Vector3 { x, y: 0.0, z: 0.0 }), orientation: None };
+        assert_eq!(placed("sphere:20cm@1,0,0").unwrap().at, Some(at(1.0)));
+        assert!(placed("sphere:20cm@1").unwrap_err().contains("the pose after @"));
         assert_eq!(place(None, &[], Some(at(1.0))).unwrap(), Some(at(1.0)));
         assert_eq!(place(Some(at(2.0)), &[], None).unwrap(), Some(at(2.0)));
         assert!(place(Some(at(2.0)), &[], Some(at(1.0))).unwrap_err().0.contains("once"));

@@ -21,7 +21,12 @@ use crate::{
 /// A file above this has more rays than the daemon takes: 20,000 of them with all their digits are 3 MB.
 const MAX_BYTES: u64 = 4 * 1024 * 1024;
 
+/// What clap makes up by itself has the first of the two alone.
+const USAGE: &str = "simctl contact ray [OPTIONS] <X,Y,Z> <X,Y,Z>
+       simctl contact ray [OPTIONS] --rays <FILE>";
+
 #[derive(Args, Debug)]
+#[command(override_usage = USAGE)]
 pub(crate) struct Ray {
     /// Where it begins, metres
     #[arg(
@@ -93,7 +98,10 @@ fn parse(text: &str) -> anyhow::Result<Vec<Line>> {
 
 #[cfg(test)]
 mod tests {
+    use clap::Parser as _;
+
     use super::*;
+    use crate::args::Arguments;
 
     #[test]
     fn each_line_of_a_file_is_a_ray() {
@@ -106,6 +114,15 @@ mod tests {
                 ray([3.0, 4.0, 5.0], [6.0, 7.0, 8.0]),
             ]
         );
+    }
+
+    #[test]
+    fn the_usage_has_both_ways() {
+        for line in ["simctl contact ray", "simctl contact ray --help"] {
+            let said = Arguments::try_parse_from(line.split(' ')).unwrap_err().to_string();
+            assert!(said.contains("Usage: simctl contact ray [OPTIONS] <X,Y,Z> <X,Y,Z>\n"), "{said}");
+            assert!(said.contains("       simctl contact ray [OPTIONS] --rays <FILE>\n"), "{said}");
+        }
     }
 
     #[test]

@@ -99,10 +99,8 @@ struct Part {
 fn part(text: &str) -> Result<Part, String> {
     // A file may have an @ in its name, and stands alone.
     let is_file = text.starts_with("mesh:") || text.starts_with("heightfield:");
-    match text.split_once('@').filter(|_| !is_file) {
-        Some((shape, pose)) => Ok(Part { shape: wanted(shape)?, pose: Some(pose::parse(pose)?) }),
-        None => Ok(Part { shape: wanted(text)?, pose: None }),
-    }
+    let (shape, pose) = if is_file { (text, None) } else { pose::split(text)? };
+    Ok(Part { shape: wanted(shape)?, pose })
 }
 
 /// One shape, or a body of several.

@@ -7,6 +7,8 @@ use simd_client::proto::{
     Vector3, rollout_cost::Term,
 };
 
+use crate::text_file::from_json;
+
 /// A term and what it weighs. It has one of the optional ones.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -79,7 +81,7 @@ struct Nearness {
 /// Reads a list of terms, of this robot where they name none.
 pub(super) fn read(text: &str, robot: &str) -> anyhow::Result<Vec<RolloutCost>> {
     ensure!(!text.trim().is_empty(), "it is empty; it must be a list of terms");
-    let all: Vec<Cost> = serde_json::from_str(text)?;
+    let all: Vec<Cost> = from_json(text)?;
     let request = |(index, of): (usize, Cost)| of.request(robot).with_context(|| format!("term {index}"));
     all.into_iter().enumerate().map(request).collect()
 }
@@ -186,7 +188,8 @@ mod tests {
             ),
             (r#"[{"joint_effort": {}}]"#, "unknown field `joint_effort`"),
             (r#"[{"link_position": {"link": "hand"}}]"#, "missing field `position`"),
-            ("[\n{\"joint_efforts\": 1}]", "line 2"),
+            ("[\n{\"joint_efforts\": 1}]", "expected an object at line 2"),
+            (r#"[{"weight": "much", "joint_efforts": {}}]"#, "string \"much\", expected a number"),
         ] {
             assert!(said(text).contains(part), "{text}: {}", said(text));
         }

@@ -7,6 +7,8 @@ use simd_client::{
     proto::{RolloutNormal, RolloutUniform, RolloutVariation, RolloutVaried, rollout_variation::Values},
 };
 
+use crate::text_file::from_json;
+
 const FORM: &str = "must be OF[:NAME,...]=LOW..HIGH or OF[:NAME,...]=MEAN+-DEVIATION";
 
 /// Numbers that differ from copy to copy.
@@ -69,7 +71,7 @@ pub(super) fn parse(text: &str) -> Result<Variation, String> {
 /// Reads a list of variations.
 pub(super) fn read(text: &str) -> anyhow::Result<Vec<Variation>> {
     ensure!(!text.trim().is_empty(), "it is empty; it must be a list of variations");
-    Ok(serde_json::from_str(text)?)
+    from_json(text)
 }
 
 /// Variations of this robot where they name none.
@@ -124,13 +126,15 @@ fn varied(word: &str) -> Result<RolloutVaried, String> {
     known.ok_or_else(|| format!("`{word}` is nothing that can vary: {}", words()))
 }
 
-/// As people type them.
+/// All of them, as people type them.
 fn words() -> String {
     let known = (1..).map_while(|number| RolloutVaried::try_from(number).ok());
-    let word = |of: RolloutVaried| {
-        of.as_str_name().trim_start_matches("ROLLOUT_VARIED_").replace('_', "-").to_ascii_lowercase()
-    };
     known.map(word).collect::<Vec<_>>().join(", ")
+}
+
+/// As people type it.
+pub(super) fn word(of: RolloutVaried) -> String {
+    of.as_str_name().trim_start_matches("ROLLOUT_VARIED_").replace('_', "-").to_ascii_lowercase()
 }
 
 #[cfg(test)]
@@ -185,6 +189,8 @@ mod tests {
             (r#"[{"of": "gains", "given": []}]"#, "no numbers"),
             (r#"[{"of": "gains", "seed": 1}]"#, "unknown field `seed`"),
             (r#"{"of": "gains"}"#, "expected a sequence"),
+            (r#"[{"of": "gains", "uniform": [1]}]"#, "expected an object"),
+            (r#"[{"of": "wrench", "wrench_steps": -1}]"#, "expected a whole number from 0"),
         ] {
             assert!(said(text).contains(part), "{text}: {}", said(text));
         }

@@ -280,6 +280,11 @@ impl Simulation {
             let link = if link.is_empty() { 0 } else { entity.link(link)? };
             return Ok(Some((robot, link)));
         }
+        if joint.is_empty() {
+            let robot = &entity.state.name;
+            let expected = format!("a gear is between two joints: it must name one of robot {robot:?}");
+            return Err(check::refuse(format!("{field}.joint"), "empty", expected));
+        }
         // Each joint has the link after it.
         let link = entity.joint(joint)? + 1;
         if has_axis(entity, link) {

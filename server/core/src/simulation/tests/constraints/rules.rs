@@ -308,7 +308,10 @@ fn what_cannot_be_is_refused_and_named() {
             constraint(RequestedConstraint::Weld, end("a", "", DVec3::splat(nan)), as_it_is("b")),
             "parent.pose.position.x is NaN",
         ),
-        (of(RequestedConstraint::Gear { ratio: 1.0, offset: None }), "has no joint"),
+        (
+            of(RequestedConstraint::Gear { ratio: 1.0, offset: None }),
+            "parent.joint is empty; a gear is between two joints: it must name one of robot \"a\"",
+        ),
     ] {
         let said = refused(&mut world, create);
         assert!(said.contains(part), "{said:?} {part:?}");
