@@ -15,6 +15,7 @@ use crate::constraint_properties::momenta;
 use crate::constraints::energy;
 use crate::passive_worlds::{any_body, direction};
 use crate::seeds::{held, seeds};
+use crate::tree_motion::Followed;
 
 const G: f64 = 9.81;
 const H: f64 = 1e-3;
@@ -115,13 +116,6 @@ fn fastest_turn(seen: &PublishedState) -> f64 {
     seen.link_twists(0).unwrap().into_iter().map(|(_, angular)| angular.length()).fold(0.0, f64::max)
 }
 
-/// How far the energy of what is reported may be from that of the step: where something touches, velocities are those of the middle
-/// of a step, and positions are not, whose inertia has changed by then. The power of that change is no more than twice the fastest turn
-/// times the kinetic energy.
-fn half_a_step_off(seen: &PublishedState, kinetic: f64) -> f64 {
-    0.5 * H * 2.0 * fastest_turn(seen) * kinetic
-}
-
 /// What the forces of contacts may give in a step, since they hold a point still in the middle of it by the Jacobian of its begin. The
 /// point is then off by half a step's change of the Jacobian, J' u: what its links' turning bends its way by, at most the square of the
 /// fastest turn times how long the tree is, and what a joint that slides meanwhile adds. And a fifth of an overlap that is put right moves
@@ -138,33 +132,26 @@ fn given_by_contacts(seen: &PublishedState, friction: f64, length: f64) -> f64 {
     pressed * (1.0 + friction) * H * 0.5 * H * (thrown + 2.0 * turn * slide) + 0.2 * overlap * mass * thrown
 }
 
-/// Of the centres of mass of its links, m/s.
-fn fastest(seen: &PublishedState) -> f64 {
-    let (poses, twists) = (seen.link_poses(0).unwrap(), seen.link_twists(0).unwrap());
-    let links = seen.world.entities[0].model.links.iter().zip(poses).zip(twists);
-    let speed = |((link, pose), (linear, angular)): ((&Link, DPose3), (DVec3, DVec3))| {
-        (linear + angular.cross(pose.rotation * link.inertial.center_of_mass)).length()
-    };
-    links.map(speed).fold(0.0, f64::max)
-}
-
 /// Momentum along the ground, and the sum of the sizes of all links' momenta.
 fn along_the_ground(seen: &PublishedState) -> (DVec3, f64) {
     let ([linear, _], [size, _]) = momenta(seen);
     (linear.with_z(0.0), size)
 }
 
-/// Without restitution energy passes its least value so far by no more than docs/physics.md derives for free bodies, links being these,
-/// what contacts give since then ([`given_by_contacts`]), how far the energy of what is reported may be from that of the step, and what
-/// leapfrog does to trees in wild motion: half a percent of the largest kinetic energy, as of random trees with constraints.
+/// Energy and momentum are those in the middle of steps. Without restitution energy passes its least value so far by no more than docs/physics.md
+/// derives: what rests is lifted by, links being bodies, what contacts give since then ([`given_by_contacts`]), what velocity terms leave over where a
+/// step does not take them at the mean of the velocities before and after it ([`Followup`](crate::tree_motion::Followup)), and what leapfrog does to trees in
+/// wild motion: half a percent of the largest kinetic energy, as of random trees with constraints.
 /// With restitution, of which no law excludes that hits at once give energy (Kane 1984), it is by no more than that, and by a
 /// thousandth, above what the tree began with, as of heaps that bounce. Until something is touched, momentum along the ground
-/// is kept as well as trees keep theirs that are let go: within 5e-3 of the sum of its sizes.
+/// is kept as well as trees keep theirs that are let go, within 5e-3 of the sum of its sizes, and is but for a ten-thousandth what velocity terms
+/// leave over.
 #[test]
 fn random_trees_that_fall_gain_no_energy_and_keep_their_momentum_until_they_touch() {
     const INTEGRATED: f64 = 5e-3;
     const BOUNCED: f64 = 1e-3;
     const DRIFT: f64 = 5e-3;
+    const UNEXPLAINED: f64 = 1e-4;
     let count = seeds("FALLING_TREES", 12);
     let (mut worst, mut landed, mut failed) = (0.0f64, 0, Vec::new());
     for seed in 0..count {
@@ -177,45 +164,51 @@ fn random_trees_that_fall_gain_no_energy_and_keep_their_momentum_until_they_touc
         let weight = G * links.iter().map(|link| link.inertial.mass).sum::<f64>();
         let (kinetic, potential) = energy(&seen);
         let start = kinetic + potential;
-        let (mut least, mut most, mut top) = (start, kinetic, fastest(&seen));
+        let mut followed = Followed::new(&seen);
+        let (mut least, mut most) = (start, kinetic);
         let (momentum, mut size) = along_the_ground(&seen);
-        let (mut gain, mut drift, mut given, mut off) = (0.0f64, 0.0f64, 0.0, 0.0);
+        let (mut gain, mut drift, mut given, mut left) = (0.0f64, 0.0f64, 0.0, 0.0);
+        let (mut momentum_left, mut unexplained) = (DVec3::ZERO, 0.0f64);
         let (mut in_flight, mut is_whole) = (true, true);
         for _ in 0..3_000 {
             world.step();
             world.observe(&mut seen);
             let numbers = seen.positions.iter().chain(&seen.velocities);
             is_whole &= numbers.copied().all(f64::is_finite) && seen.roots[0].disabled.is_none();
-            let (kinetic, potential) = energy(&seen);
-            (most, top) = (most.max(kinetic), top.max(fastest(&seen)));
-            let now = kinetic + potential;
-            given += given_by_contacts(&seen, friction, length);
-            let own = weight * (SLOP * links.len() as f64 + 0.5 * H * top) + INTEGRATED * most;
-            let own = own + given + off + half_a_step_off(&seen, kinetic);
+            let is_corrected = seen.contacts.iter().any(|contact| contact.depth > SLOP);
+            let step = followed.step(&seen, is_corrected, (G, H));
+            let now = step.middle.energy;
+            most = most.max(step.middle.kinetic);
+            given += given_by_contacts(&seen, friction, length) + step.energy.max(0.0);
+            left += step.energy.max(0.0);
+            let own = weight * SLOP * links.len() as f64 + INTEGRATED * most + given;
             let part = match restitution > 0.0 {
                 true => (now - start) / (own + BOUNCED * start),
                 false => (now - least) / own,
             };
             gain = gain.max(part);
             if now < least && restitution == 0.0 {
-                (given, off) = (0.0, half_a_step_off(&seen, kinetic));
+                given = 0.0;
             }
             least = least.min(now);
             in_flight &= seen.contacts.iter().all(|contact| contact.normal_force == 0.0);
             if in_flight {
-                let (now, sizes) = along_the_ground(&seen);
-                size = size.max(sizes);
-                drift = drift.max((now - momentum).length() / size);
+                size = size.max(along_the_ground(&seen).1);
+                momentum_left += step.momentum.with_z(0.0);
+                let off = step.middle.momentum.with_z(0.0) - momentum;
+                drift = drift.max(off.length() / size);
+                unexplained = unexplained.max((off - momentum_left).length() / size);
             }
         }
         println!(
             "seed {seed}: {} links, friction {friction:.2}, restitution {restitution:.2}, gain {gain:.3} of the bound, \
-             momentum off by {drift:.1e}",
-            links.len()
+             velocity terms left {:.1e} of the kinetic energy, momentum off by {drift:.1e}, but for these {unexplained:.1e}",
+            links.len(),
+            left / most,
         );
-        worst = worst.max(gain).max(drift / DRIFT);
+        worst = worst.max(gain).max(drift / DRIFT).max(unexplained / UNEXPLAINED);
         // Written so that what is no number fails.
-        if !(is_whole && gain < 1.0 && drift < DRIFT) {
+        if !(is_whole && gain < 1.0 && drift < DRIFT && unexplained < UNEXPLAINED) {
             failed.push(seed);
         }
         landed += u64::from(!in_flight);

@@ -51,6 +51,7 @@ mod surface_queries;
 mod terrain;
 mod terrain_bits;
 mod threads;
+mod tree_motion;
 mod truth;
 mod turning_friction;
 mod walking;

@@ -110,3 +110,22 @@ fn a_rod_rests_on_its_stop_or_on_its_spring_whichever_is_first() {
         met(&form, 1e-3, q.min(30f64.to_radians()), found, 1e-9);
     }
 }
+
+/// A joint that meets its limit comes as far as that in one step, and is stopped there in the next: velocities at the end of that step are not
+/// extrapolated from what stopped it, so that it is never reported as going back.
+#[test]
+fn a_slider_that_meets_its_limit_is_reported_at_rest_and_never_as_going_back() {
+    for distance in [0.1, 0.1003, 0.1007] {
+        let limits = JointLimits { lower: Some(-1.0), upper: Some(distance), ..JointLimits::default() };
+        let mut world = slide(0.0, 0.0, limits, 1e-3);
+        put(&mut world, "joint-1", 0.0, 1.0);
+        let mut slowest = f64::INFINITY;
+        for _ in 0..200 {
+            world.step();
+            slowest = slowest.min(look(&world).velocities[0]);
+        }
+        let form = format!("slide of 1 m/s to a limit at {distance} m: slowest, m/s");
+        met(&form, 1e-3, 0.0, slowest, 1e-12);
+        met("the same: place of rest, m", 1e-3, distance, look(&world).positions[0], 1e-12);
+    }
+}

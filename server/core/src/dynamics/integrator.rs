@@ -70,6 +70,10 @@ impl History {
     }
 }
 
+/// A joint that a limit acts on has come to it in this step if it went there faster than this, rad/s or m/s: what is held may have as much by
+/// what sweeps leave.
+pub(super) const ARRIVES: f64 = 1e-6;
+
 /// Of an [`Implicitness`]: from here on 1 - t is below rounding.
 pub(super) const STIFF: f64 = 1e16;
 

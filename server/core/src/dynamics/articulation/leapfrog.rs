@@ -7,8 +7,8 @@
 //!   the middle of it are half a kick away, or a whole one where a contact or a limit holds: these ask for velocities,
 //!   and not for forces.
 //! * After a step in which a contact acted, in which a limit or dry friction began or ended to hold or friction turned
-//!   round, or in which an actuator came to its effort limit or left it, the velocities in its middle are reported as
-//!   they are. Total accelerations are extrapolated, with impulses in them: what is at rest stays at rest.
+//!   round, in which a joint came to rest at its limit, or in which an actuator came to its effort limit or left it, the velocities in
+//!   its middle are reported as they are. Total accelerations are extrapolated, with impulses in them: what is at rest stays at rest.
 //! * A wrench that begins or ends between two steps acts as if half of a step had been made with it: a push of n steps
 //!   gives n h times its force, and velocities in between are exact too.
 //! * A target acts from the middle of the step before on, so that a controller that sets one in each step is not delayed.
@@ -18,7 +18,7 @@ use glamx::{DQuat, DVec3};
 use super::{Articulation, BodyState, StepScratch};
 use crate::dynamics::articulated::write_free;
 use crate::dynamics::constraint::{RowKey, respond_to_force};
-use crate::dynamics::integrator::{History, Implicitness, Integrator};
+use crate::dynamics::integrator::{ARRIVES, History, Implicitness, Integrator};
 use crate::dynamics::kinematics::free_pose;
 use crate::dynamics::spatial::Spatial;
 use crate::dynamics::spin::{FreeBody, Momentum, Twist};
@@ -121,10 +121,11 @@ impl Articulation {
 
     /// Whether limits hold it, and whether a limit or dry friction has begun or ended to hold or has turned round,
     /// before the impulses of the step before are forgotten. What stays as it was is smooth: a joint that is held has
-    /// no acceleration.
+    /// no acceleration. A joint that meets its limit takes two steps to stop: in one it is slowed down so that it comes as far as the limit, and in
+    /// the next it is stopped there. The limit acts in both, and neither is smooth.
     pub(super) fn judge_rows(&mut self) {
         let is_given = self.state.history == History::Given;
-        let before = &self.state.impulses;
+        let BodyState { impulses: before, half_velocities, .. } = &self.state;
         let scratch = &mut self.scratch;
         scratch.is_held = false;
         for row in &scratch.constraints.rows {
@@ -135,9 +136,13 @@ impl Articulation {
                 }
                 RowKey::Mimic(_) => {}
                 RowKey::Lower(dof) | RowKey::Upper(dof) => {
-                    let side = if row.key == RowKey::Lower(dof) { &before.lower } else { &before.upper };
-                    scratch.is_held |= row.impulse != 0.0;
-                    scratch.is_kinked |= (row.impulse != 0.0) != (side[dof] != 0.0);
+                    let (side, towards) = match row.key {
+                        RowKey::Lower(_) => (&before.lower, -half_velocities[dof]),
+                        _ => (&before.upper, half_velocities[dof]),
+                    };
+                    let (holds, held) = (row.impulse != 0.0, side[dof] != 0.0);
+                    scratch.is_held |= holds;
+                    scratch.is_kinked |= holds != held || (holds && towards > ARRIVES);
                 }
             }
         }

@@ -7,6 +7,7 @@ use super::joint::Row;
 use super::number::{Lanes, Mask};
 use super::robot::LaneRobot;
 use crate::dynamics::constraint::{ERROR_REDUCTION, MAX_SWEEPS, NEAR, SETTLED};
+use crate::dynamics::integrator::ARRIVES;
 
 /// Indices among the rows of a joint.
 pub(super) const FRICTION: usize = 0;
@@ -155,7 +156,7 @@ impl<S: Simd> LaneRobot<S> {
     }
 
     /// Keeps the impulses of some lanes for the next step. Where a limit or dry friction has begun or ended to hold, or has turned
-    /// round.
+    /// round, or where a limit stops a joint.
     #[inline(always)]
     pub(super) fn keep_rows(&mut self, going: Mask<S>) -> Mask<S> {
         let zero = self.is_taken.same(0.0);
@@ -166,10 +167,12 @@ impl<S: Simd> LaneRobot<S> {
             let has = zero.lt(friction.is_there) & going;
             kinked = kinked | (has & !way(friction.impulse, most).is(way(state.friction, most)));
             state.friction = going.select(has.select(friction.impulse, zero), state.friction);
-            for (row, before) in [(lower, &mut state.lower), (upper, &mut state.upper)] {
+            let arrives = zero.same(ARRIVES);
+            let (down, up) = (arrives.lt(-state.half_velocity), arrives.lt(state.half_velocity));
+            for (row, before, towards) in [(lower, &mut state.lower, down), (upper, &mut state.upper, up)] {
                 let has = zero.lt(row.is_there) & going;
                 let (holds, held) = (row.impulse.is(zero).numbers(), before.is(zero).numbers());
-                kinked = kinked | (has & !holds.is(held));
+                kinked = kinked | (has & (!holds.is(held) | (!row.impulse.is(zero) & towards)));
                 *before = going.select(has.select(row.impulse, zero), *before);
             }
         }

@@ -1,0 +1,237 @@
+//! Energy and momentum of a tree of links on joints that turn or slide, in the middle of steps, from what is published of it; and what a step
+//! changes them by where it takes velocity terms from other velocities than it moves with. docs/physics.md derives it, under energy.
+
+use glamx::{DMat3, DPose3, DQuat, DVec3};
+use simd_core::PublishedState;
+use simd_model::RobotModel;
+use simd_model::robot::{Inertial, JointKind};
+
+/// Velocities that are equal but for rounding, m/s or rad/s.
+const SAME: f64 = 1e-8;
+
+/// A step in which a link turns by more than this takes velocity terms at the mean of the velocities before and after it, rad.
+const FAST: f64 = 0.1;
+
+/// Where a tree is, and generalized velocities: those of its root, linear in world axes and angular in its own, and of its joints.
+struct Place {
+    root: DPose3,
+    joints: Vec<f64>,
+}
+
+#[derive(Clone)]
+struct Rates {
+    linear: DVec3,
+    angular: DVec3,
+    joints: Vec<f64>,
+}
+
+/// A link's pose, its velocities, and its accelerations while generalized velocities stay as they are; of its origin, world axes.
+#[derive(Clone, Copy, Default)]
+struct Motion {
+    pose: DPose3,
+    linear: DVec3,
+    angular: DVec3,
+    acceleration: DVec3,
+    angular_acceleration: DVec3,
+}
+
+/// Energy and momentum.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Sums {
+    pub(crate) kinetic: f64,
+    pub(crate) energy: f64,
+    pub(crate) momentum: DVec3,
+}
+
+impl Place {
+    /// Of the first robot.
+    fn of(seen: &PublishedState) -> Self {
+        Self { root: seen.roots[0].pose, joints: seen.positions.clone() }
+    }
+
+    /// Where these rates lead in a time.
+    fn after(&self, rates: &Rates, time: f64) -> Self {
+        let turn = DQuat::from_scaled_axis(rates.angular * time);
+        let root = DPose3::from_parts(self.root.translation + rates.linear * time, self.root.rotation * turn);
+        let joints = self.joints.iter().zip(&rates.joints).map(|(at, rate)| at + rate * time);
+        Self { root, joints: joints.collect() }
+    }
+}
+
+impl Rates {
+    /// Those that are reported.
+    fn reported(seen: &PublishedState) -> Self {
+        let root = &seen.roots[0];
+        let angular = root.pose.rotation.inverse() * root.angular;
+        Self { linear: root.linear, angular, joints: seen.velocities.clone() }
+    }
+
+    /// Those that lead from one place to another in a time.
+    fn between(from: &Place, to: &Place, time: f64) -> Self {
+        let turn = from.root.rotation.inverse() * to.root.rotation;
+        Self {
+            linear: (to.root.translation - from.root.translation) / time,
+            angular: turn.to_scaled_axis() / time,
+            joints: to.joints.iter().zip(&from.joints).map(|(to, from)| (to - from) / time).collect(),
+        }
+    }
+
+    fn mean(&self, other: &Self) -> Self {
+        Self {
+            linear: (self.linear + other.linear) * 0.5,
+            angular: (self.angular + other.angular) * 0.5,
+            joints: self.joints.iter().zip(&other.joints).map(|(a, b)| (a + b) * 0.5).collect(),
+        }
+    }
+
+    /// The largest difference, m/s or rad/s.
+    fn off(&self, other: &Self) -> f64 {
+        let joints = self.joints.iter().zip(&other.joints).map(|(a, b)| (a - b).abs());
+        let root = (self.linear - other.linear).length().max((self.angular - other.angular).length());
+        joints.fold(root, f64::max)
+    }
+}
+
+/// Featherstone (2008), table 5.1, without accelerations of joints.
+fn motions(model: &RobotModel, place: &Place, rates: &Rates) -> Vec<Motion> {
+    let angular = place.root.rotation * rates.angular;
+    // A root's angular velocity stays as it is in its own axes, and so in the world's.
+    let root = Motion { pose: place.root, linear: rates.linear, angular, ..Motion::default() };
+    let mut motions = vec![root; model.links.len()];
+    for ((joint, at), rate) in model.joints.iter().zip(&place.joints).zip(&rates.joints) {
+        let parent = motions[joint.parent];
+        let frame = parent.pose * joint.parent_from_joint;
+        let way = joint.axis.normalize();
+        let axis = frame.rotation * way;
+        let turns = joint.kind == JointKind::Continuous;
+        let pose = match turns {
+            true => frame * DPose3::from_rotation(DQuat::from_axis_angle(way, *at)),
+            false => frame * DPose3::from_translation(way * *at),
+        };
+        let (arm, w) = (pose.translation - parent.pose.translation, parent.angular);
+        let (slide, turn) = if turns { (DVec3::ZERO, axis * *rate) } else { (axis * *rate, DVec3::ZERO) };
+        motions[joint.child] = Motion {
+            pose,
+            linear: parent.linear + w.cross(arm) + slide,
+            angular: w + turn,
+            acceleration: parent.acceleration
+                + parent.angular_acceleration.cross(arm)
+                + w.cross(w.cross(arm) + 2.0 * slide),
+            angular_acceleration: parent.angular_acceleration + w.cross(turn),
+        };
+    }
+    motions
+}
+
+/// Of a link's centre of mass: velocity and acceleration.
+fn center(inertial: &Inertial, at: &Motion) -> (DVec3, DVec3) {
+    let (arm, w) = (at.pose.rotation * inertial.center_of_mass, at.angular);
+    let acceleration = at.acceleration + at.angular_acceleration.cross(arm) + w.cross(w.cross(arm));
+    (at.linear + w.cross(arm), acceleration)
+}
+
+/// Where and as it moves.
+fn sums(model: &RobotModel, place: &Place, rates: &Rates, gravity: f64) -> Sums {
+    let mut sums = Sums::default();
+    for (link, at) in model.links.iter().zip(motions(model, place, rates)) {
+        let Inertial { mass, inertia, .. } = link.inertial;
+        let (velocity, _) = center(&link.inertial, &at);
+        let own = at.pose.rotation.inverse() * at.angular;
+        let kinetic = 0.5 * (mass * velocity.length_squared() + own.dot(inertia * own));
+        let height = at.pose.transform_point(link.inertial.center_of_mass).z;
+        sums.kinetic += kinetic;
+        sums.energy += kinetic + mass * gravity * height;
+        sums.momentum += mass * velocity;
+    }
+    sums
+}
+
+/// What weight and velocity terms, at the rates `read`, take in a second: of energy while the tree moves at the rates `moves`, and of momentum.
+fn terms(model: &RobotModel, place: &Place, moves: &Rates, read: &Rates, gravity: f64) -> (f64, DVec3) {
+    let (moves, read) = (motions(model, place, moves), motions(model, place, read));
+    let (mut power, mut force) = (0.0, DVec3::ZERO);
+    for ((link, moves), read) in model.links.iter().zip(moves).zip(read) {
+        let Inertial { mass, inertia, .. } = link.inertial;
+        let (velocity, _) = center(&link.inertial, &moves);
+        let (_, acceleration) = center(&link.inertial, &read);
+        let turn = DMat3::from_quat(read.pose.rotation);
+        let inertia = turn * inertia * turn.transpose();
+        let torque = inertia * read.angular_acceleration + read.angular.cross(inertia * read.angular);
+        let own = mass * (acceleration + DVec3::Z * gravity);
+        power += velocity.dot(own) + moves.angular.dot(torque);
+        force += own;
+    }
+    (power, force)
+}
+
+/// What a step changes energy and momentum in the middle of steps by, without work of joints and contacts: from a place that it came to with
+/// the velocities `u[0]`, which it had `since` then, and leaves with `u[1]`, where velocity terms are those of the velocities `read`. It is 0
+/// but for third order of the step where these are the mean of the two.
+fn left_over(
+    model: &RobotModel,
+    place: &Place,
+    (u, read): ([&Rates; 2], &Rates),
+    since: f64,
+    (gravity, h): (f64, f64),
+) -> (f64, DVec3) {
+    let at = |rates: &Rates, time: f64| sums(model, &place.after(rates, time), rates, gravity);
+    let [before, after] = u;
+    let (first, last) = (at(before, -since), at(after, 0.5 * h));
+    let (arrives, leaves) = (at(before, 0.0), at(after, 0.0));
+    let (power, force) = terms(model, place, &before.mean(after), read, gravity);
+    let energy = last.energy - leaves.energy + arrives.energy - first.energy - h * power;
+    (energy, last.momentum - leaves.momentum + arrives.momentum - first.momentum - h * force)
+}
+
+/// The first robot of a world, followed from step to step.
+pub(crate) struct Followed {
+    place: Place,
+    reported: Rates,
+    /// The velocities that it came there with.
+    moves: Rates,
+    /// How long it had these: half of a step, or no time where they were given.
+    since: f64,
+    is_smooth: bool,
+}
+
+/// What came of a step: what there is in the middle of it, and what is [left over](left_over). Steps that are smooth, as those before them, and in
+/// which nothing turns fast, count as if nothing were.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Followup {
+    pub(crate) middle: Sums,
+    pub(crate) energy: f64,
+    pub(crate) momentum: DVec3,
+}
+
+impl Followed {
+    pub(crate) fn new(seen: &PublishedState) -> Self {
+        let reported = Rates::reported(seen);
+        Self { place: Place::of(seen), moves: reported.clone(), reported, since: 0.0, is_smooth: true }
+    }
+
+    /// After a step. Positions tell the velocities in the middle of it, except where an overlap was put right with them; there those are reported,
+    /// as they are after each step that is not smooth.
+    pub(crate) fn step(
+        &mut self,
+        seen: &PublishedState,
+        is_corrected: bool,
+        (gravity, h): (f64, f64),
+    ) -> Followup {
+        let model = &seen.world.entities[0].model;
+        let (place, reported) = (Place::of(seen), Rates::reported(seen));
+        let moves = if is_corrected { reported.clone() } else { Rates::between(&self.place, &place, h) };
+        let is_smooth = moves.off(&reported) > SAME;
+        let middle = sums(model, &place.after(&moves, -0.5 * h), &moves, gravity);
+        let (mut energy, mut momentum) = (0.0, DVec3::ZERO);
+        let is_fast = |at: &Motion| at.angular.length() * h > FAST;
+        let is_fast = motions(model, &self.place, &self.reported).iter().any(is_fast);
+        let counts = is_fast || !is_smooth || !self.is_smooth;
+        if counts {
+            let read = if is_fast { self.moves.mean(&moves) } else { self.reported.clone() };
+            let velocities = ([&self.moves, &moves], &read);
+            (energy, momentum) = left_over(model, &self.place, velocities, self.since, (gravity, h));
+        }
+        *self = Self { place, reported, moves, since: 0.5 * h, is_smooth };
+        Followup { middle, energy, momentum }
+    }
+}
