@@ -62,6 +62,7 @@ const SIMULATION: Layers = Layers {
         &["joint_status", "rays", "reactions"],
         &["published_state"],
         &["robot_settings", "saved"],
+        &["group_memory"],
         &["contacts", "groups"],
         &["sleep"],
         &["constraints"],

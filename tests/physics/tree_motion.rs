@@ -19,7 +19,7 @@ struct Place {
 }
 
 #[derive(Clone)]
-struct Rates {
+struct Velocities {
     linear: DVec3,
     angular: DVec3,
     joints: Vec<f64>,
@@ -49,16 +49,17 @@ impl Place {
         Self { root: seen.roots[0].pose, joints: seen.positions.clone() }
     }
 
-    /// Where these rates lead in a time.
-    fn after(&self, rates: &Rates, time: f64) -> Self {
-        let turn = DQuat::from_scaled_axis(rates.angular * time);
-        let root = DPose3::from_parts(self.root.translation + rates.linear * time, self.root.rotation * turn);
-        let joints = self.joints.iter().zip(&rates.joints).map(|(at, rate)| at + rate * time);
+    /// Where these velocities lead in a time.
+    fn after(&self, velocities: &Velocities, time: f64) -> Self {
+        let turn = DQuat::from_scaled_axis(velocities.angular * time);
+        let root =
+            DPose3::from_parts(self.root.translation + velocities.linear * time, self.root.rotation * turn);
+        let joints = self.joints.iter().zip(&velocities.joints).map(|(at, rate)| at + rate * time);
         Self { root, joints: joints.collect() }
     }
 }
 
-impl Rates {
+impl Velocities {
     /// Those that are reported.
     fn reported(seen: &PublishedState) -> Self {
         let root = &seen.roots[0];
@@ -93,12 +94,12 @@ impl Rates {
 }
 
 /// Featherstone (2008), table 5.1, without accelerations of joints.
-fn motions(model: &RobotModel, place: &Place, rates: &Rates) -> Vec<Motion> {
-    let angular = place.root.rotation * rates.angular;
+fn motions(model: &RobotModel, place: &Place, velocities: &Velocities) -> Vec<Motion> {
+    let angular = place.root.rotation * velocities.angular;
     // A root's angular velocity stays as it is in its own axes, and so in the world's.
-    let root = Motion { pose: place.root, linear: rates.linear, angular, ..Motion::default() };
+    let root = Motion { pose: place.root, linear: velocities.linear, angular, ..Motion::default() };
     let mut motions = vec![root; model.links.len()];
-    for ((joint, at), rate) in model.joints.iter().zip(&place.joints).zip(&rates.joints) {
+    for ((joint, at), rate) in model.joints.iter().zip(&place.joints).zip(&velocities.joints) {
         let parent = motions[joint.parent];
         let frame = parent.pose * joint.parent_from_joint;
         let way = joint.axis.normalize();
@@ -131,9 +132,9 @@ fn center(inertial: &Inertial, at: &Motion) -> (DVec3, DVec3) {
 }
 
 /// Where and as it moves.
-fn sums(model: &RobotModel, place: &Place, rates: &Rates, gravity: f64) -> Sums {
+fn sums(model: &RobotModel, place: &Place, velocities: &Velocities, gravity: f64) -> Sums {
     let mut sums = Sums::default();
-    for (link, at) in model.links.iter().zip(motions(model, place, rates)) {
+    for (link, at) in model.links.iter().zip(motions(model, place, velocities)) {
         let Inertial { mass, inertia, .. } = link.inertial;
         let (velocity, _) = center(&link.inertial, &at);
         let own = at.pose.rotation.inverse() * at.angular;
@@ -146,8 +147,14 @@ fn sums(model: &RobotModel, place: &Place, rates: &Rates, gravity: f64) -> Sums 
     sums
 }
 
-/// What weight and velocity terms, at the rates `read`, take in a second: of energy while the tree moves at the rates `moves`, and of momentum.
-fn terms(model: &RobotModel, place: &Place, moves: &Rates, read: &Rates, gravity: f64) -> (f64, DVec3) {
+/// What weight and velocity terms, at the velocities `read`, take in a second: of energy while the tree moves at the velocities `moves`, and of momentum.
+fn terms(
+    model: &RobotModel,
+    place: &Place,
+    moves: &Velocities,
+    read: &Velocities,
+    gravity: f64,
+) -> (f64, DVec3) {
     let (moves, read) = (motions(model, place, moves), motions(model, place, read));
     let (mut power, mut force) = (0.0, DVec3::ZERO);
     for ((link, moves), read) in model.links.iter().zip(moves).zip(read) {
@@ -170,11 +177,12 @@ fn terms(model: &RobotModel, place: &Place, moves: &Rates, read: &Rates, gravity
 fn left_over(
     model: &RobotModel,
     place: &Place,
-    (u, read): ([&Rates; 2], &Rates),
+    (u, read): ([&Velocities; 2], &Velocities),
     since: f64,
     (gravity, h): (f64, f64),
 ) -> (f64, DVec3) {
-    let at = |rates: &Rates, time: f64| sums(model, &place.after(rates, time), rates, gravity);
+    let at =
+        |velocities: &Velocities, time: f64| sums(model, &place.after(velocities, time), velocities, gravity);
     let [before, after] = u;
     let (first, last) = (at(before, -since), at(after, 0.5 * h));
     let (arrives, leaves) = (at(before, 0.0), at(after, 0.0));
@@ -186,9 +194,9 @@ fn left_over(
 /// The first robot of a world, followed from step to step.
 pub(crate) struct Followed {
     place: Place,
-    reported: Rates,
+    reported: Velocities,
     /// The velocities that it came there with.
-    moves: Rates,
+    moves: Velocities,
     /// How long it had these: half of a step, or no time where they were given.
     since: f64,
     is_smooth: bool,
@@ -205,7 +213,7 @@ pub(crate) struct Followup {
 
 impl Followed {
     pub(crate) fn new(seen: &PublishedState) -> Self {
-        let reported = Rates::reported(seen);
+        let reported = Velocities::reported(seen);
         Self { place: Place::of(seen), moves: reported.clone(), reported, since: 0.0, is_smooth: true }
     }
 
@@ -218,8 +226,8 @@ impl Followed {
         (gravity, h): (f64, f64),
     ) -> Followup {
         let model = &seen.world.entities[0].model;
-        let (place, reported) = (Place::of(seen), Rates::reported(seen));
-        let moves = if is_corrected { reported.clone() } else { Rates::between(&self.place, &place, h) };
+        let (place, reported) = (Place::of(seen), Velocities::reported(seen));
+        let moves = if is_corrected { reported.clone() } else { Velocities::between(&self.place, &place, h) };
         let is_smooth = moves.off(&reported) > SAME;
         let middle = sums(model, &place.after(&moves, -0.5 * h), &moves, gravity);
         let (mut energy, mut momentum) = (0.0, DVec3::ZERO);

@@ -1,4 +1,4 @@
-//! The memory of those who solve groups of robots.
+//! The memory of those who solve groups of robots, and for which robots they have lanes.
 
 use std::sync::Arc;
 
@@ -7,39 +7,76 @@ use crate::dynamics::Tree;
 use crate::dynamics::island::Island;
 use crate::dynamics::lanes::{Crowd, crowd};
 
-/// So many of a tree in a row have lanes made for them, and fewer step one after the other.
+/// So many robots of a tree have lanes made for them where they come one after the other; fewer step by themselves.
 pub(super) const LEAST: usize = 4;
+
+/// Lanes that are of less use than others would be are kept for so many parts of steps: to make some takes memory.
+const KEPT_FOR: u32 = 1000;
 
 /// The memory of one who solves groups.
 #[derive(Debug, Default)]
 pub(super) struct GroupMemory {
     pub(super) island: Island,
-    /// What robots of a tree step in.
-    pub(super) lanes: Option<(Arc<Tree>, Box<dyn Crowd>)>,
+    /// The tree that lanes were made for; `None` for robots of it that lanes do not take.
+    lanes: Option<(Arc<Tree>, Option<Box<dyn Crowd>>)>,
     /// How many robots were in them in this part.
     pub(super) at_once: usize,
-    /// A tree that lanes are not for, and how many robots in a row were of it.
-    candidate: Option<(Arc<Tree>, usize)>,
+    /// How many robots of a tree came last, one after the other.
+    run: Run,
+    /// The most that did in this part.
+    longest: Run,
+    /// For so many parts others would have been of more use.
+    useless_for: u32,
+}
+
+#[derive(Debug, Default)]
+struct Run {
+    tree: Option<Arc<Tree>>,
+    robots: usize,
+}
+
+impl Run {
+    /// Whether it is of a tree.
+    fn is_of(&self, tree: &Arc<Tree>) -> bool {
+        self.tree.as_ref().is_some_and(|known| Arc::ptr_eq(known, tree))
+    }
 }
 
 impl GroupMemory {
-    /// Notes that a robot of this tree had no lanes.
-    fn miss(&mut self, tree: &Arc<Tree>) {
-        match &mut self.candidate {
-            Some((known, count)) if Arc::ptr_eq(known, tree) => *count += 1,
-            candidate => *candidate = Some((Arc::clone(tree), 1)),
+    /// The lanes that there are.
+    pub(super) fn lanes(&mut self) -> Option<&mut dyn Crowd> {
+        let (_, lanes) = self.lanes.as_mut()?;
+        Some(lanes.as_deref_mut()?)
+    }
+
+    /// Notes a robot that could step with others of its tree.
+    fn see(&mut self, tree: &Arc<Tree>) {
+        if !self.run.is_of(tree) {
+            self.run = Run { tree: Some(Arc::clone(tree)), robots: 0 };
+        }
+        self.run.robots += 1;
+        if self.run.robots > self.longest.robots {
+            self.longest.robots = self.run.robots;
+            if !self.longest.is_of(tree) {
+                self.longest.tree = Some(Arc::clone(tree));
+            }
         }
     }
 
-    /// Makes lanes for robots that there are many of, unless those that there are were of use.
+    /// Makes lanes where there are none, or have been of less use than others for long.
     pub(super) fn end_part(&mut self) {
-        if self.at_once == 0
-            && let Some((tree, count)) = &self.candidate
-            && *count >= LEAST
+        if self.longest.robots >= LEAST
+            && let Some(tree) = &self.longest.tree
         {
-            self.lanes = crowd(tree).map(|lanes| (Arc::clone(tree), lanes));
+            let is_known = self.lanes.as_ref().is_some_and(|(known, _)| Arc::ptr_eq(known, tree));
+            let is_better = !is_known && self.longest.robots > 2 * self.at_once;
+            self.useless_for = if is_better { self.useless_for + 1 } else { 0 };
+            if is_better && (self.lanes.is_none() || self.useless_for > KEPT_FOR) {
+                self.lanes = Some((Arc::clone(tree), crowd(tree, LEAST)));
+                self.useless_for = 0;
+            }
         }
-        self.candidate = None;
+        (self.run.robots, self.longest.robots) = (0, 0);
     }
 
     /// Whether a robot can wait for others to step with.
@@ -51,12 +88,10 @@ impl GroupMemory {
         if tree.bodies.len() == 1 || self.island.is_measured() {
             return false;
         }
+        self.see(tree);
         match &mut self.lanes {
-            Some((known, lanes)) if Arc::ptr_eq(known, tree) => lanes.has_room(index, contacts),
-            _ => {
-                self.miss(tree);
-                false
-            }
+            Some((known, Some(lanes))) if Arc::ptr_eq(known, tree) => lanes.has_room(index, contacts),
+            _ => false,
         }
     }
 }

@@ -24,8 +24,8 @@ const STILL_FOR: f64 = 1.0;
 /// Threads are worth waking for groups of this size, by [`Groups::are_worth_threads`].
 const WORTH_THREADS: usize = 500;
 
-/// Groups that may be solved at once, by [`solve_all`](super::operations::step).
-const AT_ONCE: usize = 8;
+/// Robots that step at once, at the most.
+pub(super) const AT_ONCE: usize = 8;
 
 /// Rows of a contact, and about as many of a constraint.
 const ROWS: usize = 3;
@@ -357,8 +357,8 @@ impl<'b, 'a> GroupRange<'b, 'a> {
         second.first_mut().is_none_or(|memory| solve(memory, self))
     }
 
-    /// After so many groups about half of the work is done; 0 where it cannot be divided. What is solved at once
-    /// stays together.
+    /// After so many groups about half of the work is done; 0 where it cannot be divided. Where each group is one robot that is solved
+    /// with others, as many stay together.
     fn middle(&self) -> usize {
         let size = |ends: &Ends| ends[0] + ends[1] + ends[2];
         let (begin, end) = (size(&self.begin), self.ends.last().map_or(0, size));

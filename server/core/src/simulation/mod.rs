@@ -5,7 +5,7 @@
 //! * `moment`, [`error`], [`settings`], [`contact_settings`], `wrench`, `pull`, `claim`, [`target_sources`], [`trajectory`]: small types.
 //! * `check`: which numbers can be. [`sensors`]: what sensors are, their samples and their noise.
 //! * [`world_state`]: the state as plain data.
-//! * `entity`: one robot. `constraints`, `sleep`, `groups`, `contacts`: what it is constrained to, whether it rests, what is solved with it, and
+//! * `entity`: one robot. `constraints`, `sleep`, `groups`, `group_memory`, `contacts`: what it is constrained to, whether it rests, what is solved with it, and
 //!   what it touches.
 //! * [`saved`]: states that are kept. [`robot_settings`]: what commands set.
 //! * [`published_state`]: what it shows; [`joint_status`], [`rays`], [`queries`], `reactions`, [`measure`]: what follows from that alone, on any

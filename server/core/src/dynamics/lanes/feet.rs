@@ -1,4 +1,4 @@
-//! Feet: balls of a robot that touch planes, as lanes know them.
+//! Feet: balls of a robot that touch planes, as lanes know them; or whatever touches what cannot move, where a world finds the contacts.
 //!
 //! What else of a robot could come to a plane is guarded: a step in which it is near is none of lanes.
 
@@ -23,7 +23,7 @@ use crate::dynamics::tree::Tree;
 pub const MOST_FEET: usize = 8;
 
 /// Velocities of a robot with feet at the most: what feet take grows with their square.
-const MOST_VELOCITIES: usize = 128;
+pub(super) const MOST_VELOCITIES: usize = 128;
 
 /// A guarded shape is taken for this much larger than it is, metres: far above rounding.
 const ROUNDING: f64 = 1e-6;
@@ -180,11 +180,12 @@ impl<S: Simd> LaneRobot<S> {
         debug_assert!(pairs.is_sorted_by_key(|pair| (pair.robots, pair.colliders)), "the order of contacts");
         let touched: Vec<(usize, usize)> = pairs.iter().map(|pair| (pair.body, pair.side)).collect();
         self.set_given_contacts(&touched);
+        self.feet.surfaces = vec![Surface::default(); pairs.len() * S::F64_LANES];
         self.feet.pairs = pairs.to_vec();
         self.feet.guards = guards.to_vec();
     }
 
-    /// Has lanes touch what they are told, by the body that is touched and which of the two robots it is of, in the order of contacts.
+    /// Has lanes take contacts that are given, by the body that is touched and which of the two robots it is of, in their order.
     pub fn set_given_contacts(&mut self, touched: &[(usize, usize)]) {
         let zero = self.is_taken.same(0.0);
         let tree = &*self.tree;
@@ -204,7 +205,7 @@ impl<S: Simd> LaneRobot<S> {
             guards: Vec::new(),
             contacts: vec![FootContact::none(zero); count],
             before: vec![FootContact::none(zero); count],
-            surfaces: vec![Surface::default(); count * S::F64_LANES],
+            surfaces: Vec::new(),
             solver,
         };
     }
@@ -216,13 +217,13 @@ impl<S: Simd> LaneRobot<S> {
         }
     }
 
-    /// Gives a copy in a lane a contact that it is told of, which is of surfaces that are [simple](is_simple).
+    /// Gives a copy in a lane a contact, which is of surfaces that are [simple](is_simple).
     pub fn take_contact(&mut self, lane: usize, index: usize, contact: &Contact) {
         self.feet.contacts[index].set(lane, contact);
         self.feet.solver.feet[index].friction.set(lane, contact.point.surface.friction);
     }
 
-    /// Writes what a contact that it was told of has come to.
+    /// Writes what a contact that was given has come to.
     pub fn give_contact_back(&self, lane: usize, index: usize, contact: &mut Contact) {
         let FootContact { impulse, is_least, total, .. } = &self.feet.contacts[index];
         (contact.impulse, contact.turning_impulse) = (impulse.get(lane), DVec3::ZERO);

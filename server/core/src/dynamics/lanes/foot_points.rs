@@ -118,7 +118,7 @@ pub(super) fn choose<S: Simd>(mask: Mask<S>, yes: Vector<S>, no: Vector<S>) -> V
 }
 
 impl<S: Simd> LaneRobot<S> {
-    /// Touches where it was told.
+    /// Takes the contacts that were given.
     #[inline(always)]
     pub(super) fn meet_given(&mut self) {
         for (index, (body, side)) in self.feet.touched.iter().enumerate() {

@@ -18,7 +18,7 @@
 //!   `foot_solver`: the impulses.
 //! * `step`: the step. `crowd`: robots of one world, whose contacts the world finds.
 //!
-//! What lanes do not do, the one-robot step does: contact but that of feet, constraints between links, robots of a single free
+//! What lanes do not do, the one-robot step does: contact but that of feet and that which a world gives, constraints between links, robots of a single free
 //! body, ball joints, joints that follow others, gravity compensation, wrenches; a first step from given velocities; bodies that spin
 //! fast; and what is not finite afterwards.
 

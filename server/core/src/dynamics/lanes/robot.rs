@@ -49,6 +49,13 @@ pub(super) struct LaneClearance<S: Simd> {
     pub(super) own: Lanes<S>,
 }
 
+impl<S: Simd> LaneClearance<S> {
+    /// Where there is nothing that anything could touch.
+    pub(super) fn endless(zero: Lanes<S>) -> Self {
+        Self { around: zero.same(f64::INFINITY), own: zero.same(f64::INFINITY) }
+    }
+}
+
 /// Copies of one robot, one a lane. They may have other masses, settings and targets, and bases elsewhere; they have the same
 /// geometry and the same modes of actuators.
 #[derive(Debug)]
@@ -156,7 +163,7 @@ impl<S: Simd> LaneRobot<S> {
             root_way: [zero; 6],
             factors: Factors::zero(zero),
             levers: vec![zero; n],
-            clearance: LaneClearance { around: zero.same(f64::INFINITY), own: zero.same(f64::INFINITY) },
+            clearance: LaneClearance::endless(zero),
             slack: 0.0,
             feet: Feet::none(zero),
             tree_of_lanes: vec![None; S::F64_LANES],

@@ -21,7 +21,7 @@ impl<S: Simd> WithSimd for Step<'_, S> {
 }
 
 impl<S: Simd> LaneRobot<S> {
-    /// Advances all copies by a step in which they touch nothing, or planes with their feet.
+    /// Advances all copies by a step in which they touch nothing, or planes with their feet, or what they were given contacts with.
     /// [`has_stepped`](Self::has_stepped) says which have done it; the others are left as they were.
     pub fn step(&mut self) {
         if self.is_taken.all().iter().any(|taken| *taken > 0.0) {
@@ -50,7 +50,8 @@ impl<S: Simd> LaneRobot<S> {
             is_done = is_done & is_finite;
         }
         self.is_done = is_done.numbers();
-        if (taken & !is_done).any() {
+        // Lanes without a copy too: what they compute has no end, and numbers that are not finite take long.
+        if (!is_done).any() {
             self.put_back();
         }
     }
@@ -79,6 +80,8 @@ impl<S: Simd> LaneRobot<S> {
             self.accelerate(going);
             if round == 0 {
                 has_rows = self.collect_rows(taken);
+                // What touches with velocities that are not finite is solved by itself.
+                is_done = is_done & (!touching | self.new_velocities_are_finite());
             }
             let clear = going & !touching;
             if has_rows && clear.any() {
@@ -104,6 +107,22 @@ impl<S: Simd> LaneRobot<S> {
         self.note_efforts();
         self.finish(kinked);
         if is_leapfrog { is_done & !is_fast } else { is_done }
+    }
+
+    /// Where the new velocities are finite.
+    #[inline(always)]
+    fn new_velocities_are_finite(&self) -> Mask<S> {
+        let zero = self.is_taken.same(0.0);
+        let mut are_finite = zero.le(zero);
+        if self.first > 0 {
+            for velocity in &self.root_new {
+                are_finite = are_finite & velocity.is_finite();
+            }
+        }
+        for at in &self.bodies[self.first..] {
+            are_finite = are_finite & at.new_velocity.is_finite();
+        }
+        are_finite
     }
 
     /// Where no contact would be found: all that could touch is farther away than contacts are looked for.

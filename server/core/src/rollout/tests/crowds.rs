@@ -14,7 +14,7 @@ fn name(robot: usize) -> String {
 }
 
 /// Quadrupeds that fall on a plane; some come into the world before it. The last one falls on the one before it, one falls on a box
-/// that stands there, and one on its back.
+/// that stands there, and one on its back. Beside them arms hang on fixed bases.
 fn many(integrator: Integrator, substeps: u32) -> Simulation {
     let settings = PhysicsSettings { integrator, substeps, ..PhysicsSettings::default() };
     let mut world = Simulation::new(settings, WorldLimits::default());
@@ -42,12 +42,21 @@ fn many(integrator: Integrator, substeps: u32) -> Simulation {
         spawn.joint_positions = positions.clone();
         world.apply(&Command::Spawn(spawn)).unwrap();
     }
+    let Command::Spawn(first) = spawn("", arm([1.5, 0.8]), true, DVec3::ZERO) else { unreachable!() };
+    for index in 0..6 {
+        let turn = glamx::DQuat::from_rotation_z(index as f64);
+        let at = DVec3::new(2.0 * index as f64, 5.0, 1.2 - 0.1 * index as f64);
+        let (name, pose) = (format!("arm-{index}"), DPose3::from_parts(at, turn));
+        let joint_positions = vec![("shoulder".into(), 0.3 * index as f64)];
+        let arm = Spawn { name, pose, joint_positions, passive: index % 2 == 0, ..(*first).clone() };
+        world.apply(&Command::Spawn(Box::new(arm))).unwrap();
+    }
     world
 }
 
 /// Gives all robots targets of a number; what one of them does is of another mode, and one is passive.
 fn drive(world: &mut Simulation, number: u64) {
-    for robot in 0..ROBOTS {
+    for robot in (0..ROBOTS).filter(|robot| number < 9 || *robot != 8) {
         let target = |joint: usize| {
             STANDS[joint % 3] + 0.3 * uniform([7, number, robot as u64, joint as u64], -0.5, 0.5)
         };
@@ -77,6 +86,11 @@ fn robots_that_step_several_at_once_have_the_bits_of_those_that_step_by_themselv
             if step % 60 == 0 {
                 drive(&mut together, step / 60);
                 drive(&mut apart, step / 60);
+            }
+            if step == 500 {
+                let robot = name(8);
+                together.apply(&Command::Delete { robot: robot.clone() }).unwrap();
+                apart.apply(&Command::Delete { robot }).unwrap();
             }
             together.step();
             apart.step();

@@ -4,10 +4,7 @@
 use super::Part;
 use crate::pool::Interrupt;
 use crate::simulation::group_memory::{GroupMemory, LEAST};
-use crate::simulation::groups::{Group, GroupRange};
-
-/// Robots that step at once, at the most.
-const MOST: usize = 8;
+use crate::simulation::groups::{AT_ONCE, Group, GroupRange};
 
 impl Part<'_> {
     /// Wakes groups and moves them on, where any of each is awake. False where it was interrupted.
@@ -17,11 +14,11 @@ impl Part<'_> {
         memory: &mut GroupMemory,
         interrupt: &Interrupt<'_>,
     ) -> bool {
-        if let Some((_, lanes)) = &mut memory.lanes {
+        if let Some(lanes) = memory.lanes() {
             lanes.begin_step(self.gravity, self.h, self.integrator);
         }
-        let width = memory.lanes.as_ref().map_or(0, |(_, lanes)| lanes.width().min(MOST));
-        let mut waiting = [const { None }; MOST];
+        let width = memory.lanes().map_or(0, |lanes| lanes.width().min(AT_ONCE));
+        let mut waiting = [const { None }; AT_ONCE];
         let mut count = 0;
         for mut group in groups {
             self.begin_late(&mut group);
@@ -56,8 +53,9 @@ impl Part<'_> {
             return false;
         }
         if waiting.len() >= LEAST
-            && let Some((_, lanes)) = &mut memory.lanes
+            && let Some(lanes) = memory.lanes()
         {
+            let mut at_once = 0;
             lanes.clear();
             for (lane, group) in waiting.iter_mut().enumerate() {
                 if let Some((index, robot, contacts)) = group.as_mut().and_then(Group::alone) {
@@ -70,13 +68,14 @@ impl Part<'_> {
                 let alone = group.alone();
                 if alone.is_some_and(|(_, robot, contacts)| lanes.give_back(lane, &mut robot.body, contacts))
                 {
-                    memory.at_once += 1;
+                    at_once += 1;
                     group.rest(self.h, self.ends);
                     self.end(&mut group);
                 } else {
                     *slot = Some(group);
                 }
             }
+            memory.at_once += at_once;
         }
         for group in waiting.iter_mut().filter_map(Option::take) {
             if !self.solve(group, &mut memory.island, interrupt) {
