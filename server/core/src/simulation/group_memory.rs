@@ -17,8 +17,7 @@ const KEPT_FOR: u32 = 1000;
 #[derive(Debug, Default)]
 pub(super) struct GroupMemory {
     pub(super) island: Island,
-    /// The tree that lanes were made for; `None` for robots of it that lanes do not take.
-    lanes: Option<(Arc<Tree>, Option<Box<dyn Crowd>>)>,
+    lanes: Option<TreeLanes>,
     /// How many robots were in them in this part.
     pub(super) at_once: usize,
     /// How many robots of a tree came last, one after the other.
@@ -27,6 +26,14 @@ pub(super) struct GroupMemory {
     longest: Run,
     /// For so many parts others would have been of more use.
     useless_for: u32,
+}
+
+/// Lanes for robots of a tree.
+#[derive(Debug)]
+struct TreeLanes {
+    tree: Arc<Tree>,
+    /// `None` where robots of it are none of lanes.
+    crowd: Option<Box<dyn Crowd>>,
 }
 
 #[derive(Debug, Default)]
@@ -44,9 +51,8 @@ impl Run {
 
 impl GroupMemory {
     /// The lanes that there are.
-    pub(super) fn lanes(&mut self) -> Option<&mut dyn Crowd> {
-        let (_, lanes) = self.lanes.as_mut()?;
-        Some(lanes.as_deref_mut()?)
+    pub(super) fn lanes(&mut self) -> Option<&mut (dyn Crowd + 'static)> {
+        self.lanes.as_mut()?.crowd.as_deref_mut()
     }
 
     /// Notes a robot that could step with others of its tree.
@@ -68,11 +74,11 @@ impl GroupMemory {
         if self.longest.robots >= LEAST
             && let Some(tree) = &self.longest.tree
         {
-            let is_known = self.lanes.as_ref().is_some_and(|(known, _)| Arc::ptr_eq(known, tree));
+            let is_known = self.lanes.as_ref().is_some_and(|known| Arc::ptr_eq(&known.tree, tree));
             let is_better = !is_known && self.longest.robots > 2 * self.at_once;
             self.useless_for = if is_better { self.useless_for + 1 } else { 0 };
             if is_better && (self.lanes.is_none() || self.useless_for > KEPT_FOR) {
-                self.lanes = Some((Arc::clone(tree), crowd(tree, LEAST)));
+                self.lanes = Some(TreeLanes { tree: Arc::clone(tree), crowd: crowd(tree, LEAST) });
                 self.useless_for = 0;
             }
         }
@@ -90,7 +96,9 @@ impl GroupMemory {
         }
         self.see(tree);
         match &mut self.lanes {
-            Some((known, Some(lanes))) if Arc::ptr_eq(known, tree) => lanes.has_room(index, contacts),
+            Some(TreeLanes { tree: known, crowd: Some(crowd) }) if Arc::ptr_eq(known, tree) => {
+                crowd.has_room(index, contacts)
+            }
             _ => false,
         }
     }

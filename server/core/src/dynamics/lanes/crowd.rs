@@ -14,7 +14,7 @@ use crate::dynamics::island::MANY;
 use crate::dynamics::{Articulation, Integrator, Tree};
 
 /// Contacts that robots have had are not forgotten for so many parts of steps where there is no room for others: to make that takes memory.
-const KEPT_FOR: u32 = 1000;
+const KEPT_FOR: u32 = 100;
 
 /// Robots in lanes, for a step or a part of it. Where one cannot be in them it is to do the step by itself, which gives the same bits.
 pub trait Crowd: Debug + Send {

@@ -57,6 +57,7 @@ impl<S: Simd> FootAnderson<S> {
 
     /// Replaces bounds of some lanes by the next ones; each foot has a bound and its residual.
     #[inline(always)]
+    #[allow(clippy::needless_range_loop, reason = "reads as that of one copy")]
     pub(super) fn advance(&mut self, lanes: Mask<S>, feet: &mut [Pair<S>]) {
         let zero = self.count.same(0.0);
         let one = zero.same(1.0);
@@ -151,9 +152,9 @@ fn solve<S: Simd>(matrix: &mut [[Lanes<S>; DEPTH]; DEPTH], right: &mut [Lanes<S>
         for j in i + 1..kept {
             let factor = matrix[j][i] / matrix[i][i];
             for k in i..kept {
-                matrix[j][k] = matrix[j][k] - factor * matrix[i][k];
+                matrix[j][k] -= factor * matrix[i][k];
             }
-            right[j] = right[j] - factor * right[i];
+            right[j] -= factor * right[i];
         }
     }
     for i in (0..kept).rev() {
