@@ -38,7 +38,9 @@ def improved(
     control = Control(cart, tried, ["slide"], "effort", knot_steps=STEPS)
     seen = [Observation("joint_positions", cart, ["slide", "pole"])]
     found = sim.rollout(KNOTS * STEPS, [control], costs=costs, observe=seen, record_start=True)
-    weights = np.exp((found.costs.min() - found.costs) / (0.1 * found.costs.std() + 1e-9))
+    # A copy that came to no end has infinite costs.
+    spread = found.costs[np.isfinite(found.costs)].std()
+    weights = np.exp((found.costs.min() - found.costs) / (0.1 * spread + 1e-9))
     return (weights[:, None, None] * tried).sum(axis=0) / weights.sum(), found
 
 

@@ -102,7 +102,9 @@ def trials(sim: Simulation, starts: int, seed: int) -> Iterator[Trial]:
             asked_at = time.monotonic()
             found = sim.rollout(KNOTS * STEPS, [control], costs=costs, observe=seen, record_start=True)
             calls.append(time.monotonic() - asked_at)
-            weights = np.exp((found.costs.min() - found.costs) / (0.05 * found.costs.std() + 1e-9))
+            # A copy that came to no end has infinite costs.
+            spread = found.costs[np.isfinite(found.costs)].std()
+            weights = np.exp((found.costs.min() - found.costs) / (0.05 * spread + 1e-9))
             plan = (weights[:, None, None] * tried).sum(axis=0) / weights.sum()
             arm.stream_targets(Whole.velocities(plan[0]))
             hand, contacts = found.observations
