@@ -217,6 +217,17 @@ fn a_step_with_contacts_allocates_nothing() {
     assert!(!simd_tests::scenes::contacts(&world, None).is_empty());
 }
 
+/// Ten A1 that stand, most of them in lanes.
+#[test]
+fn a_step_of_robots_that_step_several_at_once_allocates_nothing() {
+    let (model, _) = robots::read("pybullet_data/a1/a1.urdf");
+    let mut world = simd_tests::scenes::many_a1(1e-3, &model, 10);
+    (0..COUNTED).for_each(|_| world.step());
+    assert!(world.robots_at_once() >= 8, "{}", world.robots_at_once());
+    let seen = measure(|| (0..COUNTED).for_each(|_| world.step()));
+    assert_eq!(seen.count_total, 0, "{seen:?}");
+}
+
 /// Boxes on a chain that is welded, hinged and roped to others and to the world, and a gear between two arms.
 #[test]
 fn a_step_with_constraints_between_links_allocates_nothing() {

@@ -58,7 +58,7 @@ const SIMULATION: Layers = Layers {
         &["operations"],
         &["event"],
         &["command"],
-        &["measure", "queries"],
+        &["measure", "queries", "terrain_penetration"],
         &["joint_status", "rays", "reactions"],
         &["published_state"],
         &["robot_settings", "saved"],

@@ -33,6 +33,7 @@ mod mujoco;
 mod passive_worlds;
 mod properties;
 mod queries;
+mod query_bounds;
 mod random_commands;
 mod random_robots;
 mod reactions;

@@ -348,14 +348,21 @@ pub const A1_STANDS: [f64; 3] = [0.0, 0.67, -1.3];
 
 /// An A1, as `pybullet_data` has it, above the ground with its legs bent, holding them so.
 pub fn a1(time_step: f64, model: &Arc<RobotModel>) -> Simulation {
+    many_a1(time_step, model, 1)
+}
+
+/// So many of them in a row, a metre from each other.
+pub fn many_a1(time_step: f64, model: &Arc<RobotModel>, count: usize) -> Simulation {
     let mut world = world(time_step);
     spawn(&mut world, robot("ground", &plane(DVec3::Z), DPose3::IDENTITY, true));
-    let at = DPose3::from_translation(DVec3::Z * 0.36);
     let moving = model.joints.iter().filter(|joint| joint.kind.moves());
-    let positions = moving.map(|joint| (joint.name.clone(), a1_angle(&joint.name)));
-    let standing =
-        Spawn { joint_positions: positions.collect(), passive: false, ..robot("a1", model, at, false) };
-    spawn(&mut world, standing);
+    let positions: Vec<_> = moving.map(|joint| (joint.name.clone(), a1_angle(&joint.name))).collect();
+    for index in 0..count {
+        let at = DPose3::from_translation(DVec3::new(0.0, index as f64, 0.36));
+        let name = if index == 0 { "a1".to_owned() } else { format!("a1-{index}") };
+        let joint_positions = positions.clone();
+        spawn(&mut world, Spawn { joint_positions, passive: false, ..robot(&name, model, at, false) });
+    }
     world
 }
 

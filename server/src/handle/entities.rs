@@ -10,7 +10,7 @@ use bytes::Bytes;
 use glamx::DPose3;
 use simd_core::collision::{ConvexMesh, MeshShapes};
 use simd_core::simulation::command::{CollisionPair, ContactSettings, JointOrientation, Spawn};
-use simd_core::simulation::queries::TerrainPenetration;
+use simd_core::simulation::terrain_penetration::TerrainPenetration;
 use simd_core::{Command, Reply};
 use simd_model::robot::{MeshAsset, Sha256};
 use simd_model::{Disposition, Finding, LoadReport, RobotModel, Severity, SrdfPair, wire_name};

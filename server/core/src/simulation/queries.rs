@@ -79,17 +79,6 @@ pub struct DistanceReport {
     pub distance: f64,
 }
 
-/// A link that is below the surface of terrain.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TerrainPenetration {
-    /// Names of the robot and of its link.
-    pub link: (String, String),
-    /// Names of the robot that is terrain, and of its link.
-    pub terrain: (String, String),
-    /// How far the middle of the link's deepest shape is below the surface, metres.
-    pub depth: f64,
-}
-
 /// A link and the corners of the box around its shapes, along the world's axes, metres.
 pub type LinkBounds = (String, [DVec3; 2]);
 
@@ -98,7 +87,7 @@ type LinkPoses<'a> = &'a dyn Fn(usize) -> Cow<'a, [DPose3]>;
 
 impl PublishedState {
     /// The shapes of a robot where it is.
-    fn placed(&self, robot: usize, link: Option<usize>) -> Vec<PlacedShape> {
+    pub(super) fn placed(&self, robot: usize, link: Option<usize>) -> Vec<PlacedShape> {
         self.placed_at(robot, link, &|robot| self.link_poses(robot).unwrap_or_default().into())
     }
 
@@ -263,7 +252,7 @@ impl PublishedState {
     }
 
     /// The names of a robot and a link of it.
-    fn link_name(&self, robot: usize, link: usize) -> Option<(String, String)> {
+    pub(super) fn link_name(&self, robot: usize, link: usize) -> Option<(String, String)> {
         let entity = self.world.entities.get(robot)?;
         Some((entity.name.clone(), entity.model.links.get(link)?.name.clone()))
     }
@@ -321,52 +310,6 @@ impl PublishedState {
             }
         }
         Ok(found)
-    }
-
-    /// Links that can move and are below the surface of terrain, where the robot at this index is one of the two: at most so many.
-    /// Gives up, with those that were found, as soon as `is_cancelled`, which is asked before each pair of shapes.
-    pub fn terrain_penetrations(
-        &self,
-        robot: usize,
-        gravity: DVec3,
-        most: usize,
-        is_cancelled: &dyn Fn() -> bool,
-    ) -> Vec<TerrainPenetration> {
-        let up = (-gravity).normalize_or(DVec3::Z);
-        let is_terrain =
-            |robot: usize| self.world.entities.get(robot).is_some_and(|entity| entity.shapes.has_terrain());
-        let count = self.world.entities.len();
-        // Where this one is no terrain, only terrain matters to it.
-        let others = (0..count).filter(|other| *other != robot && (is_terrain(robot) || is_terrain(*other)));
-        let own = self.placed(robot, None);
-        let mut found: Vec<TerrainPenetration> = Vec::new();
-        for other in others.take_while(|_| !is_cancelled()) {
-            let theirs = self.placed(other, None);
-            for [bodies, grounds] in [[&own, &theirs], [&theirs, &own]] {
-                let grounds: Vec<_> = grounds.iter().filter(|shape| shape.is_terrain()).collect();
-                let bodies = bodies.iter().filter(|shape| shape.body.is_some());
-                for (body, ground) in
-                    bodies.flat_map(|body| grounds.iter().map(move |ground| (body, *ground)))
-                {
-                    if is_cancelled() {
-                        return found;
-                    }
-                    let Some(depth) = body.depth_below(ground, up) else { continue };
-                    let names =
-                        (self.link_name(body.robot, body.link), self.link_name(ground.robot, ground.link));
-                    let (Some(link), Some(terrain)) = names else { continue };
-                    let known = found.iter().position(|known| known.link == link && known.terrain == terrain);
-                    match known.and_then(|index| found.get_mut(index)) {
-                        Some(known) => known.depth = known.depth.max(depth),
-                        None => found.push(TerrainPenetration { link, terrain, depth }),
-                    }
-                    if found.len() >= most {
-                        return found;
-                    }
-                }
-            }
-        }
-        found
     }
 
     /// What a shape that goes from a pose by a way, without turning, meets first.

@@ -7,8 +7,9 @@ use std::sync::Arc;
 use glamx::DVec3;
 use pulp::{Arch, Simd, WithSimd};
 
+use super::clearance::LaneClearance;
 use super::feet::{MOST_FEET, MOST_VELOCITIES, can_be_foot, is_simple};
-use super::robot::{LaneClearance, LaneRobot, Stepping};
+use super::robot::{LaneRobot, Stepping};
 use crate::dynamics::constraint::contact::Contact;
 use crate::dynamics::island::MANY;
 use crate::dynamics::{Articulation, Integrator, Tree};

@@ -8,6 +8,7 @@
 //!
 //! * `number`, `vectors`: arithmetic over lanes.
 //! * `joint`: what lanes know of a joint. `free`: the same of a root that is free.
+//! * `clearance`: how far copies can move before they can touch anything.
 //! * `robot`: [`LaneRobot`], the copies; how a copy comes in and goes out.
 //! * `root`: how a root that is free moves.
 //! * `passes`: kinematics, articulated inertias, accelerations. `drives`: what joints are driven by. `rows`: limits and dry
@@ -22,6 +23,7 @@
 //! body, ball joints, joints that follow others, gravity compensation, wrenches; a first step from given velocities; bodies that spin
 //! fast; and what is not finite afterwards.
 
+mod clearance;
 mod crowd;
 mod drives;
 mod feet;
@@ -47,10 +49,11 @@ mod vectors;
 
 use std::sync::Arc;
 
+pub use clearance::Clearance;
 pub use crowd::{Crowd, crowd};
 pub use feet::{FootPair, Guard, MOST_FEET, can_be_foot};
 use glamx::DVec3;
-pub use robot::{Clearance, LaneRobot};
+pub use robot::LaneRobot;
 
 use crate::dynamics::{Integrator, Tree};
 

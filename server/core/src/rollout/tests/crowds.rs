@@ -1,11 +1,12 @@
 //! Robots of one world that step several at once, against the same world in which each steps by itself.
 
-use super::feet::{STANDS, quadruped};
+use super::feet::{STANDS, quadruped, standing_positions};
 use super::*;
 use crate::dynamics::Integrator;
 use crate::dynamics::island::SolverChoice;
 use crate::rollout::draw::uniform;
-use crate::simulation::command::{RobotTargets, SetTargets, WholeTarget};
+use crate::simulation::command::{JointReset, RobotReset, RobotTargets, SetTargets, WholeTarget};
+use crate::simulation::{Event, EventKind};
 
 const ROBOTS: usize = 21;
 
@@ -19,12 +20,7 @@ fn many(integrator: Integrator, substeps: u32) -> Simulation {
     let settings = PhysicsSettings { integrator, substeps, ..PhysicsSettings::default() };
     let mut world = Simulation::new(settings, WorldLimits::default());
     let model = quadruped(0.1);
-    let positions: Vec<(String, f64)> = model
-        .joints
-        .iter()
-        .enumerate()
-        .map(|(index, joint)| (joint.name.clone(), STANDS[index % 3]))
-        .collect();
+    let positions = standing_positions(&model);
     let Command::Spawn(first) = spawn("", model, false, DVec3::ZERO) else { unreachable!() };
     for robot in 0..ROBOTS {
         if robot == 9 {
@@ -103,4 +99,22 @@ fn robots_that_step_several_at_once_have_the_bits_of_those_that_step_by_themselv
         let part = at_once as f64 / (900 * ROBOTS) as f64;
         assert!(part > 0.4, "only {part} of the robots' steps were done in lanes");
     }
+}
+
+/// Of what cannot be computed a lane keeps nothing: robots that come after it are in lanes as before.
+#[test]
+fn a_robot_that_is_not_finite_leaves_its_lane_to_others() {
+    let mut world = many(Integrator::Leapfrog, 1);
+    (0..200).for_each(|_| world.step());
+    let before = world.robots_at_once();
+    let reset =
+        JointReset { joint: "fl_upper".into(), axis: 0, position: 0.0, velocity: 1e150, spherical: None };
+    let robots = vec![RobotReset { robot: name(12), joints: vec![reset] }];
+    world.apply(&Command::ResetJoints { robots }).unwrap();
+    (0..20).for_each(|_| world.step());
+    let gone = |event: &Event| matches!(event.kind, EventKind::EntityDisabled { .. });
+    assert!(world.take_events().iter().any(gone), "it went on");
+    world.apply(&Command::Delete { robot: name(12) }).unwrap();
+    (0..20).for_each(|_| world.step());
+    assert!(world.robots_at_once() + 2 >= before, "{} of {before}", world.robots_at_once());
 }

@@ -54,6 +54,12 @@ pub(super) fn quadruped(friction: f64) -> RobotModel {
     RobotModel { name: "quadruped".into(), links, joints, ..RobotModel::default() }
 }
 
+/// How its joints stand.
+pub(super) fn standing_positions(model: &RobotModel) -> Vec<(String, f64)> {
+    let joints = model.joints.iter().enumerate();
+    joints.map(|(index, joint)| (joint.name.clone(), STANDS[index % 3])).collect()
+}
+
 /// The quadruped above a plane, that many metres with its legs as they stand; the plane comes first or last.
 fn world_on_plane(
     model: RobotModel,
@@ -64,12 +70,7 @@ fn world_on_plane(
 ) -> Simulation {
     let settings = PhysicsSettings { integrator, substeps, ..PhysicsSettings::default() };
     let mut world = Simulation::new(settings, WorldLimits::default());
-    let positions: Vec<(String, f64)> = model
-        .joints
-        .iter()
-        .enumerate()
-        .map(|(index, joint)| (joint.name.clone(), STANDS[index % 3]))
-        .collect();
+    let positions = standing_positions(&model);
     let Command::Spawn(mut robot) = spawn("quadruped", model, false, DVec3::Z * height) else {
         unreachable!()
     };
