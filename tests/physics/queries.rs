@@ -63,6 +63,27 @@ fn a_robot_is_measured_against_all_others_or_one() {
     assert!(seen.distances(&nan, &|| false).unwrap_err().to_string().contains("max_distance"));
 }
 
+/// Balls of 0.1 m that overlap one of them by 1, 3 and 2 cm, as three robots and as links of one.
+#[test]
+fn the_nearest_of_what_overlaps_is_the_deepest() {
+    let mut world = world(1e-3);
+    spawn(&mut world, robot("ball", &ball(0.1, 1.0), at(DVec3::Z), true));
+    let ways = [DVec3::X * 0.19, DVec3::Y * 0.17, DVec3::X * -0.18];
+    for (index, way) in ways.into_iter().enumerate() {
+        spawn(&mut world, robot(&format!("other-{index}"), &ball(0.1, 1.0), at(DVec3::Z + way), true));
+    }
+    let together = ways.map(|way| (at(way), Geometry::Sphere { radius: 0.1 }));
+    spawn(&mut world, robot("together", &solid(&together, 1.0), at(DVec3::Z), true));
+    let seen = look(&world);
+    for other in [None, Some(body(4))] {
+        let nearest = DistanceQuery { nearest_only: true, ..all(body(0), other) };
+        let found = ask(&seen, &nearest);
+        assert!(found.len() == 1 && (found[0].distance + 0.03).abs() < 1e-9, "{found:?}");
+        let deep = ask(&seen, &DistanceQuery { within: -0.025, ..nearest });
+        assert_eq!(deep, found, "bounds of what overlaps are never apart by less than nothing");
+    }
+}
+
 /// The lowest point of a cylinder that is tilted by a is r sin a + l / 2 cos a below its middle; of a tilted plane the
 /// height counts along its normal. Both ways round.
 #[test]

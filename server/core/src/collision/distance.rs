@@ -66,7 +66,8 @@ pub fn closest_points(
         return Err(TooMany(count, MOST_BOUNDS));
     }
     let mut pairs: Vec<Pair<'_>> = Vec::new();
-    let mut most_gap = wanted.within;
+    // What overlaps has bounds that meet, however deep it is.
+    let mut most_gap = wanted.within.max(0.0);
     for first in a {
         if is_cancelled() {
             return Ok(Vec::new());
@@ -90,7 +91,7 @@ pub fn closest_points(
         let key = ([first.robot, second.robot], [first.link, second.link]);
         let known = found.get(&key).map_or(wanted.within, |known| known.distance);
         let within = if wanted.nearest_only { nearest } else { known };
-        if gap > within {
+        if gap > within.max(0.0) {
             continue;
         }
         let Some(closest) = closest(first, second, within, is_cancelled) else { continue };

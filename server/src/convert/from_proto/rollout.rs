@@ -175,6 +175,14 @@ fn quantity(at: &Path<'_>, given: v1::RolloutQuantity) -> Result<Quantity, BadFi
     })
 }
 
+/// Refuses that whole turns do not count, of what has none.
+fn turns_whole(at: &Path<'_>, wrapped: bool) -> Result<(), BadField> {
+    match wrapped {
+        true => Err(at.field("wrapped").refuse(true, "it must be false: only positions have whole turns")),
+        false => Ok(()),
+    }
+}
+
 fn cost(at: &Path<'_>, given: v1::RolloutCost) -> Result<CostTerm, BadField> {
     use v1::rollout_cost::Term;
     let v1::RolloutCost { weight, final_weight, term } = given;
@@ -191,10 +199,21 @@ fn cost(at: &Path<'_>, given: v1::RolloutCost) -> Result<CostTerm, BadField> {
             Cost::JointPositions { joints, targets, wrapped }
         }
         Term::JointVelocities(term) => {
-            let (joints, targets, _) = joints(&at.field("joint_velocities"), term)?;
+            let at = at.field("joint_velocities");
+            let (joints, targets, wrapped) = joints(&at, term)?;
+            turns_whole(&at, wrapped)?;
             Cost::JointVelocities { joints, targets }
         }
-        Term::JointEfforts(term) => Cost::JointEfforts(joints(&at.field("joint_efforts"), term)?.0),
+        Term::JointEfforts(term) => {
+            let at = at.field("joint_efforts");
+            let (joints, targets, wrapped) = joints(&at, term)?;
+            turns_whole(&at, wrapped)?;
+            if !targets.is_empty() {
+                let given = format_args!("{} numbers", targets.len());
+                return Err(at.field("targets").refuse(given, "it must be empty: efforts have none"));
+            }
+            Cost::JointEfforts(joints)
+        }
         Term::LinkPosition(term) => {
             let at = at.field("link_position");
             let (robot, link) = link(&at, term.robot, term.link)?;
@@ -206,7 +225,11 @@ fn cost(at: &Path<'_>, given: v1::RolloutCost) -> Result<CostTerm, BadField> {
             let at = at.field("link_orientation");
             let (robot, link) = link(&at, term.robot, term.link)?;
             let at = at.field("orientation");
-            let target = geometry::rotation(&at, at.given(term.orientation)?)?;
+            let given = at.given(term.orientation)?;
+            if given == v1::Quaternion::default() {
+                return Err(at.refuse("zero", "it must be a quaternion"));
+            }
+            let target = geometry::rotation(&at, given)?;
             Cost::LinkOrientation { robot, link, target }
         }
         Term::ContactForce(term) => {
@@ -229,6 +252,32 @@ fn cost(at: &Path<'_>, given: v1::RolloutCost) -> Result<CostTerm, BadField> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_a_term_has_no_use_for_is_refused() {
+        use v1::rollout_cost::Term;
+        let joints = |targets: &[f64], wrapped: bool| v1::RolloutJointTerm {
+            robot: "arm".into(),
+            targets: targets.to_vec(),
+            wrapped,
+            ..Default::default()
+        };
+        let turned = v1::RolloutLinkTerm {
+            robot: "arm".into(),
+            link: "hand".into(),
+            orientation: Some(v1::Quaternion::default()),
+            ..Default::default()
+        };
+        for (term, field) in [
+            (Term::JointEfforts(joints(&[1.0], false)), "joint_efforts.targets"),
+            (Term::JointEfforts(joints(&[], true)), "joint_efforts.wrapped"),
+            (Term::JointVelocities(joints(&[1.0], true)), "joint_velocities.wrapped"),
+            (Term::LinkOrientation(turned), "link_orientation.orientation"),
+        ] {
+            let refused = cost(&Path::ROOT, v1::RolloutCost { term: Some(term), ..Default::default() });
+            assert_eq!(refused.unwrap_err().field, field);
+        }
+    }
 
     fn packed(numbers: &[f64]) -> Vec<u8> {
         numbers.iter().flat_map(|number| number.to_le_bytes()).collect()

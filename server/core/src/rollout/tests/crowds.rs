@@ -108,7 +108,7 @@ fn a_robot_that_is_not_finite_leaves_its_lane_to_others() {
     (0..200).for_each(|_| world.step());
     let before = world.robots_at_once();
     let reset =
-        JointReset { joint: "fl_upper".into(), axis: 0, position: 0.0, velocity: 1e150, spherical: None };
+        JointReset { joint: "fl_upper".into(), axis: 0, position: 0.0, velocity: 1e12, spherical: None };
     let robots = vec![RobotReset { robot: name(12), joints: vec![reset] }];
     world.apply(&Command::ResetJoints { robots }).unwrap();
     (0..20).for_each(|_| world.step());
