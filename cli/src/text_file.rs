@@ -1,13 +1,18 @@
 //! Files that people wrote, or what comes by the standard input; and the JSON in them.
 
 use std::{
+    fmt,
     fs::{self, File},
     io::{self, Read, stdin},
+    marker::PhantomData,
     path::Path,
 };
 
 use anyhow::{Context as _, anyhow, ensure};
-use serde::de::DeserializeOwned;
+use serde::{
+    Deserialize, Deserializer,
+    de::{DeserializeOwned, MapAccess, Visitor, value::MapAccessDeserializer},
+};
 
 /// The text of a file of so many bytes at the most, also where it has no end; of `-` that of the standard input. Without the mark that
 /// some editors begin a file with.
@@ -42,6 +47,31 @@ pub(crate) fn read_whole(file: &Path) -> io::Result<String> {
 /// What a JSON document says.
 pub(crate) fn from_json<T: DeserializeOwned>(text: &str) -> anyhow::Result<T> {
     serde_json::from_str(text).map_err(|error| anyhow::Error::msg(in_words(&error)))
+}
+
+/// What a document must have as an object. Serde by itself takes a list for it too, of its values in the order of the fields in
+/// Rust, which the author of a document cannot know.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Object<T>(pub(crate) T);
+
+struct ObjectVisitor<T>(PhantomData<T>);
+
+impl<'de, T: Deserialize<'de>> Visitor<'de> for ObjectVisitor<T> {
+    type Value = Object<T>;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("an object")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
+        T::deserialize(MapAccessDeserializer::new(map)).map(Object)
+    }
+}
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for Object<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_map(ObjectVisitor(PhantomData::<T>))
+    }
 }
 
 /// What is expected, as serde says it with names of Rust, and in words of JSON.
@@ -114,6 +144,31 @@ mod tests {
             ("{]", "at line 1"),
         ] {
             let said = from_json::<Document>(text).unwrap_err().to_string();
+            assert!(said.contains(sentence), "{text}: {said}");
+        }
+    }
+
+    #[test]
+    fn a_list_is_no_object_however_many_values_it_has() {
+        #[derive(Debug, Default, PartialEq, serde::Deserialize)]
+        #[serde(default, deny_unknown_fields)]
+        struct Range {
+            low: f64,
+            high: f64,
+        }
+        let read: Vec<Object<Range>> = from_json(r#"[{"low": 1, "high": 2}, {}]"#).unwrap();
+        assert_eq!(read, [Object(Range { low: 1.0, high: 2.0 }), Object(Range::default())]);
+        for list in ["[]", "[1]", "[1, 2]", "[1, 2, 3]"] {
+            let said = from_json::<Vec<Object<Range>>>(&format!("[{{}},\n{list}]")).unwrap_err().to_string();
+            assert!(said.contains("sequence, expected an object at line 2"), "{list}: {said}");
+        }
+        // What is wrong inside of an object is said as it is without.
+        for (text, sentence) in [
+            ("{\"low\": 1,\n\"least\": 0}", "unknown field `least`, expected `low` or `high` at line 2"),
+            ("{\"low\": 1,\n\"high\": \"2\"}", "string \"2\", expected a number at line 2"),
+            ("{\"low\": 1", "it ends in the midst of an object at line 1"),
+        ] {
+            let said = from_json::<Object<Range>>(text).unwrap_err().to_string();
             assert!(said.contains(sentence), "{text}: {said}");
         }
     }

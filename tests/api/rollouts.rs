@@ -117,8 +117,12 @@ async fn what_cannot_be_is_refused_in_one_sentence(via: Via) {
         ..one()
     };
     for (request, reason, word) in [
-        (driven("leg", &[]), ErrorReason::RobotNotFound, "\"leg\""),
-        (driven("arm", &["knee"]), ErrorReason::JointNotFound, "\"knee\""),
+        (driven("leg", &[]), ErrorReason::RobotNotFound, "controls[0].robot: there is no robot \"leg\""),
+        (
+            driven("arm", &["knee"]),
+            ErrorReason::JointNotFound,
+            "controls[0].joints[0]: robot \"arm\" has no joint \"knee\"",
+        ),
         (RolloutRequest { copies: 0, ..one() }, ErrorReason::InvalidValue, "copies is 0"),
         (
             RolloutRequest { copies: 2, ..to(&[0.1, 0.2, 0.3]) },

@@ -123,6 +123,9 @@ async fn what_is_wrong_with_costs_and_variations_is_said_in_a_sentence() {
     let home = Home::new();
     let tried = file(home.path(), "tried.csv", "shoulder\n0.3\n");
     let two = file(home.path(), "two.csv", "copy,shoulder\n0,0.3\n1,0.4\n");
+    let knee = file(home.path(), "knee.csv", "shoulder,knee\n0.3,0.1\n");
+    let list = file(home.path(), "list.json", "[[[0.3]]]");
+    let positional = file(home.path(), "positional.json", r#"[{"joint_efforts": []}]"#);
     let term = file(home.path(), "term.json", r#"[{"joint_effort": {}}]"#);
     let none = file(home.path(), "none.json", r#"[{"joint_efforts": {}}, {"weight": 2}]"#);
     let link = file(home.path(), "link.json", r#"[{"contact_force": {"links": ["hook"]}}]"#);
@@ -140,14 +143,30 @@ async fn what_is_wrong_with_costs_and_variations_is_said_in_a_sentence() {
         (vec![tried.as_str(), "--vary", "gains=2"], 2, "LOW..HIGH"),
         (vec![tried.as_str(), "--vary", "wrench:arm=0..1"], 2, "--variations"),
         (vec![tried.as_str(), "--vary", "gains=2..1"], 67, "--vary gains: low is 2; it must be"),
-        (vec![tried.as_str(), "--vary", "link-masses:hook=1..2"], 69, "hook"),
+        (
+            vec![tried.as_str(), "--vary", "link-masses:hook=1..2"],
+            69,
+            "--vary link-masses: names[0]: robot \"bench_arm\" has no link \"hook\"",
+        ),
+        (vec![knee.as_str()], 69, "knee.csv: joints[1]: robot \"bench_arm\" has no joint \"knee\""),
+        (vec![tried.as_str(), "--goal", "knee=1"], 69, "--goal: joints[0]: robot \"bench_arm\" has no joint"),
+        (vec![list.as_str()], 1, "list.json: it is a list; it must be a JSON object, as {\"joints\": "),
         (vec![two.as_str(), "--copies", "3"], 1, "targets of 2 copies, and --copies says 3"),
         (vec![tried.as_str(), "--costs", &term], 1, "unknown field `joint_effort`"),
         (vec![tried.as_str(), "--costs", &none], 1, "none.json: term 1: it must have one of"),
-        (vec![tried.as_str(), "--costs", &link], 69, "hook"),
+        (
+            vec![tried.as_str(), "--costs", &link],
+            69,
+            "link.json: term 0: links[0]: robot \"bench_arm\" has no link",
+        ),
+        (vec![tried.as_str(), "--costs", &positional], 1, "sequence, expected an object at line 1"),
         (vec![tried.as_str(), "--costs", &missing], 1, "missing.json"),
         (vec![tried.as_str(), "--variations", &twice], 1, "twice.json: variation 0: it must have one of"),
-        (vec![tried.as_str(), "--copies", "2", "--variations", &rows], 67, "variation 0: given is 3"),
+        (
+            vec![tried.as_str(), "--copies", "2", "--variations", &rows],
+            67,
+            "variation 0: given has 3 numbers, and needs 2",
+        ),
         (vec![tried.as_str(), "--effort-weight", "1", "--costs", &far], 67, "json: term 1: position[2] is"),
         (vec![high.as_str()], 67, "high.csv: targets[1][0][0] (copy, knot, joint) is"),
         (vec![tried.as_str(), "--costs", &words], 1, "string \"far\", expected a number at line 1"),

@@ -2,13 +2,14 @@
 
 mod costs;
 mod sources;
+mod targets;
 mod variations;
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context as _, bail, ensure};
+use anyhow::{Context as _, ensure};
 use clap::{Args, ValueEnum};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use simd_client::{
     Client, Rollout as Found, packed,
     proto::{
@@ -24,7 +25,7 @@ use crate::{
     output::{
         Output, View,
         json::Stamp,
-        number::{count, fixed},
+        number::fixed,
         table::{Column, Page, Table},
     },
     text_file,
@@ -116,40 +117,6 @@ enum Between {
     Cubic,
 }
 
-/// What a file has.
-#[derive(Debug, Deserialize, PartialEq)]
-#[serde(deny_unknown_fields)]
-struct Tried {
-    joints: Vec<String>,
-    /// By copy, knot and joint.
-    targets: Vec<Vec<Vec<f64>>>,
-}
-
-impl Tried {
-    fn check(self) -> anyhow::Result<Self> {
-        let knots = self.targets.first().map_or(0, Vec::len);
-        ensure!(knots > 0 && !self.joints.is_empty(), "it has no targets");
-        for (copy, of_copy) in self.targets.iter().enumerate() {
-            if of_copy.len() != knots {
-                let knots = count(knots, "knot");
-                bail!("copy {copy} has {}, and copy 0 has {knots}", count(of_copy.len(), "knot"));
-            }
-            if let Some(row) = of_copy.iter().find(|row| row.len() != self.joints.len()) {
-                bail!(
-                    "copy {copy} has a knot of {}, and there are {}",
-                    count(row.len(), "number"),
-                    count(self.joints.len(), "joint")
-                );
-            }
-        }
-        Ok(self)
-    }
-
-    fn numbers(&self) -> Vec<f64> {
-        self.targets.iter().flatten().flatten().copied().collect()
-    }
-}
-
 /// Reads `JOINT=POSITION`.
 fn goal(text: &str) -> Result<(String, f64), String> {
     let pair = text.rsplit_once('=').and_then(|(joint, at)| Some((joint.to_owned(), at.parse().ok()?)));
@@ -158,7 +125,7 @@ fn goal(text: &str) -> Result<(String, f64), String> {
 
 pub(crate) async fn run(arguments: Rollout, client: &Client, output: Output) -> anyhow::Result<()> {
     let Rollout { robot, file, mode, knot_steps, interpolation, steps, goal, effort_weight, .. } = &arguments;
-    let tried = read(file)?;
+    let tried = document(file, |text| targets::read(file, text))?;
     let copies = copies(&arguments, tried.targets.len())?;
     let knots = u32::try_from(tried.targets.first().map_or(0, Vec::len)).unwrap_or(u32::MAX);
     let of_joint = |kind: RolloutQuantityKind| RolloutQuantity {
@@ -242,52 +209,6 @@ fn document<T>(file: &Path, reads: impl FnOnce(&str) -> anyhow::Result<T>) -> an
     reads(&text_file::read(file, MAX_BYTES)?).with_context(|| file.display().to_string())
 }
 
-fn read(file: &Path) -> anyhow::Result<Tried> {
-    document(file, |text| {
-        let is_json = text.trim_start().starts_with('{');
-        let tried: Tried = if is_json { text_file::from_json(text)? } else { table(text)? };
-        tried.check()
-    })
-}
-
-/// A table with commas.
-fn table(text: &str) -> anyhow::Result<Tried> {
-    let lines = text.lines().enumerate();
-    let mut lines = lines.filter(|(_, line)| !line.trim().is_empty());
-    let Some((_, head)) = lines.next() else { bail!("it is empty; its first line names joints") };
-    let names: Vec<String> = head.split(',').map(|name| name.trim().to_owned()).collect();
-    let has_copies = names.first().is_some_and(|name| name == "copy");
-    let joints = names.get(usize::from(has_copies)..).unwrap_or_default().to_vec();
-    let mut targets: Vec<Vec<Vec<f64>>> = Vec::new();
-    for (number, line) in lines {
-        let number = number + 1;
-        let mut row = line
-            .split(',')
-            .map(|value| {
-                let value = value.trim();
-                value.parse().with_context(|| format!("line {number}: {value:?} is no number"))
-            })
-            .collect::<anyhow::Result<Vec<f64>>>()?;
-        if row.len() != names.len() {
-            let columns = count(names.len(), "column");
-            bail!("line {number} has {}, and there are {columns}", count(row.len(), "value"));
-        }
-        let copy = if has_copies { row.remove(0) } else { 0.0 };
-        let next = targets.len() as f64;
-        if copy == next {
-            targets.push(Vec::new());
-        } else if targets.is_empty() || copy != next - 1.0 {
-            bail!(
-                "line {number} is of copy {copy}: copies are 0, 1, ... in order, with their lines together"
-            );
-        }
-        if let Some(of_copy) = targets.last_mut() {
-            of_copy.push(row);
-        }
-    }
-    Ok(Tried { joints, targets })
-}
-
 /// `rollout`.
 #[derive(Serialize)]
 struct RolloutView {
@@ -362,31 +283,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_table_and_a_document_say_the_same() {
-        let from_table = table("copy, shoulder,elbow\n0,0.1,0.2\n0,0.3,0.4\n\n1,-1,-2e0\n1,0,0\n").unwrap();
-        let text =
-            r#"{"joints": ["shoulder", "elbow"], "targets": [[[0.1, 0.2], [0.3, 0.4]], [[-1, -2], [0, 0]]]}"#;
-        let from_json: Tried = serde_json::from_str(text).unwrap();
-        assert_eq!(from_table, from_json);
-        assert_eq!(from_json.check().unwrap().numbers(), [0.1, 0.2, 0.3, 0.4, -1.0, -2.0, 0.0, 0.0]);
-        let one = table("shoulder\n0.5\n0.6\n").unwrap();
-        assert_eq!(one.targets, [[[0.5], [0.6]]]);
-    }
-
-    #[test]
-    fn a_mistake_names_its_line_or_copy() {
-        let said = |text: &str| table(text).and_then(Tried::check).unwrap_err().to_string();
-        for (text, part) in [
-            ("", "empty"),
-            ("shoulder\n", "no targets"),
-            ("shoulder\nx", "line 2: \"x\" is no number"),
-            ("copy,shoulder\n0,1\n2,1", "line 3 is of copy 2"),
-            ("copy,shoulder\n1,1", "line 2 is of copy 1"),
-            ("shoulder,elbow\n1", "line 2 has 1 value"),
-            ("copy,shoulder\n0,1\n0,2\n1,1", "copy 1 has 1 knot, and copy 0 has 2 knots"),
-        ] {
-            assert!(said(text).contains(part), "{text:?}: {}", said(text));
-        }
+    fn a_goal_is_what_stands_behind_the_last_equals_sign() {
         assert_eq!(goal("a=b=-0.5").unwrap(), ("a=b".to_owned(), -0.5));
         assert!(goal("elbow").is_err() && goal("=1").is_err());
     }

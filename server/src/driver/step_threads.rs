@@ -1,14 +1,19 @@
 //! The threads that a step may use: the physics thread, and others that the daemon owns and lends to the world.
 
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::sync::atomic::Ordering::{Acquire, Release};
 
-use rayon_core::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
+use rayon_core::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder, Yield};
 use simd_core::pool::Pool;
 
 use super::realtime::{self, RealTime};
 
 /// Threads at the most.
 pub const MOST_STEP_THREADS: u64 = 64;
+
+/// A thread that looks for work in vain gives its processor to others after so many looks.
+const SPINS: u32 = 32;
 
 /// As many at the most where the operator leaves it to the daemon: beyond that a step's threads wait for each other.
 const MOST_BY_ITSELF: usize = 4;
@@ -50,6 +55,51 @@ impl StepThreads {
 impl Pool for StepThreads {
     fn join(&self, first: &mut (dyn FnMut() + Send), second: &mut (dyn FnMut() + Send)) {
         self.0.join(first, second);
+    }
+
+    fn keep_awake(&self, work: &mut (dyn FnMut() + Send)) {
+        let is_done = AtomicBool::new(false);
+        let work = || {
+            // Also where the work panics: the others would wait for ever.
+            let _done = SetOnDrop(&is_done);
+            work();
+        };
+        self.0.join(work, || wait_awake(self.count() - 1, &is_done));
+    }
+}
+
+/// Has so many threads of the pool take what others leave for them, until it is done.
+fn wait_awake(count: usize, is_done: &AtomicBool) {
+    let wait = || {
+        let mut idle = 0;
+        while !is_done.load(Acquire) {
+            match rayon_core::yield_now() {
+                Some(Yield::Executed) => idle = 0,
+                // What else wants this processor gets it now and then.
+                _ if idle == SPINS => {
+                    std::thread::yield_now();
+                    idle = 0;
+                }
+                _ => {
+                    std::hint::spin_loop();
+                    idle += 1;
+                }
+            }
+        }
+    };
+    if count > 1 {
+        rayon_core::join(wait, || wait_awake(count - 1, is_done));
+    } else {
+        wait();
+    }
+}
+
+/// Says that work is done when it ends.
+struct SetOnDrop<'a>(&'a AtomicBool);
+
+impl Drop for SetOnDrop<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Release);
     }
 }
 
@@ -96,6 +146,24 @@ mod tests {
             std::thread::spawn(run).join().unwrap()
         };
         assert_eq!([2, 4].map(of), [499_500; 2]);
+    }
+
+    #[test]
+    fn threads_that_stay_awake_take_their_halves_and_end_with_the_work_whether_it_returns_or_panics() {
+        let run = || {
+            let threads = StepThreads::start(3, RealTime::default()).unwrap().unwrap();
+            for _ in 0..100 {
+                let (mut first, mut second) = (0, 0);
+                threads.keep_awake(&mut || threads.join(&mut || first += 1, &mut || second += 1));
+                assert_eq!([first, second], [1; 2]);
+            }
+            let fall = std::panic::AssertUnwindSafe(|| threads.keep_awake(&mut || panic!("the world fell")));
+            assert!(std::panic::catch_unwind(fall).is_err());
+            let mut is_done = false;
+            threads.keep_awake(&mut || is_done = true);
+            assert!(is_done, "the threads live on");
+        };
+        std::thread::spawn(run).join().unwrap();
     }
 
     #[test]

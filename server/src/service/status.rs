@@ -46,9 +46,12 @@ impl Explained {
         self
     }
 
-    fn field(mut self, field: &str, value: &str, expected: &str) -> Self {
-        let description = format!("is {value}; {expected}");
-        self.field = Some((clip(field, MAX_VALUE), clip(&description, MAX_VALUE)));
+    fn field(self, field: &str, value: &str, expected: &str) -> Self {
+        self.described(field, &format!("is {value}; {expected}"))
+    }
+
+    fn described(mut self, field: &str, description: &str) -> Self {
+        self.field = Some((clip(field, MAX_VALUE), clip(description, MAX_VALUE)));
         self
     }
 
@@ -192,6 +195,14 @@ impl From<&simd_core::Error> for Explained {
             Error::RobotExists { robot } => new(ErrorReason::RobotExists).with("robot", robot),
             Error::InvalidValue { element, of: _, value, expected } => {
                 new(ErrorReason::InvalidValue).field(element, value, expected)
+            }
+            Error::WrongCount { element, has, needs } => {
+                new(ErrorReason::InvalidValue).described(element, &format!("has {has}, and needs {needs}"))
+            }
+            // Programs act on the reason and the metadata, which are the same in whichever field a name stands.
+            Error::InField { field, error: cause } => {
+                let of_cause = Self::from(&**cause);
+                Self { message: error.to_string(), ..of_cause }.described(field, &cause.to_string())
             }
             Error::JointNotActuated { robot, joint, why: _ } => {
                 new(ErrorReason::JointNotActuated).with("robot", robot).with("joint", joint)

@@ -2,7 +2,7 @@
 //! here is asserted; compare within a run. `-- reads` prints one table alone, lateness under a flood of reads; `-- threads` that of
 //! worlds that one thread and two step; `-- town` that of a quadruped among what cannot move; `-- rapier` what rapier's broad phase and queries would cost; `-- recording` what a
 //! recording costs; `-- turns` round trips; `-- hops` a turn within a process, and `-- network-hops` calls over the network;
-//! `-- rollouts` what copies of a world cost; `-- lidar` what a lidar costs the steps; `-- subscribers` what a hundred
+//! `-- rollouts` what copies of a world cost, `-- rollouts-late` how late steps are meanwhile; `-- lidar` what a lidar costs the steps; `-- subscribers` what a hundred
 //! subscribers of every state cost.
 #![allow(
     clippy::expect_used,
@@ -46,6 +46,7 @@ fn main() {
         Some("recording") => return recording::print(),
         Some("turns") => return round_trip::print(),
         Some("rollouts") => return rollouts::print(),
+        Some("rollouts-late") => return rollouts::print_lateness(),
         Some("lidar") => return lidar::print(),
         Some("subscribers") => return subscribers::print(),
         Some("hops") => return hops::print(),

@@ -3,7 +3,7 @@
 
 use std::hint::black_box;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use simd_client::proto::{
     RolloutControl, RolloutControlMode, RolloutCost, RolloutJointTerm, rollout_cost::Term,
@@ -13,6 +13,9 @@ use simd_core::Simulation;
 use simd_core::dynamics::lanes::bytes_of_copy;
 use simd_core::rollout::request::{Control, ControlMode, Cost, CostTerm, Interpolation, Named};
 use simd_core::rollout::{Rollout, RolloutRequest};
+use simd_tests::process::{Process, leave_the_last_processor};
+use simd_tests::robots::assets;
+use simd_tests::soak::Steps;
 use simd_tests::statistics::Spread;
 use simd_tests::{robots, scenes};
 
@@ -21,6 +24,9 @@ use crate::{lateness, step};
 const COPIES: usize = 1_024;
 const STEPS: u64 = 100;
 const ROUNDS: usize = 9;
+/// Turns in which lateness is measured, and for how long in each.
+const TURNS: usize = 5;
+const MEASURED: Duration = Duration::from_secs(5);
 
 /// How copies step: one after the other, in the vectors of AVX2, and in the widest that the processor has.
 #[derive(Clone, Copy)]
@@ -132,17 +138,63 @@ pub(crate) fn print() {
         println!("  {:38} {}", "through a daemon that plays, over gRPC", Spread::of(rounds));
         running.drain().await;
     });
-    println!("\nthe same arm at 1 kHz, alone and while two clients ask for rollouts without a pause, 10 s");
-    println!("                actual factor   lateness of steps: p50, p99, largest (microseconds)");
-    for asking in [0, 2] {
-        runtime.block_on(async {
-            let running = lateness::start(vec![lateness::arm(0)], 1e-3).await;
-            let endpoint = running.address.to_string();
-            let title = format!("{asking:3} asking");
-            let asking = (0..asking).map(|_| tokio::spawn(ask(endpoint.clone()))).collect();
-            lateness::measure(&title, running, asking).await;
-        });
+    print_lateness();
+}
+
+/// Prints how late steps are while rollouts are computed.
+pub(crate) fn print_lateness() {
+    println!(
+        "\nthe same arm at 1 kHz, alone and while clients ask for rollouts without a pause, {} s each, {TURNS} turns",
+        MEASURED.as_secs()
+    );
+    println!("                                            lateness of steps: p50, p99, p99.9 (microseconds)");
+    late_rows("physics thread as all others", "");
+    late_rows("priority 40", "[realtime]\npriority = 40\n");
+    // Processors are a thread's, and of those that it starts: the rest of the bench keeps its own.
+    let with_its_own = || {
+        let processor = leave_the_last_processor();
+        let processors = processor.map_or(String::new(), |number| format!("processors = [{number}]\n"));
+        late_rows("priority 40, its own processor", &format!("[realtime]\npriority = 40\n{processors}"));
+    };
+    std::thread::scope(|scope| {
+        scope.spawn(with_its_own);
+    });
+}
+
+/// In turn, so that what else the machine does is the same for all.
+fn late_rows(title: &str, real_time: &str) {
+    let runtime = lateness::runtime();
+    let asking = [0, 1, 2];
+    let mut turns = asking.map(|_| Vec::new());
+    for _ in 0..TURNS {
+        for (turns, asking) in turns.iter_mut().zip(asking) {
+            let steps = runtime.block_on(late(real_time, asking));
+            turns.push([0.5, 0.99, 0.999].map(|part| steps.lateness.percentile(part) * 1e6));
+        }
     }
+    for (turns, asking) in turns.into_iter().zip(asking) {
+        let [half, most, latest] = [0, 1, 2].map(|part| Spread::of(turns.iter().map(|turn| turn[part]).collect()));
+        println!("  {title:30} {asking:3} asking   {half}   {most}   {latest}");
+    }
+}
+
+/// How late the steps of a daemon are that is asked by so many.
+async fn late(real_time: &str, asking: usize) -> Steps {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("simd.toml");
+    let urdf = assets().join("seven_arm/urdf/seven_arm.urdf");
+    let robot = format!("[[robots]]\npath = {urdf:?}\nname = \"arm-0\"\nfixed = true\n");
+    std::fs::write(&path, format!("{real_time}{robot}")).expect("a file");
+    let daemon = Process::start(["--time-step", "0.001", "--config", &path.to_string_lossy()]).await;
+    let client = daemon.client().await;
+    let asking: Vec<_> = (0..asking).map(|_| tokio::spawn(ask(daemon.endpoint.clone()))).collect();
+    // The first calls make what all later ones share.
+    tokio::time::sleep(Duration::from_secs(1)).await;
+    let before = Steps::so_far(&client).await.expect("the daemon answers");
+    tokio::time::sleep(MEASURED).await;
+    let after = Steps::so_far(&client).await.expect("the daemon answers");
+    asking.into_iter().for_each(|asking| asking.abort());
+    after.since(&before)
 }
 
 /// Asks for one rollout after the other, for ever.

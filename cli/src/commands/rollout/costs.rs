@@ -7,7 +7,7 @@ use simd_client::proto::{
     Vector3, rollout_cost::Term,
 };
 
-use crate::text_file::from_json;
+use crate::text_file::{Object, from_json};
 
 /// A term and what it weighs. It has one of the optional ones.
 #[derive(Debug, Deserialize)]
@@ -17,13 +17,13 @@ struct Cost {
     weight: f64,
     #[serde(default)]
     final_weight: f64,
-    joint_positions: Option<Joints>,
-    joint_velocities: Option<Joints>,
-    joint_efforts: Option<Joints>,
-    link_position: Option<LinkPosition>,
-    link_orientation: Option<LinkOrientation>,
-    contact_force: Option<Links>,
-    nearness: Option<Nearness>,
+    joint_positions: Option<Object<Joints>>,
+    joint_velocities: Option<Object<Joints>>,
+    joint_efforts: Option<Object<Joints>>,
+    link_position: Option<Object<LinkPosition>>,
+    link_orientation: Option<Object<LinkOrientation>>,
+    contact_force: Option<Object<Links>>,
+    nearness: Option<Object<Nearness>>,
 }
 
 fn one() -> f64 {
@@ -81,32 +81,35 @@ struct Nearness {
 /// Reads a list of terms, of this robot where they name none.
 pub(super) fn read(text: &str, robot: &str) -> anyhow::Result<Vec<RolloutCost>> {
     ensure!(!text.trim().is_empty(), "it is empty; it must be a list of terms");
-    let all: Vec<Cost> = from_json(text)?;
-    let request = |(index, of): (usize, Cost)| of.request(robot).with_context(|| format!("term {index}"));
+    let all: Vec<Object<Cost>> = from_json(text)?;
+    let request = |(index, Object(of)): (usize, Object<Cost>)| {
+        of.request(robot).with_context(|| format!("term {index}"))
+    };
     all.into_iter().enumerate().map(request).collect()
 }
 
 impl Cost {
     fn request(self, own: &str) -> anyhow::Result<RolloutCost> {
         let named = |robot: Option<String>| robot.unwrap_or_else(|| own.to_owned());
-        let joints = |of: Joints| {
+        let joints = |Object(of): Object<Joints>| {
             let Joints { robot, joints, targets, wrapped } = of;
             RolloutJointTerm { robot: named(robot), joints, targets, wrapped }
         };
-        let place = |of: LinkPosition| RolloutLinkTerm {
+        let place = |Object(of): Object<LinkPosition>| RolloutLinkTerm {
             robot: named(of.robot),
             link: of.link,
             point: of.point.map(vector),
             position: Some(vector(of.position)),
             orientation: None,
         };
-        let turned = |of: LinkOrientation| {
+        let turned = |Object(of): Object<LinkOrientation>| {
             let [x, y, z, w] = of.orientation;
             let orientation = Some(Quaternion { x, y, z, w });
             RolloutLinkTerm { robot: named(of.robot), link: of.link, orientation, ..Default::default() }
         };
-        let touched = |of: Links| RolloutContactTerm { robot: named(of.robot), links: of.links };
-        let near = |of: Nearness| {
+        let touched =
+            |Object(of): Object<Links>| RolloutContactTerm { robot: named(of.robot), links: of.links };
+        let near = |Object(of): Object<Nearness>| {
             let Nearness { robot, link, other_robot, other_link, distance } = of;
             RolloutDistanceTerm { robot: named(robot), link, other_robot, other_link, distance }
         };
@@ -190,6 +193,9 @@ mod tests {
             (r#"[{"link_position": {"link": "hand"}}]"#, "missing field `position`"),
             ("[\n{\"joint_efforts\": 1}]", "expected an object at line 2"),
             (r#"[{"weight": "much", "joint_efforts": {}}]"#, "string \"much\", expected a number"),
+            ("[{\"joint_efforts\": {}},\n[2, 0]]", "sequence, expected an object at line 2"),
+            ("[\n{\"joint_efforts\": []}]", "sequence, expected an object at line 2"),
+            (r#"[{"nearness": ["arm", "hand", "", "", 0.1]}]"#, "sequence, expected an object at line 1"),
         ] {
             assert!(said(text).contains(part), "{text}: {}", said(text));
         }

@@ -107,9 +107,9 @@ impl Sources {
     fn written(&self, field: &str) -> Option<String> {
         let (list, rest) = field.split_once('[')?;
         let (index, path) = rest.split_once("].")?;
-        // The robot that has the targets is an argument, and not in their file.
-        if (list, path) == ("controls", "robot") {
-            return None;
+        // The robot that has the targets is an argument, and not in their file: it is called as the usage has it.
+        if matches!((list, path), ("controls" | "quantities", "robot")) {
+            return Some("ROBOT".to_owned());
         }
         let (_, sources) = self.0.iter().find(|(known, _)| *known == list)?;
         let source = sources.get(index.parse::<usize>().ok()?)?;
@@ -163,7 +163,8 @@ mod tests {
     use simd_client::{
         Code, packed,
         proto::{
-            ErrorReason, RolloutContactTerm, RolloutControl, RolloutJointTerm, RolloutLinkTerm, RolloutVaried,
+            ErrorReason, RolloutContactTerm, RolloutControl, RolloutJointTerm, RolloutLinkTerm,
+            RolloutQuantity, RolloutVaried,
         },
     };
 
@@ -182,6 +183,7 @@ mod tests {
             knots: 3,
             ..RolloutControl::default()
         };
+        let quantity = RolloutQuantity::default();
         let varied = |of: RolloutVaried, values| RolloutVariation {
             of: of.into(),
             values,
@@ -190,6 +192,7 @@ mod tests {
         let request = RolloutRequest {
             copies: 2,
             controls: vec![control],
+            quantities: vec![quantity],
             costs: vec![
                 term(Term::JointPositions(RolloutJointTerm::default())),
                 term(Term::JointEfforts(RolloutJointTerm::default())),
@@ -212,11 +215,19 @@ mod tests {
             ("controls[0].values", "tried.csv: targets"),
             ("controls[0].values[9]", "tried.csv: targets[1][1][1] (copy, knot, joint)"),
             ("controls[0].joints[1]", "tried.csv: joints[1]"),
+            ("controls[0].robot", "ROBOT"),
+            ("quantities[0].robot", "ROBOT"),
+            ("quantities[0].names[1]", "tried.csv: joints[1]"),
             ("costs[0].targets[0]", "--goal: targets[0]"),
             ("costs[1].weight", "--effort-weight: weight"),
+            ("costs[0].joints[0]", "--goal: joints[0]"),
             ("costs[2].contact_force.links[0]", "costs.json: term 0: links[0]"),
+            ("costs[2].links[0]", "costs.json: term 0: links[0]"),
+            ("costs[2].robot", "costs.json: term 0: robot"),
+            ("costs[3].link", "costs.json: term 1: link"),
             ("costs[3].final_weight", "costs.json: term 1: final_weight"),
             ("costs[3].target[2]", "costs.json: term 1: position[2]"),
+            ("variations[0].names[0]", "--vary gains: names[0]"),
             ("variations[0].uniform.low", "--vary gains: low"),
             ("variations[0].uniform[1]", "--vary gains: high"),
             ("variations[1].values", "varied.json: variation 0: given"),
@@ -224,7 +235,7 @@ mod tests {
         ] {
             assert_eq!(sources.written(field).as_deref(), Some(written), "{field}");
         }
-        for field in ["steps", "controls[0].robot", "costs[9].weight", "starts[0].roots", "costs[]"] {
+        for field in ["steps", "costs[9].weight", "starts[0].roots", "costs[]"] {
             assert_eq!(sources.written(field), None, "{field}");
         }
     }
@@ -246,6 +257,14 @@ mod tests {
         assert_eq!(
             refused("costs[3].target[2]", "costs[3].target[2] is 1e300; it must be less"),
             "costs.json: term 1: position[2] is 1e300; it must be less"
+        );
+        assert_eq!(
+            refused("costs[2].links[0]", "costs[2].links[0]: robot \"arm\" has no link \"hook\""),
+            "costs.json: term 0: links[0]: robot \"arm\" has no link \"hook\""
+        );
+        assert_eq!(
+            refused("quantities[0].robot", "quantities[0].robot: there is no robot \"leg\" in this world"),
+            "ROBOT: there is no robot \"leg\" in this world"
         );
         // What is not of the request's lists, and what does not begin with its field.
         for said in ["steps is 0; it must be at least 1", "a target is NaN"] {

@@ -7,7 +7,7 @@ use simd_client::{
     proto::{RolloutNormal, RolloutUniform, RolloutVariation, RolloutVaried, rollout_variation::Values},
 };
 
-use crate::text_file::from_json;
+use crate::text_file::{Object, from_json};
 
 const FORM: &str = "must be OF[:NAME,...]=LOW..HIGH or OF[:NAME,...]=MEAN+-DEVIATION";
 
@@ -21,8 +21,8 @@ pub(super) struct Variation {
     names: Vec<String>,
     /// By copy, then by joint or link.
     given: Option<Vec<Vec<f64>>>,
-    uniform: Option<Uniform>,
-    normal: Option<Normal>,
+    uniform: Option<Object<Uniform>>,
+    normal: Option<Object<Normal>>,
     wrench_step: u32,
     /// Of a wrench one where it is left out.
     wrench_steps: Option<u32>,
@@ -60,8 +60,8 @@ pub(super) fn parse(text: &str) -> Result<Variation, String> {
         let (first, second) = numbers.split_once(between)?;
         Some((first.trim().parse::<f64>().ok()?, second.trim().parse::<f64>().ok()?))
     };
-    let uniform = pair("..").map(|(low, high)| Uniform { low, high });
-    let normal = pair("+-").map(|(mean, deviation)| Normal { mean, deviation });
+    let uniform = pair("..").map(|(low, high)| Object(Uniform { low, high }));
+    let normal = pair("+-").map(|(mean, deviation)| Object(Normal { mean, deviation }));
     if uniform.is_none() && normal.is_none() {
         return Err(form());
     }
@@ -71,7 +71,8 @@ pub(super) fn parse(text: &str) -> Result<Variation, String> {
 /// Reads a list of variations.
 pub(super) fn read(text: &str) -> anyhow::Result<Vec<Variation>> {
     ensure!(!text.trim().is_empty(), "it is empty; it must be a list of variations");
-    from_json(text)
+    let all: Vec<Object<Variation>> = from_json(text)?;
+    Ok(all.into_iter().map(|Object(of)| of).collect())
 }
 
 /// Variations of this robot where they name none.
@@ -90,8 +91,10 @@ impl Variation {
         let of = varied(of).map_err(anyhow::Error::msg)?;
         let values = match (self.given, self.uniform, self.normal) {
             (Some(rows), None, None) => Values::Given(packed(&flat(&rows)?)),
-            (None, Some(Uniform { low, high }), None) => Values::Uniform(RolloutUniform { low, high }),
-            (None, None, Some(Normal { mean, deviation })) => {
+            (None, Some(Object(Uniform { low, high })), None) => {
+                Values::Uniform(RolloutUniform { low, high })
+            }
+            (None, None, Some(Object(Normal { mean, deviation }))) => {
                 Values::Normal(RolloutNormal { mean, deviation })
             }
             (None, None, None) => bail!("it must have one of `given`, `uniform` and `normal`"),
@@ -189,7 +192,10 @@ mod tests {
             (r#"[{"of": "gains", "given": []}]"#, "no numbers"),
             (r#"[{"of": "gains", "seed": 1}]"#, "unknown field `seed`"),
             (r#"{"of": "gains"}"#, "expected a sequence"),
-            (r#"[{"of": "gains", "uniform": [1]}]"#, "expected an object"),
+            (r#"[{"of": "gains", "uniform": [1]}]"#, "sequence, expected an object at line 1"),
+            (r#"[{"of": "gains", "uniform": [1, 2]}]"#, "sequence, expected an object at line 1"),
+            (r#"[{"of": "gains", "normal": [1, 0.1]}]"#, "sequence, expected an object at line 1"),
+            ("[\n[\"gains\"]]", "sequence, expected an object at line 2"),
             (r#"[{"of": "wrench", "wrench_steps": -1}]"#, "expected a whole number from 0"),
         ] {
             assert!(said(text).contains(part), "{text}: {}", said(text));

@@ -63,8 +63,8 @@ impl ControlPlan {
             damping,
             feedback,
         } = control;
-        let (robot, entity) = robot(layout, &name)?;
-        let axes = axes(entity, &joints)?;
+        let (robot, entity) = robot(layout, &field("robot"), &name)?;
+        let axes = axes(entity, &field("joints"), &joints)?;
         let joints: Vec<String> =
             axes.iter().map(|axis| entity.model.joints[axis.joint].name.clone()).collect();
         if axes.is_empty() {
@@ -94,7 +94,7 @@ impl ControlPlan {
         let gains = (0..axes.len()).map(|i| [gain(&stiffness, i), gain(&damping, i)]).collect();
         let plan = |feedback: Feedback| {
             let Feedback { joints, gains, references } = feedback;
-            let observed = super::names::axes(entity, &joints)?;
+            let observed = super::names::axes(entity, &field("feedback.joints"), &joints)?;
             let width = 2 * observed.len();
             let timing = Timing { interpolation: Interpolation::Hold, ..timing };
             let gains = Knots::constant_or(&field("feedback.gains"), gains, width * axes.len(), timing)?;

@@ -74,7 +74,7 @@ impl CostPlan {
         }
         // Indices of joints of one axis, and a number for each.
         let joints = |named: &Named, targets: Vec<f64>, of_positions: bool| {
-            let (robot, axes) = axes_of(layout, named)?;
+            let (robot, axes) = axes_of(layout, named, &field, "joints")?;
             let entity = &layout.entities[robot];
             let (first, ranges) = match of_positions {
                 true => (entity.positions.start, &entity.joint_positions),
@@ -87,8 +87,8 @@ impl CostPlan {
             Ok::<_, Error>((indices, targets))
         };
         let one_link = |name: &str, of: &str| {
-            let (index, entity) = robot(layout, name)?;
-            Ok::<_, Error>((index, link(entity, of)?))
+            let (index, entity) = robot(layout, &field("robot"), name)?;
+            Ok::<_, Error>((index, link(entity, &field("link"), of)?))
         };
         let of = match of {
             Cost::JointPositions { joints: named, targets, wrapped } => {
@@ -116,18 +116,18 @@ impl CostPlan {
                 Weighted::LinkOrientation { robot, link, target }
             }
             Cost::ContactForce(named) => {
-                let (index, entity) = robot(layout, &named.robot)?;
-                Weighted::ContactForce(index, links(entity, &named.names)?)
+                let (index, entity) = robot(layout, &field("robot"), &named.robot)?;
+                Weighted::ContactForce(index, links(entity, &field("links"), &named.names)?)
             }
             Cost::Nearness { robot: name, link: of_link, other_robot, other_link, distance } => {
                 if !(distance >= 0.0 && distance.is_finite()) {
                     return Err(refuse(field("distance"), distance, "it must be finite and at least 0"));
                 }
-                let side = |name: &str, of_link: &str| {
-                    let (robot, entity) = robot(layout, name)?;
+                let side = |[robot_field, link_field]: [&str; 2], name: &str, of_link: &str| {
+                    let (robot, entity) = robot(layout, &field(robot_field), name)?;
                     let link = match of_link {
                         "" => None,
-                        of_link => Some(link(entity, of_link)?),
+                        of_link => Some(link(entity, &field(link_field), of_link)?),
                     };
                     Ok::<_, Error>((robot, link))
                 };
@@ -135,8 +135,10 @@ impl CostPlan {
                     let expected = "it must be empty where no other robot is named";
                     return Err(refuse(field("other_link"), format!("{other_link:?}"), expected));
                 }
-                let other = (!other_robot.is_empty()).then(|| side(&other_robot, &other_link)).transpose()?;
-                Weighted::Nearness(Nearness::new(layout, side(&name, &of_link)?, other, distance))
+                let other = || side(["other_robot", "other_link"], &other_robot, &other_link);
+                let other = (!other_robot.is_empty()).then(other).transpose()?;
+                let own = side(["robot", "link"], &name, &of_link)?;
+                Weighted::Nearness(Nearness::new(layout, own, other, distance))
             }
         };
         Ok(Self { weight, final_weight, of })

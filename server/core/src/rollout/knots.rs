@@ -198,8 +198,11 @@ mod tests {
         let said = Knots::new("controls[0].values", vec![0.0; 5], 2, timing).unwrap_err().to_string();
         assert_eq!(
             said,
-            "controls[0].values is 5 numbers; it must have 4 (one row a knot) or 12 (one row a knot for each copy)"
+            "controls[0].values has 5 numbers, and needs 4 (one row a knot) or 12 (one row a knot for each copy)"
         );
+        let of_one = Timing { copies: 1, ..timing };
+        let said = Knots::new("v", vec![0.0], 2, of_one).unwrap_err().to_string();
+        assert_eq!(said, "v has 1 number, and needs 4 (one row a knot)");
         let said = Knots::new("v", vec![0.0, 1.0, f64::NAN, 2.0], 2, timing).unwrap_err().to_string();
         assert!(said.starts_with("v[2] is NaN"), "{said}");
     }

@@ -171,8 +171,9 @@ impl Rollout {
         world.observe(&mut state);
         let time_step = world.settings().time_step;
         let layout = &*state.world;
-        let quantities: Vec<_> =
-            quantities.iter().map(|each| QuantityPlan::new(layout, each)).collect::<Result<_, _>>()?;
+        let quantities: Vec<_> = (quantities.iter().enumerate())
+            .map(|(index, each)| QuantityPlan::new(layout, index, each))
+            .collect::<Result<_, _>>()?;
         let costs: Vec<_> = (costs.into_iter().enumerate())
             .map(|(index, term)| CostPlan::new(layout, index, term))
             .collect::<Result<_, _>>()?;

@@ -1,4 +1,4 @@
-//! Finds what a request names, and refuses numbers that cannot be.
+//! Finds what a request names, and refuses names that are not there and numbers that cannot be, by their fields.
 
 use std::sync::Arc;
 
@@ -36,25 +36,37 @@ pub(super) fn sized(field: &str, count: usize, lengths: &[(usize, &str)]) -> Res
     if lengths.iter().any(|(length, _)| *length == count) {
         return Ok(());
     }
-    let mut said: Vec<String> = lengths.iter().map(|(length, of)| format!("{length} ({of})")).collect();
-    said.dedup();
-    Err(refuse(field, format!("{count} numbers"), format!("it must have {}", said.join(" or "))))
+    // Of one copy, a row for all copies and a row for each are one length: it is said once.
+    let mut lengths = lengths.to_vec();
+    lengths.dedup_by_key(|(length, _)| *length);
+    let needs: Vec<String> = lengths.iter().map(|(length, of)| format!("{length} ({of})")).collect();
+    let has = if count == 1 { "1 number".to_owned() } else { format!("{count} numbers") };
+    Err(Error::WrongCount { element: field.to_owned(), has, needs: needs.join(" or ") })
 }
 
-/// A robot and its index.
+/// A robot, which stands in this field of the request, and its index.
 pub(super) fn robot<'l>(
     layout: &'l WorldLayout,
+    field: &str,
     name: &str,
 ) -> Result<(usize, &'l Arc<EntityLayout>), Error> {
     let found = layout.entities.iter().enumerate().find(|(_, entity)| entity.name == name);
-    found.ok_or_else(|| Error::RobotNotFound {
-        robot: name.to_owned(),
-        known: layout.entities.iter().map(|entity| entity.name.clone()).collect(),
+    found.ok_or_else(|| {
+        let known = layout.entities.iter().map(|entity| entity.name.clone()).collect();
+        Error::RobotNotFound { robot: name.to_owned(), known }.in_field(field)
     })
 }
 
+/// What each name of a list stands for; `field` is the list in the request.
+fn each<T>(field: &str, names: &[String], find: impl Fn(&str) -> Result<T, Error>) -> Result<Vec<T>, Error> {
+    let find = |(index, name): (usize, &String)| {
+        find(name).map_err(|error| error.in_field(format!("{field}[{index}]")))
+    };
+    names.iter().enumerate().map(find).collect()
+}
+
 /// The index of a joint in the model.
-pub(super) fn joint(entity: &EntityLayout, name: &str) -> Result<usize, Error> {
+fn joint(entity: &EntityLayout, name: &str) -> Result<usize, Error> {
     let joints = &entity.model.joints;
     joints.iter().position(|joint| joint.name == name).ok_or_else(|| Error::JointNotFound {
         robot: entity.name.clone(),
@@ -63,8 +75,12 @@ pub(super) fn joint(entity: &EntityLayout, name: &str) -> Result<usize, Error> {
     })
 }
 
-/// The index of a link in the model.
-pub(super) fn link(entity: &EntityLayout, name: &str) -> Result<usize, Error> {
+/// The index in the model of a link, which stands in this field of the request.
+pub(super) fn link(entity: &EntityLayout, field: &str, name: &str) -> Result<usize, Error> {
+    link_index(entity, name).map_err(|error| error.in_field(field))
+}
+
+fn link_index(entity: &EntityLayout, name: &str) -> Result<usize, Error> {
     let links = &entity.model.links;
     links.iter().position(|link| link.name == name).ok_or_else(|| Error::LinkNotFound {
         robot: entity.name.clone(),
@@ -73,24 +89,24 @@ pub(super) fn link(entity: &EntityLayout, name: &str) -> Result<usize, Error> {
     })
 }
 
-/// Indices of the joints of these names, of any kind; of none all.
-pub(super) fn joints(entity: &EntityLayout, names: &[String]) -> Result<Vec<usize>, Error> {
+/// Indices of the joints of these names, of any kind; of none all. `field` is the list in the request, as below.
+pub(super) fn joints(entity: &EntityLayout, field: &str, names: &[String]) -> Result<Vec<usize>, Error> {
     if names.is_empty() {
         return Ok((0..entity.model.joints.len()).collect());
     }
-    names.iter().map(|name| joint(entity, name)).collect()
+    each(field, names, |name| joint(entity, name))
 }
 
 /// Indices of the links of these names; of none all.
-pub(super) fn links(entity: &EntityLayout, names: &[String]) -> Result<Vec<usize>, Error> {
+pub(super) fn links(entity: &EntityLayout, field: &str, names: &[String]) -> Result<Vec<usize>, Error> {
     if names.is_empty() {
         return Ok((0..entity.model.links.len()).collect());
     }
-    names.iter().map(|name| link(entity, name)).collect()
+    each(field, names, |name| link_index(entity, name))
 }
 
 /// The joints of these names, each of one axis and moved by no other; of none all such.
-pub(super) fn axes(entity: &EntityLayout, names: &[String]) -> Result<Vec<Axis>, Error> {
+pub(super) fn axes(entity: &EntityLayout, field: &str, names: &[String]) -> Result<Vec<Axis>, Error> {
     let why_not = |joint: usize| {
         let model = &entity.model.joints[joint];
         match (model.kind, model.mimic) {
@@ -107,20 +123,24 @@ pub(super) fn axes(entity: &EntityLayout, names: &[String]) -> Result<Vec<Axis>,
         let all = 0..entity.model.joints.len();
         return Ok(all.filter(|joint| why_not(*joint).is_none()).map(axis).collect());
     }
-    let find = |name: &String| {
+    each(field, names, |name| {
         let found = joint(entity, name)?;
         match why_not(found) {
             Some(why) => {
-                Err(Error::JointNotActuated { robot: entity.name.clone(), joint: name.clone(), why })
+                Err(Error::JointNotActuated { robot: entity.name.clone(), joint: name.to_owned(), why })
             }
             None => Ok(axis(found)),
         }
-    };
-    names.iter().map(find).collect()
+    })
 }
 
-/// A robot and its joints of one axis.
-pub(super) fn axes_of(layout: &WorldLayout, named: &Named) -> Result<(usize, Vec<Axis>), Error> {
-    let (index, entity) = robot(layout, &named.robot)?;
-    Ok((index, axes(entity, &named.names)?))
+/// A robot and its joints of one axis. `field` is the path of a field by its name, and `list` the name of that of the joints.
+pub(super) fn axes_of(
+    layout: &WorldLayout,
+    named: &Named,
+    field: impl Fn(&str) -> String,
+    list: &str,
+) -> Result<(usize, Vec<Axis>), Error> {
+    let (index, entity) = robot(layout, &field("robot"), &named.robot)?;
+    Ok((index, axes(entity, &field(list), &named.names)?))
 }

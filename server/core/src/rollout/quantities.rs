@@ -77,42 +77,44 @@ pub(super) enum QuantityPlan {
     ContactForce(usize, Vec<usize>),
 }
 
-/// The indices of the joints of a robot.
+/// The indices of the joints of a robot. `field` is the path of a field by its name.
 fn indices(
     layout: &WorldLayout,
     named: &Named,
+    field: impl Fn(&str) -> String,
     of: impl Fn(&EntityLayout) -> (usize, &[std::ops::Range<usize>]),
 ) -> Result<Vec<usize>, Error> {
-    let (_, entity) = robot(layout, &named.robot)?;
-    let joints = joints(entity, &named.names)?;
+    let (_, entity) = robot(layout, &field("robot"), &named.robot)?;
+    let joints = joints(entity, &field("names"), &named.names)?;
     let (first, ranges) = of(entity);
     Ok(joints.into_iter().flat_map(|joint| ranges[joint].clone()).map(|index| first + index).collect())
 }
 
 impl QuantityPlan {
-    /// Finds names.
-    pub(super) fn new(layout: &WorldLayout, quantity: &Quantity) -> Result<Self, Error> {
+    /// Finds names; `index` is the quantity's index in the request.
+    pub(super) fn new(layout: &WorldLayout, index: usize, quantity: &Quantity) -> Result<Self, Error> {
+        let field = |name: &str| format!("quantities[{index}].{name}");
         let velocities = |named: &Named| {
-            indices(layout, named, |entity| (entity.velocities.start, &entity.joint_velocities[..]))
+            indices(layout, named, &field, |entity| (entity.velocities.start, &entity.joint_velocities[..]))
         };
-        let index = |name: &str| robot(layout, name).map(|(index, _)| index);
+        let robot_index = |name: &str| robot(layout, &field("robot"), name).map(|(robot, _)| robot);
         let of_links = |named: &Named| {
-            let (index, entity) = robot(layout, &named.robot)?;
-            Ok::<_, Error>((index, links(entity, &named.names)?))
+            let (robot, entity) = robot(layout, &field("robot"), &named.robot)?;
+            Ok::<_, Error>((robot, links(entity, &field("names"), &named.names)?))
         };
         Ok(match quantity {
-            Quantity::JointPositions(named) => Self::Positions(indices(layout, named, |entity| {
+            Quantity::JointPositions(named) => Self::Positions(indices(layout, named, &field, |entity| {
                 (entity.positions.start, &entity.joint_positions[..])
             })?),
             Quantity::JointVelocities(named) => Self::Velocities(velocities(named)?),
             Quantity::JointEfforts(named) => Self::Efforts(velocities(named)?),
-            Quantity::RootPose(name) => Self::RootPose(index(name)?),
-            Quantity::RootTwist(name) => Self::RootTwist(index(name)?),
+            Quantity::RootPose(name) => Self::RootPose(robot_index(name)?),
+            Quantity::RootTwist(name) => Self::RootTwist(robot_index(name)?),
             Quantity::LinkPoses(named) => {
                 let (robot, links) = of_links(named)?;
                 Self::LinkPoses(robot, links)
             }
-            Quantity::ContactCount(name) => Self::ContactCount(index(name)?),
+            Quantity::ContactCount(name) => Self::ContactCount(robot_index(name)?),
             Quantity::ContactForce(named) => {
                 let (robot, links) = of_links(named)?;
                 Self::ContactForce(robot, links)

@@ -54,8 +54,8 @@ impl StartPlan {
     ) -> Result<Self, Error> {
         let field = |name: &str| format!("starts[{index}].{name}");
         let Start { robot: name, joints, positions, velocities, roots, root_twists } = start;
-        let (robot, entity) = robot(layout, &name)?;
-        let axes = axes(entity, &joints)?;
+        let (robot, entity) = robot(layout, &field("robot"), &name)?;
+        let axes = axes(entity, &field("joints"), &joints)?;
         let joints: Vec<String> =
             axes.iter().map(|axis| entity.model.joints[axis.joint].name.clone()).collect();
         let rows =

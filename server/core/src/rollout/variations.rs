@@ -235,8 +235,9 @@ impl VariedPlan {
     /// With how many numbers a copy has.
     fn new(state: &PublishedState, time_step: f64, index: usize, of: Varied) -> Result<(Self, usize), Error> {
         let layout = &*state.world;
+        let field = |name: &str| format!("variations[{index}].{name}");
         let of_joints = |named: &Named, setting: &dyn Fn(usize, usize) -> Setting| {
-            let (robot, axes) = axes_of(layout, named)?;
+            let (robot, axes) = axes_of(layout, named, &field, "names")?;
             let model = &layout.entities[robot].model;
             let joint = |axis: &Axis| (model.joints[axis.joint].name.clone(), setting(robot, axis.joint));
             let joints: Vec<_> = axes.iter().map(joint).collect();
@@ -252,7 +253,7 @@ impl VariedPlan {
         let settings = |robot: usize, joint: usize| &state.settings[robot].joints[joint];
         match of {
             Varied::JointPositions(ref named) | Varied::JointVelocities(ref named) => {
-                let (robot, axes) = axes_of(layout, named)?;
+                let (robot, axes) = axes_of(layout, named, &field, "names")?;
                 let model = &layout.entities[robot].model;
                 let joints = axes.iter().map(|axis| model.joints[axis.joint].name.clone()).collect();
                 let (width, of_positions) = (axes.len(), matches!(of, Varied::JointPositions(_)));
@@ -260,8 +261,8 @@ impl VariedPlan {
                 Ok((Self::JointStates { robot, name, joints, axes, of_positions }, width))
             }
             Varied::LinkMasses(named) => {
-                let (robot, entity) = robot(layout, &named.robot)?;
-                let links = links(entity, &named.names)?;
+                let (robot, entity) = robot(layout, &field("robot"), &named.robot)?;
+                let links = links(entity, &field("names"), &named.names)?;
                 let width = links.len();
                 Ok((Self::LinkMasses { robot, links }, width))
             }
@@ -283,24 +284,25 @@ impl VariedPlan {
                 Ok((Self::Joints { name, joints, gains: Some((robot, indices)) }, width))
             }
             Varied::SurfaceFriction(named) => {
-                let (robot, entity) = robot(layout, &named.robot)?;
+                let (robot, entity) = robot(layout, &field("robot"), &named.robot)?;
                 let surfaces = &state.settings[robot].surfaces;
                 let friction = |link: usize| {
                     let surface = surfaces.get(link).copied().flatten()?;
                     Some((entity.model.links[link].name.clone(), surface.friction))
                 };
                 // What touches nothing has no surface.
-                let links: Vec<_> = links(entity, &named.names)?.into_iter().filter_map(friction).collect();
+                let links = links(entity, &field("names"), &named.names)?;
+                let links: Vec<_> = links.into_iter().filter_map(friction).collect();
                 let width = links.len();
                 Ok((Self::Surfaces { name: named.robot, links }, width))
             }
             Varied::Wrench { robot: name, link: of_link, at, steps } => {
-                let (_, entity) = robot(layout, &name)?;
-                link(entity, &of_link)?;
+                let (_, entity) = robot(layout, &field("robot"), &name)?;
+                link(entity, &field("names[0]"), &of_link)?;
                 let seconds = steps as f64 * time_step;
                 if steps == 0 || seconds > MAX_WRENCH_DURATION {
                     let expected = format!("it must be at least 1, and at most {MAX_WRENCH_DURATION} s long");
-                    return Err(refuse(format!("variations[{index}].wrench_steps"), steps, expected));
+                    return Err(refuse(field("wrench_steps"), steps, expected));
                 }
                 Ok((Self::Wrench { name, link: of_link, at, seconds }, 3))
             }

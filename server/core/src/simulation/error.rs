@@ -50,6 +50,24 @@ pub enum Error {
         /// What would be accepted, as "it must be ...".
         expected: String,
     },
+    /// A list of another length than it must have.
+    #[error("{element} has {has}, and needs {needs}")]
+    WrongCount {
+        /// The path of the field in its request, for instance `controls[0].values`.
+        element: String,
+        /// How many there are, as "1 number".
+        has: String,
+        /// How many there must be, and why: "2 (one a joint)".
+        needs: String,
+    },
+    /// What a field of the request names cannot be had. The reason is that of `error`.
+    #[error("{field}: {error}")]
+    InField {
+        /// The path of the field in its request, for instance `costs[2].links[0]`.
+        field: String,
+        /// Why not.
+        error: Box<Error>,
+    },
     /// The joint has no actuator.
     #[error("joint {joint:?} of robot {robot:?} {why}, so it takes no target")]
     JointNotActuated {
@@ -173,6 +191,11 @@ pub enum Error {
 }
 
 impl Error {
+    /// The same, with the field that has the name which was not found.
+    pub(crate) fn in_field(self, field: impl Into<String>) -> Self {
+        Self::InField { field: field.into(), error: Box::new(self) }
+    }
+
     /// The same, where the field that is named is one of `parent`.
     pub(super) fn within(self, parent: impl FnOnce() -> String) -> Self {
         match self {

@@ -137,8 +137,8 @@ fn variation(at: &Path<'_>, given: v1::RolloutVariation) -> Result<Variation, Ba
         v1::RolloutVaried::Wrench => {
             let count = named.names.len();
             let Some(link) = named.names.pop().filter(|_| count == 1) else {
-                let expected = "a wrench is on one link";
-                return Err(at.field("names").refuse(format_args!("{count} names"), expected));
+                let expected = "it must have 1: a wrench is on one link";
+                return Err(at.field("names").refuse(format_args!("{count} names long"), expected));
             };
             let (at, steps) = (given.wrench_step.into(), given.wrench_steps.into());
             Varied::Wrench { robot: named.robot, link, at, steps }
@@ -209,7 +209,8 @@ fn cost(at: &Path<'_>, given: v1::RolloutCost) -> Result<CostTerm, BadField> {
             let (joints, targets, wrapped) = joints(&at, term)?;
             turns_whole(&at, wrapped)?;
             if !targets.is_empty() {
-                let given = format_args!("{} numbers", targets.len());
+                let noun = if targets.len() == 1 { "number" } else { "numbers" };
+                let given = format_args!("{} {noun} long", targets.len());
                 return Err(at.field("targets").refuse(given, "it must be empty: efforts have none"));
             }
             Cost::JointEfforts(joints)
@@ -276,6 +277,20 @@ mod tests {
         ] {
             let refused = cost(&Path::ROOT, v1::RolloutCost { term: Some(term), ..Default::default() });
             assert_eq!(refused.unwrap_err().field, field);
+        }
+    }
+
+    #[test]
+    fn numbers_that_a_term_has_no_use_for_are_counted_in_words() {
+        for (targets, value) in [(vec![1.0], "1 number long"), (vec![1.0, 2.0], "2 numbers long")] {
+            let term = v1::RolloutJointTerm { robot: "arm".into(), targets, ..Default::default() };
+            let term = Some(v1::rollout_cost::Term::JointEfforts(term));
+            let costs = vec![v1::RolloutCost { term, ..Default::default() }];
+            let refused = rollout(v1::RolloutRequest { costs, ..Default::default() }).unwrap_err();
+            assert_eq!(
+                refused.to_string(),
+                format!("costs[0].joint_efforts.targets is {value}; it must be empty: efforts have none")
+            );
         }
     }
 

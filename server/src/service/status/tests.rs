@@ -53,6 +53,12 @@ fn table() -> Vec<(CallError, Code, &'static str, &'static [&'static str])> {
             &[],
         ),
         (
+            Error::WrongCount { element: text("x"), has: text("1 number"), needs: text("2") }.into(),
+            Code::InvalidArgument,
+            "INVALID_VALUE",
+            &[],
+        ),
+        (
             Error::JointNotActuated { robot: robot.clone(), joint: joint.clone(), why: text("is fixed") }
                 .into(),
             Code::InvalidArgument,
@@ -221,6 +227,32 @@ fn a_bad_field_is_named_in_a_bad_request() {
         (violation.field.as_str(), violation.description.as_str()),
         ("a[0].b", "is NaN; it must be finite")
     );
+}
+
+#[test]
+fn a_list_that_is_too_short_says_in_a_bad_request_how_many_it_needs() {
+    let (element, has, needs) = (text("costs[0].targets"), text("1 number"), text("2 (one a joint)"));
+    let status = Status::from(CallError::World(Error::WrongCount { element, has, needs }));
+    assert_eq!(status.message(), "costs[0].targets has 1 number, and needs 2 (one a joint)");
+    let violation = status.get_details_bad_request().unwrap().field_violations.remove(0);
+    assert_eq!(
+        (violation.field.as_str(), violation.description.as_str()),
+        ("costs[0].targets", "has 1 number, and needs 2 (one a joint)")
+    );
+}
+
+#[test]
+fn a_name_that_is_not_found_in_a_field_has_its_own_reason_and_names_the_field() {
+    let missing = Error::LinkNotFound { robot: text("arm"), link: text("hook"), known: vec![text("hand")] };
+    let (sentence, alone) = (missing.to_string(), Status::from(CallError::World(missing.clone())));
+    let error = Error::InField { field: text("costs[2].links[0]"), error: Box::new(missing) };
+    let status = Status::from(CallError::World(error));
+    assert_eq!(status.code(), alone.code());
+    let [info, info_alone] = [&status, &alone].map(|status| status.get_details_error_info().unwrap());
+    assert_eq!((info.reason, info.metadata), (info_alone.reason, info_alone.metadata));
+    assert_eq!(status.message(), format!("costs[2].links[0]: {sentence}"));
+    let violation = status.get_details_bad_request().unwrap().field_violations.remove(0);
+    assert_eq!((violation.field.as_str(), violation.description), ("costs[2].links[0]", sentence));
 }
 
 #[test]

@@ -7,7 +7,7 @@ fn said(request: RolloutRequest) -> String {
 }
 
 #[test]
-fn what_is_not_there_is_named() {
+fn what_is_not_there_is_named_with_its_field() {
     let unknown = |robot: &str, joint: &str| RolloutRequest {
         controls: vec![Control {
             robot: robot.into(),
@@ -18,14 +18,88 @@ fn what_is_not_there_is_named() {
     };
     assert_eq!(
         said(unknown("leg", "knee")),
-        "there is no robot \"leg\" in this world; robots are \"arm\", \"floor\", \"ball\""
+        "controls[0].robot: there is no robot \"leg\" in this world; robots are \"arm\", \"floor\", \"ball\""
     );
     assert_eq!(
         said(unknown("arm", "knee")),
-        "robot \"arm\" has no joint \"knee\"; its joints are \"shoulder\", \"elbow\""
+        "controls[0].joints[0]: robot \"arm\" has no joint \"knee\"; its joints are \"shoulder\", \"elbow\""
     );
-    let quantities = vec![Quantity::LinkPoses(Named { robot: "arm".into(), names: vec!["foot".into()] })];
-    assert!(said(RolloutRequest { quantities, ..all_of_it(1, 1) }).contains("no link \"foot\""));
+    let names = |robot: &str, names: &[&str]| Named {
+        robot: robot.into(),
+        names: names.iter().map(|&name| name.into()).collect(),
+    };
+    let read = |quantity| RolloutRequest { quantities: vec![quantity], ..all_of_it(1, 1) };
+    let varied = |of| {
+        let values = Values::Uniform { low: 1.0, high: 1.0 };
+        RolloutRequest { variations: vec![Variation { of, values }], ..all_of_it(1, 1) }
+    };
+    let wrench = Varied::Wrench { robot: "arm".into(), link: "hook".into(), at: 0, steps: 1 };
+    let started =
+        Start { robot: "arm".into(), joints: vec!["elbow".into(), "knee".into()], ..Start::default() };
+    let feedback = Feedback { joints: vec!["knee".into()], ..Feedback::default() };
+    let fed = Control { feedback: Some(feedback), ..control(ControlMode::Position, vec![0.0; 2], 1, 1) };
+    for (request, beginning) in [
+        (
+            read(Quantity::LinkPoses(names("arm", &["hand", "foot"]))),
+            "quantities[0].names[1]: robot \"arm\" has",
+        ),
+        (read(Quantity::JointEfforts(names("arm", &["knee"]))), "quantities[0].names[0]: robot \"arm\" has"),
+        (read(Quantity::RootPose("leg".into())), "quantities[0].robot: there is no robot \"leg\""),
+        (varied(Varied::LinkMasses(names("leg", &[]))), "variations[0].robot: there is no robot"),
+        (
+            varied(Varied::Gains(names("arm", &["elbow", "knee"]))),
+            "variations[0].names[1]: robot \"arm\" has",
+        ),
+        (varied(wrench), "variations[0].names[0]: robot \"arm\" has no link \"hook\""),
+        (
+            RolloutRequest { starts: vec![started], ..all_of_it(1, 1) },
+            "starts[0].joints[1]: robot \"arm\" has no joint \"knee\"",
+        ),
+        (
+            RolloutRequest { controls: vec![fed], ..all_of_it(1, 1) },
+            "controls[0].feedback.joints[0]: robot \"arm\" has no joint \"knee\"",
+        ),
+    ] {
+        let said = said(request);
+        assert!(said.starts_with(beginning), "{beginning}: {said}");
+    }
+}
+
+#[test]
+fn what_a_term_of_the_cost_names_and_is_not_there_is_named_with_its_field() {
+    let efforts = Cost::JointEfforts(named("arm"));
+    let on = |link: &str| Cost::LinkPosition {
+        robot: "arm".into(),
+        link: link.into(),
+        point: DVec3::ZERO,
+        target: DVec3::ZERO,
+    };
+    let near = |link: &str, other_robot: &str, other_link: &str| Cost::Nearness {
+        robot: "arm".into(),
+        link: link.into(),
+        other_robot: other_robot.into(),
+        other_link: other_link.into(),
+        distance: 0.1,
+    };
+    let links = vec!["hand".into(), "hook".into()];
+    let joints = Named { robot: "arm".into(), names: vec!["knee".into()] };
+    for (of, beginning) in [
+        (Cost::JointEfforts(joints), "costs[1].joints[0]: robot \"arm\" has no joint \"knee\""),
+        (Cost::JointEfforts(named("leg")), "costs[1].robot: there is no robot \"leg\""),
+        (on("hook"), "costs[1].link: robot \"arm\" has no link \"hook\""),
+        (
+            Cost::ContactForce(Named { robot: "arm".into(), names: links }),
+            "costs[1].links[1]: robot \"arm\" has",
+        ),
+        (near("hook", "", ""), "costs[1].link: robot \"arm\" has no link \"hook\""),
+        (near("hand", "post", ""), "costs[1].other_robot: there is no robot \"post\""),
+        (near("hand", "ball", "hook"), "costs[1].other_link: robot \"ball\" has no link \"hook\""),
+    ] {
+        let term = |of| CostTerm { weight: 1.0, final_weight: 0.0, of };
+        let costs = vec![term(efforts.clone()), term(of)];
+        let said = said(RolloutRequest { costs, ..all_of_it(1, 1) });
+        assert!(said.starts_with(beginning), "{beginning}: {said}");
+    }
 }
 
 #[test]
@@ -36,7 +110,13 @@ fn numbers_that_cannot_be_are_named_by_their_fields() {
     };
     assert_eq!(
         said(driven(vec![0.0; 6])),
-        "controls[0].values is 6 numbers; it must have 2 (one row a knot) or 8 (one row a knot for each copy)"
+        "controls[0].values has 6 numbers, and needs 2 (one row a knot) or 8 (one row a knot for each copy)"
+    );
+    let short = Cost::JointVelocities { joints: named("arm"), targets: vec![0.5] };
+    let costs = vec![CostTerm { weight: 1.0, final_weight: 0.0, of: short }];
+    assert_eq!(
+        said(RolloutRequest { costs, ..all_of_it(1, 1) }),
+        "costs[0].targets has 1 number, and needs 0 (zero for all) or 2 (one a joint)"
     );
     assert!(said(driven(vec![0.0, f64::INFINITY])).starts_with("controls[0].values[1] is inf"));
     let varied = |values| RolloutRequest {

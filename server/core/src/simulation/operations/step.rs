@@ -87,6 +87,18 @@ impl Simulation {
 
     /// False where it was interrupted; then the world is in the midst of a step.
     fn try_step(&mut self, interrupt: &Interrupt<'_>) -> bool {
+        // The step before says it.
+        match self.pool.clone().filter(|_| self.step_memory.groups.are_worth_threads()) {
+            Some(pool) => {
+                let mut is_whole = false;
+                pool.keep_awake(&mut || is_whole = self.step_in_parts(interrupt));
+                is_whole
+            }
+            None => self.step_in_parts(interrupt),
+        }
+    }
+
+    fn step_in_parts(&mut self, interrupt: &Interrupt<'_>) -> bool {
         let PhysicsSettings { gravity, time_step, substeps, integrator, surface_combination } = self.settings;
         let h = time_step / f64::from(substeps);
         let pool = self.pool.clone();
