@@ -40,10 +40,10 @@ fn between(world: &Simulation, names: [&str; 2]) -> Vec<Touching> {
     all.into_iter().filter(|it| it.robots.iter().any(|name| name == names[1])).collect()
 }
 
-/// A box on a slack rope, of which the other end is driven beyond what numbers carry: a step has none for the two of them together, so that
-/// each goes on alone, and no contact acts. None shows a force then, and the box is carried again in the steps after that.
+/// A box on a slack rope, of which the other end is driven beyond what numbers carry: the box is solved without that, and the ground carries
+/// it on in the same step.
 #[test]
-fn contacts_that_have_not_acted_show_no_force() {
+fn the_ground_carries_a_box_on_whatever_becomes_of_what_it_is_tied_to() {
     let mut world = ground(1e-3);
     spawn(&mut world, robot("box", &cuboid(DVec3::splat(0.2), 1.0), at(0.0, 0.0, 0.1), false));
     spawn(&mut world, robot("arm", &pendulum(0.1, 1e-4), at(2.0, 0.0, 1.0), true));
@@ -68,7 +68,7 @@ fn contacts_that_have_not_acted_show_no_force() {
     world.step();
     let seen = look(&world);
     assert!(seen.roots[2].disabled.is_some() && seen.roots[1].disabled.is_none());
-    assert_eq!(carried(&world), 0.0);
+    assert!((carried(&world) - G).abs() < 1e-3, "{}", carried(&world));
     run(&mut world, 0.5);
     assert!((carried(&world) - G).abs() < 1e-3, "{}", carried(&world));
 }

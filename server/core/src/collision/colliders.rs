@@ -1,6 +1,8 @@
 //! The shapes of one robot in the world: where its bodies carry them, how far around them
 //! contacts are looked for, and what their surfaces are like.
 
+mod look_ahead;
+
 use std::fmt;
 use std::sync::Arc;
 
@@ -17,7 +19,7 @@ use super::hull::Graph;
 use super::separation::Inner;
 use super::still::Still;
 use crate::dynamics::Tree;
-use crate::dynamics::contact_point::{LOOK_AHEAD, Surface};
+use crate::dynamics::contact_point::Surface;
 use crate::dynamics::kinematics::BodyMotion;
 use crate::plain::{pose3, vector3};
 
@@ -71,6 +73,8 @@ pub struct RobotColliders {
     pub(super) path: f64,
     /// The largest margin among them.
     pub(super) reach: f64,
+    /// Where one of them is, is no number.
+    is_any_lost: bool,
     /// Those of the base.
     still: Still,
     /// Some of them are of triangles.
@@ -93,8 +97,10 @@ pub(super) struct Placed {
     pub(super) world_middle: DVec3,
     /// Contacts are looked for this far from the shape, metres.
     pub(super) margin: f64,
-    /// As much of that as is for the motion of its middle, along that motion.
+    /// How far ahead of its middle it is looked, along its motion, also where the margin is bounded and so is less.
     drift: DVec3,
+    /// How far it is looked beside that.
+    beside_drift: f64,
     /// Around the shape and its margin.
     pub(super) bounds: Bounds,
     pub(super) groups: Groups,
@@ -120,28 +126,12 @@ impl Placed {
         (axes, self.world_middle.distance(middle) + turned * self.radius)
     }
 
-    /// How far around it contacts are looked for, where its body moves so and turns at `spin` rad/s.
-    fn look_ahead(&mut self, motion: BodyMotion, spin: f64, slack: f64, h: f64) {
-        let BodyMotion { pose, linear, angular } = motion;
-        let velocity = linear + angular.cross(self.world_middle - pose.translation);
-        let speed = velocity.length() + spin * self.radius;
-        self.margin = slack + LOOK_AHEAD * h * speed;
-        self.drift = velocity * (LOOK_AHEAD * h);
-    }
-
     /// Its axes in the world: a point is turned by them in half of what it takes by a quaternion.
     fn set_pose(&mut self, frame: &mut Frame, world_from_shape: DPose3) -> DMat3 {
         let axes = DMat3::from_quat(world_from_shape.rotation);
         frame.world_from_shape = world_from_shape;
         self.world_middle = world_from_shape.translation + axes * frame.middle;
         axes
-    }
-
-    /// How far from each other contacts of the two are looked for, metres. Of what moves the same way in both nothing counts:
-    /// robots that fall beside each other do not meet.
-    pub(super) fn within(&self, other: &Self) -> f64 {
-        let [own, others] = [self, other].map(|placed| (placed.margin - placed.drift.length()).max(0.0));
-        (own + others + self.drift.distance(other.drift)).min(self.margin + other.margin)
     }
 
     /// At least so far apart are the two, metres; negative where the spheres around them meet.
@@ -185,6 +175,7 @@ impl RobotColliders {
                 world_middle: sphere.center,
                 margin: 0.0,
                 drift: DVec3::ZERO,
+                beside_drift: 0.0,
                 bounds: Bounds::default(),
                 groups: Groups::default(),
             };
@@ -266,8 +257,13 @@ impl RobotColliders {
         self.frames.iter().map(|frame| frame.surface)
     }
 
+    /// Whether numbers say where each of them is. Of others nothing can be found.
+    pub fn are_finite(&self) -> bool {
+        !self.is_any_lost
+    }
+
     /// Updates their poses from those of the bodies. Contacts are looked for within `slack` metres and
-    /// twice what a step of `h` seconds moves them.
+    /// twice what a step of `h` seconds moves them, at the speed of [`FASTEST`](crate::dynamics::contact_point::FASTEST) at the most.
     pub fn update_poses(&mut self, base: DPose3, slack: f64, h: f64, body: impl Fn(usize) -> BodyMotion) {
         let still = self.base == Some(base);
         if still && self.is_still() {
@@ -279,13 +275,14 @@ impl RobotColliders {
         let mut last: Option<(usize, BodyMotion, f64)> = None;
         let mut farthest = 0.0f64;
         self.reach = 0.0;
+        self.is_any_lost = false;
         for (placed, frame) in self.placed.iter_mut().zip(&mut self.frames) {
             match placed.body {
                 None if still => {}
                 None => {
                     let (axes, moved) = placed.put(frame, base * frame.body_from_shape);
                     farthest = farthest.max(moved);
-                    (placed.margin, placed.drift) = (0.0, DVec3::ZERO);
+                    placed.set_margin(0.0, DVec3::ZERO);
                     placed.bound(frame, axes, &self.shapes);
                 }
                 Some(index) => {
@@ -302,6 +299,7 @@ impl RobotColliders {
             }
             self.bounds = self.bounds.around(placed.bounds);
             self.reach = self.reach.max(placed.margin);
+            self.is_any_lost |= !placed.world_middle.is_finite();
         }
         if !still {
             let base = self.placed.iter().enumerate().filter(|(_, placed)| placed.body.is_none());
@@ -342,10 +340,11 @@ impl RobotColliders {
     /// Gives each a saved pose; there is one for each.
     pub fn restore_poses(&mut self, poses: &[RestPose]) {
         self.bounds = Bounds::default();
+        self.is_any_lost = false;
         for ((placed, frame), rest) in self.placed.iter_mut().zip(&mut self.frames).zip(poses) {
             let RestPose { world_from_shape, margin, drift } = *rest;
             let axes = placed.set_pose(frame, world_from_shape);
-            (placed.margin, placed.drift) = (margin, drift);
+            placed.set_margin(margin, drift);
             placed.bound(frame, axes, &self.shapes);
             self.bounds = self.bounds.around(placed.bounds);
         }

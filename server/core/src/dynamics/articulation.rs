@@ -6,6 +6,7 @@ mod mobility;
 pub(super) mod momenta;
 mod poses;
 mod rows;
+mod soundness;
 mod state;
 
 use std::sync::Arc;
@@ -169,6 +170,11 @@ impl Articulation {
         self.set_drives(gravity, h);
         self.predict(gravity, h);
         self.meet_jump(h);
+        self.collect_rows(h);
+    }
+
+    /// Finds the rows of joints for the new velocities.
+    fn collect_rows(&mut self, h: f64) {
         let Self { tree, state, scratch } = self;
         let StepScratch { new_velocities, constraints, .. } = scratch;
         let moved = (&*state.positions, &**new_velocities);
@@ -320,11 +326,6 @@ impl Articulation {
     /// The new velocities, as far as they are found.
     pub(super) fn new_velocities_mut(&mut self) -> &mut [f64] {
         &mut self.scratch.new_velocities
-    }
-
-    /// Whether the new velocities are numbers.
-    pub fn new_velocities_are_finite(&self) -> bool {
-        self.scratch.new_velocities.iter().all(|velocity| velocity.is_finite())
     }
 
     /// Forgets what the last step left for the next one to start from: warm-start

@@ -10,6 +10,7 @@ mod residual;
 mod rows;
 mod split_velocities;
 mod stiffening;
+mod unsound;
 
 use std::ops::Range;
 
@@ -27,12 +28,25 @@ pub(in crate::dynamics) use impulses::{DIRECT_AT, MAX_SWEEPS, SETTLED, SETTLED_R
 pub use residual::SolverChoice;
 pub(in crate::dynamics) use rows::{MANY, find_spans};
 use split_velocities::Split;
+pub use unsound::FASTEST_OF_GROUP;
 
 /// Sweeps of position correction; the rest is left to the next step.
 pub(in crate::dynamics) const CORRECTION_SWEEPS: usize = 5;
 
 /// Position correction changes no velocity by more than this, m/s or rad/s.
 pub(in crate::dynamics) const MAX_SPLIT_VELOCITY: f64 = 3.0;
+
+/// What became of a step of an island.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum IslandOutcome {
+    /// All have moved on.
+    Solved,
+    /// What was found of several robots is not finite. Those that this is due to have new velocities that are not, and the others are as
+    /// if they had been [started](Articulation::start): they can be solved without these.
+    NotFinite,
+    /// As the caller wanted. The robots are in the midst of a step.
+    Interrupted,
+}
 
 /// The memory that solving needs, kept from step to step.
 #[derive(Debug, Default)]
@@ -124,8 +138,7 @@ impl Island {
     /// split impulses: velocities of its own, which are dropped after integration and so add no energy
     /// (as in Guendelman, Bridson and Fedkiw, "Nonconvex rigid bodies with stacking" (2003)).
     ///
-    /// False where `interrupt`, which is asked before each contact is measured and each sweep, ended it: then the robots are in the midst
-    /// of a step.
+    /// `interrupt` is asked before each contact is measured and each sweep.
     pub fn solve<R: AsMut<Articulation>>(
         &mut self,
         (robots, members): (&mut [R], &[usize]),
@@ -133,7 +146,7 @@ impl Island {
         constraints: &mut [ActiveConstraint<'_>],
         (gravity, h): (DVec3, f64),
         interrupt: &dyn Fn() -> bool,
-    ) -> bool {
+    ) -> IslandOutcome {
         self.list(robots, members);
         let at = self.make_rows(robots, contacts);
         self.make_links(robots, constraints, (h, at));
@@ -144,7 +157,7 @@ impl Island {
             self.gather(robots);
             self.brake(robots);
             if !(self.measure(robots, contacts, interrupt) && self.measure_links(robots, interrupt)) {
-                return false;
+                return IslandOutcome::Interrupted;
             }
             if round == 0 {
                 self.aim(robots, contacts, gravity, h);
@@ -158,16 +171,20 @@ impl Island {
             self.direct.begin();
             self.start(robots);
             if !self.find_impulses(robots, interrupt) {
-                return false;
+                return IslandOutcome::Interrupted;
             }
             if self.postpone_hits(contacts, gravity.length(), h) && !self.find_impulses(robots, interrupt) {
-                return false;
+                return IslandOutcome::Interrupted;
             }
             if !self.stop_idle_pulls(robots, constraints, h, interrupt) {
-                return false;
+                return IslandOutcome::Interrupted;
             }
             if !self.project(robots, constraints, h, interrupt) {
-                return false;
+                return IslandOutcome::Interrupted;
+            }
+            if !self.is_usable() {
+                self.leave_out_unsound(robots, gravity, h);
+                return IslandOutcome::NotFinite;
             }
             let mut changed = self.find_stiffening(robots, h);
             for (robot, member) in robots.iter_mut().zip(&self.members) {
@@ -184,7 +201,7 @@ impl Island {
         }
         self.measure_residual();
         let Some(has_split) = self.update_split_velocities(robots, constraints, h, interrupt) else {
-            return false;
+            return IslandOutcome::Interrupted;
         };
         for rows in &self.rows {
             let contact = &mut *contacts[rows.contact];
@@ -204,7 +221,7 @@ impl Island {
             self.velocities.iter_mut().zip(split).for_each(|(velocity, split)| *velocity += split);
             self.foresee(robots, constraints, h);
             self.finish_with_split_velocities(robots, gravity, h);
-            return true;
+            return IslandOutcome::Solved;
         }
         let is_corrected = self.correct_positions();
         self.foresee(robots, constraints, h);
@@ -216,7 +233,7 @@ impl Island {
                 body.finish(gravity, h);
             }
         }
-        true
+        IslandOutcome::Solved
     }
 
     /// Adds position correction to the velocities that positions are integrated with. False if there is none.

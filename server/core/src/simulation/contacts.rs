@@ -88,7 +88,7 @@ impl Contacts {
     }
 
     /// Finds what touches, of robots whose colliders are in place; false where it was interrupted. Contacts are not looked
-    /// for between `excluded` links.
+    /// for between `excluded` links, and not of a robot of which a part of a step has left it unknown where it is.
     ///
     /// An overlap between links of one robot, or of two robots that are fixed to the world, is ignored if it exists
     /// right after one of them was teleported, until the links have separated. A user may load two arms at the origin,
@@ -109,7 +109,8 @@ impl Contacts {
         list.clear();
         fixed.clear();
         let mut is_any_asleep = false;
-        let active = busy.robots().iter().filter(|robot| robots[**robot].is_active());
+        let can_touch = |robot: &Entity| robot.is_active() && robot.colliders.are_finite();
+        let active = busy.robots().iter().filter(|robot| can_touch(&robots[**robot]));
         let present = active.map(|&index| {
             let robot = &robots[index];
             is_any_asleep |= robot.state.asleep;

@@ -1,6 +1,8 @@
 //! Groups of robots that touch or are constrained to each other: a step can solve each on its own, at the same time as
 //! others.
 
+mod unsound;
+
 use glamx::DPose3;
 
 use super::constraints::moved;

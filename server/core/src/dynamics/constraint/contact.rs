@@ -84,6 +84,11 @@ impl Contact {
         (self.is_least, self.total) = (is_least, if begins { DVec3::ZERO } else { total });
     }
 
+    /// Notes that nothing has acted here in a part of a step.
+    pub fn skip_part(&mut self) {
+        (self.impulse, self.turning_impulse, self.is_least) = (DVec3::ZERO, DVec3::ZERO, false);
+    }
+
     /// Notes how far it has come, where it is the only point of its colliders and was that before.
     pub fn follow(&mut self, known: &Self) {
         self.moved = self.point.position - known.point.position;

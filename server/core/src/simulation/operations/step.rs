@@ -10,7 +10,7 @@ use glamx::DVec3;
 
 use crate::collision::SurfaceCombination;
 use crate::dynamics::Integrator;
-use crate::dynamics::island::{Island, SolverChoice};
+use crate::dynamics::island::{Island, IslandOutcome, SolverChoice};
 use crate::pool::{Interrupt, PIECES, Pool, for_each};
 use crate::simulation::constraints::{LinkConstraints, acts};
 use crate::simulation::contacts::{Contacts, SearchOptions};
@@ -299,27 +299,36 @@ impl Part<'_> {
 
     /// Moves a group on that is awake. False where it was interrupted.
     fn move_on(self, group: &mut Group<'_, '_>, island: &mut Island, interrupt: &Interrupt<'_>) -> bool {
-        let Self { gravity, h, integrator, ends, .. } = self;
         for member in &mut *group.robots {
-            member.as_mut().start(gravity, h, integrator);
+            member.as_mut().start(self.gravity, self.h, self.integrator);
         }
-        // A robot with velocities that are not finite is solved alone, so that it does not spoil others.
-        let sound = group.robots.iter_mut().all(|member| member.as_mut().new_velocities_are_finite());
-        if group.contacts.is_empty() && group.links.is_empty() || !sound {
-            for member in &mut *group.robots {
-                member.as_mut().solve_alone(gravity, h);
-                member.as_mut().finish(gravity, h);
-            }
-            // Nothing between them has acted.
-            for contact in &mut *group.contacts {
-                (contact.impulse, contact.turning_impulse) = (DVec3::ZERO, DVec3::ZERO);
-                contact.is_least = false;
-            }
-            group.links.iter_mut().for_each(|link| link.constraint.skip_part());
+        self.solve_started(group, island, interrupt)
+    }
+
+    /// The same of a group whose robots have been started.
+    ///
+    /// A robot that cannot be computed spoils no other one: it is moved on by itself, and those around it are solved as if it were not
+    /// there, in the groups that they are without it.
+    fn solve_started(
+        self,
+        group: &mut Group<'_, '_>,
+        island: &mut Island,
+        interrupt: &Interrupt<'_>,
+    ) -> bool {
+        let Self { gravity, h, ends, .. } = self;
+        let is_sound = group.is_sound();
+        if !is_sound && group.robots.len() > 1 {
+            return group
+                .solve_without_unsound(|mut group| self.solve_started(&mut group, &mut *island, interrupt));
+        }
+        if !is_sound || group.contacts.is_empty() && group.links.is_empty() {
+            self.move_alone(group);
         } else {
             let (indices, contacts, links) = (group.indices, &mut *group.contacts, &mut *group.links);
-            if !island.solve((&mut *group.robots, indices), contacts, links, (gravity, h), interrupt) {
-                return false;
+            match island.solve((&mut *group.robots, indices), contacts, links, (gravity, h), interrupt) {
+                IslandOutcome::Solved => {}
+                IslandOutcome::NotFinite => return self.solve_started(group, island, interrupt),
+                IslandOutcome::Interrupted => return false,
             }
             for contact in &mut *group.contacts {
                 contact.total += contact.impulse;
@@ -327,5 +336,16 @@ impl Part<'_> {
         }
         group.rest(h, ends);
         true
+    }
+
+    /// Moves on what nothing acts on in this part.
+    fn move_alone(self, group: &mut Group<'_, '_>) {
+        let Self { gravity, h, .. } = self;
+        for member in &mut *group.robots {
+            member.as_mut().solve_alone(gravity, h);
+            member.as_mut().finish(gravity, h);
+        }
+        group.contacts.iter_mut().for_each(|contact| contact.skip_part());
+        group.links.iter_mut().for_each(|link| link.constraint.skip_part());
     }
 }

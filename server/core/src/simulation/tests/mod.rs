@@ -5,6 +5,7 @@ mod ball_joints;
 mod claims;
 mod commands;
 mod constraints;
+mod diverging;
 mod gravity_compensation;
 mod pulls;
 mod sensors;
