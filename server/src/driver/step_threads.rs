@@ -54,6 +54,16 @@ impl StepThreads {
 
 impl Pool for StepThreads {
     fn join(&self, first: &mut (dyn FnMut() + Send), second: &mut (dyn FnMut() + Send)) {
+        let is_done = AtomicBool::new(false);
+        let first = || {
+            first();
+            // rayon's own way of waiting falls asleep where the second takes a little longer.
+            wait_awake_for(&is_done);
+        };
+        let second = || {
+            let _done = SetOnDrop(&is_done);
+            second();
+        };
         self.0.join(first, second);
     }
 
@@ -70,27 +80,29 @@ impl Pool for StepThreads {
 
 /// Has so many threads of the pool take what others leave for them, until it is done.
 fn wait_awake(count: usize, is_done: &AtomicBool) {
-    let wait = || {
-        let mut idle = 0;
-        while !is_done.load(Acquire) {
-            match rayon_core::yield_now() {
-                Some(Yield::Executed) => idle = 0,
-                // What else wants this processor gets it now and then.
-                _ if idle == SPINS => {
-                    std::thread::yield_now();
-                    idle = 0;
-                }
-                _ => {
-                    std::hint::spin_loop();
-                    idle += 1;
-                }
+    if count > 1 {
+        rayon_core::join(|| wait_awake_for(is_done), || wait_awake(count - 1, is_done));
+    } else {
+        wait_awake_for(is_done);
+    }
+}
+
+/// Takes what threads of the pool have left to be done, until something is done.
+fn wait_awake_for(is_done: &AtomicBool) {
+    let mut idle = 0;
+    while !is_done.load(Acquire) {
+        match rayon_core::yield_now() {
+            Some(Yield::Executed) => idle = 0,
+            // What else wants this processor gets it now and then.
+            _ if idle == SPINS => {
+                std::thread::yield_now();
+                idle = 0;
+            }
+            _ => {
+                std::hint::spin_loop();
+                idle += 1;
             }
         }
-    };
-    if count > 1 {
-        rayon_core::join(wait, || wait_awake(count - 1, is_done));
-    } else {
-        wait();
     }
 }
 

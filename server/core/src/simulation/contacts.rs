@@ -106,7 +106,6 @@ impl Contacts {
         std::mem::swap(&mut self.list, &mut self.before);
         std::mem::swap(&mut self.fixed, &mut self.fixed_before);
         let Self { list, collision_pairs, before, fixed, fixed_before, broad, searches } = self;
-        list.clear();
         fixed.clear();
         let mut is_any_asleep = false;
         let can_touch = |robot: &Entity| robot.is_active() && robot.colliders.are_finite();
@@ -136,8 +135,16 @@ impl Contacts {
                 // Each of the two lists takes as many contacts the next time.
                 search.found.reserve_exact(list.capacity());
             }
-            _ if !is_any_asleep => searches.iter_mut().for_each(|search| list.append(&mut search.found)),
+            _ if !is_any_asleep => {
+                let count = searches.iter().map(|search| search.found.len()).sum();
+                match searches.iter().find_map(|search| search.found.first()) {
+                    Some(any) => list.resize(count, *any),
+                    None => list.clear(),
+                }
+                put_in_order(pool, searches, list);
+            }
             _ => {
+                list.clear();
                 // What sleeps has not moved: its contacts are as they were.
                 let asleep = |contact: &&Contact| {
                     let [a, b] = contact.robots.map(|robot| &robots[robot]);
@@ -297,6 +304,22 @@ impl Search {
             }
         }
         true
+    }
+}
+
+/// Writes what was found over as many contacts, on the threads that have found it: these have it in their caches.
+fn put_in_order(pool: Option<&dyn Pool>, searches: &[Search], list: &mut [Contact]) {
+    let (first, second) = searches.split_at(searches.len() / 2);
+    match (pool, second) {
+        (Some(pool), [_, ..]) if !first.is_empty() => {
+            let count = first.iter().map(|search| search.found.len()).sum();
+            let (before, after) = list.split_at_mut(count);
+            pool.join(&mut || put_in_order(Some(pool), first, before), &mut || {
+                put_in_order(Some(pool), second, after)
+            });
+        }
+        (_, [search]) => list.copy_from_slice(&search.found),
+        _ => {}
     }
 }
 

@@ -230,7 +230,10 @@ fn advance(
         return false;
     }
     for &robot in busy.robots() {
-        robots[robot].state.teleported = false;
+        // A write takes what is written from the other thread that has it.
+        if robots[robot].state.teleported {
+            robots[robot].state.teleported = false;
+        }
     }
     let mut gathered = groups.gather(robots, busy, &mut contacts.list, &mut constraints.list);
     let threads = pool.filter(|_| groups.are_worth_threads());
