@@ -35,6 +35,10 @@ impl Pool for Counting {
         self.1.fetch_add(1, Relaxed);
         self.0.join(first, second);
     }
+
+    fn keep_awake(&self, work: &mut (dyn FnMut() + Send)) {
+        self.0.keep_awake(work);
+    }
 }
 
 /// At each place two robots with a constraint between them, one kind after the other, and things that fall on the ground and come

@@ -285,8 +285,8 @@ fn realtime() -> Vec<Key> {
         Key::new(
             "realtime.threads",
             "threads that a step may use for robots that do not touch each other, the physics thread included; the others \
-             get its priority and processors. 0: one less than there are processors, or all of `processors` where that \
-             is given; at most 4",
+             get its priority and processors, and keep their processors busy while a step is made. 0: one less than there \
+             are processors, or all of `processors` where that is given; at most 4",
             Access::Count(0..=MOST_STEP_THREADS, |draft| &mut draft.config.driver.step_threads),
         ),
         Key::new(

@@ -1,8 +1,9 @@
 //! The threads that a step may use: the physics thread, and others that the daemon owns and lends to the world.
 
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use std::sync::atomic::Ordering::{Acquire, Release};
+use std::sync::atomic::Ordering::{Acquire, Relaxed, Release};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::Thread;
 
 use rayon_core::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder, Yield};
 use simd_core::pool::Pool;
@@ -12,18 +13,36 @@ use super::realtime::{self, RealTime};
 /// Threads at the most.
 pub const MOST_STEP_THREADS: u64 = 64;
 
-/// A thread that looks for work in vain gives its processor to others after so many looks.
-const SPINS: u32 = 32;
+/// A thread that looks for work in vain so often gives its processor to others.
+const LOOKS: u32 = 16;
+
+/// After a step a thread gives its processor to others so often, about 50 microseconds in all, before it sleeps.
+const LINGERS: u32 = 50;
 
 /// As many at the most where the operator leaves it to the daemon: beyond that a step's threads wait for each other.
 const MOST_BY_ITSELF: usize = 4;
 
-/// The thread that made it and others, which sleep while there is nothing to do.
+/// The thread that made it and others, which sleep while no step is made.
 ///
 /// rayon's pool, of which the physics thread is one: `join` takes no memory, and work that no other thread has taken
-/// when the physics thread comes to it is done there.
+/// when the physics thread comes to it is done there. The other threads do nothing but look for such work, and sleep between steps:
+/// by itself rayon lets them sleep between the turns of a step too, and to wake one takes as long as a turn of a hundred robots.
 #[derive(Debug)]
-pub struct StepThreads(ThreadPool);
+pub struct StepThreads {
+    pool: ThreadPool,
+    others: Arc<Others>,
+}
+
+/// The threads beside the physics thread.
+#[derive(Debug, Default)]
+struct Others {
+    /// They look for work, and do not sleep.
+    are_awake: AtomicBool,
+    /// They end.
+    end: AtomicBool,
+    /// Those that have begun.
+    threads: Mutex<Vec<Thread>>,
+}
 
 impl StepThreads {
     /// Of `count` threads, the calling one included, which can belong to no other. The others get what the physics thread
@@ -43,75 +62,107 @@ impl StepThreads {
             .thread_name(|index| format!("simd-step-{index}"))
             .start_handler(move |_index| realtime::ask(real_time))
             .build()?;
-        Ok(Some(Arc::new(Self(pool))))
+        let others = Arc::new(Others::default());
+        let own = Arc::clone(&others);
+        pool.spawn_broadcast(move |thread| {
+            // The first is the physics thread, which has steps to make.
+            if thread.index() > 0 {
+                own.look_for_work();
+            }
+        });
+        Ok(Some(Arc::new(Self { pool, others })))
     }
 
     /// How many there are.
     pub fn count(&self) -> usize {
-        self.0.current_num_threads()
+        self.pool.current_num_threads()
     }
 }
 
 impl Pool for StepThreads {
     fn join(&self, first: &mut (dyn FnMut() + Send), second: &mut (dyn FnMut() + Send)) {
+        if !self.others.are_awake.load(Relaxed) {
+            first();
+            second();
+            return;
+        }
         let is_done = AtomicBool::new(false);
         let first = || {
             first();
             // rayon's own way of waiting falls asleep where the second takes a little longer.
-            wait_awake_for(&is_done);
+            work_until(&is_done);
         };
         let second = || {
-            let _done = SetOnDrop(&is_done);
+            let _done = SetOnDrop(&is_done, true);
             second();
         };
-        self.0.join(first, second);
+        self.pool.join(first, second);
     }
 
     fn keep_awake(&self, work: &mut (dyn FnMut() + Send)) {
-        let is_done = AtomicBool::new(false);
-        let work = || {
-            // Also where the work panics: the others would wait for ever.
-            let _done = SetOnDrop(&is_done);
-            work();
-        };
-        self.0.join(work, || wait_awake(self.count() - 1, &is_done));
+        self.others.are_awake.store(true, Release);
+        // Also where the work panics.
+        let _asleep = SetOnDrop(&self.others.are_awake, false);
+        self.others.threads().iter().for_each(Thread::unpark);
+        work();
     }
 }
 
-/// Has so many threads of the pool take what others leave for them, until it is done.
-fn wait_awake(count: usize, is_done: &AtomicBool) {
-    if count > 1 {
-        rayon_core::join(|| wait_awake_for(is_done), || wait_awake(count - 1, is_done));
-    } else {
-        wait_awake_for(is_done);
+impl Drop for StepThreads {
+    fn drop(&mut self) {
+        self.others.end.store(true, Release);
+        self.others.threads().iter().for_each(Thread::unpark);
     }
 }
 
-/// Takes what threads of the pool have left to be done, until something is done.
-fn wait_awake_for(is_done: &AtomicBool) {
-    let mut idle = 0;
-    while !is_done.load(Acquire) {
-        match rayon_core::yield_now() {
-            Some(Yield::Executed) => idle = 0,
-            // What else wants this processor gets it now and then.
-            _ if idle == SPINS => {
-                std::thread::yield_now();
+impl Others {
+    fn threads(&self) -> MutexGuard<'_, Vec<Thread>> {
+        self.threads.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Does what the thread is for, until it is to end.
+    fn look_for_work(&self) {
+        self.threads().push(std::thread::current());
+        let mut idle = 0;
+        while !self.end.load(Acquire) {
+            if self.are_awake.load(Acquire) {
                 idle = 0;
-            }
-            _ => {
-                std::hint::spin_loop();
+                look();
+            } else if idle < LINGERS {
+                // The next step may come at once.
                 idle += 1;
+                look();
+            } else {
+                std::thread::park();
             }
         }
     }
 }
 
-/// Says that work is done when it ends.
-struct SetOnDrop<'a>(&'a AtomicBool);
+/// Does work of the pool until something is done.
+fn work_until(is_done: &AtomicBool) {
+    while !is_done.load(Acquire) {
+        look();
+    }
+}
+
+/// Does a piece of the pool's work; where there is none for a while, threads of the same priority get the processor.
+fn look() {
+    for _ in 0..LOOKS {
+        if let Some(Yield::Executed) = rayon_core::yield_now() {
+            return;
+        }
+        std::hint::spin_loop();
+    }
+    std::thread::yield_now();
+}
+
+/// Sets a flag when it is dropped.
+struct SetOnDrop<'a>(&'a AtomicBool, bool);
 
 impl Drop for SetOnDrop<'_> {
     fn drop(&mut self) {
-        self.0.store(true, Release);
+        self.0.store(self.1, Release);
     }
 }
 
@@ -153,11 +204,18 @@ mod tests {
             let run = move || {
                 let threads = StepThreads::start(count, RealTime::default()).unwrap().unwrap();
                 assert_eq!(threads.count(), count);
-                sum(&*threads, &numbers)
+                let asleep = sum(&*threads, &numbers);
+                // Often, so that each thread is stopped by the system anywhere.
+                for _ in 0..3_000 {
+                    let mut awake = 0;
+                    threads.keep_awake(&mut || awake = sum(&*threads, &numbers));
+                    assert_eq!(awake, asleep);
+                }
+                asleep
             };
             std::thread::spawn(run).join().unwrap()
         };
-        assert_eq!([2, 4].map(of), [499_500; 2]);
+        assert_eq!([2, 3, 4, 7].map(of), [499_500; 4]);
     }
 
     #[test]
@@ -205,7 +263,7 @@ mod tests {
             let first = (0..Processors::COUNT).find(|number| allowed().is_set(*number)).unwrap();
             let real_time = RealTime { processors: Processors::of([first as u64]), ..RealTime::default() };
             let threads = StepThreads::start(2, real_time).unwrap().unwrap();
-            let other = threads.0.broadcast(|at| (at.index(), allowed().count()));
+            let other = threads.pool.broadcast(|at| (at.index(), allowed().count()));
             assert_eq!(other[1], (1, 1));
         };
         std::thread::spawn(run).join().unwrap();

@@ -263,7 +263,8 @@ impl RobotColliders {
     }
 
     /// Updates their poses from those of the bodies. Contacts are looked for within `slack` metres and
-    /// twice what a step of `h` seconds moves them, at the speed of [`FASTEST`](crate::dynamics::contact_point::FASTEST) at the most.
+    /// twice what a step of `h` seconds moves them, where of their speed no more counts than
+    /// [`FASTEST_LOOKED_AHEAD`](crate::dynamics::contact_point::FASTEST_LOOKED_AHEAD).
     pub fn update_poses(&mut self, base: DPose3, slack: f64, h: f64, body: impl Fn(usize) -> BodyMotion) {
         let still = self.base == Some(base);
         if still && self.is_still() {
@@ -342,6 +343,7 @@ impl RobotColliders {
         self.bounds = Bounds::default();
         self.is_any_lost = false;
         for ((placed, frame), rest) in self.placed.iter_mut().zip(&mut self.frames).zip(poses) {
+            // What sleeps is slow: its margin is not bounded.
             let RestPose { world_from_shape, margin, drift } = *rest;
             let axes = placed.set_pose(frame, world_from_shape);
             placed.set_margin(margin, drift);

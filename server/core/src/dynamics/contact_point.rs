@@ -63,7 +63,7 @@ pub const LOOK_AHEAD: f64 = 2.0;
 
 /// Nothing is taken to go faster than this where it is looked ahead, m/s: what does has mostly diverged, and would be solved together with
 /// what stands far away. Faster than this times [`LOOK_AHEAD`] a shape may pass what is thinner than its way in a step.
-pub const FASTEST: f64 = 1e3;
+pub const FASTEST_LOOKED_AHEAD: f64 = 1e3;
 
 /// How the coefficients of two surfaces that touch become those of the contact. Other simulators have one of these each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

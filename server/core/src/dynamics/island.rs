@@ -8,6 +8,7 @@ mod momenta;
 mod projection;
 mod residual;
 mod rows;
+mod single_bodies;
 mod split_velocities;
 mod stiffening;
 mod unsound;
@@ -27,6 +28,7 @@ use super::symmetric::Symmetric;
 pub(in crate::dynamics) use impulses::{DIRECT_AT, MAX_SWEEPS, SETTLED, SETTLED_ROUNDS, UNCHANGED};
 pub use residual::SolverChoice;
 pub(in crate::dynamics) use rows::{MANY, find_spans};
+use single_bodies::SingleBodies;
 use split_velocities::Split;
 pub use unsound::FASTEST_OF_GROUP;
 
@@ -41,9 +43,9 @@ pub(in crate::dynamics) const MAX_SPLIT_VELOCITY: f64 = 3.0;
 pub enum IslandOutcome {
     /// All have moved on.
     Solved,
-    /// What was found of several robots is not finite. Those that this is due to have new velocities that are not, and the others are as
-    /// if they had been [started](Articulation::start): they can be solved without these.
-    NotFinite,
+    /// What was found of several robots cannot be. Those that this is due to have new velocities that are not finite, and the others can be
+    /// solved without these: they are started again.
+    Unusable,
     /// As the caller wanted. The robots are in the midst of a step.
     Interrupted,
 }
@@ -76,6 +78,8 @@ pub struct Island {
     /// Member and body of each side of each contact.
     touched: Vec<(usize, usize)>,
     direct: Direct,
+    /// Of islands of single bodies.
+    single_bodies: SingleBodies,
     /// Of constraints that put positions right.
     split: Split,
     /// All impulses that it starts from are the least of the step before, and it is so with those that it ends with.
@@ -148,6 +152,7 @@ impl Island {
         interrupt: &dyn Fn() -> bool,
     ) -> IslandOutcome {
         self.list(robots, members);
+        self.single_bodies.begin(&self.members, contacts.len());
         let at = self.make_rows(robots, contacts);
         self.make_links(robots, constraints, (h, at));
         self.stiffening.clear();
@@ -184,7 +189,7 @@ impl Island {
             }
             if !self.is_usable() {
                 self.leave_out_unsound(robots, gravity, h);
-                return IslandOutcome::NotFinite;
+                return IslandOutcome::Unusable;
             }
             let mut changed = self.find_stiffening(robots, h);
             for (robot, member) in robots.iter_mut().zip(&self.members) {
@@ -234,6 +239,11 @@ impl Island {
             }
         }
         IslandOutcome::Solved
+    }
+
+    /// How many contacts of the last island were swept in the form that single bodies have.
+    pub fn swept_single_bodies(&self) -> usize {
+        self.single_bodies.len()
     }
 
     /// Adds position correction to the velocities that positions are integrated with. False if there is none.

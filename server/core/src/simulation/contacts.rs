@@ -318,8 +318,10 @@ fn put_in_order(pool: Option<&dyn Pool>, searches: &[Search], list: &mut [Contac
                 put_in_order(Some(pool), second, after)
             });
         }
-        (_, [search]) => list.copy_from_slice(&search.found),
-        _ => {}
+        _ => {
+            let found = searches.iter().flat_map(|search| &search.found);
+            list.iter_mut().zip(found).for_each(|(contact, found)| *contact = *found);
+        }
     }
 }
 

@@ -3,7 +3,7 @@
 use glamx::DVec3;
 
 use super::Placed;
-use crate::dynamics::contact_point::{FASTEST, LOOK_AHEAD};
+use crate::dynamics::contact_point::{FASTEST_LOOKED_AHEAD, LOOK_AHEAD};
 use crate::dynamics::kinematics::BodyMotion;
 
 impl Placed {
@@ -15,7 +15,7 @@ impl Placed {
         let ahead = |speed: f64| slack + LOOK_AHEAD * h * speed;
         self.set_margin(ahead(speed), velocity * (LOOK_AHEAD * h));
         // What is no number becomes the bound too.
-        self.margin = self.margin.min(ahead(FASTEST));
+        self.margin = self.margin.min(ahead(FASTEST_LOOKED_AHEAD));
     }
 
     /// Has contacts looked for this far from it, of which `drift` is for the motion of its middle.

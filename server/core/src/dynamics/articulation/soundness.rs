@@ -20,7 +20,8 @@ impl Articulation {
         aims.chain(responses.iter().take(count).copied()).all(|number| number.abs() <= most)
     }
 
-    /// Is again as [`start`](Self::start) has left it, after a solution that is of no use.
+    /// Finds the new velocities without contacts again, after a solution that is of no use. Which actuators saturate is still what that
+    /// solution said.
     pub(in crate::dynamics) fn start_again(&mut self, gravity: DVec3, h: f64) {
         self.predict(gravity, h);
         self.collect_rows(h);

@@ -14,6 +14,9 @@ pub const FASTEST_OF_GROUP: f64 = 1e6 * LARGEST_GIVEN;
 /// No number of a row may be larger than this: its square times a velocity is still one.
 const LARGEST: f64 = 1e100;
 
+/// Which of several is the one that has spoilt a solution cannot be told between robots that were this part as fast as the fastest.
+const NEARLY_FASTEST: f64 = 1e-3;
+
 impl Island {
     /// Whether the velocities that were found can be. A robot that is alone spoils no other one.
     pub(super) fn is_usable(&self) -> bool {
@@ -21,7 +24,7 @@ impl Island {
     }
 
     /// Leaves those robots not finite that the solution could not be found with: those of which a row has numbers that cannot be computed
-    /// with, and where there are none, those whose own velocities cannot be. Puts the others back to where they were started.
+    /// with, and where there are none, those that were the fastest. Starts the others again.
     pub(super) fn leave_out_unsound<R: AsMut<Articulation>>(
         &mut self,
         robots: &mut [R],
@@ -40,8 +43,11 @@ impl Island {
             }
         }
         if are_sound.iter().all(|is_sound| *is_sound) {
+            // Others have got it from those that were the fastest.
+            let largest = |own: &[f64]| own.iter().fold(0.0f64, |largest, velocity| largest.max(velocity.abs()));
+            let most = largest(&self.free) * NEARLY_FASTEST;
             for (is_sound, member) in are_sound.iter_mut().zip(&self.members) {
-                *is_sound = are_within(&self.velocities[member.velocities()], FASTEST_OF_GROUP);
+                *is_sound = largest(&self.free[member.velocities()]) < most;
             }
         }
         for (robot, is_sound) in robots.iter_mut().zip(are_sound) {

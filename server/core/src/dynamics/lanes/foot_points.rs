@@ -12,7 +12,7 @@ use super::pose::Pose;
 use super::robot::LaneRobot;
 use super::vectors::Vector;
 use crate::dynamics::constraint::contact::{Contact, STEADY};
-use crate::dynamics::contact_point::{ContactPoint, FASTEST, LOOK_AHEAD, Surface};
+use crate::dynamics::contact_point::{ContactPoint, FASTEST_LOOKED_AHEAD, LOOK_AHEAD, Surface};
 
 /// A contact of a pair, of all copies; see [`Contact`]. It means nothing where there is none.
 #[derive(Clone, Copy, Debug)]
@@ -168,7 +168,7 @@ impl<S: Simd> LaneRobot<S> {
         let ahead = zero.same(LOOK_AHEAD * self.stepping.h);
         let margin = zero.same(self.slack) + ahead * speed;
         let drift = velocity * ahead;
-        let most = zero.same(self.slack) + ahead * zero.same(FASTEST);
+        let most = zero.same(self.slack) + ahead * zero.same(FASTEST_LOOKED_AHEAD);
         let within = ((margin - drift.length()).max(zero) + drift.length()).min(margin).min(most);
         let height = (middle - plane.translation).dot(plane.rotation.times(own_normal));
         let is_far = within.lt(height - radius);

@@ -53,6 +53,12 @@ impl Simulation {
         self.step_memory.groups.at_once()
     }
 
+    /// How many contacts of single bodies, in heaps, the last part of a step has swept in a form of their own. No number of the state
+    /// depends on it.
+    pub fn swept_single_bodies(&self) -> usize {
+        self.step_memory.solvers.iter().map(|solver| solver.island.swept_single_bodies()).sum()
+    }
+
     /// Has the impulses of contacts found in one way from now on, and measures how exactly they are, for figures of the solver. It is
     /// no part of the state, and takes time and memory in each step.
     pub fn measure_solver(&mut self, choice: SolverChoice) {
@@ -330,7 +336,7 @@ impl Part<'_> {
             let (indices, contacts, links) = (group.indices, &mut *group.contacts, &mut *group.links);
             match island.solve((&mut *group.robots, indices), contacts, links, (gravity, h), interrupt) {
                 IslandOutcome::Solved => {}
-                IslandOutcome::NotFinite => return self.solve_started(group, island, interrupt),
+                IslandOutcome::Unusable => return self.solve_started(group, island, interrupt),
                 IslandOutcome::Interrupted => return false,
             }
             for contact in &mut *group.contacts {

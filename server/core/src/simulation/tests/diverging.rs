@@ -105,13 +105,13 @@ fn spin(angular: DVec3) -> Command {
     Command::SetEntityState { robot: "falling".into(), pose: None, twist: Some((DVec3::ZERO, angular)) }
 }
 
-/// Beyond what numbers carry.
+/// Beyond what squares of numbers carry.
 fn push() -> Command {
     Command::ApplyWrench(LinkWrench {
         robot: "wild".into(),
         link: "base_link".into(),
-        force: DVec3::new(1e308, -1e308, 1e307),
-        torque: DVec3::splat(1e308),
+        force: DVec3::new(1e150, -1e150, 1e149),
+        torque: DVec3::splat(1e150),
         in_link_axes: false,
         point: DVec3::ZERO,
         duration: WrenchDuration::UntilCleared,
