@@ -13,7 +13,7 @@ use crate::closed_forms::met;
 use crate::world::{apply, euler, leapfrog, look, passive};
 
 /// Kinetic energy qd' M qd / 2 and potential energy m g z, joules; fixed base only.
-fn energy(model: &RobotModel, seen: &PublishedState) -> f64 {
+pub(crate) fn energy(model: &RobotModel, seen: &PublishedState) -> f64 {
     let tree = &seen.world.entities[0].tree;
     let n = tree.velocity_count;
     let matrix = mass_matrix(tree, &seen.positions);

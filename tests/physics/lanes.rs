@@ -85,7 +85,7 @@ fn request(world: &Simulation, mode: ControlMode) -> RolloutRequest {
 }
 
 /// The bits of all states, and the part of the steps that were done in lanes.
-fn computed(rollout: &Rollout) -> (Vec<u64>, f64) {
+pub(crate) fn computed(rollout: &Rollout) -> (Vec<u64>, f64) {
     let mut worker = rollout.worker();
     let batches = (0..rollout.batches()).filter_map(|batch| rollout.advance(&mut worker, batch, &|| false));
     let (mut bits, mut in_lanes, mut steps) = (Vec::new(), 0, 0);

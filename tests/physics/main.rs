@@ -31,6 +31,7 @@ mod lanes;
 mod mechanisms;
 mod mujoco;
 mod passive_worlds;
+mod pinched;
 mod properties;
 mod queries;
 mod query_bounds;

@@ -43,6 +43,12 @@ pub const DEFAULT_VELOCITY_GAIN: f64 = 1000.0;
 /// rest is for gravity and for what other joints do.
 pub const PROFILE_EFFORT: f64 = 0.5;
 
+/// What is held at its limit is released below this part of it.
+pub(super) const NEARLY: f64 = 1.0 - 1e-9;
+
+/// Weakening ends when no actuator's gains change by more than this part.
+pub(super) const SETTLED: f64 = 1e-2;
+
 /// An axis that can be driven: a revolute or prismatic joint, or one of a planar one's three.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Axis {
@@ -267,6 +273,69 @@ fn least(one: Option<f64>, other: Option<f64>) -> f64 {
 }
 
 impl Drive {
+    /// Whether it saturates where the law asks for this effort, which was found with what it has been taken for so far. Says whether
+    /// that changed.
+    ///
+    /// What is held at its limit is right as long as the law would go beyond on that side. After the first round a hair less is enough,
+    /// so that rounding does not release what would be held again.
+    pub fn saturate(&mut self, law: f64, is_first: bool) -> bool {
+        let least = if is_first { self.limit } else { self.limit * NEARLY };
+        let next = match self.saturated {
+            Some(effort) if law * effort.signum() >= least || (!is_first && self.limit == 0.0) => {
+                Some(effort)
+            }
+            Some(_) => None,
+            None => (law.abs() > self.limit).then(|| self.limit.copysign(law)),
+        };
+        let changed = next != self.saturated;
+        self.saturated = next;
+        changed
+    }
+
+    /// Has the law of its gains, of which `part` is left, ask for no more than the limit at the velocities at which it asks for `law`:
+    /// all of its gains are made smaller, or larger again. Says whether it does, which it does not where that is little.
+    ///
+    /// The power of a bounded effort is that of a function that goes on in a straight line (Huber's). A parabola that touches it from
+    /// above at the last velocities has this law (iteratively reweighted least squares: Huber, "Robust Statistics" (1981), section
+    /// 7.8), so that each round lowers what all rounds lower together, however many actuators saturate. And whichever round is the
+    /// last: the actuator pulls to its target, where a constant effort may push away from it.
+    ///
+    /// Where it is only to be `less`, gains do not become larger, and come down faster, to keep to the limit in the rounds that are left.
+    pub fn weaken(&mut self, law: f64, less: bool, part: &mut f64) -> bool {
+        if self.limit == 0.0 {
+            self.saturated = Some(0.0);
+            return false;
+        }
+        self.saturated = None;
+        let over = self.limit / law.abs();
+        let factor = if less {
+            let over = over.min(1.0);
+            over * over
+        } else {
+            (*part * over).min(1.0) / *part
+        };
+        if (factor - 1.0).abs() <= SETTLED {
+            return false;
+        }
+        self.stiffness *= factor;
+        self.damping *= factor;
+        self.feed_forward *= factor;
+        *part *= factor;
+        true
+    }
+
+    /// Takes back the gains of which `part` was left; what it applied is that of the smaller ones.
+    pub fn recover(&mut self, law: f64, part: f64) {
+        if part < 1.0 {
+            self.stiffness /= part;
+            self.damping /= part;
+            self.feed_forward /= part;
+        }
+        if part < 1.0 || law.abs() > self.limit {
+            self.saturated = self.saturated.or(Some(law));
+        }
+    }
+
     /// What the actuator applies over a step of `h` from `q` in which the velocity changes from `before` to `after`; the
     /// limit where it is saturated.
     pub fn effort(&self, q: f64, velocities: [f64; 2], h: f64, at: Implicitness) -> f64 {

@@ -31,9 +31,16 @@ use super::velocity_terms::{VelocityTerms, is_fast};
 
 pub use body_state::BodyState;
 
-/// Rounds at the most in which actuators are found to saturate. Each round that
-/// changes something saturates one actuator more, and two are the rule.
-pub(super) const MAX_ROUNDS: usize = 4;
+/// Rounds at the most in which it is found which actuators saturate. Each is a step of Newton's method for efforts that are
+/// bounded, and two are the rule.
+pub(super) const EXACT_ROUNDS: usize = 4;
+
+/// Where that goes in circles, actuators are [weakened](Drive::weaken) and strengthened until this round, and only weakened from then
+/// on.
+pub(super) const BOTH_WAYS_UNTIL: usize = EXACT_ROUNDS + 4;
+
+/// Rounds at the most.
+pub(super) const MAX_ROUNDS: usize = BOTH_WAYS_UNTIL + 8;
 
 /// One robot: how it is built, where it is and how it moves, and the scratch of its step.
 ///
@@ -65,6 +72,10 @@ struct StepScratch {
     is_kinked: bool,
     /// Forces from outside have jumped before this step.
     meets_jump: bool,
+    /// Of each actuator's gains what is left; see [`Drive::weaken`].
+    parts: Vec<f64>,
+    /// Some are less than one.
+    is_weakened: bool,
     /// Of an impulse.
     response: Vec<f64>,
     /// The split velocities of this step, which put positions right; empty where nothing did.
@@ -110,6 +121,8 @@ impl Articulation {
             is_touched: false,
             is_kinked: false,
             meets_jump: false,
+            parts: vec![1.0; tree.velocity_count],
+            is_weakened: false,
             response: vec![0.0; tree.velocity_count],
             split: Vec::new(),
             shift: DVec3::ZERO,
@@ -190,7 +203,7 @@ impl Articulation {
             let StepScratch { new_velocities, constraints, passes, .. } = &mut self.scratch;
             solve(&self.tree, &self.state.positions, constraints, passes, new_velocities);
             self.keep_rows();
-            if !self.saturate(h, round == 0) {
+            if !self.saturate(h, round) {
                 break;
             }
         }
@@ -216,22 +229,29 @@ impl Articulation {
 
     /// What the actuators apply at the new velocities.
     fn note_efforts(&mut self, h: f64) {
-        for (body, at) in self.tree.bodies.iter().zip(&self.scratch.passes.bodies) {
+        let StepScratch { passes, new_velocities, parts, is_weakened, .. } = &mut self.scratch;
+        for (body, at) in self.tree.bodies.iter().zip(&passes.bodies) {
             if !matches!(body.joint_type, JointType::Free { .. }) {
                 let dof = body.velocity;
                 let (q, velocities) = (
                     self.state.positions[body.position],
-                    [self.state.half_velocities[dof], self.scratch.new_velocities[dof]],
+                    [self.state.half_velocities[dof], new_velocities[dof]],
                 );
-                self.state.efforts[dof] = self.state.drives[dof].effort(q, velocities, h, at.implicitness);
+                let drive = &mut self.state.drives[dof];
+                if *is_weakened {
+                    drive.recover(drive.law(q, velocities, h, at.implicitness), parts[dof]);
+                }
+                self.state.efforts[dof] = drive.effort(q, velocities, h, at.implicitness);
             }
         }
+        *is_weakened = false;
     }
 
     /// Moves setpoints on, and takes each actuator's law for the step.
     fn set_drives(&mut self, gravity: DVec3, h: f64) {
         let Self { tree, state, scratch } = self;
-        let StepScratch { passes, subtrees, integrator, .. } = scratch;
+        let StepScratch { passes, subtrees, integrator, is_weakened, .. } = scratch;
+        *is_weakened = false;
         let mut any_compensates = false;
         for body in &tree.bodies {
             if !matches!(body.joint_type, JointType::Revolute | JointType::Prismatic) {
@@ -285,28 +305,50 @@ impl Articulation {
         }
     }
 
-    /// Finds the actuators whose solved effort is beyond their limit, and where
-    /// `release`, those that were saturated and need not be. Says whether any changed.
-    pub(super) fn saturate(&mut self, h: f64, release: bool) -> bool {
+    /// Finds the actuators whose solved effort is beyond their limit, and those that were saturated and need not be. Says whether any
+    /// changed, so that another round is needed.
+    ///
+    /// Where [`EXACT_ROUNDS`] do not settle it, actuators are weakened from there on.
+    pub(super) fn saturate(&mut self, h: f64, round: usize) -> bool {
+        if round + 1 == MAX_ROUNDS {
+            return false;
+        }
         let mut changed = false;
-        for (body, at) in self.tree.bodies.iter().zip(&self.scratch.passes.bodies) {
-            let drive = &mut self.state.drives[body.velocity];
+        if !self.scratch.is_weakened {
+            changed = self.change_limited_drives(h, |drive, law, _| drive.saturate(law, round == 0));
+            if changed && round + 1 >= EXACT_ROUNDS {
+                self.scratch.is_weakened = true;
+                self.scratch.parts.fill(1.0);
+            }
+        }
+        if self.scratch.is_weakened {
+            changed |= self.change_limited_drives(h, |drive, law, part| {
+                drive.weaken(law, round >= BOTH_WAYS_UNTIL, part)
+            });
+        }
+        self.scratch.is_kinked |= changed;
+        changed
+    }
+
+    /// Changes each actuator that has a limit, by what its law asks for at the new velocities and what is left of its gains. Whether any
+    /// has changed.
+    fn change_limited_drives(
+        &mut self,
+        h: f64,
+        mut change: impl FnMut(&mut Drive, f64, &mut f64) -> bool,
+    ) -> bool {
+        let Self { tree, state, scratch } = self;
+        let mut changed = false;
+        for (body, at) in tree.bodies.iter().zip(&scratch.passes.bodies) {
+            let dof = body.velocity;
+            let drive = &mut state.drives[dof];
             if matches!(body.joint_type, JointType::Free { .. }) || drive.limit == f64::INFINITY {
                 continue;
             }
-            let dof = body.velocity;
-            let velocities = [self.state.half_velocities[dof], self.scratch.new_velocities[dof]];
-            let law = drive.law(self.state.positions[body.position], velocities, h, at.implicitness);
-            let next = match drive.saturated {
-                // Held at its limit: right as long as the law would go beyond on that side.
-                Some(effort) if law * effort.signum() >= drive.limit || !release => Some(effort),
-                Some(_) => None,
-                None => (law.abs() > drive.limit).then(|| drive.limit.copysign(law)),
-            };
-            changed |= next != drive.saturated;
-            drive.saturated = next;
+            let velocities = [state.half_velocities[dof], scratch.new_velocities[dof]];
+            let law = drive.law(state.positions[body.position], velocities, h, at.implicitness);
+            changed |= change(drive, law, &mut scratch.parts[dof]);
         }
-        self.scratch.is_kinked |= changed;
         changed
     }
 

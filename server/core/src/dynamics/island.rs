@@ -17,7 +17,7 @@ use std::ops::Range;
 
 use glamx::{DPose3, DVec3};
 
-use super::articulation::{Articulation, MAX_ROUNDS};
+use super::articulation::{Articulation, EXACT_ROUNDS, MAX_ROUNDS};
 use super::constraint::contact::{Contact, ContactRows};
 use super::constraint::direct::Direct;
 use super::constraint::link_constraint::LinkConstraint;
@@ -191,11 +191,11 @@ impl Island {
                 self.leave_out_unsound(robots, gravity, h);
                 return IslandOutcome::Unusable;
             }
-            let mut changed = self.find_stiffening(robots, h);
+            let mut changed = self.find_stiffening(robots, h) && round + 1 < EXACT_ROUNDS;
             for (robot, member) in robots.iter_mut().zip(&self.members) {
                 let body = robot.as_mut();
                 body.new_velocities_mut().copy_from_slice(&self.velocities[member.velocities()]);
-                if body.saturate(h, round == 0) {
+                if body.saturate(h, round) {
                     changed = true;
                 }
             }

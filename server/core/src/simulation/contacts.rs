@@ -133,6 +133,7 @@ impl Contacts {
             [search] if !is_any_asleep => {
                 std::mem::swap(list, &mut search.found);
                 // Each of the two lists takes as many contacts the next time.
+                search.found.clear();
                 search.found.reserve_exact(list.capacity());
             }
             _ if !is_any_asleep => {

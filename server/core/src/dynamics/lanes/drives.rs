@@ -6,6 +6,8 @@ use super::joint::{Drive, Law, State, has_setpoint};
 use super::number::{Lanes, Mask};
 use super::passes::implicitness;
 use super::robot::LaneRobot;
+use crate::dynamics::actuator::{NEARLY, SETTLED};
+use crate::dynamics::articulation::{BOTH_WAYS_UNTIL, EXACT_ROUNDS, MAX_ROUNDS};
 use crate::dynamics::integrator::Integrator;
 
 /// The law alone, without its limit, over a step in which the velocity changes from `half` to `new`.
@@ -60,10 +62,35 @@ impl<S: Simd> LaneRobot<S> {
         }
     }
 
-    /// Finds the actuators whose solved effort is beyond their limit, and where `release`, those that were saturated and need not
-    /// be, of some lanes. Where any changed.
+    /// Finds the actuators whose solved effort is beyond their limit, and those that were saturated and need not be, of some lanes; weakens
+    /// them where that does not settle. Where any changed. See [`Articulation::saturate`](crate::dynamics::Articulation).
     #[inline(always)]
-    pub(super) fn saturate(&mut self, going: Mask<S>, release: bool) -> Mask<S> {
+    pub(super) fn saturate(&mut self, going: Mask<S>, round: usize, weakened: &mut Mask<S>) -> Mask<S> {
+        let zero = self.is_taken.same(0.0);
+        let mut changed = zero.lt(zero);
+        if round + 1 == MAX_ROUNDS {
+            return changed;
+        }
+        let exact = going & !*weakened;
+        if exact.any() {
+            changed = self.saturate_exactly(exact, round == 0);
+            if round + 1 >= EXACT_ROUNDS && changed.any() {
+                *weakened = *weakened | changed;
+                for at in &mut self.bodies[self.first..] {
+                    at.part = changed.select(zero.same(1.0), at.part);
+                }
+            }
+        }
+        let weakened = going & *weakened;
+        if weakened.any() {
+            changed = changed | self.weaken(weakened, round >= BOTH_WAYS_UNTIL);
+        }
+        changed
+    }
+
+    /// See [`Drive::saturate`](crate::dynamics::actuator::Drive::saturate).
+    #[inline(always)]
+    fn saturate_exactly(&mut self, going: Mask<S>, is_first: bool) -> Mask<S> {
         let h = self.is_taken.same(self.stepping.h);
         let zero = h.same(0.0);
         let mut changed = zero.lt(zero);
@@ -78,9 +105,10 @@ impl<S: Simd> LaneRobot<S> {
             let was = drive.saturated.is_number();
             let begins = !was & drive.limit.lt(law.abs()) & is_limited;
             let asked = law * sign(drive.saturated);
-            let mut ends = was & !drive.limit.le(asked) & is_limited;
-            if !release {
-                ends = zero.lt(zero);
+            let least = if is_first { drive.limit } else { drive.limit * zero.same(NEARLY) };
+            let mut ends = was & !least.le(asked) & is_limited;
+            if !is_first {
+                ends = ends & !drive.limit.is(zero);
             }
             drive.saturated = begins.select(sign(law) * drive.limit, drive.saturated);
             drive.saturated = ends.select(zero.same(f64::NAN), drive.saturated);
@@ -89,18 +117,68 @@ impl<S: Simd> LaneRobot<S> {
         changed
     }
 
+    /// See [`Drive::weaken`](crate::dynamics::actuator::Drive::weaken).
+    #[inline(always)]
+    fn weaken(&mut self, going: Mask<S>, less: bool) -> Mask<S> {
+        let h = self.is_taken.same(self.stepping.h);
+        let (zero, one) = (h.same(0.0), h.same(1.0));
+        let mut changed = zero.lt(zero);
+        for (state, at) in self.states[self.first..].iter_mut().zip(&mut self.bodies[self.first..]) {
+            let drive = &mut state.drive;
+            let is_limited = drive.limit.lt(zero.same(f64::INFINITY)) & going;
+            if !is_limited.any() {
+                continue;
+            }
+            let velocities = [state.half_velocity, at.new_velocity];
+            let law = law(drive, state.position, velocities, h, at.damper);
+            let is_off = drive.limit.is(zero);
+            drive.saturated = (is_limited & is_off).select(zero, drive.saturated);
+            let moves = is_limited & !is_off;
+            drive.saturated = moves.select(zero.same(f64::NAN), drive.saturated);
+            let over = drive.limit / law.abs();
+            let factor = if less {
+                let over = over.min(one);
+                over * over
+            } else {
+                (at.part * over).min(one) / at.part
+            };
+            let moves = moves & !(factor - one).abs().le(zero.same(SETTLED));
+            drive.stiffness = moves.select(drive.stiffness * factor, drive.stiffness);
+            drive.damping = moves.select(drive.damping * factor, drive.damping);
+            drive.feed_forward = moves.select(drive.feed_forward * factor, drive.feed_forward);
+            at.part = moves.select(at.part * factor, at.part);
+            changed = changed | moves;
+        }
+        changed
+    }
+
     /// What the actuators apply at the new velocities.
     #[inline(always)]
-    pub(super) fn note_efforts(&mut self) {
+    pub(super) fn note_efforts(&mut self, weakened: Mask<S>) {
         let h = self.is_taken.same(self.stepping.h);
+        let any_weakened = weakened.any();
         for (state, at) in self.states[self.first..].iter_mut().zip(&self.bodies[self.first..]) {
             let velocities = [state.half_velocity, at.new_velocity];
             let law = law(&state.drive, state.position, velocities, h, at.damper);
             let limit = state.drive.limit;
+            if any_weakened {
+                recover(&mut state.drive, law, at.part, weakened);
+            }
             let saturated = state.drive.saturated;
             state.effort = saturated.is_number().select(saturated, law.clamp(-limit, limit));
         }
     }
+}
+
+/// See [`Drive::recover`](crate::dynamics::actuator::Drive::recover).
+#[inline(always)]
+fn recover<S: Simd>(drive: &mut Drive<S>, law: Lanes<S>, part: Lanes<S>, weakened: Mask<S>) {
+    let is_less = part.lt(part.same(1.0)) & weakened;
+    for gain in [&mut drive.stiffness, &mut drive.damping, &mut drive.feed_forward] {
+        *gain = is_less.select(*gain / part, *gain);
+    }
+    let is_saturated = (is_less | (drive.limit.lt(law.abs()) & weakened)) & !drive.saturated.is_number();
+    drive.saturated = is_saturated.select(law, drive.saturated);
 }
 
 /// See [`Axis::advance_setpoint`](crate::dynamics::Axis::advance_setpoint).

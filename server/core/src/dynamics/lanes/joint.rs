@@ -107,6 +107,8 @@ pub(super) struct Body<S: Simd> {
     pub(super) rows: [Row<S>; 3],
     /// The most that dry friction holds with in a step.
     pub(super) most_friction: Lanes<S>,
+    /// Of its actuator's gains what is left.
+    pub(super) part: Lanes<S>,
 }
 
 /// Whether a mode has a setpoint.
@@ -291,6 +293,7 @@ impl<S: Simd> Body<S> {
             way: zero,
             rows: [row; 3],
             most_friction: zero,
+            part: zero.same(1.0),
         }
     }
 

@@ -75,6 +75,7 @@ impl<S: Simd> LaneRobot<S> {
         }
         self.set_drives();
         let (mut going, mut kinked, mut has_rows) = (taken, zero.lt(zero), false);
+        let mut weakened = zero.lt(zero);
         for round in 0..MAX_ROUNDS {
             self.gather_inertia();
             self.accelerate(going);
@@ -93,7 +94,7 @@ impl<S: Simd> LaneRobot<S> {
             }
             // With feet that touch they are those of all rounds together.
             kinked = kinked | self.keep_rows(clear);
-            going = self.saturate(going, round == 0);
+            going = self.saturate(going, round, &mut weakened);
             kinked = kinked | going;
             if !going.any() {
                 break;
@@ -104,7 +105,7 @@ impl<S: Simd> LaneRobot<S> {
             self.keep_contacts(touching, self.feet.solver.was_least);
         }
         let kinked = kinked | self.set_ways(touching);
-        self.note_efforts();
+        self.note_efforts(weakened);
         self.finish(kinked);
         if is_leapfrog { is_done & !is_fast } else { is_done }
     }
