@@ -1,8 +1,8 @@
 //! Heaps of single bodies, whose contacts are swept in a form of their own.
 
 use glamx::{DPose3, DQuat, DVec3};
-use simd_core::simulation::{Integrator, SolverChoice, WorldLimits};
 use simd_core::simulation::command::Spawn;
+use simd_core::simulation::{Integrator, SolverChoice, WorldLimits};
 use simd_core::{PhysicsSettings, Simulation};
 use simd_tests::scenes::{ball, contacts, container, cuboid, robot, spawn, surface};
 

@@ -173,7 +173,8 @@ fn late_rows(title: &str, real_time: &str) {
         }
     }
     for (turns, asking) in turns.into_iter().zip(asking) {
-        let [half, most, latest] = [0, 1, 2].map(|part| Spread::of(turns.iter().map(|turn| turn[part]).collect()));
+        let [half, most, latest] =
+            [0, 1, 2].map(|part| Spread::of(turns.iter().map(|turn| turn[part]).collect()));
         println!("  {title:30} {asking:3} asking   {half}   {most}   {latest}");
     }
 }

@@ -14,7 +14,7 @@ pub const FASTEST_OF_GROUP: f64 = 1e6 * LARGEST_GIVEN;
 /// No number of a row may be larger than this: its square times a velocity is still one.
 const LARGEST: f64 = 1e100;
 
-/// Which of several is the one that has spoilt a solution cannot be told between robots that were this part as fast as the fastest.
+/// Robots that were this part as fast as the fastest are taken for what has spoilt a solution, all of them.
 const NEARLY_FASTEST: f64 = 1e-3;
 
 impl Island {
@@ -44,7 +44,8 @@ impl Island {
         }
         if are_sound.iter().all(|is_sound| *is_sound) {
             // Others have got it from those that were the fastest.
-            let largest = |own: &[f64]| own.iter().fold(0.0f64, |largest, velocity| largest.max(velocity.abs()));
+            let largest =
+                |own: &[f64]| own.iter().fold(0.0f64, |largest, velocity| largest.max(velocity.abs()));
             let most = largest(&self.free) * NEARLY_FASTEST;
             for (is_sound, member) in are_sound.iter_mut().zip(&self.members) {
                 *is_sound = largest(&self.free[member.velocities()]) < most;
