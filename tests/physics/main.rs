@@ -47,7 +47,6 @@ mod seeds;
 mod sensors;
 mod seven_arm;
 mod shape_casts;
-mod single_bodies;
 mod sleeping;
 mod spinning;
 mod surface_queries;

@@ -8,7 +8,6 @@ mod momenta;
 mod projection;
 mod residual;
 mod rows;
-mod single_bodies;
 mod split_velocities;
 mod stiffening;
 mod unsound;
@@ -28,7 +27,6 @@ use super::symmetric::Symmetric;
 pub(in crate::dynamics) use impulses::{DIRECT_AT, MAX_SWEEPS, SETTLED, SETTLED_ROUNDS, UNCHANGED};
 pub use residual::SolverChoice;
 pub(in crate::dynamics) use rows::{MANY, find_spans};
-use single_bodies::SingleBodies;
 use split_velocities::Split;
 pub use unsound::FASTEST_OF_GROUP;
 
@@ -78,8 +76,6 @@ pub struct Island {
     /// Member and body of each side of each contact.
     touched: Vec<(usize, usize)>,
     direct: Direct,
-    /// Of islands of single bodies.
-    single_bodies: SingleBodies,
     /// Of constraints that put positions right.
     split: Split,
     /// All impulses that it starts from are the least of the step before, and it is so with those that it ends with.
@@ -152,7 +148,6 @@ impl Island {
         interrupt: &dyn Fn() -> bool,
     ) -> IslandOutcome {
         self.list(robots, members);
-        self.single_bodies.begin(&self.members, contacts.len());
         let at = self.make_rows(robots, contacts);
         self.make_links(robots, constraints, (h, at));
         self.stiffening.clear();
@@ -239,11 +234,6 @@ impl Island {
             }
         }
         IslandOutcome::Solved
-    }
-
-    /// How many contacts of the last island were swept in the form that single bodies have.
-    pub fn swept_single_bodies(&self) -> usize {
-        self.single_bodies.len()
     }
 
     /// Adds position correction to the velocities that positions are integrated with. False if there is none.

@@ -3,7 +3,6 @@
 use glamx::DVec3;
 use serde::{Deserialize, Serialize};
 
-use super::contact_law::ContactLaw;
 use super::side::{Side, add_transposed};
 use crate::dynamics::contact_point::ContactPoint;
 use crate::plain::vector3;
@@ -282,26 +281,46 @@ impl ContactRows {
         nn > IMMOVABLE * (nn + tt + uu)
     }
 
-    /// What a sweep knows of it beside J and M^-1 J'.
-    #[inline(always)]
-    pub fn law(&self) -> ContactLaw {
-        let Self { target, drift, inverse, gradient_step, friction, compliance, impulse, .. } = *self;
-        let [nn, nt, nu, tt, _, uu] = self.effect;
-        let effect = [nn, nt, nu, tt, uu];
-        ContactLaw { target, drift, effect, inverse, gradient_step, friction, compliance, impulse }
-    }
-
-    /// Gives the contact the impulses that [its law](ContactLaw::solve) asks for. The largest change of a velocity, m/s.
+    /// Gives the contact the impulses that make its normal velocity reach the target or its
+    /// impulse vanish, and its tangent velocities vanish as far as friction goes. The largest
+    /// change of a velocity, m/s.
+    ///
+    /// The tangent impulse is projected on the disc of radius friction times normal
+    /// impulse: the circular cone of Coulomb's law, not a pyramid. Where that settles, friction
+    /// points against the slip.
     #[inline]
     pub fn solve(&mut self, blocks: &[f64], velocities: &mut [f64]) -> f64 {
-        let mut law = self.law();
-        let change = law.solve(self.velocities(blocks, velocities));
-        self.impulse = law.impulse;
-        if change == [0.0; 3] {
+        let [nn, nt, nu, tt, _, uu] = self.effect;
+        let velocity = self.slip(blocks, velocities);
+        let left = self.target - velocity[0] - self.compliance * self.impulse[0];
+        let normal = (self.impulse[0] + left / (nn + self.compliance)).max(0.0);
+        let dn = normal - self.impulse[0];
+        let most = self.friction * normal;
+        let (mut dt, mut du) = (0.0, 0.0);
+        if most > 0.0 || self.impulse[1] != 0.0 || self.impulse[2] != 0.0 {
+            let (vt, vu) = (velocity[1] + nt * dn, velocity[2] + nu * dn);
+            let [a, b, c] = self.inverse;
+            let (mut t, mut u) = (self.impulse[1] - a * vt - b * vu, self.impulse[2] - b * vt - c * vu);
+            if t * t + u * u > most * most {
+                // It slips. The impulse that would stop it is no guide to where friction points,
+                // since the body may be easier to move one way than the other; a step against the
+                // slip is.
+                t = self.impulse[1] - self.gradient_step * vt;
+                u = self.impulse[2] - self.gradient_step * vu;
+                let size = (t * t + u * u).sqrt();
+                if size > most {
+                    (t, u) = (t * most / size, u * most / size);
+                }
+            }
+            (dt, du) = (t - self.impulse[1], u - self.impulse[2]);
+            (self.impulse[1], self.impulse[2]) = (t, u);
+        }
+        self.impulse[0] = normal;
+        if dn == 0.0 && dt == 0.0 && du == 0.0 {
             return 0.0;
         }
-        self.apply_impulse(blocks, change, velocities);
-        law.largest_change(change)
+        self.apply_impulse(blocks, [dn, dt, du], velocities);
+        (dn * nn).abs().max((dt * tt).abs()).max((du * uu).abs())
     }
 
     /// The impulse on the second body, world.

@@ -5,7 +5,6 @@
 //! warm-started with the impulses of the step before, soft in the position error.
 
 pub mod contact;
-pub mod contact_law;
 pub mod direct;
 pub mod link_constraint;
 pub mod link_rows;

@@ -111,9 +111,6 @@ impl Island {
         let is_direct = self.choice != SolverChoice::Sweeps
             && self.turning.is_empty()
             && self.direct.plan(robots, &self.members, &self.rows, &self.links);
-        if !is_direct && self.are_single_bodies(robots) {
-            return self.sweep_single_bodies(interrupt);
-        }
         let mut settled = false;
         for sweep in 0..MAX_SWEEPS {
             let rounds = DIRECT_AT.iter().find(|(at, _)| *at == sweep).map(|(_, rounds)| *rounds);
@@ -140,29 +137,6 @@ impl Island {
                 break;
             }
         }
-        true
-    }
-
-    /// Whether contacts between single bodies are all that there is. They are taken for sweeps of their own then; not where the solver is
-    /// measured, so that the two ways can be compared.
-    fn are_single_bodies<R: AsMut<Articulation>>(&mut self, robots: &mut [R]) -> bool {
-        let Self { single_bodies, members, rows, turning, links, blocks, is_measured, .. } = self;
-        let are_all = turning.is_empty() && links.is_empty() && !*is_measured;
-        are_all && single_bodies.take(robots, members, (rows, blocks))
-    }
-
-    /// Sweeps until impulses have settled, or long enough. False where it was interrupted.
-    fn sweep_single_bodies(&mut self, interrupt: &dyn Fn() -> bool) -> bool {
-        let Self { single_bodies, rows, velocities, .. } = self;
-        for _ in 0..MAX_SWEEPS {
-            if interrupt() {
-                return false;
-            }
-            if single_bodies.sweep(velocities) <= SETTLED {
-                break;
-            }
-        }
-        single_bodies.give_back(rows);
         true
     }
 

@@ -53,12 +53,6 @@ impl Simulation {
         self.step_memory.groups.at_once()
     }
 
-    /// How many contacts of single bodies, in heaps, the last part of a step has swept in a form of their own. No number of the state
-    /// depends on it.
-    pub fn swept_single_bodies(&self) -> usize {
-        self.step_memory.solvers.iter().map(|solver| solver.island.swept_single_bodies()).sum()
-    }
-
     /// Has the impulses of contacts found in one way from now on, and measures how exactly they are, for figures of the solver. It is
     /// no part of the state, and takes time and memory in each step.
     pub fn measure_solver(&mut self, choice: SolverChoice) {

@@ -1,0 +1,85 @@
+//! Which actuators saturate in a step.
+
+use super::{Articulation, StepScratch};
+use crate::dynamics::actuator::Drive;
+use crate::dynamics::tree::JointType;
+
+/// Rounds at the most in which it is found which actuators saturate. Each is a step of Newton's method for efforts that are
+/// bounded, and two are the rule.
+pub(in crate::dynamics) const EXACT_ROUNDS: usize = 4;
+
+/// Where that goes in circles, actuators are [weakened](Drive::weaken) and strengthened until this round, and only weakened from then
+/// on.
+pub(in crate::dynamics) const BOTH_WAYS_UNTIL: usize = EXACT_ROUNDS + 4;
+
+/// Rounds at the most.
+pub(in crate::dynamics) const MAX_ROUNDS: usize = BOTH_WAYS_UNTIL + 8;
+
+impl Articulation {
+    /// Finds the actuators whose solved effort is beyond their limit, and those that were saturated and need not be. Says whether any
+    /// changed, so that another round is needed.
+    ///
+    /// Where [`EXACT_ROUNDS`] do not settle it, actuators are weakened from there on.
+    pub(in crate::dynamics) fn saturate(&mut self, h: f64, round: usize) -> bool {
+        if round + 1 == MAX_ROUNDS {
+            return false;
+        }
+        let mut changed = false;
+        if !self.scratch.is_weakened {
+            changed = self.change_limited_drives(h, |drive, law, _| drive.saturate(law, round == 0));
+            if changed && round + 1 >= EXACT_ROUNDS {
+                self.scratch.is_weakened = true;
+                self.scratch.parts.fill(1.0);
+            }
+        }
+        if self.scratch.is_weakened {
+            changed |= self.change_limited_drives(h, |drive, law, part| {
+                drive.weaken(law, round >= BOTH_WAYS_UNTIL, part)
+            });
+        }
+        self.scratch.is_kinked |= changed;
+        changed
+    }
+
+    /// Changes each actuator that has a limit, by what its law asks for at the new velocities and what is left of its gains. Whether any
+    /// has changed.
+    fn change_limited_drives(
+        &mut self,
+        h: f64,
+        mut change: impl FnMut(&mut Drive, f64, &mut f64) -> bool,
+    ) -> bool {
+        let Self { tree, state, scratch } = self;
+        let mut changed = false;
+        for (body, at) in tree.bodies.iter().zip(&scratch.passes.bodies) {
+            let dof = body.velocity;
+            let drive = &mut state.drives[dof];
+            if matches!(body.joint_type, JointType::Free { .. }) || drive.limit == f64::INFINITY {
+                continue;
+            }
+            let velocities = [state.half_velocities[dof], scratch.new_velocities[dof]];
+            let law = drive.law(state.positions[body.position], velocities, h, at.implicitness);
+            changed |= change(drive, law, &mut scratch.parts[dof]);
+        }
+        changed
+    }
+
+    /// What the actuators apply at the new velocities.
+    pub(super) fn note_efforts(&mut self, h: f64) {
+        let StepScratch { passes, new_velocities, parts, is_weakened, .. } = &mut self.scratch;
+        for (body, at) in self.tree.bodies.iter().zip(&passes.bodies) {
+            if !matches!(body.joint_type, JointType::Free { .. }) {
+                let dof = body.velocity;
+                let (q, velocities) = (
+                    self.state.positions[body.position],
+                    [self.state.half_velocities[dof], new_velocities[dof]],
+                );
+                let drive = &mut self.state.drives[dof];
+                if *is_weakened {
+                    drive.recover(drive.law(q, velocities, h, at.implicitness), parts[dof]);
+                }
+                self.state.efforts[dof] = drive.effort(q, velocities, h, at.implicitness);
+            }
+        }
+        *is_weakened = false;
+    }
+}
