@@ -19,6 +19,9 @@ use crate::collision::{
 use crate::dynamics::constraint::contact::Contact;
 use crate::pool::{Interrupt, PIECES, Pool};
 
+/// To look at fewer pairs than this takes no longer than to divide them.
+const WORTH_THREADS: usize = 64;
+
 /// The contacts of a world, in the order of their robots and colliders.
 #[derive(Debug, Default)]
 pub(super) struct Contacts {
@@ -116,6 +119,7 @@ impl Contacts {
             (index, &robot.colliders, robot.is_awake())
         });
         let pairs = broad.pairs(present, busy.leaves_some());
+        let pool = pool.filter(|_| pairs.len() >= WORTH_THREADS);
         let count = if pool.is_some() { PIECES } else { 1 };
         if searches.len() < count {
             searches.resize_with(count, Search::default);
