@@ -74,7 +74,7 @@ impl CostPlan {
         }
         // Indices of joints of one axis, and a number for each.
         let joints = |named: &Named, targets: Vec<f64>, of_positions: bool| {
-            let (robot, axes) = axes_of(layout, named, &field, "joints")?;
+            let (robot, axes) = axes_of(layout, named, field, "joints")?;
             let entity = &layout.entities[robot];
             let (first, ranges) = match of_positions {
                 true => (entity.positions.start, &entity.joint_positions),

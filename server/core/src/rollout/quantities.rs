@@ -95,7 +95,7 @@ impl QuantityPlan {
     pub(super) fn new(layout: &WorldLayout, index: usize, quantity: &Quantity) -> Result<Self, Error> {
         let field = |name: &str| format!("quantities[{index}].{name}");
         let velocities = |named: &Named| {
-            indices(layout, named, &field, |entity| (entity.velocities.start, &entity.joint_velocities[..]))
+            indices(layout, named, field, |entity| (entity.velocities.start, &entity.joint_velocities[..]))
         };
         let robot_index = |name: &str| robot(layout, &field("robot"), name).map(|(robot, _)| robot);
         let of_links = |named: &Named| {
@@ -103,7 +103,7 @@ impl QuantityPlan {
             Ok::<_, Error>((robot, links(entity, &field("names"), &named.names)?))
         };
         Ok(match quantity {
-            Quantity::JointPositions(named) => Self::Positions(indices(layout, named, &field, |entity| {
+            Quantity::JointPositions(named) => Self::Positions(indices(layout, named, field, |entity| {
                 (entity.positions.start, &entity.joint_positions[..])
             })?),
             Quantity::JointVelocities(named) => Self::Velocities(velocities(named)?),

@@ -237,7 +237,7 @@ impl VariedPlan {
         let layout = &*state.world;
         let field = |name: &str| format!("variations[{index}].{name}");
         let of_joints = |named: &Named, setting: &dyn Fn(usize, usize) -> Setting| {
-            let (robot, axes) = axes_of(layout, named, &field, "names")?;
+            let (robot, axes) = axes_of(layout, named, field, "names")?;
             let model = &layout.entities[robot].model;
             let joint = |axis: &Axis| (model.joints[axis.joint].name.clone(), setting(robot, axis.joint));
             let joints: Vec<_> = axes.iter().map(joint).collect();
@@ -253,7 +253,7 @@ impl VariedPlan {
         let settings = |robot: usize, joint: usize| &state.settings[robot].joints[joint];
         match of {
             Varied::JointPositions(ref named) | Varied::JointVelocities(ref named) => {
-                let (robot, axes) = axes_of(layout, named, &field, "names")?;
+                let (robot, axes) = axes_of(layout, named, field, "names")?;
                 let model = &layout.entities[robot].model;
                 let joints = axes.iter().map(|axis| model.joints[axis.joint].name.clone()).collect();
                 let (width, of_positions) = (axes.len(), matches!(of, Varied::JointPositions(_)));
