@@ -26,14 +26,17 @@ const PAIRS: usize = 20;
 /// At one place of so many, things fall asleep.
 const SLEEPS: usize = 4;
 
-/// Counts how often work was divided.
+/// Counts how often another thread did a half.
 #[derive(Debug)]
 struct Counting(Arc<StepThreads>, Arc<AtomicU64>);
 
 impl Pool for Counting {
     fn join(&self, first: &mut (dyn FnMut() + Send), second: &mut (dyn FnMut() + Send)) {
-        self.1.fetch_add(1, Relaxed);
-        self.0.join(first, second);
+        let own = std::thread::current().id();
+        self.0.join(first, &mut || {
+            self.1.fetch_add(u64::from(std::thread::current().id() != own), Relaxed);
+            second();
+        });
     }
 
     fn keep_awake(&self, work: &mut (dyn FnMut() + Send)) {
@@ -136,7 +139,7 @@ fn constrain(world: &mut Simulation, index: usize) {
 struct Run {
     /// Of its steps.
     prints: Vec<u64>,
-    /// Steps in which work was divided.
+    /// Steps in which threads shared the work.
     divided: u64,
     /// Steps that were given up and put back.
     given_up: u64,
@@ -192,8 +195,8 @@ fn a_world_is_equal_to_the_bit_on_one_thread_on_two_and_on_four() {
     assert_eq!(one.prints, two.prints);
     assert_eq!(one.prints, four.prints);
     assert_eq!(one.divided, 0);
-    // Of nearly all steps parts were done at the same time.
-    let least = steps * 9 / 10;
+    // How many depends on what else the machine does.
+    let least = steps / 20;
     assert!(two.divided >= least && four.divided >= least, "{} and {} of {steps}", two.divided, four.divided);
     let given_up = [&one, &two, &four].map(|run| run.given_up);
     assert!(given_up.iter().all(|count| *count > 0), "{given_up:?} steps were given up");

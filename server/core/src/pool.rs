@@ -7,11 +7,9 @@ pub trait Pool: Debug + Send + Sync {
     /// Does both, the second on another thread if one is free, and returns when both are done. A panic of either is passed on.
     fn join(&self, first: &mut (dyn FnMut() + Send), second: &mut (dyn FnMut() + Send));
 
-    /// Does `work` on this thread, in which there are several turns of [`Pool::join`] that soon follow each other: other threads need
-    /// not fall asleep between them, since waking one takes about as long as what it could do meanwhile.
-    fn keep_awake(&self, work: &mut (dyn FnMut() + Send)) {
-        work();
-    }
+    /// Does `work` on this thread, in which there are several turns of [`Pool::join`] that soon follow each other: other threads
+    /// do not fall asleep between them, since waking one takes about as long as what it could do meanwhile.
+    fn keep_awake(&self, work: &mut (dyn FnMut() + Send));
 }
 
 /// Says when a step is to be given up. It is asked on all threads that work for the step.

@@ -70,6 +70,8 @@ impl StepThreads {
                 own.look_for_work();
             }
         });
+        // Its own part of that: until it is done the pool would never end.
+        rayon_core::yield_local();
         Ok(Some(Arc::new(Self { pool, others })))
     }
 
@@ -229,6 +231,7 @@ mod tests {
             }
             let fall = std::panic::AssertUnwindSafe(|| threads.keep_awake(&mut || panic!("the world fell")));
             assert!(std::panic::catch_unwind(fall).is_err());
+            assert!(!threads.others.are_awake.load(Relaxed));
             let mut is_done = false;
             threads.keep_awake(&mut || is_done = true);
             assert!(is_done, "the threads live on");
@@ -240,7 +243,18 @@ mod tests {
     fn a_panic_on_another_thread_is_passed_on() {
         let run = || {
             let threads = StepThreads::start(2, RealTime::default()).unwrap().unwrap();
-            threads.join(&mut || {}, &mut || panic!("the world fell"));
+            let has_begun = AtomicBool::new(false);
+            // The first waits, so that it does not do the second itself.
+            let mut first = || {
+                while !has_begun.load(Acquire) {
+                    std::thread::yield_now();
+                }
+            };
+            let mut second = || {
+                has_begun.store(true, Release);
+                panic!("the world fell");
+            };
+            threads.keep_awake(&mut || threads.join(&mut first, &mut second));
         };
         assert!(std::thread::spawn(run).join().is_err());
     }
@@ -263,7 +277,8 @@ mod tests {
             let first = (0..Processors::COUNT).find(|number| allowed().is_set(*number)).unwrap();
             let real_time = RealTime { processors: Processors::of([first as u64]), ..RealTime::default() };
             let threads = StepThreads::start(2, real_time).unwrap().unwrap();
-            let other = threads.pool.broadcast(|at| (at.index(), allowed().count()));
+            let mut other = Vec::new();
+            threads.keep_awake(&mut || other = threads.pool.broadcast(|at| (at.index(), allowed().count())));
             assert_eq!(other[1], (1, 1));
         };
         std::thread::spawn(run).join().unwrap();

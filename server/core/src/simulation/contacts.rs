@@ -19,8 +19,8 @@ use crate::collision::{
 use crate::dynamics::constraint::contact::Contact;
 use crate::pool::{Interrupt, PIECES, Pool};
 
-/// To look at fewer pairs than this takes no longer than to divide them.
-const WORTH_THREADS: usize = 64;
+/// To look at pairs of robots with fewer colliders than this takes no longer than to divide them.
+const WORTH_THREADS: usize = 256;
 
 /// The contacts of a world, in the order of their robots and colliders.
 #[derive(Debug, Default)]
@@ -119,7 +119,13 @@ impl Contacts {
             (index, &robot.colliders, robot.is_awake())
         });
         let pairs = broad.pairs(present, busy.leaves_some());
-        let pool = pool.filter(|_| pairs.len() >= WORTH_THREADS);
+        let mut colliders = 0;
+        let pool = pool.filter(|_| {
+            pairs.iter().any(|pair| {
+                colliders += pair.map(|robot| robots[robot].colliders.len()).iter().sum::<usize>();
+                colliders >= WORTH_THREADS
+            })
+        });
         let count = if pool.is_some() { PIECES } else { 1 };
         if searches.len() < count {
             searches.resize_with(count, Search::default);

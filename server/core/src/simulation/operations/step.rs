@@ -87,21 +87,7 @@ impl Simulation {
 
     /// False where it was interrupted; then the world is in the midst of a step.
     fn try_step(&mut self, interrupt: &Interrupt<'_>) -> bool {
-        // The step before says it.
-        match self.pool.clone().filter(|_| self.step_memory.groups.are_worth_threads()) {
-            Some(pool) => {
-                let mut is_whole = false;
-                pool.keep_awake(&mut || is_whole = self.step_in_parts(interrupt));
-                is_whole
-            }
-            None => self.step_in_parts(interrupt),
-        }
-    }
-
-    fn step_in_parts(&mut self, interrupt: &Interrupt<'_>) -> bool {
-        let PhysicsSettings { gravity, time_step, substeps, integrator, surface_combination } = self.settings;
-        let h = time_step / f64::from(substeps);
-        let pool = self.pool.clone();
+        let time_step = self.settings.time_step;
         self.step_memory.busy.begin_step(&self.entities);
         for constraint in &mut self.constraints.list {
             if acts(&self.entities, constraint) {
@@ -109,23 +95,20 @@ impl Simulation {
             }
         }
         let needs_attention = AtomicBool::new(false);
-        for part in 0..substeps {
-            let part = Part {
-                gravity,
-                time_step,
-                h,
-                integrator,
-                surface_combination,
-                done: f64::from(part) / f64::from(substeps),
-                begins: part == 0,
-                ends: part + 1 == substeps,
-                needs_attention: &needs_attention,
-            };
-            let Self { entities, contacts, constraints, step_memory, .. } = self;
-            let world = (contacts, constraints);
-            if interrupt() || !advance(entities, world, step_memory, part, pool.as_deref(), interrupt) {
-                return false;
+        let pool = self.pool.clone();
+        // The step before says it of what comes before groups are known.
+        let is_whole = match pool.as_deref().filter(|_| self.step_memory.groups.are_worth_threads()) {
+            Some(threads) => {
+                let mut is_whole = false;
+                threads.keep_awake(&mut || {
+                    is_whole = self.advance_parts(Some(threads), &needs_attention, interrupt);
+                });
+                is_whole
             }
+            None => self.advance_parts(pool.as_deref(), &needs_attention, interrupt),
+        };
+        if !is_whole {
+            return false;
         }
         let mut needs_attention = needs_attention.into_inner();
         for &robot in self.step_memory.busy.robots() {
@@ -148,6 +131,32 @@ impl Simulation {
             (0..self.entities.len()).for_each(|robot_index| self.report_ended(robot_index));
         }
         true
+    }
+
+    /// All parts of a step. False where it was interrupted.
+    fn advance_parts(
+        &mut self,
+        pool: Option<&dyn Pool>,
+        needs_attention: &AtomicBool,
+        interrupt: &Interrupt<'_>,
+    ) -> bool {
+        let PhysicsSettings { gravity, time_step, substeps, integrator, surface_combination } = self.settings;
+        let h = time_step / f64::from(substeps);
+        (0..substeps).all(|part| {
+            let part = Part {
+                gravity,
+                time_step,
+                h,
+                integrator,
+                surface_combination,
+                done: f64::from(part) / f64::from(substeps),
+                begins: part == 0,
+                ends: part + 1 == substeps,
+                needs_attention,
+            };
+            let Self { entities, contacts, constraints, step_memory, .. } = self;
+            !interrupt() && advance(entities, (contacts, constraints), step_memory, part, pool, interrupt)
+        })
     }
 
     /// Takes robots whose state the step has left not finite out of the simulation.

@@ -175,4 +175,5 @@ fn what_a_robot_that_diverges_stood_on_bears_its_own_weight_in_each_step() {
         assert!(state.roots[..4].iter().all(|root| root.disabled.is_none()), "step {step}");
         assert!((carried(&world) - 3.0 * 9.81).abs() < 0.1, "step {step}: {}", carried(&world));
     }
+    assert!(look(&world).roots[4].disabled.is_some(), "it has diverged");
 }

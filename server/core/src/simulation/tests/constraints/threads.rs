@@ -14,6 +14,10 @@ impl Pool for ThreadEach {
             first();
         });
     }
+
+    fn keep_awake(&self, work: &mut (dyn FnMut() + Send)) {
+        work();
+    }
 }
 
 /// Fifty pairs of bodies that swing from the world, each pair held by a constraint of another kind than the next one.
