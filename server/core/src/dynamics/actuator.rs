@@ -46,6 +46,9 @@ pub const PROFILE_EFFORT: f64 = 0.5;
 /// What is held at its limit is released below this part of it.
 pub(super) const NEARLY: f64 = 1.0 - 1e-9;
 
+/// Gains are not made smaller by more than this at once: none becomes zero.
+pub(super) const LEAST_PART: f64 = 1e-12;
+
 /// Weakening ends when no actuator's gains change by more than this part.
 pub(super) const SETTLED: f64 = 1e-2;
 
@@ -126,7 +129,8 @@ pub struct Drive {
     pub feed_forward: f64,
     /// The most effort that it can apply.
     pub limit: f64,
-    /// The limit with its sign, where the solved effort would exceed it.
+    /// What it applies in place of the law: the limit with its sign, where the solved effort would exceed it; or what its weakened law
+    /// asked for, in a step of which it is not found which actuators saturate.
     pub saturated: Option<f64>,
 }
 
@@ -281,9 +285,7 @@ impl Drive {
     pub fn saturate(&mut self, law: f64, is_first: bool) -> bool {
         let least = if is_first { self.limit } else { self.limit * NEARLY };
         let next = match self.saturated {
-            Some(effort) if law * effort.signum() >= least || (!is_first && self.limit == 0.0) => {
-                Some(effort)
-            }
+            Some(effort) if law * effort.signum() >= least || self.limit == 0.0 => Some(effort),
             Some(_) => None,
             None => (law.abs() > self.limit).then(|| self.limit.copysign(law)),
         };
@@ -307,7 +309,7 @@ impl Drive {
             return false;
         }
         self.saturated = None;
-        let over = self.limit / law.abs();
+        let over = (self.limit / law.abs()).max(LEAST_PART);
         let factor = if less {
             let over = over.min(1.0);
             over * over
@@ -324,13 +326,18 @@ impl Drive {
         true
     }
 
-    /// Takes back the gains of which `part` was left; what it applied is that of the smaller ones.
-    pub fn recover(&mut self, law: f64, part: f64) {
+    /// Takes back the gains of which `part` was left.
+    pub fn strengthen(&mut self, part: f64) {
         if part < 1.0 {
             self.stiffness /= part;
             self.damping /= part;
             self.feed_forward /= part;
         }
+    }
+
+    /// The same at the end of a step; what it applied is what the smaller gains asked for.
+    pub fn recover(&mut self, law: f64, part: f64) {
+        self.strengthen(part);
         if part < 1.0 || law.abs() > self.limit {
             self.saturated = self.saturated.or(Some(law));
         }

@@ -194,7 +194,7 @@ impl Island {
                     changed = true;
                 }
             }
-            if !changed || round + 1 == MAX_ROUNDS {
+            if !changed {
                 break;
             }
             robots.iter_mut().for_each(|robot| robot.as_mut().predict(gravity, h));

@@ -63,6 +63,18 @@ impl Articulation {
         changed
     }
 
+    /// No actuator saturates, as far as is known, and all have their gains.
+    pub(super) fn forget_saturation(&mut self) {
+        let StepScratch { parts, is_weakened, .. } = &mut self.scratch;
+        for (drive, part) in self.state.drives.iter_mut().zip(parts) {
+            if *is_weakened {
+                drive.strengthen(*part);
+            }
+            drive.saturated = None;
+        }
+        *is_weakened = false;
+    }
+
     /// What the actuators apply at the new velocities.
     pub(super) fn note_efforts(&mut self, h: f64) {
         let StepScratch { passes, new_velocities, parts, is_weakened, .. } = &mut self.scratch;

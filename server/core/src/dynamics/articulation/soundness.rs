@@ -20,9 +20,9 @@ impl Articulation {
         aims.chain(responses.iter().take(count).copied()).all(|number| number.abs() <= most)
     }
 
-    /// Finds the new velocities without contacts again, after a solution that is of no use. Which actuators saturate is still what that
-    /// solution said.
+    /// Finds the new velocities without contacts again, after a solution that is of no use: also what that said of actuators.
     pub(in crate::dynamics) fn start_again(&mut self, gravity: DVec3, h: f64) {
+        self.forget_saturation();
         self.predict(gravity, h);
         self.collect_rows(h);
     }

@@ -97,7 +97,7 @@ impl Articulation {
         &self.state.efforts
     }
 
-    /// Whether each actuator applied its limit in the last step.
+    /// Whether an actuator applied its limit in the last step, or was taken for one that may.
     pub fn is_saturated(&self, dof: usize) -> bool {
         self.state.drives.get(dof).is_some_and(|drive| drive.saturated.is_some())
     }

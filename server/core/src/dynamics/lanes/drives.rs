@@ -2,11 +2,11 @@
 
 use pulp::Simd;
 
-use super::joint::{Drive, Law, State, has_setpoint};
+use super::joint::{Body, Drive, Law, State, has_setpoint};
 use super::number::{Lanes, Mask};
 use super::passes::implicitness;
 use super::robot::LaneRobot;
-use crate::dynamics::actuator::{NEARLY, SETTLED};
+use crate::dynamics::actuator::{LEAST_PART, NEARLY, SETTLED};
 use crate::dynamics::articulation::{BOTH_WAYS_UNTIL, EXACT_ROUNDS, MAX_ROUNDS};
 use crate::dynamics::integrator::Integrator;
 
@@ -28,10 +28,24 @@ fn law<S: Simd>(
         + drive.feed_forward
 }
 
-/// 1 with the sign of a number.
+/// 1 with the sign of a number, also of a zero.
 #[inline(always)]
 fn sign<S: Simd>(of: Lanes<S>) -> Lanes<S> {
-    of.lt(of.same(0.0)).select(of.same(-1.0), of.same(1.0))
+    let (zero, one) = (of.same(0.0), of.same(1.0));
+    (of.lt(zero) | (one / of).lt(zero)).select(of.same(-1.0), one)
+}
+
+/// What the law asks for, and in which of these lanes it has a limit; nothing where none has.
+#[inline(always)]
+fn limited_law<S: Simd>(
+    state: &State<S>,
+    at: &Body<S>,
+    h: Lanes<S>,
+    going: Mask<S>,
+) -> Option<(Lanes<S>, Mask<S>)> {
+    let is_limited = state.drive.limit.lt(h.same(f64::INFINITY)) & going;
+    let velocities = [state.half_velocity, at.new_velocity];
+    is_limited.any().then(|| (law(&state.drive, state.position, velocities, h, at.damper), is_limited))
 }
 
 impl<S: Simd> LaneRobot<S> {
@@ -95,21 +109,13 @@ impl<S: Simd> LaneRobot<S> {
         let zero = h.same(0.0);
         let mut changed = zero.lt(zero);
         for (state, at) in self.states[self.first..].iter_mut().zip(&self.bodies[self.first..]) {
+            let Some((law, is_limited)) = limited_law(state, at, h, going) else { continue };
             let drive = &mut state.drive;
-            let is_limited = drive.limit.lt(zero.same(f64::INFINITY)) & going;
-            if !is_limited.any() {
-                continue;
-            }
-            let velocities = [state.half_velocity, at.new_velocity];
-            let law = law(drive, state.position, velocities, h, at.damper);
             let was = drive.saturated.is_number();
             let begins = !was & drive.limit.lt(law.abs()) & is_limited;
             let asked = law * sign(drive.saturated);
             let least = if is_first { drive.limit } else { drive.limit * zero.same(NEARLY) };
-            let mut ends = was & !least.le(asked) & is_limited;
-            if !is_first {
-                ends = ends & !drive.limit.is(zero);
-            }
+            let ends = was & !(least.le(asked) | drive.limit.is(zero)) & is_limited;
             drive.saturated = begins.select(sign(law) * drive.limit, drive.saturated);
             drive.saturated = ends.select(zero.same(f64::NAN), drive.saturated);
             changed = changed | begins | ends;
@@ -124,18 +130,12 @@ impl<S: Simd> LaneRobot<S> {
         let (zero, one) = (h.same(0.0), h.same(1.0));
         let mut changed = zero.lt(zero);
         for (state, at) in self.states[self.first..].iter_mut().zip(&mut self.bodies[self.first..]) {
+            let Some((law, is_limited)) = limited_law(state, at, h, going) else { continue };
             let drive = &mut state.drive;
-            let is_limited = drive.limit.lt(zero.same(f64::INFINITY)) & going;
-            if !is_limited.any() {
-                continue;
-            }
-            let velocities = [state.half_velocity, at.new_velocity];
-            let law = law(drive, state.position, velocities, h, at.damper);
             let is_off = drive.limit.is(zero);
-            drive.saturated = (is_limited & is_off).select(zero, drive.saturated);
+            drive.saturated = is_limited.select(is_off.select(zero, zero.same(f64::NAN)), drive.saturated);
             let moves = is_limited & !is_off;
-            drive.saturated = moves.select(zero.same(f64::NAN), drive.saturated);
-            let over = drive.limit / law.abs();
+            let over = (drive.limit / law.abs()).max(zero.same(LEAST_PART));
             let factor = if less {
                 let over = over.min(one);
                 over * over
