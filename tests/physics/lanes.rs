@@ -98,7 +98,7 @@ pub(crate) fn computed(rollout: &Rollout) -> (Vec<u64>, f64) {
 }
 
 /// Whether this processor has vectors in which copies step at once.
-fn has_vectors() -> bool {
+pub(crate) fn has_vectors() -> bool {
     #[cfg(target_arch = "x86_64")]
     let has = std::is_x86_feature_detected!("avx2") && std::is_x86_feature_detected!("fma");
     #[cfg(not(target_arch = "x86_64"))]

@@ -12,7 +12,7 @@ use simd_tests::robots;
 use simd_tests::scenes::{plane, robot, solid, spawn, world};
 
 use crate::energy::energy;
-use crate::lanes::computed;
+use crate::lanes::{computed, has_vectors};
 use crate::seeds::seeds;
 use crate::world::{apply, look};
 
@@ -75,7 +75,7 @@ fn an_arm_that_hooks_around_a_post_gains_no_speed() {
         let seen = look(&world);
         most = most.max(seen.contacts.len());
         fastest = fastest.max(speed(&seen));
-        assert!(fastest < 15.0, "{fastest} rad/s in step {step}");
+        assert!(fastest < 10.0, "{fastest} rad/s in step {step}");
         let over = seen.efforts.iter().zip(LIMITS).map(|(effort, limit)| effort.abs() / limit);
         assert!(over.fold(0.0, f64::max) <= 1.01, "{:?}", seen.efforts);
     }
@@ -83,8 +83,8 @@ fn an_arm_that_hooks_around_a_post_gains_no_speed() {
 }
 
 /// The same from states beside that one, with other targets each tenth of a second. Motors held at their limits on the wrong side drove
-/// links to more than 30 rad/s in 230 of 300 such worlds, and to 873 rad/s in the worst; now none of 2,000 is
-/// faster than 26.
+/// links to more than 30 rad/s in 230 of 300 such worlds, and to 873 rad/s in the worst; now in none of 2,000 is one
+/// faster than 26 rad/s.
 ///
 /// A motor applies its limit or less but in few steps, in which it is not found exactly which of them saturate.
 #[test]
@@ -121,32 +121,24 @@ fn arms_that_are_pinched_around_a_post_are_not_thrown() {
     }
     let over = f64::from(over) / f64::from(steps);
     println!("{fastest} rad/s; {largest} of the limit, beyond it in {over} of the steps; {gained} J");
-    assert!(over < 5e-3 && largest < 3.0, "{over} of the steps, {largest} of the limit");
+    assert!(over < 2e-3 && largest < 1.5, "{over} of the steps, {largest} of the limit");
     // Measured: 1.8 J here, and 18 J in the worst of 2,000 worlds (seed 283), where contacts do work on the arm that they should not do.
     // That is not explained yet. A motor that was held on the wrong side gave 140 J to link_7 in a step.
-    assert!(gained < 25.0, "{gained} J more than the motors gave");
+    let most = if count > 100 { 25.0 } else { 5.0 };
+    assert!(gained < most, "{gained} J more than the motors gave");
 }
 
-/// Copies of such an arm, and of one that is driven against the ground, have the same bits in vector lanes and alone. Those at the post
-/// are too near to it for lanes.
+/// Copies of an arm that is driven against the ground. (Those at the post are too near to it for lanes.)
 #[test]
-fn pinched_arms_have_the_same_bits_in_lanes_and_alone() {
-    let ground = {
-        let mut world = world(0.01);
-        let (model, _) = robots::read("seven_arm/urdf/seven_arm.urdf");
-        spawn(&mut world, Spawn { passive: false, ..robot("arm", &model, DPose3::IDENTITY, true) });
-        let at = DPose3::from_translation(DVec3::new(0.0, 0.0, -0.02));
-        spawn(&mut world, robot("ground", &plane(DVec3::Z), at, true));
-        world
-    };
-    let bent = [0.3, 1.6, 0.2, -1.2, 0.3, 0.4, 0.2];
-    are_equal_in_lanes(arm_and_post(0.01), &HOOKED[0], 0.05);
-    are_equal_in_lanes(ground, &bent, 0.5);
-}
-
-fn are_equal_in_lanes(mut world: Simulation, begin: &[f64; JOINTS], wide: f64) {
+fn arms_whose_motors_saturate_have_the_same_bits_in_lanes_and_alone() {
     let copies = 64;
-    reset(&mut world, *begin, HOOKED[1]);
+    let mut world = world(0.01);
+    let (model, _) = robots::read("seven_arm/urdf/seven_arm.urdf");
+    spawn(&mut world, Spawn { passive: false, ..robot("arm", &model, DPose3::IDENTITY, true) });
+    let at = DPose3::from_translation(DVec3::new(0.0, 0.0, -0.02));
+    spawn(&mut world, robot("ground", &plane(DVec3::Z), at, true));
+    let begin = [0.3, 1.6, 0.2, -1.2, 0.3, 0.4, 0.2];
+    reset(&mut world, begin, HOOKED[1]);
     let rng = &mut Rng::with_seed(1);
     let mut near = |of: &[f64; JOINTS], by: f64, times: usize| {
         let all = of.iter().copied().cycle().take(JOINTS * times);
@@ -170,7 +162,7 @@ fn are_equal_in_lanes(mut world: Simulation, begin: &[f64; JOINTS], wide: f64) {
         }],
         starts: vec![Start {
             robot: "arm".into(),
-            positions: near(begin, wide, copies),
+            positions: near(&begin, 0.5, copies),
             velocities: near(&HOOKED[1], 0.1, copies),
             ..Start::default()
         }],
@@ -185,7 +177,7 @@ fn are_equal_in_lanes(mut world: Simulation, begin: &[f64; JOINTS], wide: f64) {
     let rollout = || Rollout::new(world.to_saved(), request.clone(), u64::MAX).unwrap();
     let ((alone, none), (beside, part)) = (computed(&rollout().without_lanes()), computed(&rollout()));
     assert_eq!(none, 0.0);
-    println!("{part} of the steps in lanes");
+    assert!(!has_vectors() || part > 0.1, "{part} of the steps were done in lanes");
     let first = alone.iter().zip(&beside).position(|(a, b)| a != b);
     assert_eq!((first, alone.len()), (None, beside.len()));
 }

@@ -152,14 +152,33 @@ fn an_edge_of_an_obtuse_triangle_carries() {
     }
 }
 
-/// Of no thickness, and hit at 5 m/s from either side, flat and on a corner.
+/// Of no thickness.
+fn wall() -> Spawn {
+    let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+    let vertices = corners.iter().map(|&(y, z)| DVec3::new(0.0, y, z)).collect();
+    ground(&mesh(vertices, vec![[0, 1, 2], [0, 2, 3]], None, DVec3::ONE))
+}
+
+/// It goes 1.9 m in a step, and is looked for 2 m ahead.
+#[test]
+fn a_ball_at_1_900_m_s_does_not_pass_a_thin_mesh() {
+    for start in 0..8 {
+        let mut world = world(1e-3);
+        spawn(&mut world, wall());
+        let at = DVec3::X * (5.0 + 0.25 * f64::from(start));
+        spawn(&mut world, robot("ball", &ball(0.02, 0.1), DPose3::from_translation(at), false));
+        throw(&mut world, "ball", DVec3::X * -1.9e3, DVec3::ZERO);
+        for step in 0..20 {
+            world.step();
+            let x = look(&world).roots[1].pose.translation.x;
+            assert!(x > 0.0, "from {at} in step {step}: {x}");
+        }
+    }
+}
+
+/// Hit at 5 m/s from either side, flat and on a corner.
 #[test]
 fn a_thin_mesh_lets_nothing_through() {
-    let wall = || {
-        let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
-        let vertices = corners.iter().map(|&(y, z)| DVec3::new(0.0, y, z)).collect();
-        ground(&mesh(vertices, vec![[0, 1, 2], [0, 2, 3]], None, DVec3::ONE))
-    };
     let capsule = solid(&[(DPose3::IDENTITY, Geometry::Capsule { radius: 0.02, length: 0.1 })], 0.2);
     let cylinder = solid(&[(DPose3::IDENTITY, Geometry::Cylinder { radius: 0.03, length: 0.05 })], 0.2);
     let cone = solid(&[(DPose3::IDENTITY, Geometry::Cone { radius: 0.03, length: 0.06 })], 0.2);
