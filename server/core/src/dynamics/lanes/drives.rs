@@ -28,13 +28,6 @@ fn law<S: Simd>(
         + drive.feed_forward
 }
 
-/// 1 with the sign of a number, also of a zero.
-#[inline(always)]
-fn sign<S: Simd>(of: Lanes<S>) -> Lanes<S> {
-    let (zero, one) = (of.same(0.0), of.same(1.0));
-    (of.lt(zero) | (one / of).lt(zero)).select(of.same(-1.0), one)
-}
-
 /// What the law asks for, and in which of these lanes it has a limit; nothing where none has.
 #[inline(always)]
 fn limited_law<S: Simd>(
@@ -44,8 +37,11 @@ fn limited_law<S: Simd>(
     going: Mask<S>,
 ) -> Option<(Lanes<S>, Mask<S>)> {
     let is_limited = state.drive.limit.lt(h.same(f64::INFINITY)) & going;
+    if !is_limited.any() {
+        return None;
+    }
     let velocities = [state.half_velocity, at.new_velocity];
-    is_limited.any().then(|| (law(&state.drive, state.position, velocities, h, at.damper), is_limited))
+    Some((law(&state.drive, state.position, velocities, h, at.damper), is_limited))
 }
 
 impl<S: Simd> LaneRobot<S> {
@@ -69,7 +65,7 @@ impl<S: Simd> LaneRobot<S> {
             let Law { stiffness, damping, velocity, feed_forward, limit, .. } = *law;
             let zero = h.same(0.0);
             let position = if follows_setpoint { state.setpoint } else { zero };
-            let held = sign(saturated) * limit;
+            let held = limit.with_sign_of(saturated);
             let held = (was & held.is_finite()).select(held, zero.same(f64::NAN));
             state.drive =
                 Drive { stiffness, damping, position, velocity, feed_forward, limit, saturated: held };
@@ -113,10 +109,10 @@ impl<S: Simd> LaneRobot<S> {
             let drive = &mut state.drive;
             let was = drive.saturated.is_number();
             let begins = !was & drive.limit.lt(law.abs()) & is_limited;
-            let asked = law * sign(drive.saturated);
+            let asked = law * zero.same(1.0).with_sign_of(drive.saturated);
             let least = if is_first { drive.limit } else { drive.limit * zero.same(NEARLY) };
             let ends = was & !(least.le(asked) | drive.limit.is(zero)) & is_limited;
-            drive.saturated = begins.select(sign(law) * drive.limit, drive.saturated);
+            drive.saturated = begins.select(drive.limit.with_sign_of(law), drive.saturated);
             drive.saturated = ends.select(zero.same(f64::NAN), drive.saturated);
             changed = changed | begins | ends;
         }

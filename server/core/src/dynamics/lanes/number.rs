@@ -72,6 +72,13 @@ impl<S: Simd> Lanes<S> {
         Self { simd: self.simd, values: self.simd.abs_f64s(self.values) }
     }
 
+    /// See [`f64::copysign`].
+    #[inline(always)]
+    pub(super) fn with_sign_of(self, of: Self) -> Self {
+        let sign = self.simd.and_f64s(of.values, self.simd.splat_f64s(-0.0));
+        Self { simd: self.simd, values: self.simd.or_f64s(self.abs().values, sign) }
+    }
+
     /// The larger one: `other` where `self` is less, else `self`. So it is `self` where either is NaN, unlike
     /// [`f64::max`], and where one is 0 and the other -0.
     #[inline(always)]
