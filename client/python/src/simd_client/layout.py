@@ -62,11 +62,11 @@ class JointFlag(IntFlag):
     """Bits of a joint's `flags`."""
 
     SATURATED = 1
-    """The actuator applies its effort limit."""
+    """Its effort limit bounds the actuator: it applies that, or in rare steps less or a little more."""
     AT_LOWER_LIMIT = 2
-    """The joint is at or below its lower limit."""
+    """The joint is within 1e-6 rad or m of its lower limit, or below it."""
     AT_UPPER_LIMIT = 4
-    """The joint is at or above its upper limit."""
+    """The joint is within 1e-6 rad or m of its upper limit, or above it."""
 
 
 @dataclass(frozen=True)

@@ -236,11 +236,11 @@ pub struct RootState {
 /// What is special about a joint at a moment.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Flags {
-    /// The actuator applies its effort limit.
+    /// Its effort limit bounds the actuator, which applies it, or what a weakened law asks for.
     pub saturated: bool,
-    /// At or below the lower limit.
+    /// At the lower limit, within 1e-6 rad or m, or below it.
     pub at_lower: bool,
-    /// At or above the upper limit.
+    /// At the upper limit, within 1e-6 rad or m, or above it.
     pub at_upper: bool,
 }
 
