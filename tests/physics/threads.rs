@@ -39,6 +39,10 @@ impl Pool for Counting {
         });
     }
 
+    fn thread(&self) -> usize {
+        self.0.thread()
+    }
+
     fn keep_awake(&self, work: &mut (dyn FnMut() + Send)) {
         self.0.keep_awake(work);
     }

@@ -10,6 +10,10 @@ pub trait Pool: Debug + Send + Sync {
     /// Does `work` on this thread, in which there are several turns of [`Pool::join`] that soon follow each other: other threads
     /// do not fall asleep between them, since waking one takes about as long as what it could do meanwhile.
     fn keep_awake(&self, work: &mut (dyn FnMut() + Send));
+
+    /// The number of the thread that asks, from 0. Pieces of work that a thread does one after the other have the same memory, which
+    /// is in that thread's cache.
+    fn thread(&self) -> usize;
 }
 
 /// Says when a step is to be given up. It is asked on all threads that work for the step.

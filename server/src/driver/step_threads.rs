@@ -108,6 +108,10 @@ impl Pool for StepThreads {
         self.others.threads().iter().for_each(Thread::unpark);
         work();
     }
+
+    fn thread(&self) -> usize {
+        self.pool.current_thread_index().unwrap_or(0)
+    }
 }
 
 impl Drop for StepThreads {

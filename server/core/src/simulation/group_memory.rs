@@ -1,6 +1,6 @@
 //! The memory of those who solve groups of robots, and for which robots they have lanes.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 
 use super::groups::Group;
 use crate::dynamics::Tree;
@@ -12,6 +12,37 @@ pub(super) const LEAST: usize = 4;
 
 /// Lanes that are of less use than others would be are kept for so many parts of steps: to make some takes memory.
 const KEPT_FOR: u32 = 1000;
+
+/// Memory for all who solve groups at the same time: each thread has its own. What is found does not depend on which it is.
+#[derive(Debug, Default)]
+pub(super) struct GroupMemories(Vec<Mutex<GroupMemory>>);
+
+impl GroupMemories {
+    /// Has memory for so many at a time.
+    pub(super) fn prepare(&mut self, count: usize) {
+        if self.0.len() < count {
+            self.0.resize_with(count, Mutex::default);
+        }
+    }
+
+    /// That of a thread, or another that is free where it is taken: threads of a pool may have one number. Each is held for a piece of
+    /// work at the longest, and there are as many as pieces.
+    pub(super) fn of(&self, thread: usize) -> MutexGuard<'_, GroupMemory> {
+        let own = thread % self.0.len();
+        let (before, after) = self.0.split_at(own);
+        let free = after.iter().chain(before).find_map(|memory| match memory.try_lock() {
+            Ok(memory) => Some(memory),
+            Err(TryLockError::Poisoned(memory)) => Some(memory.into_inner()),
+            Err(TryLockError::WouldBlock) => None,
+        });
+        free.unwrap_or_else(|| self.0[own].lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// All of them, between parts of steps.
+    pub(super) fn all(&mut self) -> impl Iterator<Item = &mut GroupMemory> {
+        self.0.iter_mut().map(|memory| memory.get_mut().unwrap_or_else(PoisonError::into_inner))
+    }
+}
 
 /// The memory of one who solves groups.
 #[derive(Debug, Default)]

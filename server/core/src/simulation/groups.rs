@@ -335,28 +335,26 @@ impl<'b, 'a> Iterator for GroupRange<'b, 'a> {
 }
 
 impl<'b, 'a> GroupRange<'b, 'a> {
-    /// Has groups solved by `solve` with one of the memories; on a pool, where there is one, as many parts of them at a time as there
-    /// are memories. False where `solve` says so of one of them: then others may not be solved.
-    pub(super) fn for_each<M: Send>(
+    /// Has groups solved by `solve`; on a pool, where there is one, in so many pieces. False where `solve` says so of one of them:
+    /// then others may not be solved.
+    pub(super) fn for_each(
         mut self,
-        pool: Option<&dyn Pool>,
-        memories: &mut [M],
-        solve: &(dyn Fn(&mut M, GroupRange<'_, 'a>) -> bool + Sync),
+        (pool, pieces): (Option<&dyn Pool>, usize),
+        solve: &(dyn Fn(GroupRange<'_, 'a>) -> bool + Sync),
     ) -> bool {
-        let (first, second) = memories.split_at_mut(memories.len() / 2);
         let middle = self.middle();
-        if let (Some(pool), false, 1..) = (pool, first.is_empty(), middle) {
+        if let (Some(pool), 2.., 1..) = (pool, pieces, middle) {
             let mut after = Some(self.split_off(middle));
             let mut before = Some(self);
             let mut are_whole = [true; 2];
             let [a, b] = &mut are_whole;
-            pool.join(
-                &mut || *a = before.take().is_none_or(|of| of.for_each(Some(pool), first, solve)),
-                &mut || *b = after.take().is_none_or(|of| of.for_each(Some(pool), second, solve)),
-            );
+            let half = (Some(pool), pieces / 2);
+            pool.join(&mut || *a = before.take().is_none_or(|of| of.for_each(half, solve)), &mut || {
+                *b = after.take().is_none_or(|of| of.for_each(half, solve))
+            });
             return are_whole == [true; 2];
         }
-        second.first_mut().is_none_or(|memory| solve(memory, self))
+        solve(self)
     }
 
     /// After so many groups about half of the work is done; 0 where it cannot be divided. Where each group is one robot that is solved

@@ -57,7 +57,7 @@ use contacts::Contacts;
 use entity::Entity;
 pub use error::Error;
 pub use event::{Event, EventKind};
-use group_memory::GroupMemory;
+use group_memory::GroupMemories;
 use groups::Groups;
 pub use moment::Moment;
 pub use published_state::PublishedState;
@@ -110,7 +110,7 @@ pub struct Simulation {
 #[derive(Debug, Default)]
 struct StepMemory {
     /// One for each piece of work that may be done at one time.
-    solvers: Vec<GroupMemory>,
+    solvers: GroupMemories,
     groups: Groups,
     busy: Busy,
 }

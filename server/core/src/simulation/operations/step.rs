@@ -15,7 +15,6 @@ use crate::pool::{Interrupt, PIECES, Pool, for_each};
 use crate::simulation::constraints::{LinkConstraints, acts};
 use crate::simulation::contacts::{Contacts, SearchOptions};
 use crate::simulation::entity::Entity;
-use crate::simulation::group_memory::GroupMemory;
 use crate::simulation::groups::Group;
 use crate::simulation::{EventKind, PhysicsSettings, Simulation, StepMemory};
 
@@ -57,16 +56,14 @@ impl Simulation {
     /// no part of the state, and takes time and memory in each step.
     pub fn measure_solver(&mut self, choice: SolverChoice) {
         let solvers = &mut self.step_memory.solvers;
-        if solvers.len() < PIECES {
-            solvers.resize_with(PIECES, GroupMemory::default);
-        }
-        solvers.iter_mut().for_each(|solver| solver.island.measure_solver(choice));
+        solvers.prepare(PIECES);
+        solvers.all().for_each(|solver| solver.island.measure_solver(choice));
     }
 
     /// The largest residual of the contacts of all steps since this was last asked, m/s: by how much the impulse of a contact would
     /// change its own velocity if it alone were solved once more. `None` where it is not measured, or nothing touched.
     pub fn take_solver_residual(&mut self) -> Option<f64> {
-        let solvers = self.step_memory.solvers.iter_mut();
+        let solvers = self.step_memory.solvers.all();
         solvers.filter_map(|solver| solver.island.take_residual()).reduce(f64::max)
     }
 
@@ -246,15 +243,13 @@ fn advance(
     }
     let mut gathered = groups.gather(robots, busy, &mut contacts.list, &mut constraints.list);
     let threads = pool.filter(|_| groups.are_worth_threads());
-    let count = if threads.is_some() { PIECES } else { 1 };
-    if solvers.len() < count {
-        solvers.resize_with(count, GroupMemory::default);
-    }
-    let is_whole = groups.all(&mut gathered).for_each(threads, &mut solvers[..count], &|solver, groups| {
-        part.solve_all(groups, solver, interrupt)
+    solvers.prepare(if threads.is_some() { PIECES } else { 1 });
+    let memories = &*solvers;
+    let is_whole = groups.all(&mut gathered).for_each((threads, PIECES), &|groups| {
+        part.solve_all(groups, &mut memories.of(threads.map_or(0, Pool::thread)), interrupt)
     });
     groups.put_back(gathered);
-    groups.note_at_once(solvers[..count].iter_mut().map(|solver| std::mem::take(&mut solver.at_once)).sum());
+    groups.note_at_once(solvers.all().map(|solver| std::mem::take(&mut solver.at_once)).sum());
     is_whole
 }
 

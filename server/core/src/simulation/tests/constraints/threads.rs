@@ -18,6 +18,10 @@ impl Pool for ThreadEach {
     fn keep_awake(&self, work: &mut (dyn FnMut() + Send)) {
         work();
     }
+
+    fn thread(&self) -> usize {
+        0
+    }
 }
 
 /// Fifty pairs of bodies that swing from the world, each pair held by a constraint of another kind than the next one.
