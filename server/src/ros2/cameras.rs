@@ -3,9 +3,8 @@
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
-use std::sync::Arc;
 
-use simd_core::simulation::published_state::{PublishedState, WorldLayout};
+use simd_core::simulation::published_state::PublishedState;
 use simd_core::simulation::sensors::WorldSensor;
 use simd_model::sensor::{Picture as Kind, SensorKind};
 use simd_ros2::messages::sensor_msgs::{CameraInfo, Image};
@@ -13,7 +12,7 @@ use simd_ros2::messages::std_msgs::Header;
 use simd_ros2::wire::Qos;
 
 use super::endpoints::{Graph, Topic};
-use super::robots::{Robot, SensorKey, sensor_topics};
+use super::robots::{DeclaredFor, Robot, SensorKey, sensor_topics};
 use crate::SimHandle;
 use crate::handle::{Picture, Plane};
 use crate::recording::camera_message::{ImageKind, camera_info};
@@ -22,8 +21,7 @@ use crate::recording::stamp;
 /// The topics of cameras.
 #[derive(Debug, Default)]
 pub(super) struct Cameras {
-    /// What there was when they were declared.
-    of: Option<(Arc<Vec<WorldSensor>>, Arc<WorldLayout>)>,
+    declared_for: DeclaredFor,
     topics: BTreeMap<SensorKey, CameraTopics>,
 }
 
@@ -51,10 +49,7 @@ impl Cameras {
         shown: &[Robot],
         state: &PublishedState,
     ) -> Result<(), zenoh::Error> {
-        let is_same = |(sensors, world): &(Arc<_>, Arc<_>)| {
-            Arc::ptr_eq(sensors, &state.sensors) && Arc::ptr_eq(world, &state.world)
-        };
-        if self.of.as_ref().is_some_and(is_same) {
+        if self.declared_for.is_of(state) {
             return Ok(());
         }
         let is_camera = |sensor: &&WorldSensor| matches!(sensor.definition.kind, SensorKind::Camera(_));
@@ -68,7 +63,7 @@ impl Cameras {
                 entry.insert(topics);
             }
         }
-        self.of = Some((Arc::clone(&state.sensors), Arc::clone(&state.world)));
+        self.declared_for.set(state);
         Ok(())
     }
 

@@ -200,6 +200,24 @@ pub(super) fn pose_message(pose: DPose3) -> Pose {
 /// A sensor's id, and the name of its topic.
 pub(super) type SensorKey = (u64, String);
 
+/// The sensors and robots that topics were last declared for.
+#[derive(Debug, Default)]
+pub(super) struct DeclaredFor(Option<(Arc<Vec<WorldSensor>>, Arc<WorldLayout>)>);
+
+impl DeclaredFor {
+    /// Whether they are those of a state. Names of topics follow from all robots.
+    pub(super) fn is_of(&self, state: &PublishedState) -> bool {
+        self.0.as_ref().is_some_and(|(sensors, world)| {
+            Arc::ptr_eq(sensors, &state.sensors) && Arc::ptr_eq(world, &state.world)
+        })
+    }
+
+    /// From now on they are.
+    pub(super) fn set(&mut self, state: &PublishedState) {
+        self.0 = Some((Arc::clone(&state.sensors), Arc::clone(&state.world)));
+    }
+}
+
 /// The sensors of the robots that are shown, with names of topics that all differ.
 pub(super) fn sensor_topics<'s>(
     sensors: impl Iterator<Item = &'s WorldSensor>,

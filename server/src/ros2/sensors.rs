@@ -1,9 +1,8 @@
 //! Sensors: a topic for each, and a message for each of its readings.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
-use simd_core::simulation::published_state::{PublishedState, WorldLayout};
+use simd_core::simulation::published_state::PublishedState;
 use simd_core::simulation::sensors::WorldSensor;
 use simd_model::sensor::SensorKind;
 use simd_ros2::messages::geometry_msgs::WrenchStamped;
@@ -11,7 +10,7 @@ use simd_ros2::messages::sensor_msgs::{Imu, JointState, LaserScan, PointCloud2, 
 use simd_ros2::wire::Qos;
 
 use super::endpoints::{Graph, Topic};
-use super::robots::{Robot, SensorKey, sensor_topics};
+use super::robots::{DeclaredFor, Robot, SensorKey, sensor_topics};
 use crate::SimHandle;
 use crate::handle::{MOST_FOLLOWED, SensorCursor};
 use crate::recording::sensor_message::{SensorMessage, SensorShape};
@@ -19,8 +18,7 @@ use crate::recording::sensor_message::{SensorMessage, SensorShape};
 /// The topics of sensors.
 #[derive(Debug, Default)]
 pub(super) struct Sensors {
-    /// What there was when they were declared.
-    of: Option<(Arc<Vec<WorldSensor>>, Arc<WorldLayout>)>,
+    declared_for: DeclaredFor,
     /// By the sensor and the topic's name.
     topics: BTreeMap<SensorKey, SensorTopic>,
 }
@@ -56,11 +54,7 @@ impl Sensors {
         shown: &[Robot],
         state: &PublishedState,
     ) -> Result<(), zenoh::Error> {
-        // Names of topics follow from all robots.
-        let is_same = |(sensors, world): &(Arc<_>, Arc<_>)| {
-            Arc::ptr_eq(sensors, &state.sensors) && Arc::ptr_eq(world, &state.world)
-        };
-        if self.of.as_ref().is_some_and(is_same) {
+        if self.declared_for.is_of(state) {
             return Ok(());
         }
         let wanted = sensor_topics(state.sensors.iter(), shown);
@@ -76,7 +70,7 @@ impl Sensors {
             let (robot, shape) = (robot.entity.name.clone(), shape(sensor, robot));
             self.topics.insert(key, SensorTopic { robot, output, shape, after: None });
         }
-        self.of = Some((Arc::clone(&state.sensors), Arc::clone(&state.world)));
+        self.declared_for.set(state);
         Ok(())
     }
 
