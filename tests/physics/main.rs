@@ -57,4 +57,5 @@ mod tree_motion;
 mod truth;
 mod turning_friction;
 mod walking;
+mod weak_motors;
 mod world;

@@ -4,7 +4,7 @@
 use serde::{Deserialize, Serialize};
 use simd_model::robot::JointLimits;
 
-use super::integrator::{History, Implicitness, Integrator};
+use super::integrator::{History, Implicitness};
 
 /// What an actuator does.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -231,36 +231,18 @@ impl Axis {
         }
     }
 
-    /// Keeps the setpoint of a saturated actuator where the law asks for the limit and no
+    /// Keeps the setpoint of an actuator whose `law` asks for more than the limit where it asks for the limit and no
     /// more (anti-windup by back-calculation): a joint that something stronger carried off
     /// is braked with its whole effort, and then moves back along a profile, where a
     /// setpoint that waited at the target would make it swing. A joint that is blocked
     /// goes on to push with its limit.
     ///
-    /// `qd` is the velocity that the next step changes.
-    pub fn anti_windup(&mut self, saturated: &Drive, q: f64, qd: f64, h: f64, integrator: Integrator) {
-        let Drive { stiffness, damping, velocity, feed_forward, limit, .. } = *saturated;
-        if !matches!(self.actuator.mode, Mode::Position | Mode::Hold) || stiffness <= 0.0 {
-            return;
-        }
-        // The solved effort is smaller than the law's by what the implicit terms add to D.
-        let inertia = self.settings.composite_inertia;
-        let (softening, ahead) = match integrator {
-            Integrator::Euler => (1.0 + (h * damping + h * h * stiffness) / inertia, 0.0),
-            Integrator::Leapfrog => {
-                let law = Drive { saturated: None, ..*saturated };
-                let at = Implicitness::of(
-                    (law.stiffness_of_step(h) + self.settings.stiffness_of_step(h)) / inertia,
-                );
-                // The setpoint is a step further when the law is next asked, the spring's position less.
-                (1.0 + law.resistance(h, at) / inertia, h * (at.spring_ahead() - 1.0) * qd)
-            }
-        };
-        let middle = q + ahead + (damping * (qd - velocity) - feed_forward) / stiffness;
-        let reach = limit * softening / stiffness;
-        let bounded = self.actuator.setpoint.max(middle - reach).min(middle + reach);
-        if bounded != self.actuator.setpoint {
-            (self.actuator.setpoint, self.actuator.setpoint_velocity) = (bounded, qd);
+    /// At the end of a step, in which `drive` was the law and `qd` came to be the velocity.
+    pub fn anti_windup(&mut self, drive: &Drive, law: f64, qd: f64) {
+        let has_setpoint = matches!(self.actuator.mode, Mode::Position | Mode::Hold);
+        if has_setpoint && drive.stiffness > 0.0 && law.abs() > drive.limit {
+            self.actuator.setpoint += (drive.limit.copysign(law) - law) / drive.stiffness;
+            self.actuator.setpoint_velocity = qd;
         }
     }
 
@@ -374,8 +356,8 @@ impl Drive {
         }
     }
 
-    /// What stops the joint, as its part of D for backward Euler.
+    /// What the law adds to D for backward Euler, also where it is saturated.
     pub fn stiffness_of_step(&self, h: f64) -> f64 {
-        self.resistance(h, Implicitness::BACKWARD)
+        h * self.damping + h * h * self.stiffness
     }
 }

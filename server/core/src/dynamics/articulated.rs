@@ -72,15 +72,19 @@ pub fn gather_inertia(
         let is_sprung_ball =
             settings.spring_stiffness > 0.0 && matches!(body.joint_type, JointType::Spherical { .. });
         let of_spring = if is_sprung_ball { tree.position_of_axis(i, q) } else { position };
-        at.implicitness = match integrator {
-            Integrator::Euler => Implicitness::BACKWARD,
+        (at.implicitness, at.of_law) = match integrator {
+            Integrator::Euler => (Implicitness::BACKWARD, Implicitness::BACKWARD),
             Integrator::Leapfrog => {
-                let stiffness = settings.stiffness_of_step(h) + drive.stiffness_of_step(h);
-                if stiffness > 0.0 {
-                    Implicitness::of(stiffness / (own + settings.armature))
-                } else {
-                    Implicitness::MEAN
-                }
+                let of_joint = settings.stiffness_of_step(h);
+                let of = |stiffness: f64| {
+                    if stiffness > 0.0 {
+                        Implicitness::of(stiffness / (own + settings.armature))
+                    } else {
+                        Implicitness::MEAN
+                    }
+                };
+                let of_law = of(of_joint + drive.stiffness_of_step(h));
+                (if drive.saturated.is_some() { of(of_joint) } else { of_law }, of_law)
             }
         };
         let implicitness = at.implicitness;

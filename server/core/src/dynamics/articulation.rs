@@ -32,6 +32,7 @@ use super::velocity_terms::{VelocityTerms, is_fast};
 
 pub use body_state::BodyState;
 pub(in crate::dynamics) use saturation::{BOTH_WAYS_UNTIL, EXACT_ROUNDS, MAX_ROUNDS};
+pub use soundness::LARGEST_STATE;
 
 /// One robot: how it is built, where it is and how it moves, and the scratch of its step.
 ///
@@ -221,20 +222,16 @@ impl Articulation {
     /// Moves setpoints on, and takes each actuator's law for the step.
     fn set_drives(&mut self, gravity: DVec3, h: f64) {
         let Self { tree, state, scratch } = self;
-        let StepScratch { passes, subtrees, integrator, is_weakened, .. } = scratch;
+        let StepScratch { passes, subtrees, is_weakened, .. } = scratch;
         *is_weakened = false;
         let mut any_compensates = false;
         for body in &tree.bodies {
             if !matches!(body.joint_type, JointType::Revolute | JointType::Prismatic) {
-                any_compensates |= set_ball_drives(state, body, h, *integrator);
+                any_compensates |= set_ball_drives(state, body, h);
                 continue;
             }
-            let (q, qd) = (state.positions[body.position], state.half_velocities[body.velocity]);
             let (axis, drive) = (&mut state.axes[body.velocity], &mut state.drives[body.velocity]);
             let saturated = drive.saturated;
-            if saturated.is_some() {
-                axis.anti_windup(drive, q, qd, h, *integrator);
-            }
             axis.advance_setpoint(h);
             *drive = axis.drive(h);
             any_compensates |= is_compensated(axis);
@@ -344,14 +341,13 @@ impl Articulation {
 /// [`Articulation::set_drives`] for a body of a ball joint: all three with the first. Nothing for a free one. Says whether its actuator
 /// compensates gravity.
 #[inline(never)]
-fn set_ball_drives(state: &mut BodyState, body: &Body, h: f64, integrator: Integrator) -> bool {
+fn set_ball_drives(state: &mut BodyState, body: &Body, h: f64) -> bool {
     let JointType::Spherical { axis } = body.joint_type else { return false };
-    let BodyState { positions, half_velocities, axes, drives, .. } = state;
+    let BodyState { positions, axes, drives, .. } = state;
     if axis == 0 {
         let dofs = body.velocity..body.velocity + 3;
-        let moved = (&positions[body.position..], &half_velocities[dofs.clone()]);
         let actuators = (&mut axes[dofs.clone()], &mut drives[dofs]);
-        spherical::set_drives(moved, actuators, h, integrator);
+        spherical::set_drives(&positions[body.position..], actuators, h);
     }
     is_compensated(&axes[body.velocity])
 }

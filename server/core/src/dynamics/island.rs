@@ -28,7 +28,6 @@ pub(in crate::dynamics) use impulses::{DIRECT_AT, MAX_SWEEPS, SETTLED, SETTLED_R
 pub use residual::SolverChoice;
 pub(in crate::dynamics) use rows::{MANY, find_spans};
 use split_velocities::Split;
-pub use unsound::FASTEST_OF_GROUP;
 
 /// Sweeps of position correction; the rest is left to the next step.
 pub(in crate::dynamics) const CORRECTION_SWEEPS: usize = 5;

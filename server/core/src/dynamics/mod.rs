@@ -51,7 +51,7 @@ pub mod trigonometry;
 pub mod velocity_terms;
 
 pub use actuator::{Actuator, Axis, Mode};
-pub use articulation::{Articulation, BodyState};
+pub use articulation::{Articulation, BodyState, LARGEST_STATE};
 pub use configuration::Configuration;
 pub use integrator::Integrator;
 pub use tree::Tree;

@@ -33,6 +33,8 @@ pub struct BodyScratch {
     pub column: Spatial,
     /// When springs and dampers of its joint act.
     pub implicitness: Implicitness,
+    /// The same of its actuator's law, also where that is saturated and so adds nothing to D.
+    pub of_law: Implicitness,
     /// 1 / D, with D = S' U + armature + h (kd + damping) + h^2 kp; 0 where
     /// nothing resists (a joint without inertia, damping or stiffness is not moved).
     pub inverse_d: f64,
@@ -58,6 +60,7 @@ impl Default for BodyScratch {
             bias: Spatial::ZERO,
             column: Spatial::ZERO,
             implicitness: Implicitness::BACKWARD,
+            of_law: Implicitness::BACKWARD,
             inverse_d: 0.0,
             drive: 0.0,
             acceleration: Spatial::ZERO,

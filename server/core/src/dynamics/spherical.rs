@@ -12,7 +12,6 @@
 use glamx::{DMat3, DQuat, DVec3};
 
 use super::actuator::{Axis, Drive, Mode};
-use super::integrator::Integrator;
 use super::spatial::Spatial;
 use super::tree::{JointType, Tree};
 
@@ -70,18 +69,13 @@ fn has_setpoint(axis: &Axis) -> bool {
     matches!(axis.actuator.mode, Mode::Position | Mode::Hold)
 }
 
-/// Moves the setpoint of a ball joint on by a step of `h`, and takes the laws of its three axes for it. `q` and `half` begin
+/// Moves the setpoint of a ball joint on by a step of `h`, and takes the laws of its three axes for it. `q` begins
 /// with what is the joint's, `axes` and `drives` are those of its three axes.
 ///
 /// An axis' profile and its anti-windup are those of a joint of one axis, along the rotation vector from the setpoint to the
 /// target. Laws read where the child is from the first number of its position, which stays as it is in a step: what they
 /// make of it is only how far the setpoint is from there.
-pub fn set_drives(
-    (q, half): (&[f64], &[f64]),
-    (axes, drives): (&mut [Axis], &mut [Drive]),
-    h: f64,
-    integrator: Integrator,
-) {
+pub fn set_drives(q: &[f64], (axes, drives): (&mut [Axis], &mut [Drive]), h: f64) {
     let here = orientation(q);
     let saturated: [Option<f64>; 3] = std::array::from_fn(|k| drives[k].saturated);
     let mut to_setpoint = DVec3::ZERO;
@@ -95,11 +89,7 @@ pub fn set_drives(
         };
         let target = vector(|axis| axis.actuator.target);
         let before = vector(|axis| axis.actuator.setpoint);
-        let mut setpoint = before;
-        if saturated.iter().any(Option::is_some) {
-            setpoint = keep_near(here, setpoint, saturated, (axes, drives), half, (h, integrator));
-        }
-        setpoint = advance(setpoint, target, axes, h);
+        let setpoint = advance(before, target, axes, h);
         if setpoint != before {
             for (k, axis) in axes.iter_mut().enumerate().filter(|(_, axis)| has_setpoint(axis)) {
                 axis.actuator.setpoint = setpoint[k];
@@ -114,26 +104,26 @@ pub fn set_drives(
     }
 }
 
-/// Anti-windup: the setpoint, no further from the child than saturated actuators can use.
-fn keep_near(
-    here: DQuat,
-    setpoint: DVec3,
-    saturated: [Option<f64>; 3],
-    (axes, drives): (&mut [Axis], &[Drive]),
-    half: &[f64],
-    (h, integrator): (f64, Integrator),
-) -> DVec3 {
-    let from_child = rotation_vector(here.inverse() * turn(setpoint));
+/// Keeps the setpoint of a ball joint within reach of what saturates, at the end of a step in which `laws` were asked for and
+/// `velocities` came to be, as [`Axis::anti_windup`] does. `q` is where the step began.
+pub fn anti_windup(q: &[f64], (axes, drives): (&mut [Axis], &[Drive]), laws: [f64; 3], velocities: &[f64]) {
+    if !axes.iter().any(has_setpoint) {
+        return;
+    }
+    let here = orientation(q);
+    let from_child = DVec3::from_array(std::array::from_fn(|k| drives[k].position - q[0]));
     let mut kept = from_child;
-    for (k, axis) in axes.iter_mut().enumerate().filter(|(_, axis)| has_setpoint(axis)) {
-        if saturated[k].is_some() {
-            axis.actuator.setpoint = from_child[k];
-            axis.anti_windup(&drives[k], 0.0, half[k], h, integrator);
-            kept[k] = axis.actuator.setpoint;
+    for (k, axis) in axes.iter_mut().enumerate() {
+        let setpoint = std::mem::replace(&mut axis.actuator.setpoint, from_child[k]);
+        axis.anti_windup(&drives[k], laws[k], velocities[k]);
+        kept[k] = std::mem::replace(&mut axis.actuator.setpoint, setpoint);
+    }
+    if kept != from_child {
+        let setpoint = rotation_vector(here * turn(kept));
+        for (k, axis) in axes.iter_mut().enumerate().filter(|(_, axis)| has_setpoint(axis)) {
             axis.actuator.setpoint = setpoint[k];
         }
     }
-    if kept == from_child { setpoint } else { rotation_vector(here * turn(kept)) }
 }
 
 /// Where a setpoint gets to on its way to the target in a step of `h`.
@@ -213,7 +203,7 @@ mod tests {
         write_orientation(&mut q, here);
         let mut axes = driven(DVec3::new(0.0, 0.0, -3.0), None);
         let mut drives = <[Drive; 3]>::default();
-        set_drives((&q, &[0.0; 3]), (&mut axes, &mut drives), 1e-3, Integrator::Euler);
+        set_drives(&q, (&mut axes, &mut drives), 1e-3);
         let pull = drives.map(|drive| drive.position - q[0]);
         let wanted = std::f64::consts::TAU - 6.0;
         assert!(pull[0].abs() + pull[1].abs() < 1e-14 && (pull[2] - wanted).abs() < 1e-14, "{pull:?}");
@@ -229,7 +219,7 @@ mod tests {
         let q = DQuat::IDENTITY.to_array();
         let (h, mut last) = (1e-3, DQuat::IDENTITY);
         for _ in 0..2000 {
-            set_drives((&q, &[0.0; 3]), (&mut axes, &mut drives), h, Integrator::Euler);
+            set_drives(&q, (&mut axes, &mut drives), h);
             let next = turn(DVec3::from_array(std::array::from_fn(|k| axes[k].actuator.setpoint)));
             let moved = rotation_vector(last.inverse() * next);
             assert!(moved.abs().max_element() < 2.0 * h * (1.0 + 1e-6), "{moved}");

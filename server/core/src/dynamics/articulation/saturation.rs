@@ -1,7 +1,8 @@
 //! Which actuators saturate in a step.
 
-use super::{Articulation, StepScratch};
+use super::{Articulation, BodyState, StepScratch};
 use crate::dynamics::actuator::Drive;
+use crate::dynamics::spherical;
 use crate::dynamics::tree::JointType;
 
 /// Rounds at the most in which it is found which actuators saturate. Each is a step of Newton's method for efforts that are
@@ -57,7 +58,7 @@ impl Articulation {
                 continue;
             }
             let velocities = [state.half_velocities[dof], scratch.new_velocities[dof]];
-            let law = drive.law(state.positions[body.position], velocities, h, at.implicitness);
+            let law = drive.law(state.positions[body.position], velocities, h, at.of_law);
             changed |= change(drive, law, &mut scratch.parts[dof]);
         }
         changed
@@ -75,8 +76,9 @@ impl Articulation {
         *is_weakened = false;
     }
 
-    /// What the actuators apply at the new velocities.
+    /// What the actuators apply at the new velocities. Setpoints stay within reach of those that saturate.
     pub(super) fn note_efforts(&mut self, h: f64) {
+        let mut saturates = false;
         let StepScratch { passes, new_velocities, parts, is_weakened, .. } = &mut self.scratch;
         for (body, at) in self.tree.bodies.iter().zip(&passes.bodies) {
             if !matches!(body.joint_type, JointType::Free { .. }) {
@@ -87,11 +89,42 @@ impl Articulation {
                 );
                 let drive = &mut self.state.drives[dof];
                 if *is_weakened {
-                    drive.recover(drive.law(q, velocities, h, at.implicitness), parts[dof]);
+                    drive.recover(drive.law(q, velocities, h, at.of_law), parts[dof]);
                 }
-                self.state.efforts[dof] = drive.effort(q, velocities, h, at.implicitness);
+                self.state.efforts[dof] = drive.effort(q, velocities, h, at.of_law);
+                saturates |= drive.saturated.is_some();
             }
         }
         *is_weakened = false;
+        if saturates {
+            self.keep_setpoints_near(h);
+        }
+    }
+
+    /// See [`Axis::anti_windup`](crate::dynamics::Axis::anti_windup).
+    fn keep_setpoints_near(&mut self, h: f64) {
+        let Self { tree, state, scratch } = self;
+        let BodyState { positions, half_velocities, axes, drives, .. } = state;
+        for (index, body) in tree.bodies.iter().enumerate() {
+            let dof = body.velocity;
+            let law = |ahead: usize| {
+                let (dof, at) = (dof + ahead, &scratch.passes.bodies[index + ahead]);
+                let velocities = [half_velocities[dof], scratch.new_velocities[dof]];
+                drives[dof].law(positions[body.position], velocities, h, at.of_law)
+            };
+            match body.joint_type {
+                JointType::Revolute | JointType::Prismatic => {
+                    axes[dof].anti_windup(&drives[dof], law(0), scratch.new_velocities[dof]);
+                }
+                // The other two bodies of the joint come next.
+                JointType::Spherical { axis: 0 } => {
+                    let (laws, dofs) = ([0, 1, 2].map(law), dof..dof + 3);
+                    let velocities = &scratch.new_velocities[dofs.clone()];
+                    let actuators = (&mut axes[dofs.clone()], &drives[dofs]);
+                    spherical::anti_windup(&positions[body.position..], actuators, laws, velocities);
+                }
+                JointType::Spherical { .. } | JointType::Free { .. } => {}
+            }
+        }
     }
 }

@@ -1,9 +1,14 @@
 //! Whether a robot can be solved together with others, and what becomes of one that cannot.
 
 use glamx::DVec3;
+use simd_model::LARGEST_GIVEN;
 
 use super::Articulation;
 use crate::dynamics::constraint::Constraints;
+
+/// What is faster than this, m/s or rad/s, or farther away, m or rad, is not computed with, nor solved together with others: far beyond
+/// what follows from numbers that can be given.
+pub const LARGEST_STATE: f64 = 1e6 * LARGEST_GIVEN;
 
 impl Articulation {
     /// Whether each of the new velocities is a number, of this size at the most.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glamx::{DPose3, DVec3};
 
-use super::{Articulation, BodyState};
+use super::{Articulation, BodyState, LARGEST_STATE};
 use crate::dynamics::actuator::{Actuator, Axis};
 use crate::dynamics::articulated::write_free;
 use crate::dynamics::integrator::History;
@@ -121,9 +121,9 @@ impl Articulation {
         &mut self.state.external
     }
 
-    /// Whether every position and velocity is finite.
+    /// Whether every position and velocity is a number that can be computed with.
     pub fn is_finite(&self) -> bool {
-        self.state.positions.iter().chain(&self.state.velocities).all(|value| value.is_finite())
+        self.state.positions.iter().chain(&self.state.velocities).all(|value| value.abs() <= LARGEST_STATE)
     }
 
     /// `world_from_base`: of a fixed root link; the world itself where the root is free.

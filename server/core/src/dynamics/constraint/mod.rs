@@ -30,6 +30,9 @@ pub const ERROR_REDUCTION: f64 = 0.2;
 /// sweeps, or seen as creep.
 pub const WARM_START: f64 = 1.0;
 
+/// What a limit starts from changes its velocity by no more than so many times what any row of its robot is off by.
+pub const MOST_START: f64 = 10.0;
+
 /// Sweeps at the most.
 pub const MAX_SWEEPS: usize = 100;
 

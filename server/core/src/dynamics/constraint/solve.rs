@@ -1,6 +1,6 @@
 //! Projected Gauss-Seidel on the velocities of one robot: its rows of joints.
 
-use super::{Constraints, MAX_SWEEPS, SETTLED, respond, respond_to_joints};
+use super::{Constraints, MAX_SWEEPS, MOST_START, RowKey, SETTLED, respond, respond_to_joints};
 use crate::dynamics::scratch::{MAX_RHS, Scratch};
 use crate::dynamics::tree::Tree;
 
@@ -17,7 +17,9 @@ pub fn solve(
     velocities: &mut [f64],
 ) {
     if !constraints.rows.is_empty() {
-        prepare(tree, q, constraints, scratch, velocities);
+        find_responses(tree, q, constraints, scratch, velocities.len());
+        drop_useless_starts(constraints, velocities);
+        start(constraints, velocities);
         for _ in 0..MAX_SWEEPS {
             if sweep(constraints, velocities) <= SETTLED {
                 break;
@@ -34,7 +36,12 @@ pub fn prepare(
     scratch: &mut Scratch,
     velocities: &mut [f64],
 ) {
-    let n = velocities.len();
+    find_responses(tree, q, constraints, scratch, velocities.len());
+    start(constraints, velocities);
+}
+
+/// Finds what each row's impulse does to all `n` velocities.
+fn find_responses(tree: &Tree, q: &[f64], constraints: &mut Constraints, scratch: &mut Scratch, n: usize) {
     let Constraints { rows, responses, .. } = constraints;
     if responses.len() < rows.len() * n {
         responses.resize(rows.len() * n, 0.0);
@@ -56,6 +63,28 @@ pub fn prepare(
     for (row, response) in rows.iter_mut().zip(responses.chunks_exact(n)) {
         let [a, b] = row.entries;
         row.effect = a.1 * response[a.0] + b.1 * response[b.0];
+    }
+}
+
+/// Has limits start from nothing where what they had would change their own velocities by far more than any velocity asks for: it is of
+/// another round, in which an actuator was not yet taken for saturated. Sweeps would take too long to undo it, since both limits of
+/// a joint take turns in that.
+fn drop_useless_starts(Constraints { rows, .. }: &mut Constraints, velocities: &[f64]) {
+    let asked = rows.iter().map(|row| row.velocity(velocities).abs() + row.bias.abs());
+    let most = MOST_START * asked.fold(0.0, f64::max);
+    for row in rows.iter_mut().filter(|row| matches!(row.key, RowKey::Lower(_) | RowKey::Upper(_))) {
+        if row.impulse * row.effect > most {
+            row.impulse = 0.0;
+        }
+    }
+}
+
+/// Gives rows the impulses that they start from.
+fn start(Constraints { rows, responses, .. }: &mut Constraints, velocities: &mut [f64]) {
+    if rows.is_empty() {
+        return;
+    }
+    for (row, response) in rows.iter_mut().zip(responses.chunks_exact(velocities.len())) {
         if row.effect > 0.0 {
             add_scaled(velocities, response, row.impulse);
         } else {

@@ -3,13 +3,9 @@
 //! One robot that has diverged takes along all that it is solved with: what it does to one row, the next sweep does to the others.
 
 use glamx::DVec3;
-use simd_model::LARGEST_GIVEN;
 
 use super::Island;
-use crate::dynamics::articulation::Articulation;
-
-/// What is faster than this is not solved together with others, m/s or rad/s: far beyond what follows from numbers that can be given.
-pub const FASTEST_OF_GROUP: f64 = 1e6 * LARGEST_GIVEN;
+use crate::dynamics::articulation::{Articulation, LARGEST_STATE};
 
 /// No number of a row may be larger than this: its square times a velocity is still one.
 const LARGEST: f64 = 1e100;
@@ -20,7 +16,7 @@ const NEARLY_FASTEST: f64 = 1e-3;
 impl Island {
     /// Whether the velocities that were found can be. A robot that is alone spoils no other one.
     pub(super) fn is_usable(&self) -> bool {
-        self.members.len() < 2 || are_within(&self.velocities, FASTEST_OF_GROUP)
+        self.members.len() < 2 || are_within(&self.velocities, LARGEST_STATE)
     }
 
     /// Leaves those robots not finite that the solution could not be found with: those of which a row has numbers that cannot be computed

@@ -4,11 +4,9 @@ use pulp::Simd;
 
 use super::joint::{Body, Drive, Law, State, has_setpoint};
 use super::number::{Lanes, Mask};
-use super::passes::implicitness;
 use super::robot::LaneRobot;
 use crate::dynamics::actuator::{LEAST_PART, NEARLY, SETTLED};
 use crate::dynamics::articulation::{BOTH_WAYS_UNTIL, EXACT_ROUNDS, MAX_ROUNDS};
-use crate::dynamics::integrator::Integrator;
 
 /// The law alone, without its limit, over a step in which the velocity changes from `half` to `new`.
 #[inline(always)]
@@ -41,7 +39,7 @@ fn limited_law<S: Simd>(
         return None;
     }
     let velocities = [state.half_velocity, at.new_velocity];
-    Some((law(&state.drive, state.position, velocities, h, at.damper), is_limited))
+    Some((law(&state.drive, state.position, velocities, h, at.of_law), is_limited))
 }
 
 impl<S: Simd> LaneRobot<S> {
@@ -49,7 +47,6 @@ impl<S: Simd> LaneRobot<S> {
     #[inline(always)]
     pub(super) fn set_drives(&mut self) {
         let h = self.is_taken.same(self.stepping.h);
-        let integrator = self.stepping.integrator;
         let first = self.first;
         let joints = self.states[first..].iter_mut().zip(&self.laws[first..]).zip(&self.modes[first..]);
         for ((state, law), mode) in joints {
@@ -57,9 +54,6 @@ impl<S: Simd> LaneRobot<S> {
             let saturated = state.drive.saturated;
             let was = saturated.is_number();
             if follows_setpoint {
-                if was.any() {
-                    anti_windup(state, law, h, integrator);
-                }
                 advance_setpoint(state, law, h);
             }
             let Law { stiffness, damping, velocity, feed_forward, limit, .. } = *law;
@@ -153,15 +147,20 @@ impl<S: Simd> LaneRobot<S> {
     pub(super) fn note_efforts(&mut self, weakened: Mask<S>) {
         let h = self.is_taken.same(self.stepping.h);
         let any_weakened = weakened.any();
-        for (state, at) in self.states[self.first..].iter_mut().zip(&self.bodies[self.first..]) {
+        let joints = self.states[self.first..].iter_mut().zip(&self.bodies[self.first..]);
+        for ((state, at), mode) in joints.zip(&self.modes[self.first..]) {
             let velocities = [state.half_velocity, at.new_velocity];
-            let law = law(&state.drive, state.position, velocities, h, at.damper);
+            let asked = law(&state.drive, state.position, velocities, h, at.of_law);
             let limit = state.drive.limit;
             if any_weakened {
-                recover(&mut state.drive, law, at.part, weakened);
+                recover(&mut state.drive, asked, at.part, weakened);
             }
             let saturated = state.drive.saturated;
-            state.effort = saturated.is_number().select(saturated, law.clamp(-limit, limit));
+            state.effort = saturated.is_number().select(saturated, asked.clamp(-limit, limit));
+            if saturated.is_number().any() && mode.is_some_and(has_setpoint) {
+                let asked = law(&state.drive, state.position, velocities, h, at.of_law);
+                anti_windup(state, asked, at.new_velocity);
+            }
         }
     }
 }
@@ -195,29 +194,12 @@ fn advance_setpoint<S: Simd>(state: &mut State<S>, law: &Law<S>, h: Lanes<S>) {
     state.setpoint_velocity = is_there.select(h.same(0.0), setpoint_velocity);
 }
 
-/// See [`Axis::anti_windup`](crate::dynamics::Axis::anti_windup): of lanes whose actuators saturated in the last step.
+/// See [`Axis::anti_windup`](crate::dynamics::Axis::anti_windup): of lanes whose actuators saturate.
 #[inline(always)]
-fn anti_windup<S: Simd>(state: &mut State<S>, law: &Law<S>, h: Lanes<S>, integrator: Integrator) {
-    let Drive { stiffness, damping, velocity, feed_forward, limit, saturated, .. } = state.drive;
-    let (q, qd) = (state.position, state.half_velocity);
-    let inertia = law.composite_inertia;
-    let (zero, one) = (h.same(0.0), h.same(1.0));
-    let (softening, ahead) = match integrator {
-        Integrator::Euler => (one + (h * damping + h * h * stiffness) / inertia, zero),
-        Integrator::Leapfrog => {
-            let of_law = h * damping + h * h * stiffness;
-            let of_settings = h * law.own_damping + h * h * law.spring_stiffness;
-            let (damper, _) = implicitness((of_law + of_settings) / inertia);
-            let spring_after = h.same(1.5) * damper - h.same(0.5);
-            let spring_ahead = h.same(2.0) * damper - one;
-            let resistance = h * damper * damping + h * h * spring_after * stiffness;
-            (one + resistance / inertia, h * (spring_ahead - one) * qd)
-        }
-    };
-    let middle = q + ahead + (damping * (qd - velocity) - feed_forward) / stiffness;
-    let reach = limit * softening / stiffness;
-    let bounded = state.setpoint.max(middle - reach).min(middle + reach);
-    let moves = saturated.is_number() & zero.lt(stiffness) & !bounded.is(state.setpoint);
-    state.setpoint = moves.select(bounded, state.setpoint);
+fn anti_windup<S: Simd>(state: &mut State<S>, law: Lanes<S>, qd: Lanes<S>) {
+    let Drive { stiffness, limit, saturated, .. } = state.drive;
+    let moves = saturated.is_number() & law.same(0.0).lt(stiffness) & limit.lt(law.abs());
+    let back = (limit.with_sign_of(law) - law) / stiffness;
+    state.setpoint = moves.select(state.setpoint + back, state.setpoint);
     state.setpoint_velocity = moves.select(qd, state.setpoint_velocity);
 }

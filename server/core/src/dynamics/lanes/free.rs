@@ -75,17 +75,17 @@ impl<S: Simd> Root<S> {
         }
     }
 
-    /// In which lanes all of it is finite.
+    /// In which lanes all of it is of a size that can be computed with.
     #[inline(always)]
-    pub(super) fn is_finite(&self) -> Mask<S> {
-        let mut is_finite = self.positions[0].is_finite();
+    pub(super) fn is_usable(&self) -> Mask<S> {
+        let mut is_usable = self.positions[0].is_usable();
         for number in &self.positions {
-            is_finite = is_finite & number.is_finite();
+            is_usable = is_usable & number.is_usable();
         }
         for (velocity, half) in self.velocities.iter().zip(&self.half_velocities) {
-            is_finite = is_finite & velocity.is_finite() & half.is_finite();
+            is_usable = is_usable & velocity.is_usable() & half.is_usable();
         }
-        is_finite
+        is_usable
     }
 
     /// How it is turned.

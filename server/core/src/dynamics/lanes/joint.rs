@@ -16,7 +16,6 @@ pub(super) struct Law<S: Simd> {
     pub(super) armature: Lanes<S>,
     pub(super) spring_stiffness: Lanes<S>,
     pub(super) spring_rest: Lanes<S>,
-    pub(super) composite_inertia: Lanes<S>,
     /// Minus infinity where there is none.
     pub(super) lower: Lanes<S>,
     /// Infinity where there is none.
@@ -94,6 +93,8 @@ pub(super) struct Body<S: Simd> {
     pub(super) column: Spatial<S>,
     /// See [`Implicitness`](crate::dynamics::integrator::Implicitness).
     pub(super) damper: Lanes<S>,
+    /// The same of its actuator's law, also where that is saturated.
+    pub(super) of_law: Lanes<S>,
     pub(super) decay: Lanes<S>,
     pub(super) inverse_d: Lanes<S>,
     pub(super) drive: Lanes<S>,
@@ -125,7 +126,6 @@ impl<S: Simd> Law<S> {
             armature: zero,
             spring_stiffness: zero,
             spring_rest: zero,
-            composite_inertia: zero,
             lower: zero,
             upper: zero,
             stiffness: zero,
@@ -150,7 +150,6 @@ impl<S: Simd> Law<S> {
             (&mut self.armature, settings.armature),
             (&mut self.spring_stiffness, settings.spring_stiffness),
             (&mut self.spring_rest, settings.spring_rest),
-            (&mut self.composite_inertia, settings.composite_inertia),
             (&mut self.lower, lower),
             (&mut self.upper, upper),
             (&mut self.stiffness, drive.stiffness),
@@ -283,6 +282,7 @@ impl<S: Simd> Body<S> {
             bias: spatial,
             column: spatial,
             damper: zero,
+            of_law: zero,
             decay: zero,
             inverse_d: zero,
             drive: zero,

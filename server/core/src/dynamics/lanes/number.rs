@@ -7,6 +7,7 @@ use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, Neg, Not, Sub, SubAssign
 
 use pulp::{Simd, bytemuck};
 
+use crate::dynamics::LARGEST_STATE;
 use crate::dynamics::trigonometry::{self, Number};
 
 /// One `f64` a lane.
@@ -141,6 +142,12 @@ impl<S: Simd> Lanes<S> {
     #[inline(always)]
     pub(super) fn is_finite(self) -> Mask<S> {
         self.abs().lt(self.same(f64::INFINITY))
+    }
+
+    /// Whether it is of a size that can be computed with.
+    #[inline(always)]
+    pub(super) fn is_usable(self) -> Mask<S> {
+        self.abs().le(self.same(LARGEST_STATE))
     }
 }
 

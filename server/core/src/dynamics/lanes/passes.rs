@@ -141,15 +141,19 @@ impl<S: Simd> LaneRobot<S> {
         let own = along(joint_type, column, z);
         let is_saturated = drive.saturated.is_number();
         let one = zero.same(1.0);
-        (at.damper, at.decay) = match self.stepping.integrator {
-            Integrator::Euler => (one, zero),
+        (at.damper, at.decay, at.of_law) = match self.stepping.integrator {
+            Integrator::Euler => (one, zero, one),
             Integrator::Leapfrog => {
-                let of_drive = h * drive.damping + hh * drive.stiffness;
-                let of_drive = is_saturated.select(zero, of_drive);
-                let stiffness = (h * law.own_damping + hh * law.spring_stiffness) + of_drive;
-                let (damper, decay) = implicitness(stiffness / (own + law.armature));
-                let is_stiff = zero.lt(stiffness);
-                (is_stiff.select(damper, zero.same(0.5)), is_stiff.select(decay, one))
+                let of_joint = h * law.own_damping + hh * law.spring_stiffness;
+                let stiffness = of_joint + (h * drive.damping + hh * drive.stiffness);
+                let inertia = own + law.armature;
+                let (of_law, decay) = implicitness_of(stiffness, inertia);
+                if is_saturated.any() {
+                    let (damper, its_decay) = implicitness_of(of_joint, inertia);
+                    (is_saturated.select(damper, of_law), is_saturated.select(its_decay, decay), of_law)
+                } else {
+                    (of_law, decay, of_law)
+                }
             }
         };
         let spring_after = zero.same(1.5) * at.damper - zero.same(0.5);
@@ -224,6 +228,14 @@ impl<S: Simd> LaneRobot<S> {
             self.responses[joint * n + i] = change;
         }
     }
+}
+
+/// Damper and decay of what stops a joint of this inertia in a step; those of the mean where nothing does.
+#[inline(always)]
+fn implicitness_of<S: Simd>(stiffness: Lanes<S>, inertia: Lanes<S>) -> (Lanes<S>, Lanes<S>) {
+    let (damper, decay) = implicitness(stiffness / inertia);
+    let is_stiff = stiffness.same(0.0).lt(stiffness);
+    (is_stiff.select(damper, stiffness.same(0.5)), is_stiff.select(decay, stiffness.same(1.0)))
 }
 
 /// Damper and decay; see [`Implicitness::of`](crate::dynamics::integrator::Implicitness::of).

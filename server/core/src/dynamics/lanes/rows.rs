@@ -6,7 +6,7 @@ use pulp::Simd;
 use super::joint::Row;
 use super::number::{Lanes, Mask};
 use super::robot::LaneRobot;
-use crate::dynamics::constraint::{ERROR_REDUCTION, MAX_SWEEPS, NEAR, SETTLED};
+use crate::dynamics::constraint::{ERROR_REDUCTION, MAX_SWEEPS, MOST_START, NEAR, SETTLED};
 use crate::dynamics::integrator::ARRIVES;
 
 /// Indices among the rows of a joint.
@@ -73,6 +73,7 @@ impl<S: Simd> LaneRobot<S> {
                 self.respond(joint);
             }
         }
+        self.drop_useless_starts(going);
         for kinds in ORDER {
             for joint in self.first..n {
                 for &kind in kinds {
@@ -93,6 +94,29 @@ impl<S: Simd> LaneRobot<S> {
             sweeping = sweeping & zero.same(SETTLED).lt(largest);
             if !sweeping.any() {
                 break;
+            }
+        }
+    }
+
+    /// Has limits start from nothing where what they had is of another round; see [`solve`](crate::dynamics::constraint::solve).
+    #[inline(always)]
+    fn drop_useless_starts(&mut self, going: Mask<S>) {
+        let zero = self.is_taken.same(0.0);
+        let mut asked = zero;
+        for at in &self.bodies[self.first..] {
+            for row in &at.rows {
+                let own = at.new_velocity.abs() + row.bias.abs();
+                asked = (zero.lt(row.is_there) & going).select(asked.max(own), asked);
+            }
+        }
+        let most = zero.same(MOST_START) * asked;
+        let n = self.bodies.len();
+        for joint in self.first..n {
+            let effect = self.responses[joint * n + joint];
+            for kind in [LOWER, UPPER] {
+                let row = &mut self.bodies[joint].rows[kind];
+                let is_useless = zero.lt(row.is_there) & going & most.lt(row.impulse * effect);
+                row.impulse = is_useless.select(zero, row.impulse);
             }
         }
     }

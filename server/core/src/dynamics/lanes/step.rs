@@ -40,14 +40,14 @@ impl<S: Simd> LaneRobot<S> {
             is_done = is_done & self.do_part(taken, part == 0);
         }
         if self.first > 0 {
-            is_done = is_done & self.root.is_finite();
+            is_done = is_done & self.root.is_usable();
         }
         for state in &self.states[self.first..] {
-            let is_finite = state.position.is_finite()
-                & state.velocity.is_finite()
-                & state.half_velocity.is_finite()
-                & state.setpoint.is_finite();
-            is_done = is_done & is_finite;
+            is_done = is_done
+                & state.position.is_usable()
+                & state.velocity.is_usable()
+                & state.half_velocity.is_usable()
+                & state.setpoint.is_usable();
         }
         self.is_done = is_done.numbers();
         // Lanes without a copy too: what they compute has no end, and numbers that are not finite take long.
