@@ -87,6 +87,16 @@ pub enum CallError {
         /// Steps that were asked for.
         steps: u64,
     },
+    /// The robot that the call brought is gone before its answer was made.
+    #[error(
+        "robot {robot:?} came at step {step} and is gone again: it was deleted, or the world was reset or restored"
+    )]
+    GoneAgain {
+        /// Its name.
+        robot: String,
+        /// From which step on it was there.
+        step: u64,
+    },
     /// The description cannot be understood.
     #[error("{message}")]
     InvalidDescription {

@@ -245,7 +245,8 @@ pub async fn run(config: Config) -> Result<(), Error> {
         // No client was served yet, so there is nothing to drain.
         () = signals.end() => return Ok(()),
     };
-    tracing::info!(address = %running.address, locators = ?running.locators(), "serving gRPC and Zenoh");
+    let transports = if running.locators().is_empty() { "gRPC" } else { "gRPC and Zenoh" };
+    tracing::info!(address = %running.address, locators = ?running.locators(), "serving {transports}");
     let scheme = running.scheme();
     let endpoints = std::iter::once(format!("{scheme}://{}", running.address));
     let unix = running.unix_socket.iter().map(|path| format!("unix:{}", path.display()));

@@ -174,12 +174,26 @@ pub(crate) fn start(world: impl World, config: Config) -> std::io::Result<Link> 
     Ok(link)
 }
 
+/// Warns where threads of steps that go before all others take every processor.
+fn warn_of_starvation(threads: usize, real_time: &RealTime) {
+    let processors = std::thread::available_parallelism().map_or(usize::MAX, std::num::NonZero::get);
+    if real_time.priority > 0 && threads >= processors {
+        tracing::warn!(
+            threads,
+            processors,
+            "steps may keep all processors busy, with a priority: while the world runs as fast as it can (pace max), little is \
+             left to clients; `realtime.threads` should be less"
+        );
+    }
+}
+
 /// Lends the world threads beside the physics thread, which is the calling one.
 fn lend_threads(world: &mut impl World, config: Config) {
     let count = step_threads::count(config.step_threads, &config.real_time);
     match StepThreads::start(count, config.real_time) {
         Ok(Some(threads)) => {
             tracing::debug!(threads = threads.count(), "steps may use threads beside the physics thread");
+            warn_of_starvation(threads.count(), &config.real_time);
             world.set_pool(threads);
         }
         Ok(None) => {}

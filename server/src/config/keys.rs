@@ -286,7 +286,8 @@ fn realtime() -> Vec<Key> {
             "realtime.threads",
             "threads that a step may use for robots that do not touch each other, the physics thread included; the others \
              get its priority and processors, and keep their processors busy while a step is made. 0: one less than there \
-             are processors, or all of `processors` where that is given; at most 4",
+             are processors, or all of `processors` where that is given; at most 4. With a priority, as many as there are \
+             processors leave nothing to clients while the world runs as fast as it can (pace `max`)",
             Access::Count(0..=MOST_STEP_THREADS, |draft| &mut draft.config.driver.step_threads),
         ),
         Key::new(

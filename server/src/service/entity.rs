@@ -19,7 +19,7 @@ use crate::convert::field::Path;
 use crate::convert::from_proto::{entity as from_proto, xacro};
 use crate::convert::to_proto::contact::{collision_filter, link_properties};
 use crate::convert::to_proto::{self, stamp};
-use crate::handle::{CallError, ExpandedXacro, Loaded, Published, Reloaded};
+use crate::handle::{CallError, Done, ExpandedXacro, Loaded, Published, Reloaded};
 use crate::loading::Progress;
 
 /// Triangles of a collider that is written as text for each part of it that is asked for: those of hulls and parts, not of terrain.
@@ -44,21 +44,25 @@ impl Service {
         v1::EntityInfo { claimed_by: holder.unwrap_or_default().to_owned(), ..info }
     }
 
-    /// A robot that has just come; `None` where it is gone again by now.
-    fn info_of(&self, robot: &str) -> Option<v1::EntityInfo> {
+    /// A robot that has just come.
+    ///
+    /// # Errors
+    /// Returns an error if it is gone again by now.
+    fn info_of(&self, robot: &str, done: &Done) -> Result<v1::EntityInfo, CallError> {
         let state = self.handle.newest();
-        let (index, entity) = state.state.entity(robot)?;
-        Some(self.info(&state, index, entity))
+        let gone = || CallError::GoneAgain { robot: robot.to_owned(), step: done.applied.at.step };
+        let (index, entity) = state.state.entity(robot).ok_or_else(gone)?;
+        Ok(self.info(&state, index, entity))
     }
 
-    fn spawned(&self, loaded: Loaded) -> v1::SpawnEntityResponse {
+    fn spawned(&self, loaded: Loaded) -> Result<v1::SpawnEntityResponse, CallError> {
         let Loaded { done, name, others, report, summary } = loaded;
-        v1::SpawnEntityResponse {
-            entity: self.info_of(&name),
-            others: others.iter().filter_map(|other| self.info_of(other)).collect(),
+        Ok(v1::SpawnEntityResponse {
+            entity: Some(self.info_of(&name, &done)?),
+            others: others.iter().map(|other| self.info_of(other, &done)).collect::<Result<_, _>>()?,
             report: Some(to_proto::entity::report(report, summary)),
             stamp: Some(stamp::done(&done)),
-        }
+        })
     }
 }
 
@@ -143,7 +147,7 @@ impl EntityService for Service {
         let service = self.clone();
         once(&self.handle, request, |handle, request| async move {
             let loaded = handle.spawn(from_proto::spawn(request)?).await?;
-            Ok(service.spawned(loaded))
+            Ok(service.spawned(loaded)?)
         })
         .await
     }
@@ -165,7 +169,7 @@ impl EntityService for Service {
             let own = service.clone();
             let spawned = once(&service.handle, request, |handle, request| async move {
                 let loaded = handle.spawn_reporting(from_proto::spawn(request)?, say).await?;
-                Ok(own.spawned(loaded))
+                Ok(own.spawned(loaded)?)
             });
             spawned.await.map(Response::into_inner)
         }));
@@ -185,7 +189,7 @@ impl EntityService for Service {
             let reloaded = handle.reload(robot.clone(), source, request.strict).await?;
             let Reloaded { done, report, summary, added, removed } = reloaded;
             Ok(v1::ReloadEntityResponse {
-                entity: service.info_of(&robot),
+                entity: Some(service.info_of(&robot, &done)?),
                 report: Some(to_proto::entity::report(report, summary)),
                 stamp: Some(stamp::done(&done)),
                 added_joints: added,

@@ -150,6 +150,7 @@ impl From<&CallError> for Explained {
             CallError::LockstepMemberNotFound => new(ErrorReason::LockstepMemberNotFound),
             CallError::InLockstep { members } => new(ErrorReason::InLockstep).with("members", members),
             CallError::Superseded { by: _, steps_done: _, steps: _ } => new(ErrorReason::Superseded),
+            CallError::GoneAgain { robot, step: _ } => new(ErrorReason::RobotNotFound).with("robot", robot),
             CallError::InvalidDescription { message: _, report: _ } => new(ErrorReason::InvalidDescription),
             CallError::DescriptionNotUploaded { sha256: _ } => new(ErrorReason::DescriptionNotUploaded),
             CallError::AssetNotUploaded { uri, sha256 } => {

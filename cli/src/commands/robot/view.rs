@@ -86,10 +86,12 @@ pub(super) fn list(robots: &[RobotView]) -> Page {
             robot.joints.to_string(),
             robot.moving_joints.to_string(),
             fixed(robot.mass, 4),
-            robot.disabled_reason.clone().unwrap_or_else(|| ABSENT.to_owned()),
+            robot.disabled_reason.as_ref().map_or(ABSENT, |_| "yes").to_owned(),
         ]
     };
-    Page::new().table(Table::new(columns, robots.iter().map(row).collect()))
+    let page = Page::new().table(Table::new(columns, robots.iter().map(row).collect()));
+    let reasons = robots.iter().filter_map(|robot| Some((&robot.name, robot.disabled_reason.as_ref()?)));
+    reasons.fold(page, |page, (name, reason)| page.line(format!("{name} is disabled: {reason}")))
 }
 
 /// What was done to a description.

@@ -229,7 +229,7 @@ impl RobotRow {
             self.moving_joints.to_string(),
             fixed(self.mass, 3),
             or_absent(&self.claimed_by),
-            or_absent(&self.disabled_reason),
+            self.disabled_reason.as_ref().map_or(ABSENT, |_| "yes").to_owned(),
         ]
     }
 }

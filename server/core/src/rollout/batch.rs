@@ -269,7 +269,11 @@ impl Worker {
             return Err(Halt::Over.into());
         }
         let disabled = |kind: EventKind| match kind {
-            EventKind::EntityDisabled { robot, reason } => Some(format!("robot {robot:?}: {reason}")),
+            EventKind::EntityDisabled { robot, reason } => {
+                // What follows is what a world does with it.
+                let what = reason.split_once(';').map_or(&*reason, |(what, _)| what);
+                Some(format!("robot {robot:?}: {what}"))
+            }
             _ => None,
         };
         let failed = self.world.take_events().into_iter().find_map(|event| disabled(event.kind));

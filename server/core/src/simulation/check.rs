@@ -25,7 +25,7 @@ pub(super) fn finite(field: &str, value: f64) -> Result<f64, Error> {
     if value.is_finite() { Ok(value) } else { Err(refuse(field, value, "it must be finite")) }
 }
 
-/// A gain, or what bounds a size.
+/// What bounds a size.
 pub(super) fn at_least_zero(field: &str, value: f64) -> Result<f64, Error> {
     if value.is_finite() && value >= 0.0 {
         return Ok(value);
@@ -36,6 +36,16 @@ pub(super) fn at_least_zero(field: &str, value: f64) -> Result<f64, Error> {
 /// The same where it is given.
 pub(super) fn optional_at_least_zero(field: &str, value: Option<f64>) -> Result<(), Error> {
     value.map_or(Ok(()), |value| at_least_zero(field, value).map(drop))
+}
+
+/// A gain where it is given.
+pub(super) fn gain(field: &str, value: Option<f64>) -> Result<(), Error> {
+    match value {
+        Some(value) if !(0.0..=LARGEST_GIVEN).contains(&value) => {
+            Err(refuse(field, value, format!("it must be between 0 and {LARGEST_GIVEN:e}")))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// In a range, which no NaN is.
@@ -54,7 +64,7 @@ pub(super) fn zero_or_within(field: &str, value: f64, range: RangeInclusive<f64>
     Err(refuse(field, value, format!("it must be 0, or between {} and {:e}", range.start(), range.end())))
 }
 
-/// What a joint can be put at, or how far a shape reaches or goes.
+/// What a joint can be put at or is to do, or how far a shape reaches or goes.
 pub(super) fn moderate(field: &str, value: f64) -> Result<f64, Error> {
     if value.abs() <= LARGEST_GIVEN {
         return Ok(value);

@@ -21,7 +21,7 @@ use super::contact_settings::ContactSettings;
 use super::world_state::{EntityState, RobotState};
 use crate::collision::{RobotColliders, Shapes, Surface};
 use crate::dynamics::tree::JointType;
-use crate::dynamics::{Articulation, Axis, Mode, Tree};
+use crate::dynamics::{Articulation, Axis, LARGEST_STATE, Mode, Tree};
 
 /// A robot in the world: what it is, its state, and the scratch of a step.
 #[derive(Debug)]
@@ -211,7 +211,7 @@ impl Entity {
         self.body.velocities_mut().fill(0.0);
         self.body.forget_last_step();
         let reason: Arc<str> = format!(
-            "the state of {culprit} was not finite after a step; the robot was put back to the state \
+            "the state of {culprit} was not finite, or beyond {LARGEST_STATE:e}, after a step; the robot was put back to the state \
              before and taken out of the simulation. Reset it, or look at its masses, gains and time step"
         )
         .into();
@@ -240,7 +240,7 @@ impl Entity {
             let (p, v) = (body.position, body.velocity);
             let positions = &self.body.positions()[p..p + body.joint_type.positions()];
             let velocities = &self.body.velocities()[v..v + body.joint_type.velocities()];
-            positions.iter().chain(velocities).any(|value| !value.is_finite())
+            positions.iter().chain(velocities).any(|value| value.is_nan() || value.abs() > LARGEST_STATE)
         });
         match bad.and_then(|body| body.joint) {
             Some(joint) => format!("joint {:?}", self.model.joints[joint].name),

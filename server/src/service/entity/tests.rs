@@ -46,8 +46,10 @@ async fn robots_of_one_client_that_wait_to_be_read_leave_room_for_those_of_other
     let expected = "of one client would be 33, and the limit is 32";
     assert!(refused.message().contains(expected), "{refused}");
     drop(reading);
-    end(other).await.unwrap();
-    for one in waiting {
-        end(one).await.unwrap();
+    // This world keeps no robots.
+    for one in waiting.into_iter().chain([other]) {
+        let gone = end(one).await.unwrap_err();
+        let expected = "robot \"box\" came at step 0 and is gone again: it was deleted, or the world was reset or restored";
+        assert_eq!(gone.message(), expected);
     }
 }

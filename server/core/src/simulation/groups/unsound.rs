@@ -1,8 +1,9 @@
 //! A group without those of its robots that cannot be solved together with others.
 
 use super::{Group, Member, first};
+use crate::dynamics::LARGEST_STATE;
 use crate::dynamics::constraint::contact::Contact;
-use crate::dynamics::island::{ActiveConstraint, FASTEST_OF_GROUP};
+use crate::dynamics::island::ActiveConstraint;
 
 /// Robots of a group that a contact or a constraint moves, by their place in it.
 type Moved = [Option<usize>; 2];
@@ -10,7 +11,7 @@ type Moved = [Option<usize>; 2];
 impl<'a> Group<'_, 'a> {
     /// Whether it can be solved as it is: new velocities are finite, and where there are several robots, not beyond all bounds.
     pub(in crate::simulation) fn is_sound(&self) -> bool {
-        let most = if self.robots.len() > 1 { FASTEST_OF_GROUP } else { f64::MAX };
+        let most = if self.robots.len() > 1 { LARGEST_STATE } else { f64::MAX };
         self.robots.iter().all(|member| member.robot.body.new_velocities_are_within(most))
     }
 
@@ -24,7 +25,7 @@ impl<'a> Group<'_, 'a> {
     ) -> bool {
         // Takes memory. It is rare: most that are not sound are disabled at the end of the step.
         let indices = self.indices;
-        let sound = |member: &Member<'_>| member.robot.body.new_velocities_are_within(FASTEST_OF_GROUP);
+        let sound = |member: &Member<'_>| member.robot.body.new_velocities_are_within(LARGEST_STATE);
         let are_sound: Vec<bool> = self.robots.iter().map(sound).collect();
         let all: Vec<Moved> =
             self.contacts.iter().map(|contact| moved_by_contact(indices, contact)).collect();

@@ -195,12 +195,12 @@ fn check_properties(properties: &JointProperties) -> Result<(), Error> {
     check::optional_at_least_zero("friction", *friction)?;
     check::optional_at_least_zero("armature", *armature)?;
     if let Some((stiffness, rest)) = *spring {
-        check::optional_at_least_zero("spring.stiffness", Some(stiffness))?;
+        check::gain("spring.stiffness", Some(stiffness))?;
         check::moderate("spring.rest", rest)?;
     }
     let (stiffness, damping) = default_gains.unzip();
-    check::optional_at_least_zero("default_gains.stiffness", stiffness)?;
-    check::optional_at_least_zero("default_gains.damping", damping)?;
+    check::gain("default_gains.stiffness", stiffness)?;
+    check::gain("default_gains.damping", damping)?;
     limits.as_ref().map_or(Ok(()), check::limits)
 }
 

@@ -313,21 +313,21 @@ fn check_target(target: &Target) -> Result<(), Error> {
             max_effort,
             max_velocity,
         } => {
-            check::finite("position.position", position)?;
-            check::finite("position.velocity", velocity)?;
-            check::optional_at_least_zero("position.stiffness", stiffness)?;
-            check::optional_at_least_zero("position.damping", damping)?;
+            check::moderate("position.position", position)?;
+            check::moderate("position.velocity", velocity)?;
+            check::gain("position.stiffness", stiffness)?;
+            check::gain("position.damping", damping)?;
             check::optional_at_least_zero("position.max_effort", max_effort)?;
             check::optional_at_least_zero("position.max_velocity", max_velocity)?;
-            check::finite("position.feed_forward_effort", feed_forward).map(drop)
+            check::moderate("position.feed_forward_effort", feed_forward).map(drop)
         }
         Target::Velocity { velocity, damping, feed_forward, max_effort } => {
-            check::finite("velocity.velocity", velocity)?;
-            check::optional_at_least_zero("velocity.damping", damping)?;
+            check::moderate("velocity.velocity", velocity)?;
+            check::gain("velocity.damping", damping)?;
             check::optional_at_least_zero("velocity.max_effort", max_effort)?;
-            check::finite("velocity.feed_forward_effort", feed_forward).map(drop)
+            check::moderate("velocity.feed_forward_effort", feed_forward).map(drop)
         }
-        Target::Effort(effort) => check::finite("effort.effort", effort).map(drop),
+        Target::Effort(effort) => check::moderate("effort.effort", effort).map(drop),
         Target::Orientation {
             orientation,
             velocity,
@@ -338,20 +338,20 @@ fn check_target(target: &Target) -> Result<(), Error> {
             max_velocity,
         } => {
             check::orientation("spherical_position.orientation", orientation)?;
-            check::vector("spherical_position.angular_velocity", velocity)?;
-            check::optional_at_least_zero("spherical_position.stiffness", stiffness)?;
-            check::optional_at_least_zero("spherical_position.damping", damping)?;
+            check::moderate_point("spherical_position.angular_velocity", velocity)?;
+            check::gain("spherical_position.stiffness", stiffness)?;
+            check::gain("spherical_position.damping", damping)?;
             check::optional_at_least_zero("spherical_position.max_effort", max_effort)?;
             check::optional_at_least_zero("spherical_position.max_velocity", max_velocity)?;
-            check::vector("spherical_position.feed_forward_torque", feed_forward).map(drop)
+            check::moderate_point("spherical_position.feed_forward_torque", feed_forward).map(drop)
         }
         Target::AngularVelocity { velocity, damping, feed_forward, max_effort } => {
-            check::vector("spherical_velocity.angular_velocity", velocity)?;
-            check::optional_at_least_zero("spherical_velocity.damping", damping)?;
+            check::moderate_point("spherical_velocity.angular_velocity", velocity)?;
+            check::gain("spherical_velocity.damping", damping)?;
             check::optional_at_least_zero("spherical_velocity.max_effort", max_effort)?;
-            check::vector("spherical_velocity.feed_forward_torque", feed_forward).map(drop)
+            check::moderate_point("spherical_velocity.feed_forward_torque", feed_forward).map(drop)
         }
-        Target::Torque(torque) => check::vector("spherical_effort.torque", torque).map(drop),
+        Target::Torque(torque) => check::moderate_point("spherical_effort.torque", torque).map(drop),
         Target::Passive | Target::Hold => Ok(()),
     }
 }

@@ -9,8 +9,8 @@ use crate::simulation::command::FollowTrajectory;
 use crate::simulation::entity::Entity;
 use crate::simulation::error::Error;
 use crate::simulation::trajectory::{
-    ActiveTrajectory, Begin, MAX_TIME, MAX_TRAJECTORIES, Sample, Tolerance, TrajectoryEnd, TrajectoryJoint,
-    Violation, check_points,
+    ActiveTrajectory, Begin, MAX_TIME, MAX_TRAJECTORIES, MAX_TRAJECTORY_JOINTS, Sample, Tolerance,
+    TrajectoryEnd, TrajectoryJoint, Violation, check_points,
 };
 use crate::simulation::{EventKind, Reply, Simulation, check};
 
@@ -147,6 +147,10 @@ impl Entity {
         let FollowTrajectory { robot: _, joints: names, points, tolerances, .. } = request;
         if names.is_empty() {
             return Err(check::refuse("joints", "empty", "it must name the joints that the points are of"));
+        }
+        if names.len() > MAX_TRAJECTORY_JOINTS {
+            let expected = format!("a trajectory has at most {MAX_TRAJECTORY_JOINTS}");
+            return Err(check::refuse("joints", format!("{} joints", names.len()), expected));
         }
         if !tolerances.is_empty() && tolerances.len() != names.len() {
             let expected = format!("there must be one for each of {} joints, or none", names.len());

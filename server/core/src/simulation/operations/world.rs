@@ -16,7 +16,7 @@ impl Simulation {
     pub(in crate::simulation) fn set_physics(&mut self, change: &PhysicsChange) -> Result<Reply, Error> {
         let PhysicsChange { gravity, time_step, substeps, integrator, surface_combination } = *change;
         if let Some(gravity) = gravity {
-            check::vector("gravity", gravity)?;
+            check::moderate_point("gravity", gravity)?;
         }
         if let Some(seconds) = time_step {
             check::within("time_step", seconds, TIME_STEP)?;

@@ -31,8 +31,25 @@ fn refusals_name_the_element_and_what_there_is() {
     let said = |result: Result<Applied, Error>| result.unwrap_err().to_string();
     assert_eq!(
         said(set(&mut world, position(f64::NAN))),
-        "robots[0].joints[0].position.position (joint \"shoulder\") is NaN; it must be finite"
+        "robots[0].joints[0].position.position (joint \"shoulder\") is NaN; it must be a number \
+         between -1e12 and 1e12"
     );
+    let stiff = |stiffness| {
+        let mut target = position(0.0);
+        if let Target::Position { stiffness: slot, .. } = &mut target {
+            *slot = Some(stiffness);
+        }
+        target
+    };
+    for stiffness in [-1.0, 1e13, f64::INFINITY, f64::NAN] {
+        let refused = said(set(&mut world, stiff(stiffness)));
+        assert!(
+            refused.starts_with("robots[0].joints[0].position.stiffness (joint \"shoulder\")")
+                && refused.ends_with("it must be between 0 and 1e12"),
+            "{refused}"
+        );
+    }
+    set(&mut world, stiff(1e12)).unwrap();
     assert_eq!(
         said(world.apply(&Command::Delete { robot: "leg".into() })),
         "there is no robot \"leg\" in this world; robots are \"arm\""
@@ -134,13 +151,19 @@ fn a_robot_whose_state_is_not_finite_is_put_back_and_the_others_go_on() {
     let mut world = world_with(1e-3, spawn("arm", arm()));
     world.apply(&Command::Spawn(Box::new(spawn("other", arm())))).unwrap();
     run(&mut world, 0.1);
-    set(&mut world, Target::Effort(1e308)).unwrap();
+    let limit = |world: &mut Simulation, lower: Option<f64>| {
+        let limits = Some(JointLimits { lower, ..JointLimits::default() });
+        let joints = vec![JointProperties { joint: "shoulder".into(), limits, ..JointProperties::default() }];
+        world.apply(&Command::SetJointProperties { robot: "arm".into(), joints }).unwrap();
+    };
+    limit(&mut world, Some(1e300));
     run(&mut world, 0.1);
     let seen = look(&world);
     assert!(seen.positions.iter().all(|q| q.is_finite()));
     assert!(seen.roots[0].disabled.is_some() && seen.roots[1].disabled.is_none());
     let disabled = |event: &Event| matches!(&event.kind, EventKind::EntityDisabled { .. });
     assert_eq!(world.take_events().iter().filter(|event| disabled(event)).count(), 1);
+    limit(&mut world, None);
     let state = ResetScope { state: true, ..ResetScope::default() };
     world.apply(&Command::Reset(state)).unwrap();
     run(&mut world, 0.1);

@@ -52,6 +52,19 @@ fn follow(world: &mut Simulation, request: FollowTrajectory) -> u64 {
     }
 }
 
+/// A saved state with more could not be read again.
+#[test]
+fn a_trajectory_of_more_joints_than_a_saved_state_takes_is_refused() {
+    let mut world = armed();
+    let joints = 1_001;
+    let request = FollowTrajectory {
+        joints: vec!["shoulder".into(); joints],
+        ..both(vec![point(1.0, &vec![0.0; joints])])
+    };
+    let refused = world.apply(&Command::FollowTrajectory(request)).unwrap_err();
+    assert_eq!(refused.to_string(), "joints is 1001 joints; a trajectory has at most 1000");
+}
+
 /// Trajectories that ended since the last call, with the step at which they did.
 fn ended(world: &mut Simulation) -> Vec<(u64, TrajectoryEnd, u64)> {
     let ended = world.take_events().into_iter().filter_map(|event| match event.kind {
