@@ -16,8 +16,8 @@ pub const MOST_STEP_THREADS: u64 = 64;
 /// A thread that looks for work in vain so often gives its processor to others.
 const LOOKS: u32 = 16;
 
-/// After a step a thread gives its processor to others so often, about 50 microseconds in all, before it sleeps.
-const LINGERS: u32 = 50;
+/// After a step a thread looks for work in vain so often, about 50 microseconds in all, before it sleeps.
+const LINGERS: u32 = 50 * LOOKS;
 
 /// As many at the most where the operator leaves it to the daemon: beyond that a step's threads wait for each other.
 const MOST_BY_ITSELF: usize = 4;
@@ -129,17 +129,16 @@ impl Others {
     /// Does what the thread is for, until it is to end.
     fn look_for_work(&self) {
         self.threads().push(std::thread::current());
-        let mut idle = 0;
+        let mut in_vain = 0;
         while !self.end.load(Acquire) {
             if self.are_awake.load(Acquire) {
-                idle = 0;
-                look();
-            } else if idle < LINGERS {
+                in_vain = look(in_vain) % LINGERS;
+            } else if in_vain < LINGERS {
                 // The next step may come at once.
-                idle += 1;
-                look();
+                in_vain = look(in_vain);
             } else {
                 std::thread::park();
+                in_vain = 0;
             }
         }
     }
@@ -147,20 +146,24 @@ impl Others {
 
 /// Does work of the pool until something is done.
 fn work_until(is_done: &AtomicBool) {
+    let mut in_vain = 0;
     while !is_done.load(Acquire) {
-        look();
+        in_vain = look(in_vain);
     }
 }
 
-/// Does a piece of the pool's work; where there is none for a while, threads of the same priority get the processor.
-fn look() {
-    for _ in 0..LOOKS {
-        if let Some(Yield::Executed) = rayon_core::yield_now() {
-            return;
-        }
+/// Does a piece of the pool's work, after so many looks in vain; how many there have been now. Now and then threads of the same
+/// priority get the processor.
+fn look(in_vain: u32) -> u32 {
+    if let Some(Yield::Executed) = rayon_core::yield_now() {
+        return 0;
+    }
+    if in_vain % LOOKS == LOOKS - 1 {
+        std::thread::yield_now();
+    } else {
         std::hint::spin_loop();
     }
-    std::thread::yield_now();
+    in_vain.wrapping_add(1)
 }
 
 /// Sets a flag when it is dropped.

@@ -1,6 +1,8 @@
 //! The memory of those who solve groups of robots, and for which robots they have lanes.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
+#[expect(clippy::disallowed_types, reason = "it is tried and never waited for")]
+use std::sync::Mutex;
+use std::sync::{Arc, PoisonError, TryLockError};
 
 use super::groups::Group;
 use crate::dynamics::Tree;
@@ -15,27 +17,29 @@ const KEPT_FOR: u32 = 1000;
 
 /// Memory for all who solve groups at the same time: each thread has its own. What is found does not depend on which it is.
 #[derive(Debug, Default)]
+#[expect(clippy::disallowed_types, reason = "it is tried and never waited for")]
 pub(super) struct GroupMemories(Vec<Mutex<GroupMemory>>);
 
 impl GroupMemories {
     /// Has memory for so many at a time.
     pub(super) fn prepare(&mut self, count: usize) {
         if self.0.len() < count {
-            self.0.resize_with(count, Mutex::default);
+            self.0.resize_with(count, Default::default);
         }
     }
 
-    /// That of a thread, or another that is free where it is taken: threads of a pool may have one number. Each is held for a piece of
-    /// work at the longest, and there are as many as pieces.
-    pub(super) fn of(&self, thread: usize) -> MutexGuard<'_, GroupMemory> {
-        let own = thread % self.0.len();
-        let (before, after) = self.0.split_at(own);
+    /// Has work done with that of a thread, or with another that is free where it is taken: threads of a pool may have one number.
+    pub(super) fn lend<T>(&self, thread: usize, work: impl FnOnce(&mut GroupMemory) -> T) -> T {
+        let (before, after) = self.0.split_at(thread % self.0.len().max(1));
         let free = after.iter().chain(before).find_map(|memory| match memory.try_lock() {
             Ok(memory) => Some(memory),
             Err(TryLockError::Poisoned(memory)) => Some(memory.into_inner()),
             Err(TryLockError::WouldBlock) => None,
         });
-        free.unwrap_or_else(|| self.0[own].lock().unwrap_or_else(PoisonError::into_inner))
+        match free {
+            Some(mut memory) => work(&mut memory),
+            None => work(&mut GroupMemory::default()),
+        }
     }
 
     /// All of them, between parts of steps.

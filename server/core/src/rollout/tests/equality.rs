@@ -153,7 +153,7 @@ fn a_copy_that_is_not_finite_ends_alone_and_says_so() {
         controls: vec![control(ControlMode::Velocity, vec![0.0; 2], 1, 1)],
         starts: vec![Start {
             robot: "arm".into(),
-            positions: vec![0.1, 0.2].repeat(3),
+            positions: [0.1, 0.2].repeat(3),
             velocities: vec![0.0, 0.0, speed, speed, 0.0, 0.0],
             ..Start::default()
         }],

@@ -246,7 +246,7 @@ fn advance(
     solvers.prepare(if threads.is_some() { PIECES } else { 1 });
     let memories = &*solvers;
     let is_whole = groups.all(&mut gathered).for_each((threads, PIECES), &|groups| {
-        part.solve_all(groups, &mut memories.of(threads.map_or(0, Pool::thread)), interrupt)
+        memories.lend(threads.map_or(0, Pool::thread), |memory| part.solve_all(groups, memory, interrupt))
     });
     groups.put_back(gathered);
     groups.note_at_once(solvers.all().map(|solver| std::mem::take(&mut solver.at_once)).sum());
