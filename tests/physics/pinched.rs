@@ -84,7 +84,7 @@ fn an_arm_that_hooks_around_a_post_gains_no_speed() {
 
 /// The same from states beside that one, with other targets each tenth of a second. Motors held at their limits on the wrong side drove
 /// links to more than 30 rad/s in 230 of 300 such worlds, and to 873 rad/s in the worst; now in none of 2,000 is one
-/// faster than 26 rad/s.
+/// faster than 15 rad/s.
 ///
 /// A motor applies its limit or less but in few steps, in which it is not found exactly which of them saturate.
 #[test]
@@ -122,9 +122,9 @@ fn arms_that_are_pinched_around_a_post_are_not_thrown() {
     let over = f64::from(over) / f64::from(steps);
     println!("{fastest} rad/s; {largest} of the limit, beyond it in {over} of the steps; {gained} J");
     assert!(over < 2e-3 && largest < 1.5, "{over} of the steps, {largest} of the limit");
-    // Measured: 1.8 J here, and 18 J in the worst of 2,000 worlds (seed 283), where contacts do work on the arm that they should not do.
-    // That is not explained yet. A motor that was held on the wrong side gave 140 J to link_7 in a step.
-    let most = if count > 100 { 25.0 } else { 5.0 };
+    // Measured: 0.3 J here, and 6.9 J in the worst of 2,000 worlds, where contacts do work on the arm that they should not do. That is
+    // not explained yet. A motor that was held on the wrong side gave 140 J to link_7 in a step.
+    let most = if count > 100 { 15.0 } else { 2.0 };
     assert!(gained < most, "{gained} J more than the motors gave");
 }
 

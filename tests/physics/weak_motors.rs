@@ -1,6 +1,9 @@
 //! Position targets that ask for far more than their motors can do: they get there with what they have, and come to rest.
 
+use fastrand::Rng;
 use glamx::DVec3;
+use simd_core::rollout::request::{Named, Quantity, Start};
+use simd_core::rollout::{Rollout, RolloutRequest};
 use simd_core::simulation::command::*;
 use simd_core::{Command, Integrator, Simulation};
 use simd_model::robot::JointLimits;
@@ -8,6 +11,7 @@ use simd_tests::robots;
 use simd_tests::scenes::{robot, spawn};
 
 use crate::chains::chain;
+use crate::lanes::{computed, has_vectors};
 use crate::world::{apply, leapfrog, look};
 
 /// N m of each joint.
@@ -128,5 +132,41 @@ fn no_feed_forward_throws_an_arm() {
             let fastest = seen.velocities.iter().fold(0.0f64, |most, velocity| most.max(velocity.abs()));
             assert!(fastest < 30.0, "{feed_forward} N m: {fastest} rad/s in step {step}");
         }
+    }
+}
+
+/// Copies of such arms, wherever they start, have the same bits in vector lanes and alone.
+#[test]
+fn weak_motors_have_the_same_bits_in_lanes_and_alone() {
+    let (copies, joints) = (32, 3);
+    for (gains, feed_forward) in [([1e5, 10.0], 0.0), ([1e9, 1e3], 0.0), ([3e4, 200.0], 1e9)] {
+        let mut world = arm(joints, 1e-3, Integrator::Leapfrog);
+        go(&mut world, joints, gains, feed_forward);
+        let rng = &mut Rng::with_seed(1);
+        let mut random =
+            |most: f64| (0..copies * joints).map(|_| most * (2.0 * rng.f64() - 1.0)).collect::<Vec<_>>();
+        let of = || Named { robot: "robot".into(), names: Vec::new() };
+        let request = RolloutRequest {
+            copies,
+            steps: 500,
+            starts: vec![Start {
+                robot: "robot".into(),
+                positions: random(1.9),
+                velocities: random(3.0),
+                ..Start::default()
+            }],
+            quantities: vec![
+                Quantity::JointPositions(of()),
+                Quantity::JointVelocities(of()),
+                Quantity::JointEfforts(of()),
+            ],
+            record_every: 1,
+            ..RolloutRequest::default()
+        };
+        let rollout = || Rollout::new(world.to_saved(), request.clone(), u64::MAX).unwrap();
+        let ((alone, _), (beside, part)) = (computed(&rollout().without_lanes()), computed(&rollout()));
+        assert!(!has_vectors() || part > 0.5, "{part} of the steps were done in lanes");
+        let first = alone.iter().zip(&beside).position(|(a, b)| a != b);
+        assert_eq!((first, alone.len()), (None, beside.len()), "{gains:?}, {feed_forward} N m");
     }
 }
