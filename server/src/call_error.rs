@@ -87,9 +87,9 @@ pub enum CallError {
         /// Steps that were asked for.
         steps: u64,
     },
-    /// The robot that the call brought is gone before its answer was made.
+    /// The robot that the call loaded is gone before its answer was made.
     #[error(
-        "robot {robot:?} came at step {step} and is gone again: it was deleted, or the world was reset or restored"
+        "robot {robot:?} was loaded at step {step} and is gone again: it was deleted, or the world was reset or restored"
     )]
     GoneAgain {
         /// Its name.

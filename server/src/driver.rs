@@ -177,7 +177,9 @@ pub(crate) fn start(world: impl World, config: Config) -> std::io::Result<Link> 
 /// Warns where threads of steps that go before all others take every processor.
 fn warn_of_starvation(threads: usize, real_time: &RealTime) {
     let processors = std::thread::available_parallelism().map_or(usize::MAX, std::num::NonZero::get);
-    if real_time.priority > 0 && threads >= processors {
+    // With processors of their own they leave the others.
+    let has_own = real_time.processors.numbers().next().is_some();
+    if real_time.priority > 0 && !has_own && threads >= processors {
         tracing::warn!(
             threads,
             processors,

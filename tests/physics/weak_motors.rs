@@ -2,8 +2,8 @@
 
 use fastrand::Rng;
 use glamx::DVec3;
+use simd_core::rollout::RolloutRequest;
 use simd_core::rollout::request::{Named, Quantity, Start};
-use simd_core::rollout::{Rollout, RolloutRequest};
 use simd_core::simulation::command::*;
 use simd_core::{Command, Integrator, Simulation};
 use simd_model::robot::JointLimits;
@@ -11,7 +11,7 @@ use simd_tests::robots;
 use simd_tests::scenes::{robot, spawn};
 
 use crate::chains::chain;
-use crate::lanes::{computed, has_vectors};
+use crate::lanes::{has_vectors, part_in_equal_lanes};
 use crate::world::{apply, leapfrog, look};
 
 /// N m of each joint.
@@ -163,10 +163,7 @@ fn weak_motors_have_the_same_bits_in_lanes_and_alone() {
             record_every: 1,
             ..RolloutRequest::default()
         };
-        let rollout = || Rollout::new(world.to_saved(), request.clone(), u64::MAX).unwrap();
-        let ((alone, _), (beside, part)) = (computed(&rollout().without_lanes()), computed(&rollout()));
+        let part = part_in_equal_lanes(&world, &request, &format!("{gains:?}, {feed_forward} N m"));
         assert!(!has_vectors() || part > 0.5, "{part} of the steps were done in lanes");
-        let first = alone.iter().zip(&beside).position(|(a, b)| a != b);
-        assert_eq!((first, alone.len()), (None, beside.len()), "{gains:?}, {feed_forward} N m");
     }
 }

@@ -16,7 +16,7 @@ pub const MOST_STEP_THREADS: u64 = 64;
 /// A thread that looks for work in vain so often gives its processor to others.
 const LOOKS: u32 = 16;
 
-/// After a step a thread looks for work in vain so often, about 50 microseconds in all, before it sleeps.
+/// After a step a thread looks for work so often, about 50 microseconds in all, before it sleeps.
 const LINGERS: u32 = 50 * LOOKS;
 
 /// As many at the most where the operator leaves it to the daemon: beyond that a step's threads wait for each other.
@@ -129,16 +129,17 @@ impl Others {
     /// Does what the thread is for, until it is to end.
     fn look_for_work(&self) {
         self.threads().push(std::thread::current());
-        let mut in_vain = 0;
+        let (mut in_vain, mut lingered) = (0, 0);
         while !self.end.load(Acquire) {
             if self.are_awake.load(Acquire) {
-                in_vain = look(in_vain) % LINGERS;
-            } else if in_vain < LINGERS {
+                lingered = 0;
+                in_vain = look(in_vain);
+            } else if lingered < LINGERS {
                 // The next step may come at once.
+                lingered += 1;
                 in_vain = look(in_vain);
             } else {
                 std::thread::park();
-                in_vain = 0;
             }
         }
     }

@@ -59,7 +59,7 @@ impl Service {
         let Loaded { done, name, others, report, summary } = loaded;
         Ok(v1::SpawnEntityResponse {
             entity: Some(self.info_of(&name, &done)?),
-            others: others.iter().map(|other| self.info_of(other, &done)).collect::<Result<_, _>>()?,
+            others: others.iter().filter_map(|other| self.info_of(other, &done).ok()).collect(),
             report: Some(to_proto::entity::report(report, summary)),
             stamp: Some(stamp::done(&done)),
         })

@@ -46,7 +46,7 @@ pub const PROFILE_EFFORT: f64 = 0.5;
 /// What is held at its limit is released below this part of it.
 pub(super) const NEARLY: f64 = 1.0 - 1e-9;
 
-/// Gains are not made smaller by more than this at once: none becomes zero.
+/// Gains are not made smaller by more than this at once, or its square where they only become smaller: none becomes zero.
 pub(super) const LEAST_PART: f64 = 1e-12;
 
 /// Weakening ends when no actuator's gains change by more than this part.

@@ -271,7 +271,7 @@ impl Worker {
         let disabled = |kind: EventKind| match kind {
             EventKind::EntityDisabled { robot, reason } => {
                 // What follows is what a world does with it.
-                let what = reason.split_once(';').map_or(&*reason, |(what, _)| what);
+                let what = reason.split_once("; the robot was put back").map_or(&*reason, |(what, _)| what);
                 Some(format!("robot {robot:?}: {what}"))
             }
             _ => None,

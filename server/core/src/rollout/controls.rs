@@ -1,6 +1,7 @@
 //! What joints are to do in each step of a copy.
 
 use pulp::Simd;
+use simd_model::LARGEST_GIVEN;
 
 use super::knots::{Knots, Timing};
 use super::names::{Axis, axes, moderate, refuse, robot, sized};
@@ -204,9 +205,13 @@ impl ControlPlan {
         if let Some(feedback) = &self.feedback {
             feedback.add((copy, step), axis_state, memory);
         }
-        let Some(index) = memory.values.iter().position(|value| !value.is_finite()) else { return Ok(()) };
+        let is_beyond = |value: &f64| value.is_nan() || value.abs() > LARGEST_GIVEN;
+        let Some(index) = memory.values.iter().position(is_beyond) else { return Ok(()) };
         let what = format!("the target of joint {:?} in step {step}", self.joints[index]);
-        Err(refuse(what, memory.values[index], "it must be finite: look at the feedback's gains"))
+        let expected = format!(
+            "it must be a number between -{LARGEST_GIVEN:e} and {LARGEST_GIVEN:e}: look at the feedback's gains"
+        );
+        Err(refuse(what, memory.values[index], expected))
     }
 
     fn target(&self, value: f64, gains: [f64; 2]) -> Target {

@@ -209,6 +209,7 @@ impl Entity {
         let culprit = self.first_not_finite();
         self.body.positions_mut().copy_from_slice(&self.state.last_good.0);
         self.body.velocities_mut().fill(0.0);
+        self.settle_setpoints();
         self.body.forget_last_step();
         let reason: Arc<str> = format!(
             "the state of {culprit} was not finite, or beyond {LARGEST_STATE:e}, after a step; the robot was put back to the state \

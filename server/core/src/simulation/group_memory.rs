@@ -28,15 +28,27 @@ impl GroupMemories {
         }
     }
 
-    /// Has work done with that of a thread, or with another that is free where it is taken: threads of a pool may have one number.
-    pub(super) fn lend<T>(&self, thread: usize, work: impl FnOnce(&mut GroupMemory) -> T) -> T {
+    /// Has work done with memory that is free, of a thread as far as it can be: first what has lanes for a tree or none yet, then any.
+    /// There is as much as there are pieces of work at a time; one that all the same finds none has some for once, of which
+    /// nothing is measured.
+    pub(super) fn lend<T>(
+        &self,
+        thread: usize,
+        tree: Option<*const Tree>,
+        work: impl FnOnce(&mut GroupMemory) -> T,
+    ) -> T {
         let (before, after) = self.0.split_at(thread % self.0.len().max(1));
-        let free = after.iter().chain(before).find_map(|memory| match memory.try_lock() {
-            Ok(memory) => Some(memory),
-            Err(TryLockError::Poisoned(memory)) => Some(memory.into_inner()),
-            Err(TryLockError::WouldBlock) => None,
-        });
-        match free {
+        let free = |any: bool| {
+            let all = after.iter().chain(before);
+            let open = all.filter_map(|memory| match memory.try_lock() {
+                Ok(memory) => Some(memory),
+                Err(TryLockError::Poisoned(memory)) => Some(memory.into_inner()),
+                Err(TryLockError::WouldBlock) => None,
+            });
+            let mut open = open.filter(|memory| any || tree.is_none_or(|tree| memory.suits(tree)));
+            open.next()
+        };
+        match free(false).or_else(|| free(true)) {
             Some(mut memory) => work(&mut memory),
             None => work(&mut GroupMemory::default()),
         }
@@ -90,6 +102,16 @@ impl GroupMemory {
         self.lanes.as_mut()?.crowd.as_deref_mut()
     }
 
+    /// Whether it has lanes for a tree, or could have.
+    fn suits(&self, tree: *const Tree) -> bool {
+        self.lanes.as_ref().is_none_or(|known| std::ptr::eq(Arc::as_ptr(&known.tree), tree))
+    }
+
+    /// The robots of another piece of work do not come after those of the one before.
+    pub(super) fn begin_piece(&mut self) {
+        self.run.robots = 0;
+    }
+
     /// Notes a robot that could step with others of its tree.
     fn see(&mut self, tree: &Arc<Tree>) {
         if !self.run.is_of(tree) {
@@ -117,7 +139,7 @@ impl GroupMemory {
                 self.useless_for = 0;
             }
         }
-        (self.run.robots, self.longest.robots) = (0, 0);
+        self.longest.robots = 0;
     }
 
     /// Whether a robot can wait for others to step with.
@@ -136,5 +158,25 @@ impl GroupMemory {
             }
             _ => false,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn threads_of_one_number_have_memory_of_their_own_and_it_is_given_back() {
+        let mut memories = GroupMemories::default();
+        memories.prepare(2);
+        let place = |memory: &mut GroupMemory| std::ptr::from_mut(memory).addr();
+        let [first, second, third] = memories.lend(1, None, |first| {
+            let [second, third] = memories
+                .lend(1, None, |second| [place(second), memories.lend(1, None, |third| place(third))]);
+            [place(first), second, third]
+        });
+        assert!(first != second && second != third && third != first);
+        assert_eq!(memories.lend(1, None, place), first);
+        assert_eq!(memories.all().count(), 2, "the third was for once");
     }
 }

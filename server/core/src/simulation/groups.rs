@@ -3,15 +3,17 @@
 
 mod unsound;
 
+use std::sync::Arc;
+
 use glamx::DPose3;
 
 use super::constraints::moved;
 use super::entity::Entity;
 use super::sleep::Busy;
-use crate::dynamics::Articulation;
 use crate::dynamics::constraint::contact::Contact;
 use crate::dynamics::constraint::link_constraint::{ConstraintEnd, LinkConstraint};
 use crate::dynamics::island::ActiveConstraint;
+use crate::dynamics::{Articulation, Tree};
 use crate::pool::Pool;
 
 /// A body slower than this may fall asleep, m/s.
@@ -355,6 +357,11 @@ impl<'b, 'a> GroupRange<'b, 'a> {
             return are_whole == [true; 2];
         }
         solve(self)
+    }
+
+    /// Which tree the first robot is of.
+    pub(super) fn tree(&self) -> Option<*const Tree> {
+        self.groups.robots.first().map(|member| Arc::as_ptr(member.robot.body.tree()))
     }
 
     /// After so many groups about half of the work is done; 0 where it cannot be divided. Where each group is one robot that is solved

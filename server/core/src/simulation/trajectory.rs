@@ -6,6 +6,7 @@
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
+use simd_model::{LARGEST_GIVEN, shown};
 
 use crate::plain::{bounded_list, shared, shared_list};
 use crate::valid::{finite, sizes};
@@ -333,8 +334,11 @@ pub(super) fn check_points(points: &[TrajectoryPoint], joints: usize) -> Result<
                     values.len()
                 ));
             }
-            if let Some(value) = values.iter().find(|value| !value.is_finite()) {
-                return fault(format!("point {index} has {value} among its {name}"));
+            if let Some(value) = values.iter().find(|value| value.is_nan() || value.abs() > LARGEST_GIVEN) {
+                let value = shown(value);
+                return fault(format!(
+                    "point {index} has {value} among its {name}, which is not between -{LARGEST_GIVEN:e} and {LARGEST_GIVEN:e}"
+                ));
             }
         }
     }

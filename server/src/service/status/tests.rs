@@ -133,6 +133,7 @@ fn table() -> Vec<(CallError, Code, &'static str, &'static [&'static str])> {
             "WRONG_STATE",
             &["state"],
         ),
+        (CallError::GoneAgain { robot: text("arm"), step: 1 }, Code::NotFound, "ROBOT_NOT_FOUND", &["robot"]),
         (
             CallError::Superseded { by: text("a pause"), steps_done: 1, steps: 2 },
             Code::Cancelled,

@@ -122,6 +122,16 @@ impl Entity {
         let tree = Arc::clone(self.body.tree());
         apply_mimics(&tree, self.body.positions_mut());
         apply_mimic_velocities(&tree, self.body.velocities_mut());
+        self.settle_setpoints();
+        self.body.forget_last_step();
+        self.state.disabled = None;
+        self.state.teleported = true;
+        self.update_external_forces();
+    }
+
+    /// Setpoints are where the joints are.
+    pub(in crate::simulation) fn settle_setpoints(&mut self) {
+        let tree = Arc::clone(self.body.tree());
         for (index, body) in tree.bodies.iter().enumerate() {
             if matches!(body.joint_type, JointType::Free { .. }) {
                 continue;
@@ -135,10 +145,6 @@ impl Entity {
                 Mode::None | Mode::Passive | Mode::Velocity | Mode::Effort => {}
             }
         }
-        self.body.forget_last_step();
-        self.state.disabled = None;
-        self.state.teleported = true;
-        self.update_external_forces();
     }
 }
 

@@ -15,6 +15,7 @@ use crate::pool::{Interrupt, PIECES, Pool, for_each};
 use crate::simulation::constraints::{LinkConstraints, acts};
 use crate::simulation::contacts::{Contacts, SearchOptions};
 use crate::simulation::entity::Entity;
+use crate::simulation::group_memory::GroupMemory;
 use crate::simulation::groups::Group;
 use crate::simulation::{EventKind, PhysicsSettings, Simulation, StepMemory};
 
@@ -246,9 +247,11 @@ fn advance(
     solvers.prepare(if threads.is_some() { PIECES } else { 1 });
     let memories = &*solvers;
     let is_whole = groups.all(&mut gathered).for_each((threads, PIECES), &|groups| {
-        memories.lend(threads.map_or(0, Pool::thread), |memory| part.solve_all(groups, memory, interrupt))
+        let (thread, tree) = (threads.map_or(0, Pool::thread), groups.tree());
+        memories.lend(thread, tree, |memory| part.solve_all(groups, memory, interrupt))
     });
     groups.put_back(gathered);
+    solvers.all().for_each(GroupMemory::end_part);
     groups.note_at_once(solvers.all().map(|solver| std::mem::take(&mut solver.at_once)).sum());
     is_whole
 }

@@ -102,12 +102,8 @@ impl Check<'_> {
                         format!("it must be {expected}, as the layout of robot {:?} has", entity.state.name);
                     return Err(check::refuse("whole.values", format!("{} values", v.len()), expected));
                 }
-                if let Some(index) = v.iter().position(|value| !value.is_finite()) {
-                    return Err(check::refuse(
-                        format!("whole.values[{index}]"),
-                        v[index],
-                        "it must be finite",
-                    ));
+                for (index, value) in v.iter().enumerate() {
+                    check::moderate(&format!("whole.values[{index}]"), *value)?;
                 }
                 v
             }
@@ -116,10 +112,6 @@ impl Check<'_> {
         for (joint, body) in entity.actuated() {
             let offset = tree.bodies[body].velocity - root;
             let value = values.get(offset).copied().unwrap_or(0.0);
-            if entity.is_spherical(joint) {
-                // A rotation vector has a length.
-                check::moderate(&format!("whole.values[{offset}]"), value)?;
-            }
             let target = match whole {
                 WholeTarget::Position(_) => Target::position(value),
                 WholeTarget::Velocity(_) => Target::velocity(value),

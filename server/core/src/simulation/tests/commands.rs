@@ -50,6 +50,12 @@ fn refusals_name_the_element_and_what_there_is() {
         );
     }
     set(&mut world, stiff(1e12)).unwrap();
+    let whole = Some(WholeTarget::Effort(vec![1e13]));
+    let robots = vec![RobotTargets { robot: "arm".into(), whole, ..RobotTargets::default() }];
+    assert_eq!(
+        said(world.apply(&Command::SetTargets(SetTargets { robots, ..SetTargets::default() }))),
+        "robots[0].whole.values[0] is 10000000000000; it must be a number between -1e12 and 1e12"
+    );
     assert_eq!(
         said(world.apply(&Command::Delete { robot: "leg".into() })),
         "there is no robot \"leg\" in this world; robots are \"arm\""
@@ -161,6 +167,8 @@ fn a_robot_whose_state_is_not_finite_is_put_back_and_the_others_go_on() {
     let seen = look(&world);
     assert!(seen.positions.iter().all(|q| q.is_finite()));
     assert!(seen.roots[0].disabled.is_some() && seen.roots[1].disabled.is_none());
+    let actuator = &world.entities[0].body.axes()[0].actuator;
+    assert_eq!(actuator.setpoint, seen.positions[0], "nothing of that step is left");
     let disabled = |event: &Event| matches!(&event.kind, EventKind::EntityDisabled { .. });
     assert_eq!(world.take_events().iter().filter(|event| disabled(event)).count(), 1);
     limit(&mut world, None);

@@ -14,6 +14,7 @@ impl Part<'_> {
         memory: &mut GroupMemory,
         interrupt: &Interrupt<'_>,
     ) -> bool {
+        memory.begin_piece();
         if let Some(lanes) = memory.lanes() {
             lanes.begin_step(self.gravity, self.h, self.integrator);
         }
@@ -37,9 +38,7 @@ impl Part<'_> {
                 count = 0;
             }
         }
-        let is_whole = self.solve_at_once(&mut waiting[..count], memory, interrupt);
-        memory.end_part();
-        is_whole
+        self.solve_at_once(&mut waiting[..count], memory, interrupt)
     }
 
     /// The same of robots that wait for each other.
