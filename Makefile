@@ -139,9 +139,10 @@ target/test-venv/installed: tests/requirements.txt
 	target/test-venv/bin/pip install --quiet --disable-pip-version-check -r $<
 	@touch $@
 
+# Without what it updates itself with, and not optimised: it starts programs and waits for them, and is compiled in half of the time.
 nextest:
 	@$(CARGO) nextest --version >/dev/null 2>&1 || \
-	  $(CARGO) install cargo-nextest --locked --version $(NEXTEST_VERSION)
+	  $(CARGO) install cargo-nextest --locked --version $(NEXTEST_VERSION) --no-default-features --debug
 
 lint:
 	$(CARGO) fmt --all --check

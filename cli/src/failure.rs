@@ -117,7 +117,7 @@ fn remedy(error: &anyhow::Error) -> Option<String> {
                 .into(),
         ),
         ErrorReason::TargetBeyondLimit => {
-            Some("without --refuse-beyond-limits the limit is used instead".to_owned())
+            Some("`simctl joint set` takes the limit instead, without --refuse-beyond-limits".to_owned())
         }
         ErrorReason::WrongState => {
             Some("`simctl sim pause` stops time, `simctl sim play` lets it run".to_owned())

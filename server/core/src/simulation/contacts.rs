@@ -111,9 +111,8 @@ impl Contacts {
         let Self { list, collision_pairs, before, fixed, fixed_before, broad, searches } = self;
         fixed.clear();
         let mut is_any_asleep = false;
-        let can_touch = |robot: &Entity| robot.is_active() && robot.colliders.are_finite();
-        let active = busy.robots().iter().filter(|robot| can_touch(&robots[**robot]));
-        let present = active.map(|&index| {
+        let finite = busy.shaped().iter().filter(|robot| robots[**robot].colliders.are_finite());
+        let present = finite.map(|&index| {
             let robot = &robots[index];
             is_any_asleep |= robot.state.asleep;
             (index, &robot.colliders, robot.is_awake())

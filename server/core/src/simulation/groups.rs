@@ -1,15 +1,17 @@
 //! Groups of robots that touch or are constrained to each other: a step can solve each on its own, at the same time as
 //! others.
 
+mod joined;
 mod unsound;
 
 use std::sync::Arc;
 
 use glamx::DPose3;
 
+use self::joined::Joined;
 use super::constraints::moved;
 use super::entity::Entity;
-use super::sleep::Busy;
+use super::sleep::{Busy, Solved};
 use crate::dynamics::constraint::contact::Contact;
 use crate::dynamics::constraint::link_constraint::{ConstraintEnd, LinkConstraint};
 use crate::dynamics::island::ActiveConstraint;
@@ -37,8 +39,7 @@ const ROWS: usize = 3;
 /// Robots that move, in groups that touch each other or are constrained; kept from step to step for its memory.
 #[derive(Debug, Default)]
 pub(super) struct Groups {
-    /// Of each robot: one on the way to its group's first.
-    above: Vec<usize>,
+    joined: Joined,
     /// Robots by group, then index.
     members: Vec<usize>,
     /// Of each contact its group's first robot, and its index; in order. Contacts are large: they are sorted by these.
@@ -63,8 +64,14 @@ type Ends = [usize; 3];
 /// A robot of a group.
 #[derive(Debug)]
 pub(super) struct Member<'a> {
-    index: usize,
+    solved: Solved,
     robot: &'a mut Entity,
+}
+
+impl Member<'_> {
+    fn index(&self) -> usize {
+        self.solved.index
+    }
 }
 
 impl AsMut<Articulation> for Member<'_> {
@@ -112,34 +119,27 @@ impl Groups {
         contacts: &'a mut [Contact],
         constraints: &'a mut [LinkConstraint],
     ) -> Gathered<'a> {
-        let Self { above, members, order, .. } = self;
-        above.resize(robots.len(), 0);
-        for &robot in busy.robots() {
-            above[robot] = robot;
-        }
+        let Self { joined, members, order, .. } = self;
+        joined.begin(robots.len());
         order.clear();
         for (index, contact) in contacts.iter().enumerate() {
             order.push((moved_by(contact), index));
             if contact.point.bodies.iter().all(Option::is_some) {
-                let [a, b] = contact.robots.map(|robot| first(above, robot));
-                above[a.max(b)] = a.min(b);
+                joined.join(contact.robots);
             }
         }
         for constraint in &*constraints {
             if let Some([Some(a), Some(b)]) = moved(robots, constraint) {
-                let [a, b] = [a, b].map(|robot| first(above, robot));
-                above[a.max(b)] = a.min(b);
+                joined.join([a, b]);
             }
         }
-        for &robot in busy.robots() {
-            above[robot] = first(above, robot);
-        }
-        order.iter_mut().for_each(|(robot, _)| *robot = above[*robot]);
+        joined.end();
+        order.iter_mut().for_each(|(robot, _)| *robot = joined.first(*robot));
         let mut links: Vec<ActiveConstraint<'a>> = std::mem::take(&mut self.links);
         for (index, constraint) in constraints.iter_mut().enumerate() {
             if let Some(robot) = moved(robots, constraint).and_then(|[a, b]| a.or(b)) {
                 let fixed = constraint.definition.ends.map(|end| fixed_pose(robots, end));
-                links.push(ActiveConstraint { order: (above[robot], index), constraint, fixed });
+                links.push(ActiveConstraint { order: (joined.first(robot), index), constraint, fixed });
             }
         }
         links.sort_unstable_by_key(|link| link.order);
@@ -156,37 +156,41 @@ impl Groups {
             self.unsorted = emptied(unsorted);
         }
         members.clear();
-        members.extend(busy.robots().iter().copied().filter(|robot| robots[*robot].is_solved()));
         let mut moving: Vec<Member<'a>> = std::mem::take(&mut self.robots);
         let mut rest = robots.iter_mut();
         let mut next = 0;
-        for &index in &*members {
+        for &solved in busy.solved() {
+            let index = solved.index;
             if let Some(robot) = rest.nth(index - next) {
-                moving.push(Member { index, robot });
+                members.push(index);
+                moving.push(Member { solved, robot });
             }
             next = index + 1;
         }
-        members.sort_unstable_by_key(|&robot| (above[robot], robot));
-        moving.sort_unstable_by_key(|member| (above[member.index], member.index));
+        if joined.is_any() {
+            members.sort_unstable_by_key(|&robot| (joined.first(robot), robot));
+            moving.sort_unstable_by_key(|member| (joined.first(member.index()), member.index()));
+        }
         let gathered = Gathered { robots: moving, contacts: touching, links };
         self.find_ends(&gathered);
         gathered
     }
 
     fn find_ends(&mut self, Gathered { robots, links, .. }: &Gathered<'_>) {
-        let Self { above, order, ends, beside_largest, .. } = self;
+        let Self { joined, order, ends, beside_largest, .. } = self;
         ends.clear();
         let [mut m, mut c, mut l] = [0; 3];
         let (mut sum, mut largest) = (0, 0);
-        for group in robots.chunk_by(|a, b| above[a.index] == above[b.index]) {
-            let root = above[group[0].index];
+        let root = |member: &Member<'_>| joined.first(member.index());
+        for group in robots.chunk_by(|a, b| root(a) == root(b)) {
+            let root = root(&group[0]);
             let [touch, hold] = [c, l];
             m += group.len();
             c += order[c..].iter().take_while(|contact| contact.0 == root).count();
             l += links[l..].iter().take_while(|link| link.order.0 == root).count();
             ends.push([m, c, l]);
-            if group[0].robot.is_awake() {
-                let velocities: usize = group.iter().map(|of| of.robot.body.velocities().len()).sum();
+            if !group[0].solved.may_sleep || group[0].robot.is_awake() {
+                let velocities: usize = group.iter().map(|of| of.solved.velocities).sum();
                 let size = velocities + ROWS * (c - touch + l - hold);
                 (sum, largest) = (sum + size, largest.max(size));
             }
@@ -243,15 +247,6 @@ fn fixed_pose(robots: &[Entity], ConstraintEnd { link, frame }: ConstraintEnd) -
     body.base() * body.tree().links[link].body_from_link * frame
 }
 
-/// The first robot of a robot's group. Halves the way for the next time.
-fn first(above: &mut [usize], mut robot: usize) -> usize {
-    while above[robot] != robot {
-        above[robot] = above[above[robot]];
-        robot = above[robot];
-    }
-    robot
-}
-
 impl<'a> Group<'_, 'a> {
     /// Its robots, in their order.
     pub(super) fn members(&mut self) -> impl Iterator<Item = &mut Entity> {
@@ -261,7 +256,7 @@ impl<'a> Group<'_, 'a> {
     /// Its robot, the index of that in the world and what it touches, where it is the only one that moves and no constraint holds it.
     pub(super) fn alone(&mut self) -> Option<(usize, &mut Entity, &mut [&'a mut Contact])> {
         match (&mut *self.robots, self.links.is_empty()) {
-            ([Member { index, robot }], true) => Some((*index, robot, self.contacts)),
+            ([Member { solved, robot }], true) => Some((solved.index, robot, self.contacts)),
             _ => None,
         }
     }

@@ -19,6 +19,12 @@ impl Entity {
         self.is_active() && self.moves()
     }
 
+    /// Whether nothing asks where it is before it is solved, since it has no shapes. Then it is fetched into the cache once in each part of
+    /// a step, and not for its poses first.
+    pub(in crate::simulation) fn begins_late(&self) -> bool {
+        self.is_solved() && self.colliders.is_empty()
+    }
+
     /// Whether a step changes it.
     pub(in crate::simulation) fn is_awake(&self) -> bool {
         !self.state.asleep && self.is_solved()
@@ -35,11 +41,14 @@ impl Entity {
             && (self.colliders.is_empty() || self.colliders.are_placed_for(self.body.base()))
     }
 
+    pub(in crate::simulation) fn is_free_body(&self) -> bool {
+        let tree = self.body.tree();
+        !tree.fixed_base && tree.bodies.len() == 1
+    }
+
     /// A single free body that nothing pushes.
     pub(in crate::simulation) fn may_sleep(&self) -> bool {
-        let tree = self.body.tree();
-        !tree.fixed_base
-            && tree.bodies.len() == 1
+        self.is_free_body()
             && self.state.pulls.is_empty()
             && self.body.external().iter().all(|push| *push == Spatial::ZERO)
     }

@@ -1,6 +1,6 @@
 //! A group without those of its robots that cannot be solved together with others.
 
-use super::{Group, Member, first};
+use super::{Group, Joined, Member};
 use crate::dynamics::LARGEST_STATE;
 use crate::dynamics::constraint::contact::Contact;
 use crate::dynamics::island::ActiveConstraint;
@@ -32,29 +32,29 @@ impl<'a> Group<'_, 'a> {
         let all = all
             .into_iter()
             .chain(self.links.iter().map(|link| moved_by_link(&self.robots[..], indices, link)));
-        let mut above: Vec<usize> = (0..self.robots.len()).collect();
+        let mut joined = Joined::default();
+        joined.begin(self.robots.len());
         for moved in all {
             if let [Some(a), Some(b)] = moved
                 && are_sound[a]
                 && are_sound[b]
             {
-                let [a, b] = [a, b].map(|robot| first(&mut above, robot));
-                above[a.max(b)] = a.min(b);
+                joined.join([a, b]);
             }
         }
-        let leaders: Vec<usize> = (0..above.len()).map(|robot| first(&mut above, robot)).collect();
+        joined.end();
         // `None` where a robot that is not sound takes part.
         let leader_of = |moved: Moved| {
             let mut moved = moved.into_iter().flatten();
             let is_whole = moved.clone().all(|robot| are_sound[robot]);
-            moved.next().filter(|_| is_whole).map(|robot| leaders[robot])
+            moved.next().filter(|_| is_whole).map(|robot| joined.first(robot))
         };
         let of_contacts = sort_by(self.contacts, |contact| leader_of(moved_by_contact(indices, contact)));
         let robots = &*self.robots;
         let of_links = sort_by(self.links, |link| leader_of(moved_by_link(robots, indices, link)));
-        let leader = |member: &Member<'_>| indices.binary_search(&member.index).ok().map(|at| leaders[at]);
+        let leader = |member: &Member<'_>| indices.binary_search(&member.index()).ok().map(|at| joined.first(at));
         let of_robots = sort_by(self.robots, leader);
-        let indices: Vec<usize> = self.robots.iter().map(|member| member.index).collect();
+        let indices: Vec<usize> = self.robots.iter().map(Member::index).collect();
 
         let count = |of: &[Option<usize>], leader| of.iter().take_while(|own| **own == leader).count();
         let (mut contact, mut link) = (count(&of_contacts, None), count(&of_links, None));

@@ -109,11 +109,9 @@ impl Simulation {
             return false;
         }
         let mut needs_attention = needs_attention.into_inner();
-        for &robot in self.step_memory.busy.robots() {
-            // The others have ended the step where they were solved.
-            if !self.entities[robot].is_solved() {
-                needs_attention |= end_step(&mut self.entities[robot], time_step);
-            }
+        // The others have ended the step where they were solved.
+        for &robot in self.step_memory.busy.not_solved() {
+            needs_attention |= end_step(&mut self.entities[robot], time_step);
         }
         if needs_attention {
             self.disable_not_finite(time_step);
@@ -168,6 +166,7 @@ impl Simulation {
                 let robot = entity.state.name.clone();
                 self.contacts.forget(robot_index);
                 self.constraints.forget_step(robot_index);
+                self.step_memory.busy.forget();
                 self.happened(EventKind::EntityDisabled { robot, reason });
             }
         }
@@ -222,25 +221,18 @@ fn advance(
     // The part before says it for what comes before groups are known.
     let threads = pool.filter(|_| groups.are_worth_threads());
     // One that is alone with its shapes meets nothing, and need not know where they are.
-    let is_shaped = |robot: &&usize| robots[**robot].is_active() && !robots[**robot].colliders.is_empty();
-    let looked_at = busy.robots().iter().filter(is_shaped).count();
-    let others = busy.idle_shaped() + looked_at > 1;
-    let for_poses = threads.filter(|_| looked_at > 0);
-    for_each((for_poses, PIECES), (robots, 0), busy.robots(), &|robot: &mut Entity| {
-        if !begins_late(robot) {
-            part.begin(robot, others);
-        }
+    let others = busy.idle_shaped() + busy.shaped().len() > 1;
+    let for_poses = threads.filter(|_| !busy.shaped().is_empty());
+    for_each((for_poses, PIECES), (robots, 0), busy.begin_early(), &|robot: &mut Entity| {
+        part.begin(robot, others);
     });
     let options =
         SearchOptions { slack: part.slack(), combination: part.surface_combination, begins: part.begins };
     if !contacts.find(robots, busy, &constraints.excluded, options, threads, interrupt) {
         return false;
     }
-    for &robot in busy.robots() {
-        // A write takes what is written from the other thread that has it.
-        if robots[robot].state.teleported {
-            robots[robot].state.teleported = false;
-        }
+    if !busy.leaves_some() {
+        busy.robots().iter().for_each(|&robot| robots[robot].state.teleported = false);
     }
     let mut gathered = groups.gather(robots, busy, &mut contacts.list, &mut constraints.list);
     let threads = pool.filter(|_| groups.are_worth_threads());
@@ -254,12 +246,6 @@ fn advance(
     solvers.all().for_each(GroupMemory::end_part);
     groups.note_at_once(solvers.all().map(|solver| std::mem::take(&mut solver.at_once)).sum());
     is_whole
-}
-
-/// Whether nothing asks where a robot is before it is solved, since it has no shapes. Then it is fetched into the cache once
-/// in each part, and not for its poses first.
-fn begins_late(robot: &Entity) -> bool {
-    robot.is_solved() && robot.colliders.is_empty()
 }
 
 impl Part<'_> {
@@ -290,7 +276,7 @@ impl Part<'_> {
     /// Begins the part for those of a group that have not begun it.
     fn begin_late(self, group: &mut Group<'_, '_>) {
         for robot in group.members() {
-            if begins_late(robot) {
+            if robot.begins_late() {
                 self.begin(robot, false);
             }
         }
