@@ -22,6 +22,7 @@ use super::constraint::direct::Direct;
 use super::constraint::link_constraint::LinkConstraint;
 use super::constraint::link_rows::LinkRows;
 use super::constraint::turning::TurningRows;
+use super::lanes::SingleBodies;
 use super::scratch::MultiRhs;
 use super::symmetric::Symmetric;
 pub(in crate::dynamics) use impulses::{DIRECT_AT, MAX_SWEEPS, SETTLED, SETTLED_ROUNDS, UNCHANGED};
@@ -75,6 +76,7 @@ pub struct Island {
     /// Member and body of each side of each contact.
     touched: Vec<(usize, usize)>,
     direct: Direct,
+    single_bodies: SingleBodies,
     /// Of constraints that put positions right.
     split: Split,
     /// All impulses that it starts from are the least of the step before, and it is so with those that it ends with.

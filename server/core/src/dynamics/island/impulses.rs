@@ -111,6 +111,13 @@ impl Island {
         let is_direct = self.choice != SolverChoice::Sweeps
             && self.turning.is_empty()
             && self.direct.plan(robots, &self.members, &self.rows, &self.links);
+        if !is_direct && self.has_single_bodies_alone(robots) {
+            let Self { rows, blocks, velocities, single_bodies, .. } = self;
+            let until = (MAX_SWEEPS, SETTLED);
+            if let Some(is_whole) = single_bodies.sweep((rows, blocks), velocities, until, interrupt) {
+                return is_whole;
+            }
+        }
         let mut settled = false;
         for sweep in 0..MAX_SWEEPS {
             let rounds = DIRECT_AT.iter().find(|(at, _)| *at == sweep).map(|(_, rounds)| *rounds);
@@ -138,6 +145,13 @@ impl Island {
             }
         }
         true
+    }
+
+    /// Whether all robots are single bodies, and nothing but contacts acts on them.
+    fn has_single_bodies_alone<R: AsMut<Articulation>>(&mut self, robots: &mut [R]) -> bool {
+        self.turning.is_empty()
+            && self.links.is_empty()
+            && self.single_bodies.take(robots.iter_mut().map(|robot| robot.as_mut().tree().single))
     }
 
     /// Leaves hits to the next step that hits in this one have caused. Whether there are any.

@@ -18,6 +18,7 @@
 //! * `tree_cholesky`, `implicit_inertia`: the matrix of what impulses work against. `foot_anderson`, `foot_newton`, `foot_refinement`,
 //!   `foot_solver`: the impulses.
 //! * `step`: the step. `crowd`: robots of one world, whose contacts the world finds.
+//! * `single_bodies`: sweeps over contacts of single bodies, in whose lanes are contacts and not copies.
 //!
 //! What lanes do not do, the one-robot step does: contact but that of feet and that which a world gives, constraints between links, robots of a single free
 //! body, ball joints, joints that follow others, gravity compensation, wrenches; a first step from given velocities; bodies that spin
@@ -43,6 +44,7 @@ mod pose;
 mod robot;
 mod root;
 mod rows;
+mod single_bodies;
 mod step;
 mod tree_cholesky;
 mod vectors;
@@ -54,6 +56,7 @@ pub use crowd::{Crowd, crowd};
 pub use feet::{FootPair, Guard, MOST_FEET, can_be_foot};
 use glamx::DVec3;
 pub use robot::LaneRobot;
+pub use single_bodies::SingleBodies;
 
 use crate::dynamics::{Integrator, Tree};
 

@@ -52,7 +52,8 @@ impl<'a> Group<'_, 'a> {
         let of_contacts = sort_by(self.contacts, |contact| leader_of(moved_by_contact(indices, contact)));
         let robots = &*self.robots;
         let of_links = sort_by(self.links, |link| leader_of(moved_by_link(robots, indices, link)));
-        let leader = |member: &Member<'_>| indices.binary_search(&member.index()).ok().map(|at| joined.first(at));
+        let leader =
+            |member: &Member<'_>| indices.binary_search(&member.index()).ok().map(|at| joined.first(at));
         let of_robots = sort_by(self.robots, leader);
         let indices: Vec<usize> = self.robots.iter().map(Member::index).collect();
 

@@ -1,0 +1,265 @@
+//! Sweeps over the contacts of single bodies, several contacts at once.
+//!
+//! Contacts that have no body in common can be solved at the same time. Each comes after those before it that have a body in
+//! common with it, and so finds the velocities that it would find if they were solved one after the other: the bits are those of
+//! [`ContactRows::solve`].
+
+mod batches;
+#[cfg(test)]
+mod tests;
+
+use glamx::{DMat3, DVec3};
+use pulp::{Arch, Simd, WithSimd};
+
+use self::batches::{Batches, Layout};
+use super::number::Lanes;
+use super::vectors::length_in_plane;
+use crate::dynamics::constraint::contact::ContactRows;
+use crate::dynamics::tree::SingleBody;
+
+/// Velocities of a body.
+const SIX: usize = 6;
+
+/// Of the widest vectors.
+const MOST_LANES: usize = 8;
+
+/// With fewer contacts the batches would be hardly filled.
+const LEAST: usize = 32;
+
+/// The memory of it.
+#[derive(Debug, Default)]
+pub struct SingleBodies {
+    /// In the order of their velocities.
+    bodies: Vec<SingleBody>,
+    batches: Batches,
+    /// Of each batch: each number in all lanes.
+    numbers: Vec<f64>,
+}
+
+impl SingleBodies {
+    /// Whether all robots are single bodies whose frames are at their centres of mass; it takes what they resist with.
+    pub fn take(&mut self, bodies: impl Iterator<Item = Option<SingleBody>>) -> bool {
+        self.bodies.clear();
+        for body in bodies {
+            match body {
+                Some(body) if body.center == DVec3::ZERO => self.bodies.push(body),
+                _ => return false,
+            }
+        }
+        true
+    }
+
+    /// Sweeps over contacts of the bodies that were taken, `most` times at the most, until no impulse changes its own velocity by more
+    /// than `settled`, m/s. `None`, and nothing is done, where several contacts at once are not worth it; false where it was interrupted.
+    pub fn sweep(
+        &mut self,
+        (rows, blocks): (&mut [ContactRows], &[f64]),
+        velocities: &mut Vec<f64>,
+        (most, settled): (usize, f64),
+        interrupt: &dyn Fn() -> bool,
+    ) -> Option<bool> {
+        if rows.len() < LEAST {
+            return None;
+        }
+        Arch::new().dispatch(Sweeps { memory: self, rows, blocks, velocities, most, settled, interrupt })
+    }
+}
+
+/// [`SingleBodies::sweep`], compiled for the vectors of the processor.
+struct Sweeps<'a> {
+    memory: &'a mut SingleBodies,
+    rows: &'a mut [ContactRows],
+    blocks: &'a [f64],
+    velocities: &'a mut Vec<f64>,
+    most: usize,
+    settled: f64,
+    interrupt: &'a dyn Fn() -> bool,
+}
+
+impl WithSimd for Sweeps<'_> {
+    type Output = Option<bool>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Option<bool> {
+        let (width, given) = (S::F64_LANES, (&*self.rows, self.blocks));
+        let SingleBodies { bodies, batches, numbers } = &mut *self.memory;
+        if !(2..=MOST_LANES).contains(&width) || !batches.fill(self.rows, bodies.len(), width) {
+            return None;
+        }
+        if bodies.iter().all(is_alike) && batches.load::<true>(given, bodies, width, numbers) {
+            Some(self.sweep::<S, true>(simd))
+        } else if batches.load::<false>(given, bodies, width, numbers) {
+            Some(self.sweep::<S, false>(simd))
+        } else {
+            None
+        }
+    }
+}
+
+impl Sweeps<'_> {
+    /// Once numbers are loaded.
+    #[inline(always)]
+    fn sweep<S: Simd, const ALIKE: bool>(self, simd: S) -> bool {
+        let Self { memory, rows, velocities, most, settled, interrupt, .. } = self;
+        let SingleBodies { batches, numbers, .. } = memory;
+        // Of what cannot move.
+        let moving = velocities.len();
+        velocities.resize(moving + SIX, 0.0);
+        let mut is_whole = true;
+        for _ in 0..most {
+            if interrupt() {
+                is_whole = false;
+                break;
+            }
+            let of_batches = numbers.chunks_exact_mut(Layout::<ALIKE>::COUNT * S::F64_LANES);
+            let mut largest = Lanes::splat(simd, 0.0);
+            for (numbers, sides) in of_batches.zip(batches.sides.chunks_exact(S::F64_LANES)) {
+                largest = largest.max(solve::<S, ALIKE>(simd, numbers, sides, velocities));
+            }
+            let mut is_settled = true;
+            for change in largest.all() {
+                is_settled &= *change <= settled;
+            }
+            if is_settled {
+                break;
+            }
+        }
+        velocities.truncate(moving);
+        batches.give_back::<ALIKE>(numbers, S::F64_LANES, rows);
+        is_whole
+    }
+}
+
+/// Whether it resists turning alike about any axis.
+fn is_alike(body: &SingleBody) -> bool {
+    let moment = body.inverse_moment;
+    moment == DMat3::from_diagonal(DVec3::splat(moment.x_axis.x))
+}
+
+/// [`ContactRows::solve`] of a contact a lane. The largest change of a velocity, m/s.
+#[inline(always)]
+#[allow(clippy::needless_range_loop, reason = "reads as the rows do")]
+fn solve<S: Simd, const ALIKE: bool>(
+    simd: S,
+    numbers: &mut [f64],
+    sides: &[[usize; 2]],
+    velocities: &mut [f64],
+) -> Lanes<S> {
+    let zero = Lanes::splat(simd, 0.0);
+    let width = S::F64_LANES;
+    let (given, impulses) = numbers.split_at_mut(Layout::<ALIKE>::IMPULSE * width);
+    let number = Numbers { simd, numbers: given };
+    let mut own = [[zero; SIX]; 2];
+    let mut sums = [[zero; 2]; 3];
+    for (side, own) in own.iter_mut().enumerate() {
+        let mut sixes = [&[0.0; SIX]; MOST_LANES];
+        for lane in 0..width {
+            if let Some(six) = velocities[sides[lane][side]..].first_chunk() {
+                sixes[lane] = six;
+            }
+        }
+        for i in 0..SIX {
+            for lane in 0..width {
+                own[i].set(lane, sixes[lane][i]);
+            }
+        }
+        for i in 0..SIX {
+            for k in 0..3 {
+                let sum = &mut sums[k][i % 2];
+                if i >= 3 {
+                    *sum += number.get(Layout::<ALIKE>::side(side) + 3 * k + i - 3) * own[i];
+                } else if side == 0 {
+                    *sum -= number.get(3 * k + i) * own[i];
+                } else {
+                    *sum += number.get(3 * k + i) * own[i];
+                }
+            }
+        }
+    }
+    let [n, t, u] = sums;
+    let aim = Layout::<ALIKE>::AIM;
+    let (target, drift_t, drift_u) = (number.get(aim), number.get(aim + 1), number.get(aim + 2));
+    let (compliance, friction, gradient_step) =
+        (number.get(aim + 3), number.get(aim + 4), number.get(aim + 5));
+    let velocity = [n[0] + n[1], t[0] + t[1] - drift_t, u[0] + u[1] - drift_u];
+    let effect = Layout::<ALIKE>::EFFECT;
+    let (nn, nt, nu) = (number.get(effect), number.get(effect + 1), number.get(effect + 2));
+    let (tt, uu) = (number.get(effect + 3), number.get(effect + 4));
+    let inverse = Layout::<ALIKE>::INVERSE;
+    let (a, b, c) = (number.get(inverse), number.get(inverse + 1), number.get(inverse + 2));
+    let before = Numbers { simd, numbers: impulses };
+    let (n0, t0, u0) = (before.get(0), before.get(1), before.get(2));
+
+    let left = target - velocity[0] - compliance * n0;
+    let normal = (n0 + left / (nn + compliance)).max(zero);
+    let dn = normal - n0;
+    let most = friction * normal;
+    let has_friction = zero.lt(most) | !t0.is(zero) | !u0.is(zero);
+    let (vt, vu) = (velocity[1] + nt * dn, velocity[2] + nu * dn);
+    let (t, u) = (t0 - a * vt - b * vu, u0 - b * vt - c * vu);
+    let slips = (most * most).lt(t * t + u * u);
+    let (slip_t, slip_u) = (t0 - gradient_step * vt, u0 - gradient_step * vu);
+    let size = length_in_plane(slip_t, slip_u);
+    let is_beyond = most.lt(size);
+    let slip_t = is_beyond.select(slip_t * most / size, slip_t);
+    let slip_u = is_beyond.select(slip_u * most / size, slip_u);
+    let (t, u) = (slips.select(slip_t, t), slips.select(slip_u, u));
+    let (t, u) = (has_friction.select(t, t0), has_friction.select(u, u0));
+    let (dt, du) = (t - t0, u - u0);
+    write(normal, &mut impulses[..width]);
+    write(t, &mut impulses[width..2 * width]);
+    write(u, &mut impulses[2 * width..3 * width]);
+
+    let moves = !(dn.is(zero) & dt.is(zero) & du.is(zero));
+    if !moves.any() {
+        return zero;
+    }
+    for (side, own) in own.iter_mut().enumerate() {
+        let first = Layout::<ALIKE>::side(side);
+        let mass = number.get(first + Layout::<ALIKE>::MASS);
+        for i in 0..3 {
+            let (n, t, u) = (number.get(i) * mass, number.get(3 + i) * mass, number.get(6 + i) * mass);
+            own[i] = moves.select(own[i] + (n * dn + t * dt + u * du), own[i]);
+        }
+        for i in 0..3 {
+            let at = if ALIKE { first + i } else { first + Layout::<ALIKE>::TURNS + i };
+            let (mut n, mut t, mut u) = (number.get(at), number.get(at + 3), number.get(at + 6));
+            if ALIKE {
+                let turn = number.get(first + Layout::<ALIKE>::TURNS);
+                (n, t, u) = (n * turn, t * turn, u * turn);
+            }
+            own[3 + i] = moves.select(own[3 + i] + (n * dn + t * dt + u * du), own[3 + i]);
+        }
+        for lane in 0..width {
+            if let Some(six) = velocities[sides[lane][side]..].first_chunk_mut::<SIX>() {
+                for i in 0..SIX {
+                    six[i] = own[i].get(lane);
+                }
+            }
+        }
+    }
+    // No `abs`: it is not inlined here.
+    let (n, t, u) = (dn * nn, dt * tt, du * uu);
+    let largest = n.max(zero - n).max(t.max(zero - t)).max(u.max(zero - u));
+    moves.select(largest, zero)
+}
+
+/// Numbers of a batch.
+struct Numbers<'a, S> {
+    simd: S,
+    numbers: &'a [f64],
+}
+
+impl<S: Simd> Numbers<'_, S> {
+    #[inline(always)]
+    fn get(&self, index: usize) -> Lanes<S> {
+        let mut lanes = Lanes::splat(self.simd, 0.0);
+        lanes.all_mut().copy_from_slice(&self.numbers[index * S::F64_LANES..][..S::F64_LANES]);
+        lanes
+    }
+}
+
+#[inline(always)]
+fn write<S: Simd>(lanes: Lanes<S>, to: &mut [f64]) {
+    to.copy_from_slice(lanes.all());
+}

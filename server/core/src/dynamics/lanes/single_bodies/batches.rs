@@ -1,0 +1,175 @@
+//! Which contacts are solved at the same time, and where their numbers are.
+
+use super::SIX;
+use crate::dynamics::constraint::contact::ContactRows;
+use crate::dynamics::tree::SingleBody;
+
+/// Contacts that are solved at the same time. All of their bodies are different ones.
+#[derive(Debug, Default)]
+pub(super) struct Batches {
+    /// In each lane of each batch: where the velocities of both sides begin.
+    pub(super) sides: Vec<[usize; 2]>,
+    /// In each lane: the contact's rows; `None` where the batch is not full.
+    rows: Vec<Option<usize>>,
+    /// Of each batch: how many contacts it has.
+    counts: Vec<usize>,
+    /// Of each batch: itself where it has room, else one on the way to the next that has.
+    room: Vec<usize>,
+    /// Of each body: the first batch after those that it is in.
+    next: Vec<usize>,
+}
+
+/// Where the numbers of a contact are. A thousand contacts do not fit into the cache next to the processor, so that sweeps take as
+/// long as it takes to read them: what follows from other numbers is not among them.
+///
+/// First come the axes, against the first side and along the second. Of each side: the angular part of J, that of M^-1 J', and the
+/// inverse mass, negative on the first side. The angular part of M^-1 J' is that of J times one number where all bodies resist
+/// turning alike about any axis, as balls and cubes do.
+pub(super) struct Layout<const ALIKE: bool>;
+
+impl<const ALIKE: bool> Layout<ALIKE> {
+    pub(super) const TURNS: usize = 9;
+    pub(super) const MASS: usize = Self::TURNS + if ALIKE { 1 } else { 9 };
+    const SIDE: usize = Self::MASS + 1;
+    /// The target, both drifts, compliance, friction, and the step against a slip.
+    pub(super) const AIM: usize = 9 + 2 * Self::SIDE;
+    /// nn, nt, nu, tt and uu.
+    pub(super) const EFFECT: usize = Self::AIM + 6;
+    pub(super) const INVERSE: usize = Self::EFFECT + 5;
+    pub(super) const IMPULSE: usize = Self::INVERSE + 3;
+    pub(super) const COUNT: usize = Self::IMPULSE + 3;
+
+    pub(super) const fn side(side: usize) -> usize {
+        9 + side * Self::SIDE
+    }
+}
+
+impl Batches {
+    /// Puts each contact that acts into the first batch with room after those of earlier contacts of its bodies. False where batches
+    /// are less than half full.
+    pub(super) fn fill(&mut self, all: &[ContactRows], bodies: usize, width: usize) -> bool {
+        let Self { sides, rows, counts, room, next } = self;
+        sides.clear();
+        rows.clear();
+        counts.clear();
+        room.clear();
+        // The one after the last has room.
+        room.push(0);
+        next.clear();
+        next.resize(bodies, 0);
+        let mut acting = 0;
+        for (index, contact) in all.iter().enumerate().filter(|(_, rows)| rows.acts()) {
+            let moving = || contact.sides.iter().filter(|side| side.len > 0);
+            let earliest = moving().map(|side| next[side.first / SIX]).max().unwrap_or(0);
+            let batch = with_room(room, earliest);
+            if batch == counts.len() {
+                counts.push(0);
+                room.push(batch + 1);
+                sides.resize(sides.len() + width, [bodies * SIX; 2]);
+                rows.resize(rows.len() + width, None);
+            }
+            let lane = batch * width + counts[batch];
+            rows[lane] = Some(index);
+            for (place, side) in sides[lane].iter_mut().zip(&contact.sides).filter(|(_, side)| side.len > 0) {
+                *place = side.first;
+            }
+            moving().for_each(|side| next[side.first / SIX] = batch + 1);
+            counts[batch] += 1;
+            if counts[batch] == width {
+                room[batch] = batch + 1;
+            }
+            acting += 1;
+        }
+        2 * acting >= rows.len()
+    }
+
+    /// Writes the numbers of all contacts. False where J and M^-1 J' are not those of the bodies.
+    pub(super) fn load<const ALIKE: bool>(
+        &self,
+        (rows, blocks): (&[ContactRows], &[f64]),
+        bodies: &[SingleBody],
+        width: usize,
+        numbers: &mut Vec<f64>,
+    ) -> bool {
+        let count = Layout::<ALIKE>::COUNT;
+        numbers.clear();
+        numbers.resize(self.rows.len() * count, 0.0);
+        for (batch, of_lanes) in self.rows.chunks_exact(width).enumerate() {
+            let numbers = &mut numbers[batch * count * width..][..count * width];
+            for (lane, index) in of_lanes.iter().enumerate() {
+                let mut put = |at: usize, values: &[f64]| {
+                    for (offset, value) in values.iter().enumerate() {
+                        numbers[(at + offset) * width + lane] = *value;
+                    }
+                };
+                let Some(rows) = index.map(|index| &rows[index]) else {
+                    // By this is divided.
+                    put(Layout::<ALIKE>::EFFECT, &[1.0]);
+                    continue;
+                };
+                let mut axes = None;
+                for (number, side) in rows.sides.iter().enumerate().filter(|(_, side)| side.len > 0) {
+                    let Some((jacobian, responses)) = side.single(blocks) else { return false };
+                    let SingleBody { inverse_mass, inverse_moment, .. } = bodies[side.first / SIX];
+                    let j = |k: usize, i: usize| jacobian[SIX * (i / 2) + 2 * k + i % 2];
+                    let sign = if number == 0 { -1.0 } else { 1.0 };
+                    let own: [[f64; 3]; 3] = [0, 1, 2].map(|k| [0, 1, 2].map(|i| sign * j(k, i)));
+                    let moments: [[f64; 3]; 3] = [0, 1, 2].map(|k| [3, 4, 5].map(|i| j(k, i)));
+                    let turns: [[f64; 3]; 3] = responses.map(|response| [3, 4, 5].map(|i| response[i]));
+                    let mass = sign * inverse_mass;
+                    let turn = inverse_moment.x_axis.x;
+                    let is = |found: f64, expected: f64| found.to_bits() == expected.to_bits();
+                    let is_so = (0..3).all(|k| {
+                        (0..3).all(|i| {
+                            is(responses[k][i], own[k][i] * mass)
+                                && (!ALIKE || is(turns[k][i], moments[k][i] * turn))
+                        })
+                    });
+                    if !is_so || axes.is_some_and(|axes| axes != own) {
+                        return false;
+                    }
+                    axes = Some(own);
+                    let at = Layout::<ALIKE>::side(number);
+                    put(0, own.as_flattened());
+                    put(at, moments.as_flattened());
+                    let turns = if ALIKE { &[turn][..] } else { turns.as_flattened() };
+                    put(at + Layout::<ALIKE>::TURNS, turns);
+                    put(at + Layout::<ALIKE>::MASS, &[mass]);
+                }
+                let ContactRows { target, drift, compliance, inverse, gradient_step, friction, .. } = *rows;
+                let [nn, nt, nu, tt, _, uu] = rows.effect;
+                let aim = [target, drift[0], drift[1], compliance, friction, gradient_step];
+                put(Layout::<ALIKE>::AIM, &aim);
+                put(Layout::<ALIKE>::EFFECT, &[nn, nt, nu, tt, uu]);
+                put(Layout::<ALIKE>::INVERSE, &inverse);
+                put(Layout::<ALIKE>::IMPULSE, &rows.impulse);
+            }
+        }
+        true
+    }
+
+    /// Gives the contacts their impulses.
+    pub(super) fn give_back<const ALIKE: bool>(
+        &self,
+        numbers: &[f64],
+        width: usize,
+        rows: &mut [ContactRows],
+    ) {
+        for (lane, index) in self.rows.iter().enumerate() {
+            let Some(index) = *index else { continue };
+            let first = lane / width * Layout::<ALIKE>::COUNT + Layout::<ALIKE>::IMPULSE;
+            for (k, impulse) in rows[index].impulse.iter_mut().enumerate() {
+                *impulse = numbers[(first + k) * width + lane % width];
+            }
+        }
+    }
+}
+
+/// This batch, or the next one that has room. Halves the way for the next time.
+fn with_room(room: &mut [usize], mut batch: usize) -> usize {
+    while room[batch] != batch {
+        room[batch] = room[room[batch]];
+        batch = room[batch];
+    }
+    batch
+}
