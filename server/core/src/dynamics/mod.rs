@@ -14,7 +14,7 @@
 //! * [`articulation`]: the state of one robot, and its step.
 //! * [`configuration`]: where a robot is, apart from any world; [`jacobian`],
 //!   [`inverse_dynamics`], [`inverse_kinematics`]: what follows from it.
-//! * [`lanes`]: copies of one robot, stepped side by side.
+//! * [`lanes`]: copies of one robot stepped, and contacts of single bodies swept, side by side.
 //! * [`island`]: robots that touch, solved together; [`block_cholesky`]: their sparse matrix.
 
 pub mod actuator;

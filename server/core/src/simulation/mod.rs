@@ -205,7 +205,8 @@ impl Simulation {
         Ok(Applied { at: self.now, reply })
     }
 
-    /// Whether a command changes nothing of what cannot move.
+    /// Whether a command changes nothing of what cannot move, nor of other robots what [`Busy`] has in its lists, and puts none
+    /// elsewhere.
     fn leaves_what_is_fixed(&self, command: &Command) -> bool {
         match command {
             Command::SetTargets(_)

@@ -28,7 +28,7 @@ pub(super) struct Solved {
     pub(super) index: usize,
     /// Its degrees of freedom.
     pub(super) velocities: usize,
-    /// It sleeps, or may fall asleep.
+    /// It sleeps, or is of those that fall asleep where nothing pushes them.
     pub(super) may_sleep: bool,
 }
 
@@ -107,7 +107,7 @@ impl Busy {
         &self.not_solved
     }
 
-    /// Whether nothing has happened to any robot since the last step, and those that are looked at may not be all.
+    /// Whether nothing that these lists have has changed since the last step, and those that are looked at may not be all.
     pub(super) fn leaves_some(&self) -> bool {
         self.is_known
     }

@@ -147,7 +147,7 @@ impl Island {
         true
     }
 
-    /// Whether all robots are single bodies, and nothing but contacts acts on them.
+    /// Whether all robots are single bodies, which only contacts without friction against turning hold.
     fn has_single_bodies_alone<R: AsMut<Articulation>>(&mut self, robots: &mut [R]) -> bool {
         self.turning.is_empty()
             && self.links.is_empty()

@@ -2,7 +2,7 @@
 //!
 //! Contacts that have no body in common can be solved at the same time. Each comes after those before it that have a body in
 //! common with it, and so finds the velocities that it would find if they were solved one after the other: the bits are those of
-//! [`ContactRows::solve`].
+//! [`ContactRows::solve`], of all that is finite.
 
 mod batches;
 #[cfg(test)]
@@ -50,7 +50,8 @@ impl SingleBodies {
     }
 
     /// Sweeps over contacts of the bodies that were taken, `most` times at the most, until no impulse changes its own velocity by more
-    /// than `settled`, m/s. `None`, and nothing is done, where several contacts at once are not worth it; false where it was interrupted.
+    /// than `settled`, m/s. `None`, and nothing is done, where several contacts at once are not worth it, or J or M^-1 J' is not that of
+    /// the bodies alone; false where it was interrupted.
     pub fn sweep(
         &mut self,
         (rows, blocks): (&mut [ContactRows], &[f64]),
@@ -226,7 +227,8 @@ fn solve<S: Simd, const ALIKE: bool>(
             let (mut n, mut t, mut u) = (number.get(at), number.get(at + 3), number.get(at + 6));
             if ALIKE {
                 let turn = number.get(first + Layout::<ALIKE>::TURNS);
-                (n, t, u) = (n * turn, t * turn, u * turn);
+                // The product with a matrix has sums, by which -0 becomes 0.
+                (n, t, u) = (n * turn + zero, t * turn + zero, u * turn + zero);
             }
             own[3 + i] = moves.select(own[3 + i] + (n * dn + t * dt + u * du), own[3 + i]);
         }

@@ -46,7 +46,7 @@ impl<const ALIKE: bool> Layout<ALIKE> {
 
 impl Batches {
     /// Puts each contact that acts into the first batch with room after those of earlier contacts of its bodies. False where batches
-    /// are less than half full.
+    /// are not more than half full.
     pub(super) fn fill(&mut self, all: &[ContactRows], bodies: usize, width: usize) -> bool {
         let Self { sides, rows, counts, room, next } = self;
         sides.clear();
@@ -57,12 +57,19 @@ impl Batches {
         room.push(0);
         next.clear();
         next.resize(bodies, 0);
+        // A step takes no memory where contacts fill their batches less well than before.
+        let most = 2 * all.len() + width;
+        sides.reserve(most);
+        rows.reserve(most);
         let mut acting = 0;
         for (index, contact) in all.iter().enumerate().filter(|(_, rows)| rows.acts()) {
             let moving = || contact.sides.iter().filter(|side| side.len > 0);
             let earliest = moving().map(|side| next[side.first / SIX]).max().unwrap_or(0);
             let batch = with_room(room, earliest);
             if batch == counts.len() {
+                if rows.len() + width > most {
+                    return false;
+                }
                 counts.push(0);
                 room.push(batch + 1);
                 sides.resize(sides.len() + width, [bodies * SIX; 2]);
@@ -80,7 +87,7 @@ impl Batches {
             }
             acting += 1;
         }
-        2 * acting >= rows.len()
+        2 * acting > rows.len()
     }
 
     /// Writes the numbers of all contacts. False where J and M^-1 J' are not those of the bodies.
@@ -93,6 +100,7 @@ impl Batches {
     ) -> bool {
         let count = Layout::<ALIKE>::COUNT;
         numbers.clear();
+        numbers.reserve((2 * rows.len() + width) * Layout::<false>::COUNT);
         numbers.resize(self.rows.len() * count, 0.0);
         for (batch, of_lanes) in self.rows.chunks_exact(width).enumerate() {
             let numbers = &mut numbers[batch * count * width..][..count * width];
@@ -122,7 +130,7 @@ impl Batches {
                     let is_so = (0..3).all(|k| {
                         (0..3).all(|i| {
                             is(responses[k][i], own[k][i] * mass)
-                                && (!ALIKE || is(turns[k][i], moments[k][i] * turn))
+                                && (!ALIKE || is(turns[k][i], moments[k][i] * turn + 0.0))
                         })
                     });
                     if !is_so || axes.is_some_and(|axes| axes != own) {
