@@ -9,12 +9,14 @@ use glamx::{DMat3, DPose3, DVec3};
 use simd_core::simulation::command::*;
 use simd_core::{Command, Integrator, Simulation};
 use simd_model::RobotModel;
-use simd_model::robot::{Inertial, Material};
+use simd_model::robot::{Inertial, JointLimits, Material};
 use simd_tests::scenes::*;
 
 use crate::chains::chain;
 use crate::constraints::held;
 use crate::contact_runs::jumble;
+use crate::random_commands::random_command;
+use crate::sleeping::is_asleep;
 
 /// Throws one of the bodies and lets the arm turn at another velocity, so that nothing comes to rest for good.
 fn stir(world: &mut Simulation, rng: &mut Rng) {
@@ -256,4 +258,80 @@ fn an_interrupted_step_never_began() {
         assert_eq!(interrupted.fingerprint(), alone.fingerprint(), "step {step}");
     }
     assert!(checks > 500, "{checks}");
+}
+
+/// What a step keeps of which robots it has to look at, and how, is so whatever happens between steps: a world goes on as one does that finds
+/// it anew for each step, since it was interrupted.
+#[test]
+fn what_a_step_keeps_of_robots_holds_after_any_command() {
+    let mut worlds = [0, 0].map(|_| jumble(&mut Rng::with_seed(31)));
+    for world in &mut worlds {
+        for i in 0..3 {
+            let at = DPose3::from_translation(DVec3::new(10.0 + f64::from(i), 0.0, 5.0));
+            spawn(
+                world,
+                Spawn { passive: i == 0, ..robot(&format!("chain-{i}"), &Arc::new(chain(2)), at, i > 0) },
+            );
+        }
+        spawn(world, robot("ground", &plane(DVec3::Z), below(0.0, 0.0), true));
+        spawn(world, robot("house", &cuboid(DVec3::ONE, 1.0), below(60.0, 0.5), true));
+        spawn(world, robot("sleeper", &cuboid(DVec3::splat(0.2), 1.0), below(70.0, 0.1), false));
+    }
+    let rng = &mut Rng::with_seed(32);
+    let (mut disabled, mut asleep) = (0, 0);
+    for step in 0..4_000 {
+        let body = if rng.bool() { "sleeper".into() } else { format!("body-{}", rng.usize(..14)) };
+        let command = match (step % 2_000, rng.u16(..600)) {
+            // A limit that cannot be: the chain is taken out of the simulation.
+            (300, _) => {
+                let limits = JointLimits { lower: Some(1e300), ..JointLimits::default() };
+                let joint = worlds[0].layout().entities.iter().find(|entity| entity.name == "chain-2");
+                let joint = joint.unwrap().model.joints[0].name.clone();
+                let joints = vec![JointProperties { joint, limits: Some(limits), ..Default::default() }];
+                Some(Command::SetJointProperties { robot: "chain-2".into(), joints })
+            }
+            (600, _) => Some(Command::Delete { robot: "chain-2".into() }),
+            (601, _) => {
+                let at = DPose3::from_translation(DVec3::new(12.0, 0.0, 5.0));
+                let again = Spawn { passive: false, ..robot("chain-2", &Arc::new(chain(2)), at, true) };
+                Some(Command::Spawn(Box::new(again)))
+            }
+            (_, 0) => Some(random_command(rng, &worlds[0])),
+            (_, 1) => Some(Command::PullLink(LinkPull {
+                robot: body,
+                link: "body".into(),
+                point: DVec3::ZERO,
+                target: rng.bool().then_some(DVec3::Z),
+                stiffness: None,
+                max_force: None,
+                duration: Some(1.0),
+            })),
+            (_, 2) => Some(Command::ApplyWrench(LinkWrench {
+                robot: body,
+                link: "body".into(),
+                force: DVec3::Z,
+                torque: DVec3::X,
+                in_link_axes: false,
+                point: DVec3::ZERO,
+                duration: WrenchDuration::NextStep,
+            })),
+            _ => None,
+        };
+        let [known, anew] = &mut worlds;
+        if let Some(command) = command {
+            assert_eq!(
+                known.apply(&command).is_ok(),
+                anew.apply(&command).is_ok(),
+                "step {step}: {command:?}"
+            );
+        }
+        assert!(!anew.step_interruptible(&|| true));
+        known.step();
+        anew.step();
+        assert_eq!(known.fingerprint(), anew.fingerprint(), "step {step}");
+        let seen = look(known);
+        disabled += seen.roots.iter().filter(|root| root.disabled.is_some()).count();
+        asleep += usize::from(step % 100 == 99 && is_asleep(known, "sleeper"));
+    }
+    assert!(disabled > 0 && asleep > 0, "{disabled} {asleep}");
 }

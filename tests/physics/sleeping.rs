@@ -33,7 +33,7 @@ fn force_on(world: &Simulation, robot: &str) -> DVec3 {
     forces.sum()
 }
 
-fn is_asleep(world: &mut Simulation, robot: &str) -> bool {
+pub(crate) fn is_asleep(world: &mut Simulation, robot: &str) -> bool {
     let saved = saved(world);
     saved.world_state().robots.iter().any(|known| known.entity.name == robot && known.entity.asleep)
 }

@@ -72,6 +72,14 @@ pub(super) fn moderate(field: &str, value: f64) -> Result<f64, Error> {
     Err(refuse(field, value, format!("it must be a number between -{LARGEST_GIVEN:e} and {LARGEST_GIVEN:e}")))
 }
 
+/// The same of each number of a list.
+pub(super) fn moderate_list(field: &str, values: &[f64]) -> Result<(), Error> {
+    match values.iter().position(|value| moderate(field, *value).is_err()) {
+        Some(index) => moderate(&format!("{field}[{index}]"), values[index]).map(drop),
+        None => Ok(()),
+    }
+}
+
 /// Three finite numbers.
 pub(super) fn point(field: &str, point: DVec3) -> Result<DVec3, Error> {
     for (axis, value) in ["x", "y", "z"].into_iter().zip(point.to_array()) {

@@ -102,9 +102,7 @@ impl Check<'_> {
                         format!("it must be {expected}, as the layout of robot {:?} has", entity.state.name);
                     return Err(check::refuse("whole.values", format!("{} values", v.len()), expected));
                 }
-                for (index, value) in v.iter().enumerate() {
-                    check::moderate(&format!("whole.values[{index}]"), *value)?;
-                }
+                check::moderate_list("whole.values", v)?;
                 v
             }
             WholeTarget::Passive | WholeTarget::Hold => &[],
