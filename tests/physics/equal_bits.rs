@@ -279,7 +279,7 @@ fn what_a_step_keeps_of_robots_holds_after_any_command() {
     }
     let rng = &mut Rng::with_seed(32);
     let (mut disabled, mut asleep) = (0, 0);
-    for step in 0..4_000 {
+    for step in 0..8_000 {
         let body = if rng.bool() { "sleeper".into() } else { format!("body-{}", rng.usize(..14)) };
         let command = match (step % 2_000, rng.u16(..600)) {
             // A limit that cannot be: the chain is taken out of the simulation.
