@@ -13,6 +13,7 @@ import subprocess
 import sys
 from importlib.metadata import version
 from pathlib import Path
+from statistics import median
 
 HERE = Path(__file__).resolve().parent
 REPOSITORY = HERE.parents[1]
@@ -31,12 +32,16 @@ from worker import Worker  # noqa: E402
 ENGINES = ["simd", "MuJoCo", "PyBullet", "rapier"]
 BATCH = 0.004
 """Seconds that a batch of steps takes, about: less than most schedulers' slice."""
+CROWD_BATCH = 0.02
+"""Of many robots: their memory is large, and threads have to be woken, both of which is over in a small part of it."""
 EULER = "simd, euler"
 """simd by the integrator that equals MuJoCo's Euler; of the robots."""
 CONTACT_ENGINES = ["simd", "MuJoCo", "PyBullet"]
 """Of the scenes with contact, all awake."""
 THREADS = {"simd": "simd, 2 threads", "MuJoCo": "MuJoCo, 2 threads"}
 """Of many robots."""
+BESIDE = "simd, two worlds"
+"""Of many robots: on one thread, while another process does the same on another processor."""
 ASLEEP = {"simd": "simd, may sleep", "MuJoCo": "MuJoCo, may sleep"}
 """Of the stack, where what is still may sleep."""
 LENGTHS = [2, 4, 6, 8, 12, 16, 20, 30, 40, 50, 60]
@@ -60,7 +65,8 @@ Contact:  another table. Friction 0.8, no restitution, no contacts within a robo
           default solver, for the spheres conjugate gradients, which take it the least time. The stack once more,
           where what is still may sleep: simd's default, MuJoCo's flag `sleep`. The heap is timed as it settles.
 Many:     robots 3 m apart in one world, on one thread and on two. MuJoCo steps a world on one thread: with two,
-          `mujoco.rollout` steps a world for each robot.
+          `mujoco.rollout` steps a world for each robot. Two worlds: on one thread, while another process steps such a world on
+          the other processor, which two threads use too; where it is shared with other machines, they slow down both alike.
 Rays: in one call from Python for MuJoCo and PyBullet (`mj_multiRay` with normals, `rayTestBatch` with numThreads=1), from
           one point. simd: PublishedState::cast_rays, which makes a tree of all shapes in each call and names what is hit.
 Other MuJoCo: `explicit kv` is Euler with kv in the actuator and a sixth of the bandwidth, which still shakes the
@@ -73,6 +79,7 @@ def main():
     arguments.add_argument("--rounds", type=int, default=60, help="of the robots")
     arguments.add_argument("--chain-rounds", type=int, default=30, help="of the chains")
     arguments.add_argument("--contact-rounds", type=int, default=15, help="of the scenes with contact; 0 for none")
+    arguments.add_argument("--crowd-rounds", type=int, default=40, help="of many robots")
     arguments.add_argument("--out", type=Path, default=REPOSITORY / "target" / "bench")
     arguments.add_argument("--contact", default="", help="only scenes with contact whose name contains this")
     options = arguments.parse_args()
@@ -97,10 +104,12 @@ def main():
     casts = [RayCase(worker, len(scenes) + len(touching) + index, scene) for index, scene in enumerate(shining)]
     run("rays", casts, options.contact_rounds)
     first = len(scenes) + len(touching) + len(shining)
-    many = [HeldCrowd(worker, first + index, scene) for index, scene in enumerate(held)]
-    many += [StandingCrowd(worker, first + len(held) + index, scene) for index, scene in enumerate(crowded)]
-    run("crowds", many, options.contact_rounds)
-    worker.close()
+    workers = worker, worker.another()
+    many = [HeldCrowd(workers, first + index, scene) for index, scene in enumerate(held)]
+    many += [StandingCrowd(workers, first + len(held) + index, scene) for index, scene in enumerate(crowded)]
+    run("crowds", many, options.crowd_rounds)
+    for of in workers:
+        of.close()
 
     of_robots = {case.name: figures.summary(case.rounds) for case in cases[: len(table)]}
     of_chains = {length: figures.summary(case.rounds) for length, case in zip(LENGTHS, cases[len(table):])}
@@ -130,6 +139,8 @@ def main():
 class Case:
     """A scene in each simulator."""
 
+    batch = BATCH
+
     def __init__(self, worker, index, scene, in_table):
         self.name = scene.name
         joints = worker.joints(index)
@@ -147,7 +158,7 @@ class Case:
         self.start()
 
     def start(self):
-        self.steps = {name: steps_of(engine) for name, engine in self.engines.items()}
+        self.steps = {name: steps_of(engine, self.batch) for name, engine in self.engines.items()}
         self.rounds = {name: [] for name in self.engines}
         self.errors = dict.fromkeys(self.engines, 0.0)
 
@@ -191,33 +202,42 @@ class RayCase(Case):
 class HeldCrowd(Case):
     """Many robots that hold a pose and touch nothing, on one thread and on two."""
 
-    def __init__(self, worker, index, scene):
+    batch = CROWD_BATCH
+
+    def __init__(self, workers, index, scene):
         self.name, self.drift = scene.name, None
-        joints = worker.joints(index)
-        self.engines = {"simd": worker.engine("simd", index), "MuJoCo": in_mujoco.engine(scene, joints),
-                        THREADS["simd"]: worker.engine("threads", index)}
+        joints = workers[0].joints(index)
+        self.engines = crowd_engines(workers, index) | {"MuJoCo": in_mujoco.engine(scene, joints)}
         self.start()
 
 
 class StandingCrowd(Case):
     """Many robots that stand. MuJoCo's two threads have a world for each robot."""
 
-    def __init__(self, worker, index, scene):
+    batch = CROWD_BATCH
+
+    def __init__(self, workers, index, scene):
         self.name, self.drift = scene.name, scene.drift
-        scene.joints = worker.joints(index)
-        self.engines = {"simd": worker.engine("simd", index), "MuJoCo": contacts_mujoco.engine(scene),
-                        THREADS["simd"]: worker.engine("threads", index),
-                        THREADS["MuJoCo"]: contacts_mujoco.rollout(scene, 2)}
+        scene.joints = workers[0].joints(index)
+        self.engines = crowd_engines(workers, index) | {
+            "MuJoCo": contacts_mujoco.engine(scene), THREADS["MuJoCo"]: contacts_mujoco.rollout(scene, 2)}
         self.start()
 
 
-def steps_of(engine):
+def crowd_engines(workers, index):
+    """Of simd, next to each other in a round."""
+    worker, other = workers
+    return {BESIDE: worker.engine_beside(other, "simd", index), THREADS["simd"]: worker.engine("threads", index),
+            "simd": worker.engine("simd", index)}
+
+
+def steps_of(engine, batch):
     """How many steps make a batch."""
     steps = 10
     while True:
         seconds, _ = engine(steps)
-        if seconds > BATCH / 4:
-            return max(10, round(steps * BATCH / seconds))
+        if seconds > batch / 4:
+            return max(10, round(steps * batch / seconds))
         steps *= 2
 
 
@@ -283,12 +303,14 @@ def show_crowds(of_crowds, cases):
     if not cases:
         return
     print("\nmany robots, microseconds a step: median (5 % to 95 %)")
-    print(figures.table(of_crowds, ["simd", "MuJoCo", *THREADS.values()], "us_per_step"))
+    print(figures.table(of_crowds, ["simd", BESIDE, "MuJoCo", *THREADS.values()], "us_per_step"))
     print("\nratio to MuJoCo's time on one thread")
     print(figures.table(of_crowds, ["simd", *THREADS.values()], f"to_{figures.BASE}"))
     for case in cases:
-        one, two = (min(case.rounds[name]) for name in ("simd", THREADS["simd"]))
-        print(f"  {case.name}: two threads are {one / two:.2f} times as fast as one, by the fastest round of each")
+        one, beside, two = (case.rounds[name] for name in ("simd", BESIDE, THREADS["simd"]))
+        alone, busy = (median(a / b for a, b in zip(of, two)) for of in (one, beside))
+        print(f"  {case.name}: two threads are {alone:.2f} times as fast as one in the median round, "
+              f"{min(one) / min(two):.2f} times by the fastest round of each, {busy:.2f} times as fast as one of two worlds")
         for engine, error in case.errors.items():
             if case.drift is not None and error > case.drift:
                 print(f"  {case.name}: in {engine} within {error:.1e} m: it does not stand, and the figure does not count")

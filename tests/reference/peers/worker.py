@@ -1,21 +1,38 @@
 """simd and rapier, in the process of the bench binary `peers`."""
 
+import copy
 import json
 import subprocess
+from statistics import harmonic_mean
 
 
 class Worker:
     """The binary, with these scenes."""
 
     def __init__(self, binary, scenes, folder):
-        listing = folder / "scenes.json"
-        listing.write_text(json.dumps([scene.request() for scene in scenes], indent=1))
+        self.binary, self.listing = binary, folder / "scenes.json"
+        self.listing.write_text(json.dumps([scene.request() for scene in scenes], indent=1))
+        self.start()
+
+    def start(self):
         pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
-        self.process = subprocess.Popen([binary, str(listing)], **pipes)
+        self.process = subprocess.Popen([self.binary, str(self.listing)], **pipes)
+
+    def another(self):
+        """Another process, with the same scenes."""
+        other = copy.copy(self)
+        other.start()
+        return other
 
     def ask(self, line):
+        self.send(line)
+        return self.receive(line)
+
+    def send(self, line):
         self.process.stdin.write(line + "\n")
         self.process.stdin.flush()
+
+    def receive(self, line):
         answer = self.process.stdout.readline()
         if not answer:
             raise RuntimeError(f"the worker ended at {line!r}")
@@ -30,6 +47,17 @@ class Worker:
         def batch(steps):
             answer = self.ask(f"{name} {scene} {steps}")
             return answer["seconds"], answer["error"]
+        return batch
+
+    def engine_beside(self, other, name, scene):
+        """The same while another process steps such a scene too. The time is that of one of the two at their mean speed."""
+        def batch(steps):
+            line = f"{name} {scene} {steps}"
+            both = [self, other]
+            for worker in both:
+                worker.send(line)
+            answers = [worker.receive(line) for worker in both]
+            return harmonic_mean(of["seconds"] for of in answers), max(of["error"] for of in answers)
         return batch
 
     def close(self):
