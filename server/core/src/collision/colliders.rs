@@ -93,6 +93,8 @@ pub(super) struct Placed {
     pub(super) body: Option<usize>,
     /// How far the shape reaches from its middle.
     pub(super) radius: f64,
+    /// It is all that reaches so far.
+    pub(super) is_ball: bool,
     /// Where the middle is.
     pub(super) world_middle: DVec3,
     /// Contacts are looked for this far from the shape, metres.
@@ -172,6 +174,7 @@ impl RobotColliders {
                 link: of.link,
                 body: frame.body,
                 radius: sphere.radius,
+                is_ball: of.shape.as_ball().is_some(),
                 world_middle: sphere.center,
                 margin: 0.0,
                 drift: DVec3::ZERO,

@@ -3,9 +3,11 @@
 use std::fmt;
 
 use glamx::{DPose3, DVec3};
-use rapier3d_f64::parry::query::details::{NormalConstraints, contact_manifold_pfm_pfm};
+use rapier3d_f64::parry::query::details::{
+    NormalConstraints, contact_manifold_ball_ball, contact_manifold_pfm_pfm,
+};
 use rapier3d_f64::parry::query::{ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher as _};
-use rapier3d_f64::parry::shape::{PolygonalFeatureMap, Shape, ShapeType};
+use rapier3d_f64::parry::shape::{Ball, PolygonalFeatureMap, Shape, ShapeType};
 
 use super::colliders::{Frame, Placed, RobotColliders};
 use super::facet_contact::{Convex, FacetContact};
@@ -55,8 +57,8 @@ impl fmt::Debug for NarrowPhase {
 }
 
 impl NarrowPhase {
-    /// Calls `found` with each point where two robots touch or are about to, in a fixed order. False where it was
-    /// interrupted.
+    /// Calls `found` with each point where two robots touch or are about to, in a fixed order: of two whose bounds meet. False where it
+    /// was interrupted.
     pub fn between(
         &mut self,
         [a, b]: [&RobotColliders; 2],
@@ -64,14 +66,26 @@ impl NarrowPhase {
         interrupt: &dyn Fn() -> bool,
         mut found: impl FnMut(ContactPoint),
     ) -> bool {
+        let mut facets = std::mem::take(&mut self.near_facets);
+        facets.clear();
+        if let ([first], [second]) = (&a.placed[..], &b.placed[..])
+            && !(a.has_facets() || b.has_facets())
+        {
+            // Their bounds are those of the robots.
+            self.compared += 1;
+            let moves = first.body.is_some() || second.body.is_some();
+            let is_whole = !(moves && filter.allows(first, second))
+                || (!self.is_interrupted(interrupt)
+                    && self.pair([0; 2], [a, b], [first, second], &facets, interrupt, &mut found));
+            self.near_facets = facets;
+            return is_whole;
+        }
         // Only what is near the other robot is looked at, each with each.
         let mut near = std::mem::take(&mut self.near);
         let [near_b, near_a] = &mut near;
         a.near(&b.bounds, near_b);
         b.near(&a.bounds, near_a);
         self.compared += (near_b.len() * near_a.len()) as u64;
-        let mut facets = std::mem::take(&mut self.near_facets);
-        facets.clear();
         facets.look(0, a, near_b, &b.bounds);
         facets.look(1, b, near_a, &a.bounds);
         let is_whole = near_b.iter().all(|&i| {
@@ -112,22 +126,28 @@ impl NarrowPhase {
         interrupt: &dyn Fn() -> bool,
         found: &mut impl FnMut(ContactPoint),
     ) -> bool {
-        let (shape_a, shape_b) = (robots[0].shape(a), robots[1].shape(b));
         let within = a.within(b);
-        let frames = [0, 1].map(|side| &robots[side].frames[colliders[side]]);
-        let is_above =
-            || far_above((shape_a, frames[0]), b, within) || far_above((shape_b, frames[1]), a, within);
-        if a.sphere_gap(b) >= within || is_above() {
+        if a.sphere_gap(b) >= within {
             return true;
         }
-        let facets = [robots[0].facets(a), robots[1].facets(b)];
-        if facets.iter().any(Option::is_some) {
-            return self.touch_facets(colliders, (robots, facets), [a, b], near, interrupt, found);
-        }
-        let [frame_a, frame_b] = frames;
-        let a_from_b = frame_a.world_from_shape.inverse() * frame_b.world_from_shape;
-        let hulls = [robots[0].shape_and_graph(a), robots[1].shape_and_graph(b)];
-        let Some(normal) = self.find(hulls, &a_from_b, within) else { return true };
+        let [frame_a, frame_b] = [0, 1].map(|side| &robots[side].frames[colliders[side]]);
+        let a_from_b = || frame_a.world_from_shape.inverse() * frame_b.world_from_shape;
+        let normal = if a.is_ball && b.is_ball {
+            // There may be thousands: their shapes need not be fetched.
+            self.find_balls([a.radius, b.radius], &a_from_b(), within)
+        } else {
+            let (shape_a, shape_b) = (robots[0].shape(a), robots[1].shape(b));
+            if far_above((shape_a, frame_a), b, within) || far_above((shape_b, frame_b), a, within) {
+                return true;
+            }
+            let facets = [robots[0].facets(a), robots[1].facets(b)];
+            if facets.iter().any(Option::is_some) {
+                return self.touch_facets(colliders, (robots, facets), [a, b], near, interrupt, found);
+            }
+            let hulls = [robots[0].shape_and_graph(a), robots[1].shape_and_graph(b)];
+            self.find(hulls, &a_from_b(), within)
+        };
+        let Some(normal) = normal else { return true };
         let mut kept = [0; MOST];
         let count = reduce(&self.points, normal, &mut kept);
         let world_normal = frame_a.world_from_shape.rotation * normal;
@@ -198,6 +218,15 @@ impl NarrowPhase {
             });
         }
         true
+    }
+
+    /// Fills in the point of two balls and gives the normal, in the first one's axes.
+    fn find_balls(&mut self, radii: [f64; 2], a_from_b: &DPose3, within: f64) -> Option<DVec3> {
+        let [a, b] = radii.map(Ball::new);
+        self.manifold.points.clear();
+        contact_manifold_ball_ball(a_from_b, &a, &b, within, &mut self.manifold);
+        self.take_points(DVec3::ZERO, within);
+        (!self.points.is_empty()).then_some(self.manifold.local_n1)
     }
 
     /// Fills in the points and gives the normal, in the first shape's axes.

@@ -162,7 +162,7 @@ impl Entity {
 
     /// Whether its root link cannot move.
     pub(super) fn is_fixed(&self) -> bool {
-        self.body.tree().fixed_base
+        self.state.fixed_base
     }
 
     /// Keeps the state, to go back to where it is not finite after a step.

@@ -7,22 +7,25 @@ use crate::dynamics::constraint::contact::Contact;
 /// metres.
 const SAME_POINT: f64 = 0.01;
 
+/// So many contacts of the part before are passed over one by one, since few of them end at a time; more of them, as those of what
+/// sleeps, are skipped.
+const ONE_BY_ONE: usize = 4;
+
 /// The contacts of the part before, in order.
 pub(super) struct PreviousContacts<'a> {
+    /// Those that follow what was last looked for.
     contacts: &'a [Contact],
-    /// Where those come that follow what was last looked for.
-    next: usize,
     /// A step begins: sums of impulses begin anew.
     begins: bool,
 }
 
 impl<'a> PreviousContacts<'a> {
     pub(super) fn new(contacts: &'a [Contact], begins: bool) -> Self {
-        Self { contacts, next: 0, begins }
+        Self { contacts, begins }
     }
 
-    /// Gives new contacts of two robots the impulses of the nearest old ones of the same colliders. A pair that
-    /// had one point and has one is the same, however far it rolled.
+    /// Gives new contacts of two robots, which come in their order, the impulses of the nearest old ones of the same colliders. A pair
+    /// that had one point and has one is the same, however far it rolled.
     ///
     /// `awake` says whether each of the two robots is. Where a step begins, sums of impulses are 0, but for contacts that the
     /// step does not solve, since nothing that they can move is awake: those stay as they are. A box may sleep on the base of
@@ -32,13 +35,12 @@ impl<'a> PreviousContacts<'a> {
         while start < list.len() {
             let this = key(&list[start]);
             let len = list[start..].iter().take_while(|contact| key(contact) == this).count();
-            // What goes on touching is where the last one ended: to look for it would fetch contacts from all over the list.
-            let follows = self.contacts.get(self.next).is_some_and(|old| key(old) == this);
-            let first =
-                if follows { self.next } else { self.contacts.partition_point(|old| key(old) < this) };
-            let old = &self.contacts[first..];
-            let old = &old[..old.iter().take_while(|old| key(old) == this).count()];
-            self.next = first + old.len();
+            // To look for it among all would fetch contacts from all over the list.
+            let near = self.contacts.iter().take(ONE_BY_ONE).position(|old| key(old) >= this);
+            let first = near.unwrap_or_else(|| self.contacts.partition_point(|old| key(old) < this));
+            let rest = &self.contacts[first..];
+            let (old, rest) = rest.split_at(rest.iter().take_while(|old| key(old) == this).count());
+            self.contacts = rest;
             let mut sides = list[start].point.bodies.into_iter().zip(awake);
             let is_solved = sides.any(|(body, awake)| body.is_some() && awake);
             let begins = self.begins && is_solved;
@@ -63,5 +65,40 @@ impl<'a> PreviousContacts<'a> {
             }
             start += len;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glamx::DVec3;
+
+    use super::*;
+    use crate::dynamics::contact_point::{ContactPoint, Surface};
+
+    #[test]
+    fn a_contact_goes_on_however_many_before_it_have_ended_and_a_new_one_takes_nothing() {
+        let contact = |robot: usize, push: f64| {
+            let point = ContactPoint {
+                colliders: [0; 2],
+                links: [0; 2],
+                bodies: [Some(0); 2],
+                on: [DVec3::ZERO; 2],
+                position: DVec3::ZERO,
+                normal: DVec3::Z,
+                distance: 0.0,
+                surface: Surface::default(),
+            };
+            Contact { impulse: DVec3::Z * push, ..Contact::new([0, robot], point) }
+        };
+        // Of robots with even numbers, from 2 on.
+        let before: Vec<Contact> = (1..20).map(|half| contact(2 * half, half as f64)).collect();
+        let mut previous = PreviousContacts::new(&before, true);
+        let robots = [1, 2, 3, 6, 20, 21, 22, 38, 39];
+        let known = robots.map(|robot| {
+            let mut list = [contact(robot, 0.0)];
+            previous.pass_on(&mut list, [true; 2]);
+            list[0].impulse.z
+        });
+        assert_eq!(known, [0.0, 1.0, 0.0, 3.0, 10.0, 0.0, 11.0, 19.0, 0.0]);
     }
 }
