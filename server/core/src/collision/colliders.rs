@@ -93,7 +93,7 @@ pub(super) struct Placed {
     pub(super) body: Option<usize>,
     /// How far the shape reaches from its middle.
     pub(super) radius: f64,
-    /// It is all that reaches so far.
+    /// It is a ball of that radius.
     pub(super) is_ball: bool,
     /// Where the middle is.
     pub(super) world_middle: DVec3,
