@@ -24,6 +24,7 @@ mod falling_trees;
 mod floating;
 mod grounds;
 mod hard_stacks;
+mod heaps;
 mod initial_overlaps;
 mod inverse_kinematics;
 mod kinematics;

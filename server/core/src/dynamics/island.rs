@@ -5,6 +5,7 @@ mod dragging;
 mod impulses;
 mod links;
 mod momenta;
+mod momentum_sweeps;
 mod projection;
 mod residual;
 mod rows;
@@ -17,10 +18,12 @@ use std::ops::Range;
 use glamx::{DPose3, DVec3};
 
 use super::articulation::{Articulation, EXACT_ROUNDS, MAX_ROUNDS};
+use super::constraint::PlacedBody;
 use super::constraint::contact::{Contact, ContactRows};
 use super::constraint::direct::Direct;
 use super::constraint::link_constraint::LinkConstraint;
 use super::constraint::link_rows::LinkRows;
+use super::constraint::momentum::Momentum;
 use super::constraint::turning::TurningRows;
 use super::lanes::SingleBodies;
 use super::scratch::MultiRhs;
@@ -52,6 +55,8 @@ pub enum IslandOutcome {
 #[derive(Debug, Default)]
 pub struct Island {
     members: Vec<Member>,
+    /// Of each member, where it is, if it is one free body that nothing stiffens.
+    placed: Vec<Option<PlacedBody>>,
     rows: Vec<ContactRows>,
     /// Of those contacts that have friction against rolling or spinning.
     turning: Vec<TurningRows>,
@@ -77,6 +82,9 @@ pub struct Island {
     touched: Vec<(usize, usize)>,
     direct: Direct,
     single_bodies: SingleBodies,
+    momentum: Momentum,
+    /// Of each contact before the last sweep, where there is momentum.
+    impulses_before: Vec<[f64; 3]>,
     /// Of constraints that put positions right.
     split: Split,
     /// All impulses that it starts from are the least of the step before, and it is so with those that it ends with.
@@ -120,6 +128,10 @@ pub struct Member {
     pub first: usize,
     /// How many it has.
     pub len: usize,
+    /// It has one body.
+    pub is_one_body: bool,
+    /// A contact has given it an impulse in this step.
+    is_touched: bool,
 }
 
 impl Member {
@@ -209,13 +221,19 @@ impl Island {
             (contact.impulse, contact.is_least) = (rows.world_impulse(), self.was_least);
             contact.turning_impulse = DVec3::ZERO;
             for side in rows.sides.iter().filter(|side| side.len > 0 && rows.impulse != [0.0; 3]) {
-                robots[side.member].as_mut().note_contact();
+                self.members[side.member].is_touched = true;
             }
         }
         for turning in &self.turning {
             contacts[turning.rows.contact].turning_impulse = turning.rows.world_impulse();
         }
-        robots.iter_mut().for_each(|robot| robot.as_mut().keep_rows());
+        for (robot, member) in robots.iter_mut().zip(&self.members) {
+            let body = robot.as_mut();
+            if member.is_touched {
+                body.note_contact();
+            }
+            body.keep_rows();
+        }
         self.keep_links(robots, constraints);
         if has_split {
             let split = &self.split.velocities;
@@ -262,10 +280,16 @@ impl Island {
         let (mut first, mut most_bodies) = (0, 0);
         for (&number, robot) in members.iter().zip(robots) {
             let body = robot.as_mut();
-            let len = body.velocities().len();
-            self.members.push(Member { robot: number, first, len });
+            let (len, bodies) = (body.velocities().len(), body.tree().bodies.len());
+            self.members.push(Member {
+                robot: number,
+                first,
+                len,
+                is_one_body: bodies == 1,
+                is_touched: false,
+            });
             first += len;
-            most_bodies = most_bodies.max(body.tree().bodies.len());
+            most_bodies = most_bodies.max(bodies);
         }
         if self.rhs.len() < most_bodies {
             self.rhs.resize(most_bodies, MultiRhs::default());
@@ -274,8 +298,11 @@ impl Island {
 
     fn gather<R: AsMut<Articulation>>(&mut self, robots: &mut [R]) {
         self.velocities.clear();
+        self.placed.clear();
         for robot in robots {
-            self.velocities.extend_from_slice(robot.as_mut().new_velocities_mut());
+            let body = robot.as_mut();
+            self.velocities.extend_from_slice(body.new_velocities_mut());
+            self.placed.push(body.placed_body());
         }
     }
 

@@ -7,8 +7,8 @@ use super::Articulation;
 use super::StepScratch;
 use crate::dynamics::constraint::side::Side;
 use crate::dynamics::constraint::{
-    Constraints, MultiRhsSolve, RowKey, prepare, project_onto, respond, respond_to_force,
-    respond_to_unit_forces, single_body_rows, sweep,
+    Constraints, MultiRhsSolve, PlacedBody, RowKey, prepare, project_onto, respond, respond_to_force,
+    respond_to_unit_forces, sweep,
 };
 use crate::dynamics::implicit_inertia::implicit_inertia;
 use crate::dynamics::inertia::Rigid;
@@ -107,11 +107,10 @@ impl Articulation {
         respond_to_unit_forces(&self.tree, &self.state.positions, body, &mut self.scratch.passes, responses);
     }
 
-    /// Writes both for impulses along three axes at a point, world, where the robot is one free body; else says false.
-    #[inline(always)]
-    pub(in crate::dynamics) fn single_body_rows(&self, at: (DVec3, [DVec3; 3]), numbers: &mut [f64]) -> bool {
-        self.scratch.stiffening == Symmetric::ZERO
-            && single_body_rows(&self.tree, &self.scratch.passes, at, numbers)
+    /// Where it is, where it is one free body that resists with its own inertia alone.
+    pub(in crate::dynamics) fn placed_body(&self) -> Option<PlacedBody> {
+        let is_stiffened = self.scratch.stiffening != Symmetric::ZERO;
+        if is_stiffened { None } else { PlacedBody::new(&self.tree, &self.scratch.passes) }
     }
 
     /// Of a single free body: its centre of mass, and its moment of inertia about that; world. `None` of other robots.

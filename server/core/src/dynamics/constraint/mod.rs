@@ -8,6 +8,7 @@ pub mod contact;
 pub mod direct;
 pub mod link_constraint;
 pub mod link_rows;
+pub mod momentum;
 mod multi_rhs;
 mod response;
 mod rows;
@@ -17,7 +18,7 @@ pub mod three_rows;
 pub mod turning;
 
 pub use multi_rhs::{MultiRhsSolve, respond_to_joints, respond_to_unit_forces};
-pub use response::{project, project_onto, respond, respond_to_force, single_body_rows};
+pub use response::{PlacedBody, project, project_onto, respond, respond_to_force, single_body_rows};
 pub(in crate::dynamics) use rows::NEAR;
 pub use rows::{Impulses, collect};
 pub use solve::{prepare, solve, sweep};

@@ -111,26 +111,36 @@ pub fn project_onto(
     }
 }
 
-/// J and M^-1 J' of unit impulses along three axes at a point of a robot that is one free body, world: what
-/// [`project`] and [`respond_to_force`] find, without a walk, as a [`Side`] has them. False where the robot is something else.
+/// A robot that is one free body, where it is: all that J and M^-1 J' of its contacts follow from. Each body has several contacts,
+/// and what else a robot has is far apart in memory.
+#[derive(Clone, Copy, Debug)]
+pub struct PlacedBody {
+    /// What it resists with.
+    pub body: SingleBody,
+    /// `world_from_body`.
+    rotation: DMat3,
+    origin: DVec3,
+}
+
+impl PlacedBody {
+    /// `None` where the robot is something else.
+    pub fn new(tree: &Tree, scratch: &Scratch) -> Option<Self> {
+        let ([at], [factors], Some(body)) = (&scratch.bodies[..], &scratch.free[..], &tree.single) else {
+            return None;
+        };
+        factors.is_regular().then_some(Self { body: *body, rotation: at.rotation, origin: at.origin })
+    }
+}
+
+/// J and M^-1 J' of unit impulses along three axes at a point of a free body, world: what [`project`] and [`respond_to_force`] find,
+/// without a walk, as a [`Side`] has them. False where there is no room for them.
 ///
 /// Always inlined, to be compiled for the vectors of the processor.
 #[inline(always)]
-pub fn single_body_rows(
-    tree: &Tree,
-    scratch: &Scratch,
-    (point, axes): (DVec3, [DVec3; 3]),
-    numbers: &mut [f64],
-) -> bool {
-    let ([at], [factors], Some(body)) = (&scratch.bodies[..], &scratch.free[..], &tree.single) else {
-        return false;
-    };
-    if !factors.is_regular() {
-        return false;
-    }
+pub fn single_body_rows(at: &PlacedBody, (point, axes): (DVec3, [DVec3; 3]), numbers: &mut [f64]) -> bool {
     let Some((jacobian, responses)) = numbers.split_first_chunk_mut::<18>() else { return false };
     let Some(responses) = responses.first_chunk_mut::<18>() else { return false };
-    let SingleBody { inverse_mass, center, inverse_moment } = *body;
+    let SingleBody { inverse_mass, center, inverse_moment } = at.body;
     let own_from_world = at.rotation.transpose();
     let own_arm = own_from_world * (point - at.origin);
     // About the centre of mass linear and angular motion are apart.

@@ -1,7 +1,8 @@
 //! The impulses of an island: which ones are started from, and which way they are found.
 
-use super::{Island, SolverChoice};
+use super::{Island, Member, SolverChoice};
 use crate::dynamics::articulation::Articulation;
+use crate::dynamics::constraint::PlacedBody;
 use crate::dynamics::constraint::contact::Contact;
 use crate::dynamics::constraint::direct::{Outcome, System};
 
@@ -46,22 +47,11 @@ impl Island {
                 link.rows.impulse = [0.0; 3];
             }
         }
-        for (robot, member) in robots.iter_mut().zip(&self.members) {
-            robot.as_mut().prepare_rows(&mut self.velocities[member.velocities()]);
+        for (robot, member) in jointed(robots, &self.members, &self.placed) {
+            robot.prepare_rows(&mut self.velocities[member.velocities()]);
         }
-        let Self { members, rows, turning, links, blocks, velocities, free, .. } = self;
-        // -p' (J v0 - target), and p' J M^-1 J' p.
-        let (mut linear, mut square) = (0.0, 0.0);
-        let turns = turning.iter().filter(|turning| turning.acts()).map(|turning| &turning.rows);
-        for rows in rows.iter().filter(|rows| rows.acts() && rows.impulse[0] > 0.0).chain(turns) {
-            let (before, after) = (rows.unloaded, rows.velocities(blocks, velocities));
-            linear += rows.impulse[0] * rows.target;
-            square += rows.compliance * rows.impulse[0] * rows.impulse[0];
-            for ((before, after), impulse) in before.into_iter().zip(after).zip(rows.impulse) {
-                linear -= impulse * before;
-                square += impulse * (after - before);
-            }
-        }
+        let (mut linear, mut square) = self.contact_energy();
+        let Self { members, placed, rows, turning, links, blocks, velocities, free, .. } = self;
         for link in links.iter().filter(|link| link.acts()) {
             let (before, after) = (link.rows.unloaded, link.rows.velocities(blocks, velocities));
             for (k, impulse) in link.rows.impulse.into_iter().enumerate() {
@@ -69,9 +59,9 @@ impl Island {
                 square += impulse * (after[k] - before[k] + link.compliance * impulse);
             }
         }
-        for (robot, member) in robots.iter_mut().zip(&*members) {
+        for (robot, member) in jointed(robots, members, placed) {
             let own = member.velocities();
-            for row in &robot.as_mut().constraints_mut().rows {
+            for row in &robot.constraints_mut().rows {
                 let (before, after) =
                     (row.velocity(&free[own.clone()]), row.velocity(&velocities[own.clone()]));
                 linear -= row.impulse * (before + row.bias);
@@ -84,8 +74,8 @@ impl Island {
             for rows in rows.iter_mut().chain(turning).chain(links.iter_mut().map(|link| &mut link.rows)) {
                 rows.impulse = rows.impulse.map(|impulse| impulse * part);
             }
-            for robot in robots {
-                for row in &mut robot.as_mut().constraints_mut().rows {
+            for (robot, _) in jointed(robots, members, placed) {
+                for row in &mut robot.constraints_mut().rows {
                     row.impulse *= part;
                 }
             }
@@ -94,6 +84,23 @@ impl Island {
                 .zip(free)
                 .for_each(|(velocity, free)| *velocity = *free + part * (*velocity - *free));
         }
+    }
+
+    /// Of the impulses p of contacts, -p' (J v0 - target) and p' J M^-1 J' p, which their energy f(p) consists of.
+    pub(super) fn contact_energy(&self) -> (f64, f64) {
+        let Self { rows, turning, blocks, velocities, .. } = self;
+        let (mut linear, mut square) = (0.0, 0.0);
+        let turns = turning.iter().filter(|turning| turning.acts()).map(|turning| &turning.rows);
+        for rows in rows.iter().filter(|rows| rows.acts() && rows.impulse[0] > 0.0).chain(turns) {
+            let (before, after) = (rows.unloaded, rows.velocities(blocks, velocities));
+            linear += rows.impulse[0] * rows.target;
+            square += rows.compliance * rows.impulse[0] * rows.impulse[0];
+            for ((before, after), impulse) in before.into_iter().zip(after).zip(rows.impulse) {
+                linear -= impulse * before;
+                square += impulse * (after - before);
+            }
+        }
+        (linear, square)
     }
 
     /// Finds the impulses: where the least ones of the last step still hold, those; else directly where that may be, at
@@ -111,12 +118,8 @@ impl Island {
         let is_direct = self.choice != SolverChoice::Sweeps
             && self.turning.is_empty()
             && self.direct.plan(robots, &self.members, &self.rows, &self.links);
-        if !is_direct && self.has_single_bodies_alone(robots) {
-            let Self { rows, blocks, velocities, single_bodies, .. } = self;
-            let until = (MAX_SWEEPS, SETTLED);
-            if let Some(is_whole) = single_bodies.sweep((rows, blocks), velocities, until, interrupt) {
-                return is_whole;
-            }
+        if !is_direct && self.choice != SolverChoice::Sweeps && self.has_single_bodies_alone() {
+            return self.sweep_with_momentum(interrupt);
         }
         let mut settled = false;
         for sweep in 0..MAX_SWEEPS {
@@ -148,10 +151,8 @@ impl Island {
     }
 
     /// Whether all robots are single bodies, which only contacts without friction against turning hold.
-    fn has_single_bodies_alone<R: AsMut<Articulation>>(&mut self, robots: &mut [R]) -> bool {
-        self.turning.is_empty()
-            && self.links.is_empty()
-            && self.single_bodies.take(robots.iter_mut().map(|robot| robot.as_mut().tree().single))
+    fn has_single_bodies_alone(&self) -> bool {
+        self.turning.is_empty() && self.links.is_empty() && self.placed.iter().all(Option::is_some)
     }
 
     /// Leaves hits to the next step that hits in this one have caused. Whether there are any.
@@ -168,8 +169,8 @@ impl Island {
     /// Once through all rows. The largest change of a row's own velocity.
     pub(super) fn sweep<R: AsMut<Articulation>>(&mut self, robots: &mut [R]) -> f64 {
         let mut largest = 0.0f64;
-        for (robot, member) in robots.iter_mut().zip(&self.members) {
-            largest = largest.max(robot.as_mut().sweep_rows(&mut self.velocities[member.velocities()]));
+        for (robot, member) in jointed(robots, &self.members, &self.placed) {
+            largest = largest.max(robot.sweep_rows(&mut self.velocities[member.velocities()]));
         }
         let Self { rows, turning, links, blocks, velocities, .. } = self;
         for rows in rows.iter_mut().filter(|rows| rows.acts()) {
@@ -184,4 +185,14 @@ impl Island {
         }
         largest
     }
+}
+
+/// The robots that may have rows of joints: a free body has none, and to look would fetch each of a heap from far away.
+fn jointed<'a, R: AsMut<Articulation>>(
+    robots: &'a mut [R],
+    members: &'a [Member],
+    placed: &'a [Option<PlacedBody>],
+) -> impl Iterator<Item = (&'a mut Articulation, &'a Member)> {
+    let all = robots.iter_mut().zip(members).zip(placed);
+    all.filter(|(_, placed)| placed.is_none()).map(|((robot, member), _)| (robot.as_mut(), member))
 }

@@ -150,8 +150,8 @@ impl Island {
         robots: &mut [R],
         interrupt: &dyn Fn() -> bool,
     ) -> bool {
-        let Self { links, blocks, scratch, rhs, bases, basis_responses, .. } = self;
-        let mut measure = Measure { blocks, scratch, rhs, bases, basis_responses };
+        let Self { links, placed, blocks, scratch, rhs, bases, basis_responses, .. } = self;
+        let mut measure = Measure { placed, blocks, scratch, rhs, bases, basis_responses };
         for link in links {
             if interrupt() {
                 return false;
@@ -227,6 +227,9 @@ impl Island {
         constraints: &mut [ActiveConstraint<'_>],
         h: f64,
     ) {
+        if constraints.is_empty() {
+            return;
+        }
         // What puts positions far away turns on a curve, which is none of the motion.
         let is_known = !self.links.iter().any(LinkRows::is_put_far)
             && !robots.iter_mut().any(|robot| robot.as_mut().halves_its_kick());

@@ -8,6 +8,7 @@ use crate::dynamics::articulation::Articulation;
 use crate::dynamics::constraint::contact::{Contact, ContactRows};
 use crate::dynamics::constraint::side::Side;
 use crate::dynamics::constraint::turning::TurningRows;
+use crate::dynamics::constraint::{PlacedBody, single_body_rows};
 use crate::dynamics::contact_point::Surface;
 use crate::dynamics::scratch::MultiRhs;
 use crate::dynamics::tree::{Body, Tree};
@@ -36,10 +37,14 @@ impl Island {
                     continue;
                 }
                 let Some(member) = self.member(robot) else { continue };
-                let Member { first, len, .. } = self.members[member];
+                let Member { first, len, is_one_body, .. } = self.members[member];
                 let side = Side { member, first, len, at, ..Side::default() };
                 let bodies = if own { contact.point.bodies } else { [body, None] };
-                sides[count] = find_spans(side, robots[member].as_mut().tree(), bodies);
+                sides[count] = if is_one_body {
+                    side.with_all()
+                } else {
+                    find_spans(side, robots[member].as_mut().tree(), bodies)
+                };
                 at += sides[count].size();
                 count += 1;
             }
@@ -81,24 +86,26 @@ impl Island {
         interrupt: &dyn Fn() -> bool,
     ) -> bool {
         self.find_bases(robots, contacts);
-        let Self { rows, turning, blocks, scratch, rhs, bases, basis_responses, .. } = self;
-        let measure = Measure { blocks, scratch, rhs, bases, basis_responses };
+        let Self { rows, turning, placed, blocks, scratch, rhs, bases, basis_responses, .. } = self;
+        let measure = Measure { placed, blocks, scratch, rhs, bases, basis_responses };
         Arch::new().dispatch(MeasureContacts { measure, robots, contacts, rows, turning, interrupt })
     }
 
     /// M^-1 J' of the six unit wrenches, for each body that has many contacts.
     pub(super) fn find_bases<R: AsMut<Articulation>>(&mut self, robots: &mut [R], contacts: &[&mut Contact]) {
-        let Self { rows, bases, basis_responses, touched, .. } = self;
+        let Self { members, rows, bases, basis_responses, touched, .. } = self;
         touched.clear();
+        bases.clear();
+        if members.iter().all(|member| member.is_one_body) {
+            return;
+        }
         for rows in rows {
             for (member, body) in ends(rows, contacts[rows.contact]) {
                 let Some(body) = body else { continue };
-                let is_single = robots[member].as_mut().tree().bodies.len() == 1;
-                touched.extend((!is_single).then_some((member, body)));
+                touched.extend((!members[member].is_one_body).then_some((member, body)));
             }
         }
         touched.sort_unstable();
-        bases.clear();
         let mut end = 0;
         for points in touched.chunk_by(|a, b| a == b).filter(|points| points.len() >= MANY) {
             let (member, body) = points[0];
@@ -225,6 +232,7 @@ impl<R: AsMut<Articulation>> WithSimd for MeasureContacts<'_, '_, R> {
 
 /// Memory for measuring, and where numbers go.
 pub(super) struct Measure<'a> {
+    pub(super) placed: &'a [Option<PlacedBody>],
     pub(super) blocks: &'a mut [f64],
     pub(super) scratch: &'a mut [f64],
     pub(super) rhs: &'a mut [MultiRhs<4>],
@@ -268,14 +276,14 @@ impl Measure<'_> {
             let side = rows.sides[if again { 0 } else { used }];
             used += 1;
             let n = side.len;
-            let articulation = robots[member].as_mut();
             let block = &mut self.blocks[side.at..side.at + side.size()];
-            if side.moves_six() && !again && !turns {
+            if let (Some(placed), true) = (&self.placed[member], side.moves_six() && !again && !turns) {
                 let at = (point, rows.axes.map(|axis| axis * sign));
-                if articulation.single_body_rows(at, block) {
+                if single_body_rows(placed, at, block) {
                     continue;
                 }
             }
+            let articulation = robots[member].as_mut();
             let (jacobian, responses) = block.split_at_mut(3 * side.columns());
             if !again {
                 jacobian.fill(0.0);

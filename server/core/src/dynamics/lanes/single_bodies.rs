@@ -2,7 +2,7 @@
 //!
 //! Contacts that have no body in common can be solved at the same time. Each comes after those before it that have a body in
 //! common with it, and so finds the velocities that it would find if they were solved one after the other: the bits are those of
-//! [`ContactRows::solve`], of all that is finite.
+//! [`ContactRows::solve`], of all that is finite. So it is with [`Momentum`] between sweeps.
 
 mod batches;
 #[cfg(test)]
@@ -15,6 +15,7 @@ use self::batches::{Batches, Layout};
 use super::number::Lanes;
 use super::vectors::length_in_plane;
 use crate::dynamics::constraint::contact::ContactRows;
+use crate::dynamics::constraint::momentum::Momentum;
 use crate::dynamics::tree::SingleBody;
 
 /// Velocities of a body.
@@ -32,6 +33,7 @@ pub struct SingleBodies {
     /// In the order of their velocities.
     bodies: Vec<SingleBody>,
     batches: Batches,
+    momentum: Momentum,
     /// Of each batch: each number in all lanes.
     numbers: Vec<f64>,
 }
@@ -83,7 +85,7 @@ impl WithSimd for Sweeps<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Option<bool> {
         let (width, given) = (S::F64_LANES, (&*self.rows, self.blocks));
-        let SingleBodies { bodies, batches, numbers } = &mut *self.memory;
+        let SingleBodies { bodies, batches, numbers, .. } = &mut *self.memory;
         if !(2..=MOST_LANES).contains(&width) || !batches.fill(self.rows, bodies.len(), width) {
             return None;
         }
@@ -102,28 +104,31 @@ impl Sweeps<'_> {
     #[inline(always)]
     fn sweep<S: Simd, const ALIKE: bool>(self, simd: S) -> bool {
         let Self { memory, rows, velocities, most, settled, interrupt, .. } = self;
-        let SingleBodies { batches, numbers, .. } = memory;
+        let SingleBodies { batches, momentum, numbers, .. } = memory;
         // Of what cannot move.
         let moving = velocities.len();
         velocities.resize(moving + SIX, 0.0);
         let mut is_whole = true;
-        for _ in 0..most {
+        momentum.begin(&velocities[..moving]);
+        for sweep in 0..most {
             if interrupt() {
                 is_whole = false;
                 break;
             }
+            let part = momentum.carry(&mut velocities[..moving], sweep + 1 == most);
             let of_batches = numbers.chunks_exact_mut(Layout::<ALIKE>::COUNT * S::F64_LANES);
             let mut largest = Lanes::splat(simd, 0.0);
             for (numbers, sides) in of_batches.zip(batches.sides.chunks_exact(S::F64_LANES)) {
-                largest = largest.max(solve::<S, ALIKE>(simd, numbers, sides, velocities));
+                largest = largest.max(solve::<S, ALIKE>(simd, numbers, sides, velocities, part));
             }
-            let mut is_settled = true;
-            for change in largest.all() {
-                is_settled &= *change <= settled;
+            let mut change = 0.0f64;
+            for of_lane in largest.all() {
+                change = change.max(*of_lane);
             }
-            if is_settled {
+            if change <= settled {
                 break;
             }
+            momentum.note(change);
         }
         velocities.truncate(moving);
         batches.give_back::<ALIKE>(numbers, S::F64_LANES, rows);
@@ -137,7 +142,7 @@ fn is_alike(body: &SingleBody) -> bool {
     moment == DMat3::from_diagonal(DVec3::splat(moment.x_axis.x))
 }
 
-/// [`ContactRows::solve`] of a contact a lane. The largest change of a velocity, m/s.
+/// [`ContactRows::solve`] of a contact a lane, once its impulse is taken on by a part. The largest change of a velocity, m/s.
 #[inline(always)]
 #[allow(clippy::needless_range_loop, reason = "reads as the rows do")]
 fn solve<S: Simd, const ALIKE: bool>(
@@ -145,6 +150,7 @@ fn solve<S: Simd, const ALIKE: bool>(
     numbers: &mut [f64],
     sides: &[[usize; 2]],
     velocities: &mut [f64],
+    part: f64,
 ) -> Lanes<S> {
     let zero = Lanes::splat(simd, 0.0);
     let width = S::F64_LANES;
@@ -188,8 +194,15 @@ fn solve<S: Simd, const ALIKE: bool>(
     let (tt, uu) = (number.get(effect + 3), number.get(effect + 4));
     let inverse = Layout::<ALIKE>::INVERSE;
     let (a, b, c) = (number.get(inverse), number.get(inverse + 1), number.get(inverse + 2));
-    let before = Numbers { simd, numbers: impulses };
-    let (n0, t0, u0) = (before.get(0), before.get(1), before.get(2));
+    let part = Lanes::splat(simd, part);
+    let mut carried = [zero; 3];
+    for k in 0..3 {
+        let kept = Numbers { simd, numbers: impulses };
+        let (now, before) = (kept.get(k), kept.get(3 + k));
+        carried[k] = now + part * (now - before);
+        write(now, &mut impulses[(3 + k) * width..][..width]);
+    }
+    let [n0, t0, u0] = carried;
 
     let left = target - velocity[0] - compliance * n0;
     let normal = (n0 + left / (nn + compliance)).max(zero);

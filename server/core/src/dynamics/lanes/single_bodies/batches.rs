@@ -37,7 +37,9 @@ impl<const ALIKE: bool> Layout<ALIKE> {
     pub(super) const EFFECT: usize = Self::AIM + 6;
     pub(super) const INVERSE: usize = Self::EFFECT + 5;
     pub(super) const IMPULSE: usize = Self::INVERSE + 3;
-    pub(super) const COUNT: usize = Self::IMPULSE + 3;
+    /// Before the last sweep.
+    pub(super) const BEFORE: usize = Self::IMPULSE + 3;
+    pub(super) const COUNT: usize = Self::BEFORE + 3;
 
     pub(super) const fn side(side: usize) -> usize {
         9 + side * Self::SIDE
@@ -151,6 +153,7 @@ impl Batches {
                 put(Layout::<ALIKE>::EFFECT, &[nn, nt, nu, tt, uu]);
                 put(Layout::<ALIKE>::INVERSE, &inverse);
                 put(Layout::<ALIKE>::IMPULSE, &rows.impulse);
+                put(Layout::<ALIKE>::BEFORE, &rows.impulse);
             }
         }
         true

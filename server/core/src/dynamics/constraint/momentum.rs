@@ -1,0 +1,50 @@
+//! Momentum of sweeps: each starts farther on the way that the last one went.
+
+/// Nesterov's momentum, started anew where the residual grows.
+///
+/// Beck and Teboulle, "A fast iterative shrinkage-thresholding algorithm for linear inverse problems" (2009); O'Donoghue and Candès,
+/// "Adaptive restart for accelerated gradient schemes" (2015). Of contacts: Mazhar, Heyn, Negrut and Tasora, "Using Nesterov's method
+/// to accelerate multibody dynamics with friction and contact" (2015), with steps of the gradient where here are sweeps.
+#[derive(Debug, Default)]
+pub struct Momentum {
+    t: f64,
+    residual: f64,
+    /// The velocities before the last sweep.
+    before: Vec<f64>,
+}
+
+impl Momentum {
+    /// Starts with a sweep from where it is.
+    pub fn begin(&mut self, velocities: &[f64]) {
+        (self.t, self.residual) = (1.0, f64::INFINITY);
+        self.before.clear();
+        self.before.extend_from_slice(velocities);
+    }
+
+    /// Takes velocities on, before a sweep. Of the way that the last sweep went, all impulses are to be taken on by the part that is
+    /// returned. By none before the last sweep, so that it ends with impulses that a contact can have.
+    pub fn carry(&mut self, velocities: &mut [f64], is_last: bool) -> f64 {
+        let next = 0.5 * (1.0 + (1.0 + 4.0 * self.t * self.t).sqrt());
+        let part = if is_last { 0.0 } else { (self.t - 1.0) / next };
+        self.t = next;
+        for (velocity, before) in velocities.iter_mut().zip(&mut self.before) {
+            let now = *velocity;
+            *velocity = carried(now, *before, part);
+            *before = now;
+        }
+        part
+    }
+
+    /// Takes what a sweep has changed at the most.
+    pub fn note(&mut self, residual: f64) {
+        if residual > self.residual {
+            self.t = 1.0;
+        }
+        self.residual = residual;
+    }
+}
+
+/// A number, taken on by a part of the way from what it was before.
+pub fn carried(now: f64, before: f64, part: f64) -> f64 {
+    now + part * (now - before)
+}
