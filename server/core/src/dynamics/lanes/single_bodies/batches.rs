@@ -101,8 +101,8 @@ impl Batches {
         numbers: &mut Vec<f64>,
     ) -> bool {
         let count = Layout::<ALIKE>::COUNT;
-        numbers.clear();
-        numbers.reserve((2 * rows.len() + width) * Layout::<false>::COUNT);
+        numbers.truncate(self.rows.len() * count);
+        numbers.reserve(((2 * rows.len() + width) * Layout::<false>::COUNT).saturating_sub(numbers.len()));
         numbers.resize(self.rows.len() * count, 0.0);
         for (batch, of_lanes) in self.rows.chunks_exact(width).enumerate() {
             let numbers = &mut numbers[batch * count * width..][..count * width];
@@ -113,10 +113,14 @@ impl Batches {
                     }
                 };
                 let Some(rows) = index.map(|index| &rows[index]) else {
+                    put(0, &[0.0; Layout::<false>::COUNT][..count]);
                     // By this is divided.
                     put(Layout::<ALIKE>::EFFECT, &[1.0]);
                     continue;
                 };
+                if rows.sides.iter().any(|side| side.len == 0) {
+                    put(0, &[0.0; Layout::<false>::COUNT][..Layout::<ALIKE>::AIM]);
+                }
                 let mut axes = None;
                 for (number, side) in rows.sides.iter().enumerate().filter(|(_, side)| side.len > 0) {
                     let Some((jacobian, responses)) = side.single(blocks) else { return false };
