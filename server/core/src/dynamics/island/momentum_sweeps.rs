@@ -13,11 +13,15 @@ impl Island {
     /// Sweeps alone lower f(p) of [`Island::start`], and momentum may not: where f(p) is above 0, impulses are scaled to where it is
     /// least, as those are that it starts from.
     pub(super) fn sweep_with_momentum(&mut self, interrupt: &dyn Fn() -> bool) -> bool {
-        let Self { placed, rows, blocks, velocities, single_bodies, .. } = self;
+        let Self { placed, rows, blocks, velocities, single_bodies, momentum, impulses_before, .. } = self;
+        momentum.begin(velocities);
+        impulses_before.clear();
+        // Whichever way sweeps go: a step takes no memory where they go the other way for the first time.
+        impulses_before.extend(rows.iter().map(|rows| rows.impulse));
         let bodies = placed.iter().map(|placed| placed.map(|placed| placed.body));
         let until = (MOST_SWEEPS, SETTLED);
         let at_once = if single_bodies.take(bodies) {
-            single_bodies.sweep((rows, blocks), velocities, until, interrupt)
+            single_bodies.sweep((rows, blocks), (velocities, momentum), until, interrupt)
         } else {
             None
         };
@@ -28,9 +32,6 @@ impl Island {
 
     fn sweep_one_by_one(&mut self, interrupt: &dyn Fn() -> bool) -> bool {
         let Self { rows, blocks, velocities, momentum, impulses_before, .. } = self;
-        momentum.begin(velocities);
-        impulses_before.clear();
-        impulses_before.extend(rows.iter().map(|rows| rows.impulse));
         for sweep in 0..MOST_SWEEPS {
             if interrupt() {
                 return false;

@@ -33,7 +33,6 @@ pub struct SingleBodies {
     /// In the order of their velocities.
     bodies: Vec<SingleBody>,
     batches: Batches,
-    momentum: Momentum,
     /// Of each batch: each number in all lanes.
     numbers: Vec<f64>,
 }
@@ -51,20 +50,29 @@ impl SingleBodies {
         true
     }
 
-    /// Sweeps over contacts of the bodies that were taken, `most` times at the most, until no impulse changes its own velocity by more
-    /// than `settled`, m/s. `None`, and nothing is done, where several contacts at once are not worth it, or J or M^-1 J' is not that of
-    /// the bodies alone; false where it was interrupted.
+    /// Sweeps over contacts of the bodies that were taken, with momentum that has begun, `most` times at the most, until no impulse
+    /// changes its own velocity by more than `settled`, m/s. `None`, and nothing is done, where several contacts at once are not worth
+    /// it, or J or M^-1 J' is not that of the bodies alone; false where it was interrupted.
     pub fn sweep(
         &mut self,
         (rows, blocks): (&mut [ContactRows], &[f64]),
-        velocities: &mut Vec<f64>,
+        (velocities, momentum): (&mut Vec<f64>, &mut Momentum),
         (most, settled): (usize, f64),
         interrupt: &dyn Fn() -> bool,
     ) -> Option<bool> {
         if rows.len() < LEAST {
             return None;
         }
-        Arch::new().dispatch(Sweeps { memory: self, rows, blocks, velocities, most, settled, interrupt })
+        Arch::new().dispatch(Sweeps {
+            memory: self,
+            rows,
+            blocks,
+            velocities,
+            momentum,
+            most,
+            settled,
+            interrupt,
+        })
     }
 }
 
@@ -74,6 +82,7 @@ struct Sweeps<'a> {
     rows: &'a mut [ContactRows],
     blocks: &'a [f64],
     velocities: &'a mut Vec<f64>,
+    momentum: &'a mut Momentum,
     most: usize,
     settled: f64,
     interrupt: &'a dyn Fn() -> bool,
@@ -103,13 +112,12 @@ impl Sweeps<'_> {
     /// Once numbers are loaded.
     #[inline(always)]
     fn sweep<S: Simd, const ALIKE: bool>(self, simd: S) -> bool {
-        let Self { memory, rows, velocities, most, settled, interrupt, .. } = self;
-        let SingleBodies { batches, momentum, numbers, .. } = memory;
+        let Self { memory, rows, velocities, momentum, most, settled, interrupt, .. } = self;
+        let SingleBodies { batches, numbers, .. } = memory;
         // Of what cannot move.
         let moving = velocities.len();
         velocities.resize(moving + SIX, 0.0);
         let mut is_whole = true;
-        momentum.begin(&velocities[..moving]);
         for sweep in 0..most {
             if interrupt() {
                 is_whole = false;

@@ -114,7 +114,9 @@ fn several_contacts_at_once_have_the_bits_of_one_after_the_other() {
         }
         let mut found = start.clone();
         assert!(memory.take(bodies.into_iter().map(Some)));
-        let swept = memory.sweep((&mut rows, &blocks), &mut found, (sweeps, -1.0), &|| false);
+        momentum.begin(&found);
+        let with_momentum = (&mut found, &mut momentum);
+        let swept = memory.sweep((&mut rows, &blocks), with_momentum, (sweeps, -1.0), &|| false);
         if Arch::new().dispatch(Width) < 2 {
             assert_eq!(swept, None);
             return;
@@ -151,7 +153,8 @@ fn contacts_that_follow_from_each_other_are_left_to_sweeps_one_after_the_other()
     let mut velocities = vec![0.5; SIX * BODIES];
     let mut memory = SingleBodies::default();
     assert!(memory.take(bodies.into_iter().map(Some)));
-    assert_eq!(memory.sweep((&mut rows, &blocks), &mut velocities, (50, 0.0), &|| false), None);
+    let with_momentum = (&mut velocities, &mut Momentum::default());
+    assert_eq!(memory.sweep((&mut rows, &blocks), with_momentum, (50, 0.0), &|| false), None);
     assert_eq!(velocities, vec![0.5; SIX * BODIES]);
 }
 
@@ -166,7 +169,8 @@ fn what_is_not_of_the_bodies_is_left_to_sweeps_one_after_the_other() {
     let mut velocities = vec![0.5; SIX * BODIES];
     let mut memory = SingleBodies::default();
     assert!(memory.take(bodies.iter().copied().map(Some)));
-    assert_eq!(memory.sweep((&mut rows, &blocks), &mut velocities, (50, 0.0), &|| false), None);
+    let with_momentum = (&mut velocities, &mut Momentum::default());
+    assert_eq!(memory.sweep((&mut rows, &blocks), with_momentum, (50, 0.0), &|| false), None);
     assert_eq!(velocities, vec![0.5; SIX * BODIES]);
     bodies[0].center = DVec3::X;
     assert!(!memory.take(bodies.into_iter().map(Some)));
@@ -181,7 +185,8 @@ fn sweeps_end_where_they_are_interrupted() {
     let mut velocities = vec![0.5; SIX * BODIES];
     let mut memory = SingleBodies::default();
     assert!(memory.take(bodies.into_iter().map(Some)));
-    let swept = memory.sweep((&mut rows, &blocks), &mut velocities, (50, 0.0), &|| true);
+    let with_momentum = (&mut velocities, &mut Momentum::default());
+    let swept = memory.sweep((&mut rows, &blocks), with_momentum, (50, 0.0), &|| true);
     assert!(swept.is_none_or(|is_whole| !is_whole));
     assert_eq!(velocities, vec![0.5; SIX * BODIES]);
 }
