@@ -1,10 +1,14 @@
 //! Heaps, whose contacts are swept with momentum.
 
-use glamx::{DPose3, DVec3};
+use fastrand::Rng;
+use glamx::{DPose3, DQuat, DVec3};
 use simd_core::Simulation;
 use simd_core::simulation::SolverChoice;
 use simd_core::simulation::command::Spawn;
 use simd_tests::scenes::*;
+
+use crate::passive_worlds::{any_body, direction, energy};
+use crate::seeds::{held, seeds};
 
 const G: f64 = 9.81;
 const H: f64 = 1e-3;
@@ -56,19 +60,6 @@ fn half_as_many_sweeps_with_momentum_come_as_near_as_without() {
     assert!(own < plain, "{own:e} {plain:e}");
 }
 
-/// Kinetic and potential, J, and the speed of the fastest, m/s.
-fn energy(world: &Simulation) -> (f64, f64) {
-    let (mut sum, mut fastest) = (0.0, 0.0f64);
-    // The walls come first.
-    for root in look(world).roots.iter().skip(1) {
-        let moment = 0.4 * MASS * RADIUS * RADIUS;
-        sum += MASS * (0.5 * root.linear.length_squared() + G * root.pose.translation.z);
-        sum += 0.5 * moment * root.angular.length_squared();
-        fastest = fastest.max(root.linear.length());
-    }
-    (sum, fastest)
-}
-
 /// The bound is that of `passive_worlds`; docs/physics.md derives it.
 #[test]
 fn a_heap_that_is_swept_with_momentum_gains_no_energy() {
@@ -108,4 +99,54 @@ fn a_heap_that_bounces_stays_below_the_energy_that_it_began_with() {
             "restitution {restitution}: {highest} J, {begin} J at the start"
         );
     }
+}
+
+/// A hundred hulls, boxes and balls with masses up to 1 : 1000, above each other in a box, and their mass in all.
+fn falling_hulls(seed: u64, restitution: f64) -> (Simulation, f64) {
+    let rng = &mut Rng::with_seed(seed);
+    let own = surface(rng.f64(), restitution);
+    let mut world = world(H);
+    let walls = robot("walls", &container(DVec3::new(1.4, 1.4, 3.0)), DPose3::IDENTITY, true);
+    spawn(&mut world, Spawn { contact_settings: own.clone(), ..walls });
+    let mut total = 0.0;
+    for number in 0..100u8 {
+        let mass = 10f64.powf(3.0 * rng.f64() - 1.5);
+        let (model, _) = any_body(rng, mass, number);
+        let place = [number % 4, number / 4 % 4, number / 16].map(f64::from);
+        let at = DVec3::new(place[0] - 1.5, place[1] - 1.5, place[2] + 0.5) * 0.32;
+        let turn = DQuat::from_scaled_axis(direction(rng) * 3.0 * rng.f64());
+        let body = robot(&format!("body-{number}"), &model, DPose3::from_parts(at, turn), false);
+        spawn(&mut world, Spawn { contact_settings: own.clone(), ..body });
+        total += mass;
+    }
+    (world, total)
+}
+
+/// `HULL_HEAPS` of the environment gives another number of seeds. The bound is that of `passive_worlds`.
+#[test]
+fn heaps_of_a_hundred_hulls_gain_no_energy_and_stay_in_their_box() {
+    let count = seeds("HULL_HEAPS", 4);
+    let (mut worst, mut failed) = (0.0f64, Vec::new());
+    for seed in 0..count {
+        let (mut world, mass) = falling_hulls(seed, 0.0);
+        let (mut least, mut top, mut gain) = (f64::INFINITY, 0.0f64, 0.0f64);
+        for _ in 0..1_500 {
+            world.step();
+            let (now, fastest) = energy(&world);
+            top = top.max(fastest);
+            gain = gain.max((now - least) / (mass * G * (SLOP * 100.0 + 0.5 * H * top)));
+            least = least.min(now);
+        }
+        let within = look(&world).roots.iter().skip(1).all(|root| {
+            let at = root.pose.translation;
+            at.x.abs().max(at.y.abs()) < 0.7 && at.z > 0.0
+        });
+        let deepest = contacts(&world, None).iter().map(|it| it.depth).fold(0.0, f64::max);
+        println!("seed {seed}: gain {gain:.3} of the bound, in the box: {within}, deepest {deepest:.2e} m");
+        worst = worst.max(gain);
+        if gain >= 1.0 || !within {
+            failed.push(seed);
+        }
+    }
+    held("heaps of a hundred hulls gain no energy and stay in their box", count, worst, &failed);
 }

@@ -86,7 +86,7 @@ fn any_world(rng: &mut Rng, friction: f64, restitution: f64) -> (Simulation, f64
 }
 
 /// Kinetic and potential energy of the free bodies, J, and the speed of the fastest, m/s.
-fn energy(world: &Simulation) -> (f64, f64) {
+pub(crate) fn energy(world: &Simulation) -> (f64, f64) {
     let seen = look(world);
     // Also where some are awake and others asleep.
     assert!(seen.contacts.is_sorted_by_key(|contact| contact.robots), "contacts have an order");
