@@ -50,7 +50,7 @@ WIDE = {
     "BOUNCING_WORLDS": ("heaps_that_bounce", 80),
     "COLLIDING_WORLDS": ("momentum_is_kept_where", 120),
     "FALLING_TREES": ("random_trees_that_fall", 120),
-    "HULL_HEAPS": ("heaps_of_a_hundred_hulls", 40),
+    "HULL_HEAPS": ("heaps_of_a_hundred_hulls", 20),
     "TOWERS": ("random_towers", 300),
     "SPINNING_BODIES": ("free_bodies_keep_energy", 2000),
 }

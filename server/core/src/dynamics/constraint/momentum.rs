@@ -1,5 +1,7 @@
 //! Momentum of sweeps: each starts farther on the way that the last one went.
 
+use super::contact::ContactRows;
+
 /// Nesterov's momentum, started anew where the residual grows.
 ///
 /// Beck and Teboulle, "A fast iterative shrinkage-thresholding algorithm for linear inverse problems" (2009); O'Donoghue and Candès,
@@ -44,7 +46,25 @@ impl Momentum {
     }
 }
 
+/// Sweeps once over contacts whose impulses are taken on by a part first, as velocities are already. Impulses before the last sweep are
+/// in `before`. The largest change of a contact's own velocity, m/s.
+pub fn sweep_carried(
+    (rows, before): (&mut [ContactRows], &mut [[f64; 3]]),
+    part: f64,
+    blocks: &[f64],
+    velocities: &mut [f64],
+) -> f64 {
+    let mut largest = 0.0f64;
+    for (rows, before) in rows.iter_mut().zip(before).filter(|(rows, _)| rows.acts()) {
+        let now = rows.impulse;
+        rows.impulse = [0, 1, 2].map(|k| carried(now[k], before[k], part));
+        *before = now;
+        largest = largest.max(rows.solve(blocks, velocities));
+    }
+    largest
+}
+
 /// A number, taken on by a part of the way from what it was before.
-pub fn carried(now: f64, before: f64, part: f64) -> f64 {
+fn carried(now: f64, before: f64, part: f64) -> f64 {
     now + part * (now - before)
 }

@@ -50,8 +50,24 @@ impl Island {
         for (robot, member) in jointed(robots, &self.members, &self.placed) {
             robot.prepare_rows(&mut self.velocities[member.velocities()]);
         }
-        let (mut linear, mut square) = self.contact_energy();
+        self.limit_energy(robots);
+    }
+
+    /// Scales all impulses p by the factor that f(p) of [`Island::start`] is least with, where it is above 0.
+    pub(super) fn limit_energy<R: AsMut<Articulation>>(&mut self, robots: &mut [R]) {
         let Self { members, placed, rows, turning, links, blocks, velocities, free, .. } = self;
+        // -p' (J v0 - target), and p' J M^-1 J' p.
+        let (mut linear, mut square) = (0.0, 0.0);
+        let turns = turning.iter().filter(|turning| turning.acts()).map(|turning| &turning.rows);
+        for rows in rows.iter().filter(|rows| rows.acts() && rows.impulse[0] > 0.0).chain(turns) {
+            let (before, after) = (rows.unloaded, rows.velocities(blocks, velocities));
+            linear += rows.impulse[0] * rows.target;
+            square += rows.compliance * rows.impulse[0] * rows.impulse[0];
+            for ((before, after), impulse) in before.into_iter().zip(after).zip(rows.impulse) {
+                linear -= impulse * before;
+                square += impulse * (after - before);
+            }
+        }
         for link in links.iter().filter(|link| link.acts()) {
             let (before, after) = (link.rows.unloaded, link.rows.velocities(blocks, velocities));
             for (k, impulse) in link.rows.impulse.into_iter().enumerate() {
@@ -86,23 +102,6 @@ impl Island {
         }
     }
 
-    /// Of the impulses p of contacts, -p' (J v0 - target) and p' J M^-1 J' p, which their energy f(p) consists of.
-    pub(super) fn contact_energy(&self) -> (f64, f64) {
-        let Self { rows, turning, blocks, velocities, .. } = self;
-        let (mut linear, mut square) = (0.0, 0.0);
-        let turns = turning.iter().filter(|turning| turning.acts()).map(|turning| &turning.rows);
-        for rows in rows.iter().filter(|rows| rows.acts() && rows.impulse[0] > 0.0).chain(turns) {
-            let (before, after) = (rows.unloaded, rows.velocities(blocks, velocities));
-            linear += rows.impulse[0] * rows.target;
-            square += rows.compliance * rows.impulse[0] * rows.impulse[0];
-            for ((before, after), impulse) in before.into_iter().zip(after).zip(rows.impulse) {
-                linear -= impulse * before;
-                square += impulse * (after - before);
-            }
-        }
-        (linear, square)
-    }
-
     /// Finds the impulses: where the least ones of the last step still hold, those; else directly where that may be, at
     /// once or after some sweeps, which then know better what presses and slips; else by sweeps. False where it
     /// was interrupted. Friction against rolling and spinning is for sweeps alone.
@@ -119,7 +118,7 @@ impl Island {
             && self.turning.is_empty()
             && self.direct.plan(robots, &self.members, &self.rows, &self.links);
         if !is_direct && self.choice != SolverChoice::Sweeps && self.has_single_bodies_alone() {
-            return self.sweep_with_momentum(interrupt);
+            return self.sweep_with_momentum(robots, interrupt);
         }
         let mut settled = false;
         for sweep in 0..MAX_SWEEPS {

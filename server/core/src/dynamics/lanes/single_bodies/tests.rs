@@ -3,7 +3,7 @@
 use glamx::DQuat;
 
 use super::*;
-use crate::dynamics::constraint::momentum::carried;
+use crate::dynamics::constraint::momentum::sweep_carried;
 use crate::dynamics::constraint::side::Side;
 
 const BODIES: usize = 60;
@@ -103,14 +103,7 @@ fn several_contacts_at_once_have_the_bits_of_one_after_the_other() {
         momentum.begin(&velocities);
         for sweep in 0..sweeps {
             let part = momentum.carry(&mut velocities, sweep + 1 == sweeps);
-            let mut change = 0.0f64;
-            for (rows, before) in expected.iter_mut().zip(&mut before).filter(|(rows, _)| rows.acts()) {
-                let now = rows.impulse;
-                rows.impulse = [0, 1, 2].map(|k| carried(now[k], before[k], part));
-                *before = now;
-                change = change.max(rows.solve(&blocks, &mut velocities));
-            }
-            momentum.note(change);
+            momentum.note(sweep_carried((&mut expected, &mut before), part, &blocks, &mut velocities));
         }
         let mut found = start.clone();
         assert!(memory.take(bodies.into_iter().map(Some)));
