@@ -109,6 +109,31 @@ fn a_step_allocates_nothing() {
     assert!(events.is_empty(), "{events:?}");
 }
 
+/// One in the axes of the world on each link of each robot, until it is cleared.
+#[test]
+fn a_step_in_which_wrenches_act_allocates_nothing() {
+    let mut world = busy_world();
+    let mut seen = PublishedState::default();
+    world.observe(&mut seen);
+    for entity in &seen.world.entities {
+        for link in &entity.model.links {
+            let wrench = LinkWrench {
+                robot: entity.name.clone(),
+                link: link.name.clone(),
+                force: DVec3::new(0.1, 0.2, 0.3),
+                torque: DVec3::X,
+                in_link_axes: false,
+                point: DVec3::Z,
+                duration: WrenchDuration::UntilCleared,
+            };
+            apply(&mut world, Command::ApplyWrench(wrench));
+        }
+    }
+    world.step();
+    let seen = measure(|| (0..COUNTED).for_each(|_| world.step()));
+    assert_eq!(seen.count_total, 0, "{seen:?}");
+}
+
 /// Noise is drawn and samples are taken. What they measure is computed from what is published, and has memory of its own.
 #[test]
 fn a_step_in_which_sensors_are_due_allocates_nothing() {

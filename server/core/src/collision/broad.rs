@@ -86,8 +86,24 @@ struct Entry {
     awake: bool,
     /// It may touch itself.
     own: bool,
+    /// It is a ball, as large as its bounds.
+    is_ball: bool,
     bounds: Bounds,
 }
+
+impl Entry {
+    /// Whether two whose bounds meet are balls that do not.
+    #[inline(always)]
+    fn is_beside(&self, other: &Self) -> bool {
+        let size = |bounds: &Bounds| bounds.most - bounds.least;
+        let reach = (size(&self.bounds).x + size(&other.bounds).x) * (1.0 + ROUNDING);
+        let way = (self.bounds.least - other.bounds.least) + (self.bounds.most - other.bounds.most);
+        self.is_ball && other.is_ball && way.length_squared() > reach * reach
+    }
+}
+
+/// Balls whose distance is only by this part larger than their radii may touch.
+const ROUNDING: f64 = 1e-9;
 
 impl std::fmt::Debug for BroadPhase {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -97,7 +113,7 @@ impl std::fmt::Debug for BroadPhase {
 
 impl BroadPhase {
     /// Pairs of robots, the earlier first, in their order: those of which one is awake, and
-    /// whose bounds overlap; and each one that is awake with itself, where it may touch itself. Robots come in their order, with
+    /// whose bounds overlap, but for two balls that do not; and each one that is awake with itself, where it may touch itself. Robots come in their order, with
     /// their colliders in place, and whether they are awake; those that take no part do not come. Where `others_stay`, those that
     /// cannot move are as they were when this was last called, whether they come or not.
     ///
@@ -115,7 +131,8 @@ impl BroadPhase {
         for (robot, colliders, awake) in robots.filter(|(_, colliders, _)| !colliders.is_empty()) {
             let bounds = colliders.bounds;
             if awake || !colliders.is_still() {
-                moving.push(Entry { robot, awake, own: colliders.has_self_collision(), bounds });
+                let (own, is_ball) = (colliders.has_self_collision(), colliders.is_ball());
+                moving.push(Entry { robot, awake, own, is_ball, bounds });
             } else if !others_stay {
                 if still.get(count) != Some(&(robot, bounds)) {
                     still.truncate(count);
@@ -141,7 +158,7 @@ impl BroadPhase {
                 for (i, a) in moving.iter().enumerate() {
                     sorted.later(i, |j| {
                         let b = &moving[j];
-                        if a.awake || b.awake {
+                        if (a.awake || b.awake) && !a.is_beside(b) {
                             pairs.push([a.robot.min(b.robot), a.robot.max(b.robot)]);
                         }
                     });
@@ -188,6 +205,25 @@ mod tests {
     use super::*;
 
     #[test]
+    fn balls_are_apart_where_their_bounds_meet_at_a_corner_alone() {
+        let ball = |middle: DVec3, radius: f64| {
+            let bounds = Bounds { least: middle - radius, most: middle + radius };
+            Entry { robot: 0, awake: true, own: false, is_ball: true, bounds }
+        };
+        let first = ball(DVec3::new(3.0, -2.0, 0.1), 0.5);
+        for (way, size) in
+            [(DVec3::X, 0.2), (DVec3::new(1.0, 1.0, -1.0), 0.4), (DVec3::new(0.3, -0.2, 0.9), 1.5)]
+        {
+            let at = |gap: f64| first.bounds.least + 0.5 + way.normalize() * (0.5 + size + gap);
+            assert!(first.is_beside(&ball(at(1e-6), size)), "{way}");
+            assert!(!first.is_beside(&ball(at(0.0), size)), "{way}");
+            assert!(!first.is_beside(&ball(at(-1e-6), size)), "{way}");
+            let cube = Entry { is_ball: false, ..ball(at(1e-6), size) };
+            assert!(!first.is_beside(&cube) && !cube.is_beside(&first));
+        }
+    }
+
+    #[test]
     fn sorted_bounds_find_what_overlaps_and_nothing_else() {
         // Numbers that are as good as random, by the golden ratio.
         let mut at = 0.0;
@@ -201,7 +237,7 @@ mod tests {
                     .map(|robot| {
                         let least = DVec3::new(next(), next(), next());
                         let bounds = Bounds { least, most: least + 0.4 * next() };
-                        Entry { robot, awake: true, own: false, bounds }
+                        Entry { robot, awake: true, own: false, is_ball: false, bounds }
                     })
                     .collect();
                 if let Some(entry) = entries.get_mut(3) {

@@ -4,6 +4,7 @@
 mod look_ahead;
 
 use std::fmt;
+use std::hint::black_box;
 use std::sync::Arc;
 
 use glamx::{DMat3, DPose3, DVec3};
@@ -79,6 +80,8 @@ pub struct RobotColliders {
     still: Still,
     /// Some of them are of triangles.
     has_facets: bool,
+    /// There is one, which is a ball.
+    is_ball: bool,
     /// The others, in order.
     moving: Vec<usize>,
 }
@@ -199,12 +202,27 @@ impl RobotColliders {
         };
         Self {
             has_facets: placed.iter().any(is_facets),
+            is_ball: matches!(&placed[..], [placed] if placed.is_ball),
             shapes: Arc::clone(shapes),
             moving: moving.map(|(index, _)| index).collect(),
             placed,
             frames,
             ..Self::default()
         }
+    }
+
+    /// Reads what a step needs of the first of them, and does nothing with it.
+    pub fn fetch(&self) {
+        let numbers =
+            |placed: &Placed| (placed.part, placed.world_middle.x, placed.bounds.least.x, placed.margin);
+        let frame = |frame: &Frame| {
+            (
+                frame.body_from_shape.translation.x,
+                frame.world_from_shape.translation.x,
+                frame.surface.friction,
+            )
+        };
+        black_box((self.placed.first().map(numbers), self.frames.first().map(frame)));
     }
 
     /// How many there are.
@@ -215,6 +233,11 @@ impl RobotColliders {
     /// Whether the robot touches nothing.
     pub fn is_empty(&self) -> bool {
         self.placed.is_empty()
+    }
+
+    /// Whether there is one, which is a ball: its bounds are around that.
+    pub(super) fn is_ball(&self) -> bool {
+        self.is_ball
     }
 
     /// Whether none of them is of a body that moves against the base.

@@ -1,6 +1,7 @@
 //! The state of one robot, and its step.
 
 mod body_state;
+mod fetch;
 mod leapfrog;
 mod mobility;
 pub(super) mod momenta;

@@ -93,6 +93,8 @@ pub struct Island {
     stiffening: Vec<Symmetric>,
     /// Of each member, what constraints have it resist turning by, times the square of the step.
     stiffness: Vec<Symmetric>,
+    /// Some contact may rebound.
+    bounces: bool,
     /// How impulses are found.
     choice: SolverChoice,
     is_measured: bool,
@@ -130,6 +132,9 @@ pub struct Member {
     pub len: usize,
     /// It has one body.
     pub is_one_body: bool,
+    /// It is a free body that only touches: nothing of it is looked at again before positions follow velocities. To look would fetch
+    /// each of a heap from far away.
+    is_seen_last: bool,
     /// A contact has given it an impulse in this step.
     is_touched: bool,
 }
@@ -160,7 +165,7 @@ impl Island {
         (gravity, h): (DVec3, f64),
         interrupt: &dyn Fn() -> bool,
     ) -> IslandOutcome {
-        self.list(robots, members);
+        self.list(robots, members, constraints.is_empty());
         let at = self.make_rows(robots, contacts);
         self.make_links(robots, constraints, (h, at));
         self.stiffening.clear();
@@ -182,6 +187,7 @@ impl Island {
                 }
             }
             self.direct.begin();
+            self.single_bodies.begin();
             self.start(robots);
             if !self.find_impulses(robots, interrupt) {
                 return IslandOutcome::Interrupted;
@@ -200,7 +206,7 @@ impl Island {
                 return IslandOutcome::Unusable;
             }
             let mut changed = self.find_stiffening(robots, h) && round + 1 < EXACT_ROUNDS;
-            for (robot, member) in robots.iter_mut().zip(&self.members) {
+            for (robot, member) in robots.iter_mut().zip(&self.members).filter(|(_, of)| !of.is_seen_last) {
                 let body = robot.as_mut();
                 body.new_velocities_mut().copy_from_slice(&self.velocities[member.velocities()]);
                 if body.saturate(h, round) {
@@ -227,7 +233,7 @@ impl Island {
         for turning in &self.turning {
             contacts[turning.rows.contact].turning_impulse = turning.rows.world_impulse();
         }
-        for (robot, member) in robots.iter_mut().zip(&self.members) {
+        for (robot, member) in robots.iter_mut().zip(&self.members).filter(|(_, of)| !of.is_seen_last) {
             let body = robot.as_mut();
             if member.is_touched {
                 body.note_contact();
@@ -245,9 +251,17 @@ impl Island {
         let is_corrected = self.correct_positions();
         self.foresee(robots, constraints, h);
         for (robot, member) in robots.iter_mut().zip(&self.members) {
-            let body = robot.as_mut();
+            let (body, own) = (robot.as_mut(), member.velocities());
+            if member.is_seen_last {
+                body.fetch();
+                let new = if is_corrected { &self.before } else { &self.velocities };
+                body.new_velocities_mut().copy_from_slice(&new[own.clone()]);
+                if member.is_touched {
+                    body.note_contact();
+                }
+            }
             if is_corrected {
-                body.finish_corrected(&self.velocities[member.velocities()], gravity, h);
+                body.finish_corrected(&self.velocities[own], gravity, h);
             } else {
                 body.finish(gravity, h);
             }
@@ -255,37 +269,44 @@ impl Island {
         IslandOutcome::Solved
     }
 
-    /// Adds position correction to the velocities that positions are integrated with. False if there is none.
+    /// Adds position correction to the velocities, with which positions are integrated then; the new ones become those `before`. False
+    /// if there is none.
     fn correct_positions(&mut self) -> bool {
         if self.rows.iter().all(|rows| rows.correction_velocity == 0.0 || !rows.acts()) {
             return false;
         }
-        let Self { rows, blocks, velocities, before: split_velocities, .. } = self;
+        let Self { rows, blocks, velocities, single_bodies, before: split_velocities, .. } = self;
         split_velocities.clear();
         split_velocities.resize(velocities.len(), 0.0);
-        for _ in 0..CORRECTION_SWEEPS {
-            for rows in rows.iter_mut().filter(|rows| rows.acts()) {
-                rows.correct_position(blocks, split_velocities);
+        if !single_bodies.correct(rows, split_velocities, CORRECTION_SWEEPS) {
+            for _ in 0..CORRECTION_SWEEPS {
+                for rows in rows.iter_mut().filter(|rows| rows.acts()) {
+                    rows.correct_position(blocks, split_velocities);
+                }
             }
         }
         // A correction near an axis would turn a joint the faster, the shorter its arm is.
         let largest = split_velocities.iter().fold(0.0f64, |largest, velocity| largest.max(velocity.abs()));
         let scale = if largest > MAX_SPLIT_VELOCITY { MAX_SPLIT_VELOCITY / largest } else { 1.0 };
-        velocities.iter_mut().zip(split_velocities).for_each(|(velocity, split)| *velocity += scale * *split);
+        for (velocity, split) in velocities.iter_mut().zip(split_velocities) {
+            (*velocity, *split) = (*velocity + scale * *split, *velocity);
+        }
         true
     }
 
-    fn list<R: AsMut<Articulation>>(&mut self, robots: &mut [R], members: &[usize]) {
+    fn list<R: AsMut<Articulation>>(&mut self, robots: &mut [R], members: &[usize], only_touch: bool) {
         self.members.clear();
         let (mut first, mut most_bodies) = (0, 0);
         for (&number, robot) in members.iter().zip(robots) {
             let body = robot.as_mut();
             let (len, bodies) = (body.velocities().len(), body.tree().bodies.len());
+            let is_seen_last = only_touch && bodies == 1 && !body.tree().fixed_base;
             self.members.push(Member {
                 robot: number,
                 first,
                 len,
                 is_one_body: bodies == 1,
+                is_seen_last,
                 is_touched: false,
             });
             first += len;
@@ -308,6 +329,11 @@ impl Island {
 
     /// The index of a robot among the members.
     fn member(&self, robot: usize) -> Option<usize> {
+        // Where all robots between the first and the last are members, as in a heap, it is known at once.
+        let likely = robot.checked_sub(self.members.first()?.robot)?;
+        if self.members.get(likely).is_some_and(|member| member.robot == robot) {
+            return Some(likely);
+        }
         self.members.binary_search_by_key(&robot, |member| member.robot).ok()
     }
 }

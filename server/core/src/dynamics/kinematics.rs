@@ -179,6 +179,21 @@ impl Tree {
         DPose3::from_parts(at.origin, DQuat::from_mat3(&at.rotation).normalize()) * body_from_link
     }
 
+    /// The rotation of [`Tree::link_pose`], but for rounding: a step finds it, without memory.
+    pub fn link_rotation(&self, world_from_root: DQuat, q: &[f64], link: usize) -> DQuat {
+        let LinkFrame { body, body_from_link } = self.links[link];
+        let has_free_root = self.root_positions() > 0;
+        let is_jointed = |index: &usize| *index > 0 || !has_free_root;
+        let mut root_from_link = DMat3::from_quat(body_from_link.rotation);
+        let mut next = body.filter(is_jointed);
+        while let Some(index) = next {
+            let body = &self.bodies[index];
+            root_from_link = placement(body, q).rotation * root_from_link;
+            next = body.parent.filter(is_jointed);
+        }
+        world_from_root * DQuat::from_mat3(&root_from_link).normalize()
+    }
+
     /// `world_from_body` of each moving body; takes what [`Tree::link_poses`] takes.
     pub fn body_poses(&self, world_from_root: DPose3, positions: &[f64]) -> Vec<DPose3> {
         let root = self.root_positions();

@@ -10,9 +10,9 @@ pub(super) const FLAT: f64 = 1e-14;
 /// L D L' of an inertia (Golub and Van Loan, algorithm 4.1.2).
 #[derive(Clone, Debug, Default)]
 pub struct Ldlt6 {
-    lower: [[f64; 6]; 6],
+    pub(super) lower: [[f64; 6]; 6],
     /// 0 where a direction has no inertia: it is then not accelerated.
-    inverse_diagonal: [f64; 6],
+    pub(super) inverse_diagonal: [f64; 6],
 }
 
 impl Ldlt6 {

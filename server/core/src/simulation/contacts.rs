@@ -22,6 +22,9 @@ use crate::pool::{Interrupt, PIECES, Pool};
 /// To look at pairs of robots with fewer colliders than this takes no longer than to divide them.
 const WORTH_THREADS: usize = 256;
 
+/// So many pairs are fetched at once. The first robot of each mostly is that of the pair before.
+const FETCHED: usize = 8;
+
 /// The contacts of a world, in the order of their robots and colliders.
 #[derive(Debug, Default)]
 pub(super) struct Contacts {
@@ -276,7 +279,10 @@ impl Search {
         let Self { narrow, found: list, fixed } = self;
         let mut known = known.iter_mut().peekable();
         let mut previous = PreviousContacts::new(before, begins);
-        for &pair in pairs {
+        for (index, &pair) in pairs.iter().enumerate() {
+            if index % FETCHED == 0 {
+                pairs[index..].iter().take(FETCHED).for_each(|&[_, second]| robots[second].colliders.fetch());
+            }
             if interrupt() {
                 return false;
             }

@@ -8,6 +8,7 @@ mod setup;
 mod sleep;
 mod wrenches;
 
+use std::hint::black_box;
 use std::sync::Arc;
 
 use glamx::DPose3;
@@ -38,6 +39,8 @@ pub(super) struct Entity {
     pub colliders: RobotColliders,
     /// Who holds it and its joints.
     pub claims: RobotClaims,
+    /// New velocities of this part of a step are found.
+    pub is_started: bool,
 }
 
 /// What of a robot never changes while it has one version. Cheap to copy.
@@ -107,7 +110,15 @@ impl Entity {
             trajectories: Vec::new(),
             sensors: Vec::new(),
         };
-        let mut entity = Self { version, model, state, body, colliders: RobotColliders::default(), claims };
+        let mut entity = Self {
+            version,
+            model,
+            state,
+            body,
+            colliders: RobotColliders::default(),
+            claims,
+            is_started: false,
+        };
         entity.begin_as_described(passive);
         entity.state.spawned = Arc::new(entity.body.state().clone());
         entity
@@ -124,6 +135,7 @@ impl Entity {
             body: Articulation::with_state(Arc::clone(tree), body),
             colliders,
             claims: RobotClaims::none(model.joints.len()),
+            is_started: false,
         };
         new.follow_state();
         new
@@ -163,6 +175,17 @@ impl Entity {
     /// Whether its root link cannot move.
     pub(super) fn is_fixed(&self) -> bool {
         self.state.fixed_base
+    }
+
+    /// Reads what a step needs of it, and does nothing with it: see [`Articulation::fetch`].
+    pub(super) fn fetch(&self) {
+        self.body.fetch();
+        self.colliders.fetch();
+        black_box((
+            self.state.applied_wrenches.first().map(|wrench| wrench.link),
+            self.state.last_good.0.first(),
+            self.state.last_good.1.first(),
+        ));
     }
 
     /// Keeps the state, to go back to where it is not finite after a step.

@@ -163,6 +163,8 @@ fn the_pose_of_one_link_is_that_among_those_of_all() {
         let all = tree.link_poses(root, &q[tree.root_positions()..]);
         for (link, pose) in all.into_iter().enumerate() {
             assert_eq!(tree.link_pose(root, q, link), pose, "{is_fixed} {link}");
+            let rotation = tree.link_rotation(root.rotation, q, link);
+            assert!(rotation.angle_between(pose.rotation) < 1e-7, "{is_fixed} {link}: {rotation}");
         }
     }
 }

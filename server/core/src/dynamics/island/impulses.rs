@@ -156,6 +156,9 @@ impl Island {
 
     /// Leaves hits to the next step that hits in this one have caused. Whether there are any.
     pub(super) fn postpone_hits(&mut self, contacts: &[&mut Contact], gravity: f64, h: f64) -> bool {
+        if !self.bounces {
+            return false;
+        }
         let Self { rows, blocks, velocities, .. } = self;
         let mut any = false;
         for rows in rows.iter_mut().filter(|rows| rows.acts()) {

@@ -132,10 +132,12 @@ impl Island {
         for robot in &mut *robots {
             self.before.extend_from_slice(robot.as_mut().half_velocities());
         }
+        self.bounces = false;
         for rows in &mut self.rows {
             let before = rows.velocities(&self.blocks, &self.before);
             rows.unloaded = rows.velocities(&self.blocks, &self.velocities);
             let contact = &*contacts[rows.contact];
+            self.bounces |= contact.point.surface.restitution > 0.0;
             let turning = turning(robots, rows, contact, h);
             rows.aim(contact, before, rows.axes.map(|axis| axis.dot(turning)), (gravity.length(), h));
         }

@@ -5,6 +5,7 @@
 //! [`ContactRows::solve`], of all that is finite. So it is with [`Momentum`] between sweeps.
 
 mod batches;
+mod correction;
 #[cfg(test)]
 mod tests;
 
@@ -35,11 +36,33 @@ pub struct SingleBodies {
     batches: Batches,
     /// Of each batch: each number in all lanes.
     numbers: Vec<f64>,
+    /// What the numbers are of.
+    loaded: Loaded,
+    /// Of each lane of each batch: the velocity and the impulse of position correction.
+    split: Vec<f64>,
+}
+
+/// What the batches have numbers of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Loaded {
+    /// None of the contacts that there are.
+    #[default]
+    Nothing,
+    /// Contacts of bodies that resist turning alike about any axis.
+    Alike,
+    /// Contacts of others.
+    Any,
 }
 
 impl SingleBodies {
+    /// Forgets contacts: there are others.
+    pub fn begin(&mut self) {
+        self.loaded = Loaded::Nothing;
+    }
+
     /// Whether all robots are single bodies whose frames are at their centres of mass; it takes what they resist with.
     pub fn take(&mut self, bodies: impl Iterator<Item = Option<SingleBody>>) -> bool {
+        self.begin();
         self.bodies.clear();
         for body in bodies {
             match body {
@@ -94,13 +117,15 @@ impl WithSimd for Sweeps<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Option<bool> {
         let (width, given) = (S::F64_LANES, (&*self.rows, self.blocks));
-        let SingleBodies { bodies, batches, numbers, .. } = &mut *self.memory;
+        let SingleBodies { bodies, batches, numbers, loaded, .. } = &mut *self.memory;
         if !(2..=MOST_LANES).contains(&width) || !batches.fill(self.rows, bodies.len(), width) {
             return None;
         }
         if bodies.iter().all(is_alike) && batches.load::<true>(given, bodies, width, numbers) {
+            *loaded = Loaded::Alike;
             Some(self.sweep::<S, true>(simd))
         } else if batches.load::<false>(given, bodies, width, numbers) {
+            *loaded = Loaded::Any;
             Some(self.sweep::<S, false>(simd))
         } else {
             None
@@ -167,17 +192,7 @@ fn solve<S: Simd, const ALIKE: bool>(
     let mut own = [[zero; SIX]; 2];
     let mut sums = [[zero; 2]; 3];
     for (side, own) in own.iter_mut().enumerate() {
-        let mut sixes = [&[0.0; SIX]; MOST_LANES];
-        for lane in 0..width {
-            if let Some(six) = velocities[sides[lane][side]..].first_chunk() {
-                sixes[lane] = six;
-            }
-        }
-        for i in 0..SIX {
-            for lane in 0..width {
-                own[i].set(lane, sixes[lane][i]);
-            }
-        }
+        fetch(own, sides, side, velocities);
         for i in 0..SIX {
             for k in 0..3 {
                 let sum = &mut sums[k][i % 2];
@@ -253,18 +268,42 @@ fn solve<S: Simd, const ALIKE: bool>(
             }
             own[3 + i] = moves.select(own[3 + i] + (n * dn + t * dt + u * du), own[3 + i]);
         }
-        for lane in 0..width {
-            if let Some(six) = velocities[sides[lane][side]..].first_chunk_mut::<SIX>() {
-                for i in 0..SIX {
-                    six[i] = own[i].get(lane);
-                }
-            }
-        }
+        store(own, sides, side, velocities);
     }
     // No `abs`: it is not inlined here.
     let (n, t, u) = (dn * nn, dt * tt, du * uu);
     let largest = n.max(zero - n).max(t.max(zero - t)).max(u.max(zero - u));
     moves.select(largest, zero)
+}
+
+/// The velocities of a side's bodies.
+#[inline(always)]
+#[allow(clippy::needless_range_loop, reason = "lane by lane")]
+fn fetch<S: Simd>(own: &mut [Lanes<S>; SIX], sides: &[[usize; 2]], side: usize, velocities: &[f64]) {
+    let mut sixes = [&[0.0; SIX]; MOST_LANES];
+    for lane in 0..S::F64_LANES {
+        if let Some(six) = velocities[sides[lane][side]..].first_chunk() {
+            sixes[lane] = six;
+        }
+    }
+    for i in 0..SIX {
+        for lane in 0..S::F64_LANES {
+            own[i].set(lane, sixes[lane][i]);
+        }
+    }
+}
+
+/// Gives a side's bodies their velocities.
+#[inline(always)]
+#[allow(clippy::needless_range_loop, reason = "lane by lane")]
+fn store<S: Simd>(own: &[Lanes<S>; SIX], sides: &[[usize; 2]], side: usize, velocities: &mut [f64]) {
+    for lane in 0..S::F64_LANES {
+        if let Some(six) = velocities[sides[lane][side]..].first_chunk_mut::<SIX>() {
+            for i in 0..SIX {
+                six[i] = own[i].get(lane);
+            }
+        }
+    }
 }
 
 /// Numbers of a batch.

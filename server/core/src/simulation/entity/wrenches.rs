@@ -1,10 +1,9 @@
 //! Wrenches that commands apply to the links of a robot.
 
-use std::sync::Arc;
-
-use glamx::{DPose3, DVec3};
+use glamx::{DQuat, DVec3};
 
 use super::Entity;
+use crate::dynamics::Articulation;
 use crate::dynamics::spatial::{Placement, Spatial};
 use crate::simulation::wrench::{ActiveWrench, WrenchDuration};
 
@@ -13,22 +12,11 @@ impl Entity {
     pub(in crate::simulation) fn update_external_forces(&mut self) {
         self.body.external_mut().fill(Spatial::ZERO);
         self.add_pull_forces();
-        if self.state.applied_wrenches.is_empty() {
-            return;
-        }
-        let tree = Arc::clone(self.body.tree());
-        let root = tree.root_positions();
-        let poses = tree.link_poses(self.body.root_pose(), &self.body.positions()[root..]);
-        for wrench in self.state.applied_wrenches.iter().filter(|wrench| !wrench.suspended) {
-            let (Some(pose), Some(frame)) = (poses.get(wrench.link), tree.links.get(wrench.link)) else {
-                continue;
-            };
-            let Some(index) = frame.body else { continue };
-            let to_link = |v: DVec3| if wrench.in_link_axes { v } else { pose.rotation.inverse() * v };
-            let (force, torque) = (to_link(wrench.force), to_link(wrench.torque));
-            let about_link = Spatial::new(torque + wrench.point.cross(force), force);
-            let link = Placement::new(frame.body_from_link.rotation, frame.body_from_link.translation);
-            self.body.external_mut()[index] += link.force_to_parent(about_link);
+        let Self { body, state, .. } = self;
+        for wrench in state.applied_wrenches.iter().filter(|wrench| !wrench.suspended) {
+            if let Some((index, wrench)) = on_body(body, wrench) {
+                body.external_mut()[index] += wrench;
+            }
         }
     }
 
@@ -55,8 +43,7 @@ impl Entity {
             }
         }
         // About the link's origin, so that wrenches for the next step can be summed.
-        let (pose, arm) = if in_link_axes { (None, point) } else { (self.link_pose(link), point) };
-        let arm = pose.map_or(arm, |pose| pose.rotation * arm);
+        let arm = if in_link_axes { point } else { link_rotation(&self.body, link) * point };
         let torque = torque + arm.cross(force);
         let same = |known: &&mut ActiveWrench| {
             known.duration == WrenchDuration::NextStep
@@ -111,11 +98,24 @@ impl Entity {
             self.update_external_forces();
         }
     }
+}
 
-    /// `world_from_link`.
-    fn link_pose(&self, link: usize) -> Option<DPose3> {
-        let tree = self.body.tree();
-        let root = tree.root_positions();
-        tree.link_poses(self.body.root_pose(), &self.body.positions()[root..]).get(link).copied()
+/// `world_from_link`, of vectors.
+fn link_rotation(body: &Articulation, link: usize) -> DQuat {
+    body.tree().link_rotation(body.root_pose().rotation, body.positions(), link)
+}
+
+/// Which body a wrench acts on, and its force and torque about that body's origin, in its axes; `None` where the link is of a base
+/// that is fixed.
+fn on_body(body: &Articulation, wrench: &ActiveWrench) -> Option<(usize, Spatial)> {
+    let frame = body.tree().links.get(wrench.link)?;
+    let index = frame.body?;
+    let (mut force, mut torque) = (wrench.force, wrench.torque);
+    if !wrench.in_link_axes {
+        let link_from_world = link_rotation(body, wrench.link).inverse();
+        (force, torque) = (link_from_world * force, link_from_world * torque);
     }
+    let about_link = Spatial::new(torque + wrench.point.cross(force), force);
+    let link = Placement::new(frame.body_from_link.rotation, frame.body_from_link.translation);
+    Some((index, link.force_to_parent(about_link)))
 }

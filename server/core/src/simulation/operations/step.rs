@@ -255,12 +255,19 @@ impl Part<'_> {
 
     /// Begins the part for a robot: what acts on it and where it is, and where its shapes are, if there are `others`.
     fn begin(self, robot: &mut Entity, others: bool) {
+        robot.fetch();
         if self.begins {
             robot.begin_step();
             robot.follow_trajectories(self.time_step);
         }
         if robot.is_active() {
             robot.update_poses(others, self.slack(), self.h);
+        }
+        // Of a heap thousands are solved together: each would be fetched into the cache once more. Others may step several at once, which
+        // starts them.
+        robot.is_started = robot.is_free_body() && robot.is_awake();
+        if robot.is_started {
+            robot.body.start(self.gravity, self.h, self.integrator);
         }
     }
 
@@ -295,8 +302,8 @@ impl Part<'_> {
 
     /// Moves a group on that is awake. False where it was interrupted.
     fn move_on(self, group: &mut Group<'_, '_>, island: &mut Island, interrupt: &Interrupt<'_>) -> bool {
-        for member in &mut *group.robots {
-            member.as_mut().start(self.gravity, self.h, self.integrator);
+        for robot in group.members().filter(|robot| !robot.is_started) {
+            robot.body.start(self.gravity, self.h, self.integrator);
         }
         self.solve_started(group, island, interrupt)
     }

@@ -163,6 +163,18 @@ impl Batches {
         true
     }
 
+    /// Writes the velocities of position correction, and no impulses.
+    pub(super) fn load_split(&self, rows: &[ContactRows], width: usize, split: &mut Vec<f64>) {
+        split.clear();
+        split.reserve(2 * (2 * rows.len() + width));
+        for of_lanes in self.rows.chunks_exact(width) {
+            split.extend(
+                of_lanes.iter().map(|index| index.map_or(0.0, |index| rows[index].correction_velocity)),
+            );
+            split.resize(split.len() + width, 0.0);
+        }
+    }
+
     /// Gives the contacts their impulses.
     pub(super) fn give_back<const ALIKE: bool>(
         &self,

@@ -78,6 +78,7 @@ fn contacts(random: &mut Random, bodies: &[SingleBody], count: usize) -> (Vec<Co
             rows.measure(&blocks);
         }
         rows.target = random.between(-0.1, 0.3);
+        rows.correction_velocity = if contact % 4 == 0 { 0.0 } else { random.between(0.0, 0.2) };
         rows.friction = if contact % 7 == 0 { 0.0 } else { random.between(0.0, 1.0) };
         rows.compliance = if contact % 13 == 0 { 0.1 } else { 0.0 };
         rows.drift = if contact % 3 == 0 { [0.01, -0.02] } else { [0.0; 2] };
@@ -120,6 +121,17 @@ fn several_contacts_at_once_have_the_bits_of_one_after_the_other() {
         let impulses = |rows: &[ContactRows]| rows.iter().map(|rows| bits(&rows.impulse)).collect::<Vec<_>>();
         assert_eq!(impulses(&rows), impulses(&expected), "{count} contacts");
         assert_ne!(bits(&found), bits(&start));
+
+        let mut split = vec![0.0; SIX * BODIES];
+        assert!(memory.correct(&rows, &mut split, 5));
+        let mut expected_split = vec![0.0; SIX * BODIES];
+        for _ in 0..5 {
+            for rows in expected.iter_mut().filter(|rows| rows.acts()) {
+                rows.correct_position(&blocks, &mut expected_split);
+            }
+        }
+        assert_eq!(bits(&split), bits(&expected_split), "{count} contacts");
+        assert!(split.iter().any(|velocity| *velocity != 0.0));
     }
 }
 
