@@ -208,6 +208,12 @@ impl Axis {
         if !matches!(self.actuator.mode, Mode::Position | Mode::Hold) {
             return;
         }
+        let Actuator { target, setpoint, setpoint_velocity, .. } = &mut self.actuator;
+        if *setpoint == *target && *setpoint_velocity == 0.0 {
+            // What holds, as most do at most times, stays there.
+            (*setpoint, *setpoint_velocity) = (*target, 0.0);
+            return;
+        }
         let hardest = PROFILE_EFFORT * self.most_effort() / self.settings.composite_inertia;
         let Actuator { target, setpoint, setpoint_velocity, max_velocity, .. } = &mut self.actuator;
         let fastest = least(self.settings.limits.velocity, *max_velocity);

@@ -26,7 +26,7 @@ impl Rigid {
     }
 
     /// In axes that `r` turns these into.
-    #[inline]
+    #[inline(always)]
     pub fn turned(&self, r: &DMat3) -> Self {
         Self { mass: self.mass, first_moment: *r * self.first_moment, moment: self.moment.turned(r) }
     }
@@ -39,7 +39,7 @@ impl Rigid {
     }
 
     /// Momentum, one per degree of freedom, or force by acceleration.
-    #[inline]
+    #[inline(always)]
     pub fn times(&self, motion: Spatial) -> Spatial {
         let Spatial { angular, linear } = motion;
         Spatial {
@@ -86,7 +86,7 @@ pub struct Articulated {
 
 impl Articulated {
     /// Of a body on which nothing hangs.
-    #[inline]
+    #[inline(always)]
     pub fn of(rigid: &Rigid) -> Self {
         let f = rigid.first_moment;
         Self {
@@ -101,7 +101,7 @@ impl Articulated {
     }
 
     /// The force of a motion.
-    #[inline]
+    #[inline(always)]
     pub fn times(&self, motion: Spatial) -> Spatial {
         Spatial {
             angular: self.moment.times(motion.angular) + self.coupling * motion.linear,
@@ -110,19 +110,19 @@ impl Articulated {
     }
 
     /// The force of turning about `axis`: U of a revolute joint.
-    #[inline]
+    #[inline(always)]
     pub fn times_turn(&self, axis: DVec3) -> Spatial {
         Spatial { angular: self.moment.times(axis), linear: transposed_times(&self.coupling, axis) }
     }
 
     /// The force of sliding along `axis`: U of a prismatic joint.
-    #[inline]
+    #[inline(always)]
     pub fn times_slide(&self, axis: DVec3) -> Spatial {
         Spatial { angular: self.coupling * axis, linear: self.mass.times(axis) }
     }
 
     /// `self - u u' / d`: what is left once one direction is free (eq. 7.44).
-    #[inline]
+    #[inline(always)]
     pub fn without(&self, u: Spatial, inverse_d: f64) -> Self {
         let scaled = u.linear * inverse_d;
         let outer = DMat3::from_cols(u.angular * scaled.x, u.angular * scaled.y, u.angular * scaled.z);
@@ -138,7 +138,7 @@ impl Articulated {
     /// With o~ the cross product matrix: coupling + o~ mass, and
     /// moment - (coupling + o~ mass) o~ + o~ coupling', of which the upper triangle is
     /// written out.
-    #[inline]
+    #[inline(always)]
     pub fn shifted(&self, o: DVec3) -> Self {
         let Self { moment, coupling: c, mass } = self;
         let columns = mass.matrix();
@@ -161,7 +161,7 @@ impl Articulated {
 }
 
 impl AddAssign for Articulated {
-    #[inline]
+    #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         self.moment += other.moment;
         self.coupling += other.coupling;
@@ -170,7 +170,7 @@ impl AddAssign for Articulated {
 }
 
 /// `m' v` without building the transpose.
-#[inline]
+#[inline(always)]
 fn transposed_times(m: &DMat3, v: DVec3) -> DVec3 {
     DVec3::new(m.x_axis.dot(v), m.y_axis.dot(v), m.z_axis.dot(v))
 }

@@ -110,8 +110,7 @@ impl Implicitness {
     pub fn of(stiffness: f64) -> Self {
         let x = stiffness;
         if x < STIFF {
-            let before = 0.5 + x * (1.0 / 6.0 + x * (1.0 / 24.0));
-            let rest = 1.0 + x * before;
+            let (before, rest) = Self::ratio(x);
             let all = 1.0 + x * rest;
             // One division for both.
             let inverse = 1.0 / (rest * all);
@@ -119,6 +118,24 @@ impl Implicitness {
         } else {
             Self::BACKWARD
         }
+    }
+
+    /// The two numbers of t = 1 - first / second.
+    #[inline]
+    fn ratio(x: f64) -> (f64, f64) {
+        let before = 0.5 + x * (1.0 / 6.0 + x * (1.0 / 24.0));
+        (before, 1.0 + x * before)
+    }
+
+    /// Of D = m + h t d + h^2 b k, with m the `inertia` and t that of [`Implicitness::of`] a `stiffness` h (d + h k) / m: the two
+    /// numbers of D = first / second, of which the second is positive. `spring` is k, and `stiffness` h (d + h k).
+    ///
+    /// Who divides by D so divides once, and does not wait for t: from the leaves to the root each joint waits for those before it.
+    #[inline]
+    pub fn resistance_ratio(inertia: f64, stiffness: f64, spring: f64, h: f64) -> (f64, f64) {
+        let is_moderate = stiffness < STIFF * inertia;
+        let (before, rest) = if is_moderate { Self::ratio(stiffness / inertia) } else { (0.0, 1.0) };
+        ((inertia + stiffness) * rest - (stiffness + 0.5 * h * h * spring) * before, rest)
     }
 
     /// t.
@@ -174,6 +191,28 @@ mod tests {
             assert!((0.5..=1.0).contains(&Implicitness::of(x).damper()));
         }
         assert_eq!(Implicitness::of(f64::INFINITY), Implicitness::BACKWARD);
+    }
+
+    #[test]
+    fn what_a_joint_resists_with_is_found_with_one_division() {
+        let h = 1e-3;
+        for inertia in [1e-9, 0.01, 3.0, 1e6] {
+            for spring in [0.0, 1.0, 1e5, 1e12] {
+                for damping in [0.0, 0.1, 1e4, 1e12] {
+                    let stiffness = h * damping + h * h * spring;
+                    let at = Implicitness::of(stiffness / inertia);
+                    let expected = inertia + h * at.damper() * damping + h * h * at.spring_after() * spring;
+                    let (first, second) = Implicitness::resistance_ratio(inertia, stiffness, spring, h);
+                    assert!(second > 0.0);
+                    assert!((first / second / expected - 1.0).abs() < 1e-13, "{inertia} {spring} {damping}");
+                }
+            }
+        }
+        // What has no inertia, or by rounding less, is moved as slowly as its damper has it.
+        for inertia in [0.0, -1e-20] {
+            let (first, second) = Implicitness::resistance_ratio(inertia, 0.5, 0.0, h);
+            assert!((first / second - 0.5).abs() < 1e-15);
+        }
     }
 
     /// The roots of a mass on a spring and a damper, M u+ = M u - h (k q' + d u'): for any stiffness,

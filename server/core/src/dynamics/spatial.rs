@@ -27,19 +27,19 @@ impl Spatial {
     pub const ZERO: Self = Self { angular: DVec3::ZERO, linear: DVec3::ZERO };
 
     /// From its two parts.
-    #[inline]
+    #[inline(always)]
     pub const fn new(angular: DVec3, linear: DVec3) -> Self {
         Self { angular, linear }
     }
 
     /// The scalar product of a motion and a force: a power.
-    #[inline]
+    #[inline(always)]
     pub fn dot(self, other: Self) -> f64 {
         self.angular.dot(other.angular) + self.linear.dot(other.linear)
     }
 
     /// `self x motion`, both motions (eq. 2.31).
-    #[inline]
+    #[inline(always)]
     pub fn cross_motion(self, motion: Self) -> Self {
         Self {
             angular: self.angular.cross(motion.angular),
@@ -48,7 +48,7 @@ impl Spatial {
     }
 
     /// `self x* force` for a motion and a force (eq. 2.32).
-    #[inline]
+    #[inline(always)]
     pub fn cross_force(self, force: Self) -> Self {
         Self {
             angular: self.angular.cross(force.angular) + self.linear.cross(force.linear),
@@ -57,13 +57,13 @@ impl Spatial {
     }
 
     /// X m for a shift: a motion at a point `reach` away, in the same axes (eq. 2.21).
-    #[inline]
+    #[inline(always)]
     pub fn motion_at(self, reach: DVec3) -> Self {
         Self { angular: self.angular, linear: self.linear - reach.cross(self.angular) }
     }
 
     /// X' f for a shift: a force at a point `reach` away, seen from here, in the same axes.
-    #[inline]
+    #[inline(always)]
     pub fn force_from(self, reach: DVec3) -> Self {
         Self { angular: self.angular + reach.cross(self.linear), linear: self.linear }
     }
@@ -71,14 +71,14 @@ impl Spatial {
 
 impl Add for Spatial {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn add(self, other: Self) -> Self {
         Self { angular: self.angular + other.angular, linear: self.linear + other.linear }
     }
 }
 
 impl AddAssign for Spatial {
-    #[inline]
+    #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;
     }
@@ -86,14 +86,14 @@ impl AddAssign for Spatial {
 
 impl Sub for Spatial {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn sub(self, other: Self) -> Self {
         Self { angular: self.angular - other.angular, linear: self.linear - other.linear }
     }
 }
 
 impl SubAssign for Spatial {
-    #[inline]
+    #[inline(always)]
     fn sub_assign(&mut self, other: Self) {
         *self = *self - other;
     }
@@ -101,7 +101,7 @@ impl SubAssign for Spatial {
 
 impl Neg for Spatial {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn neg(self) -> Self {
         Self { angular: -self.angular, linear: -self.linear }
     }
@@ -109,7 +109,7 @@ impl Neg for Spatial {
 
 impl Mul<f64> for Spatial {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn mul(self, factor: f64) -> Self {
         Self { angular: self.angular * factor, linear: self.linear * factor }
     }
@@ -134,13 +134,13 @@ impl Placement {
     }
 
     /// `X' f`: a force of the child's frame, seen in the parent's (eq. 2.25).
-    #[inline]
+    #[inline(always)]
     pub fn force_to_parent(&self, force: Spatial) -> Spatial {
         Spatial::new(self.rotation * force.angular, self.rotation * force.linear).force_from(self.origin)
     }
 
     /// The frame of a grandchild: `self` after `child`.
-    #[inline]
+    #[inline(always)]
     pub fn then(&self, child: &Self) -> Self {
         Self { rotation: self.rotation * child.rotation, origin: self.origin + self.rotation * child.origin }
     }

@@ -43,14 +43,14 @@ impl Symmetric {
     }
 
     /// All nine entries.
-    #[inline]
+    #[inline(always)]
     pub fn matrix(&self) -> DMat3 {
         let Self { xx, xy, xz, yy, yz, zz } = *self;
         DMat3::from_cols(DVec3::new(xx, xy, xz), DVec3::new(xy, yy, yz), DVec3::new(xz, yz, zz))
     }
 
     /// `self v`.
-    #[inline]
+    #[inline(always)]
     pub fn times(&self, v: DVec3) -> DVec3 {
         let Self { xx, xy, xz, yy, yz, zz } = *self;
         DVec3::new(
@@ -61,7 +61,7 @@ impl Symmetric {
     }
 
     /// `r self r'`.
-    #[inline]
+    #[inline(always)]
     pub fn turned(&self, r: &DMat3) -> Self {
         let rows = r.transpose();
         let half = [rows.x_axis, rows.y_axis, rows.z_axis].map(|row| self.times(row));
@@ -76,7 +76,7 @@ impl Symmetric {
     }
 
     /// `self - factor a a'`.
-    #[inline]
+    #[inline(always)]
     pub fn without(&self, a: DVec3, factor: f64) -> Self {
         let b = a * factor;
         Self {
@@ -90,7 +90,7 @@ impl Symmetric {
     }
 
     /// The largest entry of the diagonal.
-    #[inline]
+    #[inline(always)]
     pub fn largest(&self) -> f64 {
         self.xx.max(self.yy).max(self.zz)
     }
@@ -98,7 +98,7 @@ impl Symmetric {
 
 impl Mul<f64> for Symmetric {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn mul(self, factor: f64) -> Self {
         let Self { xx, xy, xz, yy, yz, zz } = self;
         Self {
@@ -114,7 +114,7 @@ impl Mul<f64> for Symmetric {
 
 impl Add for Symmetric {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn add(self, other: Self) -> Self {
         Self {
             xx: self.xx + other.xx,
@@ -128,7 +128,7 @@ impl Add for Symmetric {
 }
 
 impl AddAssign for Symmetric {
-    #[inline]
+    #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;
     }

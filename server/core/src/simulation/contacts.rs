@@ -113,6 +113,12 @@ impl Contacts {
         std::mem::swap(&mut self.fixed, &mut self.fixed_before);
         let Self { list, collision_pairs, before, fixed, fixed_before, broad, searches } = self;
         fixed.clear();
+        if busy.shaped().is_empty() && busy.leaves_some() {
+            list.clear();
+            fixed_before.clear();
+            searches.iter_mut().for_each(|search| search.begin(options.combination));
+            return true;
+        }
         let mut is_any_asleep = false;
         let finite = busy.shaped().iter().filter(|robot| robots[**robot].colliders.are_finite());
         let present = finite.map(|&index| {

@@ -180,6 +180,11 @@ fn recover<S: Simd>(drive: &mut Drive<S>, law: Lanes<S>, part: Lanes<S>, weakene
 #[inline(always)]
 fn advance_setpoint<S: Simd>(state: &mut State<S>, law: &Law<S>, h: Lanes<S>) {
     let (setpoint, setpoint_velocity) = (state.setpoint, state.setpoint_velocity);
+    let holds = setpoint.is(law.target) & setpoint_velocity.is(h.same(0.0));
+    if !(!holds).any() {
+        (state.setpoint, state.setpoint_velocity) = (law.target, h.same(0.0));
+        return;
+    }
     let left = law.target - setpoint;
     let gain = law.hardest * h;
     let braking =

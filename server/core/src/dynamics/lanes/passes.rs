@@ -141,12 +141,24 @@ impl<S: Simd> LaneRobot<S> {
         let own = along(joint_type, column, z);
         let is_saturated = drive.saturated.is_number();
         let one = zero.same(1.0);
+        let resistance;
         (at.damper, at.decay, at.of_law) = match self.stepping.integrator {
-            Integrator::Euler => (one, zero, one),
+            Integrator::Euler => {
+                let of_settings = law.armature + h * law.own_damping + hh * law.spring_stiffness;
+                let of_drive = h * drive.damping + hh * drive.stiffness;
+                resistance = (own + of_settings + is_saturated.select(zero, of_drive), one);
+                (one, zero, one)
+            }
             Integrator::Leapfrog => {
                 let of_joint = h * law.own_damping + hh * law.spring_stiffness;
                 let stiffness = of_joint + (h * drive.damping + hh * drive.stiffness);
                 let inertia = own + law.armature;
+                resistance = resistance_ratio(
+                    inertia,
+                    is_saturated.select(of_joint, stiffness),
+                    law.spring_stiffness + is_saturated.select(zero, drive.stiffness),
+                    hh,
+                );
                 let (of_law, decay) = implicitness_of(stiffness, inertia);
                 if is_saturated.any() {
                     let (damper, its_decay) = implicitness_of(of_joint, inertia);
@@ -156,12 +168,7 @@ impl<S: Simd> LaneRobot<S> {
                 }
             }
         };
-        let spring_after = zero.same(1.5) * at.damper - zero.same(0.5);
         let spring_ahead = zero.same(2.0) * at.damper - one;
-        let of_settings =
-            law.armature + h * at.damper * law.own_damping + hh * spring_after * law.spring_stiffness;
-        let of_drive = h * at.damper * drive.damping + hh * spring_after * drive.stiffness;
-        let d = own + of_settings + is_saturated.select(zero, of_drive);
         let steady = drive.stiffness * (drive.position - q - h * spring_ahead * half)
             + drive.damping * (drive.velocity - half)
             + drive.feed_forward;
@@ -169,7 +176,8 @@ impl<S: Simd> LaneRobot<S> {
             law.spring_stiffness * (law.spring_rest - q - h * spring_ahead * half) - law.own_damping * half;
         let effort = is_saturated.select(drive.saturated, steady) + of_joint;
         at.column = column;
-        at.inverse_d = (largest * zero.same(SINGULAR)).lt(d).select(one / d, zero);
+        let (first, second) = resistance;
+        at.inverse_d = (largest * zero.same(SINGULAR) * second).lt(first).select(second / first, zero);
         at.drive = effort - along(joint_type, at.bias, z);
     }
 
@@ -238,12 +246,33 @@ fn implicitness_of<S: Simd>(stiffness: Lanes<S>, inertia: Lanes<S>) -> (Lanes<S>
     (is_stiff.select(damper, stiffness.same(0.5)), is_stiff.select(decay, stiffness.same(1.0)))
 }
 
+/// See [`Implicitness::resistance_ratio`](crate::dynamics::integrator::Implicitness::resistance_ratio); `hh` is the square of the step.
+#[inline(always)]
+fn resistance_ratio<S: Simd>(
+    inertia: Lanes<S>,
+    stiffness: Lanes<S>,
+    spring: Lanes<S>,
+    hh: Lanes<S>,
+) -> (Lanes<S>, Lanes<S>) {
+    let (zero, one) = (inertia.same(0.0), inertia.same(1.0));
+    let is_moderate = stiffness.lt(inertia.same(STIFF) * inertia);
+    let (before, rest) = ratio(stiffness / inertia);
+    let (before, rest) = (is_moderate.select(before, zero), is_moderate.select(rest, one));
+    ((inertia + stiffness) * rest - (stiffness + hh * spring * inertia.same(0.5)) * before, rest)
+}
+
+/// See [`Implicitness`](crate::dynamics::integrator::Implicitness): t = 1 - first / second.
+#[inline(always)]
+fn ratio<S: Simd>(x: Lanes<S>) -> (Lanes<S>, Lanes<S>) {
+    let before = x.same(0.5) + x * (x.same(1.0 / 6.0) + x * x.same(1.0 / 24.0));
+    (before, x.same(1.0) + x * before)
+}
+
 /// Damper and decay; see [`Implicitness::of`](crate::dynamics::integrator::Implicitness::of).
 #[inline(always)]
 pub(super) fn implicitness<S: Simd>(x: Lanes<S>) -> (Lanes<S>, Lanes<S>) {
     let one = x.same(1.0);
-    let before = x.same(0.5) + x * (x.same(1.0 / 6.0) + x * x.same(1.0 / 24.0));
-    let rest = one + x * before;
+    let (before, rest) = ratio(x);
     let all = one + x * rest;
     let inverse = one / (rest * all);
     let is_moderate = x.lt(x.same(STIFF));
