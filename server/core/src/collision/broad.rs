@@ -112,10 +112,10 @@ impl std::fmt::Debug for BroadPhase {
 }
 
 impl BroadPhase {
-    /// Pairs of robots, the earlier first, in their order: those of which one is awake, and
-    /// whose bounds overlap, but for two balls that do not; and each one that is awake with itself, where it may touch itself. Robots come in their order, with
-    /// their colliders in place, and whether they are awake; those that take no part do not come. Where `others_stay`, those that
-    /// cannot move are as they were when this was last called, whether they come or not.
+    /// Pairs of robots, the earlier first, in their order: those of which one is awake, and whose bounds overlap, but for two balls
+    /// that do not; and each one that is awake with itself, where it may touch itself. Robots come in their order, with their colliders
+    /// in place, and whether they are awake; those that take no part do not come. Where `others_stay`, those that cannot move are as
+    /// they were when this was last called, whether they come or not.
     ///
     /// Cohen, Lin, Manocha and Ponamgi, "I-COLLIDE" (1995): sweep and prune, along the axis on which
     /// the robots are spread the most.

@@ -1,10 +1,10 @@
 //! The shapes of one robot in the world: where its bodies carry them, how far around them
 //! contacts are looked for, and what their surfaces are like.
 
+mod fetch;
 mod look_ahead;
 
 use std::fmt;
-use std::hint::black_box;
 use std::sync::Arc;
 
 use glamx::{DMat3, DPose3, DVec3};
@@ -209,20 +209,6 @@ impl RobotColliders {
             frames,
             ..Self::default()
         }
-    }
-
-    /// Reads what a step needs of the first of them, and does nothing with it.
-    pub fn fetch(&self) {
-        let numbers =
-            |placed: &Placed| (placed.part, placed.world_middle.x, placed.bounds.least.x, placed.margin);
-        let frame = |frame: &Frame| {
-            (
-                frame.body_from_shape.translation.x,
-                frame.world_from_shape.translation.x,
-                frame.surface.friction,
-            )
-        };
-        black_box((self.placed.first().map(numbers), self.frames.first().map(frame)));
     }
 
     /// How many there are.

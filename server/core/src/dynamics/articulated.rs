@@ -2,7 +2,7 @@
 //! damping implicit in each joint's own entry.
 
 use glamx::{DMat3, DQuat, DVec3};
-use pulp::Arch;
+use pulp::{Arch, Simd, WithSimd};
 
 use super::actuator::{Axis, Drive};
 use super::inertia::Articulated;
@@ -24,34 +24,58 @@ pub(super) const SINGULAR: f64 = 1e-13;
 /// the end of the step: (M + h K_d + h^2 K_p) qdd = ... , joint by joint. In leapfrog each joint has
 /// its own [`Implicitness`], by what D is without them.
 ///
-/// Springs and dampers act on `half`, the velocities that the step changes; all else on those that kinematics
-/// were found with.
-pub fn gather_inertia(
-    tree: &Tree,
-    axes: &[Axis],
-    drives: &[Drive],
-    external: &[Spatial],
-    state: (&[f64], &[f64]),
-    step: (f64, Integrator),
-    scratch: &mut Scratch,
-) {
-    // A third of a step of an arm. Compiled for the vectors of the processor, what it calls inlined, it takes some hundredths less.
-    Arch::new().dispatch(
-        #[inline(always)]
-        || gather(tree, axes, drives, external, state, step, scratch),
-    );
+/// It is a third of a step of an arm: compiled for the vectors of the processor, with all that it calls inlined, the step takes a
+/// twentieth less.
+pub struct InertiaPass<'a> {
+    /// How the robot is built.
+    pub tree: &'a Tree,
+    /// One a velocity.
+    pub axes: &'a [Axis],
+    /// Laws of the actuators for this step, one a velocity.
+    pub drives: &'a [Drive],
+    /// Forces on each body from outside, in its own frame.
+    pub external: &'a [Spatial],
+    /// q.
+    pub positions: &'a [f64],
+    /// The velocities that the step changes: springs and dampers act on these, all else on those that kinematics were found with.
+    pub half_velocities: &'a [f64],
+    /// Seconds.
+    pub h: f64,
+    /// It has its own [`Implicitness`] of joints.
+    pub integrator: Integrator,
+    /// With what kinematics found; where the results go.
+    pub scratch: &'a mut Scratch,
+}
+
+impl InertiaPass<'_> {
+    /// Makes the pass.
+    pub fn run(self) {
+        Arch::new().dispatch(self);
+    }
+}
+
+impl WithSimd for InertiaPass<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        gather_inertia(self);
+    }
 }
 
 #[inline(always)]
-fn gather(
-    tree: &Tree,
-    axes: &[Axis],
-    drives: &[Drive],
-    external: &[Spatial],
-    (q, half): (&[f64], &[f64]),
-    (h, integrator): (f64, Integrator),
-    scratch: &mut Scratch,
-) {
+fn gather_inertia(pass: InertiaPass<'_>) {
+    let InertiaPass {
+        tree,
+        axes,
+        drives,
+        external,
+        positions: q,
+        half_velocities: half,
+        h,
+        integrator,
+        scratch,
+    } = pass;
     for ((body, at), push) in tree.bodies.iter().zip(&mut scratch.bodies).zip(external) {
         let inertia = body.inertia.turned(&at.rotation);
         at.articulated = Articulated::of(&inertia);

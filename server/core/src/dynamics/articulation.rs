@@ -16,7 +16,7 @@ use std::sync::Arc;
 use glamx::{DPose3, DQuat, DVec3};
 
 use super::actuator::{Actuator, Axis, Drive};
-use super::articulated::{accelerate, base_acceleration, gather_inertia};
+use super::articulated::{InertiaPass, accelerate, base_acceleration};
 use super::constraint::{Constraints, Impulses, collect, respond, solve};
 use super::gains::set_default_gains;
 use super::gravity_compensation::{SubtreeMass, compensate, is_compensated};
@@ -254,15 +254,18 @@ impl Articulation {
         let StepScratch { new_velocities, passes, integrator, velocity_terms, free_body, .. } =
             &mut self.scratch;
         let base = Placement::new(self.state.base.rotation, self.state.base.translation);
-        gather_inertia(
+        let pass = InertiaPass {
             tree,
-            &self.state.axes,
-            &self.state.drives,
-            &self.state.external,
-            (positions, half_velocities),
-            (h, *integrator),
-            passes,
-        );
+            axes: &self.state.axes,
+            drives: &self.state.drives,
+            external: &self.state.external,
+            positions,
+            half_velocities,
+            h,
+            integrator: *integrator,
+            scratch: &mut *passes,
+        };
+        pass.run();
         if *integrator == Integrator::Leapfrog && free_body.is_some() {
             self.drift(gravity, h, 1.0);
             return;

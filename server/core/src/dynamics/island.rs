@@ -294,6 +294,7 @@ impl Island {
         true
     }
 
+    /// Lists robots, which constraints between links hold too, or which `only_touch`.
     fn list<R: AsMut<Articulation>>(&mut self, robots: &mut [R], members: &[usize], only_touch: bool) {
         self.members.clear();
         let (mut first, mut most_bodies) = (0, 0);

@@ -114,6 +114,7 @@ impl Contacts {
         let Self { list, collision_pairs, before, fixed, fixed_before, broad, searches } = self;
         fixed.clear();
         if busy.shaped().is_empty() && busy.leaves_some() {
+            // Those that have shapes cannot move, and are as they were.
             list.clear();
             fixed_before.clear();
             searches.iter_mut().for_each(|search| search.begin(options.combination));

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glamx::{DMat3, DVec3};
 
 use super::Articulation;
-use crate::dynamics::articulated::gather_inertia;
+use crate::dynamics::articulated::InertiaPass;
 use crate::dynamics::constraint::respond_to_force;
 use crate::dynamics::integrator::Integrator;
 use crate::dynamics::kinematics::update_kinematics;
@@ -20,15 +20,18 @@ impl Articulation {
     pub fn mobility(&mut self, body: usize, point: DVec3, h: f64, integrator: Integrator) -> DMat3 {
         let tree = Arc::clone(&self.tree);
         self.update_kinematics();
-        gather_inertia(
-            &tree,
-            &self.state.axes,
-            &self.state.drives,
-            &self.state.external,
-            (&self.state.positions, &self.state.half_velocities),
-            (h, integrator),
-            &mut self.scratch.passes,
-        );
+        let pass = InertiaPass {
+            tree: &tree,
+            axes: &self.state.axes,
+            drives: &self.state.drives,
+            external: &self.state.external,
+            positions: &self.state.positions,
+            half_velocities: &self.state.half_velocities,
+            h,
+            integrator,
+            scratch: &mut self.scratch.passes,
+        };
+        pass.run();
         // The responses are found with what was gathered, before any of them is looked at.
         let mut responses = vec![0.0; 3 * tree.velocity_count];
         let size = tree.velocity_count.max(1);

@@ -192,7 +192,7 @@ fn solve<S: Simd, const ALIKE: bool>(
     let mut own = [[zero; SIX]; 2];
     let mut sums = [[zero; 2]; 3];
     for (side, own) in own.iter_mut().enumerate() {
-        fetch(own, sides, side, velocities);
+        gather(own, sides, side, velocities);
         for i in 0..SIX {
             for k in 0..3 {
                 let sum = &mut sums[k][i % 2];
@@ -268,7 +268,7 @@ fn solve<S: Simd, const ALIKE: bool>(
             }
             own[3 + i] = moves.select(own[3 + i] + (n * dn + t * dt + u * du), own[3 + i]);
         }
-        store(own, sides, side, velocities);
+        scatter(own, sides, side, velocities);
     }
     // No `abs`: it is not inlined here.
     let (n, t, u) = (dn * nn, dt * tt, du * uu);
@@ -279,7 +279,7 @@ fn solve<S: Simd, const ALIKE: bool>(
 /// The velocities of a side's bodies.
 #[inline(always)]
 #[allow(clippy::needless_range_loop, reason = "lane by lane")]
-fn fetch<S: Simd>(own: &mut [Lanes<S>; SIX], sides: &[[usize; 2]], side: usize, velocities: &[f64]) {
+fn gather<S: Simd>(own: &mut [Lanes<S>; SIX], sides: &[[usize; 2]], side: usize, velocities: &[f64]) {
     let mut sixes = [&[0.0; SIX]; MOST_LANES];
     for lane in 0..S::F64_LANES {
         if let Some(six) = velocities[sides[lane][side]..].first_chunk() {
@@ -296,7 +296,7 @@ fn fetch<S: Simd>(own: &mut [Lanes<S>; SIX], sides: &[[usize; 2]], side: usize, 
 /// Gives a side's bodies their velocities.
 #[inline(always)]
 #[allow(clippy::needless_range_loop, reason = "lane by lane")]
-fn store<S: Simd>(own: &[Lanes<S>; SIX], sides: &[[usize; 2]], side: usize, velocities: &mut [f64]) {
+fn scatter<S: Simd>(own: &[Lanes<S>; SIX], sides: &[[usize; 2]], side: usize, velocities: &mut [f64]) {
     for lane in 0..S::F64_LANES {
         if let Some(six) = velocities[sides[lane][side]..].first_chunk_mut::<SIX>() {
             for i in 0..SIX {

@@ -3,7 +3,7 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use super::batches::Layout;
-use super::{Loaded, Numbers, SIX, SingleBodies, fetch, store, write};
+use super::{Loaded, Numbers, SIX, SingleBodies, gather, scatter, write};
 use crate::dynamics::constraint::contact::ContactRows;
 use crate::dynamics::lanes::number::Lanes;
 
@@ -73,7 +73,7 @@ fn correct<S: Simd, const ALIKE: bool>(
     // Of even velocities and of odd ones.
     let mut sums = [zero; 2];
     for (side, own) in own.iter_mut().enumerate() {
-        fetch(own, sides, side, velocities);
+        gather(own, sides, side, velocities);
         for i in 0..SIX {
             let sum = &mut sums[i % 2];
             if i >= 3 {
@@ -107,6 +107,6 @@ fn correct<S: Simd, const ALIKE: bool>(
             own[i] = moves.select(own[i] + number.get(i) * mass * change, own[i]);
             own[3 + i] = moves.select(own[3 + i] + turned * change, own[3 + i]);
         }
-        store(own, sides, side, velocities);
+        scatter(own, sides, side, velocities);
     }
 }

@@ -1,0 +1,19 @@
+//! Memory of colliders, brought near the processor before it is looked for contacts.
+
+use std::hint::black_box;
+
+use super::{Frame, Placed, RobotColliders};
+
+impl RobotColliders {
+    /// Reads what a step needs of the first of them, and does nothing with it: see
+    /// [`Articulation::fetch`](crate::dynamics::Articulation::fetch).
+    pub fn fetch(&self) {
+        let of_placed =
+            |placed: &Placed| (placed.part, placed.world_middle.x, placed.bounds.least.x, placed.margin);
+        let of_frame = |frame: &Frame| {
+            let (own, world) = (&frame.body_from_shape, &frame.world_from_shape);
+            (own.translation.x, world.translation.x, frame.surface.friction)
+        };
+        black_box((self.placed.first().map(of_placed), self.frames.first().map(of_frame)));
+    }
+}
