@@ -9,12 +9,19 @@ const LONGEST: usize = 24;
 /// computed with.
 pub const LARGEST_GIVEN: f64 = 1e12;
 
-/// What was given, as a sentence shows it: a number with hundreds of zeros as `1e300`, and all else as it is.
+/// What was given, as a sentence shows it: a number with hundreds of zeros as `1e300`, also in a list of numbers, and all else as it is.
 pub fn shown(value: impl Display) -> String {
     let text = value.to_string();
+    match text.strip_prefix('[').and_then(|rest| rest.strip_suffix(']')) {
+        Some(list) => format!("[{}]", list.split(", ").map(shortened).collect::<Vec<_>>().join(", ")),
+        None => shortened(&text),
+    }
+}
+
+fn shortened(text: &str) -> String {
     match text.parse::<f64>() {
         Ok(number) if text.len() > LONGEST => format!("{number:e}"),
-        _ => text,
+        _ => text.to_owned(),
     }
 }
 
@@ -27,6 +34,7 @@ mod tests {
         assert_eq!(shown(1e300), "1e300");
         assert_eq!(shown(-2.5e-300), "-2.5e-300");
         assert_eq!(shown(1e300.to_string()), "1e300");
+        assert_eq!(shown(format!("[0, {}, -0.5]", 1e300)), "[0, 1e300, -0.5]");
     }
 
     #[test]

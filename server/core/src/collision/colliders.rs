@@ -3,15 +3,16 @@
 
 mod fetch;
 mod look_ahead;
+mod rest_pose;
 
 use std::fmt;
 use std::sync::Arc;
 
 use glamx::{DMat3, DPose3, DVec3};
 use rapier3d_f64::parry::shape::{Shape, ShapeType};
-use serde::{Deserialize, Serialize};
 use simd_model::robot::Material;
 
+pub use self::rest_pose::RestPose;
 use super::Shapes;
 use super::bounds::Bounds;
 use super::facets::Facets;
@@ -22,7 +23,6 @@ use super::still::Still;
 use crate::dynamics::Tree;
 use crate::dynamics::contact_point::Surface;
 use crate::dynamics::kinematics::BodyMotion;
-use crate::plain::{pose3, vector3};
 
 /// Where a collider is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,19 +31,6 @@ pub struct ColliderPose {
     pub link: usize,
     /// World from the shape, in parry's axes for it.
     pub world_from_shape: DPose3,
-}
-
-/// Where a collider of a robot that sleeps rests.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct RestPose {
-    /// World from the shape, in parry's axes for it.
-    #[serde(with = "pose3")]
-    pub world_from_shape: DPose3,
-    /// How far around it contacts are looked for, metres.
-    pub margin: f64,
-    /// As much of that as is for its motion without turning, along that motion.
-    #[serde(with = "vector3")]
-    pub drift: DVec3,
 }
 
 /// What a collider is of.
@@ -338,30 +325,6 @@ impl RobotColliders {
     /// Gives each collider its surface; there is one for each.
     pub fn set_surfaces(&mut self, surfaces: &[Surface]) {
         self.frames.iter_mut().zip(surfaces).for_each(|(frame, surface)| frame.surface = *surface);
-    }
-
-    /// The pose of each, and how far around it contacts are looked for: what a step reads of a robot
-    /// that sleeps, whose colliders keep the poses of the step in which it fell asleep.
-    pub fn save_poses(&self) -> impl Iterator<Item = RestPose> + '_ {
-        self.placed.iter().zip(&self.frames).map(|(&Placed { margin, drift, .. }, frame)| RestPose {
-            world_from_shape: frame.world_from_shape,
-            margin,
-            drift,
-        })
-    }
-
-    /// Gives each a saved pose; there is one for each.
-    pub fn restore_poses(&mut self, poses: &[RestPose]) {
-        self.bounds = Bounds::default();
-        self.is_any_lost = false;
-        for ((placed, frame), rest) in self.placed.iter_mut().zip(&mut self.frames).zip(poses) {
-            // What sleeps is slow: its margin is not bounded.
-            let RestPose { world_from_shape, margin, drift } = *rest;
-            let axes = placed.set_pose(frame, world_from_shape);
-            placed.set_margin(margin, drift);
-            placed.bound(frame, axes, &self.shapes);
-            self.bounds = self.bounds.around(placed.bounds);
-        }
     }
 
     /// Where they are, in the order of the shapes.
