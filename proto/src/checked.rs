@@ -80,7 +80,7 @@ enum Inside {
     Message(&'static Shape),
 }
 
-include!(concat!(env!("OUT_DIR"), "/shapes.rs"));
+include!("generated/shapes.rs");
 
 /// A request's name, and what decodes it.
 pub type Request = (&'static str, fn(&[u8]) -> Result<(), Refused>);

@@ -81,7 +81,7 @@ pub trait Claiming: Message + Default {
 /// A request with the id of its claim in place of the secret, and the secret.
 type Seal = fn(&[u8]) -> Option<(Vec<u8>, String)>;
 
-include!(concat!(env!("OUT_DIR"), "/claiming.rs"));
+include!("generated/claiming.rs");
 
 /// Takes the secret out of a request, given by the name of its message and its bytes: the request as others may read
 /// it, and the secret that is to be proven with it. None where there is no secret in it.

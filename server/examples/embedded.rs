@@ -11,7 +11,7 @@ use anyhow::{Context as _, Result};
 use simd_core::simulation::command::{RobotTargets, SetTargets, WholeTarget};
 use simd_server::config::{Config, Robot};
 use simd_server::embedded::Embedded;
-use simd_server::handle::RunState;
+use simd_world::handle::RunState;
 
 fn main() -> Result<()> {
     let repository = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..");

@@ -35,10 +35,10 @@ pub use self::command::{Asked, run};
 pub use self::connections::Connections;
 pub use self::ros2::{Distro, Ros2};
 pub use self::zenoh::Zenoh;
-use crate::driver;
-use crate::handle::{DaemonLimits, Pace};
 use crate::log::LogFormat;
-use crate::recording;
+use simd_world::driver;
+use simd_world::handle::{DaemonLimits, Pace};
+use simd_world::recording;
 
 /// Everything that a daemon is started with.
 #[derive(Clone, Debug)]

@@ -22,16 +22,16 @@ use std::time::Duration;
 use tokio::net::TcpListener;
 use tokio::task::JoinHandle;
 
-use crate::access::Access;
 use crate::config::{Autosave, Config, Robot};
 use crate::grpc::{FrontEndThreads, Listeners, Tls, UnixSocket};
-use crate::handle::{CallError, SimHandle};
 use crate::http;
 use crate::ros2;
 use crate::zenoh;
 pub use error::Error;
 use service_manager::ServiceManager;
 use signals::{SignalAction, Signals};
+use simd_world::access::Access;
+use simd_world::handle::{CallError, SimHandle};
 
 /// Calls and streams end within this time of a drain, or are cut off.
 const DRAIN: Duration = Duration::from_millis(2200);

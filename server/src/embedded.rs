@@ -16,6 +16,7 @@ mod publications;
 #[cfg(test)]
 mod tests;
 
+use simd_api::service::status::OrStatus as _;
 use std::collections::HashMap;
 use std::pin::pin;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -40,14 +41,14 @@ use self::direct::Direct;
 pub use self::notices::{Notice, Ticket, What};
 use self::notices::{Notices, Notifier};
 pub use self::publications::Topic;
-use crate::SimHandle;
-use crate::access::Access;
 use crate::config::{Autosave, Config};
 use crate::daemon::{self, Error};
-use crate::handle::{CallError, Disconnect, Transport};
-use crate::service::routes;
-use crate::service::status::Explained;
-use crate::service::transport::{in_full, with_reason};
+use simd_api::service::routes;
+use simd_api::service::status::Explained;
+use simd_api::service::transport::{in_full, with_reason};
+use simd_world::SimHandle;
+use simd_world::access::Access;
+use simd_world::handle::{CallError, Disconnect, Transport};
 
 /// Calls and subscriptions that were begun and have not ended.
 const UNDER_WAY: usize = 1024;
@@ -271,7 +272,7 @@ impl Embedded {
     /// A method of the schema, while the world is there.
     fn find(&self, method: &str) -> Result<&'static Method, Status> {
         if self.connection.is_cancelled() {
-            return Err(CallError::ShuttingDown.into());
+            return Err(CallError::ShuttingDown).or_status();
         }
         let found = method.split_once('/').and_then(|(service, method)| methods::find(service, method));
         let none = || with_reason(Status::unimplemented(format!("`{method}` is no method of simd.v1")));
@@ -308,7 +309,7 @@ impl Embedded {
     }
 
     fn runtime(&self) -> Result<&Runtime, Status> {
-        self.runtime.as_ref().ok_or_else(|| CallError::ShuttingDown.into())
+        self.runtime.as_ref().ok_or(CallError::ShuttingDown).or_status()
     }
 
     fn lock(&self) -> MutexGuard<'_, UnderWay> {

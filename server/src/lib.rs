@@ -17,32 +17,15 @@
 //! * [`log`]: lines on stderr, which block no caller.
 //! * [`daemon`]: all of it put together, from start to drain.
 
-pub mod access;
-mod account;
 pub mod authority;
-mod blocking_threads;
-mod call_error;
 pub mod config;
-pub mod convert;
 pub mod daemon;
-pub mod driver;
 pub mod embedded;
-mod fair_permits;
 pub mod grpc;
-pub mod handle;
-mod histogram;
 pub mod http;
-mod info;
-pub mod loading;
 pub mod log;
-pub mod process;
-pub mod recording;
 pub mod replay;
 pub mod ros2;
-mod run_state;
-pub mod service;
 mod subcommand;
 pub mod zenoh;
 pub mod zenoh_acl;
-
-pub use handle::SimHandle;

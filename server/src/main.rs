@@ -16,7 +16,8 @@ use std::time::Duration;
 use cap::Cap;
 use simd_server::config::{self, Config, ConfigError};
 use simd_server::log::{Log, LogFormat};
-use simd_server::{authority, daemon, process, replay, zenoh_acl};
+use simd_server::{authority, daemon, replay, zenoh_acl};
+use simd_world::process;
 use tikv_jemallocator::Jemalloc;
 use tracing_subscriber::EnvFilter;
 

@@ -7,8 +7,8 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
-use crate::recording::{self, Changes, Comparison, Replayed, Variation};
 use crate::subcommand;
+use simd_world::recording::{self, Changes, Comparison, Replayed, Variation};
 
 /// One process, one world, stepped in real time.
 #[derive(Debug, Parser)]

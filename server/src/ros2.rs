@@ -33,8 +33,8 @@ use tokio_util::sync::CancellationToken;
 
 use self::calls::Calls;
 use self::endpoints::Graph;
-use crate::SimHandle;
 use crate::config::Ros2;
+use simd_world::SimHandle;
 
 /// The node leaves the graph within this time of a drain, or is left behind.
 const CLOSE: Duration = Duration::from_millis(500);

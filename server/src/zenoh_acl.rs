@@ -10,8 +10,8 @@ use serde_json::{Value, json};
 use simd_proto::access::Role;
 use simd_proto::methods;
 
-use crate::access::role_of;
 use crate::subcommand;
+use simd_world::access::role_of;
 
 /// Keys of liveliness tokens.
 const DAEMONS: &str = "@simd/daemons/*/*";

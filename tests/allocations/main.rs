@@ -314,8 +314,8 @@ fn a_step_with_constraints_between_links_allocates_nothing() {
 #[test]
 fn a_step_on_two_threads_allocates_nothing() {
     use simd_core::pool::Pool;
-    use simd_server::driver::{RealTime, StepThreads};
     use simd_tests::scenes::{cuboid, plane, robot};
+    use simd_world::driver::{RealTime, StepThreads};
 
     let (model, _) = robots::read("seven_arm/urdf/seven_arm.urdf");
     let mut world = Simulation::new(PhysicsSettings::default(), WorldLimits::default());

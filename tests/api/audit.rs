@@ -33,7 +33,7 @@ fn of_calls(calls: &[AuditedCall]) -> Vec<(&str, &str, Vec<&str>, &str)> {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn each_call_that_changes_something_is_an_event_with_its_robots_and_its_result() {
-    let guarded = guarded(|config, _| config.driver.state = simd_server::handle::RunState::Paused).await;
+    let guarded = guarded(|config, _| config.driver.state = simd_world::handle::RunState::Paused).await;
     for (place, transport) in [(guarded.grpc(), "grpc"), (guarded.running.locators()[0].clone(), "zenoh")] {
         let connect = async |token| Client::connect_with(&place, options(Some(token), None)).await.unwrap();
         let admin = connect(of(Role::Admin)).await.with_name("console");

@@ -179,7 +179,7 @@ async fn a_world_that_nothing_draws_says_so_at_once(via: Via) {
 async fn what_a_renderer_does_not_draw_goes_to_another(via: Via) {
     let drawing = Duration::from_millis(200);
     let daemon = Daemon::start_via(via, |config| {
-        config.driver.state = simd_server::handle::RunState::Paused;
+        config.driver.state = simd_world::handle::RunState::Paused;
         config.limits.drawing_time = drawing;
     })
     .await;
@@ -286,7 +286,7 @@ fn zeros(count: usize) -> Vec<u8> {
 
 async fn pictures_that_are_waited_for_are_bounded(via: Via) {
     let daemon = Daemon::start_via(via, |config| {
-        config.driver.state = simd_server::handle::RunState::Paused;
+        config.driver.state = simd_world::handle::RunState::Paused;
         config.limits.waiting_pictures = 1;
         config.limits.picture_bytes = 1 << 20;
     })

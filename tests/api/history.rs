@@ -11,9 +11,9 @@ use simd_client::proto::{
 };
 use simd_client::{Client, Error, Target, every_joint, joint_target, robot_targets};
 use simd_server::config::Zenoh;
-use simd_server::handle::RunState;
 use simd_tests::daemon::Daemon;
 use simd_tests::web;
+use simd_world::handle::RunState;
 use tracing_subscriber::EnvFilter;
 use tracing_subscriber::fmt::MakeWriter;
 
@@ -123,7 +123,7 @@ fn after(line: &str, word: &str) -> Option<u64> {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn each_acknowledged_command_is_in_the_history_once_in_order_and_no_refused_one_is() {
     let lines = Lines::default();
-    let filter = EnvFilter::new("simd_server::driver=trace");
+    let filter = EnvFilter::new("simd_world::driver=trace");
     tracing_subscriber::fmt().with_env_filter(filter).with_ansi(false).with_writer(lines.clone()).init();
     let daemon = Daemon::start(|config| {
         config.zenoh = Zenoh::on_free_port();

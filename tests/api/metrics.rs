@@ -123,7 +123,7 @@ async fn a_daemon_that_drains_is_alive_and_not_ready() {
 #[tokio::test]
 async fn the_dashboard_asks_for_metrics_that_there_are() {
     // The program counts what it allocates, and this one does not.
-    simd_server::process::count_heap_by(|| 1);
+    simd_world::process::count_heap_by(|| 1);
     let daemon = arm(Via::Grpc).await;
     let stream = daemon.client.watch(vec![every_joint("arm")], 10.0).await.unwrap();
     let text = get(daemon.address, "/metrics", &[]).await.text();

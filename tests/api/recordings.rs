@@ -6,10 +6,10 @@ use simd_client::proto::event::Kind;
 use simd_client::proto::{self, sensor};
 use simd_client::proto::{ErrorReason, RecordingEndCause, RecordingState, StartRecordingRequest};
 use simd_client::{Client, Target};
-use simd_server::handle::RunState;
-use simd_server::recording::{Replayed, replay};
 use simd_tests::daemon::{Daemon, Via};
 use simd_tests::process::soon;
+use simd_world::handle::RunState;
+use simd_world::recording::{Replayed, replay};
 use tempfile::TempDir;
 
 use crate::cameras::{camera, draw};

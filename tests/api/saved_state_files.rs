@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 
 use simd_client::proto::{self, ErrorReason};
 use simd_client::{Client, Package, Target, joint_target};
-use simd_server::loading::saved_state_file::FORMAT;
 use simd_tests::daemon::{Daemon, Via, fixed};
 use simd_tests::robots::assets;
+use simd_world::loading::saved_state_file::FORMAT;
 
 use crate::{arm, set};
 

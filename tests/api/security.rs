@@ -7,10 +7,10 @@ use simd_client::proto::ErrorReason;
 use simd_client::{Client, ConnectOptions, Target, Token, joint_target};
 use simd_proto::raw::RawCodec;
 use simd_proto::{keys, methods};
-use simd_server::access::role_of;
 use simd_server::config::{Config, TlsFiles};
 use simd_server::daemon::{self, Running};
 use simd_tests::process::soon;
+use simd_world::access::role_of;
 use tempfile::TempDir;
 use tonic::codegen::http::uri::PathAndQuery;
 use tonic::{Code, Request, Status};
@@ -139,7 +139,7 @@ fn answers_at_once(method: &methods::Method) -> bool {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn each_method_asks_for_its_role() {
-    let guarded = guarded(|config, _| config.driver.state = simd_server::handle::RunState::Paused).await;
+    let guarded = guarded(|config, _| config.driver.state = simd_world::handle::RunState::Paused).await;
     for (service, name, method) in methods::all() {
         for token in [None, Some("simd_1".to_owned()), Some(token(&[8; 32])), Some(token(&[9; 32]))] {
             let status = call_grpc(&guarded.running, &method.path, token.as_deref()).await;
@@ -167,7 +167,7 @@ fn headers(token: Option<&str>) -> Option<String> {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn each_method_asks_for_its_role_over_zenoh_too() {
-    let guarded = guarded(|config, _| config.driver.state = simd_server::handle::RunState::Paused).await;
+    let guarded = guarded(|config, _| config.driver.state = simd_world::handle::RunState::Paused).await;
     let mut settings = zenoh::Config::default();
     settings.insert_json5("mode", "\"client\"").unwrap();
     settings.insert_json5("connect/endpoints", &format!("[{:?}]", guarded.running.locators()[0])).unwrap();

@@ -7,8 +7,8 @@ use simd_client::access::Role;
 use simd_client::proto::{ErrorReason, NameTakenPolicy};
 use simd_client::{Client, Error, every_joint};
 use simd_server::config::Config;
-use simd_server::handle::RunState;
 use simd_tests::daemon::{Daemon, Via};
+use simd_world::handle::RunState;
 
 use crate::load_arm;
 use crate::security::{guarded, of, of_second, options};

@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use simd_client::proto::{self, ErrorReason, SimulationState};
 use simd_client::{Target, every_joint};
-use simd_server::handle::Pace;
 use simd_tests::daemon::{Daemon, Via};
+use simd_world::handle::Pace;
 
 use crate::{arm, set, shoulder};
 

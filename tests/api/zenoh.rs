@@ -10,10 +10,10 @@ use simd_client::proto::{
 use simd_client::proto::{ParameterList, joint_target as wire};
 use simd_client::{Client, Error, Network, Target, every_joint, joint_target, robot_targets};
 use simd_server::config::Zenoh;
-use simd_server::handle::RunState;
 use simd_tests::daemon::{Daemon, Via};
 use simd_tests::network;
 use simd_tests::process::soon;
+use simd_world::handle::RunState;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::Notify;
 use zenoh::handlers::{FifoChannel, RingChannel};

@@ -276,7 +276,7 @@ async fn streams_go_on_after_a_daemon_was_started_again() {
     let start = || async {
         let zenoh = Zenoh { connect: vec![router.locator.clone()], ..Zenoh::default() };
         let mut config = Config { listen: ([127, 0, 0, 1], 0).into(), zenoh, ..Default::default() };
-        config.driver.state = simd_server::handle::RunState::Paused;
+        config.driver.state = simd_world::handle::RunState::Paused;
         simd_server::daemon::start(config).await.unwrap()
     };
     let first = start().await;

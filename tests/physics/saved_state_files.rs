@@ -15,9 +15,9 @@ use simd_core::simulation::world_state::{RestPose, RobotState, WorldState};
 use simd_core::{Command, Integrator, Simulation, SurfaceCombination};
 use simd_model::RobotModel;
 use simd_model::robot::Sha256;
-use simd_server::loading::saved_state_file::{Content, RobotSource, open, seal};
 use simd_tests::robots;
 use simd_tests::scenes::*;
+use simd_world::loading::saved_state_file::{Content, RobotSource, open, seal};
 
 use crate::random_commands::random_command;
 use crate::random_robots;

@@ -12,8 +12,8 @@ use simd_core::simulation::command::*;
 use simd_core::{Command, Simulation};
 use simd_model::RobotModel;
 use simd_model::robot::JointKind;
-use simd_server::driver::{RealTime, StepThreads};
 use simd_tests::scenes::*;
+use simd_world::driver::{RealTime, StepThreads};
 
 use crate::constraints::tree;
 use crate::contacts::keep_awake;

@@ -2,11 +2,11 @@
 
 use std::net::SocketAddr;
 
+use simd_api::service;
 use simd_client::{Client, proto};
 use simd_server::config::{Config, Zenoh};
 use simd_server::daemon::{self, Running};
-use simd_server::handle::{RunState, Transport};
-use simd_server::service;
+use simd_world::handle::{RunState, Transport};
 
 use crate::web;
 

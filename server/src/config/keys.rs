@@ -12,9 +12,9 @@ use simd_core::simulation::command::PhysicsChange;
 use simd_core::{Integrator, SurfaceCombination};
 
 use super::key::{Access, Key, MANY};
-use crate::driver::{MOST_SPIN_US, MOST_STEP_THREADS, Processors};
-use crate::handle::{Pace, RunState};
 use crate::log::LogFormat;
+use simd_world::driver::{MOST_SPIN_US, MOST_STEP_THREADS, Processors};
+use simd_world::handle::{Pace, RunState};
 
 /// All keys, in the order of the file.
 pub(super) static KEYS: LazyLock<Vec<Key>> = LazyLock::new(|| {

@@ -5,7 +5,7 @@ use std::fs;
 use simd_core::{Integrator, SurfaceCombination};
 
 use super::*;
-use crate::handle::RunState;
+use simd_world::handle::RunState;
 
 fn args(flags: &str) -> Result<Config, ConfigError> {
     Config::from_args(std::iter::once("simd").chain(flags.split_whitespace()).map(OsString::from))

@@ -9,7 +9,7 @@ use std::time::Duration;
 use simd_assets::{Replacement, with_suffix};
 
 use crate::config::Autosave;
-use crate::handle::{CallError, SimHandle};
+use simd_world::handle::{CallError, SimHandle};
 
 /// What the state is called in its file. The world has no saved state of it: clients' names and limits are theirs.
 const NAME: &str = "autosave";

@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use crate::handle::CallError;
 use crate::zenoh;
+use simd_world::handle::CallError;
 
 /// Why a daemon does not start, or ends by itself.
 #[derive(Debug, thiserror::Error)]

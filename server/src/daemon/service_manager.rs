@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use tokio::sync::oneshot;
 use tokio::time::MissedTickBehavior;
 
-use crate::handle::SimHandle;
+use simd_world::handle::SimHandle;
 
 /// Messages that may wait for a service manager that does not read. More are lost.
 const WAITING: usize = 8;
@@ -156,11 +156,11 @@ mod tests {
     use simd_core::simulation::WorldLimits;
 
     use super::*;
-    use crate::blocking_threads::BlockingThreads;
-    use crate::driver;
-    use crate::driver::fake_world::BlockedWorld;
-    use crate::handle::{DaemonInfo, DaemonLimits, RunState};
-    use crate::loading::Loader;
+    use simd_world::blocking_threads::BlockingThreads;
+    use simd_world::driver;
+    use simd_world::driver::fake_world::BlockedWorld;
+    use simd_world::handle::{DaemonInfo, DaemonLimits, RunState};
+    use simd_world::loading::Loader;
 
     const ALLOWED: Duration = Duration::from_secs(60);
 

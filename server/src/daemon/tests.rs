@@ -4,7 +4,7 @@ use simd_core::Command;
 use simd_core::simulation::command::PhysicsChange;
 
 use super::*;
-use crate::handle::RunState;
+use simd_world::handle::RunState;
 
 fn config() -> Config {
     Config { listen: "127.0.0.1:0".parse().unwrap(), zenoh: crate::config::Zenoh::off(), ..Config::default() }

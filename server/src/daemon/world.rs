@@ -7,14 +7,14 @@ use simd_core::simulation::WorldLimits;
 use simd_model::Severity;
 
 use super::{Error, autosave};
-use crate::access::Access;
-use crate::blocking_threads::BlockingThreads;
 use crate::config::{Autosave, Config, Robot};
-use crate::convert::to_proto;
-use crate::driver;
-use crate::handle::{CallError, DaemonInfo, RunState, SimHandle, Source, SpawnRequest};
-use crate::loading::Loader;
-use crate::recording::{Encoders, Recordings};
+use simd_api::convert::to_proto;
+use simd_world::access::Access;
+use simd_world::blocking_threads::BlockingThreads;
+use simd_world::driver;
+use simd_world::handle::{CallError, DaemonInfo, RunState, SimHandle, Source, SpawnRequest};
+use simd_world::loading::Loader;
+use simd_world::recording::{Encoders, Recordings};
 
 /// What reads descriptions, from uploads and below the asset roots.
 ///

@@ -2,6 +2,7 @@
 //! layers that carry a call of gRPC. They are decoded, refused, counted and noted as over every transport; what cannot be
 //! decoded, is too long or comes from a client of another version goes the long way, which says why.
 
+use simd_api::service::status::OrStatus as _;
 use std::time::Instant;
 
 use bytes::Bytes;
@@ -13,12 +14,12 @@ use simd_proto::v1::simulation_service_server::SimulationService as _;
 use tonic::metadata::MetadataMap;
 use tonic::{Request, Response, Status};
 
-use crate::SimHandle;
-use crate::account::Account;
-use crate::handle::{Caller, Disconnect, Peer, Transport};
-use crate::service::counted::reason;
-use crate::service::transport::with_reason;
-use crate::service::{joint, simulation, version};
+use simd_api::service::counted::reason;
+use simd_api::service::transport::with_reason;
+use simd_api::service::{joint, simulation, version};
+use simd_world::SimHandle;
+use simd_world::account::Account;
+use simd_world::handle::{Caller, Disconnect, Peer, Transport};
 
 /// The services that have such methods.
 #[derive(Clone, Debug)]
@@ -101,7 +102,7 @@ impl Direct {
                 });
                 Account::Process.scope(work(request)).await.map_err(with_reason)
             }
-            Err(refused) => Err(refused.into()),
+            Err(refused) => Err(refused).or_status(),
         };
         let refusal = answer.as_ref().err();
         let how = refusal.map_or((0, ""), |status| (status.code().into(), reason(status)));

@@ -9,10 +9,10 @@ use simd_proto::{keys, v1};
 use tokio::time::{MissedTickBehavior, interval};
 
 use super::notices::{Notifier, Ticket, What};
-use crate::SimHandle;
-use crate::convert::to_proto;
-use crate::handle::{CallError, MOST_FOLLOWED, SensorCursor};
-use crate::zenoh::publications::{Encode, STATISTICS, UNCHANGED, joint_states, link_poses, newest};
+use simd_api::convert::to_proto;
+use simd_api::publication::{Encode, STATISTICS, UNCHANGED, joint_states, link_poses, newest};
+use simd_world::SimHandle;
+use simd_world::handle::{CallError, MOST_FOLLOWED, SensorCursor};
 
 /// How long a task waits for an event before it looks again.
 const WAIT: Duration = Duration::from_secs(60);

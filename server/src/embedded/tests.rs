@@ -4,7 +4,7 @@ use prost::Message as _;
 use simd_proto::v1;
 
 use super::*;
-use crate::handle::RunState;
+use simd_world::handle::RunState;
 
 const SECOND: Duration = Duration::from_secs(10);
 

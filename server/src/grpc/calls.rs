@@ -19,8 +19,8 @@ use tonic::Status;
 
 use super::activity::{Activity, Call};
 use crate::config::Connections;
-use crate::handle::{Disconnect, Peer};
-use crate::service::status::Explained;
+use simd_api::service::status::Explained;
+use simd_world::handle::{Disconnect, Peer};
 
 /// By which connection a request came.
 #[derive(Clone, Debug)]

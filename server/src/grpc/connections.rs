@@ -15,7 +15,7 @@ use tokio_util::sync::CancellationToken;
 
 use super::activity::Activity;
 use crate::config::Connections as DaemonLimits;
-use crate::handle::RefusedUnanswered;
+use simd_world::handle::RefusedUnanswered;
 
 /// How long a connection that is closed for idleness may take to end, so that a client that begins a call at that
 /// moment learns that it must begin it anew.

@@ -11,8 +11,8 @@ use tonic_health::pb::health_check_response::ServingStatus;
 use tonic_health::pb::health_server::Health;
 use tonic_health::pb::{HealthCheckRequest, HealthCheckResponse};
 
-use crate::SimHandle;
-use crate::service::BoxStream;
+use simd_api::service::BoxStream;
+use simd_world::SimHandle;
 
 /// Between two looks for one who watches.
 const LOOK: Duration = Duration::from_secs(1);
@@ -91,11 +91,11 @@ impl Health for HealthService {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::blocking_threads::BlockingThreads;
-    use crate::driver;
-    use crate::driver::fake_world::FakeWorld;
-    use crate::handle::{DaemonInfo, DaemonLimits, RunState};
-    use crate::loading::Loader;
+    use simd_world::blocking_threads::BlockingThreads;
+    use simd_world::driver;
+    use simd_world::driver::fake_world::FakeWorld;
+    use simd_world::handle::{DaemonInfo, DaemonLimits, RunState};
+    use simd_world::loading::Loader;
 
     #[tokio::test]
     async fn who_watches_hears_that_the_physics_thread_has_ended() {

@@ -16,7 +16,7 @@ use tonic::transport::server::Connected;
 
 use super::calls::Origin;
 use super::connections::{Address, Connections, Slot};
-use crate::handle::{Disconnect, Peer};
+use simd_world::handle::{Disconnect, Peer};
 
 /// How long nothing is accepted after an error: most, such as too many open
 /// files, are still there at once.

@@ -39,11 +39,11 @@ use self::listeners::{Movable as _, accepted};
 pub use self::threads::FrontEndThreads;
 pub use self::tls::Tls;
 use self::tls::Wire;
-use crate::SimHandle;
 use crate::config::Connections as DaemonLimits;
-use crate::handle::Transport;
 use crate::http;
-use crate::service::routes;
+use simd_api::service::routes;
+use simd_world::SimHandle;
+use simd_world::handle::Transport;
 
 /// How long streams and calls may take to end once the daemon drains.
 const DRAIN_GRACE: Duration = Duration::from_secs(2);

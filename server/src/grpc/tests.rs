@@ -27,13 +27,13 @@ use tonic_types::StatusExt as _;
 use super::connections::Connections;
 use super::listeners::Listeners;
 use super::threads::FrontEndThreads;
-use crate::SimHandle;
-use crate::blocking_threads::BlockingThreads;
 use crate::config;
-use crate::convert::test_world::spawn;
-use crate::driver;
-use crate::handle::{DaemonInfo, DaemonLimits, RunState};
-use crate::loading::Loader;
+use simd_api::convert::test_world::spawn;
+use simd_world::SimHandle;
+use simd_world::blocking_threads::BlockingThreads;
+use simd_world::driver;
+use simd_world::handle::{DaemonInfo, DaemonLimits, RunState};
+use simd_world::loading::Loader;
 
 /// A daemon with one robot, `arm`, and a client's connection to it.
 struct Daemon {

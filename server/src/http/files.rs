@@ -12,7 +12,7 @@ use simd_model::robot::Sha256;
 
 use super::login;
 use super::{Page, caching, refused};
-use crate::handle::MeshKey;
+use simd_world::handle::MeshKey;
 
 /// For untrusted files: a browser shows it, if at all, as a document that can do nothing.
 pub(super) const SANDBOX: &str = "default-src 'none'; sandbox; frame-ancestors 'none'";

@@ -14,7 +14,7 @@ use axum::http::{HeaderMap, StatusCode, Version};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 
-use crate::handle::Transport;
+use simd_world::handle::Transport;
 
 /// The page loads and asks its own daemon alone. three.js makes pictures of its own and reads those within meshes
 /// (`blob:`, of the page itself), and small ones come within style sheets (`data:`).

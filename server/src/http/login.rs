@@ -11,11 +11,11 @@ use axum::response::IntoResponse as _;
 use simd_proto::access::{Role, TOKEN_COOKIE, TOKEN_HEADER};
 
 use super::Page;
-use crate::SimHandle;
-use crate::access::{Access, Denied};
-use crate::account::Account;
-use crate::handle::Peer;
-use crate::service::authorization::token;
+use simd_api::service::authorization::token;
+use simd_world::SimHandle;
+use simd_world::access::{Access, Denied};
+use simd_world::account::Account;
+use simd_world::handle::Peer;
 
 /// What the page asks for is read alone, and waits as one of the requests of its client.
 pub(super) async fn check(State(handle): State<SimHandle>, request: Request, next: Next) -> Response<Body> {

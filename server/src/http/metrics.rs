@@ -19,9 +19,9 @@ use prometheus_client::registry::{Registry, Unit};
 use tonic::Code;
 
 use super::Page;
-use crate::handle::RunState;
-use crate::histogram::Counts;
-use crate::{SimHandle, process};
+use simd_world::handle::RunState;
+use simd_world::histogram::Counts;
+use simd_world::{SimHandle, process};
 
 /// Of OpenMetrics, which Prometheus asks for.
 const MEDIA: &str = "application/openmetrics-text; version=1.0.0; charset=utf-8";
@@ -138,8 +138,9 @@ impl Scrape {
             "What was refused without an answer that says why.",
             unanswered.map(|(what, count)| ([("what", what)], count.load(Ordering::Relaxed))),
         )?;
-        let labels =
-            |of: &crate::handle::MethodCalls| [("method", of.method), ("transport", of.transport.name())];
+        let labels = |of: &simd_world::handle::MethodCalls| {
+            [("method", of.method), ("transport", of.transport.name())]
+        };
         let open = calls.iter().filter(|of| of.streams > 0).map(|of| (labels(of), of.streams as f64));
         families.gauges("simd_streams", "Streams that go on.", open)?;
         let took = "Wall time until calls were answered; until the first answer of streams.";

@@ -38,8 +38,8 @@ use tonic_web::GrpcWebLayer;
 pub use self::bundle::Bundle;
 pub use self::guard::Hosts;
 
-use crate::SimHandle;
-use crate::handle::CallError;
+use simd_world::SimHandle;
+use simd_world::handle::CallError;
 
 /// What the front-end serves beside the calls.
 #[derive(Clone, Debug, Default)]

@@ -13,8 +13,8 @@ use simd_core::simulation::published_state::{EntityLayout, Mode};
 use simd_model::robot::{Geometry, JointKind};
 
 use super::{Page, caching, files, refused};
-use crate::SimHandle;
-use crate::handle::RunState;
+use simd_world::SimHandle;
+use simd_world::handle::RunState;
 
 /// `GET /robots`.
 #[derive(Serialize)]

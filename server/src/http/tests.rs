@@ -13,14 +13,14 @@ use tonic::codegen::Service as _;
 use tonic::service::Routes;
 
 use super::*;
-use crate::account::Account;
-use crate::blocking_threads::BlockingThreads;
-use crate::convert::test_world::spawn;
-use crate::convert::to_proto;
-use crate::driver;
-use crate::handle::tests::waiting::{crowd, waits};
-use crate::handle::{DaemonInfo, DaemonLimits, Peer, RunState, Transport};
-use crate::loading::Loader;
+use simd_api::convert::test_world::spawn;
+use simd_api::convert::to_proto;
+use simd_world::account::Account;
+use simd_world::blocking_threads::BlockingThreads;
+use simd_world::driver;
+use simd_world::handle::testing::{crowd, waits};
+use simd_world::handle::{DaemonInfo, DaemonLimits, Peer, RunState, Transport};
+use simd_world::loading::Loader;
 
 /// The routes of a daemon with `arm`, as they are where no viewer was built.
 async fn routes() -> Router {
@@ -42,7 +42,7 @@ async fn within(limits: DaemonLimits, spawn: Command) -> (Router, SimHandle) {
         info,
     );
     handle.command(spawn).await.unwrap();
-    let services: Routes = crate::service::routes(&handle, Transport::Grpc);
+    let services: Routes = simd_api::service::routes(&handle, Transport::Grpc);
     let settings = Settings { bundle: Bundle::fallback(), ..Settings::default() };
     (beside(services.into_axum_router(), &handle, settings), handle)
 }

@@ -29,9 +29,9 @@ use super::commands::trajectory;
 use super::endpoints::{Graph, Server, Topic};
 use super::robots::Robot;
 use super::services::one;
-use crate::SimHandle;
-use crate::handle::LogEvent;
-use crate::recording::stamp;
+use simd_world::SimHandle;
+use simd_world::handle::LogEvent;
+use simd_world::recording::stamp;
 
 /// Goals that are remembered, those that ended the longest ago are forgotten first.
 pub(super) const GOALS: usize = 32;

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use tokio::runtime::Handle;
 use tokio::sync::Semaphore;
 
-use crate::blocking_threads::BlockingThreads;
+use simd_world::blocking_threads::BlockingThreads;
 
 /// Threads that replies leave on.
 const THREADS: usize = 4;

@@ -13,10 +13,10 @@ use simd_ros2::wire::Qos;
 
 use super::endpoints::{Graph, Topic};
 use super::robots::{DeclaredFor, Robot, SensorKey, sensor_topics};
-use crate::SimHandle;
-use crate::handle::{Picture, Plane};
-use crate::recording::camera_message::{ImageKind, camera_info};
-use crate::recording::stamp;
+use simd_world::SimHandle;
+use simd_world::handle::{Picture, Plane};
+use simd_world::recording::camera_message::{ImageKind, camera_info};
+use simd_world::recording::stamp;
 
 /// The topics of cameras.
 #[derive(Debug, Default)]

@@ -30,8 +30,8 @@ use zenoh::sample::Sample;
 
 use super::endpoints::{Graph, Subscription};
 use super::robots::Robot;
-use crate::SimHandle;
-use crate::handle::{Caller, Transport};
+use simd_world::SimHandle;
+use simd_world::handle::{Caller, Transport};
 
 /// Messages that wait to be read.
 const WAITING: usize = 32;

@@ -19,9 +19,9 @@ use super::commands::{Commands, Inbox};
 use super::endpoints::{Graph, Topic};
 use super::robots::{MAX_ROBOTS, Robot, robots};
 use super::sensors::Sensors;
-use crate::SimHandle;
-use crate::handle::Published;
-use crate::recording::stamp;
+use simd_world::SimHandle;
+use simd_world::handle::Published;
+use simd_world::recording::stamp;
 
 /// A state that does not change is published so often, for those who come late.
 const UNCHANGED: Duration = Duration::from_secs(1);

@@ -17,7 +17,7 @@ use simd_ros2::messages::std_msgs::Header;
 use simd_ros2::messages::tf2_msgs::TFMessage;
 use simd_ros2::wire::word;
 
-use crate::recording::camera_message::SENSOR_FROM_OPTICAL;
+use simd_world::recording::camera_message::SENSOR_FROM_OPTICAL;
 
 /// The frame that all robots are in.
 pub(super) const WORLD: &str = "world";

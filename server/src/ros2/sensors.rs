@@ -11,9 +11,9 @@ use simd_ros2::wire::Qos;
 
 use super::endpoints::{Graph, Topic};
 use super::robots::{DeclaredFor, Robot, SensorKey, sensor_topics};
-use crate::SimHandle;
-use crate::handle::{MOST_FOLLOWED, SensorCursor};
-use crate::recording::sensor_message::{SensorMessage, SensorShape};
+use simd_world::SimHandle;
+use simd_world::handle::{MOST_FOLLOWED, SensorCursor};
+use simd_world::recording::sensor_message::{SensorMessage, SensorShape};
 
 /// The topics of sensors.
 #[derive(Debug, Default)]

@@ -18,9 +18,9 @@ use zenoh::query::Query;
 use super::calls::Calls;
 use super::endpoints::{Graph, Server, wall_time};
 use super::robots::{WORLD, pose_message};
-use crate::SimHandle;
-use crate::handle::{CallError, RunState, Source, SpawnRequest};
-use crate::recording::stamp;
+use simd_world::SimHandle;
+use simd_world::handle::{CallError, RunState, Source, SpawnRequest};
+use simd_world::recording::stamp;
 
 /// How a call went: [`Result`] by another name, for it hides Rust's.
 type Outcome = Result;

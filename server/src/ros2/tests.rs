@@ -6,8 +6,8 @@ use simd_ros2::messages::builtin_interfaces::Time;
 use simd_ros2::messages::tf2_msgs::TFMessage;
 
 use super::robots::{Robot, robots};
-use crate::convert::test_world;
-use crate::recording::stamp;
+use simd_api::convert::test_world;
+use simd_world::recording::stamp;
 
 fn world(names: &[&str]) -> (PublishedState, Vec<Robot>) {
     let mut simulation = Simulation::new(PhysicsSettings::default(), WorldLimits::default());
@@ -81,9 +81,9 @@ mod sensors {
     };
 
     use super::*;
-    use crate::handle::{LoggedReading, Measured};
-    use crate::recording::sensor_message::{SensorMessage, SensorShape};
     use crate::ros2::sensors::shape;
+    use simd_world::handle::{LoggedReading, Measured};
+    use simd_world::recording::sensor_message::{SensorMessage, SensorShape};
 
     fn sensor(name: &str, kind: SensorKind, on: SensorMount, link: usize) -> WorldSensor {
         let noise = Noise { standard_deviation: 0.5, ..Noise::default() };

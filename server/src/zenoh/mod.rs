@@ -34,8 +34,8 @@ use self::presence::Presence;
 pub use self::senders::Replies;
 use self::senders::Senders;
 use self::sessions::Sessions;
-use crate::SimHandle;
 use crate::config;
+use simd_world::SimHandle;
 
 /// Queries under way may take so long to be answered once the daemon drains.
 const DRAIN_GRACE: Duration = Duration::from_millis(1800);

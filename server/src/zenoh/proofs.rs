@@ -7,9 +7,9 @@ use simd_proto::keys;
 use simd_proto::proof::{PROOF_HEADER, Proof};
 use zenoh::bytes::ZBytes;
 
-use crate::SimHandle;
-use crate::handle::Unproven;
-use crate::service::claims::Proven;
+use simd_api::service::claims::Proven;
+use simd_world::SimHandle;
+use simd_world::handle::Unproven;
 
 /// A longer attachment is not read: a name and a proof take some two hundred.
 pub(super) const MAX_ATTACHMENT_BYTES: usize = 4096;

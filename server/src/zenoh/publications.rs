@@ -8,7 +8,6 @@ mod pictures;
 mod robots;
 mod sensors;
 
-use std::sync::Arc;
 use std::time::Duration;
 
 use prost::Message;
@@ -24,16 +23,11 @@ use zenoh::{Session, Wait as _};
 
 use self::robots::OfRobots;
 use super::Error;
-use crate::SimHandle;
-use crate::convert::{Selection, to_proto};
-use crate::handle::{CallError, Published, RunState};
+use simd_api::convert::to_proto;
+use simd_api::publication::{Encode, STATISTICS, UNCHANGED, joint_states, link_poses, newest};
+use simd_world::SimHandle;
+use simd_world::handle::CallError;
 
-/// How often statistics are published.
-pub(crate) const STATISTICS: Duration = Duration::from_millis(100);
-/// What does not change is published so often, for those who subscribe late.
-pub(crate) const UNCHANGED: Duration = Duration::from_secs(1);
-/// How long a playing world is waited for to do its next step.
-const FRESH: Duration = Duration::from_millis(2);
 /// How long a task waits for an event before it looks again.
 const WAIT: Duration = Duration::from_secs(60);
 
@@ -85,22 +79,6 @@ struct EachRobot {
     encode: Encode,
 }
 
-/// What a robot publishes, by its index in a state; `None` where the state has fewer robots.
-pub(crate) type Encode = fn(&Published, usize) -> Option<Vec<u8>>;
-
-/// The states of a robot's joints, as they are published.
-pub(crate) fn joint_states(state: &Published, robot: usize) -> Option<Vec<u8>> {
-    Selection::whole_robot(state, robot).map(|states| states.encode_to_vec())
-}
-
-/// The poses of its links.
-pub(crate) fn link_poses(state: &Published, robot: usize) -> Option<Vec<u8>> {
-    let entity = state.state.world.entities.get(robot)?;
-    let robots = vec![to_proto::entity::link_poses(&state.state, robot, entity)];
-    let stamp = Some(to_proto::stamp::published(state));
-    Some(v1::GetLinkPosesResponse { stamp, robots }.encode_to_vec())
-}
-
 async fn publish_robots(world: World, topic: EachRobot, mut demand: Demand, period: Duration) {
     let mut ticks = interval(period);
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
@@ -125,16 +103,6 @@ async fn publish_robots(world: World, topic: EachRobot, mut demand: Demand, peri
             wanted.filter_map(|(robot, publisher)| Some((publisher, (topic.encode)(&state, robot)?)));
         put_all(encoded);
     }
-}
-
-/// The first state after `sent` that is fresh: while the world plays the next step is
-/// waited for, since the one there is may be a step old already.
-pub(crate) async fn newest(handle: &SimHandle, sent: u64) -> Result<Arc<Published>, CallError> {
-    let there = handle.newest();
-    if there.sequence > sent && there.statistics.state == RunState::Playing {
-        return handle.newer_than(there.sequence, Some(FRESH)).await;
-    }
-    handle.newer_than(sent, Some(UNCHANGED)).await
 }
 
 async fn publish_statistics(handle: SimHandle, mut demand: Demand) {

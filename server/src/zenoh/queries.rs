@@ -5,6 +5,7 @@
 //! streams leave room for calls; and [`MESSAGES`] times the bytes that one may have. One more is refused with
 //! MAILBOX_FULL at once; where even the refusals pile up, it gets no reply.
 
+use simd_api::service::status::OrStatus as _;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -32,12 +33,12 @@ use super::Error;
 use super::proofs::proven;
 use super::senders::Senders;
 use super::sessions::Sessions;
-use crate::SimHandle;
-use crate::handle::{CallError, DaemonLimits, Peer, Transport};
-use crate::service::claims::Proven;
-use crate::service::routes;
-use crate::service::status::Explained;
-use crate::service::transport::{in_full, with_reason};
+use simd_api::service::claims::Proven;
+use simd_api::service::routes;
+use simd_api::service::status::Explained;
+use simd_api::service::transport::{in_full, with_reason};
+use simd_world::SimHandle;
+use simd_world::handle::{CallError, DaemonLimits, Peer, Transport};
 
 /// The most that the bytes of one query can be limited to.
 const MOST_BYTES: usize = 1 << 28;
@@ -182,7 +183,7 @@ impl Calls {
         proven: Proven,
     ) -> Result<(&'static Method, Streaming<Bytes>), Status> {
         if self.draining.is_cancelled() {
-            return Err(CallError::ShuttingDown.into());
+            return Err(CallError::ShuttingDown).or_status();
         }
         let key = query.key_expr().as_str();
         let method = keys::parse_rpc(key)

@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
 use tokio::sync::Semaphore;
 
-use crate::blocking_threads::BlockingThreads;
+use simd_world::blocking_threads::BlockingThreads;
 
 /// Sending goes through a few functions of Zenoh's, and needs no more.
 const STACK_BYTES: usize = 512 * 1024;

@@ -12,7 +12,7 @@ use zenoh::Session;
 use zenoh::sample::SampleKind;
 
 use super::Error;
-use crate::handle::Disconnect;
+use simd_world::handle::Disconnect;
 
 /// Tokens that are followed.
 const SESSIONS: usize = 4096;

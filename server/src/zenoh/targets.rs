@@ -21,11 +21,11 @@ use zenoh::bytes::ZBytes;
 
 use super::Error;
 use super::proofs::{MAX_ATTACHMENT_BYTES, proven};
-use crate::SimHandle;
-use crate::access::{Grant, role_of};
-use crate::convert::from_proto::joint::set_joint_targets;
-use crate::handle::{Caller, RefusedUnanswered, Transport};
-use crate::service::claims::{Presented, Proven};
+use simd_api::convert::from_proto::joint::set_joint_targets;
+use simd_api::service::claims::{Presented, Proven};
+use simd_world::SimHandle;
+use simd_world::access::{Grant, role_of};
+use simd_world::handle::{Caller, RefusedUnanswered, Transport};
 
 /// Messages that wait to be read.
 const WAITING: usize = 256;

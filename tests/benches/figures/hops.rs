@@ -8,11 +8,12 @@ use prost::Message as _;
 use simd_client::proto;
 use simd_core::simulation::command::{RobotTargets, SetTargets, WholeTarget};
 use simd_server::config::{Config, Robot, Zenoh};
+use simd_server::daemon;
 use simd_server::embedded::Embedded;
-use simd_server::handle::RunState;
-use simd_server::{SimHandle, daemon};
 use simd_tests::robots::assets;
 use simd_tests::statistics::percentile;
+use simd_world::SimHandle;
+use simd_world::handle::RunState;
 use tokio::runtime::Builder;
 
 /// Rounds, each of which times every row in turn, so that noise hits all alike.

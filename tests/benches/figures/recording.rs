@@ -12,10 +12,10 @@ use simd_client::proto::{self, RobotTargets, SetJointTargetsRequest, StartRecord
 use simd_client::{Client, Target, joint_target};
 use simd_server::config::{Config, Robot};
 use simd_server::daemon::{self, Running};
-use simd_server::handle::RunState;
-use simd_server::recording::replay;
 use simd_tests::robots::assets;
 use simd_tests::statistics::percentile;
+use simd_world::handle::RunState;
+use simd_world::recording::replay;
 
 /// Robots that stand on the ground and are commanded.
 const ROBOTS: usize = 3;

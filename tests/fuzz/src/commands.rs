@@ -4,6 +4,9 @@ use std::sync::Arc;
 
 use glamx::{DPose3, DVec3};
 use prost::Message;
+use simd_api::convert::BadField;
+use simd_api::convert::field::Path;
+use simd_api::convert::from_proto::{contact, entity, joint, primitive, simulation};
 use simd_core::collision::{MeshShapes, Shapes};
 use simd_core::simulation::WorldLimits;
 use simd_core::simulation::command::{ClaimId, ClaimRequest, ReleaseCause, Reload, Spawn};
@@ -11,10 +14,7 @@ use simd_core::simulation::rays::RayReport;
 use simd_core::{Command, PhysicsSettings, PublishedState, Simulation};
 use simd_model::{ReadOptions, wire_name};
 use simd_proto::v1;
-use simd_server::convert::BadField;
-use simd_server::convert::field::Path;
-use simd_server::convert::from_proto::{contact, entity, joint, primitive, simulation};
-use simd_server::handle::Source;
+use simd_world::handle::Source;
 
 /// Steps after each request.
 const STEPS: usize = 3;

@@ -5,14 +5,14 @@ use std::sync::{Arc, OnceLock};
 
 use glamx::{DPose3, DVec3};
 use prost::Message;
+use simd_api::convert::field::Path;
+use simd_api::convert::from_proto::{contact, kinematics, query};
 use simd_core::collision::{MeshShapes, Shapes};
 use simd_core::simulation::WorldLimits;
 use simd_core::simulation::command::Spawn;
 use simd_core::simulation::queries::{DistanceQuery, DistanceReport, QueryBody, QuerySide};
 use simd_core::{Command, PhysicsSettings, PublishedState, Simulation};
 use simd_proto::v1;
-use simd_server::convert::field::Path;
-use simd_server::convert::from_proto::{contact, kinematics, query};
 
 use super::commands::{ARM, BALL, MESH, PYRAMID, check, read_with};
 

@@ -1,6 +1,6 @@
 //! A recording of an untrusted origin: it is replayed as far as it goes, or refused in a sentence.
 
-use simd_server::recording::{Replayed, replay};
+use simd_world::recording::{Replayed, replay};
 
 /// Whatever is in a file, a replay of it ends, and says what became of it. Says whether anything was replayed.
 pub fn recordings(bytes: &[u8]) -> bool {

@@ -8,7 +8,7 @@ use simd_core::simulation::{RobotParts, Saved, WorldLimits};
 use simd_core::{Command, PhysicsSettings, PublishedState, Simulation};
 use simd_model::robot::Sha256;
 use simd_model::{Asset, Assets, ReadOptions};
-use simd_server::loading::saved_state_file::{Content, RobotSource, open, seal, seal_encoded};
+use simd_world::loading::saved_state_file::{Content, RobotSource, open, seal, seal_encoded};
 
 /// Robots that the world takes.
 const ROBOTS: usize = 20;

@@ -6,7 +6,7 @@ use std::path::Path;
 use simd_core::simulation::command::{LinkProperties, MAX_LINK_PROPERTIES};
 use simd_fuzz_targets::{collada, obj, stl};
 use simd_model::robot::Sha256;
-use simd_server::loading::saved_state_file::{Content, open, seal, seal_encoded};
+use simd_world::loading::saved_state_file::{Content, open, seal, seal_encoded};
 
 /// The most that was allocated at one time, bytes, with one copy of the file.
 fn peak(target: fn(&[u8]), file: &[u8]) -> u64 {

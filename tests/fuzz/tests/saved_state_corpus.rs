@@ -22,7 +22,7 @@ use simd_model::sensor::{
     WrenchDirection,
 };
 use simd_model::{Asset, Assets, ReadOptions};
-use simd_server::loading::saved_state_file::{Content, RobotSource, open, seal_encoded};
+use simd_world::loading::saved_state_file::{Content, RobotSource, open, seal_encoded};
 
 const PLANE: &str = "<robot name='p'><link name='l'><collision><geometry><plane normal='0 0 1'/></geometry>\
     </collision></link></robot>";

@@ -16,7 +16,7 @@ use simd_core::simulation::world_state::{
 };
 use simd_fuzz_targets::saved_states;
 use simd_model::robot::JointLimits;
-use simd_server::loading::saved_state_file::{Content, open, seal_encoded};
+use simd_world::loading::saved_state_file::{Content, open, seal_encoded};
 
 const NUMBERS: &[f64] = &[
     f64::NAN,

@@ -25,7 +25,7 @@ use std::time::Instant;
 use scene::Scene;
 use simd_core::Integrator;
 use simd_core::pool::Pool;
-use simd_server::driver::{RealTime, StepThreads};
+use simd_world::driver::{RealTime, StepThreads};
 
 /// A world that can be stepped.
 trait World {

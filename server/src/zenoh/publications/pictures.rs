@@ -11,7 +11,7 @@ use tokio::time::{MissedTickBehavior, interval};
 use zenoh::pubsub::Publisher;
 
 use super::{Demand, World, has_subscribers, publisher, put_all};
-use crate::convert::to_proto;
+use simd_api::convert::to_proto;
 
 /// The name of the message in the schema.
 pub(super) const MESSAGE: &str = "CameraPicture";

@@ -63,7 +63,7 @@ mod tests {
     use simd_core::{Command, Simulation};
 
     use super::*;
-    use crate::convert::test_world::{publish, simulation, spawn};
+    use simd_api::convert::test_world::{publish, simulation, spawn};
 
     fn world(simulation: &Simulation) -> Arc<WorldLayout> {
         publish(simulation, 1).state.world

@@ -9,8 +9,8 @@ use tokio::time::{Instant, MissedTickBehavior, interval};
 use zenoh::pubsub::Publisher;
 
 use super::{Demand, UNCHANGED, World, has_subscribers, publisher, put_all};
-use crate::convert::to_proto;
-use crate::handle::{CallError, MOST_FOLLOWED, SensorCursor};
+use simd_api::convert::to_proto;
+use simd_world::handle::{CallError, MOST_FOLLOWED, SensorCursor};
 
 /// The name of the message in the schema.
 pub(super) const MESSAGE: &str = "SensorReadings";

@@ -1,0 +1,17 @@
+//! Wire types to the daemon's own types and back, by named functions, for every front-end.
+//!
+//! * [`field`]: the path of a field, and why a value in it is refused.
+//! * [`from_proto`]: requests. What is past it is finite, named, known and in range.
+//! * [`to_proto`]: what is answered.
+//! * [`selection`]: the joints that a client wants to see, resolved once a layout.
+
+pub mod field;
+pub mod from_proto;
+pub mod selection;
+pub mod to_proto;
+
+pub use field::BadField;
+pub use selection::Selection;
+
+#[cfg(any(test, feature = "testing"))]
+pub mod test_world;

@@ -1,0 +1,292 @@
+//! Lets a call through whose token allows it. What is not only read is written into the log, and is an event: whose
+//! token, from which client, by which transport, which method, which robots, and how it ended.
+
+use std::convert::Infallible;
+use std::future::{Ready, ready};
+use std::pin::Pin;
+use std::sync::Arc;
+use std::task::{Context, Poll};
+
+use http_body::{Frame, SizeHint};
+use simd_proto::access::{Role, TOKEN_HEADER, parse_bearer, parse_cookie};
+use simd_proto::v1::ErrorReason;
+use simd_proto::{CLIENT_HEADER, methods};
+use tokio_util::sync::WaitForCancellationFutureOwned;
+use tonic::body::Body;
+use tonic::codegen::http::{HeaderMap, Request, Response, header};
+use tonic::codegen::{Bytes, Service};
+use tonic::server::NamedService;
+use tonic::{Code, Status};
+
+use super::counted::reason;
+use super::status::Explained;
+use super::watched::watched;
+use simd_world::SimHandle;
+use simd_world::access::{Denied, Grant, role_of};
+use simd_world::handle::{AuditedCall, Peer, RobotNote, Transport};
+
+/// Methods that clients call many times a second: each call is not worth a line.
+const FREQUENT: [&str; 12] = [
+    "/simd.v1.JointService/SetJointTargets",
+    "/simd.v1.JointService/Control",
+    "/simd.v1.EntityService/ApplyLinkWrench",
+    "/simd.v1.EntityService/PullLink",
+    "/simd.v1.ParameterService/SetParameters",
+    "/simd.v1.SimulationService/StepSimulation",
+    "/simd.v1.ViewService/AddMarkers",
+    "/simd.v1.ViewService/DeleteMarkers",
+    "/simd.v1.ViewService/ReportView",
+    "/simd.v1.ViewService/SetCamera",
+    "/simd.v1.ViewService/SetLinkColors",
+    "/simd.v1.ViewService/NextInput",
+];
+
+/// A service that only those reach whose token allows it.
+#[derive(Clone, Debug)]
+pub struct Authorized<S> {
+    /// What is called.
+    pub service: S,
+    /// Who may, and where calls are events.
+    pub handle: SimHandle,
+    /// How calls come where their extensions do not say otherwise.
+    pub transport: Transport,
+}
+
+impl<S: NamedService> NamedService for Authorized<S> {
+    const NAME: &'static str = S::NAME;
+}
+
+impl<S> Service<Request<Body>> for Authorized<S>
+where
+    S: Service<Request<Body>, Response = Response<Body>, Error = Infallible>,
+    S::Future: Unpin,
+{
+    type Response = Response<Body>;
+    type Error = Infallible;
+    type Future = Answer<S::Future>;
+
+    fn poll_ready(&mut self, context: &mut Context<'_>) -> Poll<Result<(), Infallible>> {
+        self.service.poll_ready(context)
+    }
+
+    fn call(&mut self, mut request: Request<Body>) -> Self::Future {
+        let transport = request.extensions().get().copied().unwrap_or(self.transport);
+        // Who is within the process has it anyway.
+        if !self.handle.access().is_required() || transport == Transport::Handle {
+            return Answer::Passed { answer: self.service.call(request), grant: None, line: None };
+        }
+        let path = request.uri().path().to_owned();
+        let (service, method) = methods::parse_path(&path).unwrap_or_default();
+        let needed = role_of(service, method);
+        let said = |token: &str| {
+            Line(Some(Call {
+                handle: self.handle.clone(),
+                note: RobotNote::default(),
+                call: AuditedCall {
+                    token: token.to_owned(),
+                    client: client(request.headers()),
+                    peer: request.extensions().get::<Peer>().map(ToString::to_string).unwrap_or_default(),
+                    transport: transport.name(),
+                    method: path.strip_prefix("/simd.v1.").unwrap_or(&path).to_owned(),
+                    ..AuditedCall::default()
+                },
+            }))
+        };
+        match self.handle.access().check(token(request.headers()), needed, method) {
+            Ok(grant) => {
+                let is_noted = needed > Role::Viewer && !FREQUENT.contains(&path.as_str());
+                let line = grant.as_ref().filter(|_| is_noted).map(|grant| said(&grant.name));
+                let is_stream = methods::find(service, method).is_some_and(|method| method.gives_many);
+                if let Some(grant) = &grant {
+                    request.extensions_mut().insert(Arc::clone(grant));
+                }
+                if let Some(Line(Some(call))) = &line {
+                    request.extensions_mut().insert(call.note.clone());
+                }
+                let answer = self.service.call(request);
+                Answer::Passed { answer, grant: grant.filter(|_| is_stream), line }
+            }
+            Err(denied) => {
+                let status = Status::from(refusal(&denied));
+                if let Some(unlogged) = self.handle.access().may_log_refusal() {
+                    said(denied.name()).write_refusal(&denied, &status, unlogged);
+                }
+                Answer::Denied(ready(Ok(status.into_http())))
+            }
+        }
+    }
+}
+
+/// Refuses who asks to take over what is another's, and whose token does not allow it.
+pub(super) fn may_take_over<M>(
+    request: &tonic::Request<M>,
+    takes_over: bool,
+    method: &str,
+) -> Result<(), Status> {
+    let Some(grant) = request.extensions().get::<Arc<Grant>>().filter(|_| takes_over) else { return Ok(()) };
+    let allowed = grant.check(Role::Admin, &format!("{method} with take_over"));
+    allowed.map_err(|denied| Status::from(refusal(&denied)))
+}
+
+/// The refusal of a call.
+pub fn refusal(denied: &Denied) -> Explained {
+    let reason = match denied {
+        Denied::Missing | Denied::Unknown | Denied::Expired { .. } => ErrorReason::Unauthenticated,
+        Denied::Role { .. } => ErrorReason::RoleTooLow,
+    };
+    Explained::new(reason, denied)
+}
+
+/// The token of a request: in its header, or in the cookie of the page.
+pub fn token(headers: &HeaderMap) -> Option<&str> {
+    let text = |name| headers.get(name).and_then(|value| value.to_str().ok());
+    if let Some(said) = text(TOKEN_HEADER) {
+        return parse_bearer(said);
+    }
+    let cookies = headers.get_all(header::COOKIE).iter().filter_map(|value| value.to_str().ok());
+    cookies.into_iter().find_map(parse_cookie)
+}
+
+fn client(headers: &HeaderMap) -> String {
+    let said = headers.get(CLIENT_HEADER).and_then(|said| said.to_str().ok()).unwrap_or_default();
+    said.chars().take(simd_proto::MAX_CLIENT_NAME).collect()
+}
+
+/// What is written of a call when it has ended, be it that its caller went away: a call leaves a line in any case.
+#[derive(Debug)]
+pub struct Line(Option<Call>);
+
+/// What is noted of a call.
+#[derive(Debug)]
+struct Call {
+    handle: SimHandle,
+    note: RobotNote,
+    call: AuditedCall,
+}
+
+impl Drop for Line {
+    fn drop(&mut self) {
+        self.write(&Status::cancelled("its caller went away before the end"));
+    }
+}
+
+impl Line {
+    /// Of a call that was let through; once.
+    fn write(&mut self, status: &Status) {
+        let Some(Call { handle, note, call }) = self.0.take() else { return };
+        let result = match status.code() {
+            Code::Ok => "ok".to_owned(),
+            code => format!("{code:?}: {}", status.message()),
+        };
+        let call = AuditedCall { robots: note.robots(), code: status.code().into(), ..call };
+        let call = AuditedCall { reason: reason(status), ..call };
+        let AuditedCall { token, client, peer, transport, method, .. } = &call;
+        let robot = call.robots.join(",");
+        tracing::info!(target: "simd::audit", token, client, peer, transport, method, robot, result, "call");
+        handle.audited(call);
+    }
+
+    /// Of one that was not, and how many before it had no line. It is an event where its token is known: others must
+    /// not be able to push events out.
+    fn write_refusal(mut self, denied: &Denied, status: &Status, unlogged: u64) {
+        let Some(Call { handle, note: _, call }) = self.0.take() else { return };
+        let call = AuditedCall { code: status.code().into(), reason: reason(status), ..call };
+        let AuditedCall { token, client, peer, transport, method, .. } = &call;
+        tracing::info!(
+            target: "simd::audit", token, client, peer, transport, method, robot = "", result = %denied, unlogged, "refused"
+        );
+        if matches!(denied, Denied::Role { .. }) {
+            handle.audited(call);
+        }
+    }
+}
+
+/// The answer of an [`Authorized`] service.
+#[derive(Debug)]
+pub enum Answer<F> {
+    /// That of the service.
+    Passed {
+        /// To come.
+        answer: F,
+        /// Of a stream, which ends where it is revoked.
+        grant: Option<Arc<Grant>>,
+        /// What is noted once it is there.
+        line: Option<Line>,
+    },
+    /// A refusal.
+    Denied(Ready<Result<Response<Body>, Infallible>>),
+}
+
+impl<F> Future for Answer<F>
+where
+    F: Future<Output = Result<Response<Body>, Infallible>> + Unpin,
+{
+    type Output = F::Output;
+
+    fn poll(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Self::Output> {
+        match &mut *self {
+            Self::Denied(answer) => Pin::new(answer).poll(context),
+            Self::Passed { answer, grant, line } => Pin::new(answer).poll(context).map_ok(|response| {
+                // Only a refusal has its status in the headers; a stream that goes on has its own at its end.
+                let refused = Status::from_header_map(response.headers());
+                let response = match (line.take(), refused, &grant) {
+                    (Some(mut line), None, Some(_)) => watched(response, move |status| line.write(status)),
+                    (Some(mut line), refused, _) => {
+                        line.write(&refused.unwrap_or_else(|| Status::ok("")));
+                        response
+                    }
+                    (None, ..) => response,
+                };
+                match grant.take() {
+                    Some(grant) => response.map(|body| Body::new(Revocable::new(body, &grant))),
+                    None => response,
+                }
+            }),
+        }
+    }
+}
+
+/// The body of a stream, which ends where its client's token is revoked or expires.
+struct Revocable {
+    body: Body,
+    revoked: Pin<Box<WaitForCancellationFutureOwned>>,
+    is_over: bool,
+}
+
+impl Revocable {
+    fn new(body: Body, grant: &Grant) -> Self {
+        Self { body, revoked: Box::pin(grant.revoked.clone().cancelled_owned()), is_over: false }
+    }
+}
+
+impl http_body::Body for Revocable {
+    type Data = Bytes;
+    type Error = Status;
+
+    fn poll_frame(
+        mut self: Pin<&mut Self>,
+        context: &mut Context<'_>,
+    ) -> Poll<Option<Result<Frame<Bytes>, Status>>> {
+        if self.is_over {
+            return Poll::Ready(None);
+        }
+        if self.revoked.as_mut().poll(context).is_ready() {
+            self.is_over = true;
+            let status = Status::from(refusal(&Denied::Unknown));
+            let mut trailers = HeaderMap::new();
+            return Poll::Ready(Some(match status.add_header(&mut trailers) {
+                Ok(()) => Ok(Frame::trailers(trailers)),
+                Err(status) => Err(status),
+            }));
+        }
+        Pin::new(&mut self.body).poll_frame(context)
+    }
+
+    fn is_end_stream(&self) -> bool {
+        self.is_over || self.body.is_end_stream()
+    }
+
+    fn size_hint(&self) -> SizeHint {
+        self.body.size_hint()
+    }
+}

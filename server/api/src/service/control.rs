@@ -1,0 +1,186 @@
+//! `Control`: a stream in which each request is one credit, may carry targets,
+//! and is answered by exactly one state.
+//!
+//! The answers are one future that the transport polls when it has room to send:
+//! there is no task and no queue in between, so that a state is read at the moment
+//! it can leave. A reader that stalls has at most the one answer to its last
+//! request on the way to it, in the buffers of HTTP/2, and the answer to
+//! its next request is the newest state again.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use simd_core::{Command, Reply};
+use simd_proto::{methods, v1};
+use tokio_util::sync::CancellationToken;
+use tonic::{Status, Streaming};
+
+use super::claims::Presented;
+use super::joint::readings_beside;
+use super::mismatched;
+use super::once::Refused;
+use super::status::Explained;
+use super::transport::with_reason;
+use crate::convert::from_proto::joint::set_targets;
+use crate::convert::from_proto::sensor::beside;
+use crate::convert::from_proto::state::{Wait, control_timeout, selections, wait};
+use crate::convert::{Selection, to_proto};
+use simd_world::SimHandle;
+use simd_world::handle::{CallError, Caller, Done, Published, RunState, SensorSelection, Transport};
+
+/// One controller's stream.
+#[derive(Debug)]
+pub(super) struct Control {
+    handle: SimHandle,
+    /// How its requests come.
+    transport: Transport,
+    draining: CancellationToken,
+    /// Who controls, where it said so.
+    caller: Option<Caller>,
+    presented: Presented,
+    requests: Streaming<v1::ControlRequest>,
+    /// What to answer with, from request to request.
+    selection: Selection,
+    /// Whose newest readings go beside it, from request to request.
+    sensors: Vec<SensorSelection>,
+    /// Sequence of the state in the last answer; 0 for none.
+    answered: u64,
+    /// Sequence of the newest state when the last answer, a refusal, was given.
+    refused: Option<u64>,
+}
+
+/// Longest time that a refusal after a refusal waits for a newer state.
+const WAIT: Duration = Duration::from_secs(1);
+
+impl Control {
+    pub(super) fn new(
+        handle: SimHandle,
+        transport: Transport,
+        caller: Option<Caller>,
+        presented: Presented,
+        requests: Streaming<v1::ControlRequest>,
+    ) -> Self {
+        let draining = handle.draining();
+        Self {
+            handle,
+            transport,
+            draining,
+            caller,
+            presented,
+            requests,
+            selection: Selection::default(),
+            sensors: Vec::new(),
+            answered: 0,
+            refused: None,
+        }
+    }
+
+    /// Takes one request and answers it. Ends with the requests, or when the daemon drains.
+    pub(super) async fn answer_next(mut self) -> Result<Option<(v1::ControlResponse, Self)>, Status> {
+        let draining = self.draining.clone();
+        let answer = async {
+            let Some(request) = self.requests.message().await.map_err(with_reason)? else { return Ok(None) };
+            Ok(self.answer(request).await.map(|answer| (answer, self)))
+        };
+        draining.run_until_cancelled(answer).await.unwrap_or(Ok(None))
+    }
+
+    /// The answer to one request; none where the daemon drains.
+    async fn answer(&mut self, request: v1::ControlRequest) -> Option<v1::ControlResponse> {
+        let at_once = request.wait == i32::from(v1::ControlWait::None);
+        let explained = match self.try_answer(request).await {
+            Ok(answer) => {
+                self.refused = None;
+                return Some(answer);
+            }
+            Err(Refused::Call(CallError::ShuttingDown)) => return None,
+            Err(refused) => Explained::from(&refused),
+        };
+        // One who asks for each newer state and is refused each time must not get
+        // refusals faster than there are states.
+        if let (Some(refused), false) = (self.refused, at_once)
+            && let Err(CallError::ShuttingDown) = self.handle.newer_than(refused, Some(WAIT)).await
+        {
+            return None;
+        }
+        self.count(&explained);
+        Some(self.refusal(explained))
+    }
+
+    /// Counts a refusal, as that of a call is.
+    fn count(&self, explained: &Explained) {
+        if let Some(method) = methods::find("JointService", "Control") {
+            self.handle.refused_beside_calls(method, self.transport, explained.how());
+        }
+    }
+
+    async fn try_answer(&mut self, request: v1::ControlRequest) -> Result<v1::ControlResponse, Refused> {
+        // Kept whatever becomes of the rest, so that no later answer has what was not asked for.
+        if !request.selections.is_empty() {
+            self.selection = Selection::new(selections(request.selections)?);
+        }
+        if !request.sensors.is_empty() {
+            self.sensors = beside(request.sensors)?;
+        }
+        let timeout = control_timeout(request.timeout)?;
+        let wait = wait(request.wait)?;
+        let mut targets = set_targets(request.robots, request.limit_policy)?;
+        let claim = self.presented.claim(&self.handle, &request.claim);
+        // Targets hold only where their answer can be given.
+        self.selection.resolve(&self.handle.newest().state.world)?;
+        self.handle.readings_beside(&self.sensors)?;
+
+        let mut clamped = Vec::new();
+        let mut after = self.answered.max(request.after_sequence);
+        if targets.robots.is_empty() {
+            if let Ok(Some(claim)) = claim {
+                self.handle.renew(claim);
+            }
+        } else {
+            targets.source = Some(self.handle.target_source(self.caller.as_ref()));
+            let done = self.handle.acting_for(claim?).command(Command::SetTargets(targets)).await?;
+            after = after.max(self.before_shown(&done));
+            clamped = match done.applied.reply {
+                Reply::Targets { clamped, changed_law: _ } => to_proto::joint::clamped(clamped),
+                other => return Err(mismatched(&other).into()),
+            };
+        }
+        let state = match wait {
+            Wait::NewerState => self.handle.newer_than(after, timeout).await?,
+            Wait::None => self.handle.newest(),
+        };
+        let states = Some(self.states(&state)?);
+        let sensors = readings_beside(&self.handle, &self.sensors)?;
+        Ok(v1::ControlResponse { states, clamped, refusal: None, sensors })
+    }
+
+    /// The sequence before the first state that shows what a command did: while
+    /// playing that is the next step's, else the state is published with the command.
+    fn before_shown(&self, done: &Done) -> u64 {
+        match self.handle.statistics().state {
+            RunState::Playing => done.sequence,
+            RunState::Paused | RunState::Stopped => done.sequence.saturating_sub(1),
+        }
+    }
+
+    fn states(&mut self, state: &Arc<Published>) -> Result<v1::JointStates, simd_core::Error> {
+        let states = self.selection.states(state)?;
+        self.answered = state.sequence;
+        Ok(states)
+    }
+
+    /// A refusal with the newest state, the first one at once: a controller must learn
+    /// of it even where the world is paused and no newer state will come. Without a
+    /// state where the robots or joints that are wanted are not there.
+    fn refusal(&mut self, explained: Explained) -> v1::ControlResponse {
+        let newest = self.handle.newest();
+        self.refused = Some(newest.sequence);
+        let states = self.states(&newest).ok();
+        v1::ControlResponse {
+            states,
+            clamped: Vec::new(),
+            refusal: Some(explained.into()),
+            sensors: Vec::new(),
+        }
+    }
+}

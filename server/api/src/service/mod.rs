@@ -1,0 +1,166 @@
+//! The services of `simd.v1`, once for every transport: a request is parsed by `convert`, done by
+//! [`SimHandle`], and answered by `convert`.
+//!
+//! * [`simulation`], [`entity`], [`joint`], [`event`], [`parameter`], [`kinematics`], [`contact`],
+//!   [`constraint`], [`camera`], [`client`], [`recording`], [`rollout`], [`sensor`], [`view`]: one file a service.
+//! * [`authorization`]: who may call what.
+//! * `counted`: how many calls there were. [`callers`]: who calls. [`claims`]: which claim a call acts for.
+//! * [`control`]: the stream that controllers use.
+//! * [`limited`]: the share of each client.
+//! * `once`: requests that come more than once.
+//! * `spawning`: the stream of those who wait for a robot.
+//! * [`status`]: why a call is refused.
+//! * [`transport`]: reasons for what tonic itself refuses.
+//! * [`version`]: which clients are served.
+
+pub mod authorization;
+pub mod callers;
+pub mod camera;
+pub mod claims;
+pub mod client;
+pub mod constraint;
+pub mod contact;
+pub mod control;
+pub mod counted;
+pub mod entity;
+pub mod event;
+mod file_part;
+mod held;
+pub mod joint;
+pub mod kinematics;
+pub mod limited;
+mod once;
+pub mod parameter;
+pub mod recording;
+pub mod rollout;
+pub mod sensor;
+pub mod simulation;
+mod spawning;
+pub mod status;
+#[cfg(test)]
+mod tests;
+pub mod transport;
+pub mod version;
+pub mod view;
+mod watched;
+
+use std::pin::Pin;
+use std::sync::Arc;
+
+use axum::middleware;
+use simd_core::simulation::joint_status::JointStatus;
+use simd_core::simulation::published_state::EntityLayout;
+use simd_proto::v1::camera_service_server::CameraServiceServer;
+use simd_proto::v1::client_service_server::ClientServiceServer;
+use simd_proto::v1::constraint_service_server::ConstraintServiceServer;
+use simd_proto::v1::contact_service_server::ContactServiceServer;
+use simd_proto::v1::entity_service_server::EntityServiceServer;
+use simd_proto::v1::event_service_server::EventServiceServer;
+use simd_proto::v1::joint_service_server::JointServiceServer;
+use simd_proto::v1::kinematics_service_server::KinematicsServiceServer;
+use simd_proto::v1::parameter_service_server::ParameterServiceServer;
+use simd_proto::v1::recording_service_server::RecordingServiceServer;
+use simd_proto::v1::rollout_service_server::RolloutServiceServer;
+use simd_proto::v1::sensor_service_server::SensorServiceServer;
+use simd_proto::v1::simulation_service_server::SimulationServiceServer;
+use simd_proto::v1::view_service_server::ViewServiceServer;
+use tokio_stream::Stream;
+use tonic::Status;
+use tonic::service::Routes;
+
+use self::authorization::Authorized;
+use self::callers::RecordCaller;
+use self::limited::Limited;
+use self::transport::ExplainRefusals;
+use self::version::Versioned;
+use simd_world::SimHandle;
+use simd_world::handle::{CallError, Published, Transport};
+
+/// The answers of a stream.
+pub type BoxStream<T> = Pin<Box<dyn Stream<Item = Result<T, Status>> + Send>>;
+
+/// All services. Each front-end serves these to calls that come its way, and has no call of its own.
+pub fn routes(handle: &SimHandle, transport: Transport) -> Routes {
+    let limit = usize::try_from(handle.info().limits.message_bytes).unwrap_or(usize::MAX);
+    let checked = Checked { handle, transport };
+    let simulation = simulation::Service::new(handle.clone());
+    let camera = camera::Service::new(handle.clone());
+    let client = client::Service::new(handle.clone());
+    let constraint = constraint::Service::new(handle.clone());
+    let contact = contact::Service::new(handle.clone());
+    let entity = entity::Service::new(handle.clone());
+    let joint = joint::Service::new(handle.clone());
+    let event = event::Service::new(handle.clone());
+    let parameter = parameter::Service::new(handle.clone());
+    let kinematics = kinematics::Service::new(handle.clone());
+    let recording = recording::Service::new(handle.clone());
+    let sensor = sensor::Service::new(handle.clone());
+    let view = view::Service::new(handle.clone());
+    let rollout = rollout::Service::new(handle.clone());
+    let routes = Routes::default()
+        .add_service(
+            checked.service(SimulationServiceServer::new(simulation).max_decoding_message_size(limit)),
+        )
+        .add_service(checked.service(CameraServiceServer::new(camera).max_decoding_message_size(limit)))
+        .add_service(checked.service(ClientServiceServer::new(client).max_decoding_message_size(limit)))
+        .add_service(
+            checked.service(ConstraintServiceServer::new(constraint).max_decoding_message_size(limit)),
+        )
+        .add_service(checked.service(ContactServiceServer::new(contact).max_decoding_message_size(limit)))
+        .add_service(checked.service(EntityServiceServer::new(entity).max_decoding_message_size(limit)))
+        .add_service(checked.service(JointServiceServer::new(joint).max_decoding_message_size(limit)))
+        .add_service(checked.service(EventServiceServer::new(event).max_decoding_message_size(limit)))
+        .add_service(checked.service(ParameterServiceServer::new(parameter).max_decoding_message_size(limit)))
+        .add_service(checked.service(RecordingServiceServer::new(recording).max_decoding_message_size(limit)))
+        .add_service(checked.service(SensorServiceServer::new(sensor).max_decoding_message_size(limit)))
+        .add_service(checked.service(ViewServiceServer::new(view).max_decoding_message_size(limit)))
+        .add_service(checked.service(RolloutServiceServer::new(rollout).max_decoding_message_size(limit)))
+        .add_service(
+            checked.service(KinematicsServiceServer::new(kinematics).max_decoding_message_size(limit)),
+        );
+    let counter = middleware::from_fn_with_state((handle.clone(), transport), counted::count);
+    routes.into_axum_router().layer(counter).into()
+}
+
+/// What each service is wrapped in.
+struct Checked<'h> {
+    handle: &'h SimHandle,
+    transport: Transport,
+}
+
+impl Checked<'_> {
+    /// For clients of a fitting version whose token allows the call, which are noted, and with a reason for each refusal.
+    fn service<S>(&self, service: S) -> Versioned<Authorized<ExplainRefusals<Limited<RecordCaller<S>>>>> {
+        let (handle, transport) = (self.handle.clone(), self.transport);
+        let recorded = RecordCaller { service, handle: handle.clone(), transport };
+        let limited = Limited { service: recorded, handle: handle.clone(), transport };
+        Versioned(Authorized { service: ExplainRefusals(limited), handle, transport })
+    }
+}
+
+/// A robot in a published state: all of one moment.
+struct PublishedRobot {
+    state: Arc<Published>,
+    /// Of the robot in the state.
+    index: usize,
+    layout: Arc<EntityLayout>,
+    /// One for each joint of the model, in its order.
+    joints: Vec<JointStatus>,
+}
+
+/// A robot in the newest published state.
+fn joints_of(handle: &SimHandle, robot: &str) -> Result<PublishedRobot, CallError> {
+    let state = handle.newest();
+    let (index, layout) = entity::find(&state, robot)?;
+    let layout = Arc::clone(layout);
+    let joints = state.state.joint_status(index).unwrap_or_default();
+    Ok(PublishedRobot { state, index, layout, joints })
+}
+
+/// A command was answered with the answer to another one.
+fn mismatched<T>(what: &T) -> CallError
+where
+    T: std::fmt::Debug,
+{
+    CallError::Internal { message: format!("this is no answer: {what:?}") }
+}

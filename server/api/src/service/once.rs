@@ -1,0 +1,179 @@
+//! Requests that are done once, however often they come: the one place that reads a `request_id`.
+//!
+//! The kind and the digest of a request come from its type and its bytes, and whose it is from what it came with, so
+//! that no method can forget one of them.
+
+use crate::service::status::OrStatus as _;
+use std::future::Future;
+use std::sync::Arc;
+
+use bytes::Bytes;
+use prost::Message as _;
+use simd_core::Error;
+use simd_model::robot::Sha256;
+use simd_proto::checked::{Identified, Known};
+use tonic::{Extensions, Request, Response, Status};
+use tonic_types::pb;
+
+use super::claims::Presented;
+use super::status::Explained;
+use crate::convert::BadField;
+use simd_world::SimHandle;
+use simd_world::access::Grant;
+use simd_world::account::Account;
+use simd_world::handle::{CallError, Caller, IdentifiedRequest, Outcome, Peer, RobotNote, Scope};
+
+/// Why a request is refused: for what is in it, or for what became of it.
+#[derive(Debug)]
+pub(super) enum Refused {
+    Field(BadField),
+    Call(CallError),
+}
+
+impl From<BadField> for Refused {
+    fn from(error: BadField) -> Self {
+        Self::Field(error)
+    }
+}
+
+impl From<CallError> for Refused {
+    fn from(error: CallError) -> Self {
+        Self::Call(error)
+    }
+}
+
+impl From<Error> for Refused {
+    fn from(error: Error) -> Self {
+        Self::Call(error.into())
+    }
+}
+
+impl From<&Refused> for Explained {
+    fn from(refused: &Refused) -> Self {
+        match refused {
+            Refused::Field(error) => error.into(),
+            Refused::Call(error) => error.into(),
+        }
+    }
+}
+
+impl From<Refused> for Status {
+    fn from(refused: Refused) -> Self {
+        Explained::from(&refused).into()
+    }
+}
+
+/// Answers a request by `work`, or as the same request was answered before. Work for a request with an id runs to
+/// its end, also where its caller goes away. The handle that it gets acts for the claim that the request names. That a
+/// caller does not hold that claim is not the answer to the request, which another caller may have made.
+pub(super) async fn once<M, A, W>(
+    handle: &SimHandle,
+    request: Request<M>,
+    work: impl FnOnce(SimHandle, M) -> W,
+) -> Result<Response<A>, Status>
+where
+    M: Identified,
+    A: Known,
+    W: Future<Output = Result<A, Refused>> + Send + 'static,
+{
+    answer(handle, request, false, work).await
+}
+
+/// The same of an answer that is for one caller alone, also where another caller gives the same name.
+pub(super) async fn once_in_secret<M, A, W>(
+    handle: &SimHandle,
+    request: Request<M>,
+    work: impl FnOnce(SimHandle, M) -> W,
+) -> Result<Response<A>, Status>
+where
+    M: Identified,
+    A: Known,
+    W: Future<Output = Result<A, Refused>> + Send + 'static,
+{
+    answer(handle, request, true, work).await
+}
+
+async fn answer<M, A, W>(
+    handle: &SimHandle,
+    request: Request<M>,
+    is_secret: bool,
+    work: impl FnOnce(SimHandle, M) -> W,
+) -> Result<Response<A>, Status>
+where
+    M: Identified,
+    A: Known,
+    W: Future<Output = Result<A, Refused>> + Send + 'static,
+{
+    let identified = identified(&request, is_secret).or_status()?;
+    let claim = Presented::of(request.extensions()).claim(handle, request.get_ref().claim());
+    // Here and not by its commands alone: a retry that is answered from memory renews too.
+    if let Ok(Some(claim)) = &claim {
+        handle.renew(*claim);
+    }
+    let caller = request.extensions().get::<Caller>().cloned();
+    let extensions = request.extensions();
+    let handle_of = handle
+        .within(extensions.get::<Arc<Grant>>().map(Arc::as_ref))
+        .of_account(extensions.get::<Account>())
+        .noting(extensions.get::<RobotNote>().cloned());
+    let handle_of = |claim| handle_of.acting_for(claim).called_by(caller.as_ref());
+    let work = claim.map(|claim| work(handle_of(claim), request.into_inner()));
+    let Some(identified) = identified else { return Ok(Response::new(work.or_status()?.await?)) };
+    let outcome =
+        handle.once(identified, work.map(|work| async { outcome(work.await) })).await.or_status()?;
+    let broken = || CallError::Internal { message: "a remembered answer cannot be read".into() };
+    match outcome.bytes {
+        Ok(bytes) => Ok(Response::new(A::decode(bytes).map_err(|_| broken()).or_status()?)),
+        Err(bytes) => {
+            let status = pb::Status::decode(bytes.clone()).map_err(|_| broken()).or_status()?;
+            Err(Status::with_details(status.code.into(), status.message, bytes))
+        }
+    }
+}
+
+/// What tells a request from every other; `None` for one without an id.
+fn identified<M: Identified>(
+    request: &Request<M>,
+    is_secret: bool,
+) -> Result<Option<IdentifiedRequest>, CallError> {
+    let message = request.get_ref();
+    let id = message.request_id();
+    if id.is_empty() {
+        return Ok(None);
+    }
+    let peer = request.extensions().get::<Peer>();
+    Ok(Some(IdentifiedRequest {
+        scope: scope(request.extensions(), peer)?,
+        kind: M::NAME,
+        id: id.to_owned(),
+        // Equal messages have equal bytes: maps are in order.
+        digest: Sha256::of(&message.encode_to_vec()),
+        peer: peer.filter(|peer| peer.is_certain()).cloned(),
+        is_secret,
+    }))
+}
+
+fn scope(extensions: &Extensions, peer: Option<&Peer>) -> Result<Scope, CallError> {
+    match (extensions.get::<Caller>(), peer) {
+        (Some(caller), _) => Ok(Scope::Named(caller.clone())),
+        (None, Some(peer)) => Ok(Scope::Unnamed(peer.clone())),
+        (None, None) => Err(CallError::InvalidValue {
+            element: "request_id".into(),
+            value: "that of a caller who is not known".into(),
+            expected: "over Zenoh it needs a client's name in the attachment, or the query's source info"
+                .into(),
+        }),
+    }
+}
+
+fn outcome<A: Known>(done: Result<A, Refused>) -> Outcome {
+    match done {
+        Ok(answer) => Outcome { bytes: Ok(answer.encode_to_vec().into()), is_transient: false },
+        Err(refused) => {
+            let is_transient = matches!(&refused, Refused::Call(error) if error.is_transient());
+            // Its details are the whole refusal, code and sentence included.
+            let status = Status::from(refused);
+            Outcome { bytes: Err(Bytes::copy_from_slice(status.details())), is_transient }
+        }
+    }
+}

@@ -1,0 +1,227 @@
+//! The rollout service: copies of the world that run on, as a stream that says how far they are, and ends with what they
+//! came to.
+
+use crate::service::status::OrStatus as _;
+use std::sync::atomic::Ordering;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+use std::time::Duration;
+
+use futures_util::stream;
+use simd_proto::v1::rollout_response::Event;
+use simd_proto::v1::{self, ErrorReason, rollout_service_server::RolloutService};
+use tokio::task::{AbortHandle, JoinError};
+use tokio::time::Instant;
+use tokio_util::task::AbortOnDropHandle;
+use tonic::{Request, Response, Status};
+
+use super::BoxStream;
+use super::status::Explained;
+use crate::convert::from_proto::rollout as from_proto;
+use crate::convert::to_proto::rollout::{ARRAYS, numbers, result};
+use simd_world::SimHandle;
+use simd_world::account::Account;
+use simd_world::handle::{CallError, CopiesDone, RolloutAnswer, RolloutFrom};
+
+/// Time between two words on how far a rollout is.
+const PROGRESS: Duration = Duration::from_millis(250);
+/// Bytes of one part of an array. A client that keeps 256 messages that it has not read keeps all parts of the largest answer.
+const PART: usize = 1 << 20;
+/// An answer of which nothing is read for so long is dropped.
+const UNREAD: Duration = Duration::from_secs(60);
+
+/// Serves `simd.v1.RolloutService`.
+#[derive(Clone, Debug)]
+pub struct Service {
+    handle: SimHandle,
+}
+
+impl Service {
+    /// Serves what a handle leads to.
+    pub fn new(handle: SimHandle) -> Self {
+        Self { handle }
+    }
+}
+
+#[tonic::async_trait]
+impl RolloutService for Service {
+    type RolloutStream = BoxStream<v1::RolloutResponse>;
+
+    async fn rollout(
+        &self,
+        request: Request<v1::RolloutRequest>,
+    ) -> Result<Response<Self::RolloutStream>, Status> {
+        let (saved_state, request) = from_proto::rollout(request.into_inner())?;
+        let from = match saved_state.is_empty() {
+            true => RolloutFrom::Present,
+            false => RolloutFrom::Saved(saved_state),
+        };
+        let (copies, done) = (request.copies, CopiesDone::default());
+        let (handle, of_work) = (self.handle.clone(), Arc::clone(&done));
+        // A task of its own, since a stream whose client does not read is not polled: a rollout that stood still would keep its place
+        // from all others. A task does not know by itself whose call it is.
+        let work = Account::current().scope(async move {
+            let answer = handle.rollout(from, request, of_work).await?;
+            Ok::<_, CallError>((result(&answer), Parts::of(answer)))
+        });
+        let work = AbortOnDropHandle::new(tokio::spawn(work));
+        let begun = Stage::Computing { work, done, copies };
+        Ok(Response::new(Box::pin(stream::try_unfold(begun, Stage::next))))
+    }
+}
+
+/// What a rollout comes to; it ends where this is dropped.
+type Work = AbortOnDropHandle<Result<(v1::RolloutResult, Parts), CallError>>;
+
+/// Where a stream is.
+enum Stage {
+    Computing { work: Work, done: CopiesDone, copies: usize },
+    Giving(Parts),
+}
+
+impl Stage {
+    async fn next(self) -> Result<Option<(v1::RolloutResponse, Self)>, Status> {
+        let (event, next) = match self {
+            Self::Computing { mut work, done, copies } => {
+                tokio::select! {
+                    biased;
+                    answer = &mut work => {
+                        let failed = |error: JoinError| CallError::Internal { message: error.to_string() };
+                        let (result, parts) = answer.map_err(failed).or_status()?.or_status()?;
+                        (Event::Result(result), Self::Giving(parts))
+                    }
+                    () = tokio::time::sleep(PROGRESS) => {
+                        let count = |copies: usize| u32::try_from(copies).unwrap_or(u32::MAX);
+                        let said = count(done.load(Ordering::Relaxed));
+                        let progress = v1::RolloutProgress { done: said, copies: count(copies) };
+                        (Event::Progress(progress), Self::Computing { work, done, copies })
+                    }
+                }
+            }
+            Self::Giving(mut parts) => {
+                let Some(part) = parts.next()? else { return Ok(None) };
+                (Event::Part(part), Self::Giving(parts))
+            }
+        };
+        Ok(Some((v1::RolloutResponse { event: Some(event) }, next)))
+    }
+}
+
+/// The arrays of an answer, part by part.
+struct Parts {
+    pending: Arc<Mutex<PendingAnswer>>,
+    /// Index in [`ARRAYS`].
+    array: usize,
+    batch: usize,
+    /// Numbers of the batch that were given.
+    given: usize,
+    tidy: AbortHandle,
+}
+
+impl Drop for Parts {
+    fn drop(&mut self) {
+        self.tidy.abort();
+    }
+}
+
+/// An answer, as long as someone reads it.
+struct PendingAnswer {
+    answer: Option<RolloutAnswer>,
+    read: Instant,
+}
+
+fn lock(pending: &Mutex<PendingAnswer>) -> MutexGuard<'_, PendingAnswer> {
+    pending.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Drops an answer of which nothing is read any more.
+async fn tidy(pending: Weak<Mutex<PendingAnswer>>) {
+    loop {
+        tokio::time::sleep(UNREAD).await;
+        let Some(pending) = pending.upgrade() else { return };
+        let mut pending = lock(&pending);
+        if pending.read.elapsed() >= UNREAD {
+            pending.answer = None;
+            return;
+        }
+    }
+}
+
+impl Parts {
+    fn of(answer: RolloutAnswer) -> Self {
+        let pending = Arc::new(Mutex::new(PendingAnswer { answer: Some(answer), read: Instant::now() }));
+        let tidy = tokio::spawn(tidy(Arc::downgrade(&pending))).abort_handle();
+        Self { pending, array: 0, batch: 0, given: 0, tidy }
+    }
+
+    /// The next part; none where all were given.
+    fn next(&mut self) -> Result<Option<v1::RolloutPart>, Status> {
+        let mut pending = lock(&self.pending);
+        pending.read = Instant::now();
+        let Some(answer) = &pending.answer else {
+            let message = format!("the answer of the rollout was not read for {} s", UNREAD.as_secs());
+            return Err(Explained::new(ErrorReason::LimitExceeded, message).into());
+        };
+        while let Some(array) = ARRAYS.get(self.array) {
+            let mut data = Vec::new();
+            while let Some(batch) = answer.batches.get(self.batch) {
+                let rest = numbers(batch, *array).get(self.given..).unwrap_or_default();
+                let room = (PART - data.len()) / size_of::<f64>();
+                let now = rest.get(..room).unwrap_or(rest);
+                data.reserve(size_of_val(now));
+                now.iter().for_each(|number| data.extend_from_slice(&number.to_le_bytes()));
+                self.given += now.len();
+                if now.len() < rest.len() {
+                    break;
+                }
+                (self.batch, self.given) = (self.batch + 1, 0);
+            }
+            if self.batch == answer.batches.len() {
+                (self.array, self.batch) = (self.array + 1, 0);
+            }
+            if !data.is_empty() {
+                return Ok(Some(v1::RolloutPart { array: (*array).into(), data }));
+            }
+        }
+        Ok(None)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::future::poll_fn;
+    use std::task::Poll;
+
+    use futures_util::StreamExt as _;
+
+    use super::*;
+    use simd_world::handle::testing::paused;
+
+    #[tokio::test]
+    async fn a_rollout_whose_client_does_not_read_keeps_no_place_from_others() {
+        let service = Service::new(paused());
+        let small = || Request::new(v1::RolloutRequest { copies: 2, steps: 5, ..Default::default() });
+        let mut unread = Vec::new();
+        // As many as are computed at a time, each asked once, and then not again.
+        for _ in 0..2 {
+            let mut stream = service.rollout(small()).await.unwrap().into_inner();
+            poll_fn(|context| {
+                let _ = stream.poll_next_unpin(context);
+                Poll::Ready(())
+            })
+            .await;
+            unread.push(stream);
+        }
+        let mut read = service.rollout(small()).await.unwrap().into_inner();
+        let whole = async {
+            while let Some(answer) = read.next().await {
+                if let Some(Event::Result(result)) = answer.unwrap().event {
+                    return result;
+                }
+            }
+            panic!("it ends without a result");
+        };
+        let result = tokio::time::timeout(Duration::from_secs(60), whole).await;
+        assert_eq!(result.expect("it gets a permit").steps_done, [5, 5]);
+        drop(unread);
+    }
+}

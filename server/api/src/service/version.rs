@@ -1,0 +1,152 @@
+//! Refuses clients of another version, before their request is read.
+
+use std::convert::Infallible;
+use std::future::{Ready, ready};
+use std::pin::Pin;
+use std::task::{Context, Poll};
+
+use simd_proto::{API_VERSION, API_VERSION_HEADER, ApiVersion};
+use tonic::Status;
+use tonic::body::Body;
+use tonic::codegen::Service;
+use tonic::codegen::http::{HeaderMap, Request, Response};
+use tonic::server::NamedService;
+
+use super::status::Explained;
+use crate::convert::field::Path;
+
+/// Answers clients of any version, so that they can find out which side is older.
+const FOR_ALL: &str = "/simd.v1.SimulationService/GetSimulatorInfo";
+
+/// A service that only clients of a fitting version reach.
+#[derive(Clone, Debug)]
+pub struct Versioned<S>(pub S);
+
+impl<S: NamedService> NamedService for Versioned<S> {
+    const NAME: &'static str = S::NAME;
+}
+
+impl<S> Service<Request<Body>> for Versioned<S>
+where
+    S: Service<Request<Body>, Response = Response<Body>, Error = Infallible>,
+    S::Future: Unpin,
+{
+    type Response = Response<Body>;
+    type Error = Infallible;
+    type Future = Checked<S::Future>;
+
+    fn poll_ready(&mut self, context: &mut Context<'_>) -> Poll<Result<(), Infallible>> {
+        self.0.poll_ready(context)
+    }
+
+    fn call(&mut self, request: Request<Body>) -> Self::Future {
+        if request.uri().path() != FOR_ALL
+            && let Err(status) = check(request.headers())
+        {
+            return Checked::Refused(ready(Ok(status.into_http())));
+        }
+        Checked::Passed(self.0.call(request))
+    }
+}
+
+/// The answer of a [`Versioned`] service.
+#[derive(Debug)]
+pub enum Checked<F> {
+    /// That of the service.
+    Passed(F),
+    /// A refusal.
+    Refused(Ready<Result<Response<Body>, Infallible>>),
+}
+
+impl<F> Future for Checked<F>
+where
+    F: Future<Output = Result<Response<Body>, Infallible>> + Unpin,
+{
+    type Output = F::Output;
+
+    fn poll(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Self::Output> {
+        match &mut *self {
+            Self::Passed(answer) => Pin::new(answer).poll(context),
+            Self::Refused(answer) => Pin::new(answer).poll(context),
+        }
+    }
+}
+
+/// Whether a client is served: one that says no version is.
+pub fn check(headers: &HeaderMap) -> Result<(), Status> {
+    let Some(said) = headers.get(API_VERSION_HEADER) else {
+        return Ok(());
+    };
+    let Some(client) = said.to_str().ok().and_then(ApiVersion::parse) else {
+        let said = format!("{said:?}");
+        let expected = format!("it must be like \"{API_VERSION}\"");
+        return Err(Path::ROOT.field(API_VERSION_HEADER).refuse(said, expected).into());
+    };
+    if serves(API_VERSION, client) {
+        Ok(())
+    } else {
+        Err(Explained::version_mismatch(client, API_VERSION).into())
+    }
+}
+
+/// Within a major version, older clients are served.
+fn serves(daemon: ApiVersion, client: ApiVersion) -> bool {
+    client.major == daemon.major && client.minor <= daemon.minor
+}
+
+#[cfg(test)]
+mod tests {
+    use tonic::Code;
+    use tonic_types::StatusExt as _;
+
+    use super::*;
+
+    fn check_version(said: &str) -> Result<(), Status> {
+        let mut headers = HeaderMap::new();
+        headers.insert(API_VERSION_HEADER, said.parse().unwrap());
+        check(&headers)
+    }
+
+    #[test]
+    fn a_client_of_our_version_or_of_none_is_served() {
+        assert!(check(&HeaderMap::new()).is_ok());
+        assert!(check_version(&API_VERSION.to_string()).is_ok());
+    }
+
+    #[test]
+    fn older_clients_are_served_within_a_major_version() {
+        let version = |major, minor| ApiVersion { major, minor };
+        assert!(serves(version(1, 3), version(1, 0)));
+        assert!(!serves(version(1, 3), version(1, 4)));
+        assert!(!serves(version(2, 0), version(1, 0)));
+    }
+
+    #[test]
+    fn a_newer_client_is_asked_to_update_the_daemon() {
+        for client in ["1.1", "2.0"] {
+            let status = check_version(client).unwrap_err();
+            assert_eq!(status.code(), Code::FailedPrecondition);
+            assert!(status.message().ends_with("the daemon is older: update the daemon"));
+            let info = status.get_details_error_info().unwrap();
+            assert_eq!(info.reason, "VERSION_MISMATCH");
+            assert_eq!(info.metadata["client"], client);
+            assert_eq!(info.metadata["daemon"], API_VERSION.to_string());
+        }
+    }
+
+    #[test]
+    fn an_older_client_is_asked_to_update_itself() {
+        let status = check_version("0.9").unwrap_err();
+        assert!(status.message().ends_with("the client is older: update the client"));
+    }
+
+    #[test]
+    fn what_is_no_version_is_refused_by_the_name_of_the_header() {
+        for said in ["", "one", "1", "1.x", "1.0.0"] {
+            let status = check_version(said).unwrap_err();
+            assert_eq!(status.code(), Code::InvalidArgument);
+            let field = &status.get_details_bad_request().unwrap().field_violations[0].field;
+            assert_eq!(field, API_VERSION_HEADER);
+        }
+    }
+}

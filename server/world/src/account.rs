@@ -1,0 +1,84 @@
+//! Whom a call counts for where clients share what the daemon has.
+
+use std::fmt;
+use std::net::IpAddr;
+use std::sync::Arc;
+
+/// A client, as limits know it: whatever it calls itself, it has one share.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Account {
+    /// The daemon's own process, which has no limit.
+    Process,
+    /// Of a token, by its name.
+    Token(Arc<str>),
+    /// All who come from an IPv4 address.
+    Address(IpAddr),
+    /// All who come from an IPv6 network of 64 bits, by those.
+    Network(u64),
+    /// Of this machine: each connection for itself.
+    Connection(u64),
+    /// Of a session of Zenoh, by the id that it says it has.
+    Session(Arc<str>),
+}
+
+tokio::task_local! {
+    static CURRENT: Account;
+}
+
+impl Account {
+    /// Of a connection from an address.
+    pub fn of_connection(number: u64, address: IpAddr) -> Self {
+        match address.to_canonical() {
+            address if address.is_loopback() => Self::Connection(number),
+            IpAddr::V4(address) => Self::Address(address.into()),
+            IpAddr::V6(address) => Self::Network((address.to_bits() >> 64) as u64),
+        }
+    }
+
+    /// Whom the running task works for; the process where none was named. A task that it spawns does not know that by
+    /// itself: it is spawned within [`scope`](Self::scope).
+    pub fn current() -> Self {
+        CURRENT.try_with(Self::clone).unwrap_or(Self::Process)
+    }
+
+    /// Does some work for this client.
+    pub fn scope<F: Future>(self, work: F) -> impl Future<Output = F::Output> {
+        CURRENT.scope(self, work)
+    }
+}
+
+impl fmt::Display for Account {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Process => f.write_str("this process"),
+            Self::Token(name) => write!(f, "the token of {name}"),
+            Self::Address(address) => write!(f, "{address}"),
+            Self::Network(bits) => write!(f, "{}/64", std::net::Ipv6Addr::from_bits(u128::from(*bits) << 64)),
+            Self::Connection(number) => write!(f, "connection {number}"),
+            Self::Session(id) => write!(f, "session {id}"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_network_has_one_account_and_connections_of_this_machine_have_one_each() {
+        let of = |number, address: &str| Account::of_connection(number, address.parse().unwrap());
+        assert_eq!(of(1, "10.0.0.7"), of(2, "10.0.0.7"));
+        assert_eq!(of(1, "::ffff:10.0.0.7"), of(2, "10.0.0.7"));
+        assert_ne!(of(1, "10.0.0.7"), of(1, "10.0.0.8"));
+        assert_eq!(of(1, "2001:db8::1"), of(2, "2001:db8::2"));
+        assert_eq!(of(1, "2001:db8::1").to_string(), "2001:db8::/64");
+        assert_ne!(of(1, "127.0.0.1"), of(2, "127.0.0.1"));
+    }
+
+    #[tokio::test]
+    async fn work_knows_whom_it_is_for_until_it_ends() {
+        let named = Account::Session("a".into());
+        assert_eq!(named.clone().scope(async { Account::current() }).await, named);
+        assert_eq!(Account::current(), Account::Process);
+    }
+}

@@ -1,0 +1,280 @@
+//! The thread that alone owns the world: it applies commands between steps, keeps
+//! the pace, and publishes what the world looks like.
+//!
+//! It is an OS thread and no task, it holds no lock across a step, and it waits
+//! for nothing but its mailbox and the clock.
+
+mod announcer;
+mod answers;
+mod call_budget;
+mod callers;
+mod event;
+mod event_log;
+#[cfg(any(test, feature = "testing"))]
+pub mod fake_world;
+mod long_step;
+mod mailbox;
+mod main_loop;
+mod meter;
+mod pacer;
+mod published;
+mod published_state_cell;
+mod realtime;
+mod record;
+mod recorder_queue;
+mod relay;
+mod sensor_log;
+mod step_calls;
+mod step_queue;
+mod step_threads;
+#[cfg(test)]
+mod tests;
+mod world;
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use simd_core::PublishedState;
+
+pub(crate) use event::{Event, ReplyTo};
+pub(crate) use event_log::EventLog;
+pub use event_log::{AuditedCall, EventBatch, LockstepChange, LogEvent, LoggedEvent, RecordingEnd};
+pub(crate) use mailbox::Mailbox;
+pub use published::{Done, Pace, PaceChange, Published, Statistics, Stepped};
+pub(crate) use published_state_cell::PublishedStateCell;
+pub use realtime::{Processors, RealTime};
+pub(crate) use recorder_queue::{
+    AppliedCommand, Entry, RecorderQueue, RecorderQueueEnd, ReportEntry, Sender, WorldEntry,
+};
+pub(crate) use sensor_log::{CameraSample, SensorLog};
+pub use sensor_log::{ContactReading, LoggedReading, Measured, NamedContactPartner, ReadingBatch};
+pub use step_threads::{MOST_STEP_THREADS, StepThreads};
+pub(crate) use world::World;
+
+use crate::call_error::panic_message;
+use crate::run_state::RunState;
+use call_budget::CallBudget;
+pub(crate) use callers::Callers;
+use callers::Shared;
+use long_step::LongSteps;
+use mailbox::{Ending, mailbox};
+use main_loop::{Driver, period};
+use meter::Meter;
+use pacer::Pacer;
+use published_state_cell::Publisher;
+use relay::Relay;
+use step_queue::StepQueue;
+
+/// The longest that the thread may look for a call before it waits, in microseconds.
+pub const MOST_SPIN_US: u64 = 1_000;
+
+/// How the driver drives.
+#[derive(Clone, Copy, Debug)]
+pub struct Config {
+    /// Calls that may wait for it.
+    pub mailbox: usize,
+    /// Calls that may wait for their steps.
+    pub waiting_steps: usize,
+    /// Events that are kept.
+    pub events: usize,
+    /// What the thread asks of the system.
+    pub real_time: RealTime,
+    /// Threads that a step may use; 0 leaves it to the daemon.
+    pub step_threads: u32,
+    /// A caller whose call finds the driver idle does what it asks for on its own thread: for programs that have the
+    /// world in their process. Not where a step may use several threads, of which the physics thread is one.
+    pub callers_drive: bool,
+    /// Microseconds for which the thread looks for a call, and a caller for its answer, before it waits for one; 0 is not
+    /// at all.
+    pub spin_us: u32,
+    /// Wall time by which the world may be late before lag is dropped.
+    pub lag_limit: Duration,
+    /// What it begins in.
+    pub state: RunState,
+    /// What it begins with.
+    pub pace: Pace,
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Self {
+            mailbox: 1024,
+            waiting_steps: 1024,
+            events: 1024,
+            real_time: RealTime::default(),
+            step_threads: 0,
+            callers_drive: false,
+            spin_us: 0,
+            lag_limit: Duration::from_millis(200),
+            state: RunState::Playing,
+            pace: Pace::default(),
+        }
+    }
+}
+
+/// What others hold of the driver.
+#[derive(Clone, Debug)]
+pub struct Link {
+    /// Where calls go.
+    pub(crate) mailbox: Mailbox,
+    /// Where states are read.
+    pub(crate) state_cell: Arc<PublishedStateCell>,
+    /// Where it says what happened.
+    pub(crate) events: Arc<EventLog>,
+    /// Where readings of sensors are read.
+    pub(crate) sensors: Arc<SensorLog>,
+    /// Where callers may drive.
+    pub(crate) callers: Option<Arc<dyn Callers>>,
+    /// How long a caller looks for its answer before it waits for it.
+    pub(crate) spin: Duration,
+}
+
+/// Starts the thread, and tasks that wake readers of states, of events and of sensors.
+///
+/// # Errors
+/// Returns an error if the system gives no thread, and outside of a runtime.
+pub fn start(world: impl World, config: Config) -> std::io::Result<Link> {
+    let runtime = tokio::runtime::Handle::try_current().map_err(std::io::Error::other)?;
+    let (mut driver, mut link) = build(world, config);
+    let builder = std::thread::Builder::new().name("simd-driver".into());
+    let step_threads = step_threads::count(config.step_threads, &config.real_time);
+    let callers_drive = config.callers_drive && step_threads < 2;
+    if config.real_time.priority > 0 && !callers_drive {
+        let Link { state_cell, events, sensors, .. } = link.clone();
+        // All that may wait for an answer at one time.
+        let room = config.mailbox.saturating_add(config.waiting_steps);
+        driver.relay = Some(Relay::start((config.real_time, room), state_cell, events, sensors)?);
+    }
+    let thread = if callers_drive {
+        let shared = Arc::new(Shared::new(driver));
+        link.callers = Some(shared.clone());
+        builder.spawn(move || {
+            realtime::ask(config.real_time);
+            sharpen_timer();
+            shared.serve();
+        })?
+    } else {
+        builder.spawn(move || {
+            realtime::ask(config.real_time);
+            lend_threads(&mut driver.world, config);
+            run(driver);
+        })?
+    };
+    if let Some(callers) = &link.callers {
+        callers.wakes(thread.thread().clone());
+    }
+    link.mailbox.wakes(thread.thread().clone());
+    let (state_cell, ended) = (link.state_cell.clone(), link.mailbox.ended().clone());
+    runtime.spawn(async move { ended.run_until_cancelled(state_cell.announce()).await });
+    let (events, ended) = (link.events.clone(), link.mailbox.ended().clone());
+    runtime.spawn(async move { ended.run_until_cancelled(events.announce()).await });
+    let (sensors, ended) = (link.sensors.clone(), link.mailbox.ended().clone());
+    runtime.spawn(async move { ended.run_until_cancelled(sensors.announce()).await });
+    Ok(link)
+}
+
+/// Warns where threads of steps that go before all others take every processor.
+fn warn_of_starvation(threads: usize, real_time: &RealTime) {
+    let processors = std::thread::available_parallelism().map_or(usize::MAX, std::num::NonZero::get);
+    // With processors of their own they leave the others.
+    let has_own = real_time.processors.numbers().next().is_some();
+    if real_time.priority > 0 && !has_own && threads >= processors {
+        tracing::warn!(
+            threads,
+            processors,
+            "steps may keep all processors busy, with a priority: while the world runs as fast as it can (pace max), little is \
+             left to clients; `realtime.threads` should be less"
+        );
+    }
+}
+
+/// Lends the world threads beside the physics thread, which is the calling one.
+fn lend_threads(world: &mut impl World, config: Config) {
+    let count = step_threads::count(config.step_threads, &config.real_time);
+    match StepThreads::start(count, config.real_time) {
+        Ok(Some(threads)) => {
+            tracing::debug!(threads = threads.count(), "steps may use threads beside the physics thread");
+            warn_of_starvation(threads.count(), &config.real_time);
+            world.set_pool(threads);
+        }
+        Ok(None) => {}
+        Err(error) => tracing::warn!(%error, "steps use the physics thread alone"),
+    }
+}
+
+/// A driver that does not run yet.
+fn build<W: World>(world: W, config: Config) -> (Driver<W>, Link) {
+    let now = Instant::now();
+    let (mailbox, mut inbox) = mailbox(config.mailbox);
+    let spin = Duration::from_micros(config.spin_us.into());
+    inbox.spin_for(spin);
+    let mut state = PublishedState::default();
+    world.observe(&mut state);
+    let settings = world.settings();
+    let publisher = Publisher::new(state, settings, Statistics::at_start(config.state, config.pace));
+    let events = Arc::new(EventLog::new(config.events));
+    let (sensors, sensor_writer) = SensorLog::new(publisher.state_cell().clone());
+    let state_cell = publisher.state_cell().clone();
+    let link = Link { mailbox, state_cell, events: events.clone(), sensors, callers: None, spin };
+    let driver = Driver {
+        world,
+        inbox,
+        publisher,
+        events,
+        sensors: sensor_writer,
+        state: config.state,
+        pace: config.pace,
+        pacer: Pacer::new(period(config.pace, &settings), config.lag_limit, now),
+        meter: Meter::new(now),
+        steps: StepQueue::new(config.waiting_steps),
+        has_unpublished: false,
+        iterations: 0,
+        calls: CallBudget::default(),
+        long_steps: LongSteps::default(),
+        before_retry: 0,
+        recorder_queue: None,
+        relay: None,
+    };
+    (driver, link)
+}
+
+/// Until it is asked to end or fails. A fault in the world ends the world; it
+/// must not leave its clients hanging, whatever else fails on the way.
+fn run<W: World>(mut driver: Driver<W>) {
+    // Last to be dropped.
+    let ending = driver.inbox.ending();
+    sharpen_timer();
+    let outcome = catch_unwind(AssertUnwindSafe(|| driver.run()));
+    finish(driver, &ending, outcome);
+}
+
+/// What comes after the last event, or after a panic.
+fn finish<W: World>(mut driver: Driver<W>, ending: &Ending, outcome: std::thread::Result<()>) {
+    if outcome.is_ok() {
+        driver.end_recorder_queue();
+    }
+    let Driver { world, inbox, steps, recorder_queue, relay, .. } = driver;
+    drop(relay);
+    if let Some(recorder_queue) = recorder_queue {
+        recorder_queue.end(RecorderQueueEnd::DriverEnded);
+    }
+    let cleaned = catch_unwind(AssertUnwindSafe(|| drop(world)));
+    if let Err(payload) = outcome.and(cleaned) {
+        let failure = panic_message(payload.as_ref());
+        ending.fail(&failure);
+        tracing::error!(%failure, "the physics thread panicked; the daemon ends");
+    }
+    // Waiting callers find the reason.
+    ending.end();
+    drop((inbox, steps));
+}
+
+/// Linux lets a sleeping thread sleep 50 us longer to save wake-ups; a step of
+/// 0.1 ms has no such time.
+fn sharpen_timer() {
+    #[cfg(target_os = "linux")]
+    if let Err(error) = rustix::thread::set_current_timer_slack(std::num::NonZeroU64::new(1)) {
+        tracing::debug!(%error, "the timer stays coarse");
+    }
+}

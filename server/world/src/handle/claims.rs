@@ -1,0 +1,369 @@
+//! Claims, what proves that a caller holds one, and the leases that end them: the world knows which claim is on
+//! what, and only the handle knows secrets and what time it is.
+
+use std::collections::HashMap;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use simd_core::simulation::command::{ClaimId, ClaimRequest, ReleaseCause};
+use simd_core::{Applied, Command, Reply};
+use simd_proto::proof::{self, Proof};
+use tokio::sync::oneshot;
+use tokio::time::Instant;
+use tokio_util::sync::{CancellationToken, DropGuard};
+
+use super::{CallError, Done, SimHandle};
+use crate::account::Account;
+
+/// Shortest and longest lease.
+const LEASE: std::ops::RangeInclusive<Duration> = Duration::from_millis(100)..=Duration::from_secs(3600);
+/// How long to wait before a lapsed claim is tried to be released again, where
+/// the mailbox was full.
+const RETRY: Duration = Duration::from_millis(20);
+
+/// The leases that run, by claim.
+#[derive(Debug, Default)]
+pub(super) struct Leases {
+    running: Mutex<HashMap<ClaimId, Lease>>,
+    /// That were given out. An id is never used again.
+    given: AtomicU64,
+}
+
+#[derive(Debug)]
+struct Lease {
+    /// Whom it counts for.
+    account: Account,
+    /// A caller that has it may set the joints.
+    secret: Arc<str>,
+    /// Of the last proof that was taken; another must have a larger one.
+    counter: u64,
+    length: Duration,
+    ends: Instant,
+    /// Ends the task that watches it, with the lease.
+    _over: DropGuard,
+}
+
+impl Leases {
+    /// Begins the lease anew.
+    fn renew(&self, claim: ClaimId) {
+        if let Some(lease) = self.lock().get_mut(&claim) {
+            lease.ends = Instant::now() + lease.length;
+        }
+    }
+
+    /// When it ends; `None` if there is no such lease (any more).
+    fn end(&self, claim: ClaimId) -> Option<Instant> {
+        self.lock().get(&claim).map(|lease| lease.ends)
+    }
+
+    /// Whether the claim holds.
+    pub(super) fn holds(&self, claim: ClaimId) -> bool {
+        self.lock().contains_key(&claim)
+    }
+
+    /// The claim that this is the secret of.
+    fn of_secret(&self, secret: &str) -> Option<ClaimId> {
+        let claim = ClaimId(proof::id_of(secret)?.parse().ok()?);
+        let running = self.lock();
+        let known = &running.get(&claim)?.secret;
+        // In the same time wherever they differ.
+        let is_it = known.len() == secret.len()
+            && known.bytes().zip(secret.bytes()).fold(0, |differ, (a, b)| differ | (a ^ b)) == 0;
+        is_it.then_some(claim)
+    }
+
+    /// The claim that a proof is of, where it is newer than the last one that was taken.
+    fn of_proof(&self, proof: &Proof, key: &str, payload: &[u8]) -> Result<ClaimId, Unproven> {
+        let claim = ClaimId(proof.claim);
+        let newer = |lease: &Lease| match proof.counter > lease.counter {
+            true => Ok(()),
+            false => Err(Unproven::Replayed { last: lease.counter }),
+        };
+        let secret = {
+            let running = self.lock();
+            let lease = running.get(&claim).ok_or(Unproven::NotFound)?;
+            newer(lease)?;
+            lease.secret.clone()
+        };
+        // Outside of the lock, since it takes as long as the payload is.
+        if !proof.holds(&secret, key, payload) {
+            return Err(Unproven::NotFound);
+        }
+        let mut running = self.lock();
+        let lease = running.get_mut(&claim).ok_or(Unproven::NotFound)?;
+        newer(lease)?;
+        lease.counter = proof.counter;
+        Ok(claim)
+    }
+
+    fn lock(&self) -> MutexGuard<'_, HashMap<ClaimId, Lease>> {
+        self.running.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Why a message does not act on a claim.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unproven {
+    /// There is no such claim, or the proof was made without its secret.
+    NotFound,
+    /// A proof with this counter, or a larger one, was taken already.
+    Replayed {
+        /// The largest that was taken.
+        last: u64,
+    },
+}
+
+impl From<Unproven> for CallError {
+    fn from(unproven: Unproven) -> Self {
+        match unproven {
+            Unproven::NotFound => Self::World(simd_core::Error::ClaimNotFound),
+            Unproven::Replayed { last } => Self::InvalidValue {
+                element: format!("the counter of {}", proof::PROOF_HEADER),
+                value: "not new".into(),
+                expected: format!("it must be larger than {last}, which was taken already"),
+            },
+        }
+    }
+}
+
+impl SimHandle {
+    /// Takes robots, joints or the world for one client until the claim is released, was not used for as long as
+    /// the lease, or `until` is cancelled. The id of the claim is made here. The answer has the secret by which the
+    /// client is known from then on.
+    ///
+    /// # Errors
+    /// Returns an error if the lease is not within 0.1 s and an hour, where there are too many claims, in all or of this client, or
+    /// where the world refuses.
+    pub async fn claim(
+        &self,
+        request: ClaimRequest,
+        lease: Duration,
+        until: Option<CancellationToken>,
+    ) -> Result<(String, Done), CallError> {
+        if !LEASE.contains(&lease) {
+            return Err(CallError::InvalidValue {
+                element: "lease".into(),
+                value: format!("{} s", lease.as_secs_f64()),
+                expected: "it must be between 0.1 s and 3600 s".into(),
+            });
+        }
+        let claim = ClaimId(self.inner.leases.given.fetch_add(1, Ordering::Relaxed) + 1);
+        let secret = secret(claim)?;
+        let over = CancellationToken::new();
+        {
+            let mut running = self.inner.leases.lock();
+            let own = running.values().filter(|lease| lease.account == self.account).count();
+            self.check_share("the number of claims", own + 1, self.info().limits.claims_of_client)?;
+            let limit = self.info().limits.claims;
+            if running.len() >= limit {
+                return Err(CallError::LimitExceeded {
+                    what: "the number of claims".into(),
+                    value: limit as u64 + 1,
+                    limit: limit as u64,
+                });
+            }
+            let ends = Instant::now() + lease;
+            let (account, secret) = (self.account.clone(), secret.as_str().into());
+            let _over = over.clone().drop_guard();
+            running.insert(claim, Lease { account, secret, counter: 0, length: lease, ends, _over });
+        }
+        // A task of its own, so that a claim whose caller goes away before the
+        // answer has a lease that ends it.
+        let (reply, answer) = oneshot::channel();
+        let handle = self.clone();
+        tokio::spawn(async move {
+            let done = handle.command(Command::Claim(ClaimRequest { claim, ..request })).await;
+            let ended = match &done {
+                Ok(Done { applied: Applied { reply: Reply::Claimed { ended }, .. }, .. }) => ended.as_slice(),
+                Ok(_) => &[],
+                Err(_) => std::slice::from_ref(&claim),
+            };
+            handle.inner.leases.lock().retain(|claim, _| !ended.contains(claim));
+            if done.is_err() {
+                drop(reply.send(done));
+                return;
+            }
+            handle.renew(claim);
+            drop(reply.send(done));
+            handle.watch_lease(claim, over, until).await;
+        });
+        let lost = |_| CallError::Internal { message: "a claim was not answered".into() };
+        Ok((secret, answer.await.map_err(lost)??))
+    }
+
+    /// Gives back the claim that this handle acts for.
+    ///
+    /// # Errors
+    /// Returns an error if there is no such claim (any more).
+    pub async fn release(&self) -> Result<Done, CallError> {
+        let claim = self.claim.ok_or(CallError::from(Unproven::NotFound))?;
+        let done = self.command(Command::Release { claim, cause: ReleaseCause::Released }).await?;
+        self.inner.leases.lock().remove(&claim);
+        Ok(done)
+    }
+
+    /// The claim that this is the secret of: for callers whose messages no other client can read.
+    ///
+    /// # Errors
+    /// Returns an error if there is no such claim.
+    pub fn claim_of(&self, secret: &str) -> Result<ClaimId, CallError> {
+        self.inner.leases.of_secret(secret).ok_or(Unproven::NotFound.into())
+    }
+
+    /// The claim that a message proves to act for. A proof is good once.
+    ///
+    /// # Errors
+    /// Returns an error if there is no such claim, the proof is wrong, or another with its counter or a larger one was taken.
+    pub fn claim_proven(&self, proof: &Proof, key: &str, payload: &[u8]) -> Result<ClaimId, Unproven> {
+        self.inner.leases.of_proof(proof, key, payload)
+    }
+
+    /// Claims that hold.
+    pub fn claim_count(&self) -> usize {
+        self.inner.leases.lock().len()
+    }
+
+    /// The claim that this handle acts for, whose lease begins anew.
+    pub(super) fn renewed_claim(&self) -> Option<ClaimId> {
+        self.claim.inspect(|claim| self.renew(*claim))
+    }
+
+    /// Begins the lease of a claim anew, if there is such a claim.
+    pub fn renew(&self, claim: ClaimId) {
+        self.inner.leases.renew(claim);
+    }
+
+    /// Releases the claim when its lease ends, or `until` is cancelled. Holds no handle while it waits, so
+    /// that a lease of an hour does not keep a daemon alive.
+    async fn watch_lease(self, claim: ClaimId, over: CancellationToken, until: Option<CancellationToken>) {
+        // One that is never cancelled where there is none.
+        let until = until.unwrap_or_default();
+        let (weak, draining) = (Arc::downgrade(&self.inner), self.draining());
+        drop(self);
+        loop {
+            let Some(inner) = weak.upgrade() else { return };
+            let handle = Self::of_everybody(inner);
+            let Some(ends) = handle.inner.leases.end(claim) else { return };
+            let cause = match until.is_cancelled() {
+                true => Some(ReleaseCause::Disconnected),
+                false => (ends <= Instant::now()).then_some(ReleaseCause::Lapsed),
+            };
+            let wake = match cause {
+                None => ends,
+                Some(cause) => match handle.command(Command::Release { claim, cause }).await {
+                    Err(CallError::MailboxFull { .. }) => Instant::now() + RETRY,
+                    Ok(_) | Err(_) => {
+                        handle.inner.leases.lock().remove(&claim);
+                        return;
+                    }
+                },
+            };
+            drop(handle);
+            tokio::select! {
+                () = tokio::time::sleep_until(wake) => {}
+                () = until.cancelled(), if !until.is_cancelled() => {}
+                () = over.cancelled() => return,
+                () = draining.cancelled() => return,
+            }
+        }
+    }
+}
+
+/// A claim's id, a dot, and 128 random bits in hexadecimal.
+fn secret(claim: ClaimId) -> Result<String, CallError> {
+    let mut bytes = [0; 16];
+    getrandom::fill(&mut bytes)
+        .map_err(|error| CallError::Internal { message: format!("there is no randomness: {error}") })?;
+    let random: String = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
+    Ok(format!("{}.{random}", claim.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::task::Poll;
+
+    use simd_core::simulation::command::SetTargets;
+
+    use super::super::testing::paused;
+    use super::*;
+
+    async fn claim_nothing(handle: &SimHandle, seconds: u64) -> Result<(String, Done), CallError> {
+        let request = ClaimRequest { holder: "me".into(), ..ClaimRequest::default() };
+        handle.claim(request, Duration::from_secs(seconds), None).await
+    }
+
+    fn lease(handle: &SimHandle, claim: u64) -> Option<Duration> {
+        handle.inner.leases.end(ClaimId(claim)).map(|ends| ends - Instant::now())
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn targets_that_carry_a_claim_renew_its_lease_and_others_do_not() {
+        let handle = paused();
+        let length = Duration::from_secs(10);
+        let [mine, yours, unknown] = [1, 2, 3];
+        for claim in [mine, yours] {
+            let over = CancellationToken::new().drop_guard();
+            let ends = Instant::now() + length;
+            let (account, secret) = (Account::Process, "".into());
+            let lease = Lease { account, secret, counter: 0, length, ends, _over: over };
+            handle.inner.leases.lock().insert(ClaimId(claim), lease);
+        }
+        tokio::time::advance(Duration::from_secs(4)).await;
+        let acting = handle.acting_for(Some(ClaimId(mine)));
+        let mut command = std::pin::pin!(acting.command(Command::SetTargets(SetTargets::default())));
+        // Once is enough to post it; waiting would let the paused clock run on.
+        let _ = std::future::poll_fn(|cx| Poll::Ready(command.as_mut().poll(cx))).await;
+        assert_eq!(lease(&handle, mine), Some(length));
+        assert_eq!(lease(&handle, yours), Some(Duration::from_secs(6)));
+        handle.renew(ClaimId(yours));
+        handle.renew(ClaimId(unknown));
+        assert_eq!(lease(&handle, yours), Some(length));
+        assert_eq!(lease(&handle, unknown), None);
+    }
+
+    #[tokio::test]
+    async fn a_released_claim_has_no_lease() {
+        let handle = paused();
+        let (secret, _) = claim_nothing(&handle, 3600).await.unwrap();
+        let claim = handle.claim_of(&secret).unwrap();
+        assert!(lease(&handle, claim.0).is_some());
+        handle.acting_for(Some(claim)).release().await.unwrap();
+        assert_eq!(lease(&handle, claim.0), None);
+        assert!(handle.claim_of(&secret).is_err());
+    }
+
+    #[tokio::test]
+    async fn a_secret_is_of_one_claim_and_its_id_is_none() {
+        let handle = paused();
+        let (secret, _) = claim_nothing(&handle, 10).await.unwrap();
+        let (id, random) = secret.split_once('.').unwrap();
+        assert_eq!(random.len(), 32);
+        let wrong = format!("{id}.{}", "0".repeat(32));
+        for text in [id, &format!("{id}."), &wrong, &format!("{secret}0"), &format!("2.{random}"), ""] {
+            assert!(handle.claim_of(text).is_err(), "{text}");
+        }
+    }
+
+    #[tokio::test]
+    async fn a_proof_is_taken_once_and_an_older_one_never() {
+        let handle = paused();
+        let (secret, _) = claim_nothing(&handle, 10).await.unwrap();
+        let claim = handle.claim_of(&secret).unwrap();
+        let take = |secret: &str, counter, key, payload: &[u8]| {
+            let proof = Proof::new(secret, counter, "key", b"payload").unwrap();
+            handle.claim_proven(&proof, key, payload)
+        };
+        assert_eq!(take(&secret, 5, "key", b"payload"), Ok(claim));
+        for counter in [5, 4, 0] {
+            let refused = Err(Unproven::Replayed { last: 5 });
+            assert_eq!(take(&secret, counter, "key", b"payload"), refused, "{counter}");
+        }
+        // What is refused counts for nothing.
+        assert_eq!(take(&secret, 6, "other", b"payload"), Err(Unproven::NotFound));
+        assert_eq!(take(&secret, 7, "key", b"other"), Err(Unproven::NotFound));
+        assert_eq!(take("1.guessed", u64::MAX, "key", b"payload"), Err(Unproven::NotFound));
+        assert_eq!(take("9.guessed", 1, "key", b"payload"), Err(Unproven::NotFound));
+        assert_eq!(take(&secret, 6, "key", b"payload"), Ok(claim));
+    }
+}

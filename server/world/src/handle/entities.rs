@@ -1,0 +1,352 @@
+//! Robots: how they come, what they are made from.
+
+mod reload;
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use bytes::Bytes;
+use glamx::DPose3;
+use simd_core::collision::{ConvexMesh, MeshShapes};
+use simd_core::simulation::command::{CollisionPair, ContactSettings, JointOrientation, Spawn};
+use simd_core::simulation::terrain_penetration::TerrainPenetration;
+use simd_core::{Command, Reply};
+use simd_model::robot::{MeshAsset, Sha256};
+use simd_model::{Disposition, Finding, LoadReport, RobotModel, Severity, SrdfPair, wire_name};
+use tokio::sync::watch;
+
+pub use self::reload::Reloaded;
+use super::heavy::Cancelled;
+use super::{CallError, SimHandle};
+use crate::driver::{Done, Entry, Published, ReportEntry};
+use crate::loading::{
+    ExpandedXacro, Origin, Phase, Prepared, Progress, Reporter, Source, Validated, Which, XacroFiles, summary,
+};
+
+/// Links below the surface of terrain that a report names.
+const MAX_TERRAIN_PENETRATIONS: usize = 8;
+
+/// A robot to bring in.
+#[derive(Clone, Debug)]
+pub struct SpawnRequest {
+    /// Where its description comes from.
+    pub source: Source,
+    /// Empty: the model's own.
+    pub name: String,
+    /// Where the name is taken, add `_1`, `_2`, ... instead of refusing.
+    pub allow_renaming: bool,
+    /// `world_from_root`.
+    pub pose: DPose3,
+    /// `None` fixes a root link called `world`.
+    pub fixed_base: Option<bool>,
+    /// Joints are not actuated, instead of holding their position.
+    pub passive: bool,
+    /// Positions to start from, rad or m, by joint name.
+    pub joint_positions: Vec<(String, f64)>,
+    /// Orientations of spherical joints to start from.
+    pub joint_orientations: Vec<JointOrientation>,
+    /// Lengths are multiplied by it; above 0, at most 1,000.
+    pub scale: f64,
+    /// Refuse a robot whose report has a warning.
+    pub strict: bool,
+    /// What its collision meshes become.
+    pub mesh_shapes: MeshShapes,
+    /// How it touches others and itself.
+    pub contact_settings: ContactSettings,
+    /// An SRDF, which says what of it touches what; empty is none.
+    pub srdf: Bytes,
+    /// Pairs of its own links that are switched off or on, after those of the SRDF.
+    pub collision_pairs: Vec<CollisionPair>,
+    /// Which robot of a file with several; empty is all of them.
+    pub model: String,
+}
+
+impl SpawnRequest {
+    /// Whether it says what only one robot can be meant by.
+    fn is_of_one(&self) -> bool {
+        let Self { srdf, joint_positions, joint_orientations, collision_pairs, contact_settings, .. } = self;
+        !srdf.is_empty()
+            || !joint_positions.is_empty()
+            || !joint_orientations.is_empty()
+            || !collision_pairs.is_empty()
+            || contact_settings.links.iter().any(|link| !link.link.is_empty())
+    }
+}
+
+/// A robot that is in the world now.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    /// From when.
+    pub done: Done,
+    /// Under this name.
+    pub name: String,
+    /// Names of those that came with it, of a file with several robots.
+    pub others: Vec<String>,
+    /// What was found.
+    pub report: LoadReport,
+    /// The report in one line.
+    pub summary: String,
+}
+
+impl SimHandle {
+    /// Keeps a description and says which of its files are lacking.
+    ///
+    /// # Errors
+    /// Returns an error if it is too large or cannot be read at all.
+    pub async fn prepare(
+        &self,
+        urdf: Bytes,
+        assets: BTreeMap<String, Sha256>,
+    ) -> Result<Prepared, CallError> {
+        self.loader().prepare(urdf, assets).await
+    }
+
+    /// Expands a xacro file to a URDF.
+    ///
+    /// # Errors
+    /// Returns an error if the files are too large together, and where the xacro cannot be understood.
+    pub async fn expand_xacro(&self, files: XacroFiles) -> Result<ExpandedXacro, CallError> {
+        self.loader().expand_xacro(files).await
+    }
+
+    /// Takes a part of a file; gives how much of it is here.
+    ///
+    /// # Errors
+    /// Returns an error if the file is too large, where parts do not fit, and where the whole
+    /// does not have the hash.
+    pub async fn upload(
+        &self,
+        sha256: Sha256,
+        total: u64,
+        offset: u64,
+        data: Bytes,
+    ) -> Result<u64, CallError> {
+        self.loader().upload(sha256, total, offset, data).await
+    }
+
+    /// Reads a description as a spawn would, and only reports.
+    ///
+    /// # Errors
+    /// Returns an error if its bytes cannot be had.
+    pub async fn validate(&self, source: Source, scale: f64) -> Result<Validated, CallError> {
+        self.loader().validate(source, scale).await
+    }
+
+    /// Brings a robot into the world.
+    ///
+    /// # Errors
+    /// Returns an error if it cannot be read, and where the world refuses it.
+    pub async fn spawn(&self, request: SpawnRequest) -> Result<Loaded, CallError> {
+        let origin = request.source.clone().into();
+        self.bring_in(origin, request, false, Reporter::default()).await
+    }
+
+    /// The same, and says how far it is.
+    ///
+    /// # Errors
+    /// As [`spawn`](Self::spawn).
+    pub async fn spawn_reporting(
+        &self,
+        request: SpawnRequest,
+        listener: watch::Sender<Progress>,
+    ) -> Result<Loaded, CallError> {
+        let origin = request.source.clone().into();
+        self.bring_in(origin, request, false, Reporter::to(listener)).await
+    }
+
+    /// Brings in a robot that the operator named: from any path, and to stay at a
+    /// reset of spawned robots.
+    pub async fn spawn_at_start(&self, path: PathBuf, request: SpawnRequest) -> Result<Loaded, CallError> {
+        self.bring_in(Origin::Operator(path), request, true, Reporter::default()).await
+    }
+
+    async fn bring_in(
+        &self,
+        origin: Origin,
+        request: SpawnRequest,
+        loaded_at_start: bool,
+        reporter: Reporter,
+    ) -> Result<Loaded, CallError> {
+        let SpawnRequest { name, scale, strict, mesh_shapes, fixed_base, .. } = &request;
+        // Here too, since what cannot be read never becomes a command.
+        self.note_robots([name.as_str()].into_iter().filter(|name| !name.is_empty()));
+        let options = self.loader().load_options(*scale, *strict, *mesh_shapes, *fixed_base);
+        let srdf = request.srdf.clone();
+        let which = match request.model.as_str() {
+            "" if request.is_of_one() => Which::One(String::new()),
+            "" => Which::All,
+            model => Which::One(model.to_owned()),
+        };
+        let all = self.loader().load_with_srdf(origin, which, srdf, options, reporter.clone()).await?;
+        let is_alone = all.len() == 1;
+        let mut spawns = Vec::with_capacity(all.len());
+        let mut report = LoadReport::default();
+        let mut read = Vec::with_capacity(all.len());
+        for (made, found) in all {
+            report.findings.extend(made.report.findings);
+            report.findings.extend(found.report.findings);
+            read.push(Arc::clone(&made.model));
+            let pair = |SrdfPair { links: [link, other_link], enabled }| CollisionPair {
+                link,
+                other_link,
+                enabled: Some(enabled),
+                ..CollisionPair::default()
+            };
+            let mut collision_pairs: Vec<CollisionPair> = found.pairs.into_iter().map(pair).collect();
+            collision_pairs.extend_from_slice(&request.collision_pairs);
+            let name = match (name.as_str(), is_alone) {
+                ("", _) => made.model.name.clone(),
+                (name, true) => name.to_owned(),
+                (name, false) => format!("{name}_{}", made.model.name),
+            };
+            let placement = made.placement;
+            spawns.push(Spawn {
+                contact_settings: request.contact_settings.clone(),
+                collision_pairs,
+                name: wire_name(&name),
+                allow_renaming: request.allow_renaming,
+                model: made.model,
+                shapes: made.shapes,
+                pose: placement.map_or(request.pose, |placement| request.pose * placement.pose),
+                fixed_base: placement.map(|placement| placement.fixed).or(request.fixed_base),
+                passive: request.passive,
+                joint_positions: request.joint_positions.clone(),
+                joint_orientations: request.joint_orientations.clone(),
+                loaded_at_start,
+            });
+        }
+        let mut names: Vec<String> = spawns.iter().map(|spawn| spawn.name.clone()).collect();
+        reporter.say(Phase::Spawning);
+        let command = match (is_alone, spawns.pop()) {
+            (true, Some(spawn)) => Command::Spawn(Box::new(spawn)),
+            (_, last) => Command::SpawnAll(spawns.into_iter().chain(last).collect()),
+        };
+        let done = self.command(command).await?;
+        match &done.applied.reply {
+            Reply::Spawned { name } => names = vec![name.clone()],
+            Reply::SpawnedAll { names: given } => names.clone_from(given),
+            _ => {}
+        }
+        self.note_robots(names.iter().map(String::as_str));
+        for (name, model) in names.iter().zip(&read) {
+            self.report_terrain_penetrations(name, model, &mut report).await;
+        }
+        let summaries: Vec<String> = read
+            .iter()
+            .enumerate()
+            .map(|(index, model)| {
+                // Warnings are counted once.
+                if index == 0 { summary(model, &report) } else { summary(model, &LoadReport::default()) }
+            })
+            .collect();
+        let summary = summaries.join(". ");
+        let name = names.first().cloned().unwrap_or_default();
+        let others: Vec<String> = names.into_iter().skip(1).collect();
+        tracing::info!(robot = name, "spawned {summary}");
+        if let Some(recording) = self.inner.recordings.running() {
+            let entry = ReportEntry { robot: name.clone(), report: report.clone(), summary: summary.clone() };
+            // What ends the recording is said where it shows first.
+            let _ = recording.queue.push(Entry::Report(Box::new(entry)));
+        }
+        Ok(Loaded { done, name, others, report, summary })
+    }
+
+    /// Adds what now is below the surface of terrain: the robot that came, or others where it is the terrain. Adds nothing where
+    /// all permits for heavy reads are taken, and where another one has come by its name since.
+    async fn report_terrain_penetrations(
+        &self,
+        name: &str,
+        model: &Arc<RobotModel>,
+        report: &mut LoadReport,
+    ) {
+        let newest = self.newest();
+        let found = newest.state.entity(name).filter(|(_, entity)| Arc::ptr_eq(&entity.model, model));
+        let Some((robot, _)) = found else { return };
+        if !newest.state.world.entities.iter().any(|entity| entity.shapes.has_terrain()) {
+            return;
+        }
+        let look = move |cancelled: &Cancelled| {
+            let Published { state, physics, .. } = &*newest;
+            let most = MAX_TERRAIN_PENETRATIONS;
+            state.terrain_penetrations(robot, physics.gravity, most, &|| cancelled.is_set())
+        };
+        let found = self.heavy(look).await.unwrap_or_default();
+        report.findings.extend(found.into_iter().map(|TerrainPenetration { link, terrain, depth }| Finding {
+            severity: Severity::Warning,
+            disposition: Disposition::Used,
+            element: format!("link {:?} of {:?}", link.1, link.0),
+            file: None,
+            line: None,
+            message: format!(
+                "starts {depth:.3} m below the surface of {:?}: a height field pushes it out, and a mesh lets it fall; put it \
+                 higher",
+                terrain.0
+            ),
+        }));
+    }
+
+    /// The hash of a robot's description.
+    pub fn description_of(&self, robot: &str) -> Option<Sha256> {
+        let newest = self.newest();
+        let (_, entity) = newest.state.entity(robot)?;
+        self.description_of_model(&entity.model)
+    }
+
+    /// The description that a model was read from, if it was read from one.
+    pub fn description_of_model(&self, model: &Arc<RobotModel>) -> Option<Sha256> {
+        self.loader().with_known(model, |known| known.description)
+    }
+
+    /// A file that was uploaded or that a robot uses.
+    pub fn asset(&self, sha256: &Sha256) -> Option<Bytes> {
+        self.loader().asset(sha256)
+    }
+
+    /// Does what takes long with the mesh of a look, off the threads that others wait for;
+    /// `None` where no robot uses it.
+    ///
+    /// # Errors
+    /// If too much waits to be read already.
+    pub(crate) async fn with_mesh<T: Send + 'static>(
+        &self,
+        look: &Sha256,
+        work: impl FnOnce(&MeshAsset) -> T + Send + 'static,
+    ) -> Result<Option<T>, CallError> {
+        self.loader().with_mesh(look, work).await
+    }
+
+    /// Does what takes long with a convex collider of a robot in the world, off the threads that
+    /// others wait for; `None` where no robot has it.
+    ///
+    /// # Errors
+    /// If too much waits to be read already.
+    pub async fn with_collider<T: Send + 'static>(
+        &self,
+        sha256: Sha256,
+        work: impl FnOnce(ConvexMesh) -> T + Send + 'static,
+    ) -> Result<Option<T>, CallError> {
+        let newest = self.newest();
+        let mut robots = newest.state.world.entities.iter();
+        let Some(collider) = robots.find_map(|robot| robot.shapes.convex_mesh(&sha256)) else {
+            return Ok(None);
+        };
+        self.loader().off_thread(move || work(collider)).await.map(Some)
+    }
+
+    /// The text of a robot's description with other file names of its meshes; `None` where it is
+    /// not kept.
+    ///
+    /// # Errors
+    /// If too much waits to be read already.
+    pub async fn description_with(
+        &self,
+        robot: &str,
+        address: impl Fn(&str) -> Option<String> + Send + 'static,
+    ) -> Result<Option<String>, CallError> {
+        let Some(urdf) = self.description_of(robot).and_then(|sha256| self.asset(&sha256)) else {
+            return Ok(None);
+        };
+        self.loader().readdress(urdf, address).await.map(Some)
+    }
+}

@@ -1,0 +1,176 @@
+//! Reads that take milliseconds: inverse kinematics, mass matrices, rays. They run on threads that give way to the
+//! physics thread, few at a time.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::{CallError, SimHandle};
+use crate::blocking_threads::BlockingThreads;
+use crate::fair_permits::FairPermits;
+use crate::info::DaemonLimits;
+
+/// Permits for heavy work. One for the whole daemon, whichever transport asks. Each that waits for one holds its
+/// request in memory, at most a message's size.
+#[derive(Debug)]
+pub(super) struct HeavyWork {
+    permits: FairPermits,
+}
+
+/// Whether no caller waits for some work any more.
+#[derive(Clone, Debug, Default)]
+pub struct Cancelled(Arc<AtomicBool>);
+
+impl Cancelled {
+    /// Work that takes long asks this often, and ends early.
+    pub fn is_set(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+}
+
+/// Sets the flag when the caller's future is dropped.
+struct SetOnDrop(Cancelled);
+
+impl Drop for SetOnDrop {
+    fn drop(&mut self) {
+        self.0.0.store(true, Ordering::Relaxed);
+    }
+}
+
+impl HeavyWork {
+    /// Half of the processors may do such work.
+    pub(super) fn new(limits: &DaemonLimits) -> Self {
+        let processors = std::thread::available_parallelism().map_or(1, usize::from);
+        Self::with((processors / 2).max(1), limits.waiting_reads, limits.waiting_reads_of_client)
+    }
+
+    /// One look into a recording at a time.
+    pub(super) fn of_recordings() -> Self {
+        let what = "waiting calls for what is in a recording";
+        Self { permits: FairPermits::new(1, 16, 4, what) }
+    }
+
+    fn with(permits: usize, waiting: usize, of_one: usize) -> Self {
+        let what = "waiting calls for kinematics and rays";
+        Self { permits: FairPermits::new(permits, waiting, of_one, what) }
+    }
+
+    /// Does the work on a thread where it blocks no other task. The permit is held until the work ends, also where
+    /// its caller goes away before: there are never more such threads than permits.
+    ///
+    /// # Errors
+    /// At once where too many wait already.
+    pub(super) async fn run<T: Send + 'static>(
+        &self,
+        threads: &BlockingThreads,
+        work: impl FnOnce(&Cancelled) -> T + Send + 'static,
+    ) -> Result<T, CallError> {
+        let permit = self.permits.acquire().await?;
+        let on_drop = SetOnDrop(Cancelled::default());
+        let cancelled = on_drop.0.clone();
+        let done = threads.run(move || {
+            let _permit = permit;
+            (!cancelled.is_set()).then(|| work(&cancelled))
+        });
+        match done.await {
+            Ok(Some(done)) => Ok(done),
+            Ok(None) => Err(CallError::Internal { message: "no caller waits for this work".into() }),
+            Err(error) => Err(CallError::Internal { message: error.to_string() }),
+        }
+    }
+}
+
+impl SimHandle {
+    /// Does what may take milliseconds, and reads nothing but a published state, where it blocks no other task.
+    ///
+    /// # Errors
+    /// At once where too many such calls wait.
+    pub async fn heavy<T: Send + 'static>(
+        &self,
+        work: impl FnOnce(&Cancelled) -> T + Send + 'static,
+    ) -> Result<T, CallError> {
+        self.inner.heavy.run(self.loader().threads(), work).await
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc::{Sender, channel};
+    use std::task::Poll;
+
+    use super::*;
+
+    /// Polls once: far enough to queue or to begin.
+    async fn poll_once<F: Future>(future: std::pin::Pin<&mut F>) -> Poll<F::Output> {
+        let mut future = future;
+        std::future::poll_fn(|context| Poll::Ready(future.as_mut().poll(context))).await
+    }
+
+    /// Work that has begun when it says so and ends when it is asked to, or else when it is cancelled.
+    fn held()
+    -> (impl FnOnce(&Cancelled) -> bool + Send + 'static, Sender<()>, tokio::sync::oneshot::Receiver<()>)
+    {
+        let (begun, has_begun) = tokio::sync::oneshot::channel();
+        let (end, is_ended) = channel::<()>();
+        let work = move |cancelled: &Cancelled| {
+            begun.send(()).unwrap();
+            is_ended.recv().unwrap();
+            cancelled.is_set()
+        };
+        (work, end, has_begun)
+    }
+
+    #[tokio::test]
+    async fn a_permit_is_held_until_the_work_ends_and_not_until_its_caller_leaves() {
+        let threads = BlockingThreads::computing().unwrap();
+        let heavy = HeavyWork::with(1, 1, 1);
+        let (work, end, has_begun) = held();
+        {
+            let mut call = Box::pin(heavy.run(&threads, work));
+            assert!(poll_once(call.as_mut()).await.is_pending());
+            has_begun.await.unwrap();
+        }
+        let mut next = Box::pin(heavy.run(&threads, |_| 7));
+        assert!(poll_once(next.as_mut()).await.is_pending(), "its caller is gone, and the first runs");
+        end.send(()).unwrap();
+        assert_eq!(next.await.unwrap(), 7);
+    }
+
+    #[tokio::test]
+    async fn one_more_than_may_wait_is_refused_at_once() {
+        let threads = BlockingThreads::computing().unwrap();
+        let heavy = HeavyWork::with(1, 1, 1);
+        let (work, end, has_begun) = held();
+        let mut running = Box::pin(heavy.run(&threads, work));
+        assert!(poll_once(running.as_mut()).await.is_pending());
+        has_begun.await.unwrap();
+        let mut waiting = Box::pin(heavy.run(&threads, |_| ()));
+        assert!(poll_once(waiting.as_mut()).await.is_pending());
+        assert!(matches!(heavy.run(&threads, |_| ()).await, Err(CallError::LimitExceeded { .. })));
+        end.send(()).unwrap();
+        assert!(!running.await.unwrap(), "its caller waits for it");
+        waiting.await.unwrap();
+    }
+
+    #[tokio::test]
+    async fn work_whose_caller_left_is_cancelled_and_what_only_waits_is_not_begun() {
+        let threads = BlockingThreads::computing().unwrap();
+        let heavy = HeavyWork::with(1, 2, 2);
+        let (begun, has_begun) = tokio::sync::oneshot::channel();
+        let (ended, has_ended) = tokio::sync::oneshot::channel();
+        {
+            let mut call = Box::pin(heavy.run(&threads, move |cancelled: &Cancelled| {
+                begun.send(()).unwrap();
+                while !cancelled.is_set() {
+                    std::thread::yield_now();
+                }
+                ended.send(()).unwrap();
+            }));
+            assert!(poll_once(call.as_mut()).await.is_pending());
+            has_begun.await.unwrap();
+            let mut waiting = Box::pin(heavy.run(&threads, |_| panic!("it has no caller")));
+            assert!(poll_once(waiting.as_mut()).await.is_pending());
+        }
+        has_ended.await.unwrap();
+        heavy.run(&threads, |_| ()).await.unwrap();
+    }
+}

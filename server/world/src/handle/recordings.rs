@@ -1,0 +1,138 @@
+//! Recordings: which is being made, which there are.
+
+use std::sync::Arc;
+
+use simd_core::Moment;
+
+use super::{CallError, Cancelled, SimHandle};
+use crate::account::Account;
+use crate::driver::{Event, RecorderQueueEnd};
+use crate::recording::{RecordingContents, RecordingInfo, RecordingRequest, RecordingSources, Running};
+
+impl SimHandle {
+    /// Begins a recording: the whole world as it is then, and all that happens from then on.
+    ///
+    /// # Errors
+    /// Returns an error if no folder is configured, another recording is being made, the name is taken or the file cannot be made.
+    pub async fn start_recording(
+        &self,
+        request: RecordingRequest,
+    ) -> Result<(RecordingInfo, Moment), CallError> {
+        self.check_robots(None)?;
+        // A task of its own, so that a caller who goes away leaves no recording without an owner. It counts for that caller.
+        let begin = Account::current().scope(self.clone().begin_recording(request));
+        tokio::spawn(begin).await.map_err(|error| CallError::Internal { message: error.to_string() })?
+    }
+
+    async fn begin_recording(self, request: RecordingRequest) -> Result<(RecordingInfo, Moment), CallError> {
+        let sources = RecordingSources {
+            daemon: self.inner.info.name.clone(),
+            loader: Arc::clone(self.loader()),
+            events: Arc::clone(&self.inner.driver.events),
+            state_cell: Arc::clone(&self.inner.driver.state_cell),
+            sensors: Arc::clone(&self.inner.driver.sensors),
+            images: Box::new(self.camera_images()),
+        };
+        let _guard = self.inner.recording_lock.lock().await;
+        let recordings = self.inner.recordings.clone();
+        let begin = move || recordings.begin(request, sources);
+        let Running { name, queue, done: _ } = self.loader().off_thread(begin).await??;
+        let begun = self.ask(|reply| Event::Record { queue: Some(Arc::clone(&queue)), reply }).await;
+        let at = match begun {
+            Ok(at) => at,
+            Err(error) => {
+                queue.end(RecorderQueueEnd::Stopped);
+                return Err(error);
+            }
+        };
+        tracing::info!(recording = &*name, "recording");
+        Ok((self.recording(name.to_string()).await?, at))
+    }
+
+    /// Ends the recording of this name, or whichever is being made where it is empty; answers when its file is complete.
+    ///
+    /// # Errors
+    /// Returns an error if none of that name is being made.
+    pub async fn stop_recording(&self, name: &str) -> Result<(RecordingInfo, Moment), CallError> {
+        self.check_robots(None)?;
+        let guard = self.inner.recording_lock.lock().await;
+        let running = self.inner.recordings.running();
+        let Some(running) = running.filter(|running| name.is_empty() || *running.name == *name) else {
+            let which =
+                if name.is_empty() { "no recording".to_owned() } else { format!("no recording {name:?}") };
+            return Err(CallError::RecordingNotPossible { message: format!("{which} is being made") });
+        };
+        let at = self.ask(|reply| Event::Record { queue: None, reply }).await?;
+        drop(guard);
+        running.done.cancelled().await;
+        Ok((self.recording(running.name.to_string()).await?, at))
+    }
+
+    /// Returns once no recording is being made, which an ending driver sees to.
+    pub async fn recording_ended(&self) {
+        if let Some(running) = self.inner.recordings.running() {
+            running.done.cancelled().await;
+        }
+    }
+
+    /// All of them, by name.
+    ///
+    /// # Errors
+    /// Returns an error if there is no folder, or it cannot be read.
+    pub async fn recordings(&self) -> Result<Vec<RecordingInfo>, CallError> {
+        let recordings = self.inner.recordings.clone();
+        self.loader().off_thread(move || recordings.list()).await?
+    }
+
+    /// One of them.
+    ///
+    /// # Errors
+    /// Returns an error if there is no such recording.
+    pub async fn recording(&self, name: String) -> Result<RecordingInfo, CallError> {
+        let recordings = self.inner.recordings.clone();
+        self.loader().off_thread(move || recordings.find(&name)).await?
+    }
+
+    /// One of them, and what is in its files.
+    ///
+    /// # Errors
+    /// Returns an error if there is no such recording, or it cannot be read.
+    pub async fn recording_contents(
+        &self,
+        name: String,
+    ) -> Result<(RecordingInfo, RecordingContents), CallError> {
+        let recordings = self.inner.recordings.clone();
+        let look = move |cancelled: &Cancelled| {
+            let info = recordings.find(&name)?;
+            let contents = recordings.contents(&info, &|| cancelled.is_set())?;
+            Ok((info, contents))
+        };
+        // All of its files are read: loading robots does not wait for that.
+        self.inner.recording_looks.run(self.loader().threads(), look).await?
+    }
+
+    /// A part of one of its files, of at most so many bytes, and the size of that file.
+    ///
+    /// # Errors
+    /// Returns an error if there is no such recording or file.
+    pub async fn read_recording(
+        &self,
+        name: String,
+        file: String,
+        offset: u64,
+        most: usize,
+    ) -> Result<(Vec<u8>, u64), CallError> {
+        let recordings = self.inner.recordings.clone();
+        self.loader().off_thread(move || recordings.read(&name, &file, offset, most)).await?
+    }
+
+    /// Deletes its files.
+    ///
+    /// # Errors
+    /// Returns an error if there is no such recording, or it is being made.
+    pub async fn delete_recording(&self, name: String) -> Result<(), CallError> {
+        self.check_robots(None)?;
+        let recordings = self.inner.recordings.clone();
+        self.loader().off_thread(move || recordings.delete(&name)).await?
+    }
+}

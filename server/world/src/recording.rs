@@ -1,0 +1,398 @@
+//! Recordings of the world: what the driver tells, written into files of MCAP by a thread of its own, and replayed.
+//!
+//! * Here: which recording is being made, and which there are.
+//! * `names`: how they are called, and which files they consist of.
+//! * `writer`: the thread. `file`: one file. `commands`: commands as bytes and back.
+//! * `ros`: what other tools show. `readings`: what sensors measured; [`sensor_message`]: as messages of ROS 2.
+//! * [`images`]: what cameras saw; [`camera_message`]: as messages of ROS 2.
+//! * `reading`: what a file has, of which nothing is trusted. [`replay`]: the same run again, compared.
+
+pub mod camera_message;
+mod commands;
+mod file;
+pub(crate) mod images;
+mod names;
+mod reading;
+mod readings;
+pub mod replay;
+mod ros;
+pub mod sensor_message;
+#[cfg(test)]
+mod tests;
+mod writer;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, SystemTime};
+
+use simd_model::LoadReport;
+use tokio_util::sync::CancellationToken;
+
+pub use names::is_name;
+pub use replay::{Changes, Comparison, Difference, Replayed, Variation, replay, replay_beside};
+pub use ros::stamp;
+
+use crate::call_error::CallError;
+use crate::driver::{
+    EventLog, LoggedEvent, LoggedReading, Published, PublishedStateCell, RecorderQueue, SensorLog,
+};
+use crate::loading::Loader;
+
+/// Bytes that may wait for the disk.
+const WAITING_BYTES: usize = 64 << 20;
+/// Bytes of all recordings where the configuration says nothing else.
+pub const DEFAULT_MAX_BYTES: u64 = 10 << 30;
+/// Bytes of pictures in a second where the configuration says nothing else: 640 x 480 pixels in colour, 30 times a second.
+const DEFAULT_PICTURE_BYTES: u64 = 32 << 20;
+
+/// Where recordings are kept.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// The folder; `None`: no recording can be made.
+    pub directory: Option<PathBuf>,
+    /// Of all of them together.
+    pub max_bytes: u64,
+    /// Of the pictures of all cameras in a second, before the file packs them; 0: none are recorded.
+    pub picture_bytes: u64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { directory: None, max_bytes: DEFAULT_MAX_BYTES, picture_bytes: DEFAULT_PICTURE_BYTES }
+    }
+}
+
+/// How a recording is to be made.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RecordingRequest {
+    /// Empty: the time.
+    pub name: String,
+    /// Joint states and link poses, simulated seconds between them; `None`: none.
+    pub state_period: Option<f64>,
+    /// Wall time that is kept at least; `None`: everything.
+    pub keep_last: Option<Duration>,
+    /// Of its files.
+    pub max_bytes: Option<u64>,
+    /// Wall time after which it ends.
+    pub max_duration: Option<Duration>,
+}
+
+/// Whether a recording is being made, was completed, or was not.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RecordingState {
+    /// It is being made.
+    Recording,
+    /// Its files are complete.
+    Complete,
+    /// Its last file was not completed.
+    Unfinished,
+}
+
+/// A recording on the disk.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RecordingInfo {
+    /// What it is called.
+    pub name: String,
+    /// Whether it is complete.
+    pub state: RecordingState,
+    /// Names and sizes of its files, in their order.
+    pub files: Vec<(String, u64)>,
+    /// When the last of them was written to.
+    pub modified: Option<SystemTime>,
+}
+
+/// What is in the complete files of a recording.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RecordingContents {
+    /// Topic, schema and number of messages.
+    pub topics: Vec<(String, String, u64)>,
+    /// Wall seconds from the first message to the last.
+    pub duration: f64,
+}
+
+/// How messages of the schema are written: wire types are made further up.
+#[derive(Clone, Copy, Debug)]
+pub struct Encoders {
+    /// `simd.v1.Event`.
+    pub event: fn(&LoggedEvent) -> Vec<u8>,
+    /// `simd.v1.GetContactsResponse`.
+    pub contacts: fn(&Published) -> Vec<u8>,
+    /// `simd.v1.LoadReport`, and the report in one line.
+    pub report: fn(&LoadReport, &str) -> Vec<u8>,
+    /// `simd.v1.SensorReading`.
+    pub reading: fn(&LoggedReading) -> Vec<u8>,
+}
+
+/// The recordings of a daemon.
+#[derive(Clone, Debug)]
+pub struct Recordings {
+    settings: Arc<Settings>,
+    encoders: Encoders,
+    /// The one that is being made. Held for a look or a change.
+    running: Arc<Mutex<Option<Running>>>,
+}
+
+/// A recording that is being made.
+#[derive(Clone, Debug)]
+pub(crate) struct Running {
+    pub(crate) name: Arc<str>,
+    pub(crate) queue: Arc<RecorderQueue>,
+    /// Cancelled when its last file is complete, or never will be.
+    pub(crate) done: CancellationToken,
+}
+
+/// What a writer has of the daemon.
+pub(crate) struct RecordingSources {
+    pub(crate) daemon: String,
+    pub(crate) loader: Arc<Loader>,
+    pub(crate) events: Arc<EventLog>,
+    pub(crate) state_cell: Arc<PublishedStateCell>,
+    pub(crate) sensors: Arc<SensorLog>,
+    pub(crate) images: Box<dyn images::ImageSource>,
+}
+
+impl Recordings {
+    /// Those in the folder.
+    pub fn new(settings: Settings, encoders: Encoders) -> Self {
+        Self { settings: Arc::new(settings), encoders, running: Arc::default() }
+    }
+
+    /// Of a daemon that can make none.
+    #[cfg(any(test, feature = "testing"))]
+    pub fn none() -> Self {
+        let encoders = Encoders {
+            event: |_| Vec::new(),
+            contacts: |_| Vec::new(),
+            report: |_, _| Vec::new(),
+            reading: |_| Vec::new(),
+        };
+        Self::new(Settings::default(), encoders)
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Option<Running>> {
+        self.running.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The one that is being made.
+    pub(crate) fn running(&self) -> Option<Running> {
+        self.lock().clone()
+    }
+
+    fn directory(&self) -> Result<&Path, CallError> {
+        self.settings.directory.as_deref().ok_or_else(|| impossible(
+            "no folder for recordings is configured; give the daemon --recordings FOLDER, or `directory` in [recording] of \
+             its configuration file",
+        ))
+    }
+
+    /// Opens the first file and starts the thread that writes it. What the driver is to tell it is asked for by the caller.
+    ///
+    /// # Errors
+    /// Returns an error if there is no folder, another one is being made, the name is taken, or the file cannot be made.
+    pub(crate) fn begin(
+        &self,
+        request: RecordingRequest,
+        sources: RecordingSources,
+    ) -> Result<Running, CallError> {
+        let directory = self.directory()?.to_owned();
+        let name: Arc<str> = match request.name.as_str() {
+            "" => names::of_time(SystemTime::now()).into(),
+            name => name.into(),
+        };
+        let queue = Arc::new(RecorderQueue::new(name.clone(), WAITING_BYTES));
+        let running = Running { name: name.clone(), queue, done: CancellationToken::new() };
+        {
+            let mut present = self.lock();
+            if let Some(other) = &*present {
+                return Err(impossible(format!("recording {:?} is being made; stop it first", other.name)));
+            }
+            *present = Some(running.clone());
+        }
+        let begun = self.start_writer(directory, request, sources, running.clone());
+        if begun.is_err() {
+            *self.lock() = None;
+            // Who asked it to end meanwhile waits for that.
+            running.done.cancel();
+        }
+        begun.map(|()| running)
+    }
+
+    fn start_writer(
+        &self,
+        directory: PathBuf,
+        request: RecordingRequest,
+        sources: RecordingSources,
+        running: Running,
+    ) -> Result<(), CallError> {
+        let there = list(&directory).map_err(|error| unusable(&directory, &error))?;
+        if there.iter().any(|other| *other.name == *running.name) {
+            return Err(CallError::RecordingExists { name: running.name.to_string() });
+        }
+        let others: u64 = there.iter().flat_map(|other| &other.files).map(|(_, bytes)| bytes).sum();
+        if others >= self.settings.max_bytes {
+            return Err(CallError::LimitExceeded {
+                what: "the size of all recordings in bytes".into(),
+                value: others + 1,
+                limit: self.settings.max_bytes,
+            });
+        }
+        let all = self.settings.max_bytes - others;
+        let max_bytes = request.max_bytes.map_or(all, |own| own.min(all));
+        let plan = writer::Plan {
+            directory: directory.clone(),
+            name: running.name.clone(),
+            state_period: request.state_period,
+            keep_last: request.keep_last,
+            max_bytes,
+            max_duration: request.max_duration,
+            picture_bytes: self.settings.picture_bytes,
+        };
+        let writer = writer::Writer::new(plan, sources, self.encoders, running.queue.clone());
+        let writer = writer.map_err(|error| unusable(&directory, &error))?;
+        let registry = self.clone();
+        let thread = std::thread::Builder::new().name("simd-recorder".into());
+        let spawned = thread.spawn(move || {
+            crate::blocking_threads::lower_priority();
+            writer.run();
+            *registry.lock() = None;
+            running.done.cancel();
+        });
+        spawned
+            .map(drop)
+            .map_err(|error| CallError::Internal { message: format!("there is no thread: {error}") })
+    }
+
+    /// All of them, by name.
+    ///
+    /// # Errors
+    /// Returns an error if there is no folder, or it cannot be read.
+    pub(crate) fn list(&self) -> Result<Vec<RecordingInfo>, CallError> {
+        let directory = self.directory()?;
+        let mut all = list(directory).map_err(|error| unusable(directory, &error))?;
+        if let Some(running) = self.running() {
+            let is_it = |info: &&mut RecordingInfo| *info.name == *running.name;
+            if let Some(info) = all.iter_mut().find(is_it) {
+                info.state = RecordingState::Recording;
+            }
+        }
+        Ok(all)
+    }
+
+    /// One of them.
+    ///
+    /// # Errors
+    /// Returns an error if there is no such recording.
+    pub(crate) fn find(&self, name: &str) -> Result<RecordingInfo, CallError> {
+        let mut all = self.list()?;
+        match all.iter().position(|info| info.name == name) {
+            Some(index) => Ok(all.swap_remove(index)),
+            None => {
+                let known = all.into_iter().map(|info| info.name).collect();
+                Err(CallError::RecordingNotFound { name: name.to_owned(), known })
+            }
+        }
+    }
+
+    /// What is in one of them, where its files are complete.
+    ///
+    /// # Errors
+    /// Returns an error if there is no such recording, or it cannot be read.
+    pub(crate) fn contents(
+        &self,
+        info: &RecordingInfo,
+        is_cancelled: &dyn Fn() -> bool,
+    ) -> Result<RecordingContents, CallError> {
+        let directory = self.directory()?;
+        let paths: Vec<PathBuf> = info.files.iter().map(|(name, _)| directory.join(name)).collect();
+        reading::contents(&paths, is_cancelled).map_err(|error| unusable(directory, &error))
+    }
+
+    /// A part of one of its files, and the size of that.
+    ///
+    /// # Errors
+    /// Returns an error if there is no such recording or file, and where it cannot be read.
+    pub(crate) fn read(
+        &self,
+        name: &str,
+        file: &str,
+        offset: u64,
+        most: usize,
+    ) -> Result<(Vec<u8>, u64), CallError> {
+        use std::io::{Read as _, Seek as _, SeekFrom};
+        let info = self.find(name)?;
+        let directory = self.directory()?;
+        // From the list of what is there, and not as it was asked for.
+        let found = match (file, &info.files[..]) {
+            ("", [(only, _)]) => Some(only),
+            _ => info.files.iter().map(|(there, _)| there).find(|there| *there == file),
+        };
+        let Some(found) = found else {
+            let known: Vec<&str> = info.files.iter().map(|(there, _)| there.as_str()).collect();
+            return Err(CallError::InvalidValue {
+                element: "file".into(),
+                value: format!("{file:?}"),
+                expected: format!("it must be one of {}", known.join(", ")),
+            });
+        };
+        let read = || {
+            let mut file = fs::File::open(directory.join(found))?;
+            let total = file.metadata()?.len();
+            let offset = offset.min(total);
+            file.seek(SeekFrom::Start(offset))?;
+            let mut data = Vec::new();
+            file.take(most as u64).read_to_end(&mut data)?;
+            Ok((data, total))
+        };
+        read().map_err(|error| unusable(directory, &error))
+    }
+
+    /// Deletes its files.
+    ///
+    /// # Errors
+    /// Returns an error if there is no such recording, it is being made, or a file cannot be deleted.
+    pub(crate) fn delete(&self, name: &str) -> Result<(), CallError> {
+        let info = self.find(name)?;
+        if info.state == RecordingState::Recording {
+            return Err(impossible(format!("recording {name:?} is being made; stop it first")));
+        }
+        let directory = self.directory()?;
+        let delete = |(file, _): &(String, u64)| fs::remove_file(directory.join(file));
+        info.files.iter().try_for_each(delete).map_err(|error| unusable(directory, &error))
+    }
+}
+
+/// Those in a folder.
+fn list(directory: &Path) -> std::io::Result<Vec<RecordingInfo>> {
+    let mut all: Vec<RecordingInfo> = Vec::new();
+    for (name, file) in names::files(directory)? {
+        let metadata = match fs::metadata(directory.join(&file)) {
+            Ok(metadata) => metadata,
+            // The oldest of those that are being made.
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => continue,
+            Err(error) => return Err(error),
+        };
+        let state = match reading::is_complete(&directory.join(&file)) {
+            true => RecordingState::Complete,
+            false => RecordingState::Unfinished,
+        };
+        let (bytes, modified) = (metadata.len(), metadata.modified().ok());
+        match all.last_mut().filter(|last| last.name == name) {
+            // Files are in their order.
+            Some(last) => {
+                last.files.push((file, bytes));
+                (last.state, last.modified) = (state, modified);
+            }
+            None => all.push(RecordingInfo { name, state, files: vec![(file, bytes)], modified }),
+        }
+    }
+    Ok(all)
+}
+
+fn impossible(message: impl Into<String>) -> CallError {
+    CallError::RecordingNotPossible { message: message.into() }
+}
+
+fn unusable(directory: &Path, error: &std::io::Error) -> CallError {
+    impossible(format!("the folder for recordings, {}, cannot be used: {error}", directory.display()))
+}

@@ -1,0 +1,103 @@
+//! How recordings are called, and which files they consist of: `NAME.mcap`, or `NAME.000001.mcap` and those after it where only
+//! the last minutes are kept. A name has no dot, so that no file is of two.
+
+use std::path::Path;
+use std::time::SystemTime;
+use std::{fs, io};
+
+use time::OffsetDateTime;
+
+/// Characters of a name.
+const MAX_NAME: usize = 64;
+/// Files of a folder that are looked at.
+const MOST_FILES: usize = 100_000;
+
+/// Whether a recording may be called that.
+pub fn is_name(name: &str) -> bool {
+    let is_part = |byte: u8| byte.is_ascii_alphanumeric() || matches!(byte, b'_' | b'-');
+    (1..=MAX_NAME).contains(&name.len()) && name.bytes().all(is_part)
+}
+
+/// Its only file.
+pub(super) fn single(name: &str) -> String {
+    format!("{name}.mcap")
+}
+
+/// One of its files, from 1.
+pub(super) fn numbered(name: &str, number: u64) -> String {
+    format!("{name}.{number:06}.mcap")
+}
+
+/// The recording that a file is of, and its number in it; 0 for the only one.
+fn parse(file: &str) -> Option<(&str, u64)> {
+    let stem = file.strip_suffix(".mcap")?;
+    let (name, number) = match stem.split_once('.') {
+        None => (stem, 0),
+        Some((name, digits)) => {
+            let number = digits.parse().ok().filter(|number| numbered(name, *number) == file)?;
+            (name, number)
+        }
+    };
+    is_name(name).then_some((name, number))
+}
+
+/// All files of recordings in a folder, each with its recording's name: by name, and then in their order.
+pub(super) fn files(directory: &Path) -> io::Result<Vec<(String, String)>> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(directory)?.take(MOST_FILES) {
+        let Ok(file) = entry?.file_name().into_string() else { continue };
+        if let Some((name, number)) = parse(&file) {
+            found.push((name.to_owned(), number, file));
+        }
+    }
+    found.sort();
+    Ok(found.into_iter().map(|(name, _, file)| (name, file)).collect())
+}
+
+/// `2026-03-01T12-00-00`, in UTC.
+pub(super) fn of_time(time: SystemTime) -> String {
+    let time = OffsetDateTime::from(time);
+    let (hour, minute, second) = time.to_hms();
+    format!(
+        "{:04}-{:02}-{:02}T{hour:02}-{minute:02}-{second:02}",
+        time.year(),
+        u8::from(time.month()),
+        time.day()
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::{Duration, UNIX_EPOCH};
+
+    use super::*;
+
+    #[test]
+    fn names_are_plain() {
+        for name in ["a", "Run_1", "2026-03-01T12-00-00", &"a".repeat(64)] {
+            assert!(is_name(name), "{name}");
+        }
+        for name in ["", "a.b", "..", "a/b", "/etc/passwd", "ä", "a b", "a\0", &"a".repeat(65)] {
+            assert!(!is_name(name), "{name:?}");
+        }
+    }
+
+    #[test]
+    fn files_are_those_of_names_and_no_others() {
+        assert_eq!(parse("run.mcap"), Some(("run", 0)));
+        assert_eq!(parse("run.000012.mcap"), Some(("run", 12)));
+        assert_eq!(parse(&numbered("run", 12_345_678)), Some(("run", 12_345_678)));
+        for other in ["run.mcap.part", ".mcap", "run.12.mcap", "run.x.mcap", "a.000001.000002.mcap", "run"] {
+            assert_eq!(parse(other), None, "{other}");
+        }
+    }
+
+    #[test]
+    fn a_time_is_a_name_in_utc() {
+        let at = |seconds| of_time(UNIX_EPOCH + Duration::from_secs(seconds));
+        assert_eq!(at(0), "1970-01-01T00-00-00");
+        assert_eq!(at(951_827_696), "2000-02-29T12-34-56");
+        assert_eq!(at(4_107_542_399), "2100-02-28T23-59-59");
+        assert!(is_name(&at(1_772_366_400)));
+    }
+}
