@@ -33,8 +33,8 @@ use tracing_subscriber::EnvFilter;
 
 pub use self::command::{Asked, run};
 pub use self::connections::Connections;
-pub use self::ros2::{Distro, Ros2};
-pub use self::zenoh::Zenoh;
+pub use self::ros2::{Distro, NO_ROS2, Ros2};
+pub use self::zenoh::{NO_ZENOH, Zenoh};
 use crate::log::LogFormat;
 use simd_world::driver;
 use simd_world::handle::{DaemonLimits, Pace};

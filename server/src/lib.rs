@@ -25,7 +25,15 @@ pub mod grpc;
 pub mod http;
 pub mod log;
 pub mod replay;
+#[cfg(feature = "ros2")]
+pub mod ros2;
+#[cfg(not(feature = "ros2"))]
+#[path = "absent/ros2.rs"]
 pub mod ros2;
 mod subcommand;
+#[cfg(feature = "zenoh")]
+pub mod zenoh;
+#[cfg(not(feature = "zenoh"))]
+#[path = "absent/zenoh.rs"]
 pub mod zenoh;
 pub mod zenoh_acl;

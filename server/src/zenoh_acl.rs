@@ -138,6 +138,7 @@ mod tests {
         assert!(!calls.iter().any(|key| key.ends_with("/SetJointTargets") || key.ends_with("/DeleteEntity")));
     }
 
+    #[cfg(feature = "zenoh")]
     #[test]
     fn what_is_printed_is_what_zenoh_reads() {
         let said = run(&["simd", "zenoh-acl", "--viewer", "a", "--viewer", "b"].map(OsString::from))

@@ -19,6 +19,7 @@ pub(crate) mod server;
 pub(crate) mod sim;
 pub(crate) mod state;
 pub(crate) mod token;
+#[cfg_attr(not(feature = "top"), allow(dead_code, unused_imports))]
 pub(crate) mod top;
 
 use anyhow::Context as _;

@@ -3,11 +3,14 @@
 //! * Here: what is typed, and the tables of `--once`.
 //! * `find`: which daemons are looked at. `watch`: asks one of them, over and over.
 //! * `world`: what is known of one, and the rates between two answers.
-//! * `screen`: the terminal and its keys. `app`: what keys do. `draw`: what is shown.
+//! * With the feature `top`, `screen`: the terminal and its keys. `app`: what keys do. `draw`: what is shown.
 
+#[cfg(feature = "top")]
 mod app;
+#[cfg(feature = "top")]
 mod draw;
 mod find;
+#[cfg(feature = "top")]
 mod screen;
 mod watch;
 mod world;
@@ -61,7 +64,7 @@ fn interval(text: &str) -> Result<Duration, String> {
 pub(crate) async fn run(arguments: Top, options: &Options, output: Output) -> anyhow::Result<()> {
     let Top { endpoints, interval, once } = arguments;
     let is_screen = io::stdout().is_terminal() && env::var_os("TERM").is_none_or(|term| term != "dumb");
-    let once = once || options.format() != Format::Table || !is_screen;
+    let once = once || options.format() != Format::Table || !is_screen || cfg!(not(feature = "top"));
     let board = Board::new(interval, options.timeout.min(Duration::from_secs(2)), once);
     let found = find::find(&endpoints, options, &board)?;
     if once {
@@ -74,8 +77,14 @@ pub(crate) async fn run(arguments: Top, options: &Options, output: Output) -> an
         anyhow::ensure!(worlds.iter().any(|world| world.link == Link::Here), "none of them answers");
         return Ok(());
     }
-    let claim = options.claim.clone().or_else(|| env::var("SIMD_CLAIM").ok()).unwrap_or_default();
-    screen::run(&board, &claim, has_colour(true)).await
+    #[cfg(feature = "top")]
+    screen::run(
+        &board,
+        &options.claim.clone().or_else(|| env::var("SIMD_CLAIM").ok()).unwrap_or_default(),
+        has_colour(true),
+    )
+    .await?;
+    Ok(())
 }
 
 fn tables(worlds: &[World]) -> Page {

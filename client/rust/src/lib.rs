@@ -48,10 +48,15 @@ mod saved_state;
 mod sensor;
 mod simulation;
 mod target;
+#[cfg_attr(not(feature = "zenoh"), allow(dead_code))]
 mod tls;
 mod token;
 mod upload;
 mod view;
+#[cfg(feature = "zenoh")]
+mod zenoh;
+#[cfg(not(feature = "zenoh"))]
+#[path = "zenoh_absent.rs"]
 mod zenoh;
 
 pub use self::zenoh::{Network, Presence};

@@ -9,6 +9,10 @@ pub(super) const MAX_DOMAIN_ID: u32 = 232;
 /// Messages of each topic a wall second, up to this.
 pub(super) const MAX_RATE: f64 = 1_000.0;
 
+/// Says that a build cannot do what is asked of it.
+pub const NO_ROS2: &str = "this build of simd has no ROS 2: leave out the settings that enable it, or build simd with the \
+                           feature `ros2`";
+
 /// A node on a graph of ROS 2 whose middleware is `rmw_zenoh`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ros2 {
@@ -92,6 +96,9 @@ impl Ros2 {
     /// The daemon's own Zenoh cannot listen where the router does. And nodes have no tokens: a router of another machine has to be meant.
     pub(super) fn check(&self, zenoh: &super::Zenoh, insecure: bool) -> Result<(), String> {
         let port = |locator: &str| locator.rsplit_once(':').map(|(_, port)| port.to_owned());
+        if self.enabled && cfg!(not(feature = "ros2")) {
+            return Err(NO_ROS2.to_owned());
+        }
         let is_near = super::zenoh::is_loopback(&self.router);
         if self.enabled && !is_near && !insecure {
             return Err(format!(

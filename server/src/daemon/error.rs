@@ -58,11 +58,10 @@ impl Error {
         match self {
             // An asset root was there when the configuration was read.
             Self::AssetRoot { .. } | Self::System(_) | Self::Driver(_) | Self::Server(_) | Self::CutOff => 1,
-            Self::Listen { .. } | Self::Zenoh(zenoh::Error::Listen { .. }) => 4,
+            Self::Listen { .. } => 4,
             Self::Robot { .. } => 5,
-            Self::Zenoh(zenoh::Error::NameTaken { .. }) => 6,
-            Self::Security(_) | Self::Zenoh(zenoh::Error::Settings(_)) => 3,
-            Self::Zenoh(zenoh::Error::Join { .. } | zenoh::Error::Session(_)) => 1,
+            Self::Security(_) => 3,
+            Self::Zenoh(error) => error.exit_code(),
         }
     }
 }

@@ -87,6 +87,16 @@ pub enum Error {
 }
 
 impl Error {
+    /// Returns the exit code of the process.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Listen { .. } => 4,
+            Self::NameTaken { .. } => 6,
+            Self::Settings(_) => 3,
+            Self::Join { .. } | Self::Session(_) => 1,
+        }
+    }
+
     fn session(error: zenoh::Error) -> Self {
         Self::Session(error.to_string())
     }
