@@ -155,21 +155,26 @@ nextest:
 	@$(CARGO) nextest --version >/dev/null 2>&1 || \
 	  $(CARGO) install cargo-nextest --locked --version $(NEXTEST_VERSION) --no-default-features --debug
 
+# The second run of clippy is for builds without Zenoh, ROS 2 and the screen of `simctl top`.
 lint:
 	$(CARGO) fmt --all --check
-	cd proto && npm install --ignore-scripts --no-audit --no-fund --silent && npx --no-install buf lint
+	@if $(CAN) npm; then \
+	  cd proto && npm install --ignore-scripts --no-audit --no-fund --silent && npx --no-install buf lint; fi
 	$(CARGO) clippy --locked --workspace --all-targets -- -D warnings
+	$(CARGO) clippy --locked -p simd-server -p simd-cli -p simd-embedded --no-default-features -- -D warnings
 
 # Figures for this machine: microseconds a step, round trips beside a TCP echo, lateness; then a
 # step beside MuJoCo, PyBullet and rapier, with a plot in target/bench; scans of a lidar beside MuJoCo and PyBullet; how exactly
 # contacts are solved over time by sweeps, by what simd chooses, and by MuJoCo's Newton, with a plot there too.
-bench: build
-	$(CARGO) bench --locked --profile dev --workspace --bench figures
+# Built as it is installed, so that the figures are those that users get.
+bench: test-data viewer
+	$(CARGO) build --locked --release --workspace --bins --features simd-tests/jemalloc
+	$(CARGO) bench --locked --profile release --workspace --bench figures --features simd-tests/jemalloc
 	python3 -m venv target/bench-venv
 	target/bench-venv/bin/pip install --quiet -r tests/reference/peers/requirements.txt
-	CARGO="$(CARGO)" target/bench-venv/bin/python tests/reference/peers.py
-	CARGO="$(CARGO)" target/bench-venv/bin/python tests/reference/lidar_peers.py
-	CARGO="$(CARGO)" target/bench-venv/bin/python tests/reference/residual_peers.py
+	CARGO="$(CARGO)" PROFILE=release target/bench-venv/bin/python tests/reference/peers.py
+	CARGO="$(CARGO)" PROFILE=release target/bench-venv/bin/python tests/reference/lidar_peers.py
+	CARGO="$(CARGO)" PROFILE=release target/bench-venv/bin/python tests/reference/residual_peers.py
 
 # Rollouts: beside `mujoco.rollout`, as environments beside gymnasium's of MuJoCo, for controllers in real time, for learners, and shared by
 # daemons of which one is killed. Tables, and pictures in target/rollouts; a quarter of an hour.
@@ -230,8 +235,8 @@ fuzz:
 # Packages in dist/: archives, a Debian package, Python wheels. The build takes long: it is optimised over all crates. With all
 # of the workspace, so that dependencies have the features that the tests have them with, and are built once for both.
 dist: web
-	SIMD_REQUIRE_VIEWER=1 $(CARGO) build --locked --profile dist --workspace --bins
-	SIMD_REQUIRE_VIEWER=1 $(CARGO) build --locked --profile dist --workspace --lib
+	SIMD_REQUIRE_VIEWER=1 $(CARGO) build --locked --profile dist --workspace --bins --features simd-server/jemalloc
+	SIMD_REQUIRE_VIEWER=1 $(CARGO) build --locked --profile dist -p simd-embedded
 	python3 server/packaging/dist.py
 
 # Installs each of them where there is nothing else, and does the main job there. As root, for mmdebstrap and chroot.
@@ -243,7 +248,7 @@ dist-check: dist
 # The API suite with all of the daemon built as it is installed, and the suite of the programs against those that are.
 dist-test: dist
 	SIMD_BINARY="$(abspath $(or $(CARGO_TARGET_DIR),target))/dist/simd" \
-	  $(CARGO) nextest run --locked --workspace --cargo-profile dist --test api --test daemon
+	  $(CARGO) nextest run --locked --workspace --features simd-server/jemalloc --cargo-profile dist --test api --test daemon
 
 # Makes the reference figures of the physics suite again.
 reference: target/reference-venv/installed

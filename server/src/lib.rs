@@ -1,21 +1,15 @@
-//! The simd daemon. A call goes: front-end, [`service`], `convert`, [`SimHandle`], mailbox,
-//! driver thread, and back. Modules import downwards only; `ARCHITECTURE.md` has the order.
+//! The simd daemon: transports, configuration, the process. A call goes: front-end, `simd_api::service`,
+//! `simd_api::convert`, `simd_world::SimHandle`, mailbox, driver thread, and back. Modules import downwards only:
 //!
-//! * [`handle`]: the one way to the world, for every front-end.
-//! * [`driver`]: the thread that owns the world and its pace.
-//! * [`loading`]: descriptions and assets, from uploads and from disk, to robots.
-//! * [`recording`]: what happens, into files, and the same again. [`replay`]: `simd replay`.
-//! * [`convert`]: wire types to core types and back.
-//! * [`service`]: the services of `simd.v1`, once for every transport.
-//! * [`grpc`], [`zenoh`], [`http`]: the front-ends.
-//! * [`ros2`]: a node on a graph of ROS 2.
 //! * [`embedded`]: a world within another program, without a socket.
-//! * [`config`]: what the operator can say.
-//! * [`access`]: who may call what. [`authority`]: `simd tls`. [`zenoh_acl`]: `simd zenoh-acl`.
-//! * `call_error`, `histogram`, `info`, `run_state`: types that all of these use. `blocking_threads`: threads for what takes long.
-//! * `account`, `fair_permits`: what each client may have. `process`: what the system says of this process.
-//! * [`log`]: lines on stderr, which block no caller.
 //! * [`daemon`]: all of it put together, from start to drain.
+//! * [`grpc`]: services over HTTP/2 and gRPC-Web, and the port.
+//! * [`http`], [`zenoh`], [`ros2`]: the page, Zenoh, a node on a graph of ROS 2. `absent` takes the place of the last two
+//!   in a build without their features.
+//! * [`replay`]: `simd replay`. [`zenoh_acl`]: `simd zenoh-acl`.
+//! * [`config`]: flags, variables and the configuration file.
+//! * [`authority`]: `simd tls`. [`log`]: lines on stderr, which block no caller.
+//! * `subcommand`: how subcommands read their arguments.
 
 pub mod authority;
 pub mod config;

@@ -18,14 +18,18 @@ use simd_server::config::{self, Config, ConfigError};
 use simd_server::log::{Log, LogFormat};
 use simd_server::{authority, daemon, replay, zenoh_acl};
 use simd_world::process;
-use tikv_jemallocator::Jemalloc;
+#[cfg(feature = "jemalloc")]
+use tikv_jemallocator::Jemalloc as Allocator;
 use tracing_subscriber::EnvFilter;
 
-/// Memory with an arena for each processor: in glibc's allocator the physics thread waits for whichever thread has the lock of its
-/// arena, for as long as that one is off its processor. And how much is given: growth shows there hours before it shows in what the
-/// process has.
+#[cfg(not(feature = "jemalloc"))]
+use std::alloc::System as Allocator;
+
+/// Counts the bytes that are allocated, since growth shows there hours before it shows in the memory of the process. The
+/// allocator of packages has an arena for each processor: in glibc's, the physics thread waits for the thread that holds
+/// the lock of its arena.
 #[global_allocator]
-static HEAP: Cap<Jemalloc> = Cap::new(Jemalloc, usize::MAX);
+static HEAP: Cap<Allocator> = Cap::new(Allocator, usize::MAX);
 
 /// Threads for what blocks: files of tokens and autosaves, and what Zenoh sends in place. What computes has threads of its
 /// own: see `blocking_threads`.

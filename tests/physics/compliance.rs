@@ -4,6 +4,7 @@ use glamx::{DPose3, DVec3};
 use simd_core::simulation::command::Spawn;
 use simd_core::{Command, Simulation};
 use simd_tests::scenes::*;
+use simd_tests::world::run;
 
 use crate::contacts::keep_awake;
 
@@ -26,11 +27,6 @@ fn soften(world: &mut Simulation, robot: &str, (stiffness, damping): (f64, f64))
 
 fn at(x: f64, z: f64) -> DPose3 {
     DPose3::from_translation(DVec3::new(x, 0.0, z))
-}
-
-fn run(world: &mut Simulation, seconds: f64) {
-    let steps = (seconds / world.settings().time_step).round() as u64;
-    (0..steps).for_each(|_| world.step());
 }
 
 fn height(world: &Simulation, robot: usize) -> f64 {

@@ -1,11 +1,12 @@
 //! Cones: on their base, on their side, on a slope and on their apex, and soles of many corners, which stand as round ones do.
 
+use simd_tests::world::run;
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::sync::Arc;
 
 use glamx::{DMat3, DPose3, DQuat, DVec3};
+use simd_core::Command;
 use simd_core::simulation::command::{LinkWrench, Spawn, WrenchDuration};
-use simd_core::{Command, Simulation};
 use simd_model::RobotModel;
 use simd_model::robot::Geometry;
 use simd_tests::scenes::*;
@@ -25,10 +26,6 @@ fn cone(radius: f64, length: f64, mass: f64) -> Arc<RobotModel> {
         link.inertial.center_of_mass = DVec3::Z * (-length / 4.0);
     }
     Arc::new(model)
-}
-
-fn run(world: &mut Simulation, seconds: f64) {
-    (0..(seconds / world.settings().time_step).round() as u64).for_each(|_| world.step());
 }
 
 /// What rests is 0.01 mm deep.

@@ -17,7 +17,7 @@ use simd_model::robot::{Inertial, JointKind};
 
 use crate::constraint_properties::{bent, solve};
 use crate::constraints::{held, tree, vector};
-use crate::world::{apply, euler, look};
+use simd_tests::world::{apply, euler, look};
 
 const G: f64 = 9.81;
 

@@ -14,7 +14,7 @@ use simd_model::RobotModel;
 use simd_model::robot::{Inertial, JointKind};
 
 use crate::constraints::{held, tree, vector};
-use crate::world::{apply, euler, look, passive, run};
+use simd_tests::world::{apply, euler, look, passive, run};
 
 const G: f64 = 9.81;
 

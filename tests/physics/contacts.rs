@@ -1,5 +1,6 @@
 //! Contacts held against closed forms: sliding, sticking, rolling, bouncing, weight and momentum.
 
+use simd_tests::world::run;
 use std::sync::Arc;
 
 use glamx::{DPose3, DQuat, DVec3};
@@ -30,11 +31,6 @@ pub(crate) fn keep_awake(world: &mut Simulation, robot: &str) {
 fn combine(world: &mut Simulation, combination: SurfaceCombination) {
     let change = PhysicsChange { surface_combination: Some(combination), ..PhysicsChange::default() };
     apply(world, Command::SetPhysics(change));
-}
-
-fn run(world: &mut Simulation, seconds: f64) {
-    let steps = (seconds / world.settings().time_step).round() as u64;
-    (0..steps).for_each(|_| world.step());
 }
 
 /// A body on a plane that is tilted about y by `angle`, this high above it. Downhill is the
@@ -258,24 +254,6 @@ fn a_hit_moves_both_and_keeps_their_momentum() {
     }
 }
 
-/// Ten boxes for a minute. MuJoCo's stack of the same boxes sinks by 6.1 mm at the top, by its
-/// soft contacts; here it must be below 1 mm, and below 1 mm sideways.
-#[test]
-fn a_stack_of_ten_boxes_stays_a_minute() {
-    let mut world = stack(1e-3);
-    (0..10).for_each(|i| keep_awake(&mut world, &format!("box-{i}")));
-    run(&mut world, 1.0);
-    for _ in 0..59 {
-        run(&mut world, 1.0);
-        let seen = look(&world);
-        for (i, root) in seen.roots.iter().skip(1).enumerate() {
-            let off = root.pose.translation - DVec3::Z * (0.1 + 0.2 * i as f64);
-            assert!(off.length() < 1e-3, "box {i} is off by {off}");
-            assert!(root.linear.length() < 1e-3, "box {i} moves by {}", root.linear);
-        }
-    }
-}
-
 /// A prism over a regular polygon of twelve corners, which parry's faces of four corners would not
 /// carry: it stands on a plane and on a box without tilting.
 #[test]
@@ -337,7 +315,7 @@ fn friction_brakes_what_can_move_along_one_direction_alone() {
         pose: DPose3::from_translation(DVec3::Z * 0.05),
         shapes: Arc::new(Shapes::new(&model)),
         contact_settings: surface(0.5, 0.0),
-        ..crate::world::passive(&model, false, &[])
+        ..simd_tests::world::passive(&model, false, &[])
     };
     spawn(&mut world, arm);
     let joint =

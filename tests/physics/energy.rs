@@ -10,7 +10,7 @@ use simd_tests::robots;
 
 use crate::chains::chain;
 use crate::closed_forms::met;
-use crate::world::{apply, euler, leapfrog, look, passive};
+use simd_tests::world::{apply, euler, leapfrog, look, passive};
 
 /// Kinetic energy qd' M qd / 2 and potential energy m g z, joules; fixed base only.
 pub(crate) fn energy(model: &RobotModel, seen: &PublishedState) -> f64 {

@@ -7,7 +7,7 @@ use simd_core::simulation::command::*;
 use simd_model::robot::Inertial;
 
 use crate::chains::{chain, rod};
-use crate::world::{apply, passive, run, world};
+use simd_tests::world::{apply, passive, run, world};
 
 fn held(model: simd_model::RobotModel) -> simd_core::PublishedState {
     let mut world = world(1e-3);

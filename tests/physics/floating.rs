@@ -8,7 +8,7 @@ use simd_core::{Command, PublishedState};
 use simd_model::robot::JointKind;
 
 use crate::chains::chain;
-use crate::world::{apply, look, passive, run, world};
+use simd_tests::world::{apply, look, passive, run, world};
 
 /// Where the centre of mass of link 2 is in the world.
 fn centre(seen: &PublishedState) -> DVec3 {

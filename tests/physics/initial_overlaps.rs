@@ -16,7 +16,7 @@ use simd_tests::{robots, scenes};
 
 use crate::chains::chain;
 use crate::saved_state_files::through_a_file;
-use crate::world::{apply, look, passive, run, world};
+use simd_tests::world::{apply, look, passive, run, world};
 
 /// A cube of 0.2 m and 1 kg that slides along x, on a base that is fixed.
 fn slider() -> Arc<RobotModel> {

@@ -13,7 +13,7 @@ use simd_core::{Command, Integrator, Simulation};
 use simd_tests::robots;
 
 use crate::truth;
-use crate::world::{apply, euler, leapfrog, passive};
+use simd_tests::world::{apply, euler, leapfrog, passive};
 
 const COPIES: usize = 9;
 

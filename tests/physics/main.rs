@@ -59,4 +59,3 @@ mod truth;
 mod turning_friction;
 mod walking;
 mod weak_motors;
-mod world;

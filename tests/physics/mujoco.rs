@@ -10,7 +10,7 @@ use simd_core::simulation::command::*;
 use simd_model::robot::{JointKind, JointLimits};
 use simd_tests::robots;
 
-use crate::world::{apply, euler, passive, run};
+use simd_tests::world::{apply, euler, passive, run};
 
 #[derive(Deserialize)]
 struct Reference {

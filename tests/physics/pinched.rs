@@ -14,7 +14,7 @@ use simd_tests::scenes::{plane, robot, solid, spawn, world};
 use crate::energy::energy;
 use crate::lanes::{has_vectors, part_in_equal_lanes};
 use crate::seeds::seeds;
-use crate::world::{apply, look};
+use simd_tests::world::{apply, look};
 
 const JOINTS: usize = 7;
 

@@ -10,7 +10,7 @@ use simd_core::simulation::EventKind;
 use simd_core::{Command, Integrator, Simulation};
 
 use crate::random_robots::{command, robot, spawn};
-use crate::world::{apply, look, world};
+use simd_tests::world::{apply, look, world};
 
 const ROBOTS: u64 = 150;
 

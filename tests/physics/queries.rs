@@ -13,7 +13,7 @@ use simd_tests::scenes::{apply, ball, cuboid, look, plane, robot, solid, spawn, 
 
 use crate::chains::chain;
 use crate::grounds::{grid, ground, mesh};
-use crate::world::passive;
+use simd_tests::world::passive;
 
 pub(crate) fn at(place: DVec3) -> DPose3 {
     DPose3::from_translation(place)

@@ -15,7 +15,7 @@ use simd_model::robot::JointKind;
 
 use crate::chains::chain;
 use crate::random_robots::robot;
-use crate::world::{apply, look, passive, run, world};
+use simd_tests::world::{apply, look, passive, run, world};
 
 const GRAVITY: DVec3 = DVec3::new(0.0, 0.0, -9.81);
 

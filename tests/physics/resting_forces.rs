@@ -4,6 +4,8 @@
 //! n_i = a + b . x_i: a plane, with a and b from the sums of forces and moments. Friction is zero where
 //! nothing pulls sideways.
 
+use simd_tests::world::at;
+use simd_tests::world::run;
 use std::sync::Arc;
 
 use glamx::{DPose3, DQuat, DVec3};
@@ -21,18 +23,10 @@ const G: f64 = 9.81;
 /// Forces are to be this near, N. What rests is solved to rounding.
 const NEAR: f64 = 1e-6;
 
-fn at(x: f64, y: f64, z: f64) -> DPose3 {
-    DPose3::from_translation(DVec3::new(x, y, z))
-}
-
 fn ground(time_step: f64) -> Simulation {
     let mut world = world(time_step);
     spawn(&mut world, robot("ground", &plane(DVec3::Z), DPose3::IDENTITY, true));
     world
-}
-
-fn run(world: &mut Simulation, seconds: f64) {
-    (0..(seconds / world.settings().time_step).round() as u64).for_each(|_| world.step());
 }
 
 /// The sum of the forces on what two robots touch each other with, and the largest friction of a point.

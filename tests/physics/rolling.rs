@@ -6,6 +6,7 @@ use simd_core::{Command, Integrator, Simulation};
 use simd_model::robot::Geometry;
 use simd_tests::contact_scene::keep_awake;
 use simd_tests::scenes::*;
+use simd_tests::world::run;
 
 const G: f64 = 9.81;
 const RADIUS: f64 = 0.1;
@@ -39,10 +40,6 @@ fn energy(world: &Simulation) -> f64 {
     let own = root.pose.rotation.inverse() * root.angular;
     let kinetic = 0.5 * (MASS * root.linear.length_squared() + own.dot(moments * own));
     kinetic + MASS * G * (root.pose.translation.z - HEIGHT / 2.0)
-}
-
-fn run(world: &mut Simulation, seconds: f64) {
-    (0..(seconds / world.settings().time_step).round() as u64).for_each(|_| world.step());
 }
 
 /// 66 % were lost in two seconds while the point that was touched at the beginning of a step was held throughout it.

@@ -8,7 +8,7 @@ use simd_model::RobotModel;
 use simd_model::robot::{JointKind, JointLimits, Mimic};
 
 use crate::chains::chain;
-use crate::world::{apply, look, passive, run, world};
+use simd_tests::world::{apply, look, passive, run, world};
 
 fn driven(model: RobotModel) -> Simulation {
     let mut world = world(1e-3);

@@ -4,7 +4,7 @@ use simd_core::Command;
 use simd_core::simulation::command::*;
 use simd_tests::robots;
 
-use crate::world::{apply, passive, run, world};
+use simd_tests::world::{apply, passive, run, world};
 
 /// At rest the spring carries gravity alone: target - q = gravity effort / stiffness,
 /// where the effort is what the actuator reports. 1e-9 rad is far above rounding

@@ -1,5 +1,6 @@
 //! Questions about meshes of triangles and height fields, and how much work they are.
 
+use simd_tests::world::at;
 use std::cell::Cell;
 use std::f64::consts::FRAC_PI_4;
 use std::sync::atomic::AtomicU64;
@@ -19,10 +20,6 @@ fn between(a: usize, b: usize) -> DistanceQuery {
     let body = |robot| QueryBody { robot, link: None, configuration: None };
     let (a, b) = (body(a).into(), Some(body(b).into()));
     DistanceQuery { a, b, within: f64::INFINITY, nearest_only: false, filtered: false }
-}
-
-fn at(x: f64, y: f64, z: f64) -> DPose3 {
-    DPose3::from_translation(DVec3::new(x, y, z))
 }
 
 /// Asks, and counts how often it was asked whether to go on.

@@ -6,18 +6,11 @@ use simd_core::simulation::command::Spawn;
 use simd_core::{Command, Simulation};
 use simd_model::robot::Geometry;
 use simd_tests::scenes::*;
+use simd_tests::world::at;
+use simd_tests::world::run;
 
 use crate::contacts::keep_awake;
 use crate::grounds::{field, grid, ground, mesh, stairs};
-
-fn run(world: &mut Simulation, seconds: f64) {
-    let steps = (seconds / world.settings().time_step).round() as u64;
-    (0..steps).for_each(|_| world.step());
-}
-
-pub(crate) fn at(x: f64, y: f64, z: f64) -> DPose3 {
-    DPose3::from_translation(DVec3::new(x, y, z))
-}
 
 /// A flat mesh of 1,058 triangles of all shapes, which lies a metre up so that no number is round; a height field of as
 /// many; a plane at their height.

@@ -10,7 +10,8 @@ use simd_tests::scenes::*;
 
 use crate::grounds::{field, ground, room};
 use crate::saved_state_files::through_a_file_with;
-use crate::terrain::{at, houses, rough};
+use crate::terrain::{houses, rough};
+use simd_tests::world::at;
 
 /// Bits, over everything that a step reads: the one world is left alone, the other is saved, runs ahead and is put back.
 #[test]

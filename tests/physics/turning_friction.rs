@@ -3,6 +3,7 @@
 //! On a ball of mass m, radius R and moment I = 2/5 m R^2 that rolls, the torque r m g brakes: with F the friction at the
 //! point of contact, m a = F and I a / R = r m g - F R, so that a = 5/7 r g / R.
 
+use simd_tests::world::run;
 use std::sync::Arc;
 
 use glamx::{DPose3, DQuat, DVec3};
@@ -49,10 +50,6 @@ fn on_a_plane(
     spawn(&mut world, Spawn { contact_settings: own, ..robot("body", model, pose, false) });
     keep_awake(&mut world, "body");
     world
-}
-
-fn run(world: &mut Simulation, seconds: f64) {
-    (0..(seconds / world.settings().time_step).round() as u64).for_each(|_| world.step());
 }
 
 const BOTH: [Integrator; 2] = [Integrator::Leapfrog, Integrator::Euler];

@@ -12,7 +12,7 @@ use simd_tests::scenes::{robot, spawn};
 
 use crate::chains::chain;
 use crate::lanes::{has_vectors, part_in_equal_lanes};
-use crate::world::{apply, leapfrog, look};
+use simd_tests::world::{apply, leapfrog, look};
 
 /// N m of each joint.
 const EFFORT: f64 = 1.0;

@@ -323,7 +323,7 @@ def notes():
 def build_worker():
     """Builds the bench binary `peers`, and says where it is."""
     cargo = os.environ.get("CARGO", "cargo")
-    command = [cargo, "bench", "--locked", "--profile", "dev", "--workspace", "--bench", "peers", "--no-run"]
+    command = [cargo, "bench", "--locked", "--profile", os.environ.get("PROFILE", "dev"), "--workspace", "--bench", "peers", "--no-run"]
     built = subprocess.run([*command, "--message-format=json"], cwd=REPOSITORY, stdout=subprocess.PIPE, check=True)
     for line in built.stdout.splitlines():
         message = json.loads(line)

@@ -18,3 +18,4 @@ pub mod soak;
 pub mod statistics;
 pub mod truth;
 pub mod web;
+pub mod world;

@@ -1,5 +1,6 @@
 //! Scenes with contact, for tests and benchmarks: primitives as models, and worlds of them.
 
+pub use crate::world::look;
 use std::sync::Arc;
 
 use glamx::{DMat3, DPose3, DVec3};
@@ -9,7 +10,7 @@ use simd_core::simulation::command::{
     ContactSettings, JointTarget, LinkProperties, RobotTargets, SetTargets, Spawn, Target,
 };
 use simd_core::simulation::published_state::ContactReport;
-use simd_core::{Command, PhysicsSettings, PublishedState, Simulation};
+use simd_core::{Command, PhysicsSettings, Simulation};
 use simd_model::RobotModel;
 use simd_model::robot::{Collision, Geometry, Inertial, Joint, JointKind, JointLimits, Link, Material};
 
@@ -139,13 +140,6 @@ pub fn spawn(world: &mut Simulation, spawn: Spawn) {
 pub fn throw(world: &mut Simulation, robot: &str, linear: DVec3, angular: DVec3) {
     let twist = Some((linear, angular));
     apply(world, Command::SetEntityState { robot: robot.into(), pose: None, twist });
-}
-
-/// What the world looks like.
-pub fn look(world: &Simulation) -> PublishedState {
-    let mut state = PublishedState::default();
-    world.observe(&mut state);
-    state
 }
 
 /// A point where two links touch, by their names; its numbers are those of a `ContactReport`.

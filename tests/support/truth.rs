@@ -1,6 +1,7 @@
 //! Cases of the truth table in simd: `tests/reference/cases.py` writes them, the physics
 //! suite and `make truth` run them.
 
+use crate::world::apply;
 use std::sync::Arc;
 
 use glamx::DVec3;
@@ -273,12 +274,5 @@ impl View {
             apart.push(2.0 * between.xyz().length().min(1.0).asin());
         }
         apart.into_iter().fold(0.0, |most, next| if next.is_nan() { next } else { most.max(next) })
-    }
-}
-
-#[allow(clippy::panic, reason = "the test has failed")]
-fn apply(world: &mut Simulation, command: Command) {
-    if let Err(error) = world.apply(&command) {
-        panic!("{error}");
     }
 }

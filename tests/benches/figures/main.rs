@@ -26,6 +26,7 @@ mod subscribers;
 mod town;
 
 /// As in the daemon's program: daemons run in this one.
+#[cfg(feature = "jemalloc")]
 #[global_allocator]
 static HEAP: tikv_jemallocator::Jemalloc = tikv_jemallocator::Jemalloc;
 

@@ -6,7 +6,7 @@ use simd_core::simulation::command::*;
 use simd_tests::robots;
 
 use super::*;
-use crate::world::{apply, euler, passive, run};
+use simd_tests::world::{apply, euler, passive, run};
 
 #[derive(Deserialize)]
 struct Reference {

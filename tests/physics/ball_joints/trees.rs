@@ -8,7 +8,7 @@ use simd_core::{Command, PhysicsSettings, PublishedState, Simulation};
 use simd_model::robot::{Collision, Geometry, Material};
 
 use super::*;
-use crate::world::{apply, look, passive};
+use simd_tests::world::{apply, look, passive};
 
 fn any(rng: &mut Rng, size: f64) -> DVec3 {
     DVec3::new(rng.f64() - 0.5, rng.f64() - 0.5, rng.f64() - 0.5) * 2.0 * size

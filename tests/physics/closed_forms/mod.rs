@@ -11,7 +11,7 @@ use simd_core::simulation::command::*;
 use simd_core::{Command, Integrator, PublishedState, Simulation};
 use simd_model::RobotModel;
 
-use crate::world::{apply, leapfrog, look, passive};
+use simd_tests::world::{apply, leapfrog, look, passive};
 
 /// A figure beside its formula. Says it on a line that `make truth` puts into its table, and
 /// fails where they are further apart than the tolerance.

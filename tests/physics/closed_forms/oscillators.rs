@@ -99,7 +99,7 @@ fn a_driven_oscillator_settles_to_the_amplitude_and_phase_of_resonance() {
                 let phase = TAU * (step % period) as f64 / period as f64;
                 tell(&mut world, "joint-1", spring(k, c, force * phase.cos()));
                 if step >= settle {
-                    let x = crate::world::look(&world).positions[0];
+                    let x = simd_tests::world::look(&world).positions[0];
                     cosine += x * phase.cos() * 2.0 / period as f64;
                     sine += x * phase.sin() * 2.0 / period as f64;
                 }

@@ -8,7 +8,7 @@ use simd_model::robot::{Inertial, Link};
 
 use super::{by, met, put, steps, tell, with};
 use crate::chains::chain;
-use crate::world::{apply, look, run};
+use simd_tests::world::{apply, look, run};
 
 /// A rod that turns about a vertical axis through its end: 1/3 kg m^2, which gravity does not turn.
 fn turntable(time_step: f64) -> simd_core::Simulation {

@@ -6,7 +6,7 @@ use simd_model::robot::{JointKind, JointLimits};
 
 use super::{by, met, put, spring, steps, tell, with};
 use crate::chains::chain;
-use crate::world::{look, run};
+use simd_tests::world::{look, run};
 
 /// 1 kg on a slide that leads down by this angle.
 fn slide(angle: f64, friction: f64, limits: JointLimits, time_step: f64) -> Simulation {

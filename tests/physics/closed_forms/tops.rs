@@ -8,7 +8,7 @@ use simd_model::robot::{Inertial, Link};
 use super::elliptic::{complete, jacobi};
 use super::{by, extrapolated, met, put, with};
 use crate::chains::chain;
-use crate::world::{apply, look, run};
+use simd_tests::world::{apply, look, run};
 
 /// A free body with these moments, turning at a velocity, in its own axes, that start as the world's.
 fn body(moments: DVec3, velocity: DVec3, time_step: f64) -> Simulation {

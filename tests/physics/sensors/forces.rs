@@ -13,7 +13,7 @@ use simd_tests::scenes::apply;
 
 use super::{add, create, measured};
 use crate::chains::chain;
-use crate::world::{passive, world};
+use simd_tests::world::{passive, world};
 
 const G: f64 = 9.81;
 

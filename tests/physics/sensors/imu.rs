@@ -14,7 +14,7 @@ use simd_tests::scenes::{apply, ball, cuboid, plane, robot, spawn, throw};
 
 use super::{add, create, measured};
 use crate::chains::chain;
-use crate::world::{look, passive, world};
+use simd_tests::world::{look, passive, world};
 
 const G: f64 = 9.81;
 

@@ -18,7 +18,7 @@ use simd_core::{Command, Simulation};
 use simd_model::sensor::SensorKind;
 use simd_tests::scenes::apply;
 
-use crate::world::look;
+use simd_tests::world::look;
 
 /// A sensor without noise on a link, or for those that are on joints on a joint; one sample each step.
 fn create(robot: &str, on: &str, pose: DPose3, kind: SensorKind) -> CreateSensor {

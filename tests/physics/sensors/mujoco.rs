@@ -12,7 +12,7 @@ use simd_model::{Asset, Assets, LoadLimits, ReadOptions};
 use simd_tests::scenes::{apply, robot, spawn, throw};
 
 use super::sample;
-use crate::world::euler;
+use simd_tests::world::euler;
 
 #[derive(Deserialize)]
 struct Reference {

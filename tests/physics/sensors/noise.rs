@@ -11,7 +11,7 @@ use simd_tests::scenes::apply;
 
 use super::{add, create, measured};
 use crate::chains::chain;
-use crate::world::{passive, world};
+use simd_tests::world::{passive, world};
 
 /// A rod at rest under no gravity, on a joint.
 fn still() -> Simulation {

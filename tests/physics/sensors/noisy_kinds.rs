@@ -12,7 +12,7 @@ use simd_tests::scenes::{apply, plane, robot, spawn};
 
 use super::{add, create, measured};
 use crate::chains::chain;
-use crate::world::{passive, world};
+use simd_tests::world::{passive, world};
 
 const SAMPLES: usize = 4_000;
 

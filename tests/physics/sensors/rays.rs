@@ -1,5 +1,6 @@
 //! Range finders and lidars: distances to planes, by trigonometry. Ranges of scans are f32: 1e-6 of a range is for their rounding.
 
+use simd_tests::world::at;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 use glamx::{DPose3, DQuat, DVec3};
@@ -10,10 +11,6 @@ use simd_model::sensor::{ChannelNoise, Channels, Noise, RangeLimits, Scan, Senso
 use simd_tests::scenes::{apply, ball, container, cuboid, plane, robot, spawn, throw, world};
 
 use super::{add, create, measured};
-
-fn at(x: f64, y: f64, z: f64) -> DPose3 {
-    DPose3::from_translation(DVec3::new(x, y, z))
-}
 
 fn range(world: &mut Simulation) -> f64 {
     match &measured(world)[..] {

@@ -11,7 +11,7 @@ use simd_tests::scenes::apply;
 use super::{add, create, sample};
 use crate::chains::chain;
 use crate::saved_state_files::through_a_file;
-use crate::world::{passive, world};
+use simd_tests::world::{passive, world};
 
 fn noisy(channels: Channels) -> ChannelNoise {
     let noise = Noise {
@@ -86,7 +86,7 @@ fn the_same_readings_follow_after_a_restore() {
 
     // Through a file, into a world of another history.
     let saved = through_a_file(&world, "half");
-    let mut other = crate::world::world(1e-3);
+    let mut other = simd_tests::world::world(1e-3);
     other.step();
     apply(&mut other, Command::ImportSavedState { name: "half".into(), saved });
     apply(&mut other, Command::RestoreState { name: "half".into() });
@@ -115,7 +115,7 @@ fn a_world_with_sensors_moves_as_one_without() {
     for _ in 0..500 {
         with.step();
         without.step();
-        let states = [&with, &without].map(|world| crate::world::look(world).fingerprint());
+        let states = [&with, &without].map(|world| simd_tests::world::look(world).fingerprint());
         assert_eq!(states[0], states[1]);
     }
 }
@@ -133,7 +133,7 @@ fn samples_that_are_not_taken_do_not_gather() {
     world.take_due_samples(&mut due);
     assert_eq!(due.len(), taken);
     // Of a state that is older there are no readings.
-    let (state, mut readings) = (crate::world::look(&world), Vec::new());
+    let (state, mut readings) = (simd_tests::world::look(&world), Vec::new());
     world.step();
     let mut next = Vec::new();
     world.take_due_samples(&mut next);

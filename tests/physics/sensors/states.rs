@@ -11,7 +11,7 @@ use simd_tests::scenes::{apply, ball, robot, spawn, throw};
 
 use super::{add, create, measured, sample};
 use crate::chains::chain;
-use crate::world::{look, passive, world};
+use simd_tests::world::{look, passive, world};
 
 /// A ball that nothing pulls, with a twist.
 fn flying(linear: DVec3, angular: DVec3) -> Simulation {

@@ -1,5 +1,6 @@
 //! Sensors of contact: both sides of a contact, feet that carry a weight, thresholds.
 
+use simd_tests::world::at;
 use std::sync::Arc;
 
 use glamx::{DMat3, DPose3, DQuat, DVec3};
@@ -23,10 +24,6 @@ fn touches(world: &mut Simulation) -> Vec<ContactMeasurement> {
         other => panic!("{other:?}"),
     };
     measured(world).into_iter().map(of).collect()
-}
-
-fn at(x: f64, y: f64, z: f64) -> DPose3 {
-    DPose3::from_translation(DVec3::new(x, y, z))
 }
 
 fn ground() -> Simulation {

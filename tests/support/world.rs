@@ -1,32 +1,34 @@
-//! Short words for building and asking a world.
+//! Building, stepping and reading a world.
 
 use std::sync::Arc;
 
-use glamx::DPose3;
+use glamx::{DPose3, DVec3};
 use simd_core::simulation::WorldLimits;
 use simd_core::simulation::command::*;
 use simd_core::{Command, Integrator, PhysicsSettings, PublishedState, Simulation};
 use simd_model::RobotModel;
 
-pub(crate) fn world(time_step: f64) -> Simulation {
+/// An empty world with this time step.
+pub fn world(time_step: f64) -> Simulation {
     let settings = PhysicsSettings { time_step, ..PhysicsSettings::default() };
     Simulation::new(settings, WorldLimits::default())
 }
 
-pub(crate) fn leapfrog(time_step: f64) -> Simulation {
+/// An empty world with the leapfrog integrator.
+pub fn leapfrog(time_step: f64) -> Simulation {
     let settings =
         PhysicsSettings { time_step, integrator: Integrator::Leapfrog, ..PhysicsSettings::default() };
     Simulation::new(settings, WorldLimits::default())
 }
 
-/// One that equals MuJoCo's Euler.
-pub(crate) fn euler(time_step: f64) -> Simulation {
+/// An empty world with MuJoCo's Euler.
+pub fn euler(time_step: f64) -> Simulation {
     let settings = PhysicsSettings { time_step, integrator: Integrator::Euler, ..PhysicsSettings::default() };
     Simulation::new(settings, WorldLimits::default())
 }
 
 /// A passive robot called "robot", fixed or free, at the origin.
-pub(crate) fn passive(model: &Arc<RobotModel>, free: bool, positions: &[f64]) -> Spawn {
+pub fn passive(model: &Arc<RobotModel>, free: bool, positions: &[f64]) -> Spawn {
     let moving = model.joints.iter().filter(|joint| joint.kind != simd_model::robot::JointKind::Fixed);
     Spawn {
         name: "robot".into(),
@@ -44,21 +46,33 @@ pub(crate) fn passive(model: &Arc<RobotModel>, free: bool, positions: &[f64]) ->
     }
 }
 
-pub(crate) fn apply(world: &mut Simulation, command: Command) {
+/// Applies a command.
+///
+/// # Panics
+/// Panics if the world refuses it.
+#[allow(clippy::panic, reason = "the test has failed")]
+pub fn apply(world: &mut Simulation, command: Command) {
     if let Err(error) = world.apply(&command) {
         panic!("{error}");
     }
 }
 
-pub(crate) fn look(world: &Simulation) -> PublishedState {
+/// Returns what the world publishes.
+pub fn look(world: &Simulation) -> PublishedState {
     let mut state = PublishedState::default();
     world.observe(&mut state);
     state
 }
 
-pub(crate) fn run(world: &mut Simulation, seconds: f64) -> PublishedState {
+/// Steps for this many simulated seconds, and returns what the world publishes then.
+pub fn run(world: &mut Simulation, seconds: f64) -> PublishedState {
     for _ in 0..(seconds / world.settings().time_step).round() as u64 {
         world.step();
     }
     look(world)
+}
+
+/// A pose without a turn, m.
+pub fn at(x: f64, y: f64, z: f64) -> DPose3 {
+    DPose3::from_translation(DVec3::new(x, y, z))
 }

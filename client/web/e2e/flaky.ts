@@ -1,0 +1,22 @@
+// Names the tests that failed and passed when they ran once more, at the end of the run and in the notes of `make test`.
+
+import { appendFileSync } from "node:fs";
+
+import type { Reporter, TestCase } from "vitest/node";
+
+/** Lists flaky tests. Each is to be mended at its cause, or deleted. */
+export class Flaky implements Reporter {
+  private readonly names: string[] = [];
+
+  onTestCaseResult(test: TestCase): void {
+    if (test.diagnostic()?.flaky === true) this.names.push(`${test.module.moduleId.split("/").at(-1)}: ${test.fullName}`);
+  }
+
+  onTestRunEnd(): void {
+    if (this.names.length === 0) return;
+    const text = `flaky (failed, then passed):\n${this.names.map((name) => `  ${name}\n`).join("")}`;
+    process.stdout.write(`\n${text}`);
+    const notes = process.env.NOTES;
+    if (notes !== undefined) appendFileSync(notes, text);
+  }
+}
