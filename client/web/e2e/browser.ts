@@ -6,11 +6,9 @@ import { createRequire } from "node:module";
 import { resolve } from "node:path";
 
 import { type Browser, type BrowserContext, chromium, type Page } from "playwright-core";
-import { expect } from "vitest";
+import { expect, inject } from "vitest";
 
 import { type Daemon, REPOSITORY } from "./daemon";
-
-const EXECUTABLES = [process.env.CHROMIUM, "/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"];
 
 /** Milliseconds after which an operation has failed, far more than a software renderer needs. */
 const TIMEOUT = 120_000;
@@ -18,21 +16,9 @@ const TIMEOUT = 120_000;
 /** The folder of screenshots, which git ignores. */
 export const PICTURES = resolve(REPOSITORY, "target/screenshots");
 
-/** A browser that connects to no other host by itself. */
-export async function launch(): Promise<Browser> {
-  const executablePath = EXECUTABLES.find((path) => path !== undefined && existsSync(path));
-  if (executablePath === undefined) throw new Error("there is no Chromium: `apt-get install chromium`, or name one in CHROMIUM");
-  const args = [
-    "--no-sandbox",
-    "--enable-unsafe-swiftshader",
-    "--use-angle=swiftshader",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    "--disable-quic",
-    "--no-first-run",
-  ];
-  return chromium.launch({ executablePath, args, headless: true });
+/** Joins the browser that `setup.ts` started for the run. Closing it ends this connection and its contexts, not the browser. */
+export function connect(): Promise<Browser> {
+  return chromium.connect(inject("browser"));
 }
 
 const TYPES: Record<string, string> = { html: "text/html", js: "text/javascript", css: "text/css", svg: "image/svg+xml" };
@@ -79,6 +65,23 @@ export class Tab {
   /** Waits until the page has drawn a state of at least this sequence. */
   async caughtUp(sequence: bigint): Promise<void> {
     await this.page.waitForFunction((least) => window.simd.drawn() >= BigInt(least), sequence.toString());
+  }
+
+  /** Waits until the page has drawn the daemon's present state, and nothing is pending. */
+  async shows(daemon: Daemon): Promise<void> {
+    const { states } = await daemon.joints.getJointStates({});
+    await this.caughtUp(states?.stamp?.sequence ?? 0n);
+    await this.page.waitForFunction(() => window.simd.settled());
+  }
+
+  /** Moves the pointer onto a handle, and waits until the page says that it is on one. */
+  async onHandle({ x, y }: { x: number; y: number }): Promise<void> {
+    const isThere = async (): Promise<boolean> => {
+      await this.page.mouse.move(x - 1, y);
+      await this.page.mouse.move(x, y);
+      return this.page.evaluate(() => window.simd.handle());
+    };
+    await expect.poll(isThere).toBe(true);
   }
 
   /** Waits until the page says that another client is here: the one of this test, which is listed for as long as it calls. */

@@ -206,14 +206,13 @@ test("a robot is moved by its handles and by numbers, and goes back", async () =
   await tab.page.keyboard.press("Enter");
   await expect.poll(at).toEqual([0, 0.25, 0.5]);
   // The handle along x is three's: it begins at the centre and ends at half of this size.
-  await tab.page.waitForFunction(() => window.simd.settled());
+  await tab.shows(daemon);
   const [from, to] = await tab.page.evaluate(() => {
     const [cx = 0, cy = 0, cz = 0] = window.simd.camera.position();
     const size = (Math.hypot(cx, cy - 0.25, cz - 0.5) * 1.9 * Math.tan((19 * Math.PI) / 180)) / 4;
     return [window.simd.project([0.4 * size, 0.25, 0.5]), window.simd.project([0.4 * size + 0.5, 0.25, 0.5])] as const;
   });
-  await tab.page.mouse.move(from.x, from.y);
-  await tab.page.mouse.move(from.x + 1, from.y);
+  await tab.onHandle(from);
   await tab.page.mouse.down();
   await tab.page.mouse.move(to.x, to.y, { steps: 8 });
   await tab.page.mouse.up();

@@ -3,5 +3,5 @@ import { defineConfig } from "vitest/config";
 
 export default defineConfig({
   root: import.meta.dirname,
-  test: { include: ["*.figures.ts"], fileParallelism: false, testTimeout: 1_800_000, hookTimeout: 60_000 },
+  test: { globalSetup: "./setup.ts", include: ["*.figures.ts"], fileParallelism: false, testTimeout: 1_800_000, hookTimeout: 60_000 },
 });

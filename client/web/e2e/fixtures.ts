@@ -1,9 +1,9 @@
-// Fixtures: one browser for each file of tests, and for each test contexts and daemons that end with it.
+// Fixtures: contexts of the shared browser, and daemons, that end with their test.
 
 import type { Browser, BrowserContext, BrowserContextOptions } from "playwright-core";
 import { afterAll, afterEach, beforeAll } from "vitest";
 
-import { launch, servePage } from "./browser";
+import { connect, servePage } from "./browser";
 import type { Daemon } from "./daemon";
 
 /** Creates fixtures, all of which are closed after the test. */
@@ -20,7 +20,7 @@ export function fixtures(): Fixtures {
   const contexts: BrowserContext[] = [];
   const daemons: Daemon[] = [];
   beforeAll(async () => {
-    browser = await launch();
+    browser = await connect();
   });
   afterAll(async () => {
     await browser.close();

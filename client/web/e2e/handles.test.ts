@@ -23,8 +23,7 @@ async function look(tab: Tab, from: Vector, to: Vector): Promise<void> {
 /** Drags from a point of the world by so many pixels. */
 async function drag(tab: Tab, at: Vector, [right, down]: [number, number]): Promise<void> {
   const { x, y } = await tab.project(at);
-  await tab.page.mouse.move(x - 1, y);
-  await tab.page.mouse.move(x, y);
+  await tab.onHandle({ x, y });
   await tab.page.mouse.down();
   await tab.page.mouse.move(x + right, y + down, { steps: 8 });
   await tab.page.mouse.up();

@@ -6,7 +6,7 @@ import type { Browser } from "playwright-core";
 import { afterAll, beforeAll, test } from "vitest";
 
 import { Base } from "../src/gen/simd/v1/entity_pb";
-import { launch, Tab } from "./browser";
+import { connect, Tab } from "./browser";
 import { Daemon, REPOSITORY } from "./daemon";
 
 /** Wall milliseconds over which is counted. */
@@ -14,7 +14,7 @@ const SPAN = 5000;
 
 let browser: Browser;
 beforeAll(async () => {
-  browser = await launch();
+  browser = await connect();
 });
 afterAll(async () => {
   await browser.close();

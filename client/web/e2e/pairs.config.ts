@@ -3,5 +3,5 @@ import { defineConfig } from "vitest/config";
 
 export default defineConfig({
   root: import.meta.dirname,
-  test: { include: ["*.pairs.ts"], fileParallelism: false, testTimeout: 600_000, hookTimeout: 60_000 },
+  test: { globalSetup: "./setup.ts", include: ["*.pairs.ts"], fileParallelism: false, testTimeout: 600_000, hookTimeout: 60_000 },
 });

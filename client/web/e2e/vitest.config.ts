@@ -7,6 +7,7 @@ export default defineConfig({
   root: import.meta.dirname,
   test: {
     include: ["*.test.ts"],
+    globalSetup: "./setup.ts",
     fileParallelism: false,
     // A test that fails runs once more; one that passes then is named at the end.
     retry: 1,

@@ -2,6 +2,7 @@
 import { Vector3 } from "three";
 import { requestCount } from "../daemon/request-count";
 import { playback } from "../state/playback";
+import { handleHeld } from "../state/tools";
 import { fit } from "../state/view";
 import { frame, type Frame } from "../state/world";
 import type { Stage } from "./stage";
@@ -40,6 +41,8 @@ export interface Hook {
   constraint(name: string): [number[], number[]] | undefined;
   /** Points of a marker as they are drawn, world axes; undefined if it is not. */
   marker(id: bigint): number[][] | undefined;
+  /** Whether the pointer is on a handle, or drags one. */
+  handle(): boolean;
   /** How fine the picture is. */
   quality(): "low" | "high";
   /** Whether gaps and edges are darkened. */
@@ -99,6 +102,7 @@ export function hook(stage: Stage, canvas: HTMLCanvasElement): () => void {
       return ends && [ends[0].toArray(), ends[1].toArray()];
     },
     marker: (id) => stage.markers.points(id),
+    handle: () => handleHeld.peek(),
     quality: () => stage.appearance.quality,
     occlusion: () => stage.appearance.hasOcclusion,
     stats: { pictures: () => stage.pictures, requests: requestCount, frames: () => frames },
