@@ -4,7 +4,7 @@ CARGO ?= cargo
 NEXTEST_VERSION := 0.9.143
 BIN := target/debug
 
-.PHONY: demo demo-build dist dist-check dist-test camera vulkan web viewer test test-build test-rust test-python schema python-embedded test-rerun python-blocking docs test-web chromium firefox pairs test-data build lint nextest bench rollouts soak truth wide scenes fuzz reference clean
+.PHONY: demo demo-build dist dist-check dist-test camera vulkan web viewer test test-build test-rust test-python schema python-embedded test-rerun python-blocking docs test-web chromium firefox pairs test-data build lint lint-text clippy clippy-features nextest bench rollouts soak truth wide scenes fuzz reference clean
 
 # Builds the daemon and simctl, and starts the daemon with the demo robot.
 demo: demo-build
@@ -67,7 +67,7 @@ CAN = tests/stages/can.sh
 
 # All that the suites run, built once: packages chosen by name have other features of their dependencies.
 test-build: viewer
-	$(CARGO) build --locked --workspace --bins --tests --lib
+	$(CARGO) build --locked --workspace --all-targets
 
 test-rust: nextest test-data
 	@if $(CAN) vulkan; then $(CARGO) nextest run --locked --workspace; \
@@ -81,7 +81,7 @@ test-python: python-embedded
 # The extension module `simd_embedded`, where the Python client's tests find it. With all of the workspace, so that it is made
 # of what is built already.
 python-embedded: target/python-venv/installed
-	$(CARGO) build --locked --workspace --bins --lib
+	$(CARGO) build --locked --workspace --all-targets
 	cp $(BIN)/libsimd_embedded.so \
 	  "$$(target/python-venv/bin/python -c 'import sysconfig; print(sysconfig.get_path("platlib"))')/simd_embedded.abi3.so"
 
@@ -153,15 +153,29 @@ target/test-venv/installed: tests/requirements.txt
 # Without what it updates itself with, and not optimised: it starts programs and waits for them, and is compiled in half of the time.
 nextest:
 	@$(CARGO) nextest --version >/dev/null 2>&1 || \
-	  $(CARGO) install cargo-nextest --locked --version $(NEXTEST_VERSION) --no-default-features --debug
+	  env -u RUSTC_WORKSPACE_WRAPPER $(CARGO) install cargo-nextest --locked --version $(NEXTEST_VERSION) --no-default-features --debug
 
-# The second run of clippy is for builds without Zenoh, ROS 2 and the screen of `simctl top`.
-lint:
+# Clippy checks all dependencies, which takes as long as half of a build. In CI its driver compiles the workspace in the
+# place of rustc instead, so that one build does both. It leaves out optimisations of MIR, so no package is built like this.
+ifdef CI
+test-build test-rust python-embedded: export RUSTC_WORKSPACE_WRAPPER = clippy-driver
+test-build test-rust python-embedded: export CLIPPY_ARGS = -D__CLIPPY_HACKERY__warnings__CLIPPY_HACKERY__
+lint: clippy-features
+else
+lint: clippy clippy-features
+endif
+
+clippy: lint-text
+	$(CARGO) clippy --locked --workspace --all-targets -- -D warnings
+
+# Builds without Zenoh, ROS 2 and the screen of `simctl top`.
+clippy-features: lint-text
+	$(CARGO) clippy --locked -p simd-server -p simd-cli -p simd-embedded --no-default-features -- -D warnings
+
+lint-text:
 	$(CARGO) fmt --all --check
 	@if $(CAN) npm; then \
 	  cd proto && npm install --ignore-scripts --no-audit --no-fund --silent && npx --no-install buf lint; fi
-	$(CARGO) clippy --locked --workspace --all-targets -- -D warnings
-	$(CARGO) clippy --locked -p simd-server -p simd-cli -p simd-embedded --no-default-features -- -D warnings
 
 # Figures for this machine: microseconds a step, round trips beside a TCP echo, lateness; then a
 # step beside MuJoCo, PyBullet and rapier, with a plot in target/bench; scans of a lidar beside MuJoCo and PyBullet; how exactly

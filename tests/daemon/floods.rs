@@ -15,8 +15,8 @@ const PING: u8 = 6;
 const CONTINUATION: u8 = 9;
 const END_STREAM: u8 = 1;
 const END_HEADERS: u8 = 4;
-/// What is sent of a flood at the most: a daemon that takes all of it is no better than one that takes more.
-const MOST: usize = 64 << 20;
+/// Maximum bytes of a flood: nearly a million frames, hundreds of times as many as end a connection.
+const MOST: usize = 8 << 20;
 
 fn frame(kind: u8, flags: u8, stream: u32, payload: &[u8]) -> Vec<u8> {
     let length = u32::try_from(payload.len()).unwrap().to_be_bytes();

@@ -220,7 +220,7 @@ fn no_private_word_of_before_comes_back() {
     let mut all = Vec::new();
     files(&root(), &mut all);
     assert!(all.len() > 500, "only {} files were found", all.len());
-    for source in ["client/web/src/build/film.ts", "proto/build/shapes.rs", "tests/corpus/main.rs"] {
+    for source in ["client/web/src/build/film.ts", "proto/generate/src/shapes.rs", "tests/corpus/main.rs"] {
         assert!(all.contains(&root().join(source)), "{source} was not searched");
     }
     // The history names what was, this file what is not to be.
