@@ -222,10 +222,11 @@ soak: build
 truth: test-data target/reference-venv/installed
 	CARGO="$(CARGO)" target/reference-venv/bin/python tests/reference/truth/report.py
 
-# Constraints in 300 random worlds where `make test` has some dozens, and a world on one, two and four threads for 100,000 steps where it has 1,600.
+# Constraints in 300 random worlds where `make test` has some dozens; a world on one, two and four threads for 100,000 steps where it has
+# 1,600; and worlds that are saved and restored for 100,000 steps where it has 20,000.
 wide:
-	THREADED_STEPS=100000 CONSTRAINED_WORLDS=300 $(CARGO) test --locked --workspace --test physics -- --nocapture \
-	  threads:: constraints::random_trees contradictions:: constraint_attacks::
+	EQUAL_STEPS=100000 THREADED_STEPS=100000 CONSTRAINED_WORLDS=300 $(CARGO) test --locked --workspace --test physics -- --nocapture \
+	  threads:: constraints::random_trees contradictions:: constraint_attacks:: long_runs
 
 # Scenes with contact in simd beside MuJoCo: a picture of each and a table in target/scenes.
 scenes: test-data target/reference-venv/installed
