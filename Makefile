@@ -73,10 +73,11 @@ test-rust: nextest test-data
 	@if $(CAN) vulkan; then $(CARGO) nextest run --locked --workspace; \
 	  else $(CARGO) nextest run --locked --workspace -E 'not (binary(daemon) & test(cameras::))'; fi
 
-# The Python client as it is installed, against the daemon that was built.
+# The Python client as it is installed, against the daemon that was built. In two processes, since most tests wait.
+PYTEST_ARGS ?= -n 2 --dist loadfile
 test-python: python-embedded
 	cd client/python && ../../target/python-venv/bin/pyright --pythonpath ../../target/python-venv/bin/python
-	cd client/python && SIMD_BINARY="$${SIMD_BINARY:-$(abspath $(BIN))/simd}" ../../target/python-venv/bin/python -m pytest
+	cd client/python && SIMD_BINARY="$${SIMD_BINARY:-$(abspath $(BIN))/simd}" ../../target/python-venv/bin/python -m pytest $(PYTEST_ARGS)
 
 # The extension module `simd_embedded`, where the Python client's tests find it. With all of the workspace, so that it is made
 # of what is built already.

@@ -127,12 +127,13 @@ const ENDINGS: [&str; 12] =
     ["rs", "py", "pyi", "ts", "tsx", "js", "proto", "md", "toml", "css", "html", "wgsl"];
 
 /// Folders of what is built, generated or found, and of others: the ends of their paths, in whole names.
-const SKIPPED: [&str; 7] = [
+const SKIPPED: [&str; 8] = [
     "target",
     "node_modules",
     "dist",
     "client/python/src/simd_client/proto",
     "client/web/src/gen",
+    "proto/src/generated",
     "tests/fuzz/corpus",
     "tests/out",
 ];

@@ -1,4 +1,4 @@
-//! What is published of a world while somebody subscribes: the same messages at the same rates on every transport.
+//! The messages that are published while a client subscribes: the same on every transport.
 
 use std::sync::Arc;
 use std::time::Duration;
