@@ -1,11 +1,12 @@
 // Headless Chromium with a software renderer, and helpers for its pages.
 
+import { randomUUID } from "node:crypto";
 import { existsSync } from "node:fs";
 import { mkdir, readFile } from "node:fs/promises";
 import { createRequire } from "node:module";
 import { resolve } from "node:path";
 
-import { type Browser, type BrowserContext, chromium, type Page } from "playwright-core";
+import { type Browser, type BrowserContext, chromium, type Download, type Page } from "playwright-core";
 import { expect, inject } from "vitest";
 
 import { type Daemon, REPOSITORY } from "./daemon";
@@ -141,6 +142,13 @@ export class Tab {
     await mkdir(PICTURES, { recursive: true });
     await this.page.screenshot({ path: resolve(PICTURES, `${name}.png`) });
   }
+}
+
+/** Saves a download below `target`, and returns its path. */
+export async function savedFile(download: Download): Promise<string> {
+  const path = resolve(REPOSITORY, "target/downloads", randomUUID(), download.suggestedFilename());
+  await download.saveAs(path);
+  return path;
 }
 
 /** The smallest box around points or pixels. */

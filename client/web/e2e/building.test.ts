@@ -9,7 +9,7 @@ import { expect, test } from "vitest";
 
 import { Base } from "../src/gen/simd/v1/entity_pb";
 import { SimulationState } from "../src/gen/simd/v1/simulation_pb";
-import { Tab } from "./browser";
+import { savedFile, Tab } from "./browser";
 import { Daemon, REPOSITORY } from "./daemon";
 import { fixtures } from "./fixtures";
 
@@ -355,7 +355,7 @@ test("saved states are made, put back, saved as a file, deleted, and taken from 
   await tab.picture("states-sheet");
   const [download] = await Promise.all([tab.page.waitForEvent("download"), tab.page.getByTestId("state-download").click()]);
   expect(download.suggestedFilename()).toBe("before.simdstate");
-  const file = await download.path();
+  const file = await savedFile(download);
   await tab.page.getByTestId("state-delete").click();
   await tab.page.getByTestId("state-delete-surely").click();
   await tab.page.getByTestId("state-before").waitFor({ state: "detached" });

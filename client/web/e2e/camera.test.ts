@@ -6,7 +6,7 @@ import { resolve } from "node:path";
 import { beforeEach, expect, test } from "vitest";
 
 import { Base } from "../src/gen/simd/v1/entity_pb";
-import { Tab } from "./browser";
+import { savedFile, Tab } from "./browser";
 import { Daemon, REPOSITORY } from "./daemon";
 import { fixtures } from "./fixtures";
 import { corners, moved } from "./mesh";
@@ -115,7 +115,7 @@ test("a picture is saved at the size that is asked for", async () => {
   await tab.page.getByTestId("picture-height").fill("1400");
   expect(await tab.violations()).toEqual([]);
   const [download] = await Promise.all([tab.page.waitForEvent("download"), tab.page.getByTestId("save-picture").click()]);
-  const png = await readFile(await download.path());
+  const png = await readFile(await savedFile(download));
   expect([png.readUInt32BE(16), png.readUInt32BE(20)]).toEqual([1000, 1400]);
   // Something is in it: an empty picture of one colour packs into some thousand bytes.
   expect(png.length).toBeGreaterThan(15_000);

@@ -7,7 +7,7 @@ import { expect, test } from "vitest";
 
 import { Base } from "../src/gen/simd/v1/entity_pb";
 import { SimulationState } from "../src/gen/simd/v1/simulation_pb";
-import { Tab } from "./browser";
+import { savedFile, Tab } from "./browser";
 import { Daemon } from "./daemon";
 import { fixtures } from "./fixtures";
 
@@ -28,7 +28,7 @@ async function open(tab: Tab, item: string): Promise<void> {
 
 /** The bytes of a video, which begin as WebM does: with the header of EBML. */
 async function saved(download: Download): Promise<Buffer> {
-  const bytes = await readFile(await download.path());
+  const bytes = await readFile(await savedFile(download));
   expect([...bytes.subarray(0, 4)]).toEqual([0x1a, 0x45, 0xdf, 0xa3]);
   expect(bytes.length).toBeGreaterThan(1000);
   return bytes;
@@ -44,7 +44,7 @@ test("a video of the picture is a WebM file", async () => {
   }
   await tab.page.getByTestId("build").click();
   const [download] = await Promise.all([tab.page.waitForEvent("download"), tab.page.getByTestId("build-film").click()]);
-  await saved(download);
+  await savedFile(download);
 });
 
 test("a video of steps lasts as long as what is simulated in it, however slow the page is", async () => {
@@ -59,7 +59,7 @@ test("a video of steps lasts as long as what is simulated in it, however slow th
   const [download] = await Promise.all([tab.page.waitForEvent("download"), tab.page.getByTestId("build-film").click()]);
   expect((await daemon.simulation.getSimulationState({})).state).toBe(SimulationState.PAUSED);
   const simulated = (await time()) - begun;
-  const bytes = await saved(download);
+  const bytes = await savedFile(download);
   // On a page of its own: the daemon's policy allows no video, which the page has no use for.
   const player = await tab.page.context().newPage();
   const film = await player.evaluate(async (text) => {
@@ -116,7 +116,7 @@ test("a video of steps is ended and saved though a step is never answered", asyn
   expect(await tab.violations()).toEqual([]);
   await tab.picture("film-note");
   const [download] = await Promise.all([tab.page.waitForEvent("download"), tab.page.getByTestId("film-end").click()]);
-  await saved(download);
+  await savedFile(download);
   await tab.page.getByTestId("film-note").waitFor({ state: "detached" });
 });
 

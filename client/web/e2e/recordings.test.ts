@@ -11,7 +11,7 @@ import { afterEach, beforeEach, expect, test } from "vitest";
 
 import { SimulationState } from "../src/gen/simd/v1/simulation_pb";
 import { decompress } from "../src/recording/lz4";
-import { Tab } from "./browser";
+import { savedFile, Tab } from "./browser";
 import { Daemon } from "./daemon";
 import { fixtures } from "./fixtures";
 
@@ -187,7 +187,7 @@ test("the list says what is in a recording, saves and deletes it", async () => {
   expect(await tab.violations()).toEqual([]);
   await tab.picture("recordings");
   const [download] = await Promise.all([tab.page.waitForEvent("download"), tab.page.getByTestId("save-recording").click()]);
-  const saved = await readFile(await download.path());
+  const saved = await readFile(await savedFile(download));
   expect(Buffer.compare(saved, await readFile(join(folder, download.suggestedFilename())))).toBe(0);
   await tab.page.getByTestId("delete-recording").click();
   await tab.page.getByTestId("delete-surely").click();

@@ -1,7 +1,7 @@
 // Tests against a real daemon in a real browser; one after the other, since both cores are busy with each.
 import { defineConfig } from "vitest/config";
 
-import { Flaky } from "./flaky";
+import { Flaky } from "./flaky.ts";
 
 export default defineConfig({
   root: import.meta.dirname,
