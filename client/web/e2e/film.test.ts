@@ -44,7 +44,7 @@ test("a video of the picture is a WebM file", async () => {
   }
   await tab.page.getByTestId("build").click();
   const [download] = await Promise.all([tab.page.waitForEvent("download"), tab.page.getByTestId("build-film").click()]);
-  await savedFile(download);
+  await saved(download);
 });
 
 test("a video of steps lasts as long as what is simulated in it, however slow the page is", async () => {
@@ -59,7 +59,7 @@ test("a video of steps lasts as long as what is simulated in it, however slow th
   const [download] = await Promise.all([tab.page.waitForEvent("download"), tab.page.getByTestId("build-film").click()]);
   expect((await daemon.simulation.getSimulationState({})).state).toBe(SimulationState.PAUSED);
   const simulated = (await time()) - begun;
-  const bytes = await savedFile(download);
+  const bytes = await saved(download);
   // On a page of its own: the daemon's policy allows no video, which the page has no use for.
   const player = await tab.page.context().newPage();
   const film = await player.evaluate(async (text) => {
@@ -116,7 +116,7 @@ test("a video of steps is ended and saved though a step is never answered", asyn
   expect(await tab.violations()).toEqual([]);
   await tab.picture("film-note");
   const [download] = await Promise.all([tab.page.waitForEvent("download"), tab.page.getByTestId("film-end").click()]);
-  await savedFile(download);
+  await saved(download);
   await tab.page.getByTestId("film-note").waitFor({ state: "detached" });
 });
 
