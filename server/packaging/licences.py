@@ -34,6 +34,9 @@ _WEB = REPOSITORY / "client" / "web"
 # Packages whose second licence is at the head of one of their sources alone.
 _HEADS = {"@bufbuild/protobuf": "dist/esm/wire/varint.js"}
 
+# Features that packages have beside the default ones, as the Makefile builds them.
+_FEATURES = "--features=simd-server/jemalloc"
+
 # Crates with sources of others inside, and where the licence of those is.
 _INSIDE = {"tikv-jemalloc-sys": "jemalloc/COPYING"}
 
@@ -86,10 +89,10 @@ def _crates() -> list[_Package]:
     """What `cargo tree` says is linked; macros run when it is compiled, and are not."""
     packages = ["--package=simd-server", "--package=simd-cli", "--package=simd-camera", "--package=simd-embedded"]
     edges = ["--edges=normal,no-proc-macro", "--prefix=none", "--format={p}"]
-    linked = run("cargo", "tree", "--locked", *packages, *edges, cwd=REPOSITORY)
+    linked = run("cargo", "tree", "--locked", _FEATURES, *packages, *edges, cwd=REPOSITORY)
     # `name v1.2.3`, and `(*)` where it was there before.
     wanted = {tuple(line.split()[:2]) for line in linked.splitlines() if line}
-    metadata = json.loads(run("cargo", "metadata", "--format-version=1", "--locked", cwd=REPOSITORY))
+    metadata = json.loads(run("cargo", "metadata", "--format-version=1", "--locked", _FEATURES, cwd=REPOSITORY))
     found: list[_Package] = []
     for crate in sorted(metadata["packages"], key=lambda crate: (crate["name"], crate["version"])):
         # Those without a source are our own.
