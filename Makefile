@@ -4,7 +4,7 @@ CARGO ?= cargo
 NEXTEST_VERSION := 0.9.143
 BIN := target/debug
 
-.PHONY: demo demo-build dist dist-check dist-test camera vulkan web viewer test test-build test-rust test-python schema python-embedded test-rerun python-blocking docs test-web chromium firefox pairs test-data build lint lint-text clippy clippy-features nextest bench rollouts soak truth wide scenes fuzz reference clean
+.PHONY: demo demo-build dist dist-check dist-test camera vulkan web viewer test test-build test-rust test-python schema python-embedded test-rerun python-blocking docs test-web test-browsers chromium firefox pairs test-data build lint lint-text clippy clippy-features nextest bench rollouts soak truth wide scenes fuzz reference clean
 
 # Builds the daemon and simctl, and starts the daemon with the demo robot.
 demo: demo-build
@@ -62,7 +62,7 @@ STAGES ?= lint test-build test-rust test-python test-web
 test:
 	@MAKE="$(MAKE)" tests/stages/run.sh $(STAGES)
 
-# Whether all suites can run: see tests/stages/can.sh.
+# Exits with 0 if this machine can run the tests that need something, 1 if they are left out, 2 if that is an error.
 CAN = tests/stages/can.sh
 
 # All that the suites run, built once: packages chosen by name have other features of their dependencies.
@@ -70,8 +70,10 @@ test-build: viewer
 	$(CARGO) build --locked --workspace --all-targets
 
 test-rust: nextest test-data
-	@if $(CAN) vulkan; then $(CARGO) nextest run --locked --workspace; \
-	  else $(CARGO) nextest run --locked --workspace -E 'not (binary(daemon) & test(cameras::))'; fi
+	@$(CAN) vulkan; case $$? in \
+	  0) $(CARGO) nextest run --locked --workspace ;; \
+	  1) $(CARGO) nextest run --locked --workspace -E 'not (binary(daemon) & test(cameras::))' ;; \
+	  *) exit 1 ;; esac
 
 # The Python client as it is installed, against the daemon that was built. In two processes, since most tests wait.
 PYTEST_ARGS ?= -n 2 --dist loadfile
@@ -121,14 +123,15 @@ target/docs-venv/installed: client/python/docs/requirements.txt
 
 # The page's own tests, then the page that the daemon serves, in real browsers. Pictures go to target/screenshots.
 test-web: test-data
-	@set -e; if $(CAN) npm; then \
-	  $(MAKE) --no-print-directory web; \
-	  (cd client/web && npm test --silent); \
-	  if $(CAN) chromium; then \
-	    $(CAN) firefox && firefox= || firefox='--exclude firefox.test.ts'; \
-	    (cd client/web && SIMD_BINARY="$${SIMD_BINARY:-$(abspath $(BIN))/simd}" npm run e2e --silent -- $$firefox); \
-	  fi; \
-	fi
+	@$(CAN) npm; case $$? in \
+	  0) $(MAKE) --no-print-directory web && (cd client/web && npm test --silent) && $(MAKE) --no-print-directory test-browsers ;; \
+	  1) ;; \
+	  *) exit 1 ;; esac
+
+test-browsers:
+	@$(CAN) chromium; case $$? in 0) ;; 1) exit 0 ;; *) exit 1 ;; esac; \
+	$(CAN) firefox; case $$? in 0) without= ;; 1) without='--exclude firefox.test.ts' ;; *) exit 1 ;; esac; \
+	cd client/web && SIMD_BINARY="$${SIMD_BINARY:-$(abspath $(BIN))/simd}" npm run e2e --silent -- $$without
 
 chromium firefox vulkan:
 	@$(CAN) $@
@@ -175,8 +178,10 @@ clippy-features: lint-text
 
 lint-text:
 	$(CARGO) fmt --all --check
-	@if $(CAN) npm; then \
-	  cd proto && npm install --ignore-scripts --no-audit --no-fund --silent && npx --no-install buf lint; fi
+	@$(CAN) npm; case $$? in \
+	  0) cd proto && npm install --ignore-scripts --no-audit --no-fund --silent && npx --no-install buf lint ;; \
+	  1) ;; \
+	  *) exit 1 ;; esac
 
 # Figures for this machine: microseconds a step, round trips beside a TCP echo, lateness; then a
 # step beside MuJoCo, PyBullet and rapier, with a plot in target/bench; scans of a lidar beside MuJoCo and PyBullet; how exactly
