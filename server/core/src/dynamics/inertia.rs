@@ -4,18 +4,19 @@ use std::ops::AddAssign;
 
 use glamx::{DMat3, DVec3};
 
+use super::real::{MatrixOf, Real, VectorOf};
 use super::spatial::Spatial;
 use super::symmetric::Symmetric;
 
 /// A rigid body's, about the origin of a frame (Featherstone eq. 2.63).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Rigid {
+pub struct Rigid<R: Real = f64> {
     /// kg.
-    pub mass: f64,
+    pub mass: R,
     /// Mass times the centre of mass, kg m.
-    pub first_moment: DVec3,
+    pub first_moment: R::Vector,
     /// About the origin, kg m^2.
-    pub moment: Symmetric,
+    pub moment: Symmetric<R>,
 }
 
 impl Rigid {
@@ -24,15 +25,18 @@ impl Rigid {
         let parallel_axis = around(center, center * mass);
         Self { mass, first_moment: center * mass, moment: Symmetric::of(moment_about_center) + parallel_axis }
     }
+}
 
+impl<R: Real> Rigid<R> {
     /// In axes that `r` turns these into.
     #[inline(always)]
-    pub fn turned(&self, r: &DMat3) -> Self {
-        Self { mass: self.mass, first_moment: *r * self.first_moment, moment: self.moment.turned(r) }
+    pub fn turned(&self, r: &R::Matrix) -> Self {
+        Self { mass: self.mass, first_moment: r.times(self.first_moment), moment: self.moment.turned(r) }
     }
 
     /// About a point from which this origin is `reach` away.
-    pub fn shifted(&self, reach: DVec3) -> Self {
+    #[inline(always)]
+    pub fn shifted(&self, reach: R::Vector) -> Self {
         let Self { mass, first_moment, moment } = *self;
         let moved = around(reach, first_moment) + around(first_moment, reach) + around(reach, reach * mass);
         Self { mass, first_moment: first_moment + reach * mass, moment: moment + moved }
@@ -40,7 +44,7 @@ impl Rigid {
 
     /// Momentum, one per degree of freedom, or force by acceleration.
     #[inline(always)]
-    pub fn times(&self, motion: Spatial) -> Spatial {
+    pub fn times(&self, motion: Spatial<R>) -> Spatial<R> {
         let Spatial { angular, linear } = motion;
         Spatial {
             angular: self.moment.times(angular) + self.first_moment.cross(linear),
@@ -49,25 +53,28 @@ impl Rigid {
     }
 }
 
-impl AddAssign for Rigid {
+impl<R: Real> AddAssign for Rigid<R> {
+    #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         self.mass += other.mass;
-        self.first_moment += other.first_moment;
+        self.first_moment = self.first_moment + other.first_moment;
         self.moment += other.moment;
     }
 }
 
 /// The symmetric part of -a~ b~ = (a . b) 1 - b a': a point mass' moment where b is m a.
-pub(super) fn around(a: DVec3, b: DVec3) -> Symmetric {
-    let product = |i: usize, j: usize| -0.5 * (a[i] * b[j] + a[j] * b[i]);
+#[inline(always)]
+pub(super) fn around<R: Real>(a: R::Vector, b: R::Vector) -> Symmetric<R> {
+    let ([ax, ay, az], [bx, by, bz]) = ([a.x(), a.y(), a.z()], [b.x(), b.y(), b.z()]);
+    let minus_half = ax.splat(-0.5);
     let dot = a.dot(b);
     Symmetric {
-        xx: dot + product(0, 0),
-        xy: product(0, 1),
-        xz: product(0, 2),
-        yy: dot + product(1, 1),
-        yz: product(1, 2),
-        zz: dot + product(2, 2),
+        xx: dot + minus_half * (ax * bx + ax * bx),
+        xy: minus_half * (ax * by + ay * bx),
+        xz: minus_half * (ax * bz + az * bx),
+        yy: dot + minus_half * (ay * by + ay * by),
+        yz: minus_half * (ay * bz + az * by),
+        zz: dot + minus_half * (az * bz + az * bz),
     }
 }
 
@@ -75,26 +82,28 @@ pub(super) fn around(a: DVec3, b: DVec3) -> Symmetric {
 /// blocks `[moment coupling; coupling' mass]` (Featherstone section 7.1). Its mass
 /// depends on the direction.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Articulated {
+pub struct Articulated<R: Real = f64> {
     /// Moment by angular motion, kg m^2.
-    pub moment: Symmetric,
+    pub moment: Symmetric<R>,
     /// Moment by linear motion, kg m.
-    pub coupling: DMat3,
+    pub coupling: R::Matrix,
     /// Force by linear motion, kg.
-    pub mass: Symmetric,
+    pub mass: Symmetric<R>,
 }
 
-impl Articulated {
+impl<R: Real> Articulated<R> {
     /// Of a body on which nothing hangs.
     #[inline(always)]
-    pub fn of(rigid: &Rigid) -> Self {
+    pub fn of(rigid: &Rigid<R>) -> Self {
         let f = rigid.first_moment;
+        let (x, y, z) = (f.x(), f.y(), f.z());
+        let zero = x.splat(0.0);
         Self {
             moment: rigid.moment,
-            coupling: DMat3::from_cols(
-                DVec3::new(0.0, f.z, -f.y),
-                DVec3::new(-f.z, 0.0, f.x),
-                DVec3::new(f.y, -f.x, 0.0),
+            coupling: R::Matrix::of_columns(
+                R::Vector::new(zero, z, -y),
+                R::Vector::new(-z, zero, x),
+                R::Vector::new(y, -x, zero),
             ),
             mass: Symmetric::scalar(rigid.mass),
         }
@@ -102,30 +111,31 @@ impl Articulated {
 
     /// The force of a motion.
     #[inline(always)]
-    pub fn times(&self, motion: Spatial) -> Spatial {
+    pub fn times(&self, motion: Spatial<R>) -> Spatial<R> {
         Spatial {
-            angular: self.moment.times(motion.angular) + self.coupling * motion.linear,
-            linear: transposed_times(&self.coupling, motion.angular) + self.mass.times(motion.linear),
+            angular: self.moment.times(motion.angular) + self.coupling.times(motion.linear),
+            linear: self.coupling.transposed_times(motion.angular) + self.mass.times(motion.linear),
         }
     }
 
     /// The force of turning about `axis`: U of a revolute joint.
     #[inline(always)]
-    pub fn times_turn(&self, axis: DVec3) -> Spatial {
-        Spatial { angular: self.moment.times(axis), linear: transposed_times(&self.coupling, axis) }
+    pub fn times_turn(&self, axis: R::Vector) -> Spatial<R> {
+        Spatial { angular: self.moment.times(axis), linear: self.coupling.transposed_times(axis) }
     }
 
     /// The force of sliding along `axis`: U of a prismatic joint.
     #[inline(always)]
-    pub fn times_slide(&self, axis: DVec3) -> Spatial {
-        Spatial { angular: self.coupling * axis, linear: self.mass.times(axis) }
+    pub fn times_slide(&self, axis: R::Vector) -> Spatial<R> {
+        Spatial { angular: self.coupling.times(axis), linear: self.mass.times(axis) }
     }
 
     /// `self - u u' / d`: what is left once one direction is free (eq. 7.44).
     #[inline(always)]
-    pub fn without(&self, u: Spatial, inverse_d: f64) -> Self {
+    pub fn without(&self, u: Spatial<R>, inverse_d: R) -> Self {
         let scaled = u.linear * inverse_d;
-        let outer = DMat3::from_cols(u.angular * scaled.x, u.angular * scaled.y, u.angular * scaled.z);
+        let outer =
+            R::Matrix::of_columns(u.angular * scaled.x(), u.angular * scaled.y(), u.angular * scaled.z());
         Self {
             moment: self.moment.without(u.angular, inverse_d),
             coupling: self.coupling - outer,
@@ -139,40 +149,34 @@ impl Articulated {
     /// moment - (coupling + o~ mass) o~ + o~ coupling', of which the upper triangle is
     /// written out.
     #[inline(always)]
-    pub fn shifted(&self, o: DVec3) -> Self {
-        let Self { moment, coupling: c, mass } = self;
+    pub fn shifted(&self, o: R::Vector) -> Self {
+        let Self { moment, coupling, mass } = *self;
         let columns = mass.matrix();
-        let s = DMat3::from_cols(
-            c.x_axis + o.cross(columns.x_axis),
-            c.y_axis + o.cross(columns.y_axis),
-            c.z_axis + o.cross(columns.z_axis),
-        );
+        let crossed = R::Matrix::of_columns(o.cross(columns.x()), o.cross(columns.y()), o.cross(columns.z()));
+        let shifted = coupling + crossed;
+        let (x, y, z) = (o.x(), o.y(), o.z());
+        let s = [shifted.x(), shifted.y(), shifted.z()];
+        let c = [coupling.x(), coupling.y(), coupling.z()];
         // Row i of -s o~ is o x (row i of s); column j of o~ c' is o x (row j of c).
         let moved = Symmetric {
-            xx: (o.y * s.z_axis.x - o.z * s.y_axis.x) + (o.y * c.z_axis.x - o.z * c.y_axis.x),
-            xy: (o.z * s.x_axis.x - o.x * s.z_axis.x) + (o.y * c.z_axis.y - o.z * c.y_axis.y),
-            xz: (o.x * s.y_axis.x - o.y * s.x_axis.x) + (o.y * c.z_axis.z - o.z * c.y_axis.z),
-            yy: (o.z * s.x_axis.y - o.x * s.z_axis.y) + (o.z * c.x_axis.y - o.x * c.z_axis.y),
-            yz: (o.x * s.y_axis.y - o.y * s.x_axis.y) + (o.z * c.x_axis.z - o.x * c.z_axis.z),
-            zz: (o.x * s.y_axis.z - o.y * s.x_axis.z) + (o.x * c.y_axis.z - o.y * c.x_axis.z),
+            xx: (y * s[2].x() - z * s[1].x()) + (y * c[2].x() - z * c[1].x()),
+            xy: (z * s[0].x() - x * s[2].x()) + (y * c[2].y() - z * c[1].y()),
+            xz: (x * s[1].x() - y * s[0].x()) + (y * c[2].z() - z * c[1].z()),
+            yy: (z * s[0].y() - x * s[2].y()) + (z * c[0].y() - x * c[2].y()),
+            yz: (x * s[1].y() - y * s[0].y()) + (z * c[0].z() - x * c[2].z()),
+            zz: (x * s[1].z() - y * s[0].z()) + (x * c[1].z() - y * c[0].z()),
         };
-        Self { moment: *moment + moved, coupling: s, mass: *mass }
+        Self { moment: moment + moved, coupling: shifted, mass }
     }
 }
 
-impl AddAssign for Articulated {
+impl<R: Real> AddAssign for Articulated<R> {
     #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         self.moment += other.moment;
-        self.coupling += other.coupling;
+        self.coupling = self.coupling + other.coupling;
         self.mass += other.mass;
     }
-}
-
-/// `m' v` without building the transpose.
-#[inline(always)]
-fn transposed_times(m: &DMat3, v: DVec3) -> DVec3 {
-    DVec3::new(m.x_axis.dot(v), m.y_axis.dot(v), m.z_axis.dot(v))
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! Articulated bodies: one file per idea, as Featherstone's "Rigid Body Dynamics
 //! Algorithms" (2008) has them.
 //!
+//! * [`real`]: what mathematics is written over: a number, or one of each of several copies.
 //! * [`spatial`], [`inertia`], [`symmetric`]: spatial vectors and inertias.
 //! * [`tree`]: a robot as a tree of moving bodies; immutable.
 //! * [`kinematics`], [`articulated`], [`integrate`]: the passes of a step; [`integrator`]: which velocities they act on.
@@ -40,6 +41,7 @@ pub mod ldlt;
 pub mod link_motion;
 pub mod mass_matrix;
 pub mod reactions;
+pub mod real;
 pub mod scratch;
 pub mod spatial;
 pub mod spatials;

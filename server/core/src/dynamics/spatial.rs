@@ -6,20 +6,41 @@
 use std::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
 
 use glamx::{DMat3, DQuat, DVec3};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+use super::real::{Real, VectorOf};
 use crate::plain::vector3;
 
 /// Angular and linear part of a motion (velocity, acceleration) or a force
 /// (moment about the origin, force), in the axes of one frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Spatial {
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Spatial<R: Real = f64> {
     /// rad/s, or N m.
-    #[serde(with = "vector3")]
-    pub angular: DVec3,
+    pub angular: R::Vector,
     /// m/s of the frame's origin, or N.
+    pub linear: R::Vector,
+}
+
+/// How it is written: as its numbers.
+#[derive(Serialize, Deserialize)]
+#[serde(rename = "Spatial")]
+struct Written {
     #[serde(with = "vector3")]
-    pub linear: DVec3,
+    angular: DVec3,
+    #[serde(with = "vector3")]
+    linear: DVec3,
+}
+
+impl Serialize for Spatial {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        Written { angular: self.angular, linear: self.linear }.serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for Spatial {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Written::deserialize(deserializer).map(|Written { angular, linear }| Self { angular, linear })
+    }
 }
 
 impl Spatial {
@@ -31,10 +52,12 @@ impl Spatial {
     pub const fn new(angular: DVec3, linear: DVec3) -> Self {
         Self { angular, linear }
     }
+}
 
+impl<R: Real> Spatial<R> {
     /// The scalar product of a motion and a force: a power.
     #[inline(always)]
-    pub fn dot(self, other: Self) -> f64 {
+    pub fn dot(self, other: Self) -> R {
         self.angular.dot(other.angular) + self.linear.dot(other.linear)
     }
 
@@ -58,18 +81,18 @@ impl Spatial {
 
     /// X m for a shift: a motion at a point `reach` away, in the same axes (eq. 2.21).
     #[inline(always)]
-    pub fn motion_at(self, reach: DVec3) -> Self {
+    pub fn motion_at(self, reach: R::Vector) -> Self {
         Self { angular: self.angular, linear: self.linear - reach.cross(self.angular) }
     }
 
     /// X' f for a shift: a force at a point `reach` away, seen from here, in the same axes.
     #[inline(always)]
-    pub fn force_from(self, reach: DVec3) -> Self {
+    pub fn force_from(self, reach: R::Vector) -> Self {
         Self { angular: self.angular + reach.cross(self.linear), linear: self.linear }
     }
 }
 
-impl Add for Spatial {
+impl<R: Real> Add for Spatial<R> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
@@ -77,14 +100,14 @@ impl Add for Spatial {
     }
 }
 
-impl AddAssign for Spatial {
+impl<R: Real> AddAssign for Spatial<R> {
     #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;
     }
 }
 
-impl Sub for Spatial {
+impl<R: Real> Sub for Spatial<R> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
@@ -92,14 +115,14 @@ impl Sub for Spatial {
     }
 }
 
-impl SubAssign for Spatial {
+impl<R: Real> SubAssign for Spatial<R> {
     #[inline(always)]
     fn sub_assign(&mut self, other: Self) {
         *self = *self - other;
     }
 }
 
-impl Neg for Spatial {
+impl<R: Real> Neg for Spatial<R> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
@@ -107,10 +130,10 @@ impl Neg for Spatial {
     }
 }
 
-impl Mul<f64> for Spatial {
+impl<R: Real> Mul<R> for Spatial<R> {
     type Output = Self;
     #[inline(always)]
-    fn mul(self, factor: f64) -> Self {
+    fn mul(self, factor: R) -> Self {
         Self { angular: self.angular * factor, linear: self.linear * factor }
     }
 }

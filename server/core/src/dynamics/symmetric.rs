@@ -2,33 +2,30 @@
 
 use std::ops::{Add, AddAssign, Mul};
 
-use glamx::{DMat3, DVec3};
+use glamx::DMat3;
+
+use super::real::{MatrixOf, Real, VectorOf};
 
 /// A symmetric matrix by its upper triangle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Symmetric {
+pub struct Symmetric<R: Real = f64> {
     /// Row x, column x.
-    pub xx: f64,
+    pub xx: R,
     /// Row x, column y.
-    pub xy: f64,
+    pub xy: R,
     /// Row x, column z.
-    pub xz: f64,
+    pub xz: R,
     /// Row y, column y.
-    pub yy: f64,
+    pub yy: R,
     /// Row y, column z.
-    pub yz: f64,
+    pub yz: R,
     /// Row z, column z.
-    pub zz: f64,
+    pub zz: R,
 }
 
 impl Symmetric {
     /// Nothing.
     pub const ZERO: Self = Self { xx: 0.0, xy: 0.0, xz: 0.0, yy: 0.0, yz: 0.0, zz: 0.0 };
-
-    /// `factor` on the diagonal.
-    pub const fn scalar(factor: f64) -> Self {
-        Self { xx: factor, yy: factor, zz: factor, ..Self::ZERO }
-    }
 
     /// Of a matrix that is symmetric: its upper triangle.
     pub fn of(m: &DMat3) -> Self {
@@ -41,65 +38,79 @@ impl Symmetric {
             zz: m.z_axis.z,
         }
     }
+}
+
+impl<R: Real> Symmetric<R> {
+    /// `factor` on the diagonal.
+    #[inline(always)]
+    pub fn scalar(factor: R) -> Self {
+        let zero = factor.splat(0.0);
+        Self { xx: factor, xy: zero, xz: zero, yy: factor, yz: zero, zz: factor }
+    }
 
     /// All nine entries.
     #[inline(always)]
-    pub fn matrix(&self) -> DMat3 {
+    pub fn matrix(&self) -> R::Matrix {
         let Self { xx, xy, xz, yy, yz, zz } = *self;
-        DMat3::from_cols(DVec3::new(xx, xy, xz), DVec3::new(xy, yy, yz), DVec3::new(xz, yz, zz))
+        R::Matrix::of_columns(
+            R::Vector::new(xx, xy, xz),
+            R::Vector::new(xy, yy, yz),
+            R::Vector::new(xz, yz, zz),
+        )
     }
 
     /// `self v`.
     #[inline(always)]
-    pub fn times(&self, v: DVec3) -> DVec3 {
+    pub fn times(&self, v: R::Vector) -> R::Vector {
         let Self { xx, xy, xz, yy, yz, zz } = *self;
-        DVec3::new(
-            xx * v.x + xy * v.y + xz * v.z,
-            xy * v.x + yy * v.y + yz * v.z,
-            xz * v.x + yz * v.y + zz * v.z,
+        R::Vector::new(
+            xx * v.x() + xy * v.y() + xz * v.z(),
+            xy * v.x() + yy * v.y() + yz * v.z(),
+            xz * v.x() + yz * v.y() + zz * v.z(),
         )
     }
 
     /// `r self r'`.
     #[inline(always)]
-    pub fn turned(&self, r: &DMat3) -> Self {
-        let rows = r.transpose();
-        let half = [rows.x_axis, rows.y_axis, rows.z_axis].map(|row| self.times(row));
+    pub fn turned(&self, r: &R::Matrix) -> Self {
+        let rows = r.transposed();
+        let (x, y, z) = (rows.x(), rows.y(), rows.z());
+        let half = [self.times(x), self.times(y), self.times(z)];
         Self {
-            xx: half[0].dot(rows.x_axis),
-            xy: half[0].dot(rows.y_axis),
-            xz: half[0].dot(rows.z_axis),
-            yy: half[1].dot(rows.y_axis),
-            yz: half[1].dot(rows.z_axis),
-            zz: half[2].dot(rows.z_axis),
+            xx: half[0].dot(x),
+            xy: half[0].dot(y),
+            xz: half[0].dot(z),
+            yy: half[1].dot(y),
+            yz: half[1].dot(z),
+            zz: half[2].dot(z),
         }
     }
 
     /// `self - factor a a'`.
     #[inline(always)]
-    pub fn without(&self, a: DVec3, factor: f64) -> Self {
+    pub fn without(&self, a: R::Vector, factor: R) -> Self {
         let b = a * factor;
         Self {
-            xx: self.xx - a.x * b.x,
-            xy: self.xy - a.x * b.y,
-            xz: self.xz - a.x * b.z,
-            yy: self.yy - a.y * b.y,
-            yz: self.yz - a.y * b.z,
-            zz: self.zz - a.z * b.z,
+            xx: self.xx - a.x() * b.x(),
+            xy: self.xy - a.x() * b.y(),
+            xz: self.xz - a.x() * b.z(),
+            yy: self.yy - a.y() * b.y(),
+            yz: self.yz - a.y() * b.z(),
+            zz: self.zz - a.z() * b.z(),
         }
     }
 
     /// The largest entry of the diagonal.
     #[inline(always)]
-    pub fn largest(&self) -> f64 {
+    pub fn largest(&self) -> R {
         self.xx.max(self.yy).max(self.zz)
     }
 }
 
-impl Mul<f64> for Symmetric {
+impl<R: Real> Mul<R> for Symmetric<R> {
     type Output = Self;
     #[inline(always)]
-    fn mul(self, factor: f64) -> Self {
+    fn mul(self, factor: R) -> Self {
         let Self { xx, xy, xz, yy, yz, zz } = self;
         Self {
             xx: xx * factor,
@@ -112,7 +123,7 @@ impl Mul<f64> for Symmetric {
     }
 }
 
-impl Add for Symmetric {
+impl<R: Real> Add for Symmetric<R> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
@@ -127,7 +138,7 @@ impl Add for Symmetric {
     }
 }
 
-impl AddAssign for Symmetric {
+impl<R: Real> AddAssign for Symmetric<R> {
     #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;

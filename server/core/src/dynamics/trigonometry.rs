@@ -3,7 +3,7 @@
 //!
 //! Reduction by Cody and Waite, polynomials of Sun's fdlibm (`k_sin.c`, `k_cos.c`).
 
-use std::ops::{Add, Mul, Neg, Sub};
+use super::real::{MaskOf, Real};
 
 /// Larger angles are for the system's functions, radians: up to here a multiple of the first part of pi / 2 is exact.
 pub const LARGEST: f64 = 1_048_576.0;
@@ -31,29 +31,6 @@ const COSINE: [f64; 6] = [
     -1.135_964_755_778_819_5e-11,
 ];
 
-/// What is computed with: a number, or several side by side.
-pub trait Number:
-    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
-{
-    /// A constant.
-    fn same(self, value: f64) -> Self;
-
-    /// `yes` where this is `value`, else `no`.
-    fn select_if(self, value: f64, yes: Self, no: Self) -> Self;
-}
-
-impl Number for f64 {
-    #[inline(always)]
-    fn same(self, value: f64) -> Self {
-        value
-    }
-
-    #[inline(always)]
-    fn select_if(self, value: f64, yes: Self, no: Self) -> Self {
-        if self == value { yes } else { no }
-    }
-}
-
 /// Sine and cosine, radians.
 #[inline]
 pub fn sin_cos(angle: f64) -> (f64, f64) {
@@ -62,52 +39,55 @@ pub fn sin_cos(angle: f64) -> (f64, f64) {
 
 /// The same of an angle up to [`LARGEST`].
 #[inline(always)]
-pub fn sin_cos_of_moderate<N: Number>(angle: N) -> (N, N) {
-    let count = rounded(angle * angle.same(std::f64::consts::FRAC_2_PI));
-    let from_first = angle - count * angle.same(HALF_PI);
-    let rest = count * angle.same(HALF_PI_REST);
+pub fn sin_cos_of_moderate<R: Real>(angle: R) -> (R, R) {
+    let count = rounded(angle * angle.splat(std::f64::consts::FRAC_2_PI));
+    let from_first = angle - count * angle.splat(HALF_PI);
+    let rest = count * angle.splat(HALF_PI_REST);
     let x = from_first - rest;
     // What rounding left of the angle.
     let t = (from_first - x) - rest;
     let (sin, cos) = (sine(x, t), cosine(x, t));
     // Quarters of a turn beyond whole ones: -2 to 2.
-    let quarters = count - angle.same(4.0) * rounded(count * angle.same(0.25));
+    let quarters = count - angle.splat(4.0) * rounded(count * angle.splat(0.25));
     let square = quarters * quarters;
-    let (up, along) = (square.select_if(1.0, cos, sin), square.select_if(1.0, sin, cos));
+    let is_odd = square.equals(square.splat(1.0));
+    let (up, along) = (is_odd.select(cos, sin), is_odd.select(sin, cos));
+    let is_back = square.equals(square.splat(4.0));
+    let (sin_turns, cos_turns) = (quarters.splat(-1.0), quarters.splat(1.0));
     (
-        square.select_if(4.0, -up, quarters.select_if(-1.0, -up, up)),
-        square.select_if(4.0, -along, quarters.select_if(1.0, -along, along)),
+        (is_back | quarters.equals(sin_turns)).select(-up, up),
+        (is_back | quarters.equals(cos_turns)).select(-along, along),
     )
 }
 
 /// To the nearest integer; of two the even one.
 #[inline(always)]
-fn rounded<N: Number>(number: N) -> N {
-    number + number.same(ROUNDS) - number.same(ROUNDS)
+fn rounded<R: Real>(number: R) -> R {
+    number + number.splat(ROUNDS) - number.splat(ROUNDS)
 }
 
 /// Of an angle `x + t` of at most pi / 4, whose second part is small.
 #[inline(always)]
-fn sine<N: Number>(x: N, t: N) -> N {
+fn sine<R: Real>(x: R, t: R) -> R {
     let [s1, s2, s3, s4, s5, s6] = SINE;
     let z = x * x;
-    let first = x.same(s2) + z * (x.same(s3) + z * x.same(s4));
-    let r = first + z * (z * z) * (x.same(s5) + z * x.same(s6));
+    let first = x.splat(s2) + z * (x.splat(s3) + z * x.splat(s4));
+    let r = first + z * (z * z) * (x.splat(s5) + z * x.splat(s6));
     let v = z * x;
-    x - ((z * (x.same(0.5) * t - v * r) - t) - v * x.same(s1))
+    x - ((z * (x.splat(0.5) * t - v * r) - t) - v * x.splat(s1))
 }
 
 /// The same for the cosine.
 #[inline(always)]
-fn cosine<N: Number>(x: N, t: N) -> N {
+fn cosine<R: Real>(x: R, t: R) -> R {
     let [c1, c2, c3, c4, c5, c6] = COSINE;
     let z = x * x;
     let w = z * z;
-    let first = z * (x.same(c1) + z * (x.same(c2) + z * x.same(c3)));
-    let r = first + w * w * (x.same(c4) + z * (x.same(c5) + z * x.same(c6)));
-    let half = x.same(0.5) * z;
-    let near = x.same(1.0) - half;
-    near + (((x.same(1.0) - near) - half) + (z * r - x * t))
+    let first = z * (x.splat(c1) + z * (x.splat(c2) + z * x.splat(c3)));
+    let r = first + w * w * (x.splat(c4) + z * (x.splat(c5) + z * x.splat(c6)));
+    let half = x.splat(0.5) * z;
+    let near = x.splat(1.0) - half;
+    near + (((x.splat(1.0) - near) - half) + (z * r - x * t))
 }
 
 #[cfg(test)]

@@ -5,14 +5,14 @@
 //! there, so that a step of which nothing is read costs a copy nothing beside the step of all lanes. See
 //! [`lanes`](crate::dynamics::lanes) for why that changes no bit.
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 
 use super::Rollout;
 use super::batch::Worker;
 use super::open_batch::{BatchResult, Ended, OpenBatch, Running, Stop, part};
 use super::schedule::{Halt, Schedule};
 use crate::collision::RobotFeet;
-use crate::dynamics::lanes::LaneRobot;
+use crate::dynamics::lanes::{LaneRobot, vectorized};
 use crate::simulation::{Error, PhysicsSettings};
 
 /// A copy whose steps are none of lanes is offered to them again after so many steps at the latest: to go in and out costs about as
@@ -32,24 +32,8 @@ impl WithSimd for Batch<'_> {
 
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
         let Self { rollout, worker, open, schedule } = self;
-        if S::F64_LANES > 1 {
-            rollout.advance_in_lanes(simd, worker, open, schedule)
-        } else {
-            rollout.advance_alone(worker, open, schedule)
-        }
+        rollout.advance_in_lanes(simd, worker, open, schedule)
     }
-}
-
-/// Vectors of four numbers, where the processor has them.
-#[cfg(target_arch = "x86_64")]
-fn four_lanes() -> Option<pulp::x86::V3> {
-    pulp::x86::V3::try_new()
-}
-
-/// The same of other processors.
-#[cfg(not(target_arch = "x86_64"))]
-fn four_lanes() -> Option<pulp::Scalar> {
-    None
 }
 
 /// Copies that step at once, one a lane.
@@ -75,13 +59,11 @@ impl Rollout {
         open: &mut OpenBatch,
         schedule: &dyn Schedule,
     ) -> Result<(), Halt> {
-        let batch = Batch { rollout: self, worker, open, schedule };
-        if self.has_four_lanes
-            && let Some(simd) = four_lanes()
-        {
-            return Simd::vectorize(simd, batch);
+        let most = if self.has_four_lanes { 4 } else { usize::MAX };
+        match vectorized(most, Batch { rollout: self, worker, open, schedule }) {
+            Ok(advanced) => advanced,
+            Err(Batch { worker, open, .. }) => self.advance_alone(worker, open, schedule),
         }
-        Arch::new().dispatch(batch)
     }
 
     /// The same, as many at a time as there are lanes.

@@ -3,6 +3,7 @@
 use pulp::Simd;
 
 use super::number::Lanes;
+use crate::dynamics::real::Real as _;
 
 /// How far points of a robot can move before they can touch anything, metres; infinite where there is nothing.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,6 +28,6 @@ pub(super) struct LaneClearance<S: Simd> {
 impl<S: Simd> LaneClearance<S> {
     /// Where there is nothing that anything could touch.
     pub(super) fn endless(zero: Lanes<S>) -> Self {
-        Self { around: zero.same(f64::INFINITY), own: zero.same(f64::INFINITY) }
+        Self { around: zero.splat(f64::INFINITY), own: zero.splat(f64::INFINITY) }
     }
 }

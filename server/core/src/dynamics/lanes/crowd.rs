@@ -5,13 +5,15 @@ use std::fmt::Debug;
 use std::sync::Arc;
 
 use glamx::DVec3;
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 
 use super::clearance::LaneClearance;
 use super::feet::{MOST_FEET, MOST_VELOCITIES, can_be_foot, is_simple};
-use super::robot::{LaneRobot, Stepping};
+use super::robot::{LaneRobot, Stepping, fits_lanes};
+use super::vectorized::vectorized;
 use crate::dynamics::constraint::contact::Contact;
 use crate::dynamics::island::MANY;
+use crate::dynamics::real::Real as _;
 use crate::dynamics::{Articulation, Integrator, Tree};
 
 /// Contacts that robots have had are not forgotten for so many parts of steps where there is no room for others: to make that takes memory.
@@ -44,7 +46,7 @@ pub trait Crowd: Debug + Send {
 
 /// Lanes for robots of a tree: at least so many, where the processor has vectors for that and such robots can be in lanes.
 pub fn crowd(tree: &Arc<Tree>, least: usize) -> Option<Box<dyn Crowd>> {
-    Arch::new().dispatch(Make(tree, least))
+    vectorized(usize::MAX, Make(tree, least)).ok().flatten()
 }
 
 struct Make<'a>(&'a Arc<Tree>, usize);
@@ -55,7 +57,7 @@ impl WithSimd for Make<'_> {
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
         let Self(tree, least) = self;
         let is_small = tree.velocity_count <= MOST_VELOCITIES;
-        if S::F64_LANES < least || !is_small || !LaneRobot::<S>::takes(tree) {
+        if S::F64_LANES < least || !is_small || !fits_lanes(tree) {
             return None;
         }
         Some(Box::new(Members {
@@ -117,8 +119,8 @@ impl<S: Simd> Crowd for Members<S> {
     }
 
     fn clear(&mut self) {
-        let zero = self.lanes.is_taken.same(0.0);
-        self.lanes.is_taken = zero;
+        let zero = self.lanes.occupied.splat(0.0);
+        self.lanes.occupied = zero;
         // What could not be finite has left it not so.
         self.lanes.clearance = LaneClearance::endless(zero);
         // They may have other modes from now on.

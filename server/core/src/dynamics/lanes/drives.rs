@@ -7,6 +7,7 @@ use super::number::{Lanes, Mask};
 use super::robot::LaneRobot;
 use crate::dynamics::actuator::{LEAST_PART, NEARLY, SETTLED};
 use crate::dynamics::articulation::{BOTH_WAYS_UNTIL, EXACT_ROUNDS, MAX_ROUNDS};
+use crate::dynamics::real::{MaskOf as _, Real as _};
 
 /// The law alone, without its limit, over a step in which the velocity changes from `half` to `new`.
 #[inline(always)]
@@ -17,10 +18,10 @@ fn law<S: Simd>(
     h: Lanes<S>,
     damper: Lanes<S>,
 ) -> Lanes<S> {
-    let spring_after = q.same(1.5) * damper - q.same(0.5);
-    let spring_before = q.same(0.5) - q.same(0.5) * damper;
+    let spring_after = q.splat(1.5) * damper - q.splat(0.5);
+    let spring_before = q.splat(0.5) - q.splat(0.5) * damper;
     let moved = h * spring_after * new - h * spring_before * half;
-    let velocity = damper * new + (q.same(1.0) - damper) * half;
+    let velocity = damper * new + (q.splat(1.0) - damper) * half;
     drive.stiffness * (drive.position - q - moved)
         + drive.damping * (drive.velocity - velocity)
         + drive.feed_forward
@@ -34,7 +35,7 @@ fn limited_law<S: Simd>(
     h: Lanes<S>,
     going: Mask<S>,
 ) -> Option<(Lanes<S>, Mask<S>)> {
-    let is_limited = state.drive.limit.lt(h.same(f64::INFINITY)) & going;
+    let is_limited = state.drive.limit.lt(h.splat(f64::INFINITY)) & going;
     if !is_limited.any() {
         return None;
     }
@@ -46,7 +47,7 @@ impl<S: Simd> LaneRobot<S> {
     /// Moves setpoints on, and takes each actuator's law for the step.
     #[inline(always)]
     pub(super) fn set_drives(&mut self) {
-        let h = self.is_taken.same(self.stepping.h);
+        let h = self.occupied.splat(self.stepping.h);
         let first = self.first;
         let joints = self.states[first..].iter_mut().zip(&self.laws[first..]).zip(&self.modes[first..]);
         for ((state, law), mode) in joints {
@@ -57,10 +58,10 @@ impl<S: Simd> LaneRobot<S> {
                 advance_setpoint(state, law, h);
             }
             let Law { stiffness, damping, velocity, feed_forward, limit, .. } = *law;
-            let zero = h.same(0.0);
+            let zero = h.splat(0.0);
             let position = if follows_setpoint { state.setpoint } else { zero };
-            let held = limit.with_sign_of(saturated);
-            let held = (was & held.is_finite()).select(held, zero.same(f64::NAN));
+            let held = limit.copysign(saturated);
+            let held = (was & held.is_finite()).select(held, zero.splat(f64::NAN));
             state.drive =
                 Drive { stiffness, damping, position, velocity, feed_forward, limit, saturated: held };
         }
@@ -70,7 +71,7 @@ impl<S: Simd> LaneRobot<S> {
     /// them where that does not settle. Where any changed. See [`Articulation::saturate`](crate::dynamics::Articulation).
     #[inline(always)]
     pub(super) fn saturate(&mut self, going: Mask<S>, round: usize, weakened: &mut Mask<S>) -> Mask<S> {
-        let zero = self.is_taken.same(0.0);
+        let zero = self.occupied.splat(0.0);
         let mut changed = zero.lt(zero);
         if round + 1 == MAX_ROUNDS {
             return changed;
@@ -81,7 +82,7 @@ impl<S: Simd> LaneRobot<S> {
             if round + 1 >= EXACT_ROUNDS && changed.any() {
                 *weakened = *weakened | changed;
                 for at in &mut self.bodies[self.first..] {
-                    at.part = changed.select(zero.same(1.0), at.part);
+                    at.part = changed.select(zero.splat(1.0), at.part);
                 }
             }
         }
@@ -95,19 +96,19 @@ impl<S: Simd> LaneRobot<S> {
     /// See [`Drive::saturate`](crate::dynamics::actuator::Drive::saturate).
     #[inline(always)]
     fn saturate_exactly(&mut self, going: Mask<S>, is_first: bool) -> Mask<S> {
-        let h = self.is_taken.same(self.stepping.h);
-        let zero = h.same(0.0);
+        let h = self.occupied.splat(self.stepping.h);
+        let zero = h.splat(0.0);
         let mut changed = zero.lt(zero);
         for (state, at) in self.states[self.first..].iter_mut().zip(&self.bodies[self.first..]) {
             let Some((law, is_limited)) = limited_law(state, at, h, going) else { continue };
             let drive = &mut state.drive;
             let was = drive.saturated.is_number();
             let begins = !was & drive.limit.lt(law.abs()) & is_limited;
-            let asked = law * zero.same(1.0).with_sign_of(drive.saturated);
-            let least = if is_first { drive.limit } else { drive.limit * zero.same(NEARLY) };
-            let ends = was & !(least.le(asked) | drive.limit.is(zero)) & is_limited;
-            drive.saturated = begins.select(drive.limit.with_sign_of(law), drive.saturated);
-            drive.saturated = ends.select(zero.same(f64::NAN), drive.saturated);
+            let asked = law * zero.splat(1.0).copysign(drive.saturated);
+            let least = if is_first { drive.limit } else { drive.limit * zero.splat(NEARLY) };
+            let ends = was & !(least.le(asked) | drive.limit.equals(zero)) & is_limited;
+            drive.saturated = begins.select(drive.limit.copysign(law), drive.saturated);
+            drive.saturated = ends.select(zero.splat(f64::NAN), drive.saturated);
             changed = changed | begins | ends;
         }
         changed
@@ -116,23 +117,23 @@ impl<S: Simd> LaneRobot<S> {
     /// See [`Drive::weaken`](crate::dynamics::actuator::Drive::weaken).
     #[inline(always)]
     fn weaken(&mut self, going: Mask<S>, less: bool) -> Mask<S> {
-        let h = self.is_taken.same(self.stepping.h);
-        let (zero, one) = (h.same(0.0), h.same(1.0));
+        let h = self.occupied.splat(self.stepping.h);
+        let (zero, one) = (h.splat(0.0), h.splat(1.0));
         let mut changed = zero.lt(zero);
         for (state, at) in self.states[self.first..].iter_mut().zip(&mut self.bodies[self.first..]) {
             let Some((law, is_limited)) = limited_law(state, at, h, going) else { continue };
             let drive = &mut state.drive;
-            let is_off = drive.limit.is(zero);
-            drive.saturated = is_limited.select(is_off.select(zero, zero.same(f64::NAN)), drive.saturated);
+            let is_off = drive.limit.equals(zero);
+            drive.saturated = is_limited.select(is_off.select(zero, zero.splat(f64::NAN)), drive.saturated);
             let moves = is_limited & !is_off;
-            let over = (drive.limit / law.abs()).max(zero.same(LEAST_PART));
+            let over = (drive.limit / law.abs()).max(zero.splat(LEAST_PART));
             let factor = if less {
                 let over = over.min(one);
                 over * over
             } else {
                 (at.part * over).min(one) / at.part
             };
-            let moves = moves & !(factor - one).abs().le(zero.same(SETTLED));
+            let moves = moves & !(factor - one).abs().le(zero.splat(SETTLED));
             drive.stiffness = moves.select(drive.stiffness * factor, drive.stiffness);
             drive.damping = moves.select(drive.damping * factor, drive.damping);
             drive.feed_forward = moves.select(drive.feed_forward * factor, drive.feed_forward);
@@ -145,7 +146,7 @@ impl<S: Simd> LaneRobot<S> {
     /// What the actuators apply at the new velocities.
     #[inline(always)]
     pub(super) fn note_efforts(&mut self, weakened: Mask<S>) {
-        let h = self.is_taken.same(self.stepping.h);
+        let h = self.occupied.splat(self.stepping.h);
         let any_weakened = weakened.any();
         let joints = self.states[self.first..].iter_mut().zip(&self.bodies[self.first..]);
         for ((state, at), mode) in joints.zip(&self.modes[self.first..]) {
@@ -168,7 +169,7 @@ impl<S: Simd> LaneRobot<S> {
 /// See [`Drive::recover`](crate::dynamics::actuator::Drive::recover).
 #[inline(always)]
 fn recover<S: Simd>(drive: &mut Drive<S>, law: Lanes<S>, part: Lanes<S>, weakened: Mask<S>) {
-    let is_less = part.lt(part.same(1.0)) & weakened;
+    let is_less = part.lt(part.splat(1.0)) & weakened;
     for gain in [&mut drive.stiffness, &mut drive.damping, &mut drive.feed_forward] {
         *gain = is_less.select(*gain / part, *gain);
     }
@@ -180,31 +181,31 @@ fn recover<S: Simd>(drive: &mut Drive<S>, law: Lanes<S>, part: Lanes<S>, weakene
 #[inline(always)]
 fn advance_setpoint<S: Simd>(state: &mut State<S>, law: &Law<S>, h: Lanes<S>) {
     let (setpoint, setpoint_velocity) = (state.setpoint, state.setpoint_velocity);
-    let holds = setpoint.is(law.target) & setpoint_velocity.is(h.same(0.0));
+    let holds = setpoint.equals(law.target) & setpoint_velocity.equals(h.splat(0.0));
     if !(!holds).any() {
-        (state.setpoint, state.setpoint_velocity) = (law.target, h.same(0.0));
+        (state.setpoint, state.setpoint_velocity) = (law.target, h.splat(0.0));
         return;
     }
     let left = law.target - setpoint;
     let gain = law.hardest * h;
     let braking =
-        (gain * gain / h.same(4.0) + h.same(2.0) * law.hardest * left.abs()).sqrt() - gain / h.same(2.0);
-    let braking = gain.is_finite().select(braking, h.same(f64::INFINITY));
+        (gain * gain / h.splat(4.0) + h.splat(2.0) * law.hardest * left.abs()).sqrt() - gain / h.splat(2.0);
+    let braking = gain.is_finite().select(braking, h.splat(f64::INFINITY));
     let most = law.fastest.min(braking);
     let wanted = (left / h).max(-most).min(most);
     let setpoint_velocity = setpoint_velocity + (wanted - setpoint_velocity).max(-gain).min(gain);
     let moved = setpoint_velocity * h;
-    let is_there = (left - moved).abs().le(h.same(1e-12) * left.abs().max(h.same(1.0)));
+    let is_there = (left - moved).abs().le(h.splat(1e-12) * left.abs().max(h.splat(1.0)));
     state.setpoint = is_there.select(law.target, setpoint + moved);
-    state.setpoint_velocity = is_there.select(h.same(0.0), setpoint_velocity);
+    state.setpoint_velocity = is_there.select(h.splat(0.0), setpoint_velocity);
 }
 
 /// See [`Axis::anti_windup`](crate::dynamics::Axis::anti_windup): of lanes whose actuators saturate.
 #[inline(always)]
 fn anti_windup<S: Simd>(state: &mut State<S>, law: Lanes<S>, qd: Lanes<S>) {
     let Drive { stiffness, limit, saturated, .. } = state.drive;
-    let moves = saturated.is_number() & law.same(0.0).lt(stiffness) & limit.lt(law.abs());
-    let back = (limit.with_sign_of(law) - law) / stiffness;
+    let moves = saturated.is_number() & law.splat(0.0).lt(stiffness) & limit.lt(law.abs());
+    let back = (limit.copysign(law) - law) / stiffness;
     state.setpoint = moves.select(state.setpoint + back, state.setpoint);
     state.setpoint_velocity = moves.select(qd, state.setpoint_velocity);
 }

@@ -17,6 +17,7 @@ use crate::dynamics::constraint::direct::is_worth_it;
 use crate::dynamics::constraint::side::Side;
 use crate::dynamics::contact_point::{LOOK_AHEAD, Surface};
 use crate::dynamics::island::{MANY, find_spans};
+use crate::dynamics::real::{MaskOf as _, MatrixOf as _, Real as _, VectorOf as _};
 use crate::dynamics::tree::Tree;
 
 /// Pairs of a ball and a plane at the most: robots with more of them touch by themselves.
@@ -131,7 +132,7 @@ impl<S: Simd> Feet<S> {
             for &index in pairs {
                 count += self.contacts[index].is_there;
             }
-            any = any | zero.same(MANY as f64).le(count);
+            any = any | zero.splat(MANY as f64).le(count);
         }
         any
     }
@@ -149,7 +150,7 @@ impl<S: Simd> Feet<S> {
             count += contact.is_there;
         }
         for &swept in &self.swept {
-            direct = direct & !count.is(zero.same(swept));
+            direct = direct & !count.equals(zero.splat(swept));
         }
         direct
     }
@@ -187,7 +188,7 @@ impl<S: Simd> LaneRobot<S> {
 
     /// Has lanes take contacts that are given, by the body that is touched and which of the two robots it is of, in their order.
     pub fn set_given_contacts(&mut self, touched: &[(usize, usize)]) {
-        let zero = self.is_taken.same(0.0);
+        let zero = self.occupied.splat(0.0);
         let tree = &*self.tree;
         let mut solver = FootSolver::new(zero, tree.velocity_count);
         solver.set_tree(tree);
@@ -260,7 +261,7 @@ impl<S: Simd> LaneRobot<S> {
             }
         }
         if !fits {
-            self.is_taken.set(lane, 0.0);
+            self.occupied.set(lane, 0.0);
         }
         fits
     }
@@ -281,8 +282,8 @@ impl<S: Simd> LaneRobot<S> {
     /// Where bodies are, base's axes.
     #[inline(always)]
     fn update_origins(&mut self) {
-        let zero = self.is_taken.same(0.0);
-        let base = Vector { x: zero, y: zero, z: zero };
+        let zero = self.occupied.splat(0.0);
+        let base = Vector::zero(zero);
         for i in 0..self.bodies.len() {
             let above = self.tree.bodies[i].parent.map_or(base, |parent| self.bodies[parent].origin);
             let at = &mut self.bodies[i];
@@ -306,21 +307,21 @@ impl<S: Simd> LaneRobot<S> {
     /// Where a guarded shape is so near a plane that contacts of it could be found.
     #[inline(always)]
     fn near_planes(&self) -> Mask<S> {
-        let zero = self.is_taken.same(0.0);
+        let zero = self.occupied.splat(0.0);
         let mut near = zero.lt(zero);
         for guard in &self.feet.guards {
             let at = &self.bodies[guard.body];
-            let normal = Vector::splat(self.simd, guard.normal);
-            let axes = at.rotation.after(Matrix::splat(self.simd, &guard.axes));
+            let normal = Vector::broadcast(self.simd, guard.normal);
+            let axes = at.rotation.after(Matrix::broadcast(self.simd, &guard.axes));
             let along = axes.transposed_times(normal);
-            let half = along.x.abs() * zero.same(guard.half.x)
-                + along.y.abs() * zero.same(guard.half.y)
-                + along.z.abs() * zero.same(guard.half.z);
-            let middle = at.origin + at.rotation.times(Vector::splat(self.simd, guard.middle));
-            let above = middle.dot(normal) - zero.same(guard.height + ROUNDING) - half;
-            let farthest = zero.same(guard.reach + ROUNDING);
+            let half = along.x.abs() * zero.splat(guard.half.x)
+                + along.y.abs() * zero.splat(guard.half.y)
+                + along.z.abs() * zero.splat(guard.half.z);
+            let middle = at.origin + at.rotation.times(Vector::broadcast(self.simd, guard.middle));
+            let above = middle.dot(normal) - zero.splat(guard.height + ROUNDING) - half;
+            let farthest = zero.splat(guard.reach + ROUNDING);
             let speed = at.velocity.linear.length() + at.velocity.angular.length() * farthest;
-            let margin = zero.same(self.slack) + zero.same(LOOK_AHEAD * self.stepping.h) * speed;
+            let margin = zero.splat(self.slack) + zero.splat(LOOK_AHEAD * self.stepping.h) * speed;
             near = near | !margin.lt(above);
         }
         near
@@ -342,10 +343,10 @@ impl<S: Simd> LaneRobot<S> {
     /// Where impulses that a lane begins with are the least of the step before.
     #[inline(always)]
     pub(super) fn were_least(&self) -> Mask<S> {
-        let zero = self.is_taken.same(0.0);
+        let zero = self.occupied.splat(0.0);
         let mut all = zero.le(zero);
         for contact in &self.feet.contacts {
-            all = all & !(zero.lt(contact.is_there) & contact.is_least.is(zero));
+            all = all & !(zero.lt(contact.is_there) & contact.is_least.equals(zero));
         }
         all
     }

@@ -9,6 +9,7 @@ use pulp::Simd;
 
 use super::number::{Lanes, Mask};
 use crate::dynamics::constraint::direct::anderson::{DAMPING, DEPTH};
+use crate::dynamics::real::{MaskOf as _, Real as _};
 
 /// A bound and its residual.
 type Pair<S> = [Lanes<S>; 2];
@@ -49,7 +50,7 @@ impl<S: Simd> FootAnderson<S> {
     /// Forgets what was in some lanes.
     #[inline(always)]
     pub(super) fn begin(&mut self, lanes: Mask<S>) {
-        let zero = self.count.same(0.0);
+        let zero = self.count.splat(0.0);
         for own in [&mut self.count, &mut self.next, &mut self.is_begun] {
             *own = lanes.select(zero, *own);
         }
@@ -59,14 +60,14 @@ impl<S: Simd> FootAnderson<S> {
     #[inline(always)]
     #[allow(clippy::needless_range_loop, reason = "reads as that of one copy")]
     pub(super) fn advance(&mut self, lanes: Mask<S>, feet: &mut [Pair<S>]) {
-        let zero = self.count.same(0.0);
-        let one = zero.same(1.0);
+        let zero = self.count.splat(0.0);
+        let one = zero.splat(1.0);
         self.keep(lanes, feet);
         // Lanes that have so many differences or more have that one.
         let mut has = [zero.lt(zero); DEPTH];
         let mut kept = 0;
         for (j, has) in has.iter_mut().enumerate() {
-            *has = lanes & zero.same(j as f64).lt(self.count);
+            *has = lanes & zero.splat(j as f64).lt(self.count);
             kept = if has.any() { j + 1 } else { kept };
         }
         let (mut matrix, mut right) = ([[zero; DEPTH]; DEPTH], [zero; DEPTH]);
@@ -76,7 +77,7 @@ impl<S: Simd> FootAnderson<S> {
                 matrix[i][j] = has[i].select(dot, zero);
                 matrix[j][i] = matrix[i][j];
             }
-            let damped = matrix[i][i] * zero.same(1.0 + DAMPING);
+            let damped = matrix[i][i] * zero.splat(1.0 + DAMPING);
             matrix[i][i] = has[i].select(damped, one);
             right[i] = has[i].select(self.dot(i, |foot| feet[foot][1]), zero);
         }
@@ -94,13 +95,13 @@ impl<S: Simd> FootAnderson<S> {
     /// Keeps what some lanes have now, and how it differs from the last.
     #[inline(always)]
     fn keep(&mut self, lanes: Mask<S>, feet: &[Pair<S>]) {
-        let zero = self.count.same(0.0);
-        let one = zero.same(1.0);
+        let zero = self.count.splat(0.0);
+        let one = zero.splat(1.0);
         let Self { last, differences, count, next, is_begun } = self;
         let goes_on = lanes & zero.lt(*is_begun);
         if goes_on.any() {
             for (j, differences) in differences.iter_mut().enumerate() {
-                let here = goes_on & next.is(zero.same(j as f64));
+                let here = goes_on & next.equals(zero.splat(j as f64));
                 if !here.any() {
                     continue;
                 }
@@ -112,7 +113,7 @@ impl<S: Simd> FootAnderson<S> {
             }
             *count = goes_on.select(*count + one, *count);
             let after = *next + one;
-            let after = after.is(zero.same(DEPTH as f64)).select(zero, after);
+            let after = after.equals(zero.splat(DEPTH as f64)).select(zero, after);
             *next = goes_on.select(after, *next);
         }
         *is_begun = lanes.select(one, *is_begun);
@@ -126,7 +127,7 @@ impl<S: Simd> FootAnderson<S> {
     /// The product of the residuals' difference of an index with something by foot.
     #[inline(always)]
     fn dot(&self, i: usize, other: impl Fn(usize) -> Lanes<S>) -> Lanes<S> {
-        let mut sum = self.count.same(0.0);
+        let mut sum = self.count.splat(0.0);
         for (foot, [_, left]) in self.differences[i].iter().enumerate() {
             let own = *left * other(foot);
             sum = if foot == 0 { own } else { sum + own };
@@ -139,12 +140,12 @@ impl<S: Simd> FootAnderson<S> {
 #[inline(always)]
 #[allow(clippy::needless_range_loop, reason = "reads as that of one copy")]
 fn solve<S: Simd>(matrix: &mut [[Lanes<S>; DEPTH]; DEPTH], right: &mut [Lanes<S>; DEPTH], kept: usize) {
-    let zero = right[0].same(0.0);
+    let zero = right[0].splat(0.0);
     for i in 0..kept {
         let is_none = matrix[i][i].le(zero);
         if is_none.any() {
             for j in 0..kept {
-                let unit = zero.same(if j == i { 1.0 } else { 0.0 });
+                let unit = zero.splat(if j == i { 1.0 } else { 0.0 });
                 matrix[i][j] = is_none.select(unit, matrix[i][j]);
             }
             right[i] = is_none.select(zero, right[i]);

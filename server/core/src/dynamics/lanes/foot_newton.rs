@@ -7,8 +7,8 @@ use super::feet::MOST_FEET;
 use super::foot_rows::{Foot, FootNewton};
 use super::foot_solver::FootSolver;
 use super::number::{Lanes, Mask};
-use super::vectors::length_in_plane;
 use crate::dynamics::constraint::direct::{FLAT, HALVINGS, SLIP_TOLERANCE, SOFTNESS, TOLERANCE};
+use crate::dynamics::real::{MaskOf as _, Real as _, length_in_plane};
 
 /// Impulses of soft rows, and the weights of their derivative.
 type Soft<S> = ([Lanes<S>; 3], [Lanes<S>; 4]);
@@ -17,7 +17,7 @@ impl<S: Simd> Foot<S> {
     /// The impulses of soft rows at these velocities, with this bound of friction.
     #[inline(always)]
     fn soft(&self, hardness: Lanes<S>, bound: Lanes<S>, [n, t, u]: [Lanes<S>; 3]) -> Soft<S> {
-        let zero = hardness.same(0.0);
+        let zero = hardness.splat(0.0);
         let normal = (self.target - n) * hardness;
         let presses = zero.lt(normal);
         let (normal, weight) = (presses.select(normal, zero), presses.select(hardness, zero));
@@ -36,7 +36,7 @@ impl<S: Simd> Foot<S> {
     /// The same where it is known which rows are equations, and what slips has the friction that it had.
     #[inline(always)]
     fn given(&self, hardness: Lanes<S>, [n, t, u]: [Lanes<S>; 3]) -> Soft<S> {
-        let zero = hardness.same(0.0);
+        let zero = hardness.splat(0.0);
         let (presses, sticks) = (self.newton.presses, self.newton.sticks);
         let normal = presses.select((self.target - n) * hardness, zero);
         let it = presses.select(sticks.select(-t * hardness, self.impulse[1]), zero);
@@ -81,7 +81,7 @@ impl<S: Simd> FootSolver<S> {
     #[inline(always)]
     fn begin_rounds(&mut self) {
         let zero = self.zero();
-        let one = zero.same(1.0);
+        let one = zero.splat(1.0);
         let Self { feet, joints, velocities, momentum, anderson, hardness, .. } = self;
         let (mut sum, mut count) = (zero, zero);
         for foot in &*feet {
@@ -89,7 +89,7 @@ impl<S: Simd> FootSolver<S> {
             sum = is_there.select(sum + foot.effect[0], sum);
             count = is_there.select(count + one, count);
         }
-        *hardness = count / (zero.same(SOFTNESS) * sum);
+        *hardness = count / (zero.splat(SOFTNESS) * sum);
         momentum.fill(zero);
         anderson.begin(zero.le(zero));
         for foot in &mut *feet {
@@ -100,7 +100,7 @@ impl<S: Simd> FootSolver<S> {
             let pressed = zero.lt(n);
             let bound = foot.friction * pressed.select(n, alone.max(zero));
             let presses = (pressed | normal.lt(foot.target)) & foot.acts;
-            let most = bound * bound * zero.same(1.0 - TOLERANCE);
+            let most = bound * bound * zero.splat(1.0 - TOLERANCE);
             let slips = bound.le(zero) | most.le(t * t + u * u);
             foot.newton.bound = foot.acts.select(bound, zero);
             foot.newton.presses = presses;
@@ -114,7 +114,7 @@ impl<S: Simd> FootSolver<S> {
     #[inline(always)]
     fn advance(&mut self, lanes: Mask<S>, is_first: bool) -> (Mask<S>, Mask<S>) {
         let zero = self.zero();
-        let one = zero.same(1.0);
+        let one = zero.splat(1.0);
         let Self { feet, joints, velocities, momentum, force, hardness, .. } = self;
         for (force, momentum) in force.iter_mut().zip(&*momentum) {
             *force = -*momentum;
@@ -151,7 +151,7 @@ impl<S: Simd> FootSolver<S> {
             let [n, t, u] = foot.velocities(change);
             let [normal, tt, tu, uu] = foot.newton.weights;
             let taken = [-normal * n, -tt * t - tu * u, -tu * t - uu * u];
-            let is_none = normal.is(zero) & tt.is(zero) & tu.is(zero) & uu.is(zero);
+            let is_none = normal.equals(zero) & tt.equals(zero) & tu.equals(zero) & uu.equals(zero);
             foot.add_momentum(taken, !is_none, force);
             foot.newton.ways = [n, t, u];
         }
@@ -193,13 +193,13 @@ impl<S: Simd> FootSolver<S> {
     #[inline(always)]
     fn find_length(&self, lanes: Mask<S>, slope: Lanes<S>) -> Lanes<S> {
         let zero = self.zero();
-        let one = zero.same(1.0);
+        let one = zero.splat(1.0);
         let (mut constant, mut square) = (zero, zero);
         for ((change, momentum), force) in self.change.iter().zip(&self.momentum).zip(&self.force) {
             constant += *change * *momentum;
             square += *change * *force;
         }
-        let flat = zero.same(FLAT) * slope.abs();
+        let flat = zero.splat(FLAT) * slope.abs();
         let mut bisecting = lanes & slope.lt(zero);
         if bisecting.any() {
             bisecting = bisecting & !self.slope_at(one, constant, square).le(flat);
@@ -211,7 +211,7 @@ impl<S: Simd> FootSolver<S> {
             if !open.any() {
                 break;
             }
-            let middle = zero.same(0.5) * (below + above);
+            let middle = zero.splat(0.5) * (below + above);
             let slope = self.slope_at(middle, constant, square);
             let is_flat = slope.abs().le(flat) & open;
             length = is_flat.select(middle, length);
@@ -258,11 +258,11 @@ impl<S: Simd> FootSolver<S> {
             let moved = length_in_plane(new[1] - old[1], new[2] - old[2]);
             let was = foot.newton.weights;
             let of_normal = alike(zero.lt(was[0]), zero.lt(weights[0]));
-            let sticks = |of: [Lanes<S>; 4]| of[1].is(hardness) & of[2].is(zero);
+            let sticks = |of: [Lanes<S>; 4]| of[1].equals(hardness) & of[2].equals(zero);
             let of_tangents = alike(sticks(was), sticks(weights));
             let used = foot.newton.used;
             let turned = is_slip.select(length_in_plane(old[1] - used[1], old[2] - used[2]), zero);
-            let most = zero.same(SLIP_TOLERANCE) * new[0];
+            let most = zero.splat(SLIP_TOLERANCE) * new[0];
             changed = changed | (on & (!(of_normal & of_tangents) | most.lt(moved) | most.lt(turned)));
             let is_slipping = is_slip & zero.lt(bound);
             let kept =
@@ -314,8 +314,8 @@ impl<S: Simd> FootSolver<S> {
         for foot in &self.feet {
             let [n, t, u] = foot.impulse;
             let normal = foot.velocities(&self.velocities)[0];
-            let open = !foot.acts | (foot.target - zero.same(TOLERANCE)).le(normal);
-            let most = foot.friction * n * zero.same(1.0 + 1e-6) + zero.same(f64::MIN_POSITIVE);
+            let open = !foot.acts | (foot.target - zero.splat(TOLERANCE)).le(normal);
+            let most = foot.friction * n * zero.splat(1.0 + 1e-6) + zero.splat(f64::MIN_POSITIVE);
             let presses = zero.le(n) & length_in_plane(t, u).le(most);
             all = all & ((foot.newton.presses & presses) | (!foot.newton.presses & open));
         }

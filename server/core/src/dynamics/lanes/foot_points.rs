@@ -13,6 +13,7 @@ use super::robot::LaneRobot;
 use super::vectors::Vector;
 use crate::dynamics::constraint::contact::{Contact, STEADY};
 use crate::dynamics::contact_point::{ContactPoint, FASTEST_LOOKED_AHEAD, LOOK_AHEAD, Surface};
+use crate::dynamics::real::{MaskOf as _, MatrixOf as _, Real as _, VectorOf as _};
 
 /// A contact of a pair, of all copies; see [`Contact`]. It means nothing where there is none.
 #[derive(Clone, Copy, Debug)]
@@ -34,7 +35,7 @@ pub(super) struct FootContact<S: Simd> {
 impl<S: Simd> FootContact<S> {
     /// None.
     pub(super) fn none(zero: Lanes<S>) -> Self {
-        let vector = Vector { x: zero, y: zero, z: zero };
+        let vector = Vector::zero(zero);
         Self {
             is_there: zero,
             on: [vector; 2],
@@ -130,7 +131,7 @@ impl<S: Simd> LaneRobot<S> {
     /// Finds where feet touch. Sums of impulses begin anew where a step `begins`.
     #[inline(always)]
     pub(super) fn find_points(&mut self, begins: bool) {
-        let (mut last, mut frame) = (usize::MAX, Pose::splat(self.simd, &DPose3::IDENTITY));
+        let (mut last, mut frame) = (usize::MAX, Pose::broadcast(self.simd, &DPose3::IDENTITY));
         for index in 0..self.feet.pairs.len() {
             let pair = self.feet.pairs[index];
             if pair.body != last {
@@ -145,30 +146,30 @@ impl<S: Simd> LaneRobot<S> {
     #[inline(always)]
     fn frame(&self, body: usize) -> Pose<S> {
         let at = &self.bodies[body];
-        let base = Pose::splat(self.simd, &DPose3::IDENTITY);
+        let base = Pose::broadcast(self.simd, &DPose3::IDENTITY);
         let own = super::free::Quaternion::of(at.rotation);
         Pose { rotation: base.rotation.after(own).normalized(), translation: base.point(at.origin) }
     }
 
     #[inline(always)]
     fn find_point(&mut self, pair: &FootPair, index: usize, frame: Pose<S>, begins: bool) {
-        let zero = self.is_taken.same(0.0);
-        let still = Vector { x: zero, y: zero, z: zero };
-        let turn = super::free::Quaternion::splat(self.simd, DQuat::IDENTITY);
-        let radius = zero.same(pair.radius);
-        let ball = frame.after(Pose::splat(self.simd, &pair.body_from_ball));
-        let plane = Pose::splat(self.simd, &pair.plane);
-        let own_normal = Vector::splat(self.simd, pair.normal);
+        let zero = self.occupied.splat(0.0);
+        let still = Vector::zero(zero);
+        let turn = super::free::Quaternion::broadcast(self.simd, DQuat::IDENTITY);
+        let radius = zero.splat(pair.radius);
+        let ball = frame.after(Pose::broadcast(self.simd, &pair.body_from_ball));
+        let plane = Pose::broadcast(self.simd, &pair.plane);
+        let own_normal = Vector::broadcast(self.simd, pair.normal);
         let at = &self.bodies[pair.body];
         let (linear, angular) = (turn.times(at.velocity.linear), turn.times(at.velocity.angular));
         // How far around it contacts are looked for.
         let middle = ball.translation + ball.rotation.matrix().times(still);
         let velocity = linear + angular.cross(middle - frame.translation);
         let speed = velocity.length() + angular.length() * radius;
-        let ahead = zero.same(LOOK_AHEAD * self.stepping.h);
-        let margin = zero.same(self.slack) + ahead * speed;
+        let ahead = zero.splat(LOOK_AHEAD * self.stepping.h);
+        let margin = zero.splat(self.slack) + ahead * speed;
         let drift = velocity * ahead;
-        let most = zero.same(self.slack) + ahead * zero.same(FASTEST_LOOKED_AHEAD);
+        let most = zero.splat(self.slack) + ahead * zero.splat(FASTEST_LOOKED_AHEAD);
         let within = ((margin - drift.length()).max(zero) + drift.length()).min(margin).min(most);
         let height = (middle - plane.translation).dot(plane.rotation.times(own_normal));
         let is_far = within.lt(height - radius);
@@ -193,11 +194,11 @@ impl<S: Simd> LaneRobot<S> {
             normal = own_normal;
         }
         let is_there = distance.lt(within) & !is_far;
-        let position = first.point(on_first + normal * (distance / zero.same(2.0)));
+        let position = first.point(on_first + normal * (distance / zero.splat(2.0)));
         let contact = &mut self.feet.contacts[index];
         let goes_on = zero.lt(contact.is_there) & is_there;
         let moved = position - contact.position;
-        let is_steady = (moved - contact.moved).length().lt(zero.same(STEADY) * moved.length());
+        let is_steady = (moved - contact.moved).length().lt(zero.splat(STEADY) * moved.length());
         contact.wanders = choose(goes_on & is_steady, moved, still);
         contact.moved = choose(goes_on, moved, still);
         contact.impulse = choose(goes_on, contact.impulse, still);

@@ -6,6 +6,7 @@ use pulp::Simd;
 use super::foot_solver::FootSolver;
 use super::number::{Lanes, Mask};
 use crate::dynamics::constraint::direct::{EXACT, REFINEMENTS, TOLERANCE};
+use crate::dynamics::real::{MaskOf as _, Real as _};
 
 impl<S: Simd> FootSolver<S> {
     /// What is left of each active row's equation. The largest.
@@ -57,7 +58,7 @@ impl<S: Simd> FootSolver<S> {
         let mut left = self.take_residuals();
         let mut going = is_definite;
         for _ in 0..REFINEMENTS {
-            going = going & !left.le(zero.same(EXACT));
+            going = going & !left.le(zero.splat(EXACT));
             if !going.any() {
                 break;
             }
@@ -93,6 +94,6 @@ impl<S: Simd> FootSolver<S> {
             left = going.select(after, left);
             going = going & is_nearer;
         }
-        is_definite & left.le(zero.same(TOLERANCE))
+        is_definite & left.le(zero.splat(TOLERANCE))
     }
 }

@@ -16,6 +16,7 @@ use super::vectors::{Matrix, Spatial, Vector};
 use crate::dynamics::constraint::contact::{
     AT_REST, IMMOVABLE, MAX_CORRECTION_VELOCITY, OVERLAP_REDUCTION, REST, SLOP,
 };
+use crate::dynamics::real::{MaskOf as _, MatrixOf as _, Real as _, VectorOf as _};
 
 /// A foot of all copies.
 #[derive(Clone, Debug)]
@@ -75,7 +76,7 @@ impl<S: Simd> Foot<S> {
     /// One that touches nothing, of a robot with so many velocities.
     pub(super) fn new(zero: Lanes<S>, columns: Vec<(usize, bool)>, velocities: usize) -> Self {
         let no = zero.lt(zero);
-        let still = Vector { x: zero, y: zero, z: zero };
+        let still = Vector::zero(zero);
         let newton = FootNewton {
             presses: no,
             sticks: no,
@@ -123,25 +124,25 @@ impl<S: Simd> Foot<S> {
     #[inline(always)]
     #[allow(clippy::needless_range_loop, reason = "reads as the rows do")]
     pub(super) fn meet(&mut self, simd: S, contact: &FootContact<S>, side: usize, origin: Vector<S>) {
-        let zero = self.target.same(0.0);
-        let (one, still) = (zero.same(1.0), Vector { x: zero, y: zero, z: zero });
+        let zero = self.target.splat(0.0);
+        let (one, still) = (zero.splat(1.0), Vector::zero(zero));
         let is_there = zero.lt(contact.is_there);
         self.is_there = contact.is_there;
         let Vector { x, y, z } = contact.normal;
         // As `DVec3::any_orthonormal_pair`, which asks for the sign of a zero too.
-        let is_below = z.lt(zero) | (z.is(zero) & (one / z).lt(zero));
-        let sign = is_below.select(zero.same(-1.0), one);
-        let a = zero.same(-1.0) / (sign + z);
+        let is_below = z.lt(zero) | (z.equals(zero) & (one / z).lt(zero));
+        let sign = is_below.select(zero.splat(-1.0), one);
+        let a = zero.splat(-1.0) / (sign + z);
         let b = x * y * a;
         let t = Vector { x: one + sign * x * x * a, y: sign * b, z: -sign * x };
         let u = Vector { x: b, y: sign + y * y * a, z: -y };
         let axes = [contact.normal, t, u];
         let pressed = is_there & zero.lt(contact.impulse.dot(contact.normal));
-        let base_from_world = Matrix::splat(simd, &DMat3::from_quat(DQuat::IDENTITY).transpose());
+        let base_from_world = Matrix::broadcast(simd, &DMat3::from_quat(DQuat::IDENTITY).transpose());
         let arm = base_from_world.times(contact.position - still) - origin;
         self.arm = choose(is_there, arm, still);
         self.distance = is_there.select(contact.distance, zero);
-        let sign = zero.same(if side == 0 { -1.0 } else { 1.0 });
+        let sign = zero.splat(if side == 0 { -1.0 } else { 1.0 });
         for k in 0..3 {
             self.axes[k] = choose(is_there, axes[k], still);
             self.directions[k] = choose(is_there, base_from_world.times(axes[k] * sign), still);
@@ -152,7 +153,7 @@ impl<S: Simd> Foot<S> {
     /// The velocities along the axes.
     #[inline(always)]
     pub(super) fn velocities(&self, velocities: &[Lanes<S>]) -> [Lanes<S>; 3] {
-        let zero = self.target.same(0.0);
+        let zero = self.target.splat(0.0);
         let mut sums = [[zero; 2]; 3];
         for (j, (velocity, is_odd)) in self.jacobian.iter().zip(&self.columns) {
             let own = velocities[*velocity];
@@ -193,7 +194,7 @@ impl<S: Simd> Foot<S> {
     #[inline(always)]
     #[allow(clippy::needless_range_loop, reason = "reads as the rows do")]
     fn measure(&mut self) {
-        let zero = self.target.same(0.0);
+        let zero = self.target.splat(0.0);
         let mut effects = [[zero; 3]; 3];
         for k in 0..3 {
             let mut sums = [[zero; 2]; 3];
@@ -209,10 +210,10 @@ impl<S: Simd> Foot<S> {
         self.effect = [zero + nn, zero + tn, zero + un, zero + tt, zero + ut, zero + uu];
         let [_, _, _, tt, tu, uu] = self.effect;
         let (determinant, trace) = (tt * uu - tu * tu, tt + uu);
-        let half_difference = ((tt - uu) * (tt - uu) / zero.same(4.0) + tu * tu).sqrt();
-        let step = zero.same(1.0) / (trace / zero.same(2.0) + half_difference);
-        let moves_both = (zero.same(IMMOVABLE) * trace * trace).lt(determinant);
-        let moves_one = (zero.same(IMMOVABLE) * self.effect[0]).lt(trace);
+        let half_difference = ((tt - uu) * (tt - uu) / zero.splat(4.0) + tu * tu).sqrt();
+        let step = zero.splat(1.0) / (trace / zero.splat(2.0) + half_difference);
+        let moves_both = (zero.splat(IMMOVABLE) * trace * trace).lt(determinant);
+        let moves_one = (zero.splat(IMMOVABLE) * self.effect[0]).lt(trace);
         self.gradient_step = (moves_both | moves_one).select(step, zero);
         let square = trace * trace;
         let both = [uu / determinant, -tu / determinant, tt / determinant];
@@ -221,27 +222,27 @@ impl<S: Simd> Foot<S> {
             self.inverse[k] = moves_both.select(both[k], moves_one.select(one[k], zero));
         }
         let [nn, _, _, tt, _, uu] = self.effect;
-        self.acts = (zero.same(IMMOVABLE) * (nn + tt + uu)).lt(nn);
+        self.acts = (zero.splat(IMMOVABLE) * (nn + tt + uu)).lt(nn);
     }
 
     /// Sets the target of the normal velocity, from the velocities before the step.
     #[inline(always)]
     pub(super) fn aim(&mut self, before: &[Lanes<S>], h: f64) {
-        let zero = self.target.same(0.0);
+        let zero = self.target.splat(0.0);
         let before = self.velocities(before);
-        let h = zero.same(h);
-        let still = Vector { x: zero, y: zero, z: zero };
+        let h = zero.splat(h);
+        let still = Vector::zero(zero);
         let mut leaving = [zero; 3];
         for k in 0..3 {
             let turning = self.axes[k].dot(still);
             leaving[k] = turning.clamp((-before[k]).min(zero), (-before[k]).max(zero));
         }
         self.drift = [leaving[1], leaving[2]];
-        let depth = self.distance + zero.same(REST);
-        let arrives = zero.same(AT_REST).lt(depth).select(-depth / h, zero);
+        let depth = self.distance + zero.splat(REST);
+        let arrives = zero.splat(AT_REST).lt(depth).select(-depth / h, zero);
         self.target = arrives + leaving[0];
-        let correction = zero.same(-OVERLAP_REDUCTION) * (self.distance + zero.same(SLOP)) / h;
-        self.correction_velocity = correction.clamp(zero, zero.same(MAX_CORRECTION_VELOCITY));
+        let correction = zero.splat(-OVERLAP_REDUCTION) * (self.distance + zero.splat(SLOP)) / h;
+        self.correction_velocity = correction.clamp(zero, zero.splat(MAX_CORRECTION_VELOCITY));
         self.split_impulse = zero;
     }
 
@@ -255,8 +256,8 @@ impl<S: Simd> Foot<S> {
     /// Where it has an impulse.
     #[inline(always)]
     pub(super) fn has_impulse(&self) -> Mask<S> {
-        let zero = self.target.same(0.0);
-        !(self.impulse[0].is(zero) & self.impulse[1].is(zero) & self.impulse[2].is(zero))
+        let zero = self.target.splat(0.0);
+        !(self.impulse[0].equals(zero) & self.impulse[1].equals(zero) & self.impulse[2].equals(zero))
     }
 }
 
@@ -283,7 +284,7 @@ impl<S: Simd> LaneRobot<S> {
     #[inline(always)]
     #[allow(clippy::needless_range_loop, reason = "reads as the rows do")]
     fn project_wrenches(&mut self, wrenches: [Spatial<S>; 3], body: usize, index: usize) {
-        let zero = self.is_taken.same(0.0);
+        let zero = self.occupied.splat(0.0);
         let (mut forces, mut next) = (wrenches, Some(body));
         let foot = &mut self.feet.solver.feet[index];
         let mut column = foot.columns.len();
@@ -299,7 +300,7 @@ impl<S: Simd> LaneRobot<S> {
         if self.first == 0 {
             return;
         }
-        let own_from_base = self.bodies[0].rotation.transpose();
+        let own_from_base = self.bodies[0].rotation.transposed();
         let parent_from_base = self.root.rotation().matrix().after(own_from_base);
         for k in 0..3 {
             let linear = parent_from_base.times(forces[k].linear);
@@ -314,8 +315,8 @@ impl<S: Simd> LaneRobot<S> {
     /// Writes M^-1 J': what wrenches on a body do to all velocities.
     #[inline(always)]
     fn respond_to_wrenches(&mut self, wrenches: [Spatial<S>; 3], body: usize, index: usize) {
-        let zero = self.is_taken.same(0.0);
-        let still = Vector { x: zero, y: zero, z: zero };
+        let zero = self.occupied.splat(0.0);
+        let still = Vector::zero(zero);
         let none = Spatial { angular: still, linear: still };
         let (first, n) = (self.first, self.bodies.len());
         let offset = self.tree.root_velocities();
@@ -340,7 +341,7 @@ impl<S: Simd> LaneRobot<S> {
             next = parent;
         }
         if first > 0 {
-            let own_from_base = self.bodies[0].rotation.transpose();
+            let own_from_base = self.bodies[0].rotation.transposed();
             let carried = none.motion_at(self.bodies[0].reach);
             let rotation = self.root.rotation();
             for k in 0..3 {

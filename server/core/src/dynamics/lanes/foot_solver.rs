@@ -9,10 +9,11 @@ use super::joint_rows::JointRows;
 use super::number::{Lanes, Mask};
 use super::robot::LaneRobot;
 use super::tree_cholesky::TreeCholesky;
-use super::vectors::{Spatial, Vector, length_in_plane};
+use super::vectors::{Spatial, Vector};
 use crate::dynamics::island::{
     CORRECTION_SWEEPS, DIRECT_AT, MAX_SPLIT_VELOCITY, MAX_SWEEPS, SETTLED, SETTLED_ROUNDS, UNCHANGED,
 };
+use crate::dynamics::real::{MaskOf as _, Real as _, length_in_plane};
 use crate::dynamics::tree::Tree;
 
 /// The memory of it.
@@ -69,7 +70,7 @@ impl<S: Simd> FootSolver<S> {
     /// Zero in all lanes.
     #[inline(always)]
     pub(super) fn zero(&self) -> Lanes<S> {
-        self.hardness.same(0.0)
+        self.hardness.splat(0.0)
     }
 
     /// Takes the tree of the robot.
@@ -77,7 +78,7 @@ impl<S: Simd> FootSolver<S> {
         let zero = self.zero();
         let count = self.matrix.set_tree(zero, tree);
         self.inertia = vec![zero; count];
-        let still = Vector { x: zero, y: zero, z: zero };
+        let still = Vector::zero(zero);
         self.deltas = vec![[Spatial { angular: still, linear: still }; 3]; tree.bodies.len()];
     }
 
@@ -148,7 +149,7 @@ impl<S: Simd> FootSolver<S> {
         let mut sums = [linear, square];
         joints.add_energy(free, velocities, &mut sums);
         let [linear, square] = sums;
-        let is_worse = linear.lt(zero.same(0.5) * square) & lanes;
+        let is_worse = linear.lt(zero.splat(0.5) * square) & lanes;
         if !is_worse.any() {
             return;
         }
@@ -179,7 +180,7 @@ impl<S: Simd> FootSolver<S> {
             let normal = (before + (foot.target - velocity[0]) / nn).max(zero);
             let dn = normal - before;
             let most = foot.friction * normal;
-            let has_friction = zero.lt(most) | !t0.is(zero) | !u0.is(zero);
+            let has_friction = zero.lt(most) | !t0.equals(zero) | !u0.equals(zero);
             let (vt, vu) = (velocity[1] + nt * dn, velocity[2] + nu * dn);
             let [a, b, c] = foot.inverse;
             let (t, u) = (t0 - a * vt - b * vu, u0 - b * vt - c * vu);
@@ -195,7 +196,7 @@ impl<S: Simd> FootSolver<S> {
             for (impulse, new) in foot.impulse.iter_mut().zip(new) {
                 *impulse = on.select(new, *impulse);
             }
-            let moves = on & !(dn.is(zero) & dt.is(zero) & du.is(zero));
+            let moves = on & !(dn.equals(zero) & dt.equals(zero) & du.equals(zero));
             foot.apply_impulse([dn, dt, du], moves, velocities);
             let change = (dn * nn).abs().max((dt * tt).abs()).max((du * uu).abs());
             largest = moves.select(largest.max(change), largest);
@@ -211,7 +212,7 @@ impl<S: Simd> FootSolver<S> {
         let swept = lanes & self.was_least;
         let mut least = zero.lt(zero);
         if swept.any() {
-            least = swept & self.sweep(swept).le(zero.same(UNCHANGED));
+            least = swept & self.sweep(swept).le(zero.splat(UNCHANGED));
         }
         let mut open = lanes & !least;
         let mut settled = zero.lt(zero);
@@ -235,7 +236,7 @@ impl<S: Simd> FootSolver<S> {
             if !open.any() {
                 break;
             }
-            settled = self.sweep(open).le(zero.same(SETTLED)) & open;
+            settled = self.sweep(open).le(zero.splat(SETTLED)) & open;
             open = open & (is_direct | !settled);
         }
         self.was_least = (lanes & least) | (self.was_least & !lanes);
@@ -275,7 +276,7 @@ impl<S: Simd> FootSolver<S> {
         let Self { feet, velocities, split, .. } = self;
         let mut corrected = zero.lt(zero);
         for foot in &*feet {
-            corrected = corrected | (foot.acts & !foot.correction_velocity.is(zero));
+            corrected = corrected | (foot.acts & !foot.correction_velocity.equals(zero));
         }
         let corrected = corrected & lanes;
         if !corrected.any() {
@@ -288,7 +289,7 @@ impl<S: Simd> FootSolver<S> {
                 let left = (foot.correction_velocity - velocity) / foot.effect[0];
                 let impulse = (foot.split_impulse + left).max(zero);
                 let change = impulse - foot.split_impulse;
-                let moves = foot.acts & corrected & !change.is(zero);
+                let moves = foot.acts & corrected & !change.equals(zero);
                 foot.split_impulse = moves.select(impulse, foot.split_impulse);
                 foot.apply_impulse([change, zero, zero], moves, split);
             }
@@ -297,8 +298,8 @@ impl<S: Simd> FootSolver<S> {
         for velocity in &*split {
             largest = largest.max(velocity.abs());
         }
-        let most = zero.same(MAX_SPLIT_VELOCITY);
-        let scale = most.lt(largest).select(most / largest, zero.same(1.0));
+        let most = zero.splat(MAX_SPLIT_VELOCITY);
+        let scale = most.lt(largest).select(most / largest, zero.splat(1.0));
         for (velocity, split) in velocities.iter_mut().zip(&*split) {
             *velocity = corrected.select(*velocity + scale * *split, *velocity);
         }
@@ -345,7 +346,7 @@ impl<S: Simd> LaneRobot<S> {
     /// Says which velocities move positions, once the new ones are found. Where contacts have acted on a copy that touches.
     #[inline(always)]
     pub(super) fn set_ways(&mut self, touching: Mask<S>) -> Mask<S> {
-        let zero = self.is_taken.same(0.0);
+        let zero = self.occupied.splat(0.0);
         let (first, offset) = (self.first, self.tree.root_velocities());
         self.root_way = self.root_new;
         for at in &mut self.bodies {

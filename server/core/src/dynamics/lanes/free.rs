@@ -1,14 +1,13 @@
 //! What lanes know of a root that is free, and its arithmetic: turns by quaternions, as glam has them, and the factors of its inertia, as
 //! [`ldlt`](crate::dynamics::ldlt) has them; operation by operation, since a lane has their bits.
 
-use std::ops::{Neg, Sub};
-
 use pulp::Simd;
 
 use super::number::{Lanes, Mask};
 use super::vectors::{Articulated, Matrix, Spatial, Vector};
 use crate::dynamics::BodyState;
 use crate::dynamics::ldlt::FLAT;
+use crate::dynamics::real::{MaskOf as _, Real as _, VectorOf as _};
 
 /// What a step changes of a free root: of [`BodyState`] that which is the root's. Zero where the root is fixed.
 #[derive(Clone, Copy, Debug)]
@@ -131,7 +130,7 @@ impl<S: Simd> Quaternion<S> {
     #[inline(always)]
     pub(super) fn matrix(self) -> Matrix<S> {
         let Self { vector: Vector { x, y, z }, w } = self;
-        let one = w.same(1.0);
+        let one = w.splat(1.0);
         let (x2, y2, z2) = (x + x, y + y, z + z);
         let (xx, xy, xz) = (x * x2, x * y2, x * z2);
         let (yy, yz, zz) = (y * y2, y * z2, z * z2);
@@ -147,7 +146,7 @@ impl<S: Simd> Quaternion<S> {
     #[inline(always)]
     pub(super) fn times(self, v: Vector<S>) -> Vector<S> {
         let Self { vector: b, w } = self;
-        let two = w.same(2.0);
+        let two = w.splat(2.0);
         v * (w * w - b.dot(b)) + b * (v.dot(b) * two) + b.cross(v) * (w * two)
     }
 }
@@ -171,13 +170,13 @@ impl<S: Simd> Factors<S> {
     #[allow(clippy::needless_range_loop, reason = "reads as the algorithm does")]
     pub(super) fn of(inertia: &Articulated<S>) -> Self {
         let matrix = lower_half(inertia);
-        let zero = matrix[0][0].same(0.0);
-        let one = zero.same(1.0);
+        let zero = matrix[0][0].splat(0.0);
+        let one = zero.splat(1.0);
         let mut largest = zero;
         for i in 0..6 {
             largest = largest.max(matrix[i][i].abs());
         }
-        let least = largest * zero.same(FLAT);
+        let least = largest * zero.splat(FLAT);
         let mut factors = Self::zero(zero);
         let mut diagonal = [zero; 6];
         for j in 0..6 {
@@ -202,7 +201,7 @@ impl<S: Simd> Factors<S> {
     /// Where every direction has inertia.
     #[inline(always)]
     pub(super) fn is_regular(&self) -> Mask<S> {
-        let zero = self.inverse_diagonal[0].same(0.0);
+        let zero = self.inverse_diagonal[0].splat(0.0);
         let mut is_regular = zero.le(zero);
         for inverse in self.inverse_diagonal {
             is_regular = is_regular & zero.lt(inverse);
@@ -239,7 +238,7 @@ impl<S: Simd> Factors<S> {
 #[inline(always)]
 fn lower_half<S: Simd>(inertia: &Articulated<S>) -> [[Lanes<S>; 6]; 6] {
     let Articulated { moment: m, coupling: c, mass } = inertia;
-    let none = m.xx.same(0.0);
+    let none = m.xx.splat(0.0);
     [
         [m.xx, none, none, none, none, none],
         [m.xy, m.yy, none, none, none, none],
@@ -248,39 +247,4 @@ fn lower_half<S: Simd>(inertia: &Articulated<S>) -> [[Lanes<S>; 6]; 6] {
         [c.y.x, c.y.y, c.y.z, mass.xy, mass.yy, none],
         [c.z.x, c.z.y, c.z.z, mass.xz, mass.yz, mass.zz],
     ]
-}
-
-impl<S: Simd> Spatial<S> {
-    /// `self x motion`.
-    #[inline(always)]
-    pub(super) fn cross_motion(self, motion: Self) -> Self {
-        Self {
-            angular: self.angular.cross(motion.angular),
-            linear: self.angular.cross(motion.linear) + self.linear.cross(motion.angular),
-        }
-    }
-}
-
-impl<S: Simd> Sub for Spatial<S> {
-    type Output = Self;
-    #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        Self { angular: self.angular - other.angular, linear: self.linear - other.linear }
-    }
-}
-
-impl<S: Simd> Neg for Vector<S> {
-    type Output = Self;
-    #[inline(always)]
-    fn neg(self) -> Self {
-        Self { x: -self.x, y: -self.y, z: -self.z }
-    }
-}
-
-impl<S: Simd> Neg for Spatial<S> {
-    type Output = Self;
-    #[inline(always)]
-    fn neg(self) -> Self {
-        Self { angular: -self.angular, linear: -self.linear }
-    }
 }

@@ -8,33 +8,9 @@ use super::foot_solver::FootSolver;
 use super::number::{Lanes, Mask};
 use super::passes::{along, part_mut};
 use super::robot::LaneRobot;
-use super::vectors::{Rigid, Spatial, Symmetric, Vector};
+use super::vectors::{Spatial, Vector};
 use crate::dynamics::implicit_inertia::LOCKED;
-
-/// See [`around`](crate::dynamics::inertia).
-#[inline(always)]
-fn around<S: Simd>(a: Vector<S>, b: Vector<S>) -> Symmetric<S> {
-    let minus_half = a.x.same(-0.5);
-    let dot = a.dot(b);
-    Symmetric {
-        xx: dot + minus_half * (a.x * b.x + a.x * b.x),
-        xy: minus_half * (a.x * b.y + a.y * b.x),
-        xz: minus_half * (a.x * b.z + a.z * b.x),
-        yy: dot + minus_half * (a.y * b.y + a.y * b.y),
-        yz: minus_half * (a.y * b.z + a.z * b.y),
-        zz: dot + minus_half * (a.z * b.z + a.z * b.z),
-    }
-}
-
-impl<S: Simd> Rigid<S> {
-    /// About a point from which this origin is `reach` away.
-    #[inline(always)]
-    fn shifted(self, reach: Vector<S>) -> Self {
-        let Self { mass, first_moment, moment } = self;
-        let moved = around(reach, first_moment) + around(first_moment, reach) + around(reach, reach * mass);
-        Self { mass, first_moment: first_moment + reach * mass, moment: moment + moved }
-    }
-}
+use crate::dynamics::real::{MaskOf as _, MatrixOf as _, Real as _};
 
 impl<S: Simd> LaneRobot<S> {
     /// Writes it, as [`TreeCholesky`](super::tree_cholesky::TreeCholesky) has it. Where there is such a matrix.
@@ -42,24 +18,21 @@ impl<S: Simd> LaneRobot<S> {
     pub(super) fn write_implicit_inertia(&mut self) -> Mask<S> {
         let (first, n) = (self.first, self.bodies.len());
         for at in &mut self.bodies {
-            at.composite = at.inertia.turned(at.rotation);
+            at.composite = at.inertia.turned(&at.rotation);
         }
         for i in (0..n).rev() {
             let Some(parent) = self.tree.bodies[i].parent else { continue };
             let lifted = self.bodies[i].composite.shifted(self.bodies[i].reach);
-            let above = &mut self.bodies[parent].composite;
-            above.mass += lifted.mass;
-            above.first_moment = above.first_moment + lifted.first_moment;
-            above.moment = above.moment + lifted.moment;
+            self.bodies[parent].composite += lifted;
         }
-        let zero = self.is_taken.same(0.0);
-        let still = Vector { x: zero, y: zero, z: zero };
+        let zero = self.occupied.splat(0.0);
+        let still = Vector::zero(zero);
         if first > 0 {
             let rotation = self.root.rotation();
             let own_from_parent = super::free::Quaternion { vector: -rotation.vector, w: rotation.w };
             let at = self.bodies[0].rotation;
             for (k, axis) in [DVec3::X, DVec3::Y, DVec3::Z].into_iter().enumerate() {
-                let axis = Vector::splat(self.simd, axis);
+                let axis = Vector::broadcast(self.simd, axis);
                 let linear = Spatial { angular: still, linear: at.times(own_from_parent.times(axis)) };
                 let angular = Spatial { angular: at.times(axis), linear: still };
                 for (row, column) in [(k, linear), (k + 3, angular)] {
@@ -92,8 +65,8 @@ impl<S: Simd> LaneRobot<S> {
                 self.write_root_columns(row, 6, force);
             }
             let at = &self.bodies[i];
-            let own = zero.same(1.0) / at.inverse_d - along(joint_type, at.column, at.rotation.z);
-            let added = zero.lt(at.inverse_d).select(own, zero.same(LOCKED));
+            let own = zero.splat(1.0) / at.inverse_d - along(joint_type, at.column, at.rotation.z);
+            let added = zero.lt(at.inverse_d).select(own, zero.splat(LOCKED));
             self.feet.solver.inertia[diagonal] += added;
         }
         self.factors.is_regular()

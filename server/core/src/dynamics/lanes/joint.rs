@@ -6,6 +6,7 @@ use super::number::Lanes;
 use super::vectors::{Articulated, Matrix, Rigid, Spatial, Symmetric, Vector};
 use crate::dynamics::actuator::{Axis, Mode, PROFILE_EFFORT};
 use crate::dynamics::inertia;
+use crate::dynamics::real::Real as _;
 
 /// What a step reads of a joint and does not change: settings and target.
 #[derive(Clone, Copy, Debug)]
@@ -196,7 +197,7 @@ impl<S: Simd> State<S> {
             velocity: zero,
             feed_forward: zero,
             limit: zero,
-            saturated: zero.same(f64::NAN),
+            saturated: zero.splat(f64::NAN),
         };
         Self {
             position: zero,
@@ -265,7 +266,7 @@ impl<S: Simd> State<S> {
 impl<S: Simd> Body<S> {
     /// All numbers zero.
     pub(super) fn zero(zero: Lanes<S>) -> Self {
-        let vector = Vector { x: zero, y: zero, z: zero };
+        let vector = Vector::zero(zero);
         let spatial = Spatial { angular: vector, linear: vector };
         let matrix = Matrix { x: vector, y: vector, z: vector };
         let symmetric = Symmetric::scalar(zero);
@@ -293,7 +294,7 @@ impl<S: Simd> Body<S> {
             way: zero,
             rows: [row; 3],
             most_friction: zero,
-            part: zero.same(1.0),
+            part: zero.splat(1.0),
         }
     }
 

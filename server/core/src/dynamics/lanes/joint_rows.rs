@@ -8,6 +8,7 @@ use super::robot::LaneRobot;
 use super::rows::{FRICTION, ORDER, UPPER};
 use super::tree_cholesky::TreeCholesky;
 use crate::dynamics::constraint::direct::{SOFTNESS, TOLERANCE};
+use crate::dynamics::real::{MaskOf as _, Real as _};
 
 /// A row on the velocity of one joint.
 #[derive(Clone, Copy, Debug)]
@@ -101,10 +102,10 @@ impl<S: Simd> JointRows<S> {
     pub(super) fn prepare(&mut self, lanes: Mask<S>, velocities: &mut [Lanes<S>]) {
         let Self { rows, responses } = self;
         for row in rows {
-            let zero = row.bias.same(0.0);
+            let zero = row.bias.splat(0.0);
             row.effect = responses[row.velocity * (velocities.len() + 1)];
             row.acts = row.is_there & zero.lt(row.effect);
-            row.hardness = zero.same(1.0) / (zero.same(SOFTNESS) * row.effect);
+            row.hardness = zero.splat(1.0) / (zero.splat(SOFTNESS) * row.effect);
             row.impulse = (lanes & row.is_there & !row.acts).select(zero, row.impulse);
             row.apply(row.impulse, row.acts & lanes, responses, velocities);
         }
@@ -137,7 +138,7 @@ impl<S: Simd> JointRows<S> {
             let velocity = row.own(velocities) + row.bias;
             let impulse = (row.impulse - velocity / row.effect).clamp(row.least, row.most);
             let change = impulse - row.impulse;
-            let moves = row.acts & lanes & !change.is(change.same(0.0));
+            let moves = row.acts & lanes & !change.equals(change.splat(0.0));
             row.impulse = moves.select(impulse, row.impulse);
             row.apply(change, moves, responses, velocities);
             *largest = moves.select(largest.max((change * row.effect).abs()), *largest);
@@ -164,10 +165,10 @@ impl<S: Simd> JointRows<S> {
     #[inline(always)]
     pub(super) fn begin_rounds(&mut self, velocities: &[Lanes<S>], momentum: &mut [Lanes<S>]) {
         for row in &mut self.rows {
-            let zero = row.bias.same(0.0);
+            let zero = row.bias.splat(0.0);
             row.add(row.impulse, row.acts, momentum);
             let falls = (row.own(velocities) + row.bias).lt(zero);
-            let presses = row.impulse.is(zero) & falls & row.least.is(zero);
+            let presses = row.impulse.equals(zero) & falls & row.least.equals(zero);
             row.is_active = row.acts & (row.is_within(row.impulse) | presses);
         }
     }
@@ -245,7 +246,7 @@ impl<S: Simd> JointRows<S> {
     #[inline(always)]
     pub(super) fn apply_all(&self, lanes: Mask<S>, velocities: &mut [Lanes<S>]) {
         for row in &self.rows {
-            let has = row.acts & lanes & !row.impulse.is(row.impulse.same(0.0));
+            let has = row.acts & lanes & !row.impulse.equals(row.impulse.splat(0.0));
             row.apply(row.impulse, has, &self.responses, velocities);
         }
     }
@@ -284,7 +285,7 @@ impl<S: Simd> JointRows<S> {
     #[inline(always)]
     pub(super) fn hold(&self, mut all: Mask<S>) -> Mask<S> {
         for row in &self.rows {
-            let slack = row.bias.same(TOLERANCE) * row.impulse.abs();
+            let slack = row.bias.splat(TOLERANCE) * row.impulse.abs();
             let holds = (row.least - slack).le(row.impulse) & row.impulse.le(row.most + slack);
             all = all & (holds | !row.acts);
         }
@@ -296,7 +297,7 @@ impl<S: Simd> LaneRobot<S> {
     /// Takes the rows of joints of some lanes, where a step begins.
     #[inline(always)]
     pub(super) fn take_joint_rows(&mut self, lanes: Mask<S>) {
-        let zero = self.is_taken.same(0.0);
+        let zero = self.occupied.splat(0.0);
         let no = zero.lt(zero);
         let offset = self.tree.root_velocities();
         self.feet.solver.joints.rows.clear();
@@ -312,7 +313,7 @@ impl<S: Simd> LaneRobot<S> {
                     let bounds = if kind == FRICTION {
                         [-at.most_friction, at.most_friction]
                     } else {
-                        [zero, zero.same(f64::INFINITY)]
+                        [zero, zero.splat(f64::INFINITY)]
                     };
                     self.feet.solver.joints.rows.push(JointRow {
                         body,

@@ -6,7 +6,7 @@
 //!
 //! From the bottom to the top; a file imports only from those above it in this list:
 //!
-//! * `number`, `vectors`: arithmetic over lanes.
+//! * [`vectorized`]: code for the vectors of the processor. `number`, `vectors`: arithmetic over lanes.
 //! * `joint`: what lanes know of a joint. `free`: the same of a root that is free.
 //! * `clearance`: how far copies can move before they can touch anything.
 //! * `robot`: [`LaneRobot`], the copies; how a copy comes in and goes out.
@@ -47,6 +47,7 @@ mod rows;
 mod single_bodies;
 mod step;
 mod tree_cholesky;
+mod vectorized;
 mod vectors;
 
 use std::sync::Arc;
@@ -55,12 +56,26 @@ pub use clearance::Clearance;
 pub use crowd::{Crowd, crowd};
 pub use feet::{FootPair, Guard, MOST_FEET, can_be_foot};
 use glamx::DVec3;
-pub use robot::LaneRobot;
+use pulp::{Simd, WithSimd};
+pub use robot::{LaneRobot, fits_lanes};
 pub use single_bodies::SingleBodies;
+pub use vectorized::vectorized;
 
 use crate::dynamics::{Integrator, Tree};
 
-/// Bytes that a copy of a robot takes in its lane.
+/// Bytes that a copy of a robot takes in its lane; 0 where the processor has no vectors for it.
 pub fn bytes_of_copy(tree: &Arc<Tree>) -> usize {
-    LaneRobot::new(pulp::Scalar, tree, DVec3::ZERO, (1.0, 1), Integrator::Leapfrog).bytes()
+    vectorized(usize::MAX, Bytes(tree)).unwrap_or(0)
+}
+
+/// See [`bytes_of_copy`].
+struct Bytes<'a>(&'a Arc<Tree>);
+
+impl WithSimd for Bytes<'_> {
+    type Output = usize;
+
+    fn with_simd<S: Simd>(self, simd: S) -> usize {
+        let lanes = LaneRobot::new(simd, self.0, DVec3::ZERO, (1.0, 1), Integrator::Leapfrog);
+        lanes.bytes() / S::F64_LANES
+    }
 }

@@ -7,8 +7,10 @@ use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, Neg, Not, Sub, SubAssign
 
 use pulp::{Simd, bytemuck};
 
+use super::vectors::{Matrix, Vector};
 use crate::dynamics::LARGEST_STATE;
-use crate::dynamics::trigonometry::{self, Number};
+use crate::dynamics::real::{MaskOf, Real};
+use crate::dynamics::trigonometry;
 
 /// One `f64` a lane.
 #[derive(Clone, Copy, Debug)]
@@ -27,14 +29,8 @@ pub(super) struct Mask<S: Simd> {
 impl<S: Simd> Lanes<S> {
     /// The same in all lanes.
     #[inline(always)]
-    pub(super) fn splat(simd: S, value: f64) -> Self {
+    pub(super) fn broadcast(simd: S, value: f64) -> Self {
         Self { simd, values: simd.splat_f64s(value) }
-    }
-
-    /// Another number, the same in all lanes.
-    #[inline(always)]
-    pub(super) fn same(self, value: f64) -> Self {
-        Self::splat(self.simd, value)
     }
 
     /// The numbers of the lanes.
@@ -61,50 +57,11 @@ impl<S: Simd> Lanes<S> {
         self.all_mut()[lane] = value;
     }
 
-    /// See [`f64::sqrt`].
-    #[inline(always)]
-    pub(super) fn sqrt(self) -> Self {
-        Self { simd: self.simd, values: self.simd.sqrt_f64s(self.values) }
-    }
-
-    /// See [`f64::abs`].
-    #[inline(always)]
-    pub(super) fn abs(self) -> Self {
-        Self { simd: self.simd, values: self.simd.abs_f64s(self.values) }
-    }
-
-    /// See [`f64::copysign`].
-    #[inline(always)]
-    pub(super) fn with_sign_of(self, of: Self) -> Self {
-        let sign = self.simd.and_f64s(of.values, self.simd.splat_f64s(-0.0));
-        Self { simd: self.simd, values: self.simd.or_f64s(self.abs().values, sign) }
-    }
-
-    /// The larger one: `other` where `self` is less, else `self`. So it is `self` where either is NaN, unlike
-    /// [`f64::max`], and where one is 0 and the other -0.
-    #[inline(always)]
-    pub(super) fn max(self, other: Self) -> Self {
-        self.lt(other).select(other, self)
-    }
-
-    /// The smaller one: `other` where it is less, else `self`; with NaN and -0 as in [`max`](Self::max).
-    #[inline(always)]
-    pub(super) fn min(self, other: Self) -> Self {
-        other.lt(self).select(other, self)
-    }
-
-    /// See [`f64::clamp`].
-    #[inline(always)]
-    pub(super) fn clamp(self, least: Self, most: Self) -> Self {
-        let above = self.lt(least).select(least, self);
-        most.lt(above).select(most, above)
-    }
-
     /// Sines and cosines, those of a step of one copy.
     #[inline(always)]
     pub(super) fn sin_cos(self) -> (Self, Self) {
         let (mut sin, mut cos) = trigonometry::sin_cos_of_moderate(self);
-        if (!self.abs().le(self.same(trigonometry::LARGEST))).any() {
+        if (!self.abs().le(self.splat(trigonometry::LARGEST))).any() {
             for lane in 0..S::F64_LANES {
                 let (s, c) = trigonometry::sin_cos(self.get(lane));
                 sin.set(lane, s);
@@ -114,73 +71,97 @@ impl<S: Simd> Lanes<S> {
         (sin, cos)
     }
 
-    /// Whether it is less.
-    #[inline(always)]
-    pub(super) fn lt(self, other: Self) -> Mask<S> {
-        Mask { simd: self.simd, values: self.simd.less_than_f64s(self.values, other.values) }
-    }
-
-    /// Whether it is less or equal.
-    #[inline(always)]
-    pub(super) fn le(self, other: Self) -> Mask<S> {
-        Mask { simd: self.simd, values: self.simd.less_than_or_equal_f64s(self.values, other.values) }
-    }
-
-    /// Whether it is equal.
-    #[inline(always)]
-    pub(super) fn is(self, other: Self) -> Mask<S> {
-        Mask { simd: self.simd, values: self.simd.equal_f64s(self.values, other.values) }
-    }
-
-    /// Whether it is a number.
-    #[inline(always)]
-    pub(super) fn is_number(self) -> Mask<S> {
-        self.is(self)
-    }
-
-    /// Whether it is finite.
-    #[inline(always)]
-    pub(super) fn is_finite(self) -> Mask<S> {
-        self.abs().lt(self.same(f64::INFINITY))
-    }
-
     /// Whether it is of a size that can be computed with.
     #[inline(always)]
     pub(super) fn is_usable(self) -> Mask<S> {
-        self.abs().le(self.same(LARGEST_STATE))
+        self.abs().le(self.splat(LARGEST_STATE))
     }
 }
 
-impl<S: Simd> Number for Lanes<S> {
+impl<S: Simd> Real for Lanes<S> {
+    type Mask = Mask<S>;
+    type Vector = Vector<S>;
+    type Matrix = Matrix<S>;
+
     #[inline(always)]
-    fn same(self, value: f64) -> Self {
-        Lanes::same(self, value)
+    fn splat(self, value: f64) -> Self {
+        Self::broadcast(self.simd, value)
     }
 
     #[inline(always)]
-    fn select_if(self, value: f64, yes: Self, no: Self) -> Self {
-        self.is(Lanes::same(self, value)).select(yes, no)
+    fn sqrt(self) -> Self {
+        Self { simd: self.simd, values: self.simd.sqrt_f64s(self.values) }
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self { simd: self.simd, values: self.simd.abs_f64s(self.values) }
+    }
+
+    #[inline(always)]
+    fn copysign(self, sign: Self) -> Self {
+        let sign = self.simd.and_f64s(sign.values, self.simd.splat_f64s(-0.0));
+        Self { simd: self.simd, values: self.simd.or_f64s(self.abs().values, sign) }
+    }
+
+    /// `other` where `self` is less, else `self`. So it is `self` where either is NaN, unlike [`f64::max`], and where one is 0 and the
+    /// other -0.
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        self.lt(other).select(other, self)
+    }
+
+    /// `other` where it is less, else `self`; with NaN and -0 as in [`max`](Self::max).
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        other.lt(self).select(other, self)
+    }
+
+    #[inline(always)]
+    fn clamp(self, least: Self, most: Self) -> Self {
+        let above = self.lt(least).select(least, self);
+        most.lt(above).select(most, above)
+    }
+
+    #[inline(always)]
+    fn lt(self, other: Self) -> Mask<S> {
+        Mask { simd: self.simd, values: self.simd.less_than_f64s(self.values, other.values) }
+    }
+
+    #[inline(always)]
+    fn le(self, other: Self) -> Mask<S> {
+        Mask { simd: self.simd, values: self.simd.less_than_or_equal_f64s(self.values, other.values) }
+    }
+
+    #[inline(always)]
+    fn equals(self, other: Self) -> Mask<S> {
+        Mask { simd: self.simd, values: self.simd.equal_f64s(self.values, other.values) }
+    }
+
+    #[inline(always)]
+    fn is_finite(self) -> Mask<S> {
+        self.abs().lt(self.splat(f64::INFINITY))
+    }
+}
+
+impl<S: Simd> MaskOf<Lanes<S>> for Mask<S> {
+    #[inline(always)]
+    fn select(self, yes: Lanes<S>, no: Lanes<S>) -> Lanes<S> {
+        Lanes { simd: self.simd, values: self.simd.select_f64s(self.values, yes.values, no.values) }
+    }
+
+    #[inline(always)]
+    fn any(self) -> bool {
+        self.simd.first_true_m64s(self.values) < S::F64_LANES
     }
 }
 
 impl<S: Simd> Mask<S> {
-    /// In each lane the first where it is yes, else the second.
-    #[inline(always)]
-    pub(super) fn select(self, yes: Lanes<S>, no: Lanes<S>) -> Lanes<S> {
-        Lanes { simd: self.simd, values: self.simd.select_f64s(self.values, yes.values, no.values) }
-    }
-
-    /// Whether it is yes in a lane.
-    #[inline(always)]
-    pub(super) fn any(self) -> bool {
-        self.simd.first_true_m64s(self.values) < S::F64_LANES
-    }
-
     /// 1 where it is yes, else 0.
     #[inline(always)]
     pub(super) fn numbers(self) -> Lanes<S> {
-        let zero = Lanes::splat(self.simd, 0.0);
-        self.select(zero.same(1.0), zero)
+        let zero = Lanes::broadcast(self.simd, 0.0);
+        self.select(zero.splat(1.0), zero)
     }
 }
 

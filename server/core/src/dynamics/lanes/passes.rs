@@ -11,6 +11,7 @@ use super::robot::LaneRobot;
 use super::vectors::{Articulated, Matrix, Spatial, Vector};
 use crate::dynamics::articulated::SINGULAR;
 use crate::dynamics::integrator::{Integrator, STIFF};
+use crate::dynamics::real::{MaskOf as _, MatrixOf as _, Real as _, VectorOf as _};
 use crate::dynamics::spatial::Placement;
 use crate::dynamics::tree::JointType;
 use crate::dynamics::velocity_terms::FAST;
@@ -38,23 +39,23 @@ impl<S: Simd> LaneRobot<S> {
     #[inline(always)]
     pub(super) fn at_zero(&self, body: usize) -> (Matrix<S>, Vector<S>) {
         let Placement { rotation, origin } = &self.tree.bodies[body].at_zero;
-        (Matrix::splat(self.simd, rotation), Vector::splat(self.simd, *origin))
+        (Matrix::broadcast(self.simd, rotation), Vector::broadcast(self.simd, *origin))
     }
 
     /// The frame of the base, and no velocity.
     #[inline(always)]
     pub(super) fn base(&self) -> Matrix<S> {
-        Matrix::splat(self.simd, &DMat3::IDENTITY)
+        Matrix::broadcast(self.simd, &DMat3::IDENTITY)
     }
 
     /// Poses and velocities of all bodies. Where one turns too fast for lanes.
     #[inline(always)]
     pub(super) fn update_kinematics(&mut self) -> Mask<S> {
-        let zero = self.is_taken.same(0.0);
+        let zero = self.occupied.splat(0.0);
         let most = FAST / self.stepping.h;
-        let most = zero.same(most * most);
+        let most = zero.splat(most * most);
         let mut is_fast = zero.lt(zero);
-        let still = Vector { x: zero, y: zero, z: zero };
+        let still = Vector::zero(zero);
         if self.first > 0 {
             self.update_root_pose();
             let angular = self.bodies[0].velocity.angular;
@@ -102,8 +103,8 @@ impl<S: Simd> LaneRobot<S> {
     pub(super) fn gather_inertia(&mut self) {
         let n = self.bodies.len();
         for at in &mut self.bodies {
-            let inertia = at.inertia.turned(at.rotation);
-            at.articulated = Articulated::of(inertia);
+            let inertia = at.inertia.turned(&at.rotation);
+            at.articulated = Articulated::of(&inertia);
             at.bias = at.velocity.cross_force(inertia.times(at.velocity));
         }
         for i in (self.first..n).rev() {
@@ -129,8 +130,8 @@ impl<S: Simd> LaneRobot<S> {
     fn factorise(&mut self, i: usize, joint_type: JointType) {
         let (law, state) = (&self.laws[i], &self.states[i]);
         let (drive, q, half) = (&state.drive, state.position, state.half_velocity);
-        let zero = q.same(0.0);
-        let (h, hh) = (zero.same(self.stepping.h), zero.same(self.stepping.h * self.stepping.h));
+        let zero = q.splat(0.0);
+        let (h, hh) = (zero.splat(self.stepping.h), zero.splat(self.stepping.h * self.stepping.h));
         let at = &mut self.bodies[i];
         let z = at.rotation.z;
         let (column, largest) = if joint_type == JointType::Prismatic {
@@ -140,7 +141,7 @@ impl<S: Simd> LaneRobot<S> {
         };
         let own = along(joint_type, column, z);
         let is_saturated = drive.saturated.is_number();
-        let one = zero.same(1.0);
+        let one = zero.splat(1.0);
         let resistance;
         (at.damper, at.decay, at.of_law) = match self.stepping.integrator {
             Integrator::Euler => {
@@ -168,7 +169,7 @@ impl<S: Simd> LaneRobot<S> {
                 }
             }
         };
-        let spring_ahead = zero.same(2.0) * at.damper - one;
+        let spring_ahead = zero.splat(2.0) * at.damper - one;
         let steady = drive.stiffness * (drive.position - q - h * spring_ahead * half)
             + drive.damping * (drive.velocity - half)
             + drive.feed_forward;
@@ -177,16 +178,16 @@ impl<S: Simd> LaneRobot<S> {
         let effort = is_saturated.select(drive.saturated, steady) + of_joint;
         at.column = column;
         let (first, second) = resistance;
-        at.inverse_d = (largest * zero.same(SINGULAR) * second).lt(first).select(second / first, zero);
+        at.inverse_d = (largest * zero.splat(SINGULAR) * second).lt(first).select(second / first, zero);
         at.drive = effort - along(joint_type, at.bias, z);
     }
 
     /// Third pass, root to leaves: the new velocities of some lanes.
     #[inline(always)]
     pub(super) fn accelerate(&mut self, going: Mask<S>) {
-        let zero = self.is_taken.same(0.0);
-        let h = zero.same(self.stepping.h);
-        let still = Vector { x: zero, y: zero, z: zero };
+        let zero = self.occupied.splat(0.0);
+        let h = zero.splat(self.stepping.h);
+        let still = Vector::zero(zero);
         let base = Spatial { angular: still, linear: self.base_acceleration };
         if self.first > 0 {
             self.accelerate_root(base, going);
@@ -208,12 +209,12 @@ impl<S: Simd> LaneRobot<S> {
     /// Writes what a unit impulse at a joint does to all velocities, by one backward and one forward pass over the tree.
     #[inline(always)]
     pub(super) fn respond(&mut self, joint: usize) {
-        let zero = self.is_taken.same(0.0);
-        let still = Vector { x: zero, y: zero, z: zero };
+        let zero = self.occupied.splat(0.0);
+        let still = Vector::zero(zero);
         let none = Spatial { angular: still, linear: still };
         let (first, n) = (self.first, self.bodies.len());
         self.bodies.iter_mut().for_each(|at| at.impulse = zero);
-        let (mut next, mut p, mut given) = (Some(joint), none, zero.same(1.0));
+        let (mut next, mut p, mut given) = (Some(joint), none, zero.splat(1.0));
         while let Some(i) = next.filter(|i| *i >= first) {
             let (joint_type, parent) = (self.tree.bodies[i].joint_type, self.tree.bodies[i].parent);
             let at = &mut self.bodies[i];
@@ -242,8 +243,8 @@ impl<S: Simd> LaneRobot<S> {
 #[inline(always)]
 fn implicitness_of<S: Simd>(stiffness: Lanes<S>, inertia: Lanes<S>) -> (Lanes<S>, Lanes<S>) {
     let (damper, decay) = implicitness(stiffness / inertia);
-    let is_stiff = stiffness.same(0.0).lt(stiffness);
-    (is_stiff.select(damper, stiffness.same(0.5)), is_stiff.select(decay, stiffness.same(1.0)))
+    let is_stiff = stiffness.splat(0.0).lt(stiffness);
+    (is_stiff.select(damper, stiffness.splat(0.5)), is_stiff.select(decay, stiffness.splat(1.0)))
 }
 
 /// See [`Implicitness::resistance_ratio`](crate::dynamics::integrator::Implicitness::resistance_ratio); `hh` is the square of the step.
@@ -254,28 +255,28 @@ fn resistance_ratio<S: Simd>(
     spring: Lanes<S>,
     hh: Lanes<S>,
 ) -> (Lanes<S>, Lanes<S>) {
-    let (zero, one) = (inertia.same(0.0), inertia.same(1.0));
-    let is_moderate = stiffness.lt(inertia.same(STIFF) * inertia);
+    let (zero, one) = (inertia.splat(0.0), inertia.splat(1.0));
+    let is_moderate = stiffness.lt(inertia.splat(STIFF) * inertia);
     let (before, rest) = ratio(stiffness / inertia);
     let (before, rest) = (is_moderate.select(before, zero), is_moderate.select(rest, one));
-    ((inertia + stiffness) * rest - (stiffness + hh * spring * inertia.same(0.5)) * before, rest)
+    ((inertia + stiffness) * rest - (stiffness + hh * spring * inertia.splat(0.5)) * before, rest)
 }
 
 /// See [`Implicitness`](crate::dynamics::integrator::Implicitness): t = 1 - first / second.
 #[inline(always)]
 fn ratio<S: Simd>(x: Lanes<S>) -> (Lanes<S>, Lanes<S>) {
-    let before = x.same(0.5) + x * (x.same(1.0 / 6.0) + x * x.same(1.0 / 24.0));
-    (before, x.same(1.0) + x * before)
+    let before = x.splat(0.5) + x * (x.splat(1.0 / 6.0) + x * x.splat(1.0 / 24.0));
+    (before, x.splat(1.0) + x * before)
 }
 
 /// Damper and decay; see [`Implicitness::of`](crate::dynamics::integrator::Implicitness::of).
 #[inline(always)]
 pub(super) fn implicitness<S: Simd>(x: Lanes<S>) -> (Lanes<S>, Lanes<S>) {
-    let one = x.same(1.0);
+    let one = x.splat(1.0);
     let (before, rest) = ratio(x);
     let all = one + x * rest;
     let inverse = one / (rest * all);
-    let is_moderate = x.lt(x.same(STIFF));
+    let is_moderate = x.lt(x.splat(STIFF));
     let damper = one - before * all * inverse;
-    (is_moderate.select(damper, one), is_moderate.select(rest * inverse, one.same(0.0)))
+    (is_moderate.select(damper, one), is_moderate.select(rest * inverse, one.splat(0.0)))
 }

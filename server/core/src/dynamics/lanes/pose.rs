@@ -6,6 +6,7 @@ use pulp::Simd;
 use super::free::Quaternion;
 use super::number::Lanes;
 use super::vectors::{Matrix, Vector};
+use crate::dynamics::real::{MaskOf as _, Real as _};
 
 /// See [`DPose3`].
 #[derive(Clone, Copy, Debug)]
@@ -17,16 +18,16 @@ pub(super) struct Pose<S: Simd> {
 impl<S: Simd> Quaternion<S> {
     /// The same in all lanes.
     #[inline(always)]
-    pub(super) fn splat(simd: S, of: DQuat) -> Self {
-        let vector = Vector::splat(simd, glamx::DVec3::new(of.x, of.y, of.z));
-        Self { vector, w: Lanes::splat(simd, of.w) }
+    pub(super) fn broadcast(simd: S, of: DQuat) -> Self {
+        let vector = Vector::broadcast(simd, glamx::DVec3::new(of.x, of.y, of.z));
+        Self { vector, w: Lanes::broadcast(simd, of.w) }
     }
 
     /// That of a rotation; see [`DQuat::from_mat3`].
     #[inline(always)]
     pub(super) fn of(matrix: Matrix<S>) -> Self {
         let Matrix { x: a, y: b, z: c } = matrix;
-        let (zero, one, half) = (c.z.same(0.0), c.z.same(1.0), c.z.same(0.5));
+        let (zero, one, half) = (c.z.splat(0.0), c.z.splat(1.0), c.z.splat(0.5));
         let (dif, sum) = (b.y - a.x, b.y + a.x);
         let (minus, plus) = (one - c.z, one + c.z);
         let leans = c.z.le(zero);
@@ -51,7 +52,7 @@ impl<S: Simd> Quaternion<S> {
     #[inline(always)]
     pub(super) fn normalized(self) -> Self {
         let Self { vector: Vector { x, y, z }, w } = self;
-        let inverse = w.same(1.0) / ((x * x) + (y * y) + (z * z) + (w * w)).sqrt();
+        let inverse = w.splat(1.0) / ((x * x) + (y * y) + (z * z) + (w * w)).sqrt();
         Self { vector: Vector { x: x * inverse, y: y * inverse, z: z * inverse }, w: w * inverse }
     }
 
@@ -80,10 +81,10 @@ impl<S: Simd> Quaternion<S> {
 impl<S: Simd> Pose<S> {
     /// The same in all lanes.
     #[inline(always)]
-    pub(super) fn splat(simd: S, of: &DPose3) -> Self {
+    pub(super) fn broadcast(simd: S, of: &DPose3) -> Self {
         Self {
-            rotation: Quaternion::splat(simd, of.rotation),
-            translation: Vector::splat(simd, of.translation),
+            rotation: Quaternion::broadcast(simd, of.rotation),
+            translation: Vector::broadcast(simd, of.translation),
         }
     }
 

@@ -73,7 +73,7 @@ pub struct LaneRobot<S: Simd> {
     /// Whose inertias each lane has.
     tree_of_lanes: Vec<Option<Arc<Tree>>>,
     /// 1 in lanes that have a copy.
-    pub(super) is_taken: Lanes<S>,
+    pub(super) occupied: Lanes<S>,
     /// 1 in lanes in which the last step is the one that the copy would have done.
     pub(super) is_done: Lanes<S>,
 }
@@ -92,22 +92,22 @@ fn first_joint(tree: &Tree) -> usize {
     usize::from(!tree.fixed_base)
 }
 
-impl<S: Simd> LaneRobot<S> {
-    /// Whether robots of such a tree can be in lanes.
-    pub fn takes(tree: &Tree) -> bool {
-        let first = first_joint(tree);
-        let (q, qd) = (tree.root_positions(), tree.root_velocities());
-        let is_simple = |(index, body): (usize, &crate::dynamics::tree::Body)| {
-            matches!(body.joint_type, JointType::Revolute | JointType::Prismatic)
-                && (body.position, body.velocity) == (q + index, qd + index)
-        };
-        // A single free body drifts in a way of its own.
-        tree.mimics.is_empty()
-            && tree.bodies.len() > first
-            && tree.bodies[..first].iter().all(|root| matches!(root.joint_type, JointType::Free { .. }))
-            && tree.bodies[first..].iter().enumerate().all(is_simple)
-    }
+/// Whether robots of such a tree can be in lanes.
+pub fn fits_lanes(tree: &Tree) -> bool {
+    let first = first_joint(tree);
+    let (q, qd) = (tree.root_positions(), tree.root_velocities());
+    let is_simple = |(index, body): (usize, &crate::dynamics::tree::Body)| {
+        matches!(body.joint_type, JointType::Revolute | JointType::Prismatic)
+            && (body.position, body.velocity) == (q + index, qd + index)
+    };
+    // A single free body drifts in a way of its own.
+    tree.mimics.is_empty()
+        && tree.bodies.len() > first
+        && tree.bodies[..first].iter().all(|root| matches!(root.joint_type, JointType::Free { .. }))
+        && tree.bodies[first..].iter().enumerate().all(is_simple)
+}
 
+impl<S: Simd> LaneRobot<S> {
     /// Lanes without copies, for steps of so many equal parts of `h` seconds.
     pub fn new(
         simd: S,
@@ -116,13 +116,13 @@ impl<S: Simd> LaneRobot<S> {
         (h, parts): (f64, u32),
         integrator: Integrator,
     ) -> Self {
-        let zero = Lanes::splat(simd, 0.0);
+        let zero = Lanes::broadcast(simd, 0.0);
         let n = tree.bodies.len();
         Self {
             simd,
             tree: Arc::clone(tree),
             stepping: Stepping { gravity, h, parts, integrator },
-            base_acceleration: Vector::splat(simd, DVec3::ZERO),
+            base_acceleration: Vector::broadcast(simd, DVec3::ZERO),
             first: first_joint(tree),
             modes: vec![None; n],
             laws: vec![Law::zero(zero); n],
@@ -141,7 +141,7 @@ impl<S: Simd> LaneRobot<S> {
             slack: 0.0,
             feet: Feet::none(zero),
             tree_of_lanes: vec![None; S::F64_LANES],
-            is_taken: zero,
+            occupied: zero,
             is_done: zero,
         }
     }
@@ -163,13 +163,13 @@ impl<S: Simd> LaneRobot<S> {
 
     /// Takes a copy into a lane. False where its next step is none that lanes do; then the lane is empty.
     pub fn take(&mut self, lane: usize, robot: &Articulation) -> bool {
-        self.is_taken.set(lane, 0.0);
+        self.occupied.set(lane, 0.0);
         let (state, tree) = (robot.state(), robot.tree());
         let has_wrench =
             state.has_external_changed || state.external.iter().any(|push| *push != Spatial::ZERO);
         let must_begin = self.stepping.integrator == Integrator::Leapfrog && state.history == History::Given;
         let fits = tree.bodies.len() == self.states.len() && first_joint(tree) == self.first;
-        if !fits || !Self::takes(tree) || has_wrench || must_begin || state.axes.iter().any(is_compensated) {
+        if !fits || !fits_lanes(tree) || has_wrench || must_begin || state.axes.iter().any(is_compensated) {
             return false;
         }
         let (of_root, of_joints) = state.axes.split_at(tree.root_velocities());
@@ -192,7 +192,7 @@ impl<S: Simd> LaneRobot<S> {
             self.tree_of_lanes[lane] = Some(Arc::clone(tree));
         }
         self.take_state(lane, state);
-        self.is_taken.set(lane, 1.0);
+        self.occupied.set(lane, 1.0);
         true
     }
 
@@ -278,12 +278,12 @@ impl<S: Simd> LaneRobot<S> {
 
     /// Frees a lane of its copy.
     pub fn release(&mut self, lane: usize) {
-        self.is_taken.set(lane, 0.0);
+        self.occupied.set(lane, 0.0);
     }
 
     /// Whether a lane has a copy.
     pub fn has(&self, lane: usize) -> bool {
-        self.is_taken.get(lane) == 1.0
+        self.occupied.get(lane) == 1.0
     }
 
     /// Whether the last step of a lane is the one that its copy would have done. Where it is not, the copy is as it was before:

@@ -11,6 +11,7 @@ use super::robot::LaneRobot;
 use super::vectors::{Spatial, Vector};
 use crate::dynamics::integrate::advance_joint;
 use crate::dynamics::integrator::Integrator;
+use crate::dynamics::real::{MaskOf as _, MatrixOf as _, Real as _, VectorOf as _};
 use crate::dynamics::tree::JointType;
 
 impl<S: Simd> LaneRobot<S> {
@@ -35,7 +36,7 @@ impl<S: Simd> LaneRobot<S> {
         let reach = self.base().times(origin);
         let [x, y, z, ..] = self.root.positions;
         let (linear, angular) = parts(&self.root.velocities);
-        let still = Vector { x: x.same(0.0), y: x.same(0.0), z: x.same(0.0) };
+        let still = Vector { x: x.splat(0.0), y: x.splat(0.0), z: x.splat(0.0) };
         let at = &mut self.bodies[0];
         at.rotation = frame.after(self.root.rotation().matrix());
         at.reach = reach + frame.times(Vector { x, y, z });
@@ -47,7 +48,7 @@ impl<S: Simd> LaneRobot<S> {
     /// The root's acceleration, and the new velocities of some lanes. `base` is how the base is accelerated.
     #[inline(always)]
     pub(super) fn accelerate_root(&mut self, base: Spatial<S>, going: Mask<S>) {
-        let h = self.is_taken.same(self.stepping.h);
+        let h = self.occupied.splat(self.stepping.h);
         let at = &mut self.bodies[0];
         let carried = base.motion_at(at.reach) + at.velocity_product;
         at.acceleration = self.factors.solve(-at.bias);
@@ -70,7 +71,7 @@ impl<S: Simd> LaneRobot<S> {
         let delta = self.factors.solve(force);
         self.bodies[0].delta = delta;
         // By matrices, as in `constraint/multi_rhs.rs`: another order has other bits.
-        let own_from_base = self.bodies[0].rotation.transpose();
+        let own_from_base = self.bodies[0].rotation.transposed();
         let linear = self.root.rotation().matrix().after(own_from_base).times(delta.linear);
         let angular = own_from_base.times(delta.angular);
         [linear.x, linear.y, linear.z, angular.x, angular.y, angular.z]
@@ -79,7 +80,7 @@ impl<S: Simd> LaneRobot<S> {
     /// A motion of the root in the base's axes as velocities: linear in the base's axes, angular in its own.
     #[inline(always)]
     pub(super) fn root_velocities(&self, motion: Spatial<S>) -> (Vector<S>, Vector<S>) {
-        let own_from_base = self.bodies[0].rotation.transpose();
+        let own_from_base = self.bodies[0].rotation.transposed();
         let linear = self.root.rotation().times(own_from_base.times(motion.linear));
         (linear, own_from_base.times(motion.angular))
     }
@@ -87,8 +88,8 @@ impl<S: Simd> LaneRobot<S> {
     /// Moves the root on with its new velocities, in lanes whose last step and this one are smooth, or also the one before.
     #[inline(always)]
     pub(super) fn finish_root(&mut self, kinked: Mask<S>, is_smooth: Mask<S>, is_twice: Mask<S>) {
-        let zero = self.is_taken.same(0.0);
-        let (h, half) = (zero.same(self.stepping.h), zero.same(0.5));
+        let zero = self.occupied.splat(0.0);
+        let (h, half) = (zero.splat(self.stepping.h), zero.splat(0.5));
         let is_leapfrog = self.stepping.integrator == Integrator::Leapfrog;
         self.clearance.around -= h * Root::speed_of(&self.root_way, self.levers[0]);
         let root = &mut self.root;
@@ -105,7 +106,7 @@ impl<S: Simd> LaneRobot<S> {
         }
         // Turns take sines and a root, by the function that the one-robot step uses: another one would have other bits.
         let joint_type = JointType::Free { slot: 0 };
-        for lane in (0..S::F64_LANES).filter(|lane| self.is_taken.get(*lane) == 1.0) {
+        for lane in (0..S::F64_LANES).filter(|lane| self.occupied.get(*lane) == 1.0) {
             let (mut q, mut qd) = ([0.0; 7], [0.0; 6]);
             get(&root.positions, lane, &mut q);
             get(&self.root_way, lane, &mut qd);

@@ -8,6 +8,7 @@ use super::number::{Lanes, Mask};
 use super::robot::LaneRobot;
 use crate::dynamics::constraint::{ERROR_REDUCTION, MAX_SWEEPS, MOST_START, NEAR, SETTLED};
 use crate::dynamics::integrator::ARRIVES;
+use crate::dynamics::real::{MaskOf as _, Real as _};
 
 /// Indices among the rows of a joint.
 pub(super) const FRICTION: usize = 0;
@@ -21,9 +22,9 @@ impl<S: Simd> LaneRobot<S> {
     /// Finds the rows of the step. Whether there are any.
     #[inline(always)]
     pub(super) fn collect_rows(&mut self, taken: Mask<S>) -> bool {
-        let zero = self.is_taken.same(0.0);
-        let h = zero.same(self.stepping.h);
-        let infinity = zero.same(f64::INFINITY);
+        let zero = self.occupied.splat(0.0);
+        let h = zero.splat(self.stepping.h);
+        let infinity = zero.splat(f64::INFINITY);
         let mut any = zero.lt(zero);
         let first = self.first;
         let joints = self.states[first..].iter().zip(&self.laws[first..]).zip(&mut self.bodies[first..]);
@@ -36,7 +37,7 @@ impl<S: Simd> LaneRobot<S> {
                 bias: zero,
                 impulse: state.friction.clamp(-most, most),
             };
-            let reach = zero.same(2.0) * h * at.new_velocity.abs() + zero.same(NEAR);
+            let reach = zero.splat(2.0) * h * at.new_velocity.abs() + zero.splat(NEAR);
             for (side, distance, warm) in [
                 (LOWER, state.position - law.lower, state.lower),
                 (UPPER, law.upper - state.position, state.upper),
@@ -48,7 +49,7 @@ impl<S: Simd> LaneRobot<S> {
                     continue;
                 }
                 let inside = distance / h;
-                let beyond = zero.same(ERROR_REDUCTION) * distance / h;
+                let beyond = zero.splat(ERROR_REDUCTION) * distance / h;
                 at.rows[side] = Row {
                     is_there: is_near.numbers(),
                     bias: distance.lt(zero).select(beyond, inside),
@@ -64,7 +65,7 @@ impl<S: Simd> LaneRobot<S> {
     /// Changes the new velocities of some lanes until every row holds, or the sweeps are used up.
     #[inline(always)]
     pub(super) fn solve_rows(&mut self, going: Mask<S>) {
-        let zero = self.is_taken.same(0.0);
+        let zero = self.occupied.splat(0.0);
         let n = self.bodies.len();
         for joint in self.first..n {
             let [friction, lower, upper] = self.bodies[joint].rows;
@@ -91,7 +92,7 @@ impl<S: Simd> LaneRobot<S> {
                     }
                 }
             }
-            sweeping = sweeping & zero.same(SETTLED).lt(largest);
+            sweeping = sweeping & zero.splat(SETTLED).lt(largest);
             if !sweeping.any() {
                 break;
             }
@@ -101,7 +102,7 @@ impl<S: Simd> LaneRobot<S> {
     /// Has limits start from nothing where what they had is of another round; see [`solve`](crate::dynamics::constraint::solve).
     #[inline(always)]
     fn drop_useless_starts(&mut self, going: Mask<S>) {
-        let zero = self.is_taken.same(0.0);
+        let zero = self.occupied.splat(0.0);
         let mut asked = zero;
         for at in &self.bodies[self.first..] {
             for row in &at.rows {
@@ -109,7 +110,7 @@ impl<S: Simd> LaneRobot<S> {
                 asked = (zero.lt(row.is_there) & going).select(asked.max(own), asked);
             }
         }
-        let most = zero.same(MOST_START) * asked;
+        let most = zero.splat(MOST_START) * asked;
         let n = self.bodies.len();
         for joint in self.first..n {
             let effect = self.responses[joint * n + joint];
@@ -124,7 +125,7 @@ impl<S: Simd> LaneRobot<S> {
     /// Gives a row the impulse that it starts from.
     #[inline(always)]
     fn start_row(&mut self, joint: usize, kind: usize, going: Mask<S>) {
-        let zero = self.is_taken.same(0.0);
+        let zero = self.occupied.splat(0.0);
         let row = self.bodies[joint].rows[kind];
         let is_there = zero.lt(row.is_there) & going;
         if !is_there.any() {
@@ -140,7 +141,7 @@ impl<S: Simd> LaneRobot<S> {
     /// Gives a row the impulse that makes its velocity right. The largest change of a row's own velocity so far.
     #[inline(always)]
     fn sweep_row(&mut self, joint: usize, kind: usize, sweeping: Mask<S>, largest: Lanes<S>) -> Lanes<S> {
-        let zero = self.is_taken.same(0.0);
+        let zero = self.occupied.splat(0.0);
         let row = self.bodies[joint].rows[kind];
         let is_there = zero.lt(row.is_there) & sweeping;
         if !is_there.any() {
@@ -154,10 +155,10 @@ impl<S: Simd> LaneRobot<S> {
             let most = self.bodies[joint].most_friction;
             wanted.clamp(-most, most)
         } else {
-            wanted.clamp(zero, zero.same(f64::INFINITY))
+            wanted.clamp(zero, zero.splat(f64::INFINITY))
         };
         let change = impulse - row.impulse;
-        let moves = is_there & zero.lt(effect) & !change.is(zero);
+        let moves = is_there & zero.lt(effect) & !change.equals(zero);
         self.bodies[joint].rows[kind].impulse = moves.select(impulse, row.impulse);
         self.push(joint, kind, change, moves);
         moves.select(largest.max((change * effect).abs()), largest)
@@ -183,20 +184,20 @@ impl<S: Simd> LaneRobot<S> {
     /// round, or where a limit stops a joint.
     #[inline(always)]
     pub(super) fn keep_rows(&mut self, going: Mask<S>) -> Mask<S> {
-        let zero = self.is_taken.same(0.0);
+        let zero = self.occupied.splat(0.0);
         let mut kinked = zero.lt(zero);
         for (state, at) in self.states[self.first..].iter_mut().zip(&self.bodies[self.first..]) {
             let most = at.most_friction;
             let [friction, lower, upper] = at.rows;
             let has = zero.lt(friction.is_there) & going;
-            kinked = kinked | (has & !way(friction.impulse, most).is(way(state.friction, most)));
+            kinked = kinked | (has & !way(friction.impulse, most).equals(way(state.friction, most)));
             state.friction = going.select(has.select(friction.impulse, zero), state.friction);
-            let arrives = zero.same(ARRIVES);
+            let arrives = zero.splat(ARRIVES);
             let (down, up) = (arrives.lt(-state.half_velocity), arrives.lt(state.half_velocity));
             for (row, before, towards) in [(lower, &mut state.lower, down), (upper, &mut state.upper, up)] {
                 let has = zero.lt(row.is_there) & going;
-                let (holds, held) = (row.impulse.is(zero).numbers(), before.is(zero).numbers());
-                kinked = kinked | (has & (!holds.is(held) | (!row.impulse.is(zero) & towards)));
+                let (holds, held) = (row.impulse.equals(zero).numbers(), before.equals(zero).numbers());
+                kinked = kinked | (has & (!holds.equals(held) | (!row.impulse.equals(zero) & towards)));
                 *before = going.select(has.select(row.impulse, zero), *before);
             }
         }
@@ -207,7 +208,7 @@ impl<S: Simd> LaneRobot<S> {
 /// Which way dry friction of at most so much slips: 0 where it holds.
 #[inline(always)]
 fn way<S: Simd>(impulse: Lanes<S>, most: Lanes<S>) -> Lanes<S> {
-    let zero = impulse.same(0.0);
-    let sign = impulse.lt(zero).select(zero.same(-1.0), zero.same(1.0));
+    let zero = impulse.splat(0.0);
+    let sign = impulse.lt(zero).select(zero.splat(-1.0), zero.splat(1.0));
     impulse.abs().lt(most).select(zero, sign)
 }

@@ -10,13 +10,14 @@ mod correction;
 mod tests;
 
 use glamx::{DMat3, DVec3};
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 
 use self::batches::{Batches, Layout};
 use super::number::Lanes;
-use super::vectors::length_in_plane;
+use super::vectorized::vectorized;
 use crate::dynamics::constraint::contact::ContactRows;
 use crate::dynamics::constraint::momentum::Momentum;
+use crate::dynamics::real::{MaskOf as _, Real as _, length_in_plane};
 use crate::dynamics::tree::SingleBody;
 
 /// Velocities of a body.
@@ -86,16 +87,8 @@ impl SingleBodies {
         if rows.len() < LEAST {
             return None;
         }
-        Arch::new().dispatch(Sweeps {
-            memory: self,
-            rows,
-            blocks,
-            velocities,
-            momentum,
-            most,
-            settled,
-            interrupt,
-        })
+        let sweeps = Sweeps { memory: self, rows, blocks, velocities, momentum, most, settled, interrupt };
+        vectorized(usize::MAX, sweeps).ok().flatten()
     }
 }
 
@@ -150,7 +143,7 @@ impl Sweeps<'_> {
             }
             let part = momentum.carry(&mut velocities[..moving], sweep + 1 == most);
             let of_batches = numbers.chunks_exact_mut(Layout::<ALIKE>::COUNT * S::F64_LANES);
-            let mut largest = Lanes::splat(simd, 0.0);
+            let mut largest = Lanes::broadcast(simd, 0.0);
             for (numbers, sides) in of_batches.zip(batches.sides.chunks_exact(S::F64_LANES)) {
                 largest = largest.max(solve::<S, ALIKE>(simd, numbers, sides, velocities, part));
             }
@@ -185,7 +178,7 @@ fn solve<S: Simd, const ALIKE: bool>(
     velocities: &mut [f64],
     part: f64,
 ) -> Lanes<S> {
-    let zero = Lanes::splat(simd, 0.0);
+    let zero = Lanes::broadcast(simd, 0.0);
     let width = S::F64_LANES;
     let (given, impulses) = numbers.split_at_mut(Layout::<ALIKE>::IMPULSE * width);
     let number = Numbers { simd, numbers: given };
@@ -217,7 +210,7 @@ fn solve<S: Simd, const ALIKE: bool>(
     let (tt, uu) = (number.get(effect + 3), number.get(effect + 4));
     let inverse = Layout::<ALIKE>::INVERSE;
     let (a, b, c) = (number.get(inverse), number.get(inverse + 1), number.get(inverse + 2));
-    let part = Lanes::splat(simd, part);
+    let part = Lanes::broadcast(simd, part);
     let mut carried = [zero; 3];
     for k in 0..3 {
         let kept = Numbers { simd, numbers: impulses };
@@ -231,7 +224,7 @@ fn solve<S: Simd, const ALIKE: bool>(
     let normal = (n0 + left / (nn + compliance)).max(zero);
     let dn = normal - n0;
     let most = friction * normal;
-    let has_friction = zero.lt(most) | !t0.is(zero) | !u0.is(zero);
+    let has_friction = zero.lt(most) | !t0.equals(zero) | !u0.equals(zero);
     let (vt, vu) = (velocity[1] + nt * dn, velocity[2] + nu * dn);
     let (t, u) = (t0 - a * vt - b * vu, u0 - b * vt - c * vu);
     let slips = (most * most).lt(t * t + u * u);
@@ -247,7 +240,7 @@ fn solve<S: Simd, const ALIKE: bool>(
     write(t, &mut impulses[width..2 * width]);
     write(u, &mut impulses[2 * width..3 * width]);
 
-    let moves = !(dn.is(zero) & dt.is(zero) & du.is(zero));
+    let moves = !(dn.equals(zero) & dt.equals(zero) & du.equals(zero));
     if !moves.any() {
         return zero;
     }
@@ -315,7 +308,7 @@ struct Numbers<'a, S> {
 impl<S: Simd> Numbers<'_, S> {
     #[inline(always)]
     fn get(&self, index: usize) -> Lanes<S> {
-        let mut lanes = Lanes::splat(self.simd, 0.0);
+        let mut lanes = Lanes::broadcast(self.simd, 0.0);
         lanes.all_mut().copy_from_slice(&self.numbers[index * S::F64_LANES..][..S::F64_LANES]);
         lanes
     }

@@ -7,6 +7,7 @@ use super::robot::{LaneRobot, number};
 use crate::dynamics::articulation::MAX_ROUNDS;
 use crate::dynamics::contact_point::LOOK_AHEAD;
 use crate::dynamics::integrator::{History, Integrator};
+use crate::dynamics::real::{MaskOf as _, Real as _};
 
 /// A step, to be compiled for the processor that it runs on.
 struct Step<'a, S: Simd>(&'a mut LaneRobot<S>);
@@ -24,7 +25,7 @@ impl<S: Simd> LaneRobot<S> {
     /// Advances all copies by a step in which they touch nothing, or planes with their feet, or what they were given contacts with.
     /// [`has_stepped`](Self::has_stepped) says which have done it; the others are left as they were.
     pub fn step(&mut self) {
-        if self.is_taken.all().iter().any(|taken| *taken > 0.0) {
+        if self.occupied.all().iter().any(|taken| *taken > 0.0) {
             let simd = self.simd;
             simd.vectorize(Step(self));
         }
@@ -33,8 +34,8 @@ impl<S: Simd> LaneRobot<S> {
     #[inline(always)]
     fn do_step(&mut self) {
         self.begin();
-        let zero = self.is_taken.same(0.0);
-        let taken = zero.lt(self.is_taken);
+        let zero = self.occupied.splat(0.0);
+        let taken = zero.lt(self.occupied);
         let mut is_done = taken;
         for part in 0..self.stepping.parts {
             is_done = is_done & self.do_part(taken, part == 0);
@@ -59,7 +60,7 @@ impl<S: Simd> LaneRobot<S> {
     /// One of the equal parts of a step. In which lanes it is what the copy would have done.
     #[inline(always)]
     fn do_part(&mut self, taken: Mask<S>, begins: bool) -> Mask<S> {
-        let zero = self.is_taken.same(0.0);
+        let zero = self.occupied.splat(0.0);
         let is_leapfrog = self.stepping.integrator == Integrator::Leapfrog;
         let is_fast = self.update_kinematics();
         let mut is_done = self.meets_nothing();
@@ -69,7 +70,7 @@ impl<S: Simd> LaneRobot<S> {
             touching = self.feet.solver.touching() & taken;
         }
         if !is_leapfrog {
-            self.history = zero.same(number(History::Given));
+            self.history = zero.splat(number(History::Given));
             self.states.iter_mut().for_each(|state| state.half_velocity = state.velocity);
             self.root.half_velocities = self.root.velocities;
         }
@@ -113,7 +114,7 @@ impl<S: Simd> LaneRobot<S> {
     /// Where the new velocities are finite.
     #[inline(always)]
     fn new_velocities_are_finite(&self) -> Mask<S> {
-        let zero = self.is_taken.same(0.0);
+        let zero = self.occupied.splat(0.0);
         let mut are_finite = zero.le(zero);
         if self.first > 0 {
             for velocity in &self.root_new {
@@ -129,7 +130,7 @@ impl<S: Simd> LaneRobot<S> {
     /// Where no contact would be found: all that could touch is farther away than contacts are looked for.
     #[inline(always)]
     fn meets_nothing(&self) -> Mask<S> {
-        let zero = self.is_taken.same(0.0);
+        let zero = self.occupied.splat(0.0);
         let mut speed = zero;
         for (state, lever) in self.states[self.first..].iter().zip(&self.levers[self.first..]) {
             speed += *lever * state.velocity.abs();
@@ -137,30 +138,30 @@ impl<S: Simd> LaneRobot<S> {
         if self.first > 0 {
             speed += self.root.speed(self.levers[0]);
         }
-        let ahead = zero.same(self.slack) + zero.same(LOOK_AHEAD * self.stepping.h) * speed;
+        let ahead = zero.splat(self.slack) + zero.splat(LOOK_AHEAD * self.stepping.h) * speed;
         ahead.lt(self.clearance.around) & ahead.lt(self.clearance.own)
     }
 
     /// Moves on with the new velocities.
     #[inline(always)]
     fn finish(&mut self, kinked: Mask<S>) {
-        let zero = self.is_taken.same(0.0);
-        let (one, half) = (zero.same(1.0), zero.same(0.5));
-        let h = zero.same(self.stepping.h);
+        let zero = self.occupied.splat(0.0);
+        let (one, half) = (zero.splat(1.0), zero.splat(0.5));
+        let h = zero.splat(self.stepping.h);
         let is_leapfrog = self.stepping.integrator == Integrator::Leapfrog;
-        let was_given = zero.same(number(History::Given));
-        let was_interrupted = zero.same(number(History::Interrupted));
-        let was_kinked = zero.same(number(History::Kinked));
-        let smooth = zero.same(number(History::Smooth));
-        let twice = zero.same(number(History::SmoothTwice));
+        let was_given = zero.splat(number(History::Given));
+        let was_interrupted = zero.splat(number(History::Interrupted));
+        let was_kinked = zero.splat(number(History::Kinked));
+        let smooth = zero.splat(number(History::Smooth));
+        let twice = zero.splat(number(History::SmoothTwice));
         if is_leapfrog {
             let before = self.history;
-            let begins = before.is(was_kinked) | before.is(was_given);
+            let begins = before.equals(was_kinked) | before.equals(was_given);
             let after = begins.select(smooth, twice);
-            let after = before.is(was_interrupted).select(was_kinked, after);
+            let after = before.equals(was_interrupted).select(was_kinked, after);
             self.history = kinked.select(was_kinked, after);
         }
-        let (is_smooth, is_twice) = (self.history.is(smooth), self.history.is(twice));
+        let (is_smooth, is_twice) = (self.history.equals(smooth), self.history.equals(twice));
         if self.first > 0 {
             self.finish_root(kinked, is_smooth, is_twice);
         }

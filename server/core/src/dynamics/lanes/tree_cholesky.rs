@@ -4,6 +4,7 @@
 use pulp::Simd;
 
 use super::number::{Lanes, Mask};
+use crate::dynamics::real::Real as _;
 use crate::dynamics::tree::Tree;
 
 /// The matrix, then its factors.
@@ -76,8 +77,8 @@ impl<S: Simd> TreeCholesky<S> {
     #[inline(always)]
     pub(super) fn factorise(&mut self) -> Mask<S> {
         let Self { values, inverse_diagonal, rows } = self;
-        let zero = values[0].same(0.0);
-        let (one, infinity) = (zero.same(1.0), zero.same(f64::INFINITY));
+        let zero = values[0].splat(0.0);
+        let (one, infinity) = (zero.splat(1.0), zero.splat(f64::INFINITY));
         let mut is_definite = zero.lt(one);
         for (TreeRow { at, ancestors, .. }, slot) in rows.iter().zip(inverse_diagonal).rev() {
             let (above, row) = values.split_at_mut(*at);
@@ -127,7 +128,7 @@ impl<S: Simd> TreeCholesky<S> {
 /// The sum of products, as the one-robot step sums them: four sums, then what is left.
 #[inline(always)]
 fn dot<S: Simd>(a: &[Lanes<S>], b: &[Lanes<S>]) -> Lanes<S> {
-    let zero = a[0].same(0.0);
+    let zero = a[0].splat(0.0);
     let (fours, rest) = a.as_chunks::<4>();
     let (others, other_rest) = b.as_chunks::<4>();
     let mut sums = [zero; 4];

@@ -9,7 +9,7 @@ use super::step::slack;
 use super::targets::actuator_for;
 use crate::collision::{Filter, RobotFeet, Surface};
 use crate::dynamics::constraint::contact::Contact;
-use crate::dynamics::lanes::{Clearance, LaneRobot};
+use crate::dynamics::lanes::{Clearance, fits_lanes};
 use crate::dynamics::tree::JointType;
 use crate::dynamics::{Articulation, Tree};
 use crate::simulation::command::Target;
@@ -60,7 +60,7 @@ impl Simulation {
     }
 
     /// The robot whose state is all that a step changes, and that the dynamics alone change it, in a way that
-    /// [`LaneRobot`] does too: it touches nothing but planes, with balls, and nothing else moves.
+    /// [`LaneRobot`](crate::dynamics::lanes::LaneRobot) does too: it touches nothing but planes, with balls, and nothing else moves.
     pub(crate) fn lane_robot(&self) -> Option<usize> {
         // All of it, so that what comes to be state is judged here too.
         let has_nothing_else = |entity: &Entity| {
@@ -105,7 +105,7 @@ impl Simulation {
             !moves(0) && !moves(1)
         };
         let meets_nothing = self.contacts.ignored_overlaps().all(|pair| stays(&pair));
-        let is_simple = entity.is_awake() && LaneRobot::<pulp::Scalar>::takes(entity.body.tree());
+        let is_simple = entity.is_awake() && fits_lanes(entity.body.tree());
         (meets_nothing && is_simple && self.touches_planes_alone(robot)).then_some(robot)
     }
 

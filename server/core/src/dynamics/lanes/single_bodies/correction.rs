@@ -1,18 +1,20 @@
 //! Position correction of contacts, several at once: the bits are those of [`ContactRows::correct_position`], of all that is finite.
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 
 use super::batches::Layout;
 use super::{Loaded, Numbers, SIX, SingleBodies, gather, scatter, write};
 use crate::dynamics::constraint::contact::ContactRows;
 use crate::dynamics::lanes::number::Lanes;
+use crate::dynamics::lanes::vectorized::vectorized;
+use crate::dynamics::real::{MaskOf as _, Real as _};
 
 impl SingleBodies {
     /// Sweeps so often over the contacts that were [swept](SingleBodies::sweep) last, and adds their split impulses to velocities that
     /// begin at 0. False, and nothing is done, where they were not swept at once.
     pub fn correct(&mut self, rows: &[ContactRows], split_velocities: &mut Vec<f64>, sweeps: usize) -> bool {
         self.loaded != Loaded::Nothing
-            && Arch::new().dispatch(Corrects { memory: self, rows, split_velocities, sweeps })
+            && vectorized(usize::MAX, Corrects { memory: self, rows, split_velocities, sweeps }).is_ok()
     }
 }
 
@@ -25,16 +27,15 @@ struct Corrects<'a> {
 }
 
 impl WithSimd for Corrects<'_> {
-    type Output = bool;
+    type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> bool {
+    fn with_simd<S: Simd>(self, simd: S) {
         if self.memory.loaded == Loaded::Alike {
             self.correct::<S, true>(simd);
         } else {
             self.correct::<S, false>(simd);
         }
-        true
     }
 }
 
@@ -68,7 +69,7 @@ fn correct<S: Simd, const ALIKE: bool>(
     velocities: &mut [f64],
 ) {
     let simd = number.simd;
-    let zero = Lanes::splat(simd, 0.0);
+    let zero = Lanes::broadcast(simd, 0.0);
     let mut own = [[zero; SIX]; 2];
     // Of even velocities and of odd ones.
     let mut sums = [zero; 2];
@@ -90,7 +91,7 @@ fn correct<S: Simd, const ALIKE: bool>(
     let left = (aim - (sums[0] + sums[1])) / number.get(Layout::<ALIKE>::EFFECT);
     let impulse = (before + left).max(zero);
     let change = impulse - before;
-    let moves = !change.is(zero);
+    let moves = !change.equals(zero);
     if !moves.any() {
         return;
     }

@@ -1,6 +1,7 @@
 //! Several contacts at once beside one after the other.
 
 use glamx::DQuat;
+use pulp::Arch;
 
 use super::*;
 use crate::dynamics::constraint::momentum::sweep_carried;
