@@ -4,7 +4,8 @@
 use serde::{Deserialize, Serialize};
 use simd_model::robot::JointLimits;
 
-use super::integrator::{History, Implicitness};
+use super::integrator::{History, Implicitness, Integrator};
+use super::real::{MaskOf, Real};
 
 /// What an actuator does.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -47,7 +48,7 @@ pub const PROFILE_EFFORT: f64 = 0.5;
 pub(super) const NEARLY: f64 = 1.0 - 1e-9;
 
 /// Gains are not made smaller by more than this at once, or its square where they only become smaller: none becomes zero.
-pub(super) const LEAST_PART: f64 = 1e-12;
+const LEAST_PART: f64 = 1e-12;
 
 /// Weakening ends when no actuator's gains change by more than this part.
 pub(super) const SETTLED: f64 = 1e-2;
@@ -116,22 +117,35 @@ pub struct Actuator {
 /// kp (target - q') + kd (velocity - qd') + feed forward, with q' and qd' where an [`Implicitness`] takes them: for
 /// backward Euler q + h qd+ and qd+, with qd+ the new velocity.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Drive {
+pub struct Drive<R: Real = f64, Saturated = Option<f64>> {
     /// kp.
-    pub stiffness: f64,
+    pub stiffness: R,
     /// kd.
-    pub damping: f64,
+    pub damping: R,
     /// target.
-    pub position: f64,
+    pub position: R,
     /// velocity.
-    pub velocity: f64,
+    pub velocity: R,
     /// Whatever the state.
-    pub feed_forward: f64,
+    pub feed_forward: R,
     /// The most effort that it can apply.
-    pub limit: f64,
+    pub limit: R,
     /// What it applies in place of the law: the limit with its sign, where the solved effort would exceed it; or what its weakened law
     /// asked for, in a step of which it is not found which actuators saturate.
-    pub saturated: Option<f64>,
+    pub saturated: Saturated,
+}
+
+/// What a joint itself does, whatever drives it; see [`AxisSettings`].
+#[derive(Clone, Copy, Debug)]
+pub struct OwnForces<R: Real = f64> {
+    /// N m s/rad or N s/m.
+    pub damping: R,
+    /// kg m^2 or kg.
+    pub armature: R,
+    /// N m/rad or N/m.
+    pub spring_stiffness: R,
+    /// rad or m.
+    pub spring_rest: R,
 }
 
 impl Actuator {
@@ -148,19 +162,31 @@ impl Actuator {
 }
 
 impl AxisSettings {
-    /// What the joint itself adds to D: armature + h t damping + h^2 b spring stiffness.
-    pub fn resistance(&self, h: f64, at: Implicitness) -> f64 {
+    /// What the joint itself does.
+    #[inline(always)]
+    pub fn own_forces(&self) -> OwnForces {
+        let Self { damping, armature, spring_stiffness, spring_rest, .. } = *self;
+        OwnForces { damping, armature, spring_stiffness, spring_rest }
+    }
+}
+
+impl<R: Real> OwnForces<R> {
+    /// What it adds to D: armature + h t damping + h^2 b spring stiffness.
+    #[inline(always)]
+    pub fn resistance(&self, h: R, at: Implicitness<R>) -> R {
         self.armature + h * at.damper() * self.damping + h * h * at.spring_after() * self.spring_stiffness
     }
 
     /// What its damper and its spring apply if the velocity does not change, beside what they add to D.
-    pub fn steady_effort(&self, q: f64, velocity: f64, h: f64, at: Implicitness) -> f64 {
+    #[inline(always)]
+    pub fn steady_effort(&self, q: R, velocity: R, h: R, at: Implicitness<R>) -> R {
         self.spring_stiffness * (self.spring_rest - q - h * at.spring_ahead() * velocity)
             - self.damping * velocity
     }
 
     /// What its damper and its spring add to D for backward Euler.
-    pub fn stiffness_of_step(&self, h: f64) -> f64 {
+    #[inline(always)]
+    fn stiffness_of_step(&self, h: R) -> R {
         h * self.damping + h * h * self.spring_stiffness
     }
 }
@@ -217,24 +243,8 @@ impl Axis {
         let hardest = PROFILE_EFFORT * self.most_effort() / self.settings.composite_inertia;
         let Actuator { target, setpoint, setpoint_velocity, max_velocity, .. } = &mut self.actuator;
         let fastest = least(self.settings.limits.velocity, *max_velocity);
-        let left = *target - *setpoint;
-        // The velocity from which braking by `hardest` each step still ends at the target.
-        let gain = hardest * h;
-        let braking = if gain.is_finite() {
-            (gain * gain / 4.0 + 2.0 * hardest * left.abs()).sqrt() - gain / 2.0
-        } else {
-            f64::INFINITY
-        };
-        let most = fastest.min(braking);
-        let wanted = (left / h).max(-most).min(most);
-        *setpoint_velocity += (wanted - *setpoint_velocity).max(-gain).min(gain);
-        let moved = *setpoint_velocity * h;
-        // Within rounding of the target it is there.
-        if (left - moved).abs() <= 1e-12 * left.abs().max(1.0) {
-            (*setpoint, *setpoint_velocity) = (*target, 0.0);
-        } else {
-            *setpoint += moved;
-        }
+        (*setpoint, *setpoint_velocity) =
+            advance_profile((*setpoint, *setpoint_velocity), *target, (hardest, fastest), h);
     }
 
     /// Keeps the setpoint of an actuator whose `law` asks for more than the limit where it asks for the limit and no
@@ -257,6 +267,33 @@ impl Axis {
         let drive = self.drive(h);
         (drive.stiffness, drive.damping)
     }
+}
+
+/// Setpoint and its velocity after a step towards a target that it is not at: it speeds up and brakes with `hardest`, and is no faster
+/// than `fastest`.
+#[inline(always)]
+pub(super) fn advance_profile<R: Real>(
+    (setpoint, velocity): (R, R),
+    target: R,
+    (hardest, fastest): (R, R),
+    h: R,
+) -> (R, R) {
+    let left = target - setpoint;
+    // The velocity from which braking by `hardest` each step still ends at the target.
+    let gain = hardest * h;
+    let (mut braking, is_bounded) = (h.splat(f64::INFINITY), gain.is_finite());
+    if is_bounded.any() {
+        let two = h.splat(2.0);
+        let bounded = (gain * gain / h.splat(4.0) + two * hardest * left.abs()).sqrt() - gain / two;
+        braking = is_bounded.select(bounded, braking);
+    }
+    let most = fastest.min(braking);
+    let wanted = (left / h).max(-most).min(most);
+    let velocity = velocity + (wanted - velocity).max(-gain).min(gain);
+    let moved = velocity * h;
+    // Within rounding of the target it is there.
+    let is_there = (left - moved).abs().le(h.splat(1e-12) * left.abs().max(h.splat(1.0)));
+    (is_there.select(target, setpoint + moved), is_there.select(h.splat(0.0), velocity))
 }
 
 /// The smaller of two limits, infinite where neither is given.
@@ -297,13 +334,7 @@ impl Drive {
             return false;
         }
         self.saturated = None;
-        let over = (self.limit / law.abs()).max(LEAST_PART);
-        let factor = if less {
-            let over = over.min(1.0);
-            over * over
-        } else {
-            (*part * over).min(1.0) / *part
-        };
+        let factor = self.factor_to_limit(law, less, *part);
         if (factor - 1.0).abs() <= SETTLED {
             return false;
         }
@@ -337,33 +368,83 @@ impl Drive {
         self.saturated.unwrap_or_else(|| self.law(q, velocities, h, at).clamp(-self.limit, self.limit))
     }
 
+    /// What the law adds to D: h t kd + h^2 b kp; h kd + h^2 kp for backward Euler.
+    pub fn resistance(&self, h: f64, at: Implicitness) -> f64 {
+        if self.saturated.is_some() { 0.0 } else { self.resistance_of_law(h, at) }
+    }
+}
+
+impl<R: Real, Saturated> Drive<R, Saturated> {
     /// The law alone, without its limit.
-    pub fn law(&self, q: f64, [before, after]: [f64; 2], h: f64, at: Implicitness) -> f64 {
+    #[inline(always)]
+    pub fn law(&self, q: R, [before, after]: [R; 2], h: R, at: Implicitness<R>) -> R {
         let moved = h * at.spring_after() * after - h * at.spring_before() * before;
-        let velocity = at.damper() * after + (1.0 - at.damper()) * before;
+        let velocity = at.damper() * after + (h.splat(1.0) - at.damper()) * before;
         self.stiffness * (self.position - q - moved)
             + self.damping * (self.velocity - velocity)
             + self.feed_forward
     }
 
     /// The law if the velocity did not change: the effort but for what the law adds to D.
-    pub fn steady_law(&self, q: f64, velocity: f64, h: f64, at: Implicitness) -> f64 {
+    #[inline(always)]
+    pub fn steady_law(&self, q: R, velocity: R, h: R, at: Implicitness<R>) -> R {
         self.stiffness * (self.position - q - h * at.spring_ahead() * velocity)
             + self.damping * (self.velocity - velocity)
             + self.feed_forward
     }
 
-    /// What the law adds to D: h t kd + h^2 b kp; h kd + h^2 kp for backward Euler.
-    pub fn resistance(&self, h: f64, at: Implicitness) -> f64 {
-        if self.saturated.is_some() {
-            0.0
-        } else {
-            h * at.damper() * self.damping + h * h * at.spring_after() * self.stiffness
-        }
+    /// What the law adds to D, also where it is saturated.
+    #[inline(always)]
+    fn resistance_of_law(&self, h: R, at: Implicitness<R>) -> R {
+        h * at.damper() * self.damping + h * h * at.spring_after() * self.stiffness
     }
 
-    /// What the law adds to D for backward Euler, also where it is saturated.
-    pub fn stiffness_of_step(&self, h: f64) -> f64 {
+    /// The same for backward Euler.
+    #[inline(always)]
+    fn stiffness_of_step(&self, h: R) -> R {
         h * self.damping + h * h * self.stiffness
+    }
+
+    /// When forces of the joint and of the law act, those of the law alone, and the two numbers of D = first / second, by what the
+    /// joint resists with by itself. In leapfrog each joint has its own, by what D is without them.
+    #[inline(always)]
+    pub(super) fn resist(
+        &self,
+        is_saturated: R::Mask,
+        own: R,
+        joint: &OwnForces<R>,
+        (integrator, h): (Integrator, R),
+    ) -> (Implicitness<R>, Implicitness<R>, (R, R)) {
+        let zero = h.splat(0.0);
+        if integrator == Integrator::Euler {
+            let at = Implicitness::splat(h, Implicitness::BACKWARD);
+            let of_law = is_saturated.select(zero, self.resistance_of_law(h, at));
+            return (at, at, (own + joint.resistance(h, at) + of_law, h.splat(1.0)));
+        }
+        let inertia = own + joint.armature;
+        let of_joint = joint.stiffness_of_step(h);
+        let of_all = of_joint + self.stiffness_of_step(h);
+        let spring = joint.spring_stiffness + is_saturated.select(zero, self.stiffness);
+        let resistance =
+            Implicitness::resistance_ratio(inertia, is_saturated.select(of_joint, of_all), spring, h);
+        let of_law = Implicitness::of_joint(of_all, inertia);
+        let mut at = of_law;
+        if is_saturated.any() {
+            at = Implicitness::select(is_saturated, Implicitness::of_joint(of_joint, inertia), of_law);
+        }
+        (at, of_law, resistance)
+    }
+
+    /// What gains, of which `part` is left, are to be multiplied by: see [`weaken`](Drive::weaken).
+    #[inline(always)]
+    pub(super) fn factor_to_limit(&self, law: R, less: bool, part: R) -> R {
+        let one = law.splat(1.0);
+        let over = (self.limit / law.abs()).max(law.splat(LEAST_PART));
+        if less {
+            let over = over.min(one);
+            over * over
+        } else {
+            (part * over).min(one) / part
+        }
     }
 }

@@ -9,6 +9,7 @@ use super::inertia::Articulated;
 use super::integrator::{Implicitness, Integrator};
 use super::kinematics::free_pose;
 use super::ldlt::Ldlt6;
+use super::real::{Real, VectorOf as _};
 use super::scratch::Scratch;
 use super::spatial::{Placement, Spatial};
 use super::tree::{JointType, Tree};
@@ -114,36 +115,15 @@ fn gather_inertia(pass: InertiaPass<'_>) {
         let is_sprung_ball =
             settings.spring_stiffness > 0.0 && matches!(body.joint_type, JointType::Spherical { .. });
         let of_spring = if is_sprung_ball { tree.position_of_axis(i, q) } else { position };
-        let is_saturated = drive.saturated.is_some();
+        let forces = settings.own_forces();
         // D is the first over the second.
         let resistance;
-        (at.implicitness, at.of_law, resistance) = match integrator {
-            Integrator::Euler => {
-                let at = Implicitness::BACKWARD;
-                (at, at, (own + settings.resistance(h, at) + drive.resistance(h, at), 1.0))
-            }
-            Integrator::Leapfrog => {
-                let inertia = own + settings.armature;
-                let of = |stiffness: f64| {
-                    if stiffness > 0.0 { Implicitness::of(stiffness / inertia) } else { Implicitness::MEAN }
-                };
-                let of_joint = settings.stiffness_of_step(h);
-                let of_all = of_joint + drive.stiffness_of_step(h);
-                let of_law = of(of_all);
-                if is_saturated {
-                    let spring = settings.spring_stiffness;
-                    let resistance = Implicitness::resistance_ratio(inertia, of_joint, spring, h);
-                    (of(of_joint), of_law, resistance)
-                } else {
-                    let spring = settings.spring_stiffness + drive.stiffness;
-                    (of_law, of_law, Implicitness::resistance_ratio(inertia, of_all, spring, h))
-                }
-            }
-        };
+        (at.implicitness, at.of_law, resistance) =
+            drive.resist(drive.saturated.is_some(), own, &forces, (integrator, h));
         let implicitness = at.implicitness;
         let law = || drive.steady_law(position, velocity, h, implicitness);
-        let effort = drive.saturated.unwrap_or_else(law)
-            + settings.steady_effort(of_spring, velocity, h, implicitness);
+        let effort =
+            drive.saturated.unwrap_or_else(law) + forces.steady_effort(of_spring, velocity, h, implicitness);
         at.column = column;
         let (first, second) = resistance;
         at.inverse_d = if first > largest * SINGULAR * second { second / first } else { 0.0 };
@@ -222,8 +202,8 @@ pub fn free_velocities(motion: Spatial, base_from_body: &DMat3, parent_from_body
 }
 
 /// S' f for an axis along `z`.
-#[inline]
-pub fn along(joint_type: JointType, force: Spatial, z: DVec3) -> f64 {
+#[inline(always)]
+pub fn along<R: Real>(joint_type: JointType, force: Spatial<R>, z: R::Vector) -> R {
     match joint_type {
         JointType::Prismatic => force.linear.dot(z),
         _ => force.angular.dot(z),
@@ -231,8 +211,8 @@ pub fn along(joint_type: JointType, force: Spatial, z: DVec3) -> f64 {
 }
 
 /// The part of a motion that S qd adds to.
-#[inline]
-pub fn part_mut(joint_type: JointType, motion: &mut Spatial) -> &mut DVec3 {
+#[inline(always)]
+pub fn part_mut<R: Real>(joint_type: JointType, motion: &mut Spatial<R>) -> &mut R::Vector {
     match joint_type {
         JointType::Prismatic => &mut motion.linear,
         _ => &mut motion.angular,

@@ -321,7 +321,7 @@ impl Articulation {
         for (body, at) in self.tree.bodies.iter().zip(&self.scratch.passes.bodies) {
             let dof = body.velocity;
             if !matches!(body.joint_type, JointType::Free { .. }) {
-                resistance[dof] = self.state.axes[dof].settings.resistance(h, at.implicitness)
+                resistance[dof] = self.state.axes[dof].settings.own_forces().resistance(h, at.implicitness)
                     + self.state.drives[dof].resistance(h, at.implicitness);
             }
         }

@@ -10,7 +10,8 @@
 
 mod branches;
 
-use branches::{Branches, dot, subtract_multiple};
+pub(in crate::dynamics) use branches::dot;
+use branches::{Branches, subtract_multiple};
 
 /// Nodes at the most.
 pub const MOST_NODES: usize = 256;
@@ -268,7 +269,7 @@ impl BlockCholesky {
             let mut rows = rows.chunks_exact(own.len());
             for &other in list {
                 for (i, row) in (firsts[other]..firsts[other] + sizes[other]).zip(&mut rows) {
-                    x[i] -= dot(row, &x[own.clone()]);
+                    x[i] -= dot(0.0, row, &x[own.clone()]);
                 }
             }
         }
@@ -306,7 +307,7 @@ fn subtract_product(block: &mut [f64], a: &[f64], b: &[f64], n: usize) {
             continue;
         }
         for (value, b) in row.iter_mut().zip(b.chunks_exact(n)) {
-            *value -= dot(a, b);
+            *value -= dot(0.0, a, b);
         }
     }
 }

@@ -65,7 +65,7 @@ impl<R: Real> AddAssign for Rigid<R> {
 /// The symmetric part of -a~ b~ = (a . b) 1 - b a': a point mass' moment where b is m a.
 #[inline(always)]
 pub(super) fn around<R: Real>(a: R::Vector, b: R::Vector) -> Symmetric<R> {
-    let ([ax, ay, az], [bx, by, bz]) = ([a.x(), a.y(), a.z()], [b.x(), b.y(), b.z()]);
+    let ([ax, ay, az], [bx, by, bz]) = (a.parts(), b.parts());
     let minus_half = ax.splat(-0.5);
     let dot = a.dot(b);
     Symmetric {
@@ -96,15 +96,15 @@ impl<R: Real> Articulated<R> {
     #[inline(always)]
     pub fn of(rigid: &Rigid<R>) -> Self {
         let f = rigid.first_moment;
-        let (x, y, z) = (f.x(), f.y(), f.z());
+        let [x, y, z] = f.parts();
         let zero = x.splat(0.0);
         Self {
             moment: rigid.moment,
-            coupling: R::Matrix::of_columns(
-                R::Vector::new(zero, z, -y),
-                R::Vector::new(-z, zero, x),
-                R::Vector::new(y, -x, zero),
-            ),
+            coupling: R::Matrix::of([
+                R::Vector::of([zero, z, -y]),
+                R::Vector::of([-z, zero, x]),
+                R::Vector::of([y, -x, zero]),
+            ]),
             mass: Symmetric::scalar(rigid.mass),
         }
     }
@@ -133,9 +133,8 @@ impl<R: Real> Articulated<R> {
     /// `self - u u' / d`: what is left once one direction is free (eq. 7.44).
     #[inline(always)]
     pub fn without(&self, u: Spatial<R>, inverse_d: R) -> Self {
-        let scaled = u.linear * inverse_d;
-        let outer =
-            R::Matrix::of_columns(u.angular * scaled.x(), u.angular * scaled.y(), u.angular * scaled.z());
+        let [x, y, z] = (u.linear * inverse_d).parts();
+        let outer = R::Matrix::of([u.angular * x, u.angular * y, u.angular * z]);
         Self {
             moment: self.moment.without(u.angular, inverse_d),
             coupling: self.coupling - outer,
@@ -151,20 +150,18 @@ impl<R: Real> Articulated<R> {
     #[inline(always)]
     pub fn shifted(&self, o: R::Vector) -> Self {
         let Self { moment, coupling, mass } = *self;
-        let columns = mass.matrix();
-        let crossed = R::Matrix::of_columns(o.cross(columns.x()), o.cross(columns.y()), o.cross(columns.z()));
-        let shifted = coupling + crossed;
-        let (x, y, z) = (o.x(), o.y(), o.z());
-        let s = [shifted.x(), shifted.y(), shifted.z()];
-        let c = [coupling.x(), coupling.y(), coupling.z()];
+        let [x, y, z] = mass.matrix().columns();
+        let shifted = coupling + R::Matrix::of([o.cross(x), o.cross(y), o.cross(z)]);
+        let ([x, y, z], s, c) = (o.parts(), shifted.columns(), coupling.columns());
+        let (s, c) = ([s[0].parts(), s[1].parts(), s[2].parts()], [c[0].parts(), c[1].parts(), c[2].parts()]);
         // Row i of -s o~ is o x (row i of s); column j of o~ c' is o x (row j of c).
         let moved = Symmetric {
-            xx: (y * s[2].x() - z * s[1].x()) + (y * c[2].x() - z * c[1].x()),
-            xy: (z * s[0].x() - x * s[2].x()) + (y * c[2].y() - z * c[1].y()),
-            xz: (x * s[1].x() - y * s[0].x()) + (y * c[2].z() - z * c[1].z()),
-            yy: (z * s[0].y() - x * s[2].y()) + (z * c[0].y() - x * c[2].y()),
-            yz: (x * s[1].y() - y * s[0].y()) + (z * c[0].z() - x * c[2].z()),
-            zz: (x * s[1].z() - y * s[0].z()) + (x * c[1].z() - y * c[0].z()),
+            xx: (y * s[2][0] - z * s[1][0]) + (y * c[2][0] - z * c[1][0]),
+            xy: (z * s[0][0] - x * s[2][0]) + (y * c[2][1] - z * c[1][1]),
+            xz: (x * s[1][0] - y * s[0][0]) + (y * c[2][2] - z * c[1][2]),
+            yy: (z * s[0][1] - x * s[2][1]) + (z * c[0][1] - x * c[2][1]),
+            yz: (x * s[1][1] - y * s[0][1]) + (z * c[0][2] - x * c[2][2]),
+            zz: (x * s[1][2] - y * s[0][2]) + (x * c[1][2] - y * c[0][2]),
         };
         Self { moment: moment + moved, coupling: shifted, mass }
     }

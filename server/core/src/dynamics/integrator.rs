@@ -14,6 +14,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::real::{MaskOf, Real};
+
 /// The method of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Integrator {
@@ -60,13 +62,12 @@ impl History {
     /// before. That is foreseen exactly, and the rest as for other joints.
     #[inline]
     pub(super) fn extrapolated(self, at: Implicitness, change: f64, before: f64) -> f64 {
-        let f = at.decay();
         let drift = match self {
             Self::Given | Self::Interrupted | Self::Kinked => return 0.0,
             Self::Smooth => 0.0,
-            Self::SmoothTwice => change - f * before,
+            Self::SmoothTwice => change - at.decay() * before,
         };
-        (1.0 - at.damper()) * f * (change + 0.5 * f * drift)
+        at.ahead(change, drift)
     }
 }
 
@@ -89,11 +90,11 @@ pub(super) const STIFF: f64 = 1e16;
 /// (m + h t d + h^2 b k) (z - 1)^2 + ... = 0 with b = (3 t - 1)/2, c = (1 - t)/2, and |z| <= 1 holds if
 /// k (1 - 2 b - 2 c) <= 0, which is -k (2 t - 1) <= 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Implicitness {
+pub struct Implicitness<R: Real = f64> {
     /// t.
-    damper: f64,
+    damper: R,
     /// The part of a lone damper's velocity that is left after a step.
-    decay: f64,
+    decay: R,
 }
 
 impl Implicitness {
@@ -101,71 +102,110 @@ impl Implicitness {
     pub const BACKWARD: Self = Self { damper: 1.0, decay: 0.0 };
     /// The mean.
     pub const MEAN: Self = Self { damper: 0.5, decay: 1.0 };
+}
+
+impl<R: Real> Implicitness<R> {
+    /// The same of each.
+    #[inline(always)]
+    pub fn splat(zero: R, Implicitness { damper, decay }: Implicitness) -> Self {
+        Self { damper: zero.splat(damper), decay: zero.splat(decay) }
+    }
+
+    /// The first where it is yes, else the second.
+    #[inline(always)]
+    pub(super) fn select(first: R::Mask, yes: Self, no: Self) -> Self {
+        Self { damper: first.select(yes.damper, no.damper), decay: first.select(yes.decay, no.decay) }
+    }
 
     /// For a joint whose springs and dampers would stop it within 1 / `stiffness` steps, h (d + h k) / I.
     ///
     /// A lone damper's velocity decays by 1 / (1 + x + x^2/2 + x^3/6 + x^4/24) in a step, x its `stiffness`: exp(-x)
     /// for small x, and never beyond zero for large ones.
-    #[inline]
-    pub fn of(stiffness: f64) -> Self {
+    #[inline(always)]
+    pub fn of(stiffness: R) -> Self {
         let x = stiffness;
-        if x < STIFF {
-            let (before, rest) = Self::ratio(x);
-            let all = 1.0 + x * rest;
-            // One division for both.
-            let inverse = 1.0 / (rest * all);
-            Self { damper: 1.0 - before * all * inverse, decay: rest * inverse }
-        } else {
-            Self::BACKWARD
+        let backward = Self::splat(x, Implicitness::BACKWARD);
+        let is_moderate = x.lt(x.splat(STIFF));
+        if !is_moderate.any() {
+            return backward;
         }
+        let one = x.splat(1.0);
+        let (before, rest) = Self::ratio(x);
+        let all = one + x * rest;
+        // One division for both.
+        let inverse = one / (rest * all);
+        let moderate = Self { damper: one - before * all * inverse, decay: rest * inverse };
+        Self::select(is_moderate, moderate, backward)
+    }
+
+    /// The same of a joint of this inertia, by h (d + h k); the mean where nothing stops it.
+    #[inline(always)]
+    pub fn of_joint(stiffness: R, inertia: R) -> Self {
+        let mean = Self::splat(stiffness, Implicitness::MEAN);
+        let is_stiff = stiffness.splat(0.0).lt(stiffness);
+        if !is_stiff.any() {
+            return mean;
+        }
+        Self::select(is_stiff, Self::of(stiffness / inertia), mean)
     }
 
     /// The two numbers of t = 1 - first / second.
-    #[inline]
-    fn ratio(x: f64) -> (f64, f64) {
-        let before = 0.5 + x * (1.0 / 6.0 + x * (1.0 / 24.0));
-        (before, 1.0 + x * before)
+    #[inline(always)]
+    fn ratio(x: R) -> (R, R) {
+        let before = x.splat(0.5) + x * (x.splat(1.0 / 6.0) + x * x.splat(1.0 / 24.0));
+        (before, x.splat(1.0) + x * before)
     }
 
     /// Of D = m + h t d + h^2 b k, with m the `inertia` and t that of [`Implicitness::of`] a `stiffness` h (d + h k) / m: the two
     /// numbers of D = first / second, of which the second is positive. `spring` is k, and `stiffness` h (d + h k).
     ///
     /// Who divides by D so divides once, and does not wait for t: from the leaves to the root each joint waits for those before it.
-    #[inline]
-    pub fn resistance_ratio(inertia: f64, stiffness: f64, spring: f64, h: f64) -> (f64, f64) {
-        let is_moderate = stiffness < STIFF * inertia;
-        let (before, rest) = if is_moderate { Self::ratio(stiffness / inertia) } else { (0.0, 1.0) };
-        ((inertia + stiffness) * rest - (stiffness + 0.5 * h * h * spring) * before, rest)
+    #[inline(always)]
+    pub fn resistance_ratio(inertia: R, stiffness: R, spring: R, h: R) -> (R, R) {
+        let (mut before, mut rest) = (h.splat(0.0), h.splat(1.0));
+        let is_moderate = stiffness.lt(h.splat(STIFF) * inertia);
+        if is_moderate.any() {
+            let (its_before, its_rest) = Self::ratio(stiffness / inertia);
+            (before, rest) = (is_moderate.select(its_before, before), is_moderate.select(its_rest, rest));
+        }
+        ((inertia + stiffness) * rest - (stiffness + h.splat(0.5) * h * h * spring) * before, rest)
+    }
+
+    /// The change from the velocity in the middle of a step to that at its end, where the step changed it by `change`, and that is so
+    /// much more than foreseen.
+    #[inline(always)]
+    pub fn ahead(self, change: R, drift: R) -> R {
+        (change.splat(1.0) - self.damper) * self.decay * (change + change.splat(0.5) * self.decay * drift)
     }
 
     /// t.
-    #[inline]
-    pub fn damper(self) -> f64 {
+    #[inline(always)]
+    pub fn damper(self) -> R {
         self.damper
     }
 
     /// The part of a lone damper's velocity that is left after a step.
-    #[inline]
-    pub fn decay(self) -> f64 {
+    #[inline(always)]
+    pub fn decay(self) -> R {
         self.decay
     }
 
     /// Of a spring's position, by how much of h times the new velocity it is ahead.
-    #[inline]
-    pub fn spring_after(self) -> f64 {
-        1.5 * self.damper - 0.5
+    #[inline(always)]
+    pub fn spring_after(self) -> R {
+        self.damper.splat(1.5) * self.damper - self.damper.splat(0.5)
     }
 
     /// Of a spring's position, by how much of h times the old velocity it is behind.
-    #[inline]
-    pub fn spring_before(self) -> f64 {
-        0.5 - 0.5 * self.damper
+    #[inline(always)]
+    pub fn spring_before(self) -> R {
+        self.damper.splat(0.5) - self.damper.splat(0.5) * self.damper
     }
 
     /// How far ahead of q_n a spring's position is in uniform motion, as a part of h.
-    #[inline]
-    pub fn spring_ahead(self) -> f64 {
-        2.0 * self.damper - 1.0
+    #[inline(always)]
+    pub fn spring_ahead(self) -> R {
+        self.damper.splat(2.0) * self.damper - self.damper.splat(1.0)
     }
 }
 

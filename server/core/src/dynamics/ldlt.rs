@@ -1,6 +1,7 @@
 //! A symmetric 6x6 block, factorised: what a free body needs to turn force into acceleration.
 
 use super::inertia::Articulated;
+use super::real::{MaskOf, MatrixOf, Real, VectorOf};
 use super::spatial::Spatial;
 use super::spatials::Spatials;
 
@@ -8,54 +9,94 @@ use super::spatials::Spatials;
 pub(super) const FLAT: f64 = 1e-14;
 
 /// L D L' of an inertia (Golub and Van Loan, algorithm 4.1.2).
-#[derive(Clone, Debug, Default)]
-pub struct Ldlt6 {
-    pub(super) lower: [[f64; 6]; 6],
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Ldlt6<R: Real = f64> {
+    pub(super) lower: [[R; 6]; 6],
     /// 0 where a direction has no inertia: it is then not accelerated.
-    pub(super) inverse_diagonal: [f64; 6],
+    pub(super) inverse_diagonal: [R; 6],
 }
 
-impl Ldlt6 {
-    #[allow(clippy::needless_range_loop, reason = "reads as the algorithm does")]
+impl<R: Real> Ldlt6<R> {
+    /// Of nothing.
+    #[inline(always)]
+    pub(super) fn zero(zero: R) -> Self {
+        Self { lower: [[zero; 6]; 6], inverse_diagonal: [zero; 6] }
+    }
+
     /// Factorises. A flat direction counts as without inertia; see [`FLAT`].
-    pub fn new(inertia: &Articulated) -> Self {
-        let matrix = rows(inertia);
-        let largest = (0..6).map(|i| matrix[i][i].abs()).fold(0.0, f64::max);
-        let mut factors = Self::default();
-        let mut diagonal = [0.0; 6];
+    #[inline(always)]
+    #[allow(clippy::needless_range_loop, reason = "reads as the algorithm does")]
+    pub fn new(inertia: &Articulated<R>) -> Self {
+        let matrix = lower_half(inertia);
+        let zero = matrix[0][0].splat(0.0);
+        let one = zero.splat(1.0);
+        let mut largest = zero;
+        for i in 0..6 {
+            largest = largest.max(matrix[i][i].abs());
+        }
+        let least = largest * zero.splat(FLAT);
+        let mut factors = Self::zero(zero);
+        let mut diagonal = [zero; 6];
         for j in 0..6 {
             let mut d = matrix[j][j];
             for k in 0..j {
                 d -= factors.lower[j][k] * factors.lower[j][k] * diagonal[k];
             }
-            if d <= largest * FLAT {
+            let is_flat = d.le(least);
+            if is_flat.all() {
                 continue;
             }
-            diagonal[j] = d;
-            factors.inverse_diagonal[j] = 1.0 / d;
+            diagonal[j] = is_flat.select(zero, d);
+            factors.inverse_diagonal[j] = is_flat.select(zero, one / d);
             for i in j + 1..6 {
                 let mut sum = matrix[i][j];
                 for k in 0..j {
                     sum -= factors.lower[i][k] * factors.lower[j][k] * diagonal[k];
                 }
-                factors.lower[i][j] = sum / d;
+                factors.lower[i][j] = is_flat.select(zero, sum / d);
             }
         }
         factors
     }
 
     /// Whether every direction has inertia.
-    pub fn is_regular(&self) -> bool {
-        self.inverse_diagonal.iter().all(|inverse| *inverse > 0.0)
+    #[inline(always)]
+    pub fn is_regular(&self) -> R::Mask {
+        let zero = self.inverse_diagonal[0].splat(0.0);
+        let mut is_regular = zero.lt(self.inverse_diagonal[0]);
+        for inverse in self.inverse_diagonal {
+            is_regular = is_regular & zero.lt(inverse);
+        }
+        is_regular
     }
 
     /// I^-1 force.
-    pub fn solve(&self, force: Spatial) -> Spatial {
-        let mut minus = Spatials::<1>::ZERO;
-        minus.set(0, -force);
-        self.solve_all(&minus).get(0)
+    #[inline(always)]
+    #[allow(clippy::needless_range_loop, reason = "reads as the algorithm does")]
+    pub fn solve(&self, force: Spatial<R>) -> Spatial<R> {
+        let ([a, b, c], [d, e, f]) = (force.angular.parts(), force.linear.parts());
+        let mut x = [a, b, c, d, e, f];
+        for i in 0..6 {
+            for k in 0..i {
+                let known = x[k];
+                x[i] -= self.lower[i][k] * known;
+            }
+        }
+        for i in 0..6 {
+            x[i] = x[i] * self.inverse_diagonal[i];
+        }
+        for i in (0..6).rev() {
+            for k in i + 1..6 {
+                let known = x[k];
+                x[i] -= self.lower[k][i] * known;
+            }
+        }
+        let [a, b, c, d, e, f] = x;
+        Spatial { angular: R::Vector::of([a, b, c]), linear: R::Vector::of([d, e, f]) }
     }
+}
 
+impl Ldlt6 {
     /// [`solve`](Self::solve) of minus each.
     #[inline(always)]
     #[allow(clippy::needless_range_loop, reason = "reads as the algorithm does")]
@@ -91,19 +132,21 @@ impl Ldlt6 {
     }
 }
 
-/// The inertia as six rows.
-fn rows(inertia: &Articulated) -> [[f64; 6]; 6] {
-    let mut rows = [[0.0; 6]; 6];
-    let (moment, mass) = (inertia.moment.matrix(), inertia.mass.matrix());
-    for i in 0..3 {
-        for j in 0..3 {
-            rows[i][j] = moment.col(j)[i];
-            rows[i][j + 3] = inertia.coupling.col(j)[i];
-            rows[i + 3][j] = inertia.coupling.col(i)[j];
-            rows[i + 3][j + 3] = mass.col(j)[i];
-        }
-    }
-    rows
+/// The rows of an inertia, of which those above the diagonal are left out.
+#[inline(always)]
+fn lower_half<R: Real>(inertia: &Articulated<R>) -> [[R; 6]; 6] {
+    let Articulated { moment: m, coupling, mass } = inertia;
+    let [a, b, c] = coupling.columns();
+    let ([ax, ay, az], [bx, by, bz], [cx, cy, cz]) = (a.parts(), b.parts(), c.parts());
+    let none = m.xx.splat(0.0);
+    [
+        [m.xx, none, none, none, none, none],
+        [m.xy, m.yy, none, none, none, none],
+        [m.xz, m.yz, m.zz, none, none, none],
+        [ax, ay, az, mass.xx, none, none],
+        [bx, by, bz, mass.xy, mass.yy, none],
+        [cx, cy, cz, mass.xz, mass.yz, mass.zz],
+    ]
 }
 
 #[cfg(test)]

@@ -78,6 +78,12 @@ pub trait MaskOf<R>:
     /// Whether it is yes for any.
     fn any(self) -> bool;
 
+    /// Whether it is yes for all.
+    #[inline(always)]
+    fn all(self) -> bool {
+        !(!self).any()
+    }
+
     /// Whether both say the same.
     #[inline(always)]
     fn matches(self, other: Self) -> Self {
@@ -86,69 +92,65 @@ pub trait MaskOf<R>:
 }
 
 /// Three numbers.
-pub trait VectorOf<R>:
+pub trait VectorOf<R: Real>:
     Copy + Debug + Add<Output = Self> + Sub<Output = Self> + Neg<Output = Self> + Mul<R, Output = Self>
 {
     /// From its components.
-    fn new(x: R, y: R, z: R) -> Self;
+    fn of(parts: [R; 3]) -> Self;
 
-    /// The first component.
-    fn x(self) -> R;
-
-    /// The second component.
-    fn y(self) -> R;
-
-    /// The third component.
-    fn z(self) -> R;
+    /// Its components.
+    fn parts(self) -> [R; 3];
 
     /// The scalar product.
-    fn dot(self, other: Self) -> R;
+    #[inline(always)]
+    fn dot(self, other: Self) -> R {
+        let ([x, y, z], [a, b, c]) = (self.parts(), other.parts());
+        (x * a) + (y * b) + (z * c)
+    }
 
     /// The vector product.
-    fn cross(self, other: Self) -> Self;
+    #[inline(always)]
+    fn cross(self, other: Self) -> Self {
+        let ([x, y, z], [a, b, c]) = (self.parts(), other.parts());
+        Self::of([y * c - b * z, z * a - c * x, x * b - a * y])
+    }
 }
 
 /// Three columns of three numbers.
 pub trait MatrixOf<R: Real>: Copy + Debug + Add<Output = Self> + Sub<Output = Self> {
     /// From its columns.
-    fn of_columns(x: R::Vector, y: R::Vector, z: R::Vector) -> Self;
+    fn of(columns: [R::Vector; 3]) -> Self;
 
-    /// The first column.
-    fn x(self) -> R::Vector;
-
-    /// The second column.
-    fn y(self) -> R::Vector;
-
-    /// The third column.
-    fn z(self) -> R::Vector;
+    /// Its columns.
+    fn columns(self) -> [R::Vector; 3];
 
     /// `self v`.
     #[inline(always)]
     fn times(self, v: R::Vector) -> R::Vector {
-        self.x() * v.x() + self.y() * v.y() + self.z() * v.z()
+        let ([a, b, c], [x, y, z]) = (self.columns(), v.parts());
+        a * x + b * y + c * z
     }
 
     /// `self' v`, without building the transpose.
     #[inline(always)]
     fn transposed_times(self, v: R::Vector) -> R::Vector {
-        R::Vector::new(self.x().dot(v), self.y().dot(v), self.z().dot(v))
+        let [a, b, c] = self.columns();
+        R::Vector::of([a.dot(v), b.dot(v), c.dot(v)])
     }
 
     /// `self other`.
     #[inline(always)]
     fn after(self, other: Self) -> Self {
-        Self::of_columns(self.times(other.x()), self.times(other.y()), self.times(other.z()))
+        let [a, b, c] = other.columns();
+        Self::of([self.times(a), self.times(b), self.times(c)])
     }
 
     /// Its rows as columns.
     #[inline(always)]
     fn transposed(self) -> Self {
-        let (x, y, z) = (self.x(), self.y(), self.z());
-        Self::of_columns(
-            R::Vector::new(x.x(), y.x(), z.x()),
-            R::Vector::new(x.y(), y.y(), z.y()),
-            R::Vector::new(x.z(), y.z(), z.z()),
-        )
+        let [a, b, c] = self.columns();
+        let ([ax, ay, az], [bx, by, bz], [cx, cy, cz]) = (a.parts(), b.parts(), c.parts());
+        Self::of([R::Vector::of([ax, bx, cx]), R::Vector::of([ay, by, cy]), R::Vector::of([az, bz, cz])])
     }
 }
 
@@ -159,44 +161,35 @@ pub(super) fn length_in_plane<R: Real>(x: R, y: R) -> R {
     (x * x + y * y).sqrt()
 }
 
+/// Methods that are those of `f64`.
+macro_rules! of_f64 {
+    ($($name:ident($($other:ident),*);)*) => {
+        $(
+            #[inline(always)]
+            fn $name(self, $($other: Self),*) -> Self {
+                f64::$name(self, $($other),*)
+            }
+        )*
+    };
+}
+
 impl Real for f64 {
     type Mask = bool;
     type Vector = DVec3;
     type Matrix = DMat3;
 
+    of_f64! {
+        sqrt();
+        abs();
+        copysign(sign);
+        max(other);
+        min(other);
+        clamp(least, most);
+    }
+
     #[inline(always)]
     fn splat(self, value: f64) -> Self {
         value
-    }
-
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        f64::sqrt(self)
-    }
-
-    #[inline(always)]
-    fn abs(self) -> Self {
-        f64::abs(self)
-    }
-
-    #[inline(always)]
-    fn copysign(self, sign: Self) -> Self {
-        f64::copysign(self, sign)
-    }
-
-    #[inline(always)]
-    fn max(self, other: Self) -> Self {
-        f64::max(self, other)
-    }
-
-    #[inline(always)]
-    fn min(self, other: Self) -> Self {
-        f64::min(self, other)
-    }
-
-    #[inline(always)]
-    fn clamp(self, least: Self, most: Self) -> Self {
-        f64::clamp(self, least, most)
     }
 
     #[inline(always)]
@@ -210,7 +203,6 @@ impl Real for f64 {
     }
 
     #[inline(always)]
-    #[allow(clippy::float_cmp, reason = "equality is asked for")]
     fn equals(self, other: Self) -> bool {
         self == other
     }
@@ -235,54 +227,24 @@ impl MaskOf<f64> for bool {
 
 impl VectorOf<f64> for DVec3 {
     #[inline(always)]
-    fn new(x: f64, y: f64, z: f64) -> Self {
-        Self { x, y, z }
+    fn of(parts: [f64; 3]) -> Self {
+        Self::from_array(parts)
     }
 
     #[inline(always)]
-    fn x(self) -> f64 {
-        self.x
-    }
-
-    #[inline(always)]
-    fn y(self) -> f64 {
-        self.y
-    }
-
-    #[inline(always)]
-    fn z(self) -> f64 {
-        self.z
-    }
-
-    #[inline(always)]
-    fn dot(self, other: Self) -> f64 {
-        DVec3::dot(self, other)
-    }
-
-    #[inline(always)]
-    fn cross(self, other: Self) -> Self {
-        DVec3::cross(self, other)
+    fn parts(self) -> [f64; 3] {
+        self.to_array()
     }
 }
 
 impl MatrixOf<f64> for DMat3 {
     #[inline(always)]
-    fn of_columns(x: DVec3, y: DVec3, z: DVec3) -> Self {
+    fn of([x, y, z]: [DVec3; 3]) -> Self {
         Self::from_cols(x, y, z)
     }
 
     #[inline(always)]
-    fn x(self) -> DVec3 {
-        self.x_axis
-    }
-
-    #[inline(always)]
-    fn y(self) -> DVec3 {
-        self.y_axis
-    }
-
-    #[inline(always)]
-    fn z(self) -> DVec3 {
-        self.z_axis
+    fn columns(self) -> [DVec3; 3] {
+        [self.x_axis, self.y_axis, self.z_axis]
     }
 }

@@ -52,29 +52,20 @@ impl<R: Real> Symmetric<R> {
     #[inline(always)]
     pub fn matrix(&self) -> R::Matrix {
         let Self { xx, xy, xz, yy, yz, zz } = *self;
-        R::Matrix::of_columns(
-            R::Vector::new(xx, xy, xz),
-            R::Vector::new(xy, yy, yz),
-            R::Vector::new(xz, yz, zz),
-        )
+        R::Matrix::of([R::Vector::of([xx, xy, xz]), R::Vector::of([xy, yy, yz]), R::Vector::of([xz, yz, zz])])
     }
 
     /// `self v`.
     #[inline(always)]
     pub fn times(&self, v: R::Vector) -> R::Vector {
-        let Self { xx, xy, xz, yy, yz, zz } = *self;
-        R::Vector::new(
-            xx * v.x() + xy * v.y() + xz * v.z(),
-            xy * v.x() + yy * v.y() + yz * v.z(),
-            xz * v.x() + yz * v.y() + zz * v.z(),
-        )
+        let (Self { xx, xy, xz, yy, yz, zz }, [x, y, z]) = (*self, v.parts());
+        R::Vector::of([xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z])
     }
 
     /// `r self r'`.
     #[inline(always)]
     pub fn turned(&self, r: &R::Matrix) -> Self {
-        let rows = r.transposed();
-        let (x, y, z) = (rows.x(), rows.y(), rows.z());
+        let [x, y, z] = r.transposed().columns();
         let half = [self.times(x), self.times(y), self.times(z)];
         Self {
             xx: half[0].dot(x),
@@ -89,14 +80,14 @@ impl<R: Real> Symmetric<R> {
     /// `self - factor a a'`.
     #[inline(always)]
     pub fn without(&self, a: R::Vector, factor: R) -> Self {
-        let b = a * factor;
+        let ([x, y, z], [a, b, c]) = (a.parts(), (a * factor).parts());
         Self {
-            xx: self.xx - a.x() * b.x(),
-            xy: self.xy - a.x() * b.y(),
-            xz: self.xz - a.x() * b.z(),
-            yy: self.yy - a.y() * b.y(),
-            yz: self.yz - a.y() * b.z(),
-            zz: self.zz - a.z() * b.z(),
+            xx: self.xx - x * a,
+            xy: self.xy - x * b,
+            xz: self.xz - x * c,
+            yy: self.yy - y * b,
+            yz: self.yz - y * c,
+            zz: self.zz - z * c,
         }
     }
 

@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use crate::dynamics::real::Real;
+
 /// The rows of a node as a tree, see [`BlockCholesky`](super::BlockCholesky).
 #[derive(Clone, Copy)]
 pub(super) struct Branches<'a> {
@@ -76,7 +78,7 @@ impl Branches<'_> {
         for k in 0..n {
             let row = &lower[k * n..(k + 1) * n];
             for run in self.runs(self.parents[k]) {
-                x[k] -= dot(&row[run.clone()], &x[run]);
+                x[k] -= dot(0.0, &row[run.clone()], &x[run]);
             }
         }
     }
@@ -97,15 +99,18 @@ pub(super) fn subtract_multiple(values: &mut [f64], factor: f64, others: &[f64])
 
 /// The sum of products, as four sums, so that none waits for the one before it.
 #[inline(always)]
-pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
+pub(in crate::dynamics) fn dot<R: Real>(zero: R, a: &[R], b: &[R]) -> R {
     let (fours, rest) = a.as_chunks::<4>();
     let (others, other_rest) = b.as_chunks::<4>();
-    let mut sums = [0.0; 4];
+    let mut sums = [zero; 4];
     for (a, b) in fours.iter().zip(others) {
         for k in 0..4 {
             sums[k] += a[k] * b[k];
         }
     }
-    let tail: f64 = rest.iter().zip(other_rest).map(|(a, b)| a * b).sum();
+    let mut tail = zero;
+    for (a, b) in rest.iter().zip(other_rest) {
+        tail += *a * *b;
+    }
     (sums[0] + sums[2]) + (sums[1] + sums[3]) + tail
 }

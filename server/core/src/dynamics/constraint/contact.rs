@@ -3,6 +3,7 @@
 use glamx::DVec3;
 use serde::{Deserialize, Serialize};
 
+use super::contact_law::{self, Resistance, inverse_of_tangents};
 use super::side::{Side, add_transposed};
 use crate::dynamics::contact_point::ContactPoint;
 use crate::plain::vector3;
@@ -179,20 +180,7 @@ impl ContactRows {
             effect.iter_mut().zip(own).for_each(|(sum, own)| *sum += own);
         }
         self.effect = effect;
-        let [_, _, _, tt, tu, uu] = effect;
-        let (determinant, trace) = (tt * uu - tu * tu, tt + uu);
-        let half_difference = ((tt - uu) * (tt - uu) / 4.0 + tu * tu).sqrt();
-        self.gradient_step = 1.0 / (trace / 2.0 + half_difference);
-        self.inverse = if determinant > IMMOVABLE * trace * trace {
-            [uu / determinant, -tu / determinant, tt / determinant]
-        } else if trace > IMMOVABLE * effect[0] {
-            // Movable along one direction alone, as a wheel's rim on its axle: the pseudo-inverse
-            // of l v v' is v v' / l.
-            [tt, tu, uu].map(|entry| entry / (trace * trace))
-        } else {
-            self.gradient_step = 0.0;
-            [0.0; 3]
-        };
+        (self.inverse, self.gradient_step) = inverse_of_tangents(effect);
     }
 
     /// The least normal velocity for a step of `h`, from the velocities before the step and the
@@ -212,9 +200,7 @@ impl ContactRows {
     /// exact at rest.
     pub fn aim(&mut self, contact: &Contact, before: [f64; 3], turning: [f64; 3], (gravity, h): (f64, f64)) {
         let ContactPoint { distance, surface, .. } = contact.point;
-        // In steady motion these are what the point has come with, turned round, which takes no energy: more would give some.
-        let [leaving, drift @ ..] =
-            [0, 1, 2].map(|i| turning[i].clamp((-before[i]).min(0.0), (-before[i]).max(0.0)));
+        let [leaving, drift @ ..] = [0, 1, 2].map(|i| contact_law::leaving(turning[i], before[i]));
         let [before, ..] = before;
         self.drift = drift;
         if surface.stiffness > 0.0 {
@@ -224,15 +210,13 @@ impl ContactRows {
             (self.correction_velocity, self.split_impulse) = (0.0, 0.0);
             return;
         }
-        let arrives = if distance + REST > AT_REST { -(distance + REST) / h } else { 0.0 };
-        self.target = arrives + leaving;
+        self.target = contact_law::arrival(distance, h) + leaving;
         let hits = distance + h * self.unloaded[0] <= 0.0 && before < -(BOUNCE_THRESHOLD + 2.0 * gravity * h);
         // What does not bounce arrives: to end it where the hit was found would leave a gap.
         if hits && surface.restitution > 0.0 {
             self.target = self.target.max(-surface.restitution * before);
         }
-        self.correction_velocity =
-            (-OVERLAP_REDUCTION * (distance + SLOP) / h).clamp(0.0, MAX_CORRECTION_VELOCITY);
+        self.correction_velocity = contact_law::correction(distance, h);
         self.split_impulse = 0.0;
     }
 
@@ -277,45 +261,26 @@ impl ContactRows {
 
     /// Whether it can move anything.
     pub fn acts(&self) -> bool {
-        let [nn, _, _, tt, _, uu] = self.effect;
-        nn > IMMOVABLE * (nn + tt + uu)
+        contact_law::acts(self.effect)
     }
 
     /// Gives the contact the impulses that make its normal velocity reach the target or its
     /// impulse vanish, and its tangent velocities vanish as far as friction goes. The largest
     /// change of a velocity, m/s.
-    ///
-    /// The tangent impulse is projected on the disc of radius friction times normal
-    /// impulse: the circular cone of Coulomb's law, not a pyramid. Where that settles, friction
-    /// points against the slip.
     #[inline]
     pub fn solve(&mut self, blocks: &[f64], velocities: &mut [f64]) -> f64 {
         let [nn, nt, nu, tt, _, uu] = self.effect;
-        let velocity = self.slip(blocks, velocities);
-        let left = self.target - velocity[0] - self.compliance * self.impulse[0];
-        let normal = (self.impulse[0] + left / (nn + self.compliance)).max(0.0);
-        let dn = normal - self.impulse[0];
-        let most = self.friction * normal;
-        let (mut dt, mut du) = (0.0, 0.0);
-        if most > 0.0 || self.impulse[1] != 0.0 || self.impulse[2] != 0.0 {
-            let (vt, vu) = (velocity[1] + nt * dn, velocity[2] + nu * dn);
-            let [a, b, c] = self.inverse;
-            let (mut t, mut u) = (self.impulse[1] - a * vt - b * vu, self.impulse[2] - b * vt - c * vu);
-            if t * t + u * u > most * most {
-                // It slips. The impulse that would stop it is no guide to where friction points,
-                // since the body may be easier to move one way than the other; a step against the
-                // slip is.
-                t = self.impulse[1] - self.gradient_step * vt;
-                u = self.impulse[2] - self.gradient_step * vu;
-                let size = (t * t + u * u).sqrt();
-                if size > most {
-                    (t, u) = (t * most / size, u * most / size);
-                }
-            }
-            (dt, du) = (t - self.impulse[1], u - self.impulse[2]);
-            (self.impulse[1], self.impulse[2]) = (t, u);
-        }
-        self.impulse[0] = normal;
+        let [n, t, u] = self.slip(blocks, velocities);
+        let left = self.target - n - self.compliance * self.impulse[0];
+        let resistance = Resistance {
+            normal: nn + self.compliance,
+            coupling: [nt, nu],
+            inverse: self.inverse,
+            gradient_step: self.gradient_step,
+        };
+        let before = self.impulse;
+        self.impulse = resistance.next(before, self.friction, [left, t, u]);
+        let [dn, dt, du] = [0, 1, 2].map(|k| self.impulse[k] - before[k]);
         if dn == 0.0 && dt == 0.0 && du == 0.0 {
             return 0.0;
         }

@@ -93,6 +93,16 @@ enum State {
     Sticks,
 }
 
+impl State {
+    fn of(presses: bool, sticks: bool) -> Self {
+        match (presses, sticks) {
+            (false, _) => Self::Open,
+            (true, false) => Self::Slips,
+            (true, true) => Self::Sticks,
+        }
+    }
+}
+
 /// The memory that it takes, kept from step to step.
 #[derive(Debug, Default)]
 pub struct Direct {
@@ -116,7 +126,7 @@ pub struct Direct {
     bound_residuals: Vec<f64>,
     /// Those of contacts that slip, else 0.
     slip_bounds: Vec<f64>,
-    anderson: Anderson,
+    anderson: Anderson<f64>,
     /// Which contacts slipped in the last round.
     slipped: Vec<bool>,
     /// The impulses that the last step of each contact began with.

@@ -5,6 +5,7 @@
 //! warm-started with the impulses of the step before, soft in the position error.
 
 pub mod contact;
+pub(in crate::dynamics) mod contact_law;
 pub mod direct;
 pub mod link_constraint;
 pub mod link_rows;

@@ -5,27 +5,9 @@ use pulp::Simd;
 use super::joint::{Body, Drive, Law, State, has_setpoint};
 use super::number::{Lanes, Mask};
 use super::robot::LaneRobot;
-use crate::dynamics::actuator::{LEAST_PART, NEARLY, SETTLED};
+use crate::dynamics::actuator::{NEARLY, SETTLED, advance_profile};
 use crate::dynamics::articulation::{BOTH_WAYS_UNTIL, EXACT_ROUNDS, MAX_ROUNDS};
 use crate::dynamics::real::{MaskOf as _, Real as _};
-
-/// The law alone, without its limit, over a step in which the velocity changes from `half` to `new`.
-#[inline(always)]
-fn law<S: Simd>(
-    drive: &Drive<S>,
-    q: Lanes<S>,
-    [half, new]: [Lanes<S>; 2],
-    h: Lanes<S>,
-    damper: Lanes<S>,
-) -> Lanes<S> {
-    let spring_after = q.splat(1.5) * damper - q.splat(0.5);
-    let spring_before = q.splat(0.5) - q.splat(0.5) * damper;
-    let moved = h * spring_after * new - h * spring_before * half;
-    let velocity = damper * new + (q.splat(1.0) - damper) * half;
-    drive.stiffness * (drive.position - q - moved)
-        + drive.damping * (drive.velocity - velocity)
-        + drive.feed_forward
-}
 
 /// What the law asks for, and in which of these lanes it has a limit; nothing where none has.
 #[inline(always)]
@@ -40,7 +22,7 @@ fn limited_law<S: Simd>(
         return None;
     }
     let velocities = [state.half_velocity, at.new_velocity];
-    Some((law(&state.drive, state.position, velocities, h, at.of_law), is_limited))
+    Some((state.drive.law(state.position, velocities, h, at.of_law), is_limited))
 }
 
 impl<S: Simd> LaneRobot<S> {
@@ -126,13 +108,7 @@ impl<S: Simd> LaneRobot<S> {
             let is_off = drive.limit.equals(zero);
             drive.saturated = is_limited.select(is_off.select(zero, zero.splat(f64::NAN)), drive.saturated);
             let moves = is_limited & !is_off;
-            let over = (drive.limit / law.abs()).max(zero.splat(LEAST_PART));
-            let factor = if less {
-                let over = over.min(one);
-                over * over
-            } else {
-                (at.part * over).min(one) / at.part
-            };
+            let factor = drive.factor_to_limit(law, less, at.part);
             let moves = moves & !(factor - one).abs().le(zero.splat(SETTLED));
             drive.stiffness = moves.select(drive.stiffness * factor, drive.stiffness);
             drive.damping = moves.select(drive.damping * factor, drive.damping);
@@ -151,7 +127,7 @@ impl<S: Simd> LaneRobot<S> {
         let joints = self.states[self.first..].iter_mut().zip(&self.bodies[self.first..]);
         for ((state, at), mode) in joints.zip(&self.modes[self.first..]) {
             let velocities = [state.half_velocity, at.new_velocity];
-            let asked = law(&state.drive, state.position, velocities, h, at.of_law);
+            let asked = state.drive.law(state.position, velocities, h, at.of_law);
             let limit = state.drive.limit;
             if any_weakened {
                 recover(&mut state.drive, asked, at.part, weakened);
@@ -159,7 +135,7 @@ impl<S: Simd> LaneRobot<S> {
             let saturated = state.drive.saturated;
             state.effort = saturated.is_number().select(saturated, asked.clamp(-limit, limit));
             if saturated.is_number().any() && mode.is_some_and(has_setpoint) {
-                let asked = law(&state.drive, state.position, velocities, h, at.of_law);
+                let asked = state.drive.law(state.position, velocities, h, at.of_law);
                 anti_windup(state, asked, at.new_velocity);
             }
         }
@@ -182,22 +158,12 @@ fn recover<S: Simd>(drive: &mut Drive<S>, law: Lanes<S>, part: Lanes<S>, weakene
 fn advance_setpoint<S: Simd>(state: &mut State<S>, law: &Law<S>, h: Lanes<S>) {
     let (setpoint, setpoint_velocity) = (state.setpoint, state.setpoint_velocity);
     let holds = setpoint.equals(law.target) & setpoint_velocity.equals(h.splat(0.0));
-    if !(!holds).any() {
+    if holds.all() {
         (state.setpoint, state.setpoint_velocity) = (law.target, h.splat(0.0));
         return;
     }
-    let left = law.target - setpoint;
-    let gain = law.hardest * h;
-    let braking =
-        (gain * gain / h.splat(4.0) + h.splat(2.0) * law.hardest * left.abs()).sqrt() - gain / h.splat(2.0);
-    let braking = gain.is_finite().select(braking, h.splat(f64::INFINITY));
-    let most = law.fastest.min(braking);
-    let wanted = (left / h).max(-most).min(most);
-    let setpoint_velocity = setpoint_velocity + (wanted - setpoint_velocity).max(-gain).min(gain);
-    let moved = setpoint_velocity * h;
-    let is_there = (left - moved).abs().le(h.splat(1e-12) * left.abs().max(h.splat(1.0)));
-    state.setpoint = is_there.select(law.target, setpoint + moved);
-    state.setpoint_velocity = is_there.select(h.splat(0.0), setpoint_velocity);
+    (state.setpoint, state.setpoint_velocity) =
+        advance_profile((setpoint, setpoint_velocity), law.target, (law.hardest, law.fastest), h);
 }
 
 /// See [`Axis::anti_windup`](crate::dynamics::Axis::anti_windup): of lanes whose actuators saturate.

@@ -7,45 +7,11 @@ use super::feet::MOST_FEET;
 use super::foot_rows::{Foot, FootNewton};
 use super::foot_solver::FootSolver;
 use super::number::{Lanes, Mask};
-use crate::dynamics::constraint::direct::{FLAT, HALVINGS, SLIP_TOLERANCE, SOFTNESS, TOLERANCE};
-use crate::dynamics::real::{MaskOf as _, Real as _, length_in_plane};
-
-/// Impulses of soft rows, and the weights of their derivative.
-type Soft<S> = ([Lanes<S>; 3], [Lanes<S>; 4]);
+use crate::dynamics::constraint::contact_law::{first_guess, given, is_in_cone, judge, soft, weighted};
+use crate::dynamics::constraint::direct::{FLAT, HALVINGS, SOFTNESS, TOLERANCE};
+use crate::dynamics::real::{MaskOf as _, Real as _};
 
 impl<S: Simd> Foot<S> {
-    /// The impulses of soft rows at these velocities, with this bound of friction.
-    #[inline(always)]
-    fn soft(&self, hardness: Lanes<S>, bound: Lanes<S>, [n, t, u]: [Lanes<S>; 3]) -> Soft<S> {
-        let zero = hardness.splat(0.0);
-        let normal = (self.target - n) * hardness;
-        let presses = zero.lt(normal);
-        let (normal, weight) = (presses.select(normal, zero), presses.select(hardness, zero));
-        let speed = length_in_plane(t, u);
-        let none = bound.le(zero);
-        let sticks = (speed * hardness).le(bound);
-        let (part, st, su) = (bound / speed, t / speed, u / speed);
-        let it = none.select(zero, sticks.select(-t * hardness, -st * bound));
-        let iu = none.select(zero, sticks.select(-u * hardness, -su * bound));
-        let tt = none.select(zero, sticks.select(hardness, part * su * su));
-        let tu = none.select(zero, sticks.select(zero, -part * st * su));
-        let uu = none.select(zero, sticks.select(hardness, part * st * st));
-        ([normal, it, iu], [weight, tt, tu, uu])
-    }
-
-    /// The same where it is known which rows are equations, and what slips has the friction that it had.
-    #[inline(always)]
-    fn given(&self, hardness: Lanes<S>, [n, t, u]: [Lanes<S>; 3]) -> Soft<S> {
-        let zero = hardness.splat(0.0);
-        let (presses, sticks) = (self.newton.presses, self.newton.sticks);
-        let normal = presses.select((self.target - n) * hardness, zero);
-        let it = presses.select(sticks.select(-t * hardness, self.impulse[1]), zero);
-        let iu = presses.select(sticks.select(-u * hardness, self.impulse[2]), zero);
-        let weight = presses.select(hardness, zero);
-        let tangent = (presses & sticks).select(hardness, zero);
-        ([normal, it, iu], [weight, tangent, zero, tangent])
-    }
-
     /// Writes numbers of some lanes.
     #[inline(always)]
     fn put<const N: usize>(slots: &mut [Lanes<S>; N], new: [Lanes<S>; N], lanes: Mask<S>) {
@@ -95,16 +61,11 @@ impl<S: Simd> FootSolver<S> {
         for foot in &mut *feet {
             foot.add_momentum(foot.impulse, foot.acts, momentum);
             let normal = foot.velocities(velocities)[0];
-            let alone = (foot.target - normal) / foot.effect[0];
-            let [n, t, u] = foot.impulse;
-            let pressed = zero.lt(n);
-            let bound = foot.friction * pressed.select(n, alone.max(zero));
-            let presses = (pressed | normal.lt(foot.target)) & foot.acts;
-            let most = bound * bound * zero.splat(1.0 - TOLERANCE);
-            let slips = bound.le(zero) | most.le(t * t + u * u);
+            let law = (foot.target, foot.friction);
+            let (bound, presses, sticks) = first_guess(law, foot.effect[0], foot.impulse, normal);
             foot.newton.bound = foot.acts.select(bound, zero);
-            foot.newton.presses = presses;
-            foot.newton.sticks = presses & !slips;
+            foot.newton.presses = presses & foot.acts;
+            foot.newton.sticks = sticks & foot.acts;
             foot.newton.slipped = zero.lt(zero);
         }
         joints.begin_rounds(velocities, momentum);
@@ -122,9 +83,10 @@ impl<S: Simd> FootSolver<S> {
         for foot in &mut *feet {
             let speeds = foot.slip(velocities);
             let (impulse, weights) = if is_first {
-                foot.given(*hardness, speeds)
+                let state = (foot.newton.presses, foot.newton.sticks);
+                given(foot.target, [*hardness; 2], state, foot.impulse, speeds)
             } else {
-                foot.soft(*hardness, foot.newton.bound, speeds)
+                soft(foot.target, [*hardness; 2], foot.newton.bound, speeds)
             };
             foot.add_momentum(impulse, foot.acts, force);
             for (slot, speed) in foot.newton.speeds.iter_mut().zip(speeds) {
@@ -176,10 +138,8 @@ impl<S: Simd> FootSolver<S> {
         matrix.values.copy_from_slice(inertia);
         joints.assemble(matrix);
         for foot in &*feet {
-            let [normal, tt, tu, uu] = foot.newton.weights;
             for (count, (row, (i, _))) in foot.jacobian.iter().zip(&foot.columns).enumerate() {
-                let [a, b, c] = *row;
-                let factors = [a * normal, b * tt + c * tu, b * tu + c * uu];
+                let factors = weighted(foot.newton.weights, *row);
                 // Columns before it are those of its ancestors.
                 let target = &mut matrix.values[matrix.rows[*i].at..][..=count];
                 for (target, column) in target.iter_mut().zip(&foot.jacobian[..=count]) {
@@ -229,7 +189,7 @@ impl<S: Simd> FootSolver<S> {
         for foot in &self.feet {
             let ([a, b, c], way) = (foot.newton.speeds, foot.newton.ways);
             let at = [a + length * way[0], b + length * way[1], c + length * way[2]];
-            let (impulse, _) = foot.soft(self.hardness, foot.newton.bound, at);
+            let (impulse, _) = soft(foot.target, [self.hardness; 2], foot.newton.bound, at);
             let own = sum - (way[0] * impulse[0] + way[1] * impulse[1] + way[2] * impulse[2]);
             sum = foot.acts.select(own, sum);
         }
@@ -249,32 +209,18 @@ impl<S: Simd> FootSolver<S> {
             let on = foot.acts & lanes;
             let before = foot.newton.bound;
             let speeds = foot.slip(velocities);
-            let (old, weights) = foot.soft(hardness, before, speeds);
-            let bound = foot.friction * old[0];
-            let (new, _) = foot.soft(hardness, bound, speeds);
-            let holds = zero.lt(bound) & (length_in_plane(speeds[1], speeds[2]) * hardness).le(bound);
-            let presses = zero.lt(new[0]);
-            let is_slip = presses & !holds;
-            let moved = length_in_plane(new[1] - old[1], new[2] - old[2]);
-            let was = foot.newton.weights;
-            let of_normal = alike(zero.lt(was[0]), zero.lt(weights[0]));
-            let sticks = |of: [Lanes<S>; 4]| of[1].equals(hardness) & of[2].equals(zero);
-            let of_tangents = alike(sticks(was), sticks(weights));
-            let used = foot.newton.used;
-            let turned = is_slip.select(length_in_plane(old[1] - used[1], old[2] - used[2]), zero);
-            let most = zero.splat(SLIP_TOLERANCE) * new[0];
-            changed = changed | (on & (!(of_normal & of_tangents) | most.lt(moved) | most.lt(turned)));
-            let is_slipping = is_slip & zero.lt(bound);
-            let kept =
-                [presses.select(new[0], zero), presses.select(new[1], zero), presses.select(new[2], zero)];
-            Foot::put(&mut foot.impulse, kept, on);
-            foot.newton.presses = (on & presses) | (foot.newton.presses & !on);
-            foot.newton.sticks = (on & presses & holds) | (foot.newton.sticks & !on);
-            differs = differs | (on & !alike(is_slipping, foot.newton.slipped));
-            foot.newton.slipped = (on & is_slipping) | (foot.newton.slipped & !on);
-            slips = slips | (on & is_slipping);
-            foot.newton.bound_residual = (on & is_slipping).select(bound - before, zero);
-            foot.newton.bound = (on & !is_slipping).select(bound, before);
+            let began_with = (foot.newton.used, foot.newton.weights);
+            let law = (foot.target, foot.friction);
+            let judged = judge(law, [hardness; 2], before, speeds, began_with);
+            changed = changed | (on & judged.changed);
+            Foot::put(&mut foot.impulse, judged.impulse, on);
+            foot.newton.presses = (on & judged.presses) | (foot.newton.presses & !on);
+            foot.newton.sticks = (on & judged.sticks) | (foot.newton.sticks & !on);
+            differs = differs | (on & !judged.slips.matches(foot.newton.slipped));
+            foot.newton.slipped = (on & judged.slips) | (foot.newton.slipped & !on);
+            slips = slips | (on & judged.slips);
+            foot.newton.bound_residual = (on & judged.slips).select(judged.bound - before, zero);
+            foot.newton.bound = (on & !judged.slips).select(judged.bound, before);
         }
         if (differs | slips).any() {
             self.accelerate_bounds(differs, slips);
@@ -291,14 +237,14 @@ impl<S: Simd> FootSolver<S> {
         if !slips.any() {
             return;
         }
-        let mut pairs = [[zero; 2]; MOST_FEET];
-        for (pair, foot) in pairs.iter_mut().zip(&*feet) {
+        let (mut bounds, mut residuals) = ([zero; MOST_FEET], [zero; MOST_FEET]);
+        for ((slot, residual), foot) in bounds.iter_mut().zip(&mut residuals).zip(&*feet) {
             let FootNewton { slipped, bound, bound_residual, .. } = foot.newton;
-            *pair = [slipped.select(bound, zero), bound_residual];
+            (*slot, *residual) = (slipped.select(bound, zero), bound_residual);
         }
         let count = feet.len().min(MOST_FEET);
-        anderson.advance(slips, &mut pairs[..count]);
-        for (foot, [bound, _]) in feet.iter_mut().zip(pairs) {
+        anderson.advance(slips, &mut bounds[..count], &residuals[..count]);
+        for (foot, bound) in feet.iter_mut().zip(bounds) {
             let on = slips & foot.newton.slipped;
             // Not a number is none, as for one robot.
             let bound = zero.lt(bound).select(bound, zero);
@@ -312,19 +258,11 @@ impl<S: Simd> FootSolver<S> {
         let zero = self.zero();
         let mut all = zero.le(zero);
         for foot in &self.feet {
-            let [n, t, u] = foot.impulse;
             let normal = foot.velocities(&self.velocities)[0];
             let open = !foot.acts | (foot.target - zero.splat(TOLERANCE)).le(normal);
-            let most = foot.friction * n * zero.splat(1.0 + 1e-6) + zero.splat(f64::MIN_POSITIVE);
-            let presses = zero.le(n) & length_in_plane(t, u).le(most);
+            let presses = is_in_cone(foot.impulse, foot.friction);
             all = all & ((foot.newton.presses & presses) | (!foot.newton.presses & open));
         }
         self.joints.hold(all)
     }
-}
-
-/// Where two are the same.
-#[inline(always)]
-fn alike<S: Simd>(a: Mask<S>, b: Mask<S>) -> Mask<S> {
-    (a & b) | (!a & !b)
 }

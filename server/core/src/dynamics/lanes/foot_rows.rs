@@ -10,12 +10,10 @@ use pulp::Simd;
 use super::foot_points::{FootContact, choose};
 use super::foot_solver::FootSolver;
 use super::number::{Lanes, Mask};
-use super::passes::{along, part_mut};
 use super::robot::LaneRobot;
 use super::vectors::{Matrix, Spatial, Vector};
-use crate::dynamics::constraint::contact::{
-    AT_REST, IMMOVABLE, MAX_CORRECTION_VELOCITY, OVERLAP_REDUCTION, REST, SLOP,
-};
+use crate::dynamics::articulated::{along, part_mut};
+use crate::dynamics::constraint::contact_law::{self, inverse_of_tangents};
 use crate::dynamics::real::{MaskOf as _, MatrixOf as _, Real as _, VectorOf as _};
 
 /// A foot of all copies.
@@ -208,21 +206,8 @@ impl<S: Simd> Foot<S> {
         }
         let [[nn, ..], [tn, tt, _], [un, ut, uu]] = effects;
         self.effect = [zero + nn, zero + tn, zero + un, zero + tt, zero + ut, zero + uu];
-        let [_, _, _, tt, tu, uu] = self.effect;
-        let (determinant, trace) = (tt * uu - tu * tu, tt + uu);
-        let half_difference = ((tt - uu) * (tt - uu) / zero.splat(4.0) + tu * tu).sqrt();
-        let step = zero.splat(1.0) / (trace / zero.splat(2.0) + half_difference);
-        let moves_both = (zero.splat(IMMOVABLE) * trace * trace).lt(determinant);
-        let moves_one = (zero.splat(IMMOVABLE) * self.effect[0]).lt(trace);
-        self.gradient_step = (moves_both | moves_one).select(step, zero);
-        let square = trace * trace;
-        let both = [uu / determinant, -tu / determinant, tt / determinant];
-        let one = [tt / square, tu / square, uu / square];
-        for k in 0..3 {
-            self.inverse[k] = moves_both.select(both[k], moves_one.select(one[k], zero));
-        }
-        let [nn, _, _, tt, _, uu] = self.effect;
-        self.acts = (zero.splat(IMMOVABLE) * (nn + tt + uu)).lt(nn);
+        (self.inverse, self.gradient_step) = inverse_of_tangents(self.effect);
+        self.acts = contact_law::acts(self.effect);
     }
 
     /// Sets the target of the normal velocity, from the velocities before the step.
@@ -235,14 +220,11 @@ impl<S: Simd> Foot<S> {
         let mut leaving = [zero; 3];
         for k in 0..3 {
             let turning = self.axes[k].dot(still);
-            leaving[k] = turning.clamp((-before[k]).min(zero), (-before[k]).max(zero));
+            leaving[k] = contact_law::leaving(turning, before[k]);
         }
         self.drift = [leaving[1], leaving[2]];
-        let depth = self.distance + zero.splat(REST);
-        let arrives = zero.splat(AT_REST).lt(depth).select(-depth / h, zero);
-        self.target = arrives + leaving[0];
-        let correction = zero.splat(-OVERLAP_REDUCTION) * (self.distance + zero.splat(SLOP)) / h;
-        self.correction_velocity = correction.clamp(zero, zero.splat(MAX_CORRECTION_VELOCITY));
+        self.target = contact_law::arrival(self.distance, h) + leaving[0];
+        self.correction_velocity = contact_law::correction(self.distance, h);
         self.split_impulse = zero;
     }
 

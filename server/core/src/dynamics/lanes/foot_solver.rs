@@ -3,17 +3,18 @@
 
 use pulp::Simd;
 
-use super::foot_anderson::FootAnderson;
 use super::foot_rows::Foot;
 use super::joint_rows::JointRows;
 use super::number::{Lanes, Mask};
 use super::robot::LaneRobot;
 use super::tree_cholesky::TreeCholesky;
 use super::vectors::{Spatial, Vector};
+use crate::dynamics::constraint::contact_law::Resistance;
+use crate::dynamics::constraint::direct::anderson::Anderson;
 use crate::dynamics::island::{
     CORRECTION_SWEEPS, DIRECT_AT, MAX_SPLIT_VELOCITY, MAX_SWEEPS, SETTLED, SETTLED_ROUNDS, UNCHANGED,
 };
-use crate::dynamics::real::{MaskOf as _, Real as _, length_in_plane};
+use crate::dynamics::real::{MaskOf as _, Real as _};
 use crate::dynamics::tree::Tree;
 
 /// The memory of it.
@@ -39,7 +40,7 @@ pub(super) struct FootSolver<S: Simd> {
     pub(super) force: Vec<Lanes<S>>,
     pub(super) change: Vec<Lanes<S>>,
     pub(super) hardness: Lanes<S>,
-    pub(super) anderson: FootAnderson<S>,
+    pub(super) anderson: Anderson<Lanes<S>>,
     /// The impulses that a step starts from, or has come to, are the least ones.
     pub(super) was_least: Mask<S>,
 }
@@ -62,7 +63,7 @@ impl<S: Simd> FootSolver<S> {
             force: vec![zero; n],
             change: vec![zero; n],
             hardness: zero,
-            anderson: FootAnderson::new(zero, 0),
+            anderson: Anderson::new(zero, 0),
             was_least: zero.lt(zero),
         }
     }
@@ -86,7 +87,7 @@ impl<S: Simd> FootSolver<S> {
     pub(super) fn set_feet(&mut self, columns: impl Iterator<Item = Vec<(usize, bool)>>) {
         let (zero, n) = (self.zero(), self.velocities.len());
         self.feet = columns.map(|columns| Foot::new(zero, columns, n)).collect();
-        self.anderson = FootAnderson::new(zero, self.feet.len());
+        self.anderson = Anderson::new(zero, self.feet.len());
     }
 
     /// Bytes on the heap.
@@ -177,22 +178,11 @@ impl<S: Simd> FootSolver<S> {
             let [nn, nt, nu, tt, _, uu] = foot.effect;
             let [before, t0, u0] = foot.impulse;
             let velocity = foot.slip(velocities);
-            let normal = (before + (foot.target - velocity[0]) / nn).max(zero);
-            let dn = normal - before;
-            let most = foot.friction * normal;
-            let has_friction = zero.lt(most) | !t0.equals(zero) | !u0.equals(zero);
-            let (vt, vu) = (velocity[1] + nt * dn, velocity[2] + nu * dn);
-            let [a, b, c] = foot.inverse;
-            let (t, u) = (t0 - a * vt - b * vu, u0 - b * vt - c * vu);
-            let slips = (most * most).lt(t * t + u * u);
-            let (st, su) = (t0 - foot.gradient_step * vt, u0 - foot.gradient_step * vu);
-            let size = length_in_plane(st, su);
-            let is_beyond = most.lt(size);
-            let st = is_beyond.select(st * most / size, st);
-            let su = is_beyond.select(su * most / size, su);
-            let (t, u) = (slips.select(st, t), slips.select(su, u));
-            let (dt, du) = (has_friction.select(t - t0, zero), has_friction.select(u - u0, zero));
-            let new = [normal, has_friction.select(t, t0), has_friction.select(u, u0)];
+            let (inverse, gradient_step, friction) = (foot.inverse, foot.gradient_step, foot.friction);
+            let resistance = Resistance { normal: nn, coupling: [nt, nu], inverse, gradient_step };
+            let aim = [foot.target - velocity[0], velocity[1], velocity[2]];
+            let new = resistance.next(foot.impulse, friction, aim);
+            let (dn, dt, du) = (new[0] - before, new[1] - t0, new[2] - u0);
             for (impulse, new) in foot.impulse.iter_mut().zip(new) {
                 *impulse = on.select(new, *impulse);
             }

@@ -1,13 +1,12 @@
-//! What lanes know of a root that is free, and its arithmetic: turns by quaternions, as glam has them, and the factors of its inertia, as
-//! [`ldlt`](crate::dynamics::ldlt) has them; operation by operation, since a lane has their bits.
+//! What lanes know of a root that is free, and its arithmetic: turns by quaternions, as glam has them,
+//! operation by operation, since a lane has their bits.
 
 use pulp::Simd;
 
 use super::number::{Lanes, Mask};
-use super::vectors::{Articulated, Matrix, Spatial, Vector};
+use super::vectors::{Matrix, Vector};
 use crate::dynamics::BodyState;
-use crate::dynamics::ldlt::FLAT;
-use crate::dynamics::real::{MaskOf as _, Real as _, VectorOf as _};
+use crate::dynamics::real::{Real as _, VectorOf as _};
 
 /// What a step changes of a free root: of [`BodyState`] that which is the root's. Zero where the root is fixed.
 #[derive(Clone, Copy, Debug)]
@@ -149,102 +148,4 @@ impl<S: Simd> Quaternion<S> {
         let two = w.splat(2.0);
         v * (w * w - b.dot(b)) + b * (v.dot(b) * two) + b.cross(v) * (w * two)
     }
-}
-
-/// L D L' of an inertia; see [`Ldlt6`](crate::dynamics::ldlt::Ldlt6).
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Factors<S: Simd> {
-    lower: [[Lanes<S>; 6]; 6],
-    inverse_diagonal: [Lanes<S>; 6],
-}
-
-impl<S: Simd> Factors<S> {
-    /// All numbers zero.
-    #[inline(always)]
-    pub(super) fn zero(zero: Lanes<S>) -> Self {
-        Self { lower: [[zero; 6]; 6], inverse_diagonal: [zero; 6] }
-    }
-
-    /// Factorises.
-    #[inline(always)]
-    #[allow(clippy::needless_range_loop, reason = "reads as the algorithm does")]
-    pub(super) fn of(inertia: &Articulated<S>) -> Self {
-        let matrix = lower_half(inertia);
-        let zero = matrix[0][0].splat(0.0);
-        let one = zero.splat(1.0);
-        let mut largest = zero;
-        for i in 0..6 {
-            largest = largest.max(matrix[i][i].abs());
-        }
-        let least = largest * zero.splat(FLAT);
-        let mut factors = Self::zero(zero);
-        let mut diagonal = [zero; 6];
-        for j in 0..6 {
-            let mut d = matrix[j][j];
-            for k in 0..j {
-                d -= factors.lower[j][k] * factors.lower[j][k] * diagonal[k];
-            }
-            let is_flat = d.le(least);
-            diagonal[j] = is_flat.select(zero, d);
-            factors.inverse_diagonal[j] = is_flat.select(zero, one / d);
-            for i in j + 1..6 {
-                let mut sum = matrix[i][j];
-                for k in 0..j {
-                    sum -= factors.lower[i][k] * factors.lower[j][k] * diagonal[k];
-                }
-                factors.lower[i][j] = is_flat.select(zero, sum / d);
-            }
-        }
-        factors
-    }
-
-    /// Where every direction has inertia.
-    #[inline(always)]
-    pub(super) fn is_regular(&self) -> Mask<S> {
-        let zero = self.inverse_diagonal[0].splat(0.0);
-        let mut is_regular = zero.le(zero);
-        for inverse in self.inverse_diagonal {
-            is_regular = is_regular & zero.lt(inverse);
-        }
-        is_regular
-    }
-
-    /// I^-1 force.
-    #[inline(always)]
-    pub(super) fn solve(&self, force: Spatial<S>) -> Spatial<S> {
-        let Spatial { angular: a, linear: l } = force;
-        let mut x = [a.x, a.y, a.z, l.x, l.y, l.z];
-        for i in 0..6 {
-            for k in 0..i {
-                let known = x[k];
-                x[i] -= self.lower[i][k] * known;
-            }
-        }
-        for (x, inverse) in x.iter_mut().zip(self.inverse_diagonal) {
-            *x = *x * inverse;
-        }
-        for i in (0..6).rev() {
-            for k in i + 1..6 {
-                let known = x[k];
-                x[i] -= self.lower[k][i] * known;
-            }
-        }
-        let [ax, ay, az, lx, ly, lz] = x;
-        Spatial { angular: Vector { x: ax, y: ay, z: az }, linear: Vector { x: lx, y: ly, z: lz } }
-    }
-}
-
-/// The rows of an inertia, of which those above the diagonal are left out.
-#[inline(always)]
-fn lower_half<S: Simd>(inertia: &Articulated<S>) -> [[Lanes<S>; 6]; 6] {
-    let Articulated { moment: m, coupling: c, mass } = inertia;
-    let none = m.xx.splat(0.0);
-    [
-        [m.xx, none, none, none, none, none],
-        [m.xy, m.yy, none, none, none, none],
-        [m.xz, m.yz, m.zz, none, none, none],
-        [c.x.x, c.x.y, c.x.z, mass.xx, none, none],
-        [c.y.x, c.y.y, c.y.z, mass.xy, mass.yy, none],
-        [c.z.x, c.z.y, c.z.z, mass.xz, mass.yz, mass.zz],
-    ]
 }

@@ -6,9 +6,9 @@ use pulp::Simd;
 
 use super::foot_solver::FootSolver;
 use super::number::{Lanes, Mask};
-use super::passes::{along, part_mut};
 use super::robot::LaneRobot;
 use super::vectors::{Spatial, Vector};
+use crate::dynamics::articulated::{along, part_mut};
 use crate::dynamics::implicit_inertia::LOCKED;
 use crate::dynamics::real::{MaskOf as _, MatrixOf as _, Real as _};
 

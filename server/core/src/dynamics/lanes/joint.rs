@@ -4,19 +4,17 @@ use pulp::Simd;
 
 use super::number::Lanes;
 use super::vectors::{Articulated, Matrix, Rigid, Spatial, Symmetric, Vector};
-use crate::dynamics::actuator::{Axis, Mode, PROFILE_EFFORT};
+use crate::dynamics::actuator::{self, Axis, Mode, OwnForces, PROFILE_EFFORT};
 use crate::dynamics::inertia;
+use crate::dynamics::integrator::Implicitness;
 use crate::dynamics::real::Real as _;
 
 /// What a step reads of a joint and does not change: settings and target.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Law<S: Simd> {
     /// See [`AxisSettings`](crate::dynamics::actuator::AxisSettings).
-    pub(super) own_damping: Lanes<S>,
     pub(super) friction: Lanes<S>,
-    pub(super) armature: Lanes<S>,
-    pub(super) spring_stiffness: Lanes<S>,
-    pub(super) spring_rest: Lanes<S>,
+    pub(super) own: OwnForces<Lanes<S>>,
     /// Minus infinity where there is none.
     pub(super) lower: Lanes<S>,
     /// Infinity where there is none.
@@ -54,18 +52,8 @@ pub(super) struct State<S: Simd> {
     pub(super) upper: Lanes<S>,
 }
 
-/// See [`Drive`](crate::dynamics::actuator::Drive).
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Drive<S: Simd> {
-    pub(super) stiffness: Lanes<S>,
-    pub(super) damping: Lanes<S>,
-    pub(super) position: Lanes<S>,
-    pub(super) velocity: Lanes<S>,
-    pub(super) feed_forward: Lanes<S>,
-    pub(super) limit: Lanes<S>,
-    /// NaN where it is not.
-    pub(super) saturated: Lanes<S>,
-}
+/// The law of an actuator. NaN where it is not saturated.
+pub(super) type Drive<S> = actuator::Drive<Lanes<S>, Lanes<S>>;
 
 /// A row on the velocity of one joint.
 #[derive(Clone, Copy, Debug)]
@@ -92,11 +80,9 @@ pub(super) struct Body<S: Simd> {
     pub(super) articulated: Articulated<S>,
     pub(super) bias: Spatial<S>,
     pub(super) column: Spatial<S>,
-    /// See [`Implicitness`](crate::dynamics::integrator::Implicitness).
-    pub(super) damper: Lanes<S>,
+    pub(super) implicitness: Implicitness<Lanes<S>>,
     /// The same of its actuator's law, also where that is saturated.
-    pub(super) of_law: Lanes<S>,
-    pub(super) decay: Lanes<S>,
+    pub(super) of_law: Implicitness<Lanes<S>>,
     pub(super) inverse_d: Lanes<S>,
     pub(super) drive: Lanes<S>,
     pub(super) acceleration: Spatial<S>,
@@ -122,11 +108,8 @@ impl<S: Simd> Law<S> {
     /// All numbers zero.
     pub(super) fn zero(zero: Lanes<S>) -> Self {
         Self {
-            own_damping: zero,
             friction: zero,
-            armature: zero,
-            spring_stiffness: zero,
-            spring_rest: zero,
+            own: OwnForces { damping: zero, armature: zero, spring_stiffness: zero, spring_rest: zero },
             lower: zero,
             upper: zero,
             stiffness: zero,
@@ -146,11 +129,11 @@ impl<S: Simd> Law<S> {
         let (lower, upper) = settings.limits.range();
         let given = |limit: Option<f64>| limit.unwrap_or(f64::INFINITY);
         for (slot, value) in [
-            (&mut self.own_damping, settings.damping),
+            (&mut self.own.damping, settings.damping),
             (&mut self.friction, settings.friction),
-            (&mut self.armature, settings.armature),
-            (&mut self.spring_stiffness, settings.spring_stiffness),
-            (&mut self.spring_rest, settings.spring_rest),
+            (&mut self.own.armature, settings.armature),
+            (&mut self.own.spring_stiffness, settings.spring_stiffness),
+            (&mut self.own.spring_rest, settings.spring_rest),
             (&mut self.lower, lower),
             (&mut self.upper, upper),
             (&mut self.stiffness, drive.stiffness),
@@ -271,6 +254,7 @@ impl<S: Simd> Body<S> {
         let matrix = Matrix { x: vector, y: vector, z: vector };
         let symmetric = Symmetric::scalar(zero);
         let row = Row { is_there: zero, bias: zero, impulse: zero };
+        let backward = Implicitness::splat(zero, Implicitness::BACKWARD);
         Self {
             inertia: Rigid { mass: zero, first_moment: vector, moment: symmetric },
             rotation: matrix,
@@ -282,9 +266,8 @@ impl<S: Simd> Body<S> {
             articulated: Articulated { moment: symmetric, coupling: matrix, mass: symmetric },
             bias: spatial,
             column: spatial,
-            damper: zero,
-            of_law: zero,
-            decay: zero,
+            implicitness: backward,
+            of_law: backward,
             inverse_d: zero,
             drive: zero,
             acceleration: spatial,

@@ -15,7 +15,7 @@
 //!   friction.
 //! * `pose`: frames in the world. `feet`: what of a robot touches planes. `foot_points`: where. `foot_rows`: the rows of that.
 //! * `joint_rows`: limits and dry friction beside feet.
-//! * `tree_cholesky`, `implicit_inertia`: the matrix of what impulses work against. `foot_anderson`, `foot_newton`, `foot_refinement`,
+//! * `tree_cholesky`, `implicit_inertia`: the matrix of what impulses work against. `foot_newton`, `foot_refinement`,
 //!   `foot_solver`: the impulses.
 //! * `step`: the step. `crowd`: robots of one world, whose contacts the world finds.
 //! * `single_bodies`: sweeps over contacts of single bodies, in whose lanes are contacts and not copies.
@@ -28,7 +28,6 @@ mod clearance;
 mod crowd;
 mod drives;
 mod feet;
-mod foot_anderson;
 mod foot_newton;
 mod foot_points;
 mod foot_refinement;

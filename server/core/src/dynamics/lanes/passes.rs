@@ -4,35 +4,16 @@
 use glamx::DMat3;
 use pulp::Simd;
 
-use super::free::Factors;
 use super::joint::Body;
-use super::number::{Lanes, Mask};
+use super::number::Mask;
 use super::robot::LaneRobot;
 use super::vectors::{Articulated, Matrix, Spatial, Vector};
-use crate::dynamics::articulated::SINGULAR;
-use crate::dynamics::integrator::{Integrator, STIFF};
+use crate::dynamics::articulated::{SINGULAR, along, part_mut};
+use crate::dynamics::ldlt::Ldlt6;
 use crate::dynamics::real::{MaskOf as _, MatrixOf as _, Real as _, VectorOf as _};
 use crate::dynamics::spatial::Placement;
 use crate::dynamics::tree::JointType;
 use crate::dynamics::velocity_terms::FAST;
-
-/// S' f.
-#[inline(always)]
-pub(super) fn along<S: Simd>(joint_type: JointType, force: Spatial<S>, z: Vector<S>) -> Lanes<S> {
-    match joint_type {
-        JointType::Prismatic => force.linear.dot(z),
-        _ => force.angular.dot(z),
-    }
-}
-
-/// The part of a motion that S qd adds to.
-#[inline(always)]
-pub(super) fn part_mut<S: Simd>(joint_type: JointType, motion: &mut Spatial<S>) -> &mut Vector<S> {
-    match joint_type {
-        JointType::Prismatic => &mut motion.linear,
-        _ => &mut motion.angular,
-    }
-}
 
 impl<S: Simd> LaneRobot<S> {
     /// The frame of a body at position zero, in its parent.
@@ -121,7 +102,7 @@ impl<S: Simd> LaneRobot<S> {
             above.bias += bias;
         }
         if self.first > 0 {
-            self.factors = Factors::of(&self.bodies[0].articulated);
+            self.factors = Ldlt6::new(&self.bodies[0].articulated);
         }
     }
 
@@ -131,7 +112,7 @@ impl<S: Simd> LaneRobot<S> {
         let (law, state) = (&self.laws[i], &self.states[i]);
         let (drive, q, half) = (&state.drive, state.position, state.half_velocity);
         let zero = q.splat(0.0);
-        let (h, hh) = (zero.splat(self.stepping.h), zero.splat(self.stepping.h * self.stepping.h));
+        let h = zero.splat(self.stepping.h);
         let at = &mut self.bodies[i];
         let z = at.rotation.z;
         let (column, largest) = if joint_type == JointType::Prismatic {
@@ -141,41 +122,12 @@ impl<S: Simd> LaneRobot<S> {
         };
         let own = along(joint_type, column, z);
         let is_saturated = drive.saturated.is_number();
-        let one = zero.splat(1.0);
         let resistance;
-        (at.damper, at.decay, at.of_law) = match self.stepping.integrator {
-            Integrator::Euler => {
-                let of_settings = law.armature + h * law.own_damping + hh * law.spring_stiffness;
-                let of_drive = h * drive.damping + hh * drive.stiffness;
-                resistance = (own + of_settings + is_saturated.select(zero, of_drive), one);
-                (one, zero, one)
-            }
-            Integrator::Leapfrog => {
-                let of_joint = h * law.own_damping + hh * law.spring_stiffness;
-                let stiffness = of_joint + (h * drive.damping + hh * drive.stiffness);
-                let inertia = own + law.armature;
-                resistance = resistance_ratio(
-                    inertia,
-                    is_saturated.select(of_joint, stiffness),
-                    law.spring_stiffness + is_saturated.select(zero, drive.stiffness),
-                    hh,
-                );
-                let (of_law, decay) = implicitness_of(stiffness, inertia);
-                if is_saturated.any() {
-                    let (damper, its_decay) = implicitness_of(of_joint, inertia);
-                    (is_saturated.select(damper, of_law), is_saturated.select(its_decay, decay), of_law)
-                } else {
-                    (of_law, decay, of_law)
-                }
-            }
-        };
-        let spring_ahead = zero.splat(2.0) * at.damper - one;
-        let steady = drive.stiffness * (drive.position - q - h * spring_ahead * half)
-            + drive.damping * (drive.velocity - half)
-            + drive.feed_forward;
-        let of_joint =
-            law.spring_stiffness * (law.spring_rest - q - h * spring_ahead * half) - law.own_damping * half;
-        let effort = is_saturated.select(drive.saturated, steady) + of_joint;
+        (at.implicitness, at.of_law, resistance) =
+            drive.resist(is_saturated, own, &law.own, (self.stepping.integrator, h));
+        let steady = drive.steady_law(q, half, h, at.implicitness);
+        let effort =
+            is_saturated.select(drive.saturated, steady) + law.own.steady_effort(q, half, h, at.implicitness);
         at.column = column;
         let (first, second) = resistance;
         at.inverse_d = (largest * zero.splat(SINGULAR) * second).lt(first).select(second / first, zero);
@@ -237,46 +189,4 @@ impl<S: Simd> LaneRobot<S> {
             self.responses[joint * n + i] = change;
         }
     }
-}
-
-/// Damper and decay of what stops a joint of this inertia in a step; those of the mean where nothing does.
-#[inline(always)]
-fn implicitness_of<S: Simd>(stiffness: Lanes<S>, inertia: Lanes<S>) -> (Lanes<S>, Lanes<S>) {
-    let (damper, decay) = implicitness(stiffness / inertia);
-    let is_stiff = stiffness.splat(0.0).lt(stiffness);
-    (is_stiff.select(damper, stiffness.splat(0.5)), is_stiff.select(decay, stiffness.splat(1.0)))
-}
-
-/// See [`Implicitness::resistance_ratio`](crate::dynamics::integrator::Implicitness::resistance_ratio); `hh` is the square of the step.
-#[inline(always)]
-fn resistance_ratio<S: Simd>(
-    inertia: Lanes<S>,
-    stiffness: Lanes<S>,
-    spring: Lanes<S>,
-    hh: Lanes<S>,
-) -> (Lanes<S>, Lanes<S>) {
-    let (zero, one) = (inertia.splat(0.0), inertia.splat(1.0));
-    let is_moderate = stiffness.lt(inertia.splat(STIFF) * inertia);
-    let (before, rest) = ratio(stiffness / inertia);
-    let (before, rest) = (is_moderate.select(before, zero), is_moderate.select(rest, one));
-    ((inertia + stiffness) * rest - (stiffness + hh * spring * inertia.splat(0.5)) * before, rest)
-}
-
-/// See [`Implicitness`](crate::dynamics::integrator::Implicitness): t = 1 - first / second.
-#[inline(always)]
-fn ratio<S: Simd>(x: Lanes<S>) -> (Lanes<S>, Lanes<S>) {
-    let before = x.splat(0.5) + x * (x.splat(1.0 / 6.0) + x * x.splat(1.0 / 24.0));
-    (before, x.splat(1.0) + x * before)
-}
-
-/// Damper and decay; see [`Implicitness::of`](crate::dynamics::integrator::Implicitness::of).
-#[inline(always)]
-pub(super) fn implicitness<S: Simd>(x: Lanes<S>) -> (Lanes<S>, Lanes<S>) {
-    let one = x.splat(1.0);
-    let (before, rest) = ratio(x);
-    let all = one + x * rest;
-    let inverse = one / (rest * all);
-    let is_moderate = x.lt(x.splat(STIFF));
-    let damper = one - before * all * inverse;
-    (is_moderate.select(damper, one), is_moderate.select(rest * inverse, one.splat(0.0)))
 }

@@ -7,7 +7,7 @@ use pulp::Simd;
 
 use super::clearance::{Clearance, LaneClearance};
 use super::feet::Feet;
-use super::free::{Factors, Root};
+use super::free::Root;
 use super::joint::{Body, Law, State, has_setpoint};
 use super::number::Lanes;
 use super::vectors::Vector;
@@ -16,6 +16,7 @@ use crate::dynamics::articulated::base_acceleration;
 use crate::dynamics::constraint::Impulses;
 use crate::dynamics::gravity_compensation::is_compensated;
 use crate::dynamics::integrator::{History, Integrator};
+use crate::dynamics::ldlt::Ldlt6;
 use crate::dynamics::spatial::{Placement, Spatial};
 use crate::dynamics::tree::{JointType, Tree};
 use crate::dynamics::{Articulation, BodyState};
@@ -61,7 +62,7 @@ pub struct LaneRobot<S: Simd> {
     /// The velocities that the root's position is moved by.
     pub(super) root_way: [Lanes<S>; 6],
     /// What the root and all that hangs on it resist with.
-    pub(super) factors: Factors<S>,
+    pub(super) factors: Ldlt6<Lanes<S>>,
     /// See [`Clearance`].
     pub(super) levers: Vec<Lanes<S>>,
     /// How far points can still move before they can touch anything.
@@ -135,7 +136,7 @@ impl<S: Simd> LaneRobot<S> {
             root_responses: vec![[zero; 6]; n],
             root_new: [zero; 6],
             root_way: [zero; 6],
-            factors: Factors::zero(zero),
+            factors: Ldlt6::zero(zero),
             levers: vec![zero; n],
             clearance: LaneClearance::endless(zero),
             slack: 0.0,

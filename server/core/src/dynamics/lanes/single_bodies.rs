@@ -16,8 +16,9 @@ use self::batches::{Batches, Layout};
 use super::number::Lanes;
 use super::vectorized::vectorized;
 use crate::dynamics::constraint::contact::ContactRows;
+use crate::dynamics::constraint::contact_law::Resistance;
 use crate::dynamics::constraint::momentum::Momentum;
-use crate::dynamics::real::{MaskOf as _, Real as _, length_in_plane};
+use crate::dynamics::real::{MaskOf as _, Real as _};
 use crate::dynamics::tree::SingleBody;
 
 /// Velocities of a body.
@@ -220,22 +221,11 @@ fn solve<S: Simd, const ALIKE: bool>(
     }
     let [n0, t0, u0] = carried;
 
+    let resistance =
+        Resistance { normal: nn + compliance, coupling: [nt, nu], inverse: [a, b, c], gradient_step };
     let left = target - velocity[0] - compliance * n0;
-    let normal = (n0 + left / (nn + compliance)).max(zero);
-    let dn = normal - n0;
-    let most = friction * normal;
-    let has_friction = zero.lt(most) | !t0.equals(zero) | !u0.equals(zero);
-    let (vt, vu) = (velocity[1] + nt * dn, velocity[2] + nu * dn);
-    let (t, u) = (t0 - a * vt - b * vu, u0 - b * vt - c * vu);
-    let slips = (most * most).lt(t * t + u * u);
-    let (slip_t, slip_u) = (t0 - gradient_step * vt, u0 - gradient_step * vu);
-    let size = length_in_plane(slip_t, slip_u);
-    let is_beyond = most.lt(size);
-    let slip_t = is_beyond.select(slip_t * most / size, slip_t);
-    let slip_u = is_beyond.select(slip_u * most / size, slip_u);
-    let (t, u) = (slips.select(slip_t, t), slips.select(slip_u, u));
-    let (t, u) = (has_friction.select(t, t0), has_friction.select(u, u0));
-    let (dt, du) = (t - t0, u - u0);
+    let [normal, t, u] = resistance.next(carried, friction, [left, velocity[1], velocity[2]]);
+    let (dn, dt, du) = (normal - n0, t - t0, u - u0);
     write(normal, &mut impulses[..width]);
     write(t, &mut impulses[width..2 * width]);
     write(u, &mut impulses[2 * width..3 * width]);

@@ -146,7 +146,6 @@ impl<S: Simd> LaneRobot<S> {
     #[inline(always)]
     fn finish(&mut self, kinked: Mask<S>) {
         let zero = self.occupied.splat(0.0);
-        let (one, half) = (zero.splat(1.0), zero.splat(0.5));
         let h = zero.splat(self.stepping.h);
         let is_leapfrog = self.stepping.integrator == Integrator::Leapfrog;
         let was_given = zero.splat(number(History::Given));
@@ -181,8 +180,9 @@ impl<S: Simd> LaneRobot<S> {
                 state.velocity = new;
                 continue;
             }
-            let drift = is_twice.select(state.change - at.decay * state.change_before, zero);
-            let ahead = (one - at.damper) * at.decay * (state.change + half * at.decay * drift);
+            let foreseen = at.implicitness.decay() * state.change_before;
+            let drift = is_twice.select(state.change - foreseen, zero);
+            let ahead = at.implicitness.ahead(state.change, drift);
             let end = new + (is_smooth | is_twice).select(ahead, zero);
             let turns = (end * new).lt(zero) & zero.lt(law.friction);
             let end = turns.select(zero, end);

@@ -4,6 +4,7 @@
 use pulp::Simd;
 
 use super::number::{Lanes, Mask};
+use crate::dynamics::block_cholesky::dot;
 use crate::dynamics::real::Real as _;
 use crate::dynamics::tree::Tree;
 
@@ -118,28 +119,9 @@ impl<S: Simd> TreeCholesky<S> {
         for (k, TreeRow { at, runs, .. }) in self.rows.iter().enumerate() {
             for &(first, count, place) in runs {
                 let row = &self.values[*at + place..][..count];
-                let sum = dot(row, &x[first..first + count]);
+                let sum = dot(x[k].splat(0.0), row, &x[first..first + count]);
                 x[k] -= sum;
             }
         }
     }
-}
-
-/// The sum of products, as the one-robot step sums them: four sums, then what is left.
-#[inline(always)]
-fn dot<S: Simd>(a: &[Lanes<S>], b: &[Lanes<S>]) -> Lanes<S> {
-    let zero = a[0].splat(0.0);
-    let (fours, rest) = a.as_chunks::<4>();
-    let (others, other_rest) = b.as_chunks::<4>();
-    let mut sums = [zero; 4];
-    for (a, b) in fours.iter().zip(others) {
-        for k in 0..4 {
-            sums[k] += a[k] * b[k];
-        }
-    }
-    let mut tail = zero;
-    for (a, b) in rest.iter().zip(other_rest) {
-        tail += *a * *b;
-    }
-    (sums[0] + sums[2]) + (sums[1] + sums[3]) + tail
 }

@@ -72,37 +72,13 @@ impl<S: Simd> Vector<S> {
 
 impl<S: Simd> VectorOf<Lanes<S>> for Vector<S> {
     #[inline(always)]
-    fn new(x: Lanes<S>, y: Lanes<S>, z: Lanes<S>) -> Self {
+    fn of([x, y, z]: [Lanes<S>; 3]) -> Self {
         Self { x, y, z }
     }
 
     #[inline(always)]
-    fn x(self) -> Lanes<S> {
-        self.x
-    }
-
-    #[inline(always)]
-    fn y(self) -> Lanes<S> {
-        self.y
-    }
-
-    #[inline(always)]
-    fn z(self) -> Lanes<S> {
-        self.z
-    }
-
-    #[inline(always)]
-    fn dot(self, other: Self) -> Lanes<S> {
-        (self.x * other.x) + (self.y * other.y) + (self.z * other.z)
-    }
-
-    #[inline(always)]
-    fn cross(self, other: Self) -> Self {
-        Self {
-            x: self.y * other.z - other.y * self.z,
-            y: self.z * other.x - other.z * self.x,
-            z: self.x * other.y - other.x * self.y,
-        }
+    fn parts(self) -> [Lanes<S>; 3] {
+        [self.x, self.y, self.z]
     }
 }
 
@@ -119,23 +95,13 @@ impl<S: Simd> Matrix<S> {
 
 impl<S: Simd> MatrixOf<Lanes<S>> for Matrix<S> {
     #[inline(always)]
-    fn of_columns(x: Vector<S>, y: Vector<S>, z: Vector<S>) -> Self {
+    fn of([x, y, z]: [Vector<S>; 3]) -> Self {
         Self { x, y, z }
     }
 
     #[inline(always)]
-    fn x(self) -> Vector<S> {
-        self.x
-    }
-
-    #[inline(always)]
-    fn y(self) -> Vector<S> {
-        self.y
-    }
-
-    #[inline(always)]
-    fn z(self) -> Vector<S> {
-        self.z
+    fn columns(self) -> [Vector<S>; 3] {
+        [self.x, self.y, self.z]
     }
 }
 

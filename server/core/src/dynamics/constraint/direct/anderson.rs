@@ -1,90 +1,167 @@
 //! Anderson's acceleration of a fixed point z = g(z): the next z is chosen among all combinations of the last ones whose
 //! residuals g(z) - z have the least norm (Walker and Ni, "Anderson acceleration for fixed-point iterations" (2011)). Where g is
 //! affine, as many steps as z has numbers are enough.
+//!
+//! Of several lanes each begins anew in rounds of its own, so each has a number of differences of its own. What a lane does not have counts
+//! as a row and a column of the unit matrix with a right side of zero, which changes no other number.
+
+use crate::dynamics::real::{MaskOf, Real};
 
 /// Differences that are kept.
-pub(in crate::dynamics) const DEPTH: usize = 6;
+const DEPTH: usize = 6;
 
 /// What is added to the diagonal of the normal equations, as a part of it.
-pub(in crate::dynamics) const DAMPING: f64 = 1e-14;
+const DAMPING: f64 = 1e-14;
 
 /// The memory of it.
 #[derive(Debug, Default)]
-pub(in crate::dynamics) struct Anderson {
+pub(in crate::dynamics) struct Anderson<R> {
     /// The last z and its residual.
-    last: [Vec<f64>; 2],
-    /// Differences of z and of residuals, one after the other; the oldest is written over.
-    differences: [Vec<f64>; 2],
+    last: [Vec<R>; 2],
+    /// Differences of z and of residuals; the oldest is written over.
+    differences: [[Vec<R>; 2]; DEPTH],
     /// How many there have been.
-    count: usize,
-    is_begun: bool,
+    count: R,
+    /// Where the next one is written.
+    next: R,
+    /// 1 where there is a last one.
+    is_begun: R,
 }
 
-impl Anderson {
-    /// Forgets what was.
-    pub(in crate::dynamics) fn begin(&mut self) {
-        (self.count, self.is_begun) = (0, false);
+impl<R: Real> Anderson<R> {
+    /// Of so many numbers.
+    pub(in crate::dynamics) fn new(zero: R, size: usize) -> Self {
+        let none = || [vec![zero; size], vec![zero; size]];
+        let differences = std::array::from_fn(|_| none());
+        Self { last: none(), differences, count: zero, next: zero, is_begun: zero }
     }
 
-    /// Replaces `z` by the next one. `residual` is g(z) - z.
-    pub(in crate::dynamics) fn advance(&mut self, z: &mut [f64], residual: &[f64]) {
-        let n = z.len();
-        let size = |list: &mut Vec<f64>, size: usize| {
-            list.clear();
-            list.resize(size, 0.0);
-        };
-        let Self { last, differences, count, is_begun } = self;
-        if !*is_begun {
-            last.iter_mut().for_each(|list| size(list, n));
-            differences.iter_mut().for_each(|list| size(list, DEPTH * n));
-        } else {
-            let at = *count % DEPTH * n;
-            for (i, (z, residual)) in z.iter().zip(residual).enumerate() {
-                differences[0][at + i] = z - last[0][i];
-                differences[1][at + i] = residual - last[1][i];
-            }
-            *count += 1;
+    /// Bytes on the heap.
+    pub(in crate::dynamics) fn bytes(&self) -> usize {
+        2 * (DEPTH + 1) * size_of_val(&self.last[0][..])
+    }
+
+    /// Forgets what was in some lanes.
+    #[inline(always)]
+    pub(in crate::dynamics) fn begin(&mut self, lanes: R::Mask) {
+        let zero = self.count.splat(0.0);
+        for own in [&mut self.count, &mut self.next, &mut self.is_begun] {
+            *own = lanes.select(zero, *own);
         }
-        *is_begun = true;
-        last[0].copy_from_slice(z);
-        last[1].copy_from_slice(residual);
-        let kept = (*count).min(DEPTH);
-        let column = |list: usize, j: usize| &differences[list][j * n..(j + 1) * n];
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        // Normal equations, by Gauss: they are few, symmetric and not indefinite.
-        let (mut matrix, mut right) = ([[0.0; DEPTH]; DEPTH], [0.0; DEPTH]);
-        for (i, (row, right)) in matrix.iter_mut().zip(&mut right).take(kept).enumerate() {
-            for (j, entry) in row.iter_mut().take(kept).enumerate() {
-                *entry = dot(column(1, i), column(1, j));
-            }
-            row[i] *= 1.0 + DAMPING;
-            *right = dot(column(1, i), residual);
+    }
+
+    /// Replaces `z` of some lanes by the next one. `residual` is g(z) - z.
+    #[inline(always)]
+    #[allow(clippy::needless_range_loop, reason = "reads as the algorithm does")]
+    pub(in crate::dynamics) fn advance(&mut self, lanes: R::Mask, z: &mut [R], residual: &[R]) {
+        let zero = self.count.splat(0.0);
+        self.keep(lanes, [z, residual]);
+        // Lanes that have so many differences or more have that one.
+        let mut has = [zero.lt(zero); DEPTH];
+        let mut kept = 0;
+        for (j, has) in has.iter_mut().enumerate() {
+            *has = lanes & zero.splat(j as f64).lt(self.count);
+            kept = if has.any() { j + 1 } else { kept };
         }
+        let (mut matrix, mut right) = ([[zero; DEPTH]; DEPTH], [zero; DEPTH]);
         for i in 0..kept {
-            if matrix[i][i] <= 0.0 {
-                matrix[i] = [0.0; DEPTH];
-                (matrix[i][i], right[i]) = (1.0, 0.0);
+            let [_, own] = &self.differences[i];
+            for j in 0..=i {
+                matrix[i][j] = has[i].select(dot(own, &self.differences[j][1]), zero);
+                matrix[j][i] = matrix[i][j];
             }
-            let pivot = matrix[i];
-            for j in i + 1..kept {
-                let factor = matrix[j][i] / matrix[i][i];
-                for (value, above) in matrix[j].iter_mut().zip(pivot).take(kept).skip(i) {
-                    *value -= factor * above;
+            let damped = matrix[i][i] * zero.splat(1.0 + DAMPING);
+            matrix[i][i] = has[i].select(damped, zero.splat(1.0));
+            right[i] = has[i].select(dot(own, residual), zero);
+        }
+        solve(&mut matrix, &mut right, kept);
+        for (index, (z, residual)) in z.iter_mut().zip(residual).enumerate() {
+            let mut new = *z + *residual;
+            for j in 0..kept {
+                let [moved, left] = &self.differences[j];
+                new = has[j].select(new - right[j] * (moved[index] + left[index]), new);
+            }
+            *z = lanes.select(new, *z);
+        }
+    }
+
+    /// Keeps what some lanes have now, and how it differs from the last.
+    #[inline(always)]
+    fn keep(&mut self, lanes: R::Mask, now: [&[R]; 2]) {
+        let Self { last, differences, count, next, is_begun } = self;
+        let zero = count.splat(0.0);
+        let one = zero.splat(1.0);
+        if last[0].len() != now[0].len() {
+            for list in last.iter_mut().chain(differences.as_flattened_mut()) {
+                list.clear();
+                list.resize(now[0].len(), zero);
+            }
+        }
+        let continues = lanes & zero.lt(*is_begun);
+        if continues.any() {
+            for (j, differences) in differences.iter_mut().enumerate() {
+                let here = continues & next.equals(zero.splat(j as f64));
+                if !here.any() {
+                    continue;
                 }
-                right[j] -= factor * right[i];
+                for ((slots, now), last) in differences.iter_mut().zip(now).zip(&*last) {
+                    for ((slot, now), last) in slots.iter_mut().zip(now).zip(last) {
+                        *slot = here.select(*now - *last, *slot);
+                    }
+                }
+            }
+            *count = continues.select(*count + one, *count);
+            let after = *next + one;
+            let after = after.equals(zero.splat(DEPTH as f64)).select(zero, after);
+            *next = continues.select(after, *next);
+        }
+        *is_begun = lanes.select(one, *is_begun);
+        for (slots, now) in last.iter_mut().zip(now) {
+            for (slot, now) in slots.iter_mut().zip(now) {
+                *slot = lanes.select(*now, *slot);
             }
         }
-        for i in (0..kept).rev() {
-            let known: f64 = (i + 1..kept).map(|j| matrix[i][j] * right[j]).sum();
-            right[i] = (right[i] - known) / matrix[i][i];
+    }
+}
+
+/// The scalar product; not of nothing.
+#[inline(always)]
+fn dot<R: Real>(a: &[R], b: &[R]) -> R {
+    let mut sum = a[0] * b[0];
+    for (a, b) in a[1..].iter().zip(&b[1..]) {
+        sum += *a * *b;
+    }
+    sum
+}
+
+/// Solves the normal equations by Gauss: they are few, symmetric and not indefinite.
+#[inline(always)]
+#[allow(clippy::needless_range_loop, reason = "reads as the algorithm does")]
+fn solve<R: Real>(matrix: &mut [[R; DEPTH]; DEPTH], right: &mut [R; DEPTH], kept: usize) {
+    let zero = right[0].splat(0.0);
+    for i in 0..kept {
+        let is_none = matrix[i][i].le(zero);
+        if is_none.any() {
+            for j in 0..kept {
+                let unit = zero.splat(if j == i { 1.0 } else { 0.0 });
+                matrix[i][j] = is_none.select(unit, matrix[i][j]);
+            }
+            right[i] = is_none.select(zero, right[i]);
         }
-        for (z, residual) in z.iter_mut().zip(residual) {
-            *z += residual;
+        for j in i + 1..kept {
+            let factor = matrix[j][i] / matrix[i][i];
+            for k in i..kept {
+                matrix[j][k] -= factor * matrix[i][k];
+            }
+            right[j] -= factor * right[i];
         }
-        for (j, part) in right[..kept].iter().enumerate() {
-            let moved = column(0, j).iter().zip(column(1, j));
-            z.iter_mut().zip(moved).for_each(|(z, (dz, dr))| *z -= part * (dz + dr));
+    }
+    for i in (0..kept).rev() {
+        let mut known = zero.splat(-0.0);
+        for j in i + 1..kept {
+            known += matrix[i][j] * right[j];
         }
+        right[i] = (right[i] - known) / matrix[i][i];
     }
 }
 
@@ -100,12 +177,12 @@ mod tests {
         let residual = |z: &[f64; 3]| {
             [0, 1, 2].map(|i| a[i].iter().zip(z).map(|(a, z)| a * z).sum::<f64>() + b[i] - z[i])
         };
-        let (mut anderson, mut z) = (Anderson::default(), [0.0; 3]);
+        let (mut anderson, mut z) = (Anderson::new(0.0, 3), [0.0; 3]);
         for _ in 0..2 {
-            anderson.begin();
+            anderson.begin(true);
             for _ in 0..6 {
                 let left = residual(&z);
-                anderson.advance(&mut z, &left);
+                anderson.advance(true, &mut z, &left);
             }
             assert!(residual(&z).iter().all(|left| left.abs() < 1e-9), "{:?}", residual(&z));
             z = [3.0, -1.0, 2.0];

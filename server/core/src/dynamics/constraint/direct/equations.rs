@@ -4,6 +4,7 @@ use super::{Direct, SOFTNESS, State, System, TOLERANCE};
 use crate::dynamics::articulation::Articulation;
 use crate::dynamics::block_cholesky::BlockCholesky;
 use crate::dynamics::constraint::contact::ContactRows;
+use crate::dynamics::constraint::contact_law::weighted;
 use crate::dynamics::constraint::link_rows::LinkState;
 use crate::dynamics::constraint::side::{Side, add_transposed};
 use crate::dynamics::constraint::three_rows::weigh;
@@ -49,9 +50,7 @@ impl Direct {
             if weights == [0.0; 4] {
                 continue;
             }
-            let [normal, tt, tu, uu] = weights;
-            let weigh = |[a, b, c]: [f64; 3]| [a * normal, b * tt + c * tu, b * tu + c * uu];
-            add_rows(&mut self.matrix, rows, system.blocks, weigh);
+            add_rows(&mut self.matrix, rows, system.blocks, |entries| weighted(weights, entries));
         }
         for link in system.links.iter().filter(|link| link.weights != [0.0; 6]) {
             add_rows(&mut self.matrix, &link.rows, system.blocks, |entries| weigh(link.weights, entries));

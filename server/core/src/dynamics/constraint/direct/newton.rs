@@ -2,7 +2,7 @@
 
 use super::{Direct, SLIP_TOLERANCE, State, System, TOLERANCE};
 use crate::dynamics::articulation::Articulation;
-use crate::dynamics::constraint::contact::ContactRows;
+use crate::dynamics::constraint::contact_law::{first_guess, given, is_in_cone, judge, soft};
 use crate::dynamics::constraint::link_rows::LinkState;
 
 /// A step is short enough where what is left of the slope is at most this part of that at its begin.
@@ -20,47 +20,6 @@ pub(super) enum Progress {
     Settled,
 }
 
-/// The impulses of a contact's soft rows at these velocities, with this bound of friction, and the weights of their derivative: of the
-/// normal, and tt, tu, uu of the tangents.
-fn soft(
-    rows: &ContactRows,
-    [normal_hardness, hardness]: [f64; 2],
-    bound: f64,
-    [n, t, u]: [f64; 3],
-) -> ([f64; 3], [f64; 4]) {
-    let normal = (rows.target - n) * normal_hardness;
-    let (normal, weight) = if normal > 0.0 { (normal, normal_hardness) } else { (0.0, 0.0) };
-    let speed = length(t, u);
-    if bound <= 0.0 {
-        ([normal, 0.0, 0.0], [weight, 0.0, 0.0, 0.0])
-    } else if speed * hardness <= bound {
-        ([normal, -t * hardness, -u * hardness], [weight, hardness, 0.0, hardness])
-    } else {
-        let (part, t, u) = (bound / speed, t / speed, u / speed);
-        ([normal, -t * bound, -u * bound], [weight, part * u * u, -part * t * u, part * t * t])
-    }
-}
-
-/// Without the care of `hypot` for squares that are too small or too large for a number, which takes longer than all else here.
-fn length(t: f64, u: f64) -> f64 {
-    (t * t + u * u).sqrt()
-}
-
-/// The same where it is known which rows are equations, and what slips has the friction that it had.
-fn given(
-    rows: &ContactRows,
-    [normal_hardness, hardness]: [f64; 2],
-    state: State,
-    [n, t, u]: [f64; 3],
-) -> ([f64; 3], [f64; 4]) {
-    let normal = (rows.target - n) * normal_hardness;
-    match state {
-        State::Open => ([0.0; 3], [0.0; 4]),
-        State::Slips => ([normal, rows.impulse[1], rows.impulse[2]], [normal_hardness, 0.0, 0.0, 0.0]),
-        State::Sticks => ([normal, -t * hardness, -u * hardness], [normal_hardness, hardness, 0.0, hardness]),
-    }
-}
-
 impl Direct {
     /// Takes velocities and impulses as they are.
     pub(super) fn begin_rounds<R: AsMut<Articulation>>(&mut self, system: &System<'_, R>) {
@@ -71,7 +30,7 @@ impl Direct {
         self.momentum.resize(system.velocities.len(), 0.0);
         self.bounds.clear();
         self.states.clear();
-        self.anderson.begin();
+        self.anderson.begin(true);
         self.slipped.clear();
         self.slipped.resize(system.rows.len(), false);
         for rows in &*system.rows {
@@ -79,14 +38,11 @@ impl Direct {
             if rows.acts() {
                 rows.add_momentum(system.blocks, rows.impulse, &mut self.momentum);
                 let normal = rows.velocities(system.blocks, system.velocities)[0];
-                // What has just met has no impulse yet: that which it would have alone.
-                let alone = (rows.target - normal) / (rows.effect[0] + rows.compliance);
-                bound = rows.friction * if rows.impulse[0] > 0.0 { rows.impulse[0] } else { alone.max(0.0) };
-                let [n, t, u] = rows.impulse;
-                if n > 0.0 || normal < rows.target {
-                    let slips = bound <= 0.0 || t * t + u * u >= bound * bound * (1.0 - TOLERANCE);
-                    state = if slips { State::Slips } else { State::Sticks };
-                }
+                let resistance = rows.effect[0] + rows.compliance;
+                let (presses, sticks);
+                (bound, presses, sticks) =
+                    first_guess((rows.target, rows.friction), resistance, rows.impulse, normal);
+                state = State::of(presses, sticks);
             }
             self.bounds.push(bound);
             self.states.push(state);
@@ -120,9 +76,10 @@ impl Direct {
             if rows.acts() {
                 speeds = rows.slip(system.blocks, system.velocities);
                 (impulse, weights) = if is_first {
-                    given(rows, self.hardness[i], self.states[i], speeds)
+                    let state = (self.states[i] != State::Open, self.states[i] == State::Sticks);
+                    given(rows.target, self.hardness[i], state, rows.impulse, speeds)
                 } else {
-                    soft(rows, self.hardness[i], self.bounds[i], speeds)
+                    soft(rows.target, self.hardness[i], self.bounds[i], speeds)
                 };
                 rows.add_momentum(system.blocks, impulse, &mut self.force);
             }
@@ -217,7 +174,7 @@ impl Direct {
                 if rows.acts() {
                     let ([a, b, c], way) = (self.speeds[i], self.ways[i]);
                     let at = [a + length * way[0], b + length * way[1], c + length * way[2]];
-                    let (impulse, _) = soft(rows, self.hardness[i], self.bounds[i], at);
+                    let (impulse, _) = soft(rows.target, self.hardness[i], self.bounds[i], at);
                     sum -= way[0] * impulse[0] + way[1] * impulse[1] + way[2] * impulse[2];
                 }
             }
@@ -256,50 +213,30 @@ impl Direct {
             if !rows.acts() {
                 continue;
             }
-            let (both, before) = (self.hardness[i], self.bounds[i]);
-            let [_, hardness] = both;
+            let before = self.bounds[i];
             let speeds = rows.slip(system.blocks, system.velocities);
-            let (old, weights) = soft(rows, both, before, speeds);
-            let bound = rows.friction * old[0];
-            let (new, _) = soft(rows, both, bound, speeds);
-            let holds = bound > 0.0 && length(speeds[1], speeds[2]) * hardness <= bound;
-            let state = match (new[0] > 0.0, holds) {
-                (false, _) => State::Open,
-                (true, true) => State::Sticks,
-                (true, false) => State::Slips,
-            };
-            let moved = length(new[1] - old[1], new[2] - old[2]);
-            let was = self.weights[i];
-            let alike = (was[0] > 0.0) == (weights[0] > 0.0)
-                && (was[1] == hardness && was[2] == 0.0) == (weights[1] == hardness && weights[2] == 0.0);
-            let turned = match state {
-                // Across the slip the derivative is not constant: the step was not exact.
-                State::Slips => length(old[1] - self.used[i][1], old[2] - self.used[i][2]),
-                State::Open | State::Sticks => 0.0,
-            };
-            changed |= !alike || moved > SLIP_TOLERANCE * new[0] || turned > SLIP_TOLERANCE * new[0];
-            let is_slipping = state == State::Slips && bound > 0.0;
-            (rows.impulse, self.states[i]) = (new, state);
-            is_same &= is_slipping == self.slipped[i];
-            self.slipped[i] = is_slipping;
-            if is_slipping {
-                self.bound_residuals[i] = bound - before;
+            let began_with = (self.used[i], self.weights[i]);
+            let law = (rows.target, rows.friction);
+            let judged = judge(law, self.hardness[i], before, speeds, began_with);
+            changed |= judged.changed;
+            (rows.impulse, self.states[i]) = (judged.impulse, State::of(judged.presses, judged.sticks));
+            is_same &= judged.slips == self.slipped[i];
+            self.slipped[i] = judged.slips;
+            if judged.slips {
+                self.bound_residuals[i] = judged.bound - before;
                 slips = true;
             } else {
-                self.bounds[i] = bound;
-            }
-            if state == State::Open {
-                rows.impulse = [0.0; 3];
+                self.bounds[i] = judged.bound;
             }
         }
         if !is_same {
-            self.anderson.begin();
+            self.anderson.begin(true);
         }
         if slips {
             let slipped = self.slipped.iter().zip(&self.bounds);
             self.slip_bounds.clear();
             self.slip_bounds.extend(slipped.map(|(slips, bound)| if *slips { *bound } else { 0.0 }));
-            self.anderson.advance(&mut self.slip_bounds, &self.bound_residuals);
+            self.anderson.advance(true, &mut self.slip_bounds, &self.bound_residuals);
             for (i, bound) in self.bounds.iter_mut().enumerate().filter(|(i, _)| self.slipped[*i]) {
                 *bound = self.slip_bounds[i].max(0.0);
             }
@@ -324,17 +261,12 @@ impl Direct {
 
     /// Whether the impulses keep to their bounds, and what is not active to its side.
     pub(super) fn holds<R>(&self, system: &System<'_, R>) -> bool {
-        let contacts = system.rows.iter().zip(&self.states).all(|(rows, state)| {
-            let [n, t, u] = rows.impulse;
-            match state {
-                State::Open => {
-                    !rows.acts()
-                        || rows.velocities(system.blocks, system.velocities)[0] >= rows.target - TOLERANCE
-                }
-                State::Slips | State::Sticks => {
-                    n >= 0.0 && length(t, u) <= rows.friction * n * (1.0 + 1e-6) + f64::MIN_POSITIVE
-                }
+        let contacts = system.rows.iter().zip(&self.states).all(|(rows, state)| match state {
+            State::Open => {
+                !rows.acts()
+                    || rows.velocities(system.blocks, system.velocities)[0] >= rows.target - TOLERANCE
             }
+            State::Slips | State::Sticks => is_in_cone(rows.impulse, rows.friction),
         });
         let links = system.links.iter().filter(|link| link.acts()).all(|link| {
             let [n, t, u] = link.rows.impulse;
