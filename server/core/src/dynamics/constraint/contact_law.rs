@@ -229,7 +229,10 @@ pub(in crate::dynamics) fn judge<R: Real>(
     let stuck = was[1].equals(hardness) & was[2].equals(zero);
     let of_tangents = stuck.matches(weights[1].equals(hardness) & weights[2].equals(zero));
     // Across the slip the derivative is not constant: the step was not exact.
-    let turned = slips.select(length_in_plane(old[1] - used[1], old[2] - used[2]), zero);
+    let mut turned = zero;
+    if slips.any() {
+        turned = slips.select(length_in_plane(old[1] - used[1], old[2] - used[2]), zero);
+    }
     let most = zero.splat(SLIP_TOLERANCE) * new[0];
     Judged {
         impulse: [presses.select(new[0], zero), presses.select(new[1], zero), presses.select(new[2], zero)],

@@ -20,8 +20,8 @@ pub mod turning;
 
 pub use multi_rhs::{MultiRhsSolve, respond_to_joints, respond_to_unit_forces};
 pub use response::{PlacedBody, project, project_onto, respond, respond_to_force, single_body_rows};
-pub(in crate::dynamics) use rows::NEAR;
 pub use rows::{Impulses, collect};
+pub(in crate::dynamics) use rows::{NEAR, limit_bias};
 pub use solve::{prepare, solve, sweep};
 
 /// The velocity at which a violated position is put right, as a part of it a step.

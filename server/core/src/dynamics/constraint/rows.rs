@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Constraints, ERROR_REDUCTION, Row, RowKey, WARM_START};
 use crate::dynamics::actuator::Axis;
+use crate::dynamics::real::{MaskOf, Real};
 use crate::dynamics::tree::{JointType, Tree};
 
 /// The impulses of the last step, by what they were for.
@@ -133,7 +134,7 @@ pub fn collect(
         add(RowKey::Mimic(index), entries, bodies, bias, f64::NEG_INFINITY, f64::INFINITY);
     }
     // Of a joint at its limit only the side that pushes back.
-    let bias = |distance: f64| if distance < 0.0 { ERROR_REDUCTION * distance / h } else { distance / h };
+    let bias = |distance: f64| limit_bias(distance, h);
     for (i, body) in tree.bodies.iter().enumerate() {
         if matches!(body.joint_type, JointType::Free { .. } | JointType::Spherical { .. }) {
             continue;
@@ -158,6 +159,17 @@ pub fn collect(
             }
         }
     }
+}
+
+/// The bias of a limit's row: inside, the joint may come as far as the limit; beyond, it comes back by a part of the way.
+#[inline(always)]
+pub(in crate::dynamics) fn limit_bias<R: Real>(distance: R, h: R) -> R {
+    let mut bias = distance / h;
+    let is_beyond = distance.lt(h.splat(0.0));
+    if is_beyond.any() {
+        bias = is_beyond.select(h.splat(ERROR_REDUCTION) * distance / h, bias);
+    }
+    bias
 }
 
 /// A joint this near to its limit has a row whatever its velocity, rad or m.

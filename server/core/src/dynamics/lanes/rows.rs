@@ -6,7 +6,7 @@ use pulp::Simd;
 use super::joint::Row;
 use super::number::{Lanes, Mask};
 use super::robot::LaneRobot;
-use crate::dynamics::constraint::{ERROR_REDUCTION, MAX_SWEEPS, MOST_START, NEAR, SETTLED};
+use crate::dynamics::constraint::{MAX_SWEEPS, MOST_START, NEAR, SETTLED, limit_bias};
 use crate::dynamics::integrator::ARRIVES;
 use crate::dynamics::real::{MaskOf as _, Real as _};
 
@@ -48,11 +48,9 @@ impl<S: Simd> LaneRobot<S> {
                     at.rows[side] = Row { is_there: zero, bias: zero, impulse: zero };
                     continue;
                 }
-                let inside = distance / h;
-                let beyond = zero.splat(ERROR_REDUCTION) * distance / h;
                 at.rows[side] = Row {
                     is_there: is_near.numbers(),
-                    bias: distance.lt(zero).select(beyond, inside),
+                    bias: limit_bias(distance, h),
                     impulse: warm.clamp(zero, infinity),
                 };
                 any = any | is_near;
