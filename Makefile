@@ -19,9 +19,10 @@ demo: demo-build
 	  'Ctrl-C here stops the daemon.' ''
 	@exec $(BIN)/simd --name demo --config tests/assets/demo.toml
 
-# The daemon and simctl, and no more.
+# The daemon and simctl, and no more: `simctl top` prints tables here, since its screen takes 26 crates.
 demo-build: viewer
-	$(CARGO) build --locked -p simd-server -p simd-cli
+	$(CARGO) build --locked -p simd-server -p simd-cli --no-default-features \
+	  --features simd-server/zenoh,simd-server/ros2,simd-cli/zenoh
 
 # All binaries of the workspace: the daemon, simctl and the renderer of cameras.
 build: viewer

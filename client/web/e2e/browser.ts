@@ -7,9 +7,10 @@ import { createRequire } from "node:module";
 import { resolve } from "node:path";
 
 import { type Browser, type BrowserContext, chromium, type Download, type Page } from "playwright-core";
-import { expect, inject } from "vitest";
+import { expect, inject, vi } from "vitest";
 
 import { type Daemon, REPOSITORY } from "./daemon";
+import { DOWNLOADS } from "./setup";
 
 /** Milliseconds after which an operation has failed, far more than a software renderer needs. */
 const TIMEOUT = 120_000;
@@ -18,8 +19,9 @@ const TIMEOUT = 120_000;
 export const PICTURES = resolve(REPOSITORY, "target/screenshots");
 
 /** Joins the browser that `setup.ts` started for the run. Closing it ends this connection and its contexts, not the browser. */
-export function connect(): Promise<Browser> {
-  return chromium.connect(inject("browser"));
+export async function connect(): Promise<Browser> {
+  // One that ended is started again, which takes a moment.
+  return vi.waitFor(() => chromium.connect(inject("browser")), { timeout: TIMEOUT, interval: 200 });
 }
 
 const TYPES: Record<string, string> = { html: "text/html", js: "text/javascript", css: "text/css", svg: "image/svg+xml" };
@@ -146,7 +148,7 @@ export class Tab {
 
 /** Saves a download below `target`, and returns its path. */
 export async function savedFile(download: Download): Promise<string> {
-  const path = resolve(REPOSITORY, "target/downloads", randomUUID(), download.suggestedFilename());
+  const path = resolve(DOWNLOADS, randomUUID(), download.suggestedFilename());
   await download.saveAs(path);
   return path;
 }

@@ -31,6 +31,7 @@ export function fixtures(): Fixtures {
   });
   return {
     async context(options = {}) {
+      if (!browser.isConnected()) browser = await connect();
       const context = await browser.newContext({ viewport: { width: 1280, height: 720 }, ...options });
       contexts.push(context);
       if (process.env.SIMD_PAGE !== undefined) await servePage(context, process.env.SIMD_PAGE);

@@ -63,7 +63,7 @@ pub fn expand(
     arguments: &BTreeMap<String, String>,
     locator: &Locator,
 ) -> Result<Expanded, Error> {
-    expand::Expansion::new(locator, arguments).run(path)
+    on_own_stack(|| expand::Expansion::new(locator, arguments).run(path))
 }
 
 /// Expands a text that includes nothing.
@@ -72,5 +72,19 @@ pub fn expand(
 /// As [`expand`]; `<xacro:include>` and `load_yaml` are refused.
 pub fn expand_text(text: &str, arguments: &BTreeMap<String, String>) -> Result<Expanded, Error> {
     let nowhere = Locator::new(Path::new("/")).within(Path::new("/dev/null"));
-    expand::Expansion::new(&nowhere, arguments).run_text(text)
+    on_own_stack(|| expand::Expansion::new(&nowhere, arguments).run_text(text))
+}
+
+/// Runs an expansion on a thread whose stack holds the deepest recursion that the [limits] allow, whatever the caller's is
+/// and however the compiler optimises.
+fn on_own_stack(expand: impl FnOnce() -> Result<Expanded, Error> + Send) -> Result<Expanded, Error> {
+    std::thread::scope(|scope| {
+        let thread = std::thread::Builder::new().stack_size(limits::STACK_BYTES).spawn_scoped(scope, expand);
+        let thread = thread.map_err(|error| Error {
+            message: format!("no thread for the expansion can be started: {error}"),
+            file: None,
+            line: 0,
+        })?;
+        thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+    })
 }

@@ -1,5 +1,7 @@
 //! How far an expansion may go.
 
+/// Bytes of the stack that an expansion runs on: pages that it does not use are not taken.
+pub(crate) const STACK_BYTES: usize = 64 << 20;
 /// Bytes of one file.
 pub(crate) const FILE_BYTES: u64 = 4 << 20;
 /// Files, each reading of one counted.

@@ -73,6 +73,14 @@ fn a_file_that_includes_itself_is_refused() {
 }
 
 #[test]
+fn the_callers_stack_does_not_limit_the_depth() {
+    let dir = package(&[("urdf/a.xacro", &robot("<xacro:include filename=\"a.xacro\"/>"))]);
+    let small = std::thread::Builder::new().stack_size(256 << 10);
+    let caller = small.spawn(move || expand_in(&dir, "urdf/a.xacro").unwrap_err().to_string()).unwrap();
+    assert!(caller.join().unwrap().contains("nested deeper than 150"));
+}
+
+#[test]
 fn yaml_gives_maps_lists_numbers_and_angles() {
     let config = "# limits\n---\njoints:\n  elbow:\n    max: !degrees 180.0 # half\n    has: true\n    name: \"it's #1\"\n  list:\n  - 1\n  - {a: 2, b: [x, 'y z']}\nflow: [1.5, 2,\n  3]\nempty:\ntext: plain words\n";
     let top = robot(
