@@ -101,6 +101,7 @@ pub(crate) fn random_command(rng: &mut Rng, world: &Simulation) -> Command {
             surface_combination: rng
                 .choice([None, Some(SurfaceCombination::Multiply), Some(SurfaceCombination::Max)])
                 .flatten(),
+            sleeping: rng.choice([None, Some(false), Some(true)]).flatten(),
         }),
         6 => Command::ResetJoints { robots: vec![RobotReset { robot, joints: Vec::new() }] },
         7 => {

@@ -221,6 +221,7 @@ fn the_hash_sees_every_part_of_a_state() {
         ("gravity", |it| it.settings.gravity.x = -0.0),
         ("substeps", |it| it.settings.substeps += 1),
         ("integrator", |it| it.settings.integrator = Integrator::Euler),
+        ("sleeping", |it| it.settings.sleeping = false),
         ("combination of surfaces", |it| it.settings.surface_combination = SurfaceCombination::Max),
         ("a position", |it| nudge(&mut arm(it).body.positions[0])),
         ("a velocity", |it| nudge(&mut arm(it).body.velocities[0])),

@@ -85,6 +85,14 @@ impl Velocities {
         }
     }
 
+    /// The sum of the squares of differences.
+    fn squares(&self, other: &Self) -> f64 {
+        let joints = self.joints.iter().zip(&other.joints).map(|(a, b)| (a - b).powi(2));
+        let root =
+            (self.linear - other.linear).length_squared() + (self.angular - other.angular).length_squared();
+        joints.sum::<f64>() + root
+    }
+
     /// The largest difference, m/s or rad/s.
     fn off(&self, other: &Self) -> f64 {
         let joints = self.joints.iter().zip(&other.joints).map(|(a, b)| (a - b).abs());
@@ -172,12 +180,12 @@ fn terms(
 }
 
 /// What a step changes energy and momentum in the middle of steps by, without work of joints and contacts: from a place that it came to with
-/// the velocities `u[0]`, which it had `since` then, and leaves with `u[1]`, where velocity terms are those of the velocities `read`. It is 0
+/// the velocities `u[0]`, which it had `since` then, and leaves with `u[1]`, where velocity terms are the mean of those at the velocities `read`. It is 0
 /// but for third order of the step where these are the mean of the two.
 fn left_over(
     model: &RobotModel,
     place: &Place,
-    (u, read): ([&Velocities; 2], &Velocities),
+    (u, read): ([&Velocities; 2], &[&Velocities]),
     since: f64,
     (gravity, h): (f64, f64),
 ) -> (f64, DVec3) {
@@ -186,7 +194,16 @@ fn left_over(
     let [before, after] = u;
     let (first, last) = (at(before, -since), at(after, 0.5 * h));
     let (arrives, leaves) = (at(before, 0.0), at(after, 0.0));
-    let (power, force) = terms(model, place, &before.mean(after), read, gravity);
+    let moves = before.mean(after);
+    let (power, force) = match read {
+        [read] => terms(model, place, &moves, read, gravity),
+        [first, second] => {
+            let (a, b) =
+                (terms(model, place, &moves, first, gravity), terms(model, place, &moves, second, gravity));
+            (0.5 * (a.0 + b.0), 0.5 * (a.1 + b.1))
+        }
+        _ => (0.0, DVec3::ZERO),
+    };
     let energy = last.energy - leaves.energy + arrives.energy - first.energy - h * power;
     (energy, last.momentum - leaves.momentum + arrives.momentum - first.momentum - h * force)
 }
@@ -235,8 +252,17 @@ impl Followed {
         let is_fast = motions(model, &self.place, &self.reported).iter().any(is_fast);
         let counts = is_fast || !is_smooth || !self.is_smooth;
         if counts {
-            let read = if is_fast { self.moves.mean(&moves) } else { self.reported.clone() };
-            let velocities = ([&self.moves, &moves], &read);
+            let mean = self.moves.mean(&moves);
+            // A floating tree that touches nothing takes the mean of the terms if its motion is disturbed.
+            let is_disturbed = seen.contacts.is_empty()
+                && !(is_fast && self.is_smooth)
+                && self.reported.squares(&mean) > 0.0625 * moves.squares(&self.moves) + 1e-12;
+            let read: &[&Velocities] = match (is_fast, is_disturbed) {
+                (_, true) => &[&self.moves, &moves],
+                (true, false) => &[&mean],
+                (false, false) => &[&self.reported],
+            };
+            let velocities = ([&self.moves, &moves], read);
             (energy, momentum) = left_over(model, &self.place, velocities, self.since, (gravity, h));
         }
         *self = Self { place, reported, moves, since: 0.5 * h, is_smooth };

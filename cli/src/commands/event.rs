@@ -140,6 +140,7 @@ fn describe(kind: Option<Kind>) -> (&'static str, Value, String) {
                     "substeps": physics.substeps,
                     "integrator": json::name("INTEGRATOR_", physics.integrator().as_str_name()),
                     "surface_combination": json::name(sim::COMBINATION, physics.surface_combination().as_str_name()),
+                    "sleeping": physics.sleeping,
                     "real_time_factor": physics.real_time_factor,
                     "pace": json::name("PACE_MODE_", physics.pace().as_str_name()),
                 }),

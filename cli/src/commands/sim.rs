@@ -72,6 +72,9 @@ pub(crate) struct Settings {
     /// What friction two surfaces that touch have
     #[arg(long, value_enum)]
     surface_combination: Option<SurfaceCombination>,
+    /// Whether free bodies at rest sleep: `true` or `false`
+    #[arg(long, value_name = "BOOL")]
+    sleeping: Option<bool>,
     /// Simulated seconds to a wall second
     #[arg(long, value_name = "FACTOR")]
     rtf: Option<f64>,
@@ -179,6 +182,7 @@ async fn physics(settings: Settings, client: &Client, output: Output) -> anyhow:
             Some(SurfaceCombination::Max) => proto::SurfaceCombination::Max,
         }
         .into(),
+        sleeping: settings.sleeping,
         ..Default::default()
     };
     let physics = if request == SetPhysicsRequest::default() {
@@ -318,6 +322,8 @@ struct PhysicsView {
     integrator: String,
     /// `min`, `multiply` or `max`.
     surface_combination: String,
+    /// Free bodies at rest sleep.
+    sleeping: bool,
     real_time_factor: f64,
     /// `real_time` or `as_fast_as_possible`.
     pace: String,
@@ -331,6 +337,7 @@ impl PhysicsView {
             substeps: physics.substeps,
             integrator: json::name("INTEGRATOR_", physics.integrator().as_str_name()),
             surface_combination: json::name(COMBINATION, physics.surface_combination().as_str_name()),
+            sleeping: physics.sleeping,
             real_time_factor: physics.real_time_factor,
             pace: json::name("PACE_MODE_", physics.pace().as_str_name()),
         })
@@ -346,6 +353,7 @@ impl View for PhysicsView {
             ("substeps", self.substeps.to_string()),
             ("integrator", self.integrator.clone()),
             ("surfaces", self.surface_combination.clone()),
+            ("sleeping", self.sleeping.to_string()),
             ("real-time factor", exact(self.real_time_factor)),
             ("pace", self.pace.replace('_', " ")),
         ])

@@ -11444,6 +11444,9 @@ pub struct Physics {
     pub integrator: i32,
     #[prost(enumeration = "SurfaceCombination", tag = "7")]
     pub surface_combination: i32,
+    /// Free bodies at rest sleep: steps leave them where they are until something acts on them. Default true.
+    #[prost(bool, tag = "8")]
+    pub sleeping: bool,
 }
 #[derive(Clone, Copy, PartialEq, Eq, Hash, ::prost::Message)]
 pub struct GetPhysicsRequest {}
@@ -11476,6 +11479,9 @@ pub struct SetPhysicsRequest {
     /// UNSPECIFIED leaves it.
     #[prost(enumeration = "SurfaceCombination", tag = "9")]
     pub surface_combination: i32,
+    /// False wakes all bodies.
+    #[prost(bool, optional, tag = "10")]
+    pub sleeping: ::core::option::Option<bool>,
 }
 #[derive(Clone, Copy, PartialEq, ::prost::Message)]
 pub struct SetPhysicsResponse {

@@ -231,6 +231,14 @@ fn physics() -> Vec<Key> {
         )
         .flag("surface-combination"),
         Key::new(
+            "physics.sleeping",
+            "whether free bodies at rest sleep until something acts on them; see physics.md",
+            Access::Switch(
+                |draft| draft.config.physics.sleeping,
+                |draft, sleeping| draft.config.physics.sleeping = sleeping,
+            ),
+        ),
+        Key::new(
             "physics.real_time_factor",
             "simulated seconds to a wall second",
             Access::Number(

@@ -88,6 +88,7 @@ fn flags_beat_the_file_and_the_file_beats_the_defaults() {
         substeps: 4,
         integrator: Integrator::Euler,
         surface_combination: SurfaceCombination::Multiply,
+        sleeping: true,
     };
     assert_eq!(config.physics, expected);
     let paths: Vec<_> = config.robots.iter().map(|robot| robot.path.to_str().unwrap()).collect();

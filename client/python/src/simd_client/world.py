@@ -83,6 +83,8 @@ class Physics:
     """The method of a step."""
     surface_combination: SurfaceCombination
     """How surfaces that touch combine."""
+    sleeping: bool
+    """Free bodies at rest sleep: steps leave them where they are until something acts on them."""
 
 
 @dataclass(frozen=True)
@@ -228,6 +230,7 @@ def physics_from_proto(message: proto.Physics) -> Physics:
             (known for number, known in _SURFACE_COMBINATIONS.items() if number == message.surface_combination),
             SurfaceCombination.UNKNOWN,
         ),
+        sleeping=message.sleeping,
     )
 
 

@@ -15,6 +15,7 @@ use super::hull::Graph;
 use super::narrow::clip_convex;
 use super::plane::{ROUNDING, outermost_beyond};
 use super::reduce::{MOST, reduce};
+use super::seams::{passes_edge, seam_height};
 
 /// Points of two colliders at the most: those of eight directions.
 pub const MOST_OF_PAIR: usize = 8 * MOST;
@@ -180,7 +181,13 @@ impl FacetContact {
         if found.is_none() {
             return;
         }
-        let near = self.manifold.points.iter().filter(|point| point.dist < within);
+        let shape = (convex.shape, convex.graph);
+        let height = seam_height([convex.radius; 2]);
+        let near = self.manifold.points.iter().filter(|point| {
+            let on = (point.local_p1, normal);
+            point.dist < within
+                && !passes_edge(surface, (id, triangle), on, shape, surface_from_shape, height)
+        });
         self.found.extend(near.map(|point| FacetPoint {
             on_surface: point.local_p1,
             on_shape: point.local_p2,

@@ -38,6 +38,7 @@ mod proxy;
 pub mod rays;
 mod reduce;
 pub mod scene;
+mod seams;
 mod separation;
 mod shapes;
 mod simplify;

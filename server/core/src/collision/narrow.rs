@@ -19,6 +19,7 @@ use super::hull_support::HullSupport;
 use super::near_facets::NearFacets;
 use super::plane::{ROUNDING, outermost_beyond};
 use super::reduce::{MOST, SAME, reduce};
+use super::seams::{is_seam, seam_height};
 use crate::dynamics::contact_point::{ContactPoint, SurfaceCombination};
 
 /// Faces whose edges lie on each other are clipped with one of them moved aside by this, metres: far above rounding, and
@@ -148,6 +149,14 @@ impl NarrowPhase {
             self.find(hulls, &a_from_b(), within)
         };
         let Some(normal) = normal else { return true };
+        if let ([(on_a, _), ..], [on_b, ..], false) =
+            (&self.points[..], &self.opposite[..], a.is_ball && b.is_ball)
+        {
+            let shapes = [robots[0].shape_and_graph(a), robots[1].shape_and_graph(b)];
+            if is_seam(shapes, &a_from_b(), [*on_a, *on_b], normal, seam_height([a.radius, b.radius])) {
+                return true;
+            }
+        }
         let mut kept = [0; MOST];
         let count = reduce(&self.points, normal, &mut kept);
         let world_normal = frame_a.world_from_shape.rotation * normal;

@@ -1,5 +1,6 @@
 //! The state of one robot, and its step.
 
+mod balance;
 mod body_state;
 mod fetch;
 mod leapfrog;
@@ -189,17 +190,27 @@ impl Articulation {
 
     /// Makes the new velocities keep to the rows of joints.
     pub fn solve_alone(&mut self, gravity: DVec3, h: f64) {
+        let is_floating = self.scratch.integrator == Integrator::Leapfrog && self.is_floating();
         for round in 0..MAX_ROUNDS {
             if round > 0 {
                 self.predict(gravity, h);
             }
-            let StepScratch { new_velocities, constraints, passes, .. } = &mut self.scratch;
-            solve(&self.tree, &self.state.positions, constraints, passes, new_velocities);
+            if is_floating {
+                self.solve_floating(gravity, h);
+            } else {
+                self.solve_rows();
+            }
             self.keep_rows();
             if !self.saturate(h, round) {
                 break;
             }
         }
+    }
+
+    /// Makes the new velocities keep to the rows.
+    fn solve_rows(&mut self) {
+        let StepScratch { new_velocities, constraints, passes, .. } = &mut self.scratch;
+        solve(&self.tree, &self.state.positions, constraints, passes, new_velocities);
     }
 
     /// Moves on with the new velocities.

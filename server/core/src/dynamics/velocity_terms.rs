@@ -49,6 +49,8 @@ pub struct VelocityTerms {
     velocities: Vec<f64>,
     response: Vec<f64>,
     first: Vec<f64>,
+    /// Change of the new velocities by [`solve`](Self::solve).
+    solved: Vec<f64>,
 }
 
 /// Of one body, base axes.
@@ -79,6 +81,7 @@ impl VelocityTerms {
             velocities: list(),
             response: list(),
             first: list(),
+            solved: list(),
         }
     }
 
@@ -136,6 +139,70 @@ impl VelocityTerms {
                 }
             }
             before = change;
+        }
+        for ((solved, new), first) in self.solved.iter_mut().zip(&*new).zip(&self.first) {
+            *solved = new - first;
+        }
+    }
+
+    /// Keeps `predicted`, the velocities after a step without constraints, for [`begin_balance`](Self::begin_balance).
+    pub fn keep(&mut self, predicted: &[f64]) {
+        self.first.copy_from_slice(predicted);
+    }
+
+    /// Prepares [`balance`](Self::balance) for the velocities that were [kept](Self::keep): those after a step from `half` with the terms at
+    /// `qd`, or with those that [`solve`](Self::solve) found, if they `are_solved`. Needs kinematics, and IA, U and D of this step.
+    pub fn begin_balance(
+        &mut self,
+        tree: &Tree,
+        (q, qd, half): (&[f64], &[f64], &[f64]),
+        scratch: &Scratch,
+        are_solved: bool,
+    ) {
+        self.fit(tree, scratch);
+        if are_solved {
+            self.first.iter_mut().zip(&self.solved).for_each(|(first, solved)| *first -= solved);
+        }
+        for (list, velocities) in [qd, half].into_iter().enumerate() {
+            self.velocities.copy_from_slice(velocities);
+            self.find_terms(tree, q, scratch, list);
+        }
+        let [at_qd, at_half] = &self.terms;
+        for ((explicit, at_qd), at_half) in self.explicit.iter_mut().zip(at_qd).zip(at_half) {
+            *explicit = at_qd - 0.5 * at_half;
+        }
+    }
+
+    /// Prepares [`balance`](Self::balance) for `halved`, the velocities after half of a kick from `given` ones with the terms at these.
+    pub fn begin_half_kick(
+        &mut self,
+        tree: &Tree,
+        (q, given): (&[f64], &[f64]),
+        scratch: &Scratch,
+        halved: &[f64],
+    ) {
+        self.fit(tree, scratch);
+        self.first.copy_from_slice(halved);
+        self.velocities.copy_from_slice(given);
+        self.find_terms(tree, q, scratch, 0);
+        let [at_given, _] = &self.terms;
+        self.explicit.iter_mut().zip(at_given).for_each(|(explicit, term)| *explicit = 0.5 * term);
+    }
+
+    /// Replaces `new`, an estimate of the velocities after the step, by those with the mean of the terms at the old velocities and at the
+    /// estimate: M (u+ - u) + h/2 (b(q, u) + b(q, u+)) = h f. O(n).
+    ///
+    /// Velocity terms carry the momentum of bodies from axes to axes. They are quadratic, so that those at the mean velocity lose
+    /// b(q, u+ - u) / 4 if an actuator changes velocities within a step.
+    pub fn balance(&mut self, tree: &Tree, q: &[f64], h: f64, scratch: &Scratch, new: &mut [f64]) {
+        self.velocities.copy_from_slice(new);
+        self.find_terms(tree, q, scratch, 0);
+        for (term, explicit) in self.terms[0].iter_mut().zip(&self.explicit) {
+            *term = 0.5 * *term - explicit;
+        }
+        self.apply_inverse(tree, q, scratch);
+        for ((new, first), response) in new.iter_mut().zip(&self.first).zip(&self.response) {
+            *new = first - h * response;
         }
     }
 

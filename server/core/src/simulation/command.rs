@@ -301,6 +301,8 @@ pub struct PhysicsChange {
     pub integrator: Option<Integrator>,
     /// How coefficients of surfaces that touch become those of the contact.
     pub surface_combination: Option<SurfaceCombination>,
+    /// Free bodies at rest sleep; false wakes all.
+    pub sleeping: Option<bool>,
 }
 
 /// What a reset puts back, in the words of `simulation_interfaces`.

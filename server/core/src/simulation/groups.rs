@@ -18,13 +18,13 @@ use crate::dynamics::island::ActiveConstraint;
 use crate::dynamics::{Articulation, Tree};
 use crate::pool::Pool;
 
-/// A body slower than this may fall asleep, m/s.
-const STILL_LINEAR: f64 = 5e-4;
+/// Linear speed below which a body may sleep, as a part of what gravity gives it in a second: forces that balance leave less.
+const STILL_LINEAR: f64 = 1e-7;
 
-/// The same in rad/s.
-const STILL_ANGULAR: f64 = 5e-3;
+/// Angular speed below which a body may sleep, 1/m: its linear bound times this.
+const STILL_ANGULAR: f64 = 10.0;
 
-/// After so many seconds.
+/// Seconds for which a body is that slow before it sleeps.
 const STILL_FOR: f64 = 1.0;
 
 /// Threads are worth waking for groups of this size, by [`Groups::are_worth_threads`].
@@ -295,11 +295,11 @@ impl<'a> Group<'_, 'a> {
     /// Counts for how long each member has been still, and puts the group to sleep when all
     /// have for long enough and the step `ends`: impulses of a step are summed over all of its parts. Only
     /// single free bodies that lie or hang on something sleep.
-    pub(super) fn rest(&mut self, h: f64, ends: bool) {
+    pub(super) fn rest(&mut self, h: f64, ends: bool, gravity: f64) {
         let mut all = ends && !(self.contacts.is_empty() && self.links.is_empty());
         for Member { robot, .. } in &mut *self.robots {
             robot.state.still_for =
-                if robot.may_sleep() && is_still(robot) { robot.state.still_for + h } else { 0.0 };
+                if robot.may_sleep() && is_still(robot, gravity) { robot.state.still_for + h } else { 0.0 };
             all &= robot.state.still_for >= STILL_FOR;
         }
         if all {
@@ -309,11 +309,11 @@ impl<'a> Group<'_, 'a> {
 }
 
 /// Whether neither its velocities move it, nor what constraints put right in its position alone.
-fn is_still(robot: &Entity) -> bool {
+fn is_still(robot: &Entity, gravity: f64) -> bool {
+    let most = STILL_LINEAR * gravity * STILL_FOR;
     let square = |velocities: &[f64]| velocities.iter().map(|velocity| velocity * velocity).sum::<f64>();
     let is_slow = |velocities: &[f64]| {
-        square(&velocities[..3]) < STILL_LINEAR * STILL_LINEAR
-            && square(&velocities[3..]) < STILL_ANGULAR * STILL_ANGULAR
+        square(&velocities[..3]) < most.powi(2) && square(&velocities[3..]) < (STILL_ANGULAR * most).powi(2)
     };
     let (velocities, split) = (robot.body.velocities(), robot.body.split_velocities());
     velocities.len() == 6 && is_slow(velocities) && (split.is_empty() || is_slow(split))

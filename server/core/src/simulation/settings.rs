@@ -1,4 +1,4 @@
-//! Gravity, time step, substeps, integrator, and how surfaces combine.
+//! Gravity, time step, substeps, integrator, how surfaces combine, and sleep.
 
 use glamx::DVec3;
 use serde::{Deserialize, Serialize};
@@ -27,10 +27,12 @@ pub struct PhysicsSettings {
     pub integrator: Integrator,
     /// How coefficients of surfaces that touch become those of the contact.
     pub surface_combination: SurfaceCombination,
+    /// Free bodies at rest sleep: steps leave them where they are until something acts on them.
+    pub sleeping: bool,
 }
 
 impl Default for PhysicsSettings {
-    /// Earth, 1 ms, one part, leapfrog, the smaller friction.
+    /// Earth, 1 ms, one part, leapfrog, the smaller friction, bodies sleep.
     fn default() -> Self {
         Self {
             gravity: DVec3::new(0.0, 0.0, -9.81),
@@ -38,6 +40,7 @@ impl Default for PhysicsSettings {
             substeps: 1,
             integrator: Integrator::Leapfrog,
             surface_combination: SurfaceCombination::Min,
+            sleeping: true,
         }
     }
 }

@@ -81,8 +81,8 @@ pub fn physics_change(request: &v1::SetPhysicsRequest) -> Result<(PhysicsChange,
         v1::SurfaceCombination::Multiply => Some(SurfaceCombination::Multiply),
         v1::SurfaceCombination::Max => Some(SurfaceCombination::Max),
     };
-    let v1::SetPhysicsRequest { time_step, substeps, .. } = *request;
-    let change = PhysicsChange { gravity, time_step, substeps, integrator, surface_combination };
+    let v1::SetPhysicsRequest { time_step, substeps, sleeping, .. } = *request;
+    let change = PhysicsChange { gravity, time_step, substeps, integrator, surface_combination, sleeping };
     Ok((change, pace(request)?))
 }
 

@@ -84,6 +84,7 @@ pub fn physics(settings: &PhysicsSettings, pace: Pace) -> v1::Physics {
         pace: mode.into(),
         integrator: integrator.into(),
         surface_combination: combination.into(),
+        sleeping: settings.sleeping,
     }
 }
 

@@ -173,6 +173,7 @@ impl Articulation {
             for ((new, half), change) in new_velocities.iter_mut().zip(half_velocities).zip(changes) {
                 *new = half + all.damper() * change;
             }
+            self.balance_half_kick(gravity, h);
             return;
         }
         // What a stiff joint does within the step, others feel.
@@ -182,6 +183,7 @@ impl Articulation {
             *new = half + change;
         }
         *is_kinked = true;
+        self.balance_half_kick(gravity, h);
     }
 
     /// Reports velocities at the end of the step, positions being those there.

@@ -136,7 +136,8 @@ impl Simulation {
         needs_attention: &AtomicBool,
         interrupt: &Interrupt<'_>,
     ) -> bool {
-        let PhysicsSettings { gravity, time_step, substeps, integrator, surface_combination } = self.settings;
+        let PhysicsSettings { gravity, time_step, substeps, integrator, surface_combination, sleeping } =
+            self.settings;
         let h = time_step / f64::from(substeps);
         (0..substeps).all(|part| {
             let part = Part {
@@ -145,6 +146,7 @@ impl Simulation {
                 h,
                 integrator,
                 surface_combination,
+                sleeping,
                 done: f64::from(part) / f64::from(substeps),
                 begins: part == 0,
                 ends: part + 1 == substeps,
@@ -194,6 +196,8 @@ struct Part<'a> {
     h: f64,
     integrator: Integrator,
     surface_combination: SurfaceCombination,
+    /// Bodies at rest fall asleep.
+    sleeping: bool,
     /// How much of the step is over, 0 to 1.
     done: f64,
     /// It is the first one.
@@ -318,7 +322,7 @@ impl Part<'_> {
         island: &mut Island,
         interrupt: &Interrupt<'_>,
     ) -> bool {
-        let Self { gravity, h, ends, .. } = self;
+        let Self { gravity, h, ends, sleeping, .. } = self;
         let is_sound = group.is_sound();
         if !is_sound && group.robots.len() > 1 {
             return group
@@ -337,7 +341,7 @@ impl Part<'_> {
                 contact.total += contact.impulse;
             }
         }
-        group.rest(h, ends);
+        group.rest(h, ends && sleeping, gravity.length());
         true
     }
 

@@ -14,7 +14,8 @@ use crate::simulation::{EventKind, Moment, Reply, Simulation, check};
 
 impl Simulation {
     pub(in crate::simulation) fn set_physics(&mut self, change: &PhysicsChange) -> Result<Reply, Error> {
-        let PhysicsChange { gravity, time_step, substeps, integrator, surface_combination } = *change;
+        let PhysicsChange { gravity, time_step, substeps, integrator, surface_combination, sleeping } =
+            *change;
         if let Some(gravity) = gravity {
             check::moderate_point("gravity", gravity)?;
         }
@@ -34,6 +35,7 @@ impl Simulation {
         self.settings.substeps = substeps.unwrap_or(self.settings.substeps);
         self.settings.integrator = integrator.unwrap_or(self.settings.integrator);
         self.settings.surface_combination = surface_combination.unwrap_or(before.surface_combination);
+        self.settings.sleeping = sleeping.unwrap_or(before.sleeping);
         // Impulses and changes of velocities are published as forces and accelerations, that is divided by the length of a step.
         let step = self.settings.time_step / before.time_step;
         let part = step * f64::from(before.substeps) / f64::from(self.settings.substeps);

@@ -62,6 +62,11 @@ impl Changes {
                     _ => return Err(format!("{key} is {value:?}; it must be min, multiply or max")),
                 });
             }
+            "sleeping" => {
+                let sleeping =
+                    value.parse().map_err(|_| format!("{key} is {value:?}; it must be true or false"));
+                self.physics.sleeping = Some(sleeping?);
+            }
             _ => self.add_of_joint(key, value, number)?,
         }
         self.texts.push(text.to_owned());
@@ -76,7 +81,7 @@ impl Changes {
     ) -> Result<(), String> {
         let unknown = || {
             format!(
-                "{key:?} cannot be set; it must be time_step, substeps, gravity, integrator, surface_combination, or \
+                "{key:?} cannot be set; it must be time_step, substeps, gravity, integrator, surface_combination, sleeping, or \
                  ROBOT/JOINT. and one of {}",
                 PROPERTIES.join(", ")
             )
@@ -174,13 +179,14 @@ impl Changes {
     pub(super) fn keep_in(&self, command: &mut Command) {
         match command {
             Command::SetPhysics(change) => {
-                let PhysicsChange { gravity, time_step, substeps, integrator, surface_combination } =
+                let PhysicsChange { gravity, time_step, substeps, integrator, surface_combination, sleeping } =
                     self.physics;
                 change.gravity = gravity.or(change.gravity);
                 change.time_step = time_step.or(change.time_step);
                 change.substeps = substeps.or(change.substeps);
                 change.integrator = integrator.or(change.integrator);
                 change.surface_combination = surface_combination.or(change.surface_combination);
+                change.sleeping = sleeping.or(change.sleeping);
             }
             Command::SetTargets(targets) => {
                 for robot in &mut targets.robots {

@@ -68,7 +68,7 @@ impl Part<'_> {
                 if alone.is_some_and(|(_, robot, contacts)| lanes.give_back(lane, &mut robot.body, contacts))
                 {
                     at_once += 1;
-                    group.rest(self.h, self.ends);
+                    group.rest(self.h, self.ends && self.sleeping, self.gravity.length());
                     self.end(&mut group);
                 } else {
                     *slot = Some(group);

@@ -1,0 +1,191 @@
+//! Momentum of floating trees: steps after a disturbance take velocity terms that keep it.
+
+use glamx::{DMat3, DVec3};
+
+use super::{Articulation, BodyState, StepScratch};
+use crate::dynamics::integrate::advance;
+use crate::dynamics::integrator::History;
+use crate::dynamics::kinematics::update_kinematics;
+use crate::dynamics::scratch::BodyScratch;
+use crate::dynamics::velocity_terms::is_fast;
+
+/// Error of extrapolated velocities, as a part of the step's change, from which terms at them move momentum. The errors of old velocities
+/// are half of the change, and cancel from step to step; those of extrapolated ones add up.
+const DISTURBED: f64 = 0.002;
+
+/// Sum of squares of velocity errors that is rounding.
+const ROUNDING: f64 = 1e-12;
+
+/// Maximum number of estimates of the new velocities.
+const MAX_ESTIMATES: usize = 30;
+
+/// Change of an estimate, as a part of the step's change, with which it is the solution.
+const SETTLED: f64 = 1e-6;
+
+/// Largest ratio of the changes of two estimates with which they settle soon.
+const CONTRACTS: f64 = 0.7;
+
+/// Which velocities.
+#[derive(Clone, Copy)]
+enum Velocities {
+    /// In the middle of the step before, or at the begin of this one if they were given.
+    Old,
+    /// In the middle of this step.
+    New,
+}
+
+impl Articulation {
+    /// Whether the velocity terms of this step need [`solve_balanced`](Self::solve_balanced): a floating tree whose velocities changed in
+    /// another way than in the steps before, so that they are not those which were extrapolated.
+    pub(super) fn is_disturbed(&self, h: f64) -> bool {
+        let StepScratch { new_velocities, passes, .. } = &self.scratch;
+        // A step from given velocities takes half of its kick; see `balance_half_kick`.
+        if self.state.history == History::Given {
+            return false;
+        }
+        let (mut off, mut change) = (0.0, 0.0);
+        let old = self.state.velocities.iter().zip(&self.state.half_velocities);
+        for ((extrapolated, half), new) in old.zip(new_velocities) {
+            off += (extrapolated - 0.5 * (half + new)).powi(2);
+            change += (new - half).powi(2);
+        }
+        // Terms at the mean velocity keep the energy of fast spins.
+        let was_smooth = matches!(self.state.history, History::Smooth | History::SmoothTwice);
+        off > DISTURBED * DISTURBED * change + ROUNDING && !(was_smooth && is_fast(passes, h))
+    }
+
+    /// Solves the rows of a floating tree. The velocity terms keep its momentum, and of its linear momentum what they lose of third order
+    /// is given back.
+    pub(super) fn solve_floating(&mut self, gravity: DVec3, h: f64) {
+        self.scratch.velocity_terms.keep(&self.scratch.new_velocities);
+        self.solve_rows();
+        let is_disturbed = self.is_disturbed(h);
+        if is_disturbed {
+            self.solve_balanced(h);
+        }
+        if self.state.history != History::Given && (is_disturbed || is_fast(&self.scratch.passes, h)) {
+            self.keep_momentum(gravity, (-0.5 * h, h, h));
+        }
+    }
+
+    /// Moves the whole tree so that its linear momentum after half of a step is what it was at the time `since`, from now, plus the impulses of
+    /// gravity and wrenches over `kick` seconds of a step of `h`.
+    fn keep_momentum(&mut self, gravity: DVec3, (since, kick, h): (f64, f64, f64)) {
+        let (before, mass) = self.momentum_after(Velocities::Old, since);
+        let (after, _) = self.momentum_after(Velocities::New, 0.5 * h);
+        let StepScratch { new_velocities, passes, meets_jump, .. } = &mut self.scratch;
+        let BodyState { base, external, external_before, .. } = &self.state;
+        let mut force = base.rotation.inverse() * gravity * mass;
+        for ((at, now), before) in passes.bodies.iter().zip(external).zip(external_before) {
+            let push = if *meets_jump { (now.linear + before.linear) * 0.5 } else { now.linear };
+            force += at.rotation * push;
+        }
+        // A root's linear velocity is in the axes of its parent.
+        let root = self.tree.bodies.first().map_or(DMat3::IDENTITY, |root| root.at_zero.rotation);
+        let lost = root.transpose() * ((before + force * kick - after) / mass);
+        if lost.is_finite() {
+            new_velocities.iter_mut().zip(lost.to_array()).for_each(|(velocity, lost)| *velocity += lost);
+        }
+    }
+
+    /// Linear momentum after some time with the old or the new velocities, base axes, kg m/s, and the mass.
+    fn momentum_after(&mut self, which: Velocities, time: f64) -> (DVec3, f64) {
+        let Self { tree, state, scratch } = self;
+        let StepScratch { new_velocities, bodies_ahead, ahead, .. } = scratch;
+        let velocities = match which {
+            Velocities::Old => &state.half_velocities,
+            Velocities::New => new_velocities,
+        };
+        ahead.clear();
+        ahead.extend_from_slice(&state.positions);
+        advance(tree, ahead, velocities, time);
+        bodies_ahead.resize(tree.bodies.len(), BodyScratch::default());
+        update_kinematics(tree, ahead, velocities, bodies_ahead);
+        let (mut momentum, mut mass) = (DVec3::ZERO, 0.0);
+        for (body, at) in tree.bodies.iter().zip(&*bodies_ahead) {
+            momentum += body.inertia.turned(&at.rotation).times(at.velocity).linear;
+            mass += body.inertia.mass;
+        }
+        (momentum, mass)
+    }
+
+    /// Makes the new velocities keep to the rows, with the mean of the velocity terms at the old and the new velocities; with the terms at
+    /// the old ones, as Euler has them, if no such velocities are found.
+    pub(super) fn solve_balanced(&mut self, h: f64) {
+        let StepScratch { passes, velocity_terms, .. } = &mut self.scratch;
+        let state = &self.state;
+        let moved = (&*state.positions, &*state.velocities, &*state.half_velocities);
+        let are_solved = is_fast(passes, h);
+        velocity_terms.begin_balance(&self.tree, moved, passes, are_solved);
+        let mut before = f64::INFINITY;
+        for _ in 0..MAX_ESTIMATES {
+            self.scratch.response.copy_from_slice(&self.scratch.new_velocities);
+            self.solve_with_terms(h);
+            let StepScratch { new_velocities, response: estimate, .. } = &self.scratch;
+            let (off, change) = differences(new_velocities, estimate, &self.state.half_velocities);
+            if off <= SETTLED * change + f64::sqrt(ROUNDING) {
+                return;
+            }
+            if off > CONTRACTS * before {
+                break;
+            }
+            before = off;
+        }
+        self.scratch.new_velocities.copy_from_slice(&self.state.half_velocities);
+        self.solve_with_terms(h);
+    }
+
+    /// Changes the new velocities after half of a kick, from given velocities, into those with the velocity terms at the end of it:
+    /// M (u+ - v) = h/2 (f - b(q, u+)).
+    pub(super) fn balance_half_kick(&mut self, gravity: DVec3, h: f64) {
+        if self.is_floating() {
+            self.solve_half_kick(h);
+            self.keep_momentum(gravity, (0.0, 0.5 * h, h));
+        }
+    }
+
+    fn solve_half_kick(&mut self, h: f64) {
+        let StepScratch { new_velocities, passes, velocity_terms, response: estimate, .. } =
+            &mut self.scratch;
+        let BodyState { positions, half_velocities: given, .. } = &self.state;
+        velocity_terms.begin_half_kick(&self.tree, (positions, given), passes, new_velocities);
+        let mut before = f64::INFINITY;
+        for _ in 0..MAX_ESTIMATES {
+            estimate.copy_from_slice(new_velocities);
+            velocity_terms.balance(&self.tree, positions, h, passes, new_velocities);
+            let (off, change) = differences(new_velocities, estimate, given);
+            if off <= SETTLED * change + f64::sqrt(ROUNDING) {
+                return;
+            }
+            if off > CONTRACTS * before {
+                break;
+            }
+            before = off;
+        }
+        new_velocities.copy_from_slice(given);
+        velocity_terms.balance(&self.tree, positions, h, passes, new_velocities);
+    }
+
+    /// Whether its root moves freely and other bodies move with it.
+    pub(super) fn is_floating(&self) -> bool {
+        self.has_free_root() && self.scratch.free_body.is_none() && self.tree.bodies.len() > 1
+    }
+
+    /// Replaces the new velocities by those with velocity terms at the present ones, and makes them keep to the rows.
+    fn solve_with_terms(&mut self, h: f64) {
+        let StepScratch { new_velocities, passes, velocity_terms, .. } = &mut self.scratch;
+        velocity_terms.balance(&self.tree, &self.state.positions, h, passes, new_velocities);
+        self.collect_rows(h);
+        self.solve_rows();
+    }
+}
+
+/// Norms of the differences of velocities from their estimate, and from the old ones.
+fn differences(new: &[f64], estimate: &[f64], old: &[f64]) -> (f64, f64) {
+    let (mut off, mut change) = (0.0, 0.0);
+    for ((new, estimate), old) in new.iter().zip(estimate).zip(old) {
+        off += (new - estimate).powi(2);
+        change += (new - old).powi(2);
+    }
+    (f64::sqrt(off), f64::sqrt(change))
+}
