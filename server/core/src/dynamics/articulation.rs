@@ -1,6 +1,6 @@
 //! The state of one robot, and its step.
 
-mod balance;
+pub(super) mod balance;
 mod body_state;
 mod fetch;
 mod leapfrog;

@@ -21,6 +21,9 @@ use crate::pool::Pool;
 /// Linear speed below which a body may sleep, as a part of what gravity gives it in a second: forces that balance leave less.
 const STILL_LINEAR: f64 = 1e-7;
 
+/// The least such bound, m/s, for worlds without gravity.
+const WEIGHTLESS: f64 = 1e-9;
+
 /// Angular speed below which a body may sleep, 1/m: its linear bound times this.
 const STILL_ANGULAR: f64 = 10.0;
 
@@ -310,7 +313,7 @@ impl<'a> Group<'_, 'a> {
 
 /// Whether neither its velocities move it, nor what constraints put right in its position alone.
 fn is_still(robot: &Entity, gravity: f64) -> bool {
-    let most = STILL_LINEAR * gravity * STILL_FOR;
+    let most = (STILL_LINEAR * gravity * STILL_FOR).max(WEIGHTLESS);
     let square = |velocities: &[f64]| velocities.iter().map(|velocity| velocity * velocity).sum::<f64>();
     let is_slow = |velocities: &[f64]| {
         square(&velocities[..3]) < most.powi(2) && square(&velocities[3..]) < (STILL_ANGULAR * most).powi(2)

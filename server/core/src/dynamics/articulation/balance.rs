@@ -6,12 +6,13 @@ use super::{Articulation, BodyState, StepScratch};
 use crate::dynamics::integrate::advance;
 use crate::dynamics::integrator::History;
 use crate::dynamics::kinematics::update_kinematics;
+use crate::dynamics::real::Real;
 use crate::dynamics::scratch::BodyScratch;
 use crate::dynamics::velocity_terms::is_fast;
 
 /// Error of extrapolated velocities, as a part of the step's change, from which terms at them move momentum. The errors of old velocities
 /// are half of the change, and cancel from step to step; those of extrapolated ones add up.
-const DISTURBED: f64 = 0.002;
+const DISTURBED: f64 = 0.02;
 
 /// Sum of squares of velocity errors that is rounding.
 const ROUNDING: f64 = 1e-12;
@@ -24,6 +25,37 @@ const SETTLED: f64 = 1e-6;
 
 /// Largest ratio of the changes of two estimates with which they settle soon.
 const CONTRACTS: f64 = 0.7;
+
+/// Squares of the errors of extrapolated velocities, and of the changes of velocities in a step, summed over a tree.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::dynamics) struct Errors<R: Real> {
+    extrapolation: R,
+    change: R,
+}
+
+impl<R: Real> Errors<R> {
+    /// Sums of nothing.
+    #[inline(always)]
+    pub(in crate::dynamics) fn none(zero: R) -> Self {
+        Self { extrapolation: zero, change: zero }
+    }
+
+    /// Adds a velocity: as it was extrapolated to the middle between an old and a new one.
+    #[inline(always)]
+    pub(in crate::dynamics) fn add(&mut self, extrapolated: R, old: R, new: R) {
+        let off = extrapolated - old.splat(0.5) * (old + new);
+        let change = new - old;
+        self.extrapolation += off * off;
+        self.change += change * change;
+    }
+
+    /// Whether velocity terms at the extrapolated velocities move momentum.
+    #[inline(always)]
+    pub(in crate::dynamics) fn disturb(self) -> R::Mask {
+        let zero = self.change;
+        (zero.splat(DISTURBED * DISTURBED) * self.change + zero.splat(ROUNDING)).lt(self.extrapolation)
+    }
+}
 
 /// Which velocities.
 #[derive(Clone, Copy)]
@@ -43,15 +75,14 @@ impl Articulation {
         if self.state.history == History::Given {
             return false;
         }
-        let (mut off, mut change) = (0.0, 0.0);
+        let mut errors = Errors::none(0.0);
         let old = self.state.velocities.iter().zip(&self.state.half_velocities);
         for ((extrapolated, half), new) in old.zip(new_velocities) {
-            off += (extrapolated - 0.5 * (half + new)).powi(2);
-            change += (new - half).powi(2);
+            errors.add(*extrapolated, *half, *new);
         }
         // Terms at the mean velocity keep the energy of fast spins.
         let was_smooth = matches!(self.state.history, History::Smooth | History::SmoothTwice);
-        off > DISTURBED * DISTURBED * change + ROUNDING && !(was_smooth && is_fast(passes, h))
+        errors.disturb() && !(was_smooth && is_fast(passes, h))
     }
 
     /// Solves the rows of a floating tree. The velocity terms keep its momentum, and of its linear momentum what they lose of third order

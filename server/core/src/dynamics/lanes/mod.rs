@@ -22,7 +22,7 @@
 //!
 //! What lanes do not do, the one-robot step does: contact but that of feet and that which a world gives, constraints between links, robots of a single free
 //! body, ball joints, joints that follow others, gravity compensation, wrenches; a first step from given velocities; bodies that spin
-//! fast; and what is not finite afterwards.
+//! fast; a floating robot whose motion something disturbs; and what is not finite afterwards.
 
 mod clearance;
 mod crowd;

@@ -5,6 +5,7 @@ use pulp::{Simd, WithSimd};
 use super::number::Mask;
 use super::robot::{LaneRobot, number};
 use crate::dynamics::articulation::MAX_ROUNDS;
+use crate::dynamics::articulation::balance::Errors;
 use crate::dynamics::contact_point::LOOK_AHEAD;
 use crate::dynamics::integrator::{History, Integrator};
 use crate::dynamics::real::{MaskOf as _, Real as _};
@@ -76,7 +77,7 @@ impl<S: Simd> LaneRobot<S> {
         }
         self.set_drives();
         let (mut going, mut kinked, mut has_rows) = (taken, zero.lt(zero), false);
-        let mut weakened = zero.lt(zero);
+        let (mut weakened, mut disturbed) = (zero.lt(zero), zero.lt(zero));
         for round in 0..MAX_ROUNDS {
             self.gather_inertia();
             self.accelerate(going);
@@ -93,6 +94,9 @@ impl<S: Simd> LaneRobot<S> {
             if meets.any() {
                 self.solve_feet(meets, round == 0);
             }
+            if is_leapfrog && self.first > 0 && clear.any() {
+                disturbed = disturbed | (clear & self.is_disturbed());
+            }
             // With feet that touch they are those of all rounds together.
             kinked = kinked | self.keep_rows(clear);
             going = self.saturate(going, round, &mut weakened);
@@ -108,7 +112,24 @@ impl<S: Simd> LaneRobot<S> {
         let kinked = kinked | self.set_ways(touching);
         self.note_efforts(weakened);
         self.finish(kinked);
-        if is_leapfrog { is_done & !is_fast } else { is_done }
+        if is_leapfrog { is_done & !is_fast & !disturbed } else { is_done }
+    }
+
+    /// Where velocity terms at the extrapolated velocities would move momentum; see [`Articulation::solve_alone`].
+    ///
+    /// [`Articulation::solve_alone`]: crate::dynamics::Articulation::solve_alone
+    #[inline(always)]
+    fn is_disturbed(&self) -> Mask<S> {
+        let mut errors = Errors::none(self.occupied.splat(0.0));
+        for ((extrapolated, half), new) in
+            self.root.velocities.iter().zip(&self.root.half_velocities).zip(&self.root_new)
+        {
+            errors.add(*extrapolated, *half, *new);
+        }
+        for (state, at) in self.states[self.first..].iter().zip(&self.bodies[self.first..]) {
+            errors.add(state.velocity, state.half_velocity, at.new_velocity);
+        }
+        errors.disturb()
     }
 
     /// Where the new velocities are finite.

@@ -97,7 +97,7 @@ fn robots_that_step_several_at_once_have_the_bits_of_those_that_step_by_themselv
             }
         }
         let part = at_once as f64 / (900 * ROBOTS) as f64;
-        assert!(part > 0.4, "only {part} of the robots' steps were done in lanes");
+        assert!(part > 0.3, "only {part} of the robots' steps were done in lanes");
     }
 }
 

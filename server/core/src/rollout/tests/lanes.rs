@@ -243,10 +243,12 @@ fn robots_whose_root_is_free_have_the_bits_of_copies_that_step_alone() {
                 let rollout = Rollout::new(world.to_saved(), tumbling(joints, mode), ROOM).unwrap();
                 assert!(rollout.has_lanes);
                 let expected = alone(&rollout, 0..5);
+                // Where targets disturb the motion with leapfrog, copies step by themselves.
+                let least = if integrator == Integrator::Leapfrog { 0.0 } else { 0.1 };
                 for (width, found) in in_all_widths(&rollout, 0..5) {
                     let what = format!("{joints} {integrator:?} {mode:?} {width}");
                     assert_equal(&found, &expected, &what);
-                    assert_in_lanes(&found, 0.1, &what);
+                    assert_in_lanes(&found, least, &what);
                 }
             }
         }
