@@ -34,7 +34,7 @@ use crate::call_error::CallError;
 const MAGIC: &[u8; 8] = b"simdsave";
 
 /// The format that is read and written. It grows with every change of what a state is.
-pub const FORMAT: u32 = 11;
+pub const FORMAT: u32 = 12;
 
 /// Entries of lists that take more memory than bytes of the file, of all robots together: some fifty bytes for
 /// each, and in a file three. Far above a thousand robots with a hundred meshes each.

@@ -20,7 +20,7 @@ use crate::driver::Published;
 /// The name of the metadata that says that a file is a recording.
 pub(super) const METADATA: &str = "simd.recording";
 /// The format that is written and read.
-pub(super) const FORMAT: u32 = 3;
+pub(super) const FORMAT: u32 = 4;
 /// Bytes of a part of a file.
 const PART: usize = 1 << 20;
 

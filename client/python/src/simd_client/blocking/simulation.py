@@ -219,6 +219,7 @@ class Simulation(SavedStates):
         pace: Pace | str | None = None,
         integrator: Integrator | str | None = None,
         surface_combination: SurfaceCombination | str | None = None,
+        sleeping: bool | None = None,
     ) -> Physics:
         """Changes only what is given (m/s^2, s). Raises `InvalidValue` and changes nothing if a value is refused."""
         request = proto.SetPhysicsRequest(
@@ -231,6 +232,7 @@ class Simulation(SavedStates):
             surface_combination=(
                 None if surface_combination is None else surface_combination_to_proto(surface_combination)
             ),
+            sleeping=sleeping,
         )
         return physics_from_proto(self.call(methods.SetPhysics, request).physics)
 
