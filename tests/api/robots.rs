@@ -40,6 +40,27 @@ async fn names_with_spaces_work_from_the_folder_to_the_target(via: Via) {
     assert!((seen.joints[0].position[0] - 0.3).abs() < 1e-3, "{seen:?}");
 }
 
+/// The report names the overlapping links and a place that is free; there the next robot overlaps nothing.
+async fn a_robot_that_is_loaded_into_another_one_is_told_a_free_place(via: Via) {
+    let daemon = Daemon::paused_via(via).await;
+    let package = assets().join("Bench_Arm-1.2 rev B");
+    let overlaps = |spawned: &simd_client::Spawned| {
+        let found = spawned.report.findings.iter().filter(|finding| finding.message.contains("inside link"));
+        found.map(|finding| format!("{} {}", finding.element, finding.message)).collect::<Vec<_>>()
+    };
+    let first = daemon.client.load(&package, fixed("first")).await.unwrap();
+    assert_eq!(overlaps(&first), Vec::<String>::new());
+    let second = daemon.client.load(&package, fixed("second")).await.unwrap();
+    let said = overlaps(&second);
+    assert!(said[0].contains("of \"second\" starts") && said[0].contains("of \"first\""), "{said:?}");
+    let place = said[0].split("--pose ").nth(1).unwrap().trim_end_matches('`');
+    let [x, y, z] = [0, 1, 2].map(|axis| place.split(',').nth(axis).unwrap().parse::<f64>().unwrap());
+    let pose = proto::Pose { position: Some(proto::Vector3 { x, y, z }), ..Default::default() };
+    let third = proto::SpawnEntityRequest { pose: Some(pose), ..fixed("third") };
+    let third = daemon.client.load(&package, third).await.unwrap();
+    assert_eq!(overlaps(&third), Vec::<String>::new(), "at {place}");
+}
+
 /// The second upload of the same package sends no file: the daemon has them by hash.
 async fn what_the_daemon_has_is_not_sent_again(via: Via) {
     let daemon = arm(via).await;
@@ -147,6 +168,7 @@ async fn a_path_on_the_daemons_disk_works_below_an_asset_root_only(via: Via) {
 crate::over_every_transport![
     a_solidworks_export_loads_without_a_warning_and_says_what_it_is,
     names_with_spaces_work_from_the_folder_to_the_target,
+    a_robot_that_is_loaded_into_another_one_is_told_a_free_place,
     what_the_daemon_has_is_not_sent_again,
     a_robot_can_be_watched_on_its_way_in,
     a_ball_and_a_box_are_spawned_without_a_description,

@@ -8,7 +8,7 @@
 //! * `entity`: one robot. `constraints`, `sleep`, `groups`, `group_memory`, `contacts`: what it is constrained to, whether it rests, what is solved with it, and
 //!   what it touches.
 //! * [`saved`]: states that are kept. [`robot_settings`]: what commands set.
-//! * [`published_state`]: what it shows; [`joint_status`], [`rays`], [`queries`], [`terrain_penetration`], `reactions`, [`measure`]: what follows from that alone, on any
+//! * [`published_state`]: what it shows; [`joint_status`], [`rays`], [`queries`], [`spawn_overlaps`], [`terrain_penetration`], `reactions`, [`measure`]: what follows from that alone, on any
 //!   thread.
 //! * [`command`], [`event`]: what can be asked of it, and what happens.
 //! * [`Simulation`]: the world.
@@ -39,6 +39,7 @@ pub mod saved;
 pub mod sensors;
 pub mod settings;
 mod sleep;
+pub mod spawn_overlaps;
 pub mod target_sources;
 pub mod terrain_penetration;
 #[cfg(test)]

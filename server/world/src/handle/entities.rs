@@ -1,5 +1,6 @@
 //! Robots: how they come, what they are made from.
 
+mod place;
 mod reload;
 
 use std::collections::BTreeMap;
@@ -10,7 +11,6 @@ use bytes::Bytes;
 use glamx::DPose3;
 use simd_core::collision::{ConvexMesh, MeshShapes};
 use simd_core::simulation::command::{CollisionPair, ContactSettings, JointOrientation, Spawn};
-use simd_core::simulation::terrain_penetration::TerrainPenetration;
 use simd_core::{Command, Reply};
 use simd_model::robot::{MeshAsset, Sha256};
 use simd_model::{Disposition, Finding, LoadReport, RobotModel, Severity, SrdfPair, wire_name};
@@ -23,9 +23,6 @@ use crate::driver::{Done, Entry, Published, ReportEntry};
 use crate::loading::{
     ExpandedXacro, Origin, Phase, Prepared, Progress, Reporter, Source, Validated, Which, XacroFiles, summary,
 };
-
-/// Links below the surface of terrain that a report names.
-const MAX_TERRAIN_PENETRATIONS: usize = 8;
 
 /// A robot to bring in.
 #[derive(Clone, Debug)]
@@ -230,7 +227,7 @@ impl SimHandle {
         }
         self.note_robots(names.iter().map(String::as_str));
         for (name, model) in names.iter().zip(&read) {
-            self.report_terrain_penetrations(name, model, &mut report).await;
+            self.report_place(name, model, &mut report).await;
         }
         let summaries: Vec<String> = read
             .iter()
@@ -250,40 +247,6 @@ impl SimHandle {
             let _ = recording.queue.push(Entry::Report(Box::new(entry)));
         }
         Ok(Loaded { done, name, others, report, summary })
-    }
-
-    /// Adds what now is below the surface of terrain: the robot that came, or others where it is the terrain. Adds nothing where
-    /// all permits for heavy reads are taken, and where another one has come by its name since.
-    async fn report_terrain_penetrations(
-        &self,
-        name: &str,
-        model: &Arc<RobotModel>,
-        report: &mut LoadReport,
-    ) {
-        let newest = self.newest();
-        let found = newest.state.entity(name).filter(|(_, entity)| Arc::ptr_eq(&entity.model, model));
-        let Some((robot, _)) = found else { return };
-        if !newest.state.world.entities.iter().any(|entity| entity.shapes.has_terrain()) {
-            return;
-        }
-        let look = move |cancelled: &Cancelled| {
-            let Published { state, physics, .. } = &*newest;
-            let most = MAX_TERRAIN_PENETRATIONS;
-            state.terrain_penetrations(robot, physics.gravity, most, &|| cancelled.is_set())
-        };
-        let found = self.heavy(look).await.unwrap_or_default();
-        report.findings.extend(found.into_iter().map(|TerrainPenetration { link, terrain, depth }| Finding {
-            severity: Severity::Warning,
-            disposition: Disposition::Used,
-            element: format!("link {:?} of {:?}", link.1, link.0),
-            file: None,
-            line: None,
-            message: format!(
-                "starts {depth:.3} m below the surface of {:?}: a height field pushes it out, and a mesh lets it fall; put it \
-                 higher",
-                terrain.0
-            ),
-        }));
     }
 
     /// The hash of a robot's description.

@@ -1,0 +1,81 @@
+//! What a load report says of the place to which a robot came.
+
+use std::sync::Arc;
+
+use simd_core::simulation::spawn_overlaps::SpawnOverlap;
+use simd_core::simulation::terrain_penetration::TerrainPenetration;
+use simd_model::{Disposition, Finding, LoadReport, RobotModel, Severity};
+
+use super::super::SimHandle;
+use super::super::heavy::Cancelled;
+use crate::driver::Published;
+
+/// Maximum number of links that a report names, below the surface of terrain and in other robots each.
+const MAX_NAMED: usize = 8;
+
+impl SimHandle {
+    /// Adds links that are below the surface of terrain, of the robot that came or, if it is the terrain, of others; and links that
+    /// overlap other robots. Adds nothing if all permits for heavy reads are taken, or if another robot has come by its name since.
+    pub(super) async fn report_place(&self, name: &str, model: &Arc<RobotModel>, report: &mut LoadReport) {
+        let newest = self.newest();
+        let found = newest.state.entity(name).filter(|(_, entity)| Arc::ptr_eq(&entity.model, model));
+        let Some((robot, _)) = found else { return };
+        let own_name = name.to_owned();
+        let look = move |cancelled: &Cancelled| {
+            let Published { state, physics, .. } = &*newest;
+            let is_cancelled = || cancelled.is_set();
+            let has_terrain = state.world.entities.iter().any(|entity| entity.shapes.has_terrain());
+            let below = if has_terrain {
+                state.terrain_penetrations(robot, physics.gravity, MAX_NAMED, &is_cancelled)
+            } else {
+                Vec::new()
+            };
+            let mut findings: Vec<Finding> = below.into_iter().map(below_terrain).collect();
+            let overlaps = state.spawn_overlaps(robot, &is_cancelled).unwrap_or_default();
+            let free = state.roots.get(robot).zip(state.way_to_free_place(robot)).map(|(root, way)| {
+                let place = root.pose.translation;
+                [place.x + way, place.y, place.z]
+            });
+            findings.extend(
+                overlaps.into_iter().take(MAX_NAMED).map(|overlap| overlaps_other(&own_name, overlap, free)),
+            );
+            findings
+        };
+        report.findings.extend(self.heavy(look).await.unwrap_or_default());
+    }
+}
+
+fn warning(element: String, message: String) -> Finding {
+    Finding {
+        severity: Severity::Warning,
+        disposition: Disposition::Used,
+        element,
+        file: None,
+        line: None,
+        message,
+    }
+}
+
+fn below_terrain(TerrainPenetration { link, terrain, depth }: TerrainPenetration) -> Finding {
+    warning(
+        format!("link {:?} of {:?}", link.1, link.0),
+        format!(
+            "starts {depth:.3} m below the surface of {:?}: a height field pushes it out, and a mesh lets it fall; put it \
+             higher",
+            terrain.0
+        ),
+    )
+}
+
+fn overlaps_other(name: &str, overlap: SpawnOverlap, free: Option<[f64; 3]>) -> Finding {
+    let SpawnOverlap { link, robot, other_link, depth } = overlap;
+    let room =
+        free.map_or(String::new(), |[x, y, z]| format!(", for instance with `--pose {x:.2},{y:.2},{z:.2}`"));
+    warning(
+        format!("link {link:?} of {name:?}"),
+        format!(
+            "starts {depth:.3} m inside link {other_link:?} of {robot:?}, and contacts may hold its joints or push it away: delete {name:?} and load it \
+             where there is room{room}"
+        ),
+    )
+}
