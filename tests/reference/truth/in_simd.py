@@ -50,6 +50,8 @@ WIDE = {
     "BOUNCING_WORLDS": ("heaps_that_bounce", 80),
     "COLLIDING_WORLDS": ("momentum_is_kept_where", 120),
     "FALLING_TREES": ("random_trees_that_fall", 120),
+    "SEAMS": ("what_slides_over_a_joint_of_a_floor", 3_000),
+    "FLOATING_TREES": ("the_centre_of_mass_of_a_floating_robot", 3_000),
     "HULL_HEAPS": ("heaps_of_a_hundred_hulls", 20),
     "TOWERS": ("random_towers", 300),
     "SPINNING_BODIES": ("free_bodies_keep_energy", 2000),
