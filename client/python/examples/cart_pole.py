@@ -5,6 +5,7 @@ Fifty times a simulated second copies of the world try changes of the plan, and 
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
@@ -47,12 +48,13 @@ def improved(
 def main() -> None:
     """Swings it up in a world that waits for each turn."""
     random = np.random.default_rng(1)
-    with simd_client.connect() as sim:
+    with simd_client.connect() as sim, ExitStack() as cleanup:
         sim.pause()
-        before = sim.physics.time_step
+        cleanup.callback(sim.set_physics, time_step=sim.physics.time_step)
         sim.set_physics(time_step=0.005)
         hangs = {"pole": np.pi}
         cart = sim.load(ROBOT, "cart_pole", fixed=True, passive=True, joint_positions=hangs, allow_renaming=True)
+        cleanup.callback(cart.delete)
         costs = costs_of(cart)
         plan: FloatArray = np.zeros((KNOTS, 1))
         state = sim.states(cart)[cart]
@@ -65,8 +67,6 @@ def main() -> None:
         lean = np.abs((pole + np.pi) % (2 * np.pi) - np.pi)
         found = "upright" if lean < 0.3 else "not upright"
         print(f"after 4 s the pole is {found}: {lean:.2f} rad, {slide:.2f} m aside")
-        cart.delete()
-        sim.set_physics(time_step=before)
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 """Grasps a crate and lifts it: contacts, friction, and motions that wait for their end."""
 
+from contextlib import ExitStack
 from pathlib import Path
 
 import simd_client
@@ -12,19 +13,26 @@ SQUEEZE = 25.0  # newtons
 
 def main() -> None:
     """Down, close, up; then open, and it falls."""
-    with simd_client.connect() as sim:
+    with simd_client.connect() as sim, ExitStack() as cleanup:
         sim.pause()
-        ground = sim.add_plane(name="grasp_ground", position=(10, 0, 0))
+        cleanup.callback(sim.set_physics, time_step=sim.physics.time_step)
+        sim.set_physics(time_step=0.001)
+        # Beside all that is in the world already.
+        x = 10 + max((robot.pose.position[0] for robot in sim.robots.values()), default=0.0)
+        ground = sim.add_plane()
+        cleanup.callback(ground.delete)
         gripper = sim.load(
             GRIPPER,
             "gripper",
             fixed=True,
             allow_renaming=True,
-            position=(10, 0, 0.5),
+            position=(x, 0, 0.5),
             surfaces=Surface(friction=1.0),
             joint_positions={"left": 0.06, "right": 0.06},
         )
-        crate = sim.add_box((CRATE, CRATE, CRATE), 0.4, (10, 0, CRATE / 2), name="crate", friction=1.0)
+        cleanup.callback(gripper.delete)
+        crate = sim.add_box((CRATE, CRATE, CRATE), 0.4, (x, 0, CRATE / 2), friction=1.0)
+        cleanup.callback(crate.delete)
 
         gripper.move_to({"lift": -0.34}, steps=10)
         # A finger cannot reach its target, and pushes with no more than it may.
@@ -41,8 +49,6 @@ def main() -> None:
         gripper.move_to({"left": 0.06, "right": 0.06}, steps=10)
         sim.step(1000)
         print(f"and lies at {crate.pose.position[2]:.2f} m")
-        for robot in (gripper, crate, ground):
-            robot.delete()
 
 
 if __name__ == "__main__":

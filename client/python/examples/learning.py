@@ -1,7 +1,7 @@
 """Learns to keep a pole upright on a cart, by the cross-entropy method (Mannor, Rubinstein and Gat, 2003): thirty lines of numpy.
 
 Each environment is a copy of the world and has a policy of its own, a network with one layer. After an episode the next policies are drawn
-around the best ones. `RolloutEnv` is a vector environment of gymnasium, which `pip install 'simd-client[gym]'` brings.
+around the best ones. `RolloutEnv` is a vector environment of gymnasium, which this needs: `pip install 'gymnasium>=1.1,<2'`.
 
     python learning.py [--generations 25] [--seed 1]
 """
@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import time
+from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
@@ -95,19 +96,18 @@ def main() -> None:
     parser.add_argument("--generations", type=int, default=25)
     parser.add_argument("--seed", type=int, default=1)
     asked = parser.parse_args()
-    with simd_client.connect() as sim:
+    with simd_client.connect() as sim, ExitStack() as cleanup:
         sim.pause()
-        before = sim.physics.time_step
+        cleanup.callback(sim.set_physics, time_step=sim.physics.time_step)
         sim.set_physics(time_step=0.005)
         cart = sim.load(ROBOT, "learner", fixed=True, passive=True, allow_renaming=True)
+        cleanup.callback(cart.delete)
         envs = environments(sim, cart)
         begin = time.perf_counter()
         policy, _ = learn(envs, asked.generations, asked.seed)
         took = time.perf_counter() - begin
         kept = upright(envs, policy)
         print(f"after {took:.0f} s the policy keeps the pole upright in {kept} of {COPIES} episodes")
-        cart.delete()
-        sim.set_physics(time_step=before)
 
 
 if __name__ == "__main__":

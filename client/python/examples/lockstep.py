@@ -3,6 +3,7 @@
 A turn is two round trips: for efforts, and for ten steps with them, with the state in the answer.
 """
 
+from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
@@ -17,9 +18,12 @@ STIFFNESS, DAMPING = 100.0, 20.0  # 1/s^2 and 1/s: critically damped, a time con
 def main() -> None:
     """Computed torque: the efforts that give each joint the acceleration of a spring and damper at its goal."""
     goal = np.array([0.3, 0.4, -0.2, 0.8, 0.1, -0.5, 0.2])
-    with simd_client.connect() as sim:
+    with simd_client.connect() as sim, ExitStack() as cleanup:
         sim.pause()
+        cleanup.callback(sim.set_physics, time_step=sim.physics.time_step)
+        sim.set_physics(time_step=0.001)
         arm = sim.load(ROBOT, "lockstep_arm", fixed=True, passive=True, allow_renaming=True)
+        cleanup.callback(arm.delete)
         state = first = sim.states(arm)[arm]
         for _ in range(300):
             wanted = STIFFNESS * (goal - state.position) - DAMPING * state.velocity
@@ -28,7 +32,6 @@ def main() -> None:
             state = sim.step(10, {arm: Whole.efforts(efforts)}, states=arm)[arm]
         seconds = state.stamp.sim_time - first.stamp.sim_time
         print(f"largest error {np.abs(goal - state.position).max():.4f} rad after {seconds:.2f} s")
-        arm.delete()
 
 
 if __name__ == "__main__":

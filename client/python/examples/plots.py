@@ -1,10 +1,11 @@
 """Collects states in lockstep and plots them: how an arm answers a step of its target.
 
-Needs `pip install './client/python[plot]'`. An argument is the file to write, by default `plots.png`. In a notebook the
+Needs matplotlib: `pip install 'matplotlib>=3.6'`. An argument is the file to write, by default `plots.png`. In a notebook the
 figure is shown by itself.
 """
 
 import sys
+from contextlib import ExitStack
 from pathlib import Path
 
 import simd_client
@@ -16,9 +17,12 @@ ROBOT = Path(__file__).parents[3] / "tests" / "assets" / "Two Link.v2"
 def main() -> None:
     """Plots a soft and a stiff elbow beside each other."""
     file = Path(sys.argv[1] if len(sys.argv) > 1 else "plots.png")
-    with simd_client.connect() as sim:
+    with simd_client.connect() as sim, ExitStack() as cleanup:
         sim.pause()
+        cleanup.callback(sim.set_physics, time_step=sim.physics.time_step)
+        sim.set_physics(time_step=0.001)
         arm = sim.load(ROBOT, "plotted_arm", fixed=True, allow_renaming=True)
+        cleanup.callback(arm.delete)
         states: list[RobotState] = []
         for stiffness in (5.0, 50.0):
             arm.reset_joints()
@@ -29,7 +33,6 @@ def main() -> None:
         figure = arm.plot(states, what=("position", "target", "effort"), joints=["elbow joint"])
         figure.savefig(file)
         print(f"wrote {file.name}")
-        arm.delete()
 
 
 if __name__ == "__main__":

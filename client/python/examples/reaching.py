@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import time
 from collections.abc import Iterator
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -66,13 +67,24 @@ def trials(sim: Simulation, starts: int, seed: int) -> Iterator[Trial]:
     """Reaches from so many places, one after the other, and leaves the world as it was."""
     random = np.random.default_rng(seed)
     sim.pause()
-    before = sim.physics.time_step
-    sim.set_physics(time_step=0.01)
-    arm = sim.load(ROBOT, "reaching_arm", fixed=True, allow_renaming=True)
+    # Whatever ends this, Ctrl-C too, puts the world back.
+    with ExitStack() as cleanup:
+        cleanup.callback(sim.set_physics, time_step=sim.physics.time_step)
+        cleanup.callback(sim.pause)
+        sim.set_physics(time_step=0.01)
+        yield from _trials(sim, starts, random, cleanup)
+
+
+def _trials(sim: Simulation, starts: int, random: np.random.Generator, cleanup: ExitStack) -> Iterator[Trial]:
+    # Beside all that is in the world already.
+    aside = np.array([10 + max((robot.pose.position[0] for robot in sim.robots.values()), default=0.0), 0.0, 0.0])
+    arm = sim.load(ROBOT, "reaching_arm", fixed=True, allow_renaming=True, position=aside)
+    cleanup.callback(arm.delete)
     # The goal is the place of the hand, and how it is turned, on the other side.
     arm.reset_joints(BEGIN * [-1, 1, 1, 1, 1, 1, 1])
     goal = arm.link_poses()[HAND]
-    post = sim.add_cylinder(RADIUS, 0.5, position=(*POST, 0.25), fixed=True, name="reaching_post")
+    post = sim.add_cylinder(RADIUS, 0.5, position=aside + (*POST, 0.25), fixed=True)
+    cleanup.callback(post.delete)
     costs = [
         Cost.link_position(arm, HAND, goal.position, final_weight=20.0),
         Cost.link_orientation(arm, HAND, goal.orientation, weight=0.03),
@@ -118,10 +130,6 @@ def trials(sim: Simulation, starts: int, seed: int) -> Iterator[Trial]:
             plan = np.stack([np.interp(knots, np.arange(KNOTS), plan[:, joint]) for joint in range(7)], axis=1)
         reached = distance <= NEAR and touches == 0
         yield Trial(reached, touches > 0, at, calls, np.array(path), goal.position)
-    sim.pause()
-    arm.delete()
-    post.delete()
-    sim.set_physics(time_step=before)
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@ never sees old ones.
 """
 
 import math
+from contextlib import ExitStack
 from pathlib import Path
 
 import simd_client
@@ -16,8 +17,10 @@ SECONDS = 2.0
 
 def main() -> None:
     """Swings both joints, and says how well it kept time."""
-    with simd_client.connect() as sim:
+    with simd_client.connect() as sim, ExitStack() as cleanup:
         arm = sim.load(ROBOT, "swinging_arm", fixed=True, allow_renaming=True)
+        cleanup.callback(arm.delete)
+        cleanup.callback(sim.pause)
         sim.play()
         begin = sim.stamp.sim_time
         due, turns, worst = begin, 0, 0.0
@@ -32,9 +35,7 @@ def main() -> None:
                 arm.stream_targets([angle, -angle])
                 turns += 1
         print(f"real-time factor {sim.statistics.real_time_factor:.2f}")
-        sim.pause()
         print(f"{turns} turns in {SECONDS} simulated seconds, the latest {1000.0 * worst:.1f} ms late")
-        arm.delete()
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 """Saves the world, lets something happen, and goes back: to the bit, and by way of a file."""
 
 import tempfile
+from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
@@ -13,11 +14,14 @@ ROBOT = Path(__file__).parents[3] / "tests" / "assets" / "Two Link.v2"
 
 def main() -> None:
     """Tries two wrenches from one moment, and the first of them again."""
-    with simd_client.connect() as sim:
+    with simd_client.connect() as sim, ExitStack() as cleanup:
         sim.pause()
         arm = sim.load(ROBOT, "saved_arm", fixed=True, allow_renaming=True, passive=True)
+        cleanup.callback(lambda: arm.name in sim.robots and arm.delete())
         sim.step(100)
-        start = sim.save_state("start")
+        # Without a name the daemon chooses one that is free.
+        start = sim.save_state()
+        cleanup.callback(sim.delete_saved_state, start)
 
         def pushed(force: float) -> RobotState:
             sim.restore_state(start)
@@ -32,11 +36,10 @@ def main() -> None:
             file = sim.export_saved_state(start, Path(folder) / "start.simdstate")
             arm.delete()
             # Into this daemon or another one: the file has the robots too.
-            sim.restore_state(sim.import_saved_state(file, "imported"))
+            imported = sim.import_saved_state(file, f"{start.name}-imported")
+            cleanup.callback(sim.delete_saved_state, imported)
+            sim.restore_state(imported)
         print(f"back from {file.name}: {list(sim.robots)}")
-        for name in ("start", "imported"):
-            sim.delete_saved_state(name)
-        sim.robot(arm.name).delete()
 
 
 if __name__ == "__main__":

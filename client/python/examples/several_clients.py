@@ -4,6 +4,7 @@ Here they are three connections of one script; they may as well be three program
 """
 
 import threading
+from contextlib import ExitStack
 from pathlib import Path
 
 import simd_client
@@ -14,9 +15,15 @@ ROBOT = Path(__file__).parents[3] / "tests" / "assets" / "Two Link.v2"
 
 def main() -> None:
     """Shows a claim, and that everybody sees what happens."""
-    with simd_client.connect() as calibration, simd_client.connect() as operator, simd_client.connect() as display:
+    with (
+        simd_client.connect() as calibration,
+        simd_client.connect() as operator,
+        simd_client.connect() as display,
+        ExitStack() as cleanup,
+    ):
         calibration.pause()
         mine = calibration.load(ROBOT, "shared_arm", fixed=True, allow_renaming=True)
+        cleanup.callback(mine.delete)
         same = operator.robot(mine.name)
 
         seen = threading.Event()
@@ -46,7 +53,6 @@ def main() -> None:
             released.wait(10.0)
         same.set_positions({"elbow joint": 0.0})
         print(f"the operator's turn: {same.joints['elbow joint'].target}")
-        same.delete()
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 """Two robots at once on one event loop: calls overlap, and a callback is a coroutine."""
 
 import asyncio
+from contextlib import AsyncExitStack
 from pathlib import Path
 
 from simd_client import RobotState, aio
@@ -23,17 +24,21 @@ async def main() -> None:
         nonlocal seen
         seen += 1
 
-    async with aio.connect() as sim:
+    async with aio.connect() as sim, AsyncExitStack() as cleanup:
+        # Beside all that is in the world already.
+        poses = [await robot.pose for robot in (await sim.robots).values()]
+        y = 2 + max((pose.position[1] for pose in poses), default=0.0)
         left, right = await asyncio.gather(
-            sim.load(ROBOT, "left_arm", fixed=True),
-            sim.load(ROBOT, "right_arm", fixed=True, position=(0, 2, 0)),
+            sim.load(ROBOT, "left_arm", fixed=True, position=(0, y, 1), allow_renaming=True),
+            sim.load(ROBOT, "right_arm", fixed=True, position=(0, y + 2, 1), allow_renaming=True),
         )
+        for arm in (left, right):
+            cleanup.push_async_callback(arm.delete)
+        cleanup.push_async_callback(sim.pause)
         await sim.play()
         async with left.on_state(count):
             await asyncio.gather(wave(left), wave(right))
-        await sim.pause()
         print(f"saw states of the left arm: {seen > 0}")
-        await asyncio.gather(left.delete(), right.delete())
 
 
 if __name__ == "__main__":

@@ -1,9 +1,10 @@
 """Walks: a crawl on four legs, as a pattern of targets in lockstep. The robot is a xacro file, with an argument.
 
-Needs `pip install './client/python[xacro]'`.
+Needs ROS's own package for xacro: `pip install 'xacro>=2.1,<3'`.
 """
 
 import math
+from contextlib import ExitStack
 from pathlib import Path
 
 import simd_client
@@ -37,24 +38,28 @@ def pattern(time: float) -> dict[str, float]:
 
 def main() -> None:
     """Walks for five seconds, and says how far."""
-    with simd_client.connect() as sim:
+    with simd_client.connect() as sim, ExitStack() as cleanup:
         sim.pause()
-        ground = sim.add_plane(name="walking_ground", position=(0, 10, 0), friction=1.0)
+        cleanup.callback(sim.set_physics, time_step=sim.physics.time_step)
+        sim.set_physics(time_step=0.001)
+        # Beside all that is in the world already.
+        y = 10 + max((robot.pose.position[1] for robot in sim.robots.values()), default=0.0)
+        ground = sim.add_plane(friction=1.0)
+        cleanup.callback(ground.delete)
         walker = sim.load(
             WALKER,
             "walker",
             allow_renaming=True,
-            position=(0, 10, LEG + 0.025),
+            position=(0, y, LEG + 0.025),
             xacro_arguments={"leg": LEG},
         )
+        cleanup.callback(walker.delete)
         sim.step(200)
         begin = walker.pose.position
         for turn in range(500):
             sim.step(10, {walker: pattern(0.01 * turn)})
         moved = walker.pose.position - begin
         print(f"walked {moved[0]:.2f} m along x and {moved[1]:.2f} m aside; the body is {moved[2]:+.3f} m higher")
-        walker.delete()
-        ground.delete()
 
 
 if __name__ == "__main__":

@@ -19,6 +19,7 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # Tests of these files say what holds of a world, however it is reached; those of the others are about the network.
 OVER_BOTH = {
+    "test_attributes",
     "test_ball_joints",
     "test_batches",
     "test_callbacks",

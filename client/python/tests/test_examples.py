@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import os
 import re
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
 from conftest import cleaned
-from daemon import Daemon
+from daemon import Daemon, within
 
 import simd_client
-from simd_client import Simulation
+from simd_client import Simulation, SimulationState
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 SECONDS = 240.0
@@ -74,6 +76,49 @@ def test_an_example_runs_beside_what_is_there_already(sim: Simulation, daemon: D
     first = sim.load(EXAMPLES / "robots" / "gripper.urdf", "gripper", fixed=True, position=(0, -5, 1))
     assert "the crate hangs at 0.27 m" in run(daemon, tmp_path, sys.executable, str(EXAMPLES / "grasping.py"))
     assert list(sim.robots) == [there.name, first.name]
+
+
+# Those that go on for long enough to be interrupted.
+@pytest.mark.parametrize("name", ["tutorial", "lockstep", "walking", "cart_pole", "learning", "reaching", "two_robots_asyncio"])
+def test_an_example_that_is_interrupted_leaves_the_world_as_it_was(
+    name: str, sim: Simulation, daemon: Daemon, tmp_path: Path
+) -> None:
+    before = sim.physics.time_step
+    environment = {**os.environ, "SIMD_ENDPOINT": daemon.endpoint}
+    command = [sys.executable, str(EXAMPLES / f"{name}.py")]
+    running = subprocess.Popen(command, cwd=tmp_path, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    until = within(SECONDS)
+    # Copies of a world step without it.
+    while not (sim.robots and (name == "learning" or sim.stamp.step > 0)) and running.poll() is None and time.monotonic() < until:
+        time.sleep(0.01)
+    if name == "learning":
+        assert running.stdout is not None and b"generation" in running.stdout.readline()
+    running.send_signal(signal.SIGINT)
+    said, _ = running.communicate(timeout=SECONDS)
+    assert running.returncode != 0 and b"KeyboardInterrupt" in said, said.decode()
+    assert list(sim.robots) == [] and list(sim.parameters.all()) == [] and sim.physics.time_step == before
+    assert sim.state is SimulationState.PAUSED
+
+
+@pytest.mark.parametrize("name", ["grasping", "walking", "lockstep", "saved_states", "several_clients", "two_robots_asyncio"])
+def test_an_example_runs_beside_what_a_killed_one_has_left(
+    name: str, sim: Simulation, daemon: Daemon, tmp_path: Path
+) -> None:
+    sim.set_physics(time_step=0.004)
+    for left in ("grasp_ground", "walking_ground"):
+        sim.add_plane(name=left)
+    sim.add_box((0.06, 0.06, 0.06), name="crate", position=(10, 0, 0.03))
+    sim.load(EXAMPLES / "robots" / "gripper.urdf", "gripper", fixed=True, position=(10, 0, 0.5))
+    for at, left in enumerate(("left_arm", "right_arm", "saved_arm", "shared_arm", "lockstep_arm")):
+        sim.load(EXAMPLES.parents[2] / "tests" / "assets" / "Two Link.v2", left, fixed=True, position=(0, 2 * at, 0))
+    sim.save_state("start")
+    there = list(sim.robots)
+    said = run(daemon, tmp_path, sys.executable, str(EXAMPLES / f"{name}.py"))
+    for each in SAID[name]:
+        wanted = re.sub(r"(left|right)_arm is", r"\1_arm_1 is", each) if name == "two_robots_asyncio" else each
+        assert wanted.partition("['")[0] in said.replace("_arm_2 is", "_arm_1 is"), said
+    assert list(sim.robots) == there and [each.name for each in sim.saved_states()] == ["start"]
+    assert sim.physics.time_step == 0.004
 
 
 def test_the_notebook_is_executed(daemon: Daemon, tmp_path: Path) -> None:

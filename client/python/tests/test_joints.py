@@ -116,6 +116,83 @@ def test_joints_are_put_at_positions_and_velocities(arm: Robot) -> None:
         arm.reset_joints({}, {"elbow joint": 1.0})
 
 
+def test_velocities_and_efforts_are_taken_by_name_and_with_units(arm: Robot) -> None:
+    arm.set_velocities({"elbow joint": "30rpm"})
+    assert (arm.joints["elbow joint"].mode, arm.joints["elbow joint"].target) == (JointMode.VELOCITY, pytest.approx(math.pi))
+    arm.set_efforts({"elbow joint": "3Nm", "shoulder joint": 0.5})
+    assert arm.target.tolist() == [0.5, 3.0] and arm.joints["elbow joint"].mode is JointMode.EFFORT
+    for refuse in (
+        lambda: arm.set_velocities({"elbow joint": "3mm/s"}),
+        lambda: arm.set_efforts({"elbow joint": "3N"}),
+        lambda: arm.joints["elbow joint"].set_velocity("3mm/s"),
+        lambda: arm.joints["elbow joint"].set_position("3mm"),
+    ):
+        with pytest.raises(ValueError, match="does not fit joint `elbow joint`, which turns"):
+            refuse()
+    with pytest.raises(ValueError, match="units need names of joints, as in {'shoulder joint': '90deg'}"):
+        arm.set_positions(["90deg", "0deg"])
+
+
+def test_a_reset_beyond_a_limit_is_judged_as_a_target_is(arm: Robot) -> None:
+    elbow = arm.joints["elbow joint"]
+    clamped = elbow.reset(9.0).clamped
+    assert [(each.joint, each.requested, each.applied) for each in clamped] == [("elbow joint", 9.0, 2.4)]
+    assert elbow.position == 2.4
+    assert arm.reset_joints([0.0, -9.0]).clamped[0].applied == -2.1
+    with pytest.raises(simd_client.TargetBeyondLimit, match=r"position 9 of joint `elbow joint` .* its limits, -2.1 to 2.4"):
+        arm.reset_joints({"elbow joint": 9.0}, beyond_limit="refuse")
+    assert arm.position[1] == -2.1
+    assert elbow.reset(9.0, beyond_limit="keep").clamped == () and elbow.position == 9.0
+    with pytest.raises(ValueError, match="beyond_limit is 'clamp' or 'refuse' or 'keep', not 'ignore'"):
+        elbow.reset(0.0, beyond_limit="ignore")  # pyright: ignore[reportArgumentType]
+
+
+def test_a_start_beyond_a_limit_is_judged_as_a_target_is(sim: Simulation) -> None:
+    start = {"elbow joint": 9.0}
+    arm = sim.load(ASSETS / "Two Link.v2", "arm", fixed=True, joint_positions=start)
+    assert arm.position.tolist() == [0.0, 2.4]
+    assert "joint_positions has 9, which is beyond the limit; the joint starts at 2.4" in str(arm.report)
+    with pytest.raises(simd_client.TargetBeyondLimit):
+        sim.load(ASSETS / "Two Link.v2", "other", fixed=True, joint_positions=start, beyond_limit="refuse")
+    assert list(sim.robots) == ["arm"]
+    kept = sim.load(ASSETS / "Two Link.v2", "kept", fixed=True, joint_positions=start, beyond_limit="keep")
+    assert kept.position.tolist() == [0.0, 9.0]
+
+
+def test_starts_are_taken_with_units_and_as_arrays(sim: Simulation) -> None:
+    arm = sim.load(ASSETS / "Two Link.v2", "arm", fixed=True, joint_positions={"elbow joint": "90deg"})
+    assert arm.position.tolist() == [0.0, math.pi / 2]
+    other = sim.load(ASSETS / "Two Link.v2", "other", fixed=True, joint_positions=[0.1, 0.2])
+    assert other.position.tolist() == [0.1, 0.2]
+    with pytest.raises(ValueError, match="does not fit joint `elbow joint`"):
+        sim.load(ASSETS / "Two Link.v2", "third", fixed=True, joint_positions={"elbow joint": "9mm"})
+    assert list(sim.robots) == ["arm", "other"]
+
+
+def test_limits_are_taken_with_units(arm: Robot) -> None:
+    arm.joints["elbow joint"].set_properties(limits=JointLimits.of("-90deg", "90deg", "12Nm", "30rpm"))
+    assert arm.joints["elbow joint"].limits == JointLimits(-math.pi / 2, math.pi / 2, 12.0, math.pi)
+
+
+def test_errors_name_values_and_joints_as_they_were_typed(arm: Robot) -> None:
+    nan = float("nan")
+    elbow = arm.joints["elbow joint"]
+    for call, said in [
+        (lambda: arm.set_positions([0.0, nan]), "position nan of joint `elbow joint` of robot `arm` (value 1 of the array)"),
+        (lambda: elbow.set_position(nan), 'position (joint "elbow joint") is NaN'),
+        (lambda: elbow.set_position(0.0, stiffness=-1.0), 'stiffness (joint "elbow joint") is -1'),
+        (lambda: elbow.reset(nan), 'position (joint "elbow joint") is NaN'),
+        (lambda: elbow.set_properties(limits=JointLimits(1.0, -1.0)), 'limits.lower (joint "elbow joint") is 1'),
+    ]:
+        with pytest.raises(simd_client.InvalidValue) as refused:
+            call()
+        assert str(refused.value).startswith(said)
+    with pytest.raises(simd_client.JointNotFound, match="did you mean `elbow joint`"):
+        arm.joints["elbw joint"]
+    with pytest.raises(IndexError, match="robot `arm` has 2 joints, and none with the index 9"):
+        arm.joints[9]
+
+
 def test_properties_change_and_the_rest_stays(sim: Simulation, arm: Robot) -> None:
     elbow = arm.joints["elbow joint"]
     friction = elbow.info.friction

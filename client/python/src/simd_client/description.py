@@ -106,6 +106,10 @@ class LoadReport:
         """The findings to look at: warnings and errors."""
         return tuple(f for f in self.findings if f.severity in (Severity.WARNING, Severity.ERROR))
 
+    def with_findings(self, more: tuple[Finding, ...]) -> LoadReport:
+        """The same report with findings of the client."""
+        return LoadReport(self.summary, self.findings + more) if more else self
+
     def table(self) -> Table:
         """One row per finding."""
         rows = [(f.severity.value, str(f.line or ""), f.element, f.message) for f in self.findings]

@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol, cast
 
+from simd_client import extras
 from simd_client.endpoint import Endpoint, is_name
 from simd_client.errors import DeadlineExceeded, EndpointError, SimdError, Unavailable
 from simd_client.link import Answer, AnyMethod, Link, Subscription, program, refused
@@ -81,8 +82,7 @@ def open_embedded(
         module: Any = importlib.import_module(MODULE)
     except ImportError as error:
         raise Unavailable(
-            f"there is no world in this process ({error}): install the wheel `simd-embedded`, or start a daemon with `simd` "
-            "and connect to that"
+            f"there is no world in this process ({error}): {extras.EMBEDDED}, or start a daemon with `simd` and connect to that"
         ) from error
     version = f"{API_VERSION[0]}.{API_VERSION[1]}"
     try:

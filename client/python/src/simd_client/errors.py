@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import re
 from collections.abc import Iterable, Mapping
 from types import MappingProxyType
@@ -294,9 +295,27 @@ def refused_here(kind: type[Refusal], code: str, message: str) -> Refusal:
     return error
 
 
-def listed(names: Iterable[str]) -> str:
-    """Names for a sentence: `a`, `b`."""
-    return ", ".join(f"`{name}`" for name in names) or "none"
+def listed(names: Iterable[str], wanted: str | None = None) -> str:
+    """Names for a sentence: `a`, `b`; with a name that was `wanted` also the one that is most like it."""
+    names = list(names)
+    there = ", ".join(f"`{name}`" for name in names) or "none"
+    meant = difflib.get_close_matches(wanted, names, 1, 0.6) if wanted else []
+    return f"{there}; did you mean `{meant[0]}`?" if meant else there
+
+
+_AS_TYPED = [
+    (re.compile(r"\brobots\[\d+\]\.joints\[\d+\]\.(?:(?:position|velocity|effort)\.)?(?=\w)"), ""),
+    (re.compile(r"\brobots\[\d+\]\.whole\.(?=values\[)"), ""),
+    (re.compile(r"^joints\[\d+\]\.(?=\S+ \(joint )"), ""),
+    (re.compile(r"^pose\.(?=(?:position|orientation)\b)"), ""),
+]
+
+
+def as_typed(message: str) -> str:
+    """A sentence of the daemon with arguments as they are called here, where it has fields as the schema calls them."""
+    for path, name in _AS_TYPED:
+        message = path.sub(name, message)
+    return message
 
 
 def _reason_of(refused: type[Refused]) -> str:
@@ -336,7 +355,7 @@ def refusal(
     `code` is the number of the canonical gRPC code; `reason` has no prefix.
     """
     name = _CODES[code] if 0 <= code < len(_CODES) else "UNKNOWN"
-    error = REASONS.get(reason, Refused)(message or f"the daemon refused the call: {name}")
+    error = REASONS.get(reason, Refused)(as_typed(message) or f"the daemon refused the call: {name}")
     error.code = name
     error.reason = reason
     error.metadata = dict(metadata)

@@ -1,4 +1,4 @@
-"""Expands xacro with the official package, which the extra `simd-client[xacro]` installs."""
+"""Expands xacro with the official package, an extra of this one (`extras.XACRO`)."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from typing import Any
 from xml.dom import Node
 from xml.dom.minidom import Document, Element
 
+from simd_client import extras
 from simd_client.assets import package
 from simd_client.assets.package import RosPaths
 from simd_client.errors import XacroError
@@ -39,7 +40,7 @@ def expanded(
         xacro: Any = importlib.import_module("xacro")
         substitutions: Any = importlib.import_module("xacro.substitution_args")
     except ImportError as missing:
-        why = "xacro files need the official package: pip install 'simd-client[xacro]'"
+        why = f"xacro files need the official package: {extras.XACRO}"
         raise XacroError(f"{path}: {why}, or expand the file with `xacro`") from missing
     found: dict[str, Path] = {}
 

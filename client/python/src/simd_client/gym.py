@@ -1,6 +1,6 @@
-"""A vector environment for learners, on rollouts: needs gymnasium, which the extra `gym` installs.
+"""A vector environment for learners, on rollouts: needs gymnasium.
 
-    pip install 'simd-client[gym]'
+    pip install 'gymnasium>=1.1,<2'
 """
 
 from __future__ import annotations
@@ -10,10 +10,8 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from gymnasium.spaces import Box
-from gymnasium.vector import AutoresetMode, VectorEnv
-from gymnasium.vector.utils import batch_space
 
+from simd_client import extras
 from simd_client.blocking.robot import Robot
 from simd_client.blocking.simulation import Simulation
 from simd_client.geometry import FloatArray
@@ -21,6 +19,13 @@ from simd_client.layout import ONE_AXIS
 from simd_client.rollout import Control, Cost, Mode, Observation, Start, Variation
 from simd_client.rollout_answer import Rollout
 from simd_client.world import SavedState
+
+try:
+    from gymnasium.spaces import Box
+    from gymnasium.vector import AutoresetMode, VectorEnv
+    from gymnasium.vector.utils import batch_space
+except ImportError as missing:
+    raise ImportError(f"environments need gymnasium: {extras.GYM}") from missing
 
 BoolArray = npt.NDArray[np.bool_]
 """An array of yes and no."""

@@ -39,7 +39,7 @@ class JointReactions(Mapping[str, Wrench]):
 
     def __getitem__(self, joint: str) -> Wrench:
         if joint not in self.joints:
-            message = f"there is no joint `{joint}`; there are {listed(self.joints)}"
+            message = f"there is no joint `{joint}`; there are {listed(self.joints, joint)}"
             raise not_found(JointNotFound, message, joint=joint)
         row = self.wrenches[self.joints.index(joint)]
         return Wrench(row[:3], row[3:])

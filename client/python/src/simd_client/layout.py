@@ -82,6 +82,24 @@ class JointLimits:
     velocity: float | None = None
     """rad/s or m/s: clamps velocity targets, and the velocity on the way to a position target."""
 
+    @staticmethod
+    def of(
+        lower: float | str | None = None,
+        upper: float | str | None = None,
+        effort: float | str | None = None,
+        velocity: float | str | None = None,
+    ) -> JointLimits:
+        """The same with units, as text: `JointLimits.of("-90deg", "90deg", "12Nm", "30rpm")`."""
+        return JointLimits(lower, upper, effort, velocity)  # pyright: ignore[reportArgumentType]
+
+    def __post_init__(self) -> None:
+        from simd_client.quantity import number
+
+        for name, what in (("lower", "position"), ("upper", "position"), ("effort", "effort"), ("velocity", "velocity")):
+            value: float | str | None = getattr(self, name)
+            if isinstance(value, str):
+                object.__setattr__(self, name, number(value, what))
+
 
 @dataclass(frozen=True)
 class Gains:

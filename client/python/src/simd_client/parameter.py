@@ -91,7 +91,7 @@ class ParameterList(Mapping[str, float]):
 
     def __getitem__(self, name: str) -> float:
         if name not in self.by_name:
-            message = f"there is no parameter `{name}`; there are {listed(self.by_name)}"
+            message = f"there is no parameter `{name}`; there are {listed(self.by_name, name)}"
             raise not_found(ParameterNotFound, message, parameter=name)
         return self.by_name[name].value
 

@@ -1,4 +1,4 @@
-"""Plots of joint states, with matplotlib, which the extra `simd-client[plot]` installs."""
+"""Plots of joint states, with matplotlib, an extra of this package (`extras.PLOT`)."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from simd_client import extras
 from simd_client.layout import JointType
 from simd_client.state import RobotState
 
@@ -47,7 +48,7 @@ def plotted(
         try:
             make: Any = importlib.import_module("matplotlib.figure").Figure
         except ImportError as missing:
-            raise ImportError("plots need matplotlib: pip install 'simd-client[plot]'") from missing
+            raise ImportError(f"plots need matplotlib: {extras.PLOT}") from missing
         # Not by pyplot, which would keep each figure and choose a window.
         figure = _shown_in_notebooks(make)(figsize=(8, 0.6 + 2.2 * len(what)), layout="constrained")
         axes = figure.subplots(len(what), 1, sharex=True, squeeze=False)[:, 0]

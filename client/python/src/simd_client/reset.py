@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from typing import Union
+from typing import Literal, Union
 
 import numpy as np
 import numpy.typing as npt
 
 from simd_client import proto
+from simd_client.errors import TargetBeyondLimit, refused_here
 from simd_client.geometry import FloatArray, vector
-from simd_client.layout import JointInfo, JointType, Layout
+from simd_client.layout import ONE_AXIS, JointInfo, JointType, Layout
 from simd_client.quantity import Quantity, number
+from simd_client.state import Clamped
+from simd_client.target import BeyondLimit, beyond_limit_to_proto
 
 JointValue = Union[Quantity, Sequence[float], FloatArray]
 """Of one joint: a number or text with a unit; of a spherical joint a quaternion x y z w, or three numbers of a velocity."""
@@ -40,6 +44,38 @@ def resets_to_proto(
     if layout is None:
         raise ValueError("an array of positions needs a layout")
     return _in_order(layout, positions, velocities)
+
+
+def judged(
+    layout: Layout, resets: Sequence[proto.JointReset], beyond_limit: BeyondLimit | Literal["keep"]
+) -> list[Clamped]:
+    """Clamps positions beyond a limit in these messages, and returns which. Raises `TargetBeyondLimit` if they are to be refused."""
+    if beyond_limit == "keep":
+        return []
+    beyond_limit_to_proto(beyond_limit, "keep")
+    clamped: list[Clamped] = []
+    for reset in resets:
+        joint = layout.by_name.get(reset.joint)
+        if joint is None or joint.type not in ONE_AXIS or not math.isfinite(reset.position):
+            continue
+        low, high = joint.limits.lower, joint.limits.upper
+        allowed = min(max(reset.position, -math.inf if low is None else low), math.inf if high is None else high)
+        if allowed == reset.position:
+            continue
+        if beyond_limit == "refuse":
+            raise _beyond(layout, joint, reset.position)
+        clamped.append(Clamped(layout.robot, joint.name, reset.position, allowed))
+        reset.position = allowed
+    return clamped
+
+
+def _beyond(layout: Layout, joint: JointInfo, position: float) -> TargetBeyondLimit:
+    low, high = joint.limits.lower, joint.limits.upper
+    span = f"{'-inf' if low is None else f'{low:g}'} to {'inf' if high is None else f'{high:g}'}"
+    message = f"position {position:g} of joint `{joint.name}` of robot `{layout.robot}` is beyond its limits, {span}"
+    error = refused_here(TargetBeyondLimit, "OUT_OF_RANGE", message)
+    error.metadata = {"joint": joint.name, "lower": str(low), "upper": str(high)}
+    return error
 
 
 def _by_name(

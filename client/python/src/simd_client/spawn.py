@@ -11,9 +11,15 @@ import numpy as np
 import numpy.typing as npt
 
 from simd_client import proto
+from simd_client.description import Disposition, Finding, Severity
 from simd_client.description_files import AnyPath
 from simd_client.geometry import Pose, pose_to_proto, vector
+from simd_client.layout import Layout
+from simd_client.quantity import number
+from simd_client.reset import JointValue, JointValues, resets_to_proto
+from simd_client.state import Clamped
 from simd_client.surface import Surface, Surfaces, surfaces_to_proto
+from simd_client.target import BeyondLimit
 
 UPRIGHT = (0, 0, 0, 1)
 """No rotation: a quaternion x y z w."""
@@ -22,8 +28,9 @@ Collision = Literal["mesh", "hull", "parts"]
 """What collision meshes become: of links that can never move the triangles that they are, and of others the hull; the
 hull of all; convex parts of all."""
 
-JointPositions = Mapping[str, float | Sequence[float] | npt.NDArray[np.float64]]
-"""Where joints start: radians or metres by joint name, of spherical joints a quaternion x y z w."""
+JointPositions = JointValues
+"""Where joints start: by joint name, in radians or metres or with a unit, of spherical joints a quaternion x y z w; or as an
+array in joint order."""
 
 _MESH_SHAPES = {
     "mesh": proto.MeshShapes.MESH_SHAPES_MESH,
@@ -51,6 +58,7 @@ class SpawnOptions:
     srdf: bytes = b""
     collision: Collision = "mesh"
     model: str = ""
+    beyond_limit: BeyondLimit | Literal["keep"] = "clamp"
 
     def to_proto(self, source: proto.DescriptionSource) -> proto.SpawnEntityRequest:
         """The request that spawns a description. Raises `ValueError` for another word for `collision`, and for a joint's
@@ -60,8 +68,9 @@ class SpawnOptions:
             raise ValueError(f"collision is 'mesh', 'hull' or 'parts', and not {self.collision!r}")
         positions: dict[str, float] = {}
         orientations: dict[str, proto.Quaternion] = {}
-        for joint, at in (self.joint_positions or {}).items():
-            values = np.asarray(at, dtype=np.float64)
+        by_name: Mapping[str, JointValue] = self.joint_positions if isinstance(self.joint_positions, Mapping) else {}
+        for joint, at in by_name.items():
+            values = np.asarray(number(at, "position") if isinstance(at, str) else at, dtype=np.float64)
             if values.ndim == 0:
                 positions[joint] = float(values)
             else:
@@ -85,6 +94,27 @@ class SpawnOptions:
             mesh_shapes=mesh_shapes,
             model=self.model,
         )
+
+
+def starts_to_proto(layout: Layout, positions: JointPositions | None) -> list[proto.JointReset]:
+    """Where joints of a robot that was just spawned start, as messages; names of other robots of the same file are left out."""
+    if isinstance(positions, Mapping):
+        positions = {name: at for name, at in positions.items() if name in layout.by_name}
+    return list(resets_to_proto(layout, positions, None))
+
+
+def starts_clamped(clamped: Sequence[Clamped]) -> tuple[Finding, ...]:
+    """What a report says of joints that were to start beyond a limit."""
+    return tuple(
+        Finding(
+            Severity.WARNING,
+            Disposition.REPAIRED,
+            f'joint "{each.joint}" limit',
+            0,
+            f"joint_positions has {each.requested:g}, which is beyond the limit; the joint starts at {each.applied:g}",
+        )
+        for each in clamped
+    )
 
 
 def srdf_bytes(path: AnyPath | None) -> bytes:

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, Final, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from simd_client import proto
+from simd_client.attributes import FixedAttributes
 from simd_client.contact import Contact
 from simd_client.errors import AnswerError, JointNotFound, LayoutChanged, RobotNotFound, listed, not_found
 from simd_client.geometry import FloatArray
@@ -86,11 +87,19 @@ class JointState:
         return float(values[0])
 
 
-class RobotState:
+class RobotState(FixedAttributes):
     """The state of one robot's joints, or of those that were selected, at one moment.
 
     Arrays are in joint order, or in the order of the selection. They are made on first use.
     """
+
+    sensors: Mapping[str, SensorReading[Any]]
+    """The newest reading of each sensor that was asked for, by name; of those that have one. Each has its own stamp."""
+    stamp: Stamp
+    layout: Layout
+    """Of the whole robot. It may be newer than the arrays if the robot was reloaded."""
+    selected: tuple[str, ...]
+    """The selected joints; empty for all of them."""
 
     def __init__(
         self,
@@ -101,13 +110,10 @@ class RobotState:
         sensors: Mapping[str, SensorReading[Any]] | None = None,
     ) -> None:
         self._message = message
-        self.sensors: Final[Mapping[str, SensorReading[Any]]] = {} if sensors is None else sensors
-        """The newest reading of each sensor that was asked for, by name; of those that have one. Each has its own stamp."""
-        self.stamp: Final = stamp
-        self.layout: Final = layout
-        """Of the whole robot. It may be newer than the arrays if the robot was reloaded."""
-        self.selected: Final = tuple(selected)
-        """The selected joints; empty for all of them."""
+        self.sensors = {} if sensors is None else sensors
+        self.stamp = stamp
+        self.layout = layout
+        self.selected = tuple(selected)
 
     @property
     def robot(self) -> str:
@@ -177,7 +183,7 @@ class RobotState:
         info = self.layout.by_name.get(joint)
         if info is None or (self.selected and joint not in self.selected):
             there = self.selected or self.layout.by_name
-            message = f"the state of robot `{self.robot}` has no joint `{joint}`; it has {listed(there)}"
+            message = f"the state of robot `{self.robot}` has no joint `{joint}`; it has {listed(there, joint)}"
             raise not_found(JointNotFound, message, robot=self.robot, joint=joint)
         if not self.selected:
             return info, info.positions, info.velocities
@@ -256,7 +262,7 @@ class States(Mapping[str, RobotState]):
     def __getitem__(self, robot: str | Named) -> RobotState:
         name = name_of(robot)
         if name not in self.robots:
-            message = f"there is no robot `{name}` in these states; there are {listed(self.robots)}"
+            message = f"there is no robot `{name}` in these states; there are {listed(self.robots, name)}"
             raise not_found(RobotNotFound, message, robot=name)
         return self.robots[name]
 

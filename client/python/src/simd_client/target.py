@@ -10,8 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from simd_client import proto
+from simd_client.errors import InvalidValue, refused_here
 from simd_client.geometry import FloatArray, rotation_vector, vector
-from simd_client.layout import JointMode, JointType, Layout
+from simd_client.layout import JointInfo, JointMode, JointType, Layout
 from simd_client.quantity import Quantity, number
 
 BeyondLimit = Literal["clamp", "refuse"]
@@ -252,6 +253,42 @@ class Whole:
         return Whole(JointMode.PASSIVE)
 
 
+def whole_or_by_name(mode: JointMode, values: npt.ArrayLike | Mapping[str, Quantity], layout: Layout) -> RobotTargets:
+    """Targets of one mode, as an array in joint order or by joint name, where they may have units. Raises `ValueError` for a unit
+    that does not fit the joint."""
+    if not isinstance(values, Mapping):
+        texts: list[Any] = np.asarray(values).ravel().tolist()
+        if any(isinstance(value, str) for value in texts):
+            raise ValueError(f"units need names of joints, as in {{{_first(layout)!r}: {texts[0]!r}}}; an array has numbers")
+        return Whole(mode, np.asarray(values, dtype=np.float64))
+    if mode is JointMode.POSITION:
+        return values
+    return {name: _of_mode(mode, value, layout.by_name.get(name)) for name, value in values.items()}
+
+
+def _first(layout: Layout) -> str:
+    return layout.moving[0].name if layout.moving else "joint"
+
+
+def _of_mode(mode: JointMode, value: OneTarget, joint: JointInfo | None) -> OneTarget:
+    if isinstance(value, Target):
+        return value
+    is_velocity = mode is JointMode.VELOCITY
+    if isinstance(value, (Sequence, np.ndarray)) and not isinstance(value, str):
+        if joint is not None and joint.type is JointType.SPHERICAL:
+            each = np.asarray(value, dtype=np.float64)
+            return Target.angular_velocity(each) if is_velocity else Target.torque(each)
+        return [_alone(is_velocity, one, joint) for one in value]
+    return _alone(is_velocity, value, joint)
+
+
+def _alone(is_velocity: bool, value: Quantity | Target, joint: JointInfo | None) -> Target:
+    if isinstance(value, Target):
+        return value
+    si = number(value, "velocity" if is_velocity else "effort", joint)
+    return Target.velocity(si) if is_velocity else Target.effort(si)
+
+
 OneTarget = Union[float, str, Target, Sequence[Union[float, Target]]]
 """For one joint: a position, a position with a unit ("90deg"), a `Target`, for a planar joint three of them
 (x, y, angle), or for a spherical joint a quaternion of four numbers (x, y, z, w)."""
@@ -285,6 +322,8 @@ def targets_to_proto(robot: str, targets: RobotTargets, layout: Layout | None) -
     if layout is None:
         raise ValueError(f"an array of targets needs the layout of `{robot}`")
     values = _aligned(whole, whole.values, layout)
+    if not np.isfinite(values).all():
+        raise _not_finite(whole.mode, values, layout)
     return proto.RobotTargets(
         robot=robot,
         layout_version=layout.version,
@@ -324,10 +363,18 @@ def _aligned(whole: Whole, values: FloatArray, layout: Layout) -> FloatArray:
     )
 
 
-def beyond_limit_to_proto(beyond_limit: BeyondLimit) -> proto.LimitPolicy:
-    """As its number. Raises `ValueError` for another word."""
+def _not_finite(mode: JointMode, values: FloatArray, layout: Layout) -> InvalidValue:
+    index = int(np.flatnonzero(~np.isfinite(values))[0])
+    joint = next(each for each in layout.joints if each.velocities.start <= index < each.velocities.stop)
+    what = f"{mode.name.lower()} {values[index]} of joint `{joint.name}` of robot `{layout.robot}` (value {index} of the array)"
+    return refused_here(InvalidValue, "INVALID_ARGUMENT", f"{what} is not finite")
+
+
+def beyond_limit_to_proto(beyond_limit: BeyondLimit, *more: str) -> proto.LimitPolicy:
+    """As its number. Raises `ValueError` for another word; `more` are those that the caller knows beside."""
     if beyond_limit == "clamp":
         return proto.LimitPolicy.LIMIT_POLICY_CLAMP
     if beyond_limit == "refuse":
         return proto.LimitPolicy.LIMIT_POLICY_REFUSE
-    raise ValueError(f"beyond_limit is 'clamp' or 'refuse', not {beyond_limit!r}")
+    words = " or ".join(map(repr, ("clamp", "refuse", *more)))
+    raise ValueError(f"beyond_limit is {words}, not {beyond_limit!r}")

@@ -1,4 +1,4 @@
-"""A live panel of a robot in a notebook, with anywidget, which the extra `simd-client[notebook]` installs.
+"""A live panel of a robot in a notebook, with anywidget, an extra of this package (`extras.NOTEBOOK`).
 
 The page of the daemon itself cannot be shown within another one: the daemon forbids it, so that no other site can have a user
 move a robot without noticing.
@@ -11,6 +11,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from simd_client import extras
 from simd_client.errors import SimdError
 from simd_client.layout import JointInfo, JointType
 
@@ -33,7 +34,7 @@ def panel(robot: Robot, rate: float = 10.0) -> Any:
         anywidget: Any = importlib.import_module("anywidget")
         traitlets: Any = importlib.import_module("traitlets")
     except ImportError as missing:
-        raise ImportError("panels need anywidget: pip install 'simd-client[notebook]'") from missing
+        raise ImportError(f"panels need anywidget: {extras.NOTEBOOK}") from missing
     joints = [joint for joint in robot.layout.joints if joint.dof == 1 and joint.is_actuated]
     names = [joint.name for joint in joints]
 

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from simd_client import proto
 from simd_client.aio.connection import Connection
+from simd_client.attributes import FixedAttributes
 from simd_client.errors import PictureTimeout
 from simd_client.picture import (
     CameraInfo,
@@ -27,7 +28,7 @@ from simd_client.proto import methods
 _TURN = 10.0
 
 
-class Camera:
+class Camera(FixedAttributes):
     """A camera of a robot."""
 
     def __init__(self, connection: Connection, robot: str, name: str) -> None:
@@ -61,7 +62,7 @@ class Camera:
         return f"<Camera {self._robot}/{self._name}>"
 
 
-class Cameras:
+class Cameras(FixedAttributes):
     """The cameras of a robot: its sensors of the kind `CameraSensor`."""
 
     def __init__(self, connection: Connection, robot: str) -> None:
@@ -82,7 +83,7 @@ class Cameras:
         return await self.get(name).picture(timeout)
 
 
-class WorldCameras:
+class WorldCameras(FixedAttributes):
     """The cameras of all robots, and pictures from any point of view."""
 
     def __init__(self, connection: Connection) -> None:
@@ -127,7 +128,7 @@ class WorldCameras:
         return picture_from_proto(answer.picture)
 
 
-class PictureStream(AsyncIterator[CameraPicture]):
+class PictureStream(FixedAttributes, AsyncIterator[CameraPicture]):
     """Iterates over the pictures of a camera at its own rate. It needs no `close`: the daemon follows the camera for five seconds
     after the last question. Belongs to one event loop.
     """

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, Literal
 
 from simd_client import proto
 from simd_client.aio.claim import Claim
 from simd_client.aio.runtime import queries, query
+from simd_client.attributes import FixedAttributes
 from simd_client.cache import Cache, HeldClaim
 from simd_client.endpoint import Endpoint
 from simd_client.errors import DeadlineExceeded, RobotNotFound, SimdError, Unavailable, refusal
@@ -17,7 +18,7 @@ from simd_client.link_states import LinkStates, link_states_from_proto
 from simd_client.measurement import SensorReading, readings_from_proto
 from simd_client.method import Method, Reply, Request, decoded
 from simd_client.proto import methods
-from simd_client.reset import JointValues, resets_need_layout, resets_to_proto
+from simd_client.reset import JointValues, judged, resets_need_layout, resets_to_proto
 from simd_client.retry import Sent
 from simd_client.selection import Selection, SensorSelection, selections_to_proto, sensors_to_proto
 from simd_client.state import (
@@ -34,7 +35,7 @@ from simd_client.target import BeyondLimit, Targets, beyond_limit_to_proto, need
 from simd_client.world import Stamp, stamp_from_proto
 
 
-class Connection:
+class Connection(FixedAttributes):
     """A connection to one daemon."""
 
     def __init__(self, link: Link, timeout: float, cache: Cache | None = None) -> None:
@@ -236,20 +237,27 @@ class Connection:
         self,
         positions: Mapping[Any, JointValues | None],
         velocities: Mapping[Any, JointValues] | None = None,
-    ) -> Stamp:
+        *,
+        beyond_limit: BeyondLimit | Literal["keep"] = "clamp",
+    ) -> Applied:
         """Sets positions and velocities of several robots' joints at once, by robot or its name: see
-        `Robot.reset_joints`. All or none, in one round trip."""
+        `Robot.reset_joints`. All or none, in one round trip, and one more for each robot whose layout is not known."""
         moving = {name_of(robot): values for robot, values in (velocities or {}).items()}
         resets: list[proto.RobotReset] = []
+        clamped: list[Clamped] = []
         for robot, at in positions.items():
             name = name_of(robot)
             velocity = moving.pop(name, None)
-            layout = await self.layout(name) if resets_need_layout(at, velocity) else None
-            resets.append(proto.RobotReset(robot=name, joints=resets_to_proto(layout, at, velocity)))
+            needs_layout = resets_need_layout(at, velocity) or (at is not None and beyond_limit != "keep")
+            layout = await self.layout(name) if needs_layout else None
+            joints = resets_to_proto(layout, at, velocity)
+            if layout is not None:
+                clamped += judged(layout, joints, beyond_limit)
+            resets.append(proto.RobotReset(robot=name, joints=joints))
         if moving:
             raise ValueError(f"robot `{next(iter(moving))}` is given velocities and no positions to start from")
         request = proto.ResetJointsRequest(robots=resets)
-        return stamp_from_proto((await self.call(methods.ResetJoints, request)).stamp)
+        return Applied(stamp_from_proto((await self.call(methods.ResetJoints, request)).stamp), tuple(clamped))
 
     async def link_states(self, *robots: str | Named) -> dict[str, LinkStates]:
         """Poses and velocities of all links of these robots, or of all, by the names of the robots: all of one moment,

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from simd_client import proto
 from simd_client.aio.connection import Connection
+from simd_client.attributes import FixedAttributes
 from simd_client.errors import AnswerError
 from simd_client.geometry import FloatArray, rows, vector, vector_to_proto
 from simd_client.kinematics import (
@@ -25,7 +26,7 @@ from simd_client.state import layout_changed
 from simd_client.world import stamp_from_proto
 
 
-class Kinematics:
+class Kinematics(FixedAttributes):
     """The part of a robot that computes kinematics and dynamics."""
 
     def __init__(self, connection: Connection, name: str) -> None:

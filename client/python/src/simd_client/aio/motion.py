@@ -71,7 +71,7 @@ class Motion(Kinematics):
         axes: Any = None,
     ) -> Any:
         """Plots states over simulated time: a `matplotlib.figure.Figure`, which a notebook shows. Needs
-        `pip install 'simd-client[plot]'`.
+        `pip install 'matplotlib>=3.6'`.
 
         `states` are what the caller has collected, for instance from `Simulation.step`. Without them this watches the robot
         for so many simulated `seconds` of a world that plays; raises `WrongState` if it does not.

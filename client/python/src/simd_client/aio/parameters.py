@@ -10,6 +10,7 @@ from simd_client.aio.callbacks import Callbacks
 from simd_client.aio.connection import Connection
 from simd_client.aio.joint import Joint
 from simd_client.aio.watch import Watch
+from simd_client.attributes import FixedAttributes
 from simd_client.errors import AnswerError
 from simd_client.method import decoded
 from simd_client.parameter import (
@@ -27,7 +28,7 @@ from simd_client.parameter import (
 from simd_client.proto import methods
 
 
-class Parameters:
+class Parameters(FixedAttributes):
     """The parameters of a world. They control programs, not physics; resets do not change them."""
 
     def __init__(self, connection: Connection) -> None:

@@ -12,6 +12,7 @@ from simd_client import keys, proto
 from simd_client.aio.callbacks import Callbacks
 from simd_client.aio.connection import Connection
 from simd_client.aio.watch import SILENCE, Watch
+from simd_client.attributes import FixedAttributes
 from simd_client.errors import AnswerError, DeadlineExceeded, NoReading, SensorNotFound, listed, not_found
 from simd_client.geometry import Pose
 from simd_client.measurement import Measured, SensorReading, readings_from_proto
@@ -21,7 +22,7 @@ from simd_client.sensor import SensorInfo, SensorKind, SensorNoise, sensor_from_
 from simd_client.world import Stamp, stamp_from_proto
 
 
-class Sensor(Generic[Measured]):
+class Sensor(FixedAttributes, Generic[Measured]):
     """A sensor of a robot."""
 
     def __init__(self, connection: Connection, robot: str, name: str) -> None:
@@ -84,7 +85,7 @@ class Sensor(Generic[Measured]):
         return f"<Sensor {self._robot}/{self._name}>"
 
 
-class Sensors:
+class Sensors(FixedAttributes):
     """The sensors of a robot. They stay over resets, are part of saved states, and go with the robot."""
 
     def __init__(self, connection: Connection, robot: str) -> None:
@@ -118,7 +119,7 @@ class Sensors:
         """A sensor that is there. Raises `SensorNotFound`."""
         known = [each.name for each in await self.list()]
         if name not in known:
-            message = f"robot `{self._robot}` has no sensor `{name}`; it has {listed(known)}"
+            message = f"robot `{self._robot}` has no sensor `{name}`; it has {listed(known, name)}"
             raise not_found(SensorNotFound, message, robot=self._robot, sensor=name)
         return Sensor(self._connection, self._robot, name)
 
@@ -134,7 +135,7 @@ class Sensors:
         return await deleted(self._connection, self._robot, name)
 
 
-class WorldSensors:
+class WorldSensors(FixedAttributes):
     """The sensors of all robots."""
 
     def __init__(self, connection: Connection) -> None:
@@ -152,7 +153,7 @@ class WorldSensors:
         return found
 
 
-class ReadingStream(AsyncIterator[SensorReading[Measured]], Generic[Measured]):
+class ReadingStream(FixedAttributes, AsyncIterator[SensorReading[Measured]], Generic[Measured]):
     """Iterates over each reading of a sensor in order. `missed` of a reading counts those that this reader was too slow for.
 
     It needs no `close`: the daemon keeps nothing for it. Belongs to one event loop.

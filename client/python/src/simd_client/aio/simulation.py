@@ -355,7 +355,7 @@ class Robots(dict[str, Robot]):
     """Robots by their names."""
 
     def __missing__(self, name: str) -> Robot:
-        message = f"there is no robot `{name}` in this world; there are {listed(self)}"
+        message = f"there is no robot `{name}` in this world; there are {listed(self, name)}"
         raise not_found(RobotNotFound, message, robot=name)
 
 

@@ -7,14 +7,20 @@ import time
 from simd_client import proto
 from simd_client.aio.connection import Connection
 from simd_client.aio.watch import EventWatch
+from simd_client.attributes import FixedAttributes
 from simd_client.errors import DeadlineExceeded
 from simd_client.proto import methods
 from simd_client.trajectory import TrajectoryProgress, TrajectoryResult, progress_from_proto, result_of
 from simd_client.world import Stamp, stamp_from_proto
 
 
-class Trajectory:
+class Trajectory(FixedAttributes):
     """A trajectory that was accepted: it is carried out by the daemon, whatever becomes of this object."""
+
+    robot: str
+    """The name of its robot."""
+    id: int
+    """The daemon's number for it."""
 
     def __init__(self, connection: Connection, robot: str, id: int, events: EventWatch) -> None:
         self._connection = connection

@@ -11,6 +11,7 @@ from typing import Generic, TypeVar
 from simd_client import proto
 from simd_client.aio.connection import Connection
 from simd_client.aio.runtime import LatestSample, sleep
+from simd_client.attributes import FixedAttributes
 from simd_client.errors import DeadlineExceeded
 from simd_client.event import Event, event_from_proto
 from simd_client.pacer import Pacer
@@ -24,7 +25,7 @@ SILENCE = 1.0
 """Seconds without a publication after which the daemon is asked: it may be gone, or a publication was lost."""
 
 
-class Watch(AsyncIterator[Item], Generic[Item]):
+class Watch(FixedAttributes, AsyncIterator[Item], Generic[Item]):
     """Iterates over published items. The newest wins: a slow reader gets the newest item and skips the others.
 
     The first item is the current one. `newest` returns without waiting. Use it with `async with`, or `close` it.
@@ -132,7 +133,7 @@ class Watch(AsyncIterator[Item], Generic[Item]):
         return await self._first() if self._last is None else self._last
 
 
-class WorldWatch(AsyncIterator[States]):
+class WorldWatch(FixedAttributes, AsyncIterator[States]):
     """Iterates over states of several robots, all of one moment; the newest wins. The first is the current one.
 
     It needs no `close`: the daemon keeps nothing for it. Belongs to one event loop.
@@ -179,7 +180,7 @@ class WorldWatch(AsyncIterator[States]):
         self.close()
 
 
-class EventWatch(AsyncIterator[Event]):
+class EventWatch(FixedAttributes, AsyncIterator[Event]):
     """Iterates over events in order. `missed` of an event counts those that this reader was too slow for.
 
     It needs no `close`: the daemon keeps nothing for it. Belongs to one event loop.

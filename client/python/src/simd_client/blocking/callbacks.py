@@ -11,6 +11,7 @@ from typing import Generic, Protocol, TypeVar
 from simd_client import proto
 from simd_client.blocking.runtime import Background
 from simd_client.blocking.watch import EventWatch
+from simd_client.attributes import FixedAttributes
 from simd_client.errors import SimdError
 from simd_client.event import Event
 from simd_client.link import Link
@@ -31,7 +32,7 @@ class Items(Protocol[Given]):
         ...
 
 
-class Callbacks(Generic[Item]):
+class Callbacks(FixedAttributes, Generic[Item]):
     """Calls a function with each item, one after the other, until `close`. Use it with `with`, or `close` it; it
     also ends with the connection.
 

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from simd_client import proto
 from simd_client.blocking.connection import Connection
+from simd_client.attributes import FixedAttributes
 from simd_client.errors import PictureTimeout
 from simd_client.picture import (
     CameraInfo,
@@ -28,7 +29,7 @@ from simd_client.proto import methods
 _TURN = 10.0
 
 
-class Camera:
+class Camera(FixedAttributes):
     """A camera of a robot."""
 
     def __init__(self, connection: Connection, robot: str, name: str) -> None:
@@ -62,7 +63,7 @@ class Camera:
         return f"<Camera {self._robot}/{self._name}>"
 
 
-class Cameras:
+class Cameras(FixedAttributes):
     """The cameras of a robot: its sensors of the kind `CameraSensor`."""
 
     def __init__(self, connection: Connection, robot: str) -> None:
@@ -83,7 +84,7 @@ class Cameras:
         return self.get(name).picture(timeout)
 
 
-class WorldCameras:
+class WorldCameras(FixedAttributes):
     """The cameras of all robots, and pictures from any point of view."""
 
     def __init__(self, connection: Connection) -> None:
@@ -128,7 +129,7 @@ class WorldCameras:
         return picture_from_proto(answer.picture)
 
 
-class PictureStream(Iterator[CameraPicture]):
+class PictureStream(FixedAttributes, Iterator[CameraPicture]):
     """Iterates over the pictures of a camera at its own rate. It needs no `close`: the daemon follows the camera for five seconds
     after the last question. Belongs to one thread.
     """

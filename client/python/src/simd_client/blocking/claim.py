@@ -7,6 +7,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING
 
 from simd_client import proto
+from simd_client.attributes import FixedAttributes
 from simd_client.cache import HeldClaim
 from simd_client.errors import ClaimNotFound, Unavailable
 from simd_client.proto import methods
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
     from simd_client.blocking.connection import Connection
 
 
-class Claim:
+class Claim(FixedAttributes):
     """Until it is released, lapses or is taken over, no other client can change what is claimed: targets, resets,
     properties, poses, wrenches, reloads, deletes. Use it with `with`.
 

@@ -7,6 +7,7 @@ import numpy.typing as npt
 
 from simd_client import proto
 from simd_client.blocking.connection import Connection
+from simd_client.attributes import FixedAttributes
 from simd_client.constraint import (
     Constraint,
     ConstraintEnd,
@@ -21,7 +22,7 @@ from simd_client.state import Named, name_of
 from simd_client.world import Stamp, stamp_from_proto
 
 
-class Constraints:
+class Constraints(FixedAttributes):
     """The constraints of a world. They stay over resets, are part of saved states, and go with their robots."""
 
     def __init__(self, connection: Connection) -> None:

@@ -4,12 +4,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
+from simd_client.attributes import FixedAttributes
 from simd_client.errors import JointNotFound, listed, not_found
 from simd_client.geometry import FloatArray
 from simd_client.layout import Gains, JointInfo, JointLimits, JointMode, JointSpring, JointType
-from simd_client.quantity import Quantity
+from simd_client.quantity import Quantity, number
 from simd_client.reset import JointValue
 from simd_client.state import Applied, JointState
 from simd_client.target import BeyondLimit, OneTarget, Target
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from simd_client.blocking.robot import Robot
 
 
-class Joint:
+class Joint(FixedAttributes):
     """A joint of a robot. Radians, newton metres and seconds for joints that turn; metres, newtons and seconds for
     joints that slide. Each property that changes is one round trip: in loops, read the whole robot."""
 
@@ -114,8 +115,8 @@ class Joint:
     ) -> Applied:
         """Go to a position and stay there; see `Target.position`."""
         target = Target.position(
-            position,
-            velocity=velocity,
+            number(position, "position", self._info),
+            velocity=number(velocity, "velocity", self._info),
             stiffness=stiffness,
             damping=damping,
             feed_forward=feed_forward,
@@ -134,12 +135,13 @@ class Joint:
         beyond_limit: BeyondLimit = "clamp",
     ) -> Applied:
         """Move at a velocity; see `Target.velocity`."""
-        target = Target.velocity(velocity, damping=damping, feed_forward=feed_forward, max_effort=max_effort)
+        speed = number(velocity, "velocity", self._info)
+        target = Target.velocity(speed, damping=damping, feed_forward=feed_forward, max_effort=max_effort)
         return self.set_target(target, beyond_limit=beyond_limit)
 
     def set_effort(self, effort: Quantity, *, beyond_limit: BeyondLimit = "clamp") -> Applied:
         """Apply an effort until the next target."""
-        return self.set_target(Target.effort(effort), beyond_limit=beyond_limit)
+        return self.set_target(Target.effort(number(effort, "effort", self._info)), beyond_limit=beyond_limit)
 
     def hold(self) -> Applied:
         """Stay where the joint is."""
@@ -149,12 +151,19 @@ class Joint:
         """No actuator: only the joint's own damping and friction."""
         return self.set_target(Target.passive())
 
-    def reset(self, position: JointValue = 0.0, velocity: JointValue | None = None) -> Stamp:
-        """Sets the position and velocity of the joint. A joint that holds its position holds the new one.
+    def reset(
+        self,
+        position: JointValue = 0.0,
+        velocity: JointValue | None = None,
+        *,
+        beyond_limit: BeyondLimit | Literal["keep"] = "clamp",
+    ) -> Applied:
+        """Sets the position and velocity of the joint; see `Robot.reset_joints`. A joint that holds its position holds the new one.
 
         Of a spherical joint the position is a quaternion x y z w, and the velocity has three numbers.
         """
-        return self._robot.reset_joints({self.name: position}, None if velocity is None else {self.name: velocity})
+        moving = None if velocity is None else {self.name: velocity}
+        return self._robot.reset_joints({self.name: position}, moving, beyond_limit=beyond_limit)
 
     def set_properties(
         self,
@@ -192,7 +201,7 @@ class Joint:
         return f"<Joint '{self._robot.name}/{self.name}': {self.type.name.lower()}{span}>"
 
 
-class Joints(Mapping[str, Joint]):
+class Joints(FixedAttributes, Mapping[str, Joint]):
     """A robot's joints by name, in depth-first order, fixed ones included; also by index."""
 
     def __init__(self, joints: Mapping[str, Joint], robot: str) -> None:
@@ -201,9 +210,13 @@ class Joints(Mapping[str, Joint]):
 
     def __getitem__(self, name: str | int) -> Joint:
         if isinstance(name, int):
-            return list(self._joints.values())[name]
+            names = list(self._joints)
+            if not -len(names) <= name < len(names):
+                message = f"robot `{self._robot_name}` has {len(names)} joints, and none with the index {name}: {listed(names)}"
+                raise IndexError(message)
+            return self._joints[names[name]]
         if name not in self._joints:
-            message = f"robot `{self._robot_name}` has no joint `{name}`; it has {listed(self._joints)}"
+            message = f"robot `{self._robot_name}` has no joint `{name}`; it has {listed(self._joints, name)}"
             raise not_found(JointNotFound, message, robot=self._robot_name, joint=name)
         return self._joints[name]
 

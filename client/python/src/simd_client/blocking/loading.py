@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Literal
 
 import numpy.typing as npt
 
@@ -14,14 +16,24 @@ from simd_client.blocking.runtime import replies
 from simd_client.blocking.upload import upload
 from simd_client.description import LoadReport, report_from_proto, robot_info_from_proto
 from simd_client.description_files import AnyPath, Packages
-from simd_client.errors import AnswerError
+from simd_client.errors import AnswerError, SimdError
 from simd_client.expansion import Arguments
 from simd_client.geometry import Pose
 from simd_client.method import decoded
 from simd_client.progress import Bars, Progress
 from simd_client.proto import methods
-from simd_client.spawn import UPRIGHT, Collision, JointPositions, SpawnOptions, srdf_bytes
+from simd_client.reset import judged
+from simd_client.spawn import (
+    UPRIGHT,
+    Collision,
+    JointPositions,
+    SpawnOptions,
+    srdf_bytes,
+    starts_clamped,
+    starts_to_proto,
+)
 from simd_client.surface import Surfaces
+from simd_client.target import BeyondLimit
 
 READING_SECONDS = 120.0
 """How long the daemon itself reads a description at the most."""
@@ -40,6 +52,7 @@ class Loading(Connection):
         fixed: bool | None = None,
         passive: bool = False,
         joint_positions: JointPositions | None = None,
+        beyond_limit: BeyondLimit | Literal["keep"] = "clamp",
         scale: float | None = None,
         strict: bool = False,
         allow_renaming: bool = False,
@@ -54,14 +67,16 @@ class Loading(Connection):
     ) -> Robot:
         """Loads a robot from this disk: a URDF, SDF or MJCF file, or a package folder that contains one. The files that it
         refers to and includes are sent too; `report` has a warning for each that was not found. A `.xacro` file is expanded
-        first, by the package that `pip install 'simd-client[xacro]'` installs, with `xacro_arguments`.
+        first, by ROS's own package (`pip install 'xacro>=2.1,<3'`), with `xacro_arguments`.
 
         Of a file with several robots `model` names one. Without it all come at one moment: the first is returned, and
         `robots` of the simulation has the others.
 
         `position` (metres) and `orientation` (x y z w) are `world_from_root`. `fixed` fixes the root link to the
         world; by default it is fixed if it is called `world`. Joints hold their position unless `passive`, and start at
-        `joint_positions`, which of a spherical joint is a quaternion x y z w.
+        `joint_positions`: by joint name, where they may have units, or as an array in joint order; of a spherical joint a
+        quaternion x y z w. One beyond a limit is clamped, which `report` says, or with `beyond_limit="refuse"` the robot is
+        refused; with `"keep"` it starts there.
         `scale` multiplies lengths. `packages` are searched for ROS packages first.
         `surfaces` replaces the file's friction and restitution: one `Surface` for all links, or some by link.
         With `self_collision` its links collide with each other, except those that a joint connects and those that
@@ -73,7 +88,7 @@ class Loading(Connection):
         """
         options = SpawnOptions(
             name, allow_renaming, Pose.of(position, orientation), fixed, passive, joint_positions, scale, strict,
-            surfaces, self_collision, srdf_bytes(srdf), collision, model,
+            surfaces, self_collision, srdf_bytes(srdf), collision, model, beyond_limit,
         )  # fmt: skip
         if progress is False:
             return self._spawn(upload(self, path, packages, xacro_arguments), options)
@@ -91,6 +106,7 @@ class Loading(Connection):
         fixed: bool | None = None,
         passive: bool = False,
         joint_positions: JointPositions | None = None,
+        beyond_limit: BeyondLimit | Literal["keep"] = "clamp",
         scale: float | None = None,
         strict: bool = False,
         allow_renaming: bool = False,
@@ -102,7 +118,7 @@ class Loading(Connection):
         """The same for the text of a URDF that refers to no files."""
         options = SpawnOptions(
             name, allow_renaming, Pose.of(position, orientation), fixed, passive, joint_positions, scale, strict,
-            surfaces, self_collision, srdf_bytes(srdf), collision,
+            surfaces, self_collision, srdf_bytes(srdf), collision, beyond_limit=beyond_limit,
         )  # fmt: skip
         source = proto.DescriptionSource(urdf=urdf.encode() if isinstance(urdf, str) else urdf)
         return self._spawn(source, options)
@@ -117,6 +133,7 @@ class Loading(Connection):
         fixed: bool | None = None,
         passive: bool = False,
         joint_positions: JointPositions | None = None,
+        beyond_limit: BeyondLimit | Literal["keep"] = "clamp",
         scale: float | None = None,
         strict: bool = False,
         allow_renaming: bool = False,
@@ -128,7 +145,7 @@ class Loading(Connection):
         """The same for a path on the daemon's own disk, below one of its asset roots."""
         options = SpawnOptions(
             name, allow_renaming, Pose.of(position, orientation), fixed, passive, joint_positions, scale, strict,
-            surfaces, self_collision, srdf_bytes(srdf), collision,
+            surfaces, self_collision, srdf_bytes(srdf), collision, beyond_limit=beyond_limit,
         )  # fmt: skip
         return self._spawn(proto.DescriptionSource(path=path), options)
 
@@ -146,7 +163,7 @@ class Loading(Connection):
         return report_from_proto(self.call(methods.ValidateDescription, request).report)
 
     def _spawn(self, source: proto.DescriptionSource, options: SpawnOptions) -> Robot:
-        return self._spawned(self.call(methods.SpawnEntity, options.to_proto(source)))
+        return self._spawned(self.call(methods.SpawnEntity, options.to_proto(source)), options)
 
     def _spawn_with_progress(
         self, source: proto.DescriptionSource, options: SpawnOptions, bars: Bars, name: str
@@ -157,13 +174,31 @@ class Loading(Connection):
         for payload in replies(self._link, method, request.SerializeToString(), seconds):
             answer = decoded(method.reply, payload)
             if answer.HasField("spawned"):
-                return self._spawned(answer.spawned)
+                return self._spawned(answer.spawned, options)
             far = answer.progress
             phase = proto.LoadPhase.Name(far.phase).removeprefix("LOAD_PHASE_").lower()
             bars.reach(f"{name}: {phase}", far.done, far.total, "files")
         raise AnswerError("the daemon's answer cannot be understood: the stream ended before the robot was there")
 
-    def _spawned(self, answer: proto.SpawnEntityResponse) -> Robot:
+    def _spawned(self, answer: proto.SpawnEntityResponse, options: SpawnOptions) -> Robot:
         info = robot_info_from_proto(answer.entity)
         self.fetch_layout(info.name)
-        return Robot(self, info, report_from_proto(answer.report))
+        report = report_from_proto(answer.report)
+        if options.joint_positions is not None:
+            report = self._started(info.name, options, report)
+        return Robot(self, info, report)
+
+    def _started(self, name: str, options: SpawnOptions, report: LoadReport) -> LoadReport:
+        """Puts joints where an array says, and those within their limits that start beyond. A robot whose start is refused is removed."""
+        layout = self.layout(name)
+        try:
+            resets = starts_to_proto(layout, options.joint_positions)
+            clamped = judged(layout, resets, options.beyond_limit)
+            if clamped or not isinstance(options.joint_positions, Mapping):
+                request = proto.ResetJointsRequest(robots=[proto.RobotReset(robot=name, joints=resets)])
+                self.call(methods.ResetJoints, request)
+        except (SimdError, ValueError):
+            self.call(methods.DeleteEntity, proto.DeleteEntityRequest(robot=name))
+            self._cache.mark_stale(name)
+            raise
+        return report.with_findings(starts_clamped(clamped))

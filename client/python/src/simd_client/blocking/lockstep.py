@@ -8,6 +8,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING
 
 from simd_client import proto
+from simd_client.attributes import FixedAttributes
 from simd_client.errors import LockstepMemberNotFound, Unavailable
 from simd_client.proto import methods
 
@@ -27,18 +28,20 @@ class LockstepMember:
     """Steps that it waits for; 0 if the others wait for it."""
 
 
-class Lockstep:
+class Lockstep(FixedAttributes):
     """A membership among the clients that step the world together. Use it with `with`.
 
     Until it is left, or its time is over, `Simulation.step` of the same `Simulation` waits for the other members: the
     world advances to the nearest step that a member has asked for, once each of them has asked.
     """
 
+    timeout: float
+    """The time in seconds from one step to asking for the next, after which this client is a member no more."""
+
     def __init__(self, connection: Connection, member: str, timeout: float) -> None:
         self._connection = connection
         self._member = member
         self.timeout = timeout
-        """The time in seconds from one step to asking for the next, after which this client is a member no more."""
 
     def members(self) -> list[LockstepMember]:
         """Who steps the world together, in the order in which they joined."""

@@ -11,6 +11,7 @@ from simd_client.blocking.callbacks import Callbacks
 from simd_client.blocking.connection import Connection
 from simd_client.blocking.joint import Joint
 from simd_client.blocking.watch import Watch
+from simd_client.attributes import FixedAttributes
 from simd_client.errors import AnswerError
 from simd_client.method import decoded
 from simd_client.parameter import (
@@ -28,7 +29,7 @@ from simd_client.parameter import (
 from simd_client.proto import methods
 
 
-class Parameters:
+class Parameters(FixedAttributes):
     """The parameters of a world. They control programs, not physics; resets do not change them."""
 
     def __init__(self, connection: Connection) -> None:

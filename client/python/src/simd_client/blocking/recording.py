@@ -7,6 +7,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING
 
 from simd_client import proto
+from simd_client.attributes import FixedAttributes
 from simd_client.proto import methods
 from simd_client.recording import RecordingInfo, recording_from_proto
 
@@ -14,25 +15,29 @@ if TYPE_CHECKING:
     from simd_client.blocking.connection import Connection
 
 
-class Recording:
+class Recording(FixedAttributes):
     """A recording that the daemon makes until it is stopped, at the end of a `with` block for instance."""
 
     def __init__(self, connection: Connection, info: RecordingInfo) -> None:
         self._connection = connection
-        self.info = info
+        self._info = info
+
+    @property
+    def info(self) -> RecordingInfo:
         """As it was when it began, and once it is stopped as it is then."""
+        return self._info
 
     @property
     def name(self) -> str:
         """What it is called."""
-        return self.info.name
+        return self._info.name
 
     def stop(self) -> RecordingInfo:
         """Ends it, and returns when its file is complete. Raises `RecordingNotPossible` if it has ended already."""
         request = proto.StopRecordingRequest(name=self.name)
         answer = self._connection.call(methods.StopRecording, request)
-        self.info = recording_from_proto(answer.recording)
-        return self.info
+        self._info = recording_from_proto(answer.recording)
+        return self._info
 
     def __enter__(self) -> Recording:
         return self

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from typing import Literal
 
 import numpy.typing as npt
 
@@ -23,14 +24,14 @@ from simd_client.description_files import AnyPath, Packages
 from simd_client.errors import AnswerError, SimdError
 from simd_client.expansion import Arguments
 from simd_client.geometry import FloatArray, Pose, rows
-from simd_client.layout import Gains, JointLimits, JointSpring, Layout, joint_properties
+from simd_client.layout import Gains, JointLimits, JointMode, JointSpring, Layout, joint_properties
 from simd_client.method import decoded
 from simd_client.proto import methods
 from simd_client.quantity import Quantity
 from simd_client.reset import JointValues
 from simd_client.state import Applied, RobotState
 from simd_client.table import Table
-from simd_client.target import BeyondLimit, RobotTargets, Whole
+from simd_client.target import BeyondLimit, RobotTargets, Whole, whole_or_by_name
 from simd_client.trajectory import (
     Tolerance,
     TrajectoryProgress,
@@ -154,18 +155,19 @@ class Robot(RobotPose):
     ) -> Applied:
         """Go to these positions and stay there: rad or m, as an array in joint order or by joint name, where they may
         have units (`{"elbow": "90deg"}`)."""
-        targets = positions if isinstance(positions, Mapping) else Whole.positions(positions)
-        return self.set_targets(targets, beyond_limit=beyond_limit)
+        return self._set_all(JointMode.POSITION, positions, beyond_limit)
 
     def set_velocities(
-        self, velocities: npt.ArrayLike, *, beyond_limit: BeyondLimit = "clamp"
+        self, velocities: npt.ArrayLike | Mapping[str, Quantity], *, beyond_limit: BeyondLimit = "clamp"
     ) -> Applied:
-        """Move at these velocities: rad/s or m/s in joint order."""
-        return self.set_targets(Whole.velocities(velocities), beyond_limit=beyond_limit)
+        """Move at these velocities: rad/s or m/s, as an array in joint order or by joint name (`{"elbow": "30rpm"}`)."""
+        return self._set_all(JointMode.VELOCITY, velocities, beyond_limit)
 
-    def set_efforts(self, efforts: npt.ArrayLike, *, beyond_limit: BeyondLimit = "clamp") -> Applied:
-        """Apply these efforts until the next target: N m or N in joint order."""
-        return self.set_targets(Whole.efforts(efforts), beyond_limit=beyond_limit)
+    def set_efforts(
+        self, efforts: npt.ArrayLike | Mapping[str, Quantity], *, beyond_limit: BeyondLimit = "clamp"
+    ) -> Applied:
+        """Apply these efforts until the next target: N m or N, as an array in joint order or by joint name."""
+        return self._set_all(JointMode.EFFORT, efforts, beyond_limit)
 
     def hold(self) -> Applied:
         """All joints stay where they are."""
@@ -242,12 +244,14 @@ class Robot(RobotPose):
         self,
         positions: JointValues | None = None,
         velocities: JointValues | None = None,
-    ) -> Stamp:
+        *,
+        beyond_limit: BeyondLimit | Literal["keep"] = "clamp",
+    ) -> Applied:
         """Sets positions and velocities of joints at once, by name or as arrays; without arguments, those that the
-        robot was spawned with. Targets stay, but a joint that holds its position holds the new one."""
-        return self._connection.reset_joints(
-            {self.name: positions}, None if velocities is None else {self.name: velocities}
-        )
+        robot was spawned with. Targets stay, but a joint that holds its position holds the new one. A position beyond a limit
+        is clamped and said, as of a target, or refused; with `"keep"` the joint starts beyond its limit."""
+        moving = None if velocities is None else {self.name: velocities}
+        return self._connection.reset_joints({self.name: positions}, moving, beyond_limit=beyond_limit)
 
     def set_joint_properties(
         self,
@@ -346,6 +350,12 @@ class Robot(RobotPose):
         joints = layout.joints if layout else ()
         lines = [(joint.name, joint.type.name.lower(), joint.mode.name.lower()) for joint in joints]
         return Table(("joint", "type", "mode"), lines)
+
+    def _set_all(
+        self, mode: JointMode, values: npt.ArrayLike | Mapping[str, Quantity], beyond_limit: BeyondLimit
+    ) -> Applied:
+        layout = self._connection.layout(self.name)
+        return self.set_targets(whole_or_by_name(mode, values, layout), beyond_limit=beyond_limit)
 
     def _reload(self, source: proto.DescriptionSource | None, strict: bool) -> Reloaded:
         request = proto.ReloadEntityRequest(robot=self.name, source=source, strict=strict)

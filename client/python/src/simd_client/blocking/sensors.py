@@ -13,6 +13,7 @@ from simd_client import keys, proto
 from simd_client.blocking.callbacks import Callbacks
 from simd_client.blocking.connection import Connection
 from simd_client.blocking.watch import SILENCE, Watch
+from simd_client.attributes import FixedAttributes
 from simd_client.errors import AnswerError, DeadlineExceeded, NoReading, SensorNotFound, listed, not_found
 from simd_client.geometry import Pose
 from simd_client.measurement import Measured, SensorReading, readings_from_proto
@@ -22,7 +23,7 @@ from simd_client.sensor import SensorInfo, SensorKind, SensorNoise, sensor_from_
 from simd_client.world import Stamp, stamp_from_proto
 
 
-class Sensor(Generic[Measured]):
+class Sensor(FixedAttributes, Generic[Measured]):
     """A sensor of a robot."""
 
     def __init__(self, connection: Connection, robot: str, name: str) -> None:
@@ -85,7 +86,7 @@ class Sensor(Generic[Measured]):
         return f"<Sensor {self._robot}/{self._name}>"
 
 
-class Sensors:
+class Sensors(FixedAttributes):
     """The sensors of a robot. They stay over resets, are part of saved states, and go with the robot."""
 
     def __init__(self, connection: Connection, robot: str) -> None:
@@ -119,7 +120,7 @@ class Sensors:
         """A sensor that is there. Raises `SensorNotFound`."""
         known = [each.name for each in self.list()]
         if name not in known:
-            message = f"robot `{self._robot}` has no sensor `{name}`; it has {listed(known)}"
+            message = f"robot `{self._robot}` has no sensor `{name}`; it has {listed(known, name)}"
             raise not_found(SensorNotFound, message, robot=self._robot, sensor=name)
         return Sensor(self._connection, self._robot, name)
 
@@ -135,7 +136,7 @@ class Sensors:
         return deleted(self._connection, self._robot, name)
 
 
-class WorldSensors:
+class WorldSensors(FixedAttributes):
     """The sensors of all robots."""
 
     def __init__(self, connection: Connection) -> None:
@@ -153,7 +154,7 @@ class WorldSensors:
         return found
 
 
-class ReadingStream(Iterator[SensorReading[Measured]], Generic[Measured]):
+class ReadingStream(FixedAttributes, Iterator[SensorReading[Measured]], Generic[Measured]):
     """Iterates over each reading of a sensor in order. `missed` of a reading counts those that this reader was too slow for.
 
     It needs no `close`: the daemon keeps nothing for it. Belongs to one thread.

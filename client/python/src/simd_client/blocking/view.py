@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from simd_client import proto
 from simd_client.blocking.connection import Connection
+from simd_client.attributes import FixedAttributes
 from simd_client.geometry import vector, vector_to_proto
 from simd_client.proto import methods
 from simd_client.state import Named, name_of
@@ -26,7 +27,7 @@ from simd_client.view import (
 )
 
 
-class View:
+class View(FixedAttributes):
     """What pages show beside the world. It is no part of the world: resets and saved states do not change it.
 
     Markers go with the connection that drew them unless `keep` is true, or after `life_time` wall seconds. With `robot`, and

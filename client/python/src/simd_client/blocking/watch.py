@@ -12,6 +12,7 @@ from typing import Generic, TypeVar
 from simd_client import proto
 from simd_client.blocking.connection import Connection
 from simd_client.blocking.runtime import LatestSample, sleep
+from simd_client.attributes import FixedAttributes
 from simd_client.errors import DeadlineExceeded
 from simd_client.event import Event, event_from_proto
 from simd_client.pacer import Pacer
@@ -25,7 +26,7 @@ SILENCE = 1.0
 """Seconds without a publication after which the daemon is asked: it may be gone, or a publication was lost."""
 
 
-class Watch(Iterator[Item], Generic[Item]):
+class Watch(FixedAttributes, Iterator[Item], Generic[Item]):
     """Iterates over published items. The newest wins: a slow reader gets the newest item and skips the others.
 
     The first item is the current one. `newest` returns without waiting. Use it with `with`, or `close` it.
@@ -133,7 +134,7 @@ class Watch(Iterator[Item], Generic[Item]):
         return self._first() if self._last is None else self._last
 
 
-class WorldWatch(Iterator[States]):
+class WorldWatch(FixedAttributes, Iterator[States]):
     """Iterates over states of several robots, all of one moment; the newest wins. The first is the current one.
 
     It needs no `close`: the daemon keeps nothing for it. Belongs to one thread.
@@ -180,7 +181,7 @@ class WorldWatch(Iterator[States]):
         self.close()
 
 
-class EventWatch(Iterator[Event]):
+class EventWatch(FixedAttributes, Iterator[Event]):
     """Iterates over events in order. `missed` of an event counts those that this reader was too slow for.
 
     It needs no `close`: the daemon keeps nothing for it. Belongs to one thread.

@@ -13,6 +13,8 @@ from collections import deque
 from importlib import metadata
 from pathlib import Path
 
+from simd_client import extras
+
 from .errors import error
 
 # The wall seconds that a daemon may take until it says that it is ready.
@@ -72,8 +74,8 @@ def binary() -> Path:
     found = shutil.which("simd")
     if found is None:
         raise error(
-            "no daemon answers, and none can be started: `simd` is not on the PATH; install it (the wheel "
-            "simd-daemon has it), name it with SIMD_BINARY, or name a running daemon with SIMD_ENDPOINT"
+            f"no daemon answers, and none can be started: `simd` is not on the PATH; {extras.DAEMON}, "
+            "name the program with SIMD_BINARY, or name a running daemon with SIMD_ENDPOINT"
         )
     return Path(found)
 

@@ -1,0 +1,10 @@
+"""How what is not installed can be had: commands for messages. Packages of the index by their own names, wheels of simd by their folder."""
+
+from __future__ import annotations
+
+XACRO = "pip install 'xacro>=2.1,<3'"
+PLOT = "pip install 'matplotlib>=3.6'"
+NOTEBOOK = "pip install 'anywidget>=0.9'"
+GYM = "pip install 'gymnasium>=1.1,<2'"
+EMBEDDED = "pip install dist/simd_embedded-*.whl (`make dist` in simd's repository makes the folder dist)"
+DAEMON = "pip install dist/simd_daemon-*.whl (`make dist` in simd's repository makes the folder dist)"
