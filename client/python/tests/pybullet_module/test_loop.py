@@ -182,7 +182,7 @@ def test_contacts_come_with_the_step_once_they_were_read(script: ModuleType, cal
 def test_a_position_is_approached_as_pybullet_does(script: ModuleType) -> None:
     """A tenth of what is left in each step, where no limit of the joint slows it."""
     arm = script.loadURDF(str(BENCH_ARM), useFixedBase=1)
-    script.setTimeStep(1e-4)
+    script.setTimeStep(1e-3)
     left = 0.3
     for _ in range(20):
         script.setJointMotorControl2(arm, 0, script.POSITION_CONTROL, targetPosition=0.3)

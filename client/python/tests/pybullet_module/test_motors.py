@@ -8,7 +8,7 @@ import random
 import pytest
 
 from simd_client.pybullet import constants
-from simd_client.pybullet.motors import Law, Motor, law
+from simd_client.pybullet.motors import Law, Motor, law, pursued, pursuit
 
 
 def bullet(motor: Motor, q: float, qd: float, h: float) -> float:
@@ -44,6 +44,21 @@ def test_a_step_is_bullets(mode: int) -> None:
         wanted = bullet(motor, q, qd, h)
         got = implicit(law(motor, inertia, h), inertia, q, qd, h)
         assert got == pytest.approx(wanted, abs=(0.0021 if kd == 1.0 else 1e-9) * (2.0 + abs(wanted)))
+
+
+def test_the_velocity_that_a_position_asks_for_is_bullets() -> None:
+    """For all gains, also where the motor moves among others: then what is left of the velocity before is put in, and not damped."""
+    rng = random.Random(4)
+    for _ in range(2000):
+        h, inertia = 10 ** rng.uniform(-4.0, -2.0), 10 ** rng.uniform(-4.0, 2.0)
+        kp, kd = rng.uniform(-0.1, 2.0), rng.choice([0.0, 1.0, 1.5, rng.uniform(0.01, 0.99)])
+        motor = Motor(constants.POSITION_CONTROL, rng.uniform(-2, 2), rng.uniform(-2, 2), 100.0, kp, kd)
+        q, qd = rng.uniform(-2, 2), rng.uniform(-2, 2)
+        wanted = max(-100.0, min(bullet(motor, q, qd, h), 100.0))
+        for is_alone in (True, False):
+            velocity, gain = pursued(motor, q, qd, h, is_alone=is_alone)
+            got = implicit(pursuit(motor, velocity, gain, inertia, h), inertia, q, qd, h)
+            assert got == pytest.approx(wanted, abs=2e-5 * (2.0 + abs(wanted)))
 
 
 def test_a_motor_without_force_lets_go() -> None:

@@ -24,6 +24,8 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument(
         "--remove-robots", action="store_true", help="take the script's robots out at its end"
     )
+    parser.add_argument("--limits", action="store_true", help="limits of effort and velocity in URDFs bound motors")
+    parser.add_argument("--mimic", action="store_true", help="joints with <mimic> follow others")
     parser.add_argument("--tls-ca", metavar="FILE", help="the authority that signed the daemon's certificate")
     parser.add_argument("--tls-cert", metavar="FILE", help="a certificate of the script, where the daemon asks for one")
     parser.add_argument("--tls-key", metavar="FILE", help="the private key of that certificate")
@@ -36,6 +38,7 @@ def main(arguments: list[str] | None = None) -> None:
     connections.default_endpoint = asked.endpoint
     connections.always_new = asked.new
     connections.always_remove = asked.remove_robots
+    connections.always_limits, connections.always_mimic = asked.limits, asked.mimic
     connections.default_certificates = tls.authority(asked.tls_ca, asked.tls_cert, asked.tls_key)
     stand_in.replace(pybullet)
     sys.argv = [asked.script, *asked.args]

@@ -44,6 +44,8 @@ _children: dict[int, DaemonProcess] = {}
 default_endpoint: str | None = None
 always_new = False
 always_remove = False
+always_limits = False
+always_mimic = False
 default_certificates: dict[str, object] = {}
 
 
@@ -82,7 +84,8 @@ def connect(
     `simd-embedded` is installed, a world in this process. Else the
     daemon at the default locator; if there is none, or with DIRECT if another connection of this script has it already, a new
     one is started, which ends with the connection. `--new` in `options` always starts one, `--embedded` always opens a world in this process. `--remove-robots` removes the script's robots
-    at the end of the connection, also from a daemon that was running. `--tls-ca=FILE`, `--tls-cert=FILE` and
+    at the end of the connection, also from a daemon that was running. With `--limits` the file's limits of effort and velocity bound
+    motors, and with `--mimic` joints that a file has follow others do so. `--tls-ca=FILE`, `--tls-cert=FILE` and
     `--tls-key=FILE` are for an endpoint tls/HOST:PORT: the authority that signed the daemon's certificate, and
     a certificate of the script.
     """
@@ -119,6 +122,8 @@ def connect(
         wire = Wire.open(child.endpoint)
     world = World(wire, method, Sliders(wire), child is not None or wire.is_embedded)
     world.removes_robots = always_remove or "--remove-robots" in words
+    world.keeps_limits = always_limits or "--limits" in words
+    world.keeps_mimic = always_mimic or "--mimic" in words
     try:
         world.begin()
     except BaseException:

@@ -12,7 +12,7 @@ from .ball_motors import unit
 from .bodies import Body
 from .connections import connected
 from .errors import error, unsupported
-from .motors import NO_LIMIT
+from .motors import MOST, NO_LIMIT
 from .world import World
 
 _MODES = {
@@ -40,14 +40,7 @@ def setJointMotorControl2(
     world = connected(physicsClientId)
     body = world.body(bodyUniqueId, "Joint index out-of-range.")
     _check(body, [jointIndex], controlMode)
-    setting = (
-        float(targetPosition),
-        float(targetVelocity),
-        float(force),
-        float(positionGain),
-        float(velocityGain),
-        float(maxVelocity),
-    )
+    setting = (targetPosition, targetVelocity, force, positionGain, velocityGain, maxVelocity)
     _command(world, body, [jointIndex], controlMode, [setting])
     world.sent_if_playing()
 
@@ -198,14 +191,21 @@ def _command(
     """Changes motors of joints that are there: position, velocity, force, gains of both, and the highest velocity of each. Does
     nothing with a joint that has no motor."""
     driven: list[int] = []
-    for index, own in zip(joints, settings, strict=True):
+    checked = [tuple(map(_settled, own, _NAMES)) for own in settings]
+    for index, own in zip(joints, checked, strict=True):
         position, velocity, force, position_gain, velocity_gain, max_velocity = own
         joint = body.joints[index]
         if not joint.driven:
             if joint.width:
-                world.say_once(f"{body.robot}/{joint.name} has no motor: another joint or nothing moves it")
+                world.say_once(f"{body.robot}: joints that follow others, as {joint.name}, have no motors (--mimic)")
             continue
         driven.append(index)
+        most = joint.limits[2]
+        if most is not None and world.keeps_limits and force > most and mode != constants.VELOCITY_CONTROL:
+            world.say_once(
+                f"{body.robot}: the file's limits of effort bound what the script asks for, as {force:g} of {joint.name} to "
+                f"{most:g} (--limits)"
+            )
         if mode == constants.TORQUE_CONTROL:
             with world.commands:
                 joint.add_torque((force,))
@@ -219,6 +219,21 @@ def _command(
         motor.force = abs(force)
         motor.max_velocity = max_velocity if max_velocity > 0.0 else 0.0
     world.drive(body, driven)
+
+
+_NAMES = ("targetPosition", "targetVelocity", "force", "positionGain", "velocityGain", "maxVelocity")
+
+
+def _settled(value: float, name: str) -> float:
+    """A value as the daemon takes it: what is larger than that is as large as can be.
+
+    Raises:
+        error: for what is no number, which nothing can come back from.
+    """
+    number = float(value)
+    if number != number:
+        raise error(f"setJointMotorControl: {name} is NaN; the motor stays as it was")
+    return max(-MOST, min(number, MOST))
 
 
 def _command_ball(

@@ -105,7 +105,7 @@ def _loaded(
         return urdf, world.wire.load(path, spawn)
     from_file = bool(flags & constants.URDF_USE_INERTIA_FROM_FILE)
     are_round = bool(flags & constants.URDF_USE_IMPLICIT_CYLINDER)
-    edited = shape_inertia.as_in_pybullet(urdf, _locate(path), spawn.scale, from_file, are_round)
+    edited = shape_inertia.as_in_pybullet(urdf, _locate(path), spawn.scale, from_file, are_round, world.keeps_mimic)
     try:
         return edited, world.wire.load(path, spawn, edited)
     except error as refusal:

@@ -26,6 +26,7 @@ from simd_client.proto import (
     methods,
 )
 
+from . import constants
 from .arguments import ORIGIN
 from .bodies import Body, BodyJoint, JointBounds, put_limits
 from .errors import error
@@ -65,6 +66,8 @@ class Loop(Readings):
         self.solver_iterations, self.inner_iterations = 50, 1
         # Motors that have changed since the last step, by body and joint.
         self._waiting: dict[Key, None] = {}
+        # Motors that go to a position: the law of each step is made of where they are before it.
+        self._pursuing: dict[Key, None] = {}
         self._outgoing = Outgoing()
         # Torques of the script that acted over the last step, N m or N: one number, or three of a spherical joint.
         self.torques: dict[Key, Sequence[float]] = {}
@@ -85,7 +88,28 @@ class Loop(Readings):
     def drive(self, body: Body, joints: Iterable[int]) -> None:
         """Marks motors as changed: they are sent with the next step, or at once if the world plays."""
         number = body.unique_id
-        self._waiting.update({(number, index): None for index in joints})
+        for index in joints:
+            key, joint = (number, index), body.joints[index]
+            self._waiting[key] = None
+            if joint.ball is None and joint.motor.mode == constants.POSITION_CONTROL:
+                self._pursuing[key] = None
+            else:
+                self._pursuing.pop(key, None)
+
+    def now_playing(self, playing: bool) -> None:
+        """Sets whether the world plays: then positions are targets of the daemon's."""
+        if playing and not self.playing:
+            self._waiting.update(self._pursuing)
+        super().now_playing(playing)
+
+    def forget_motors(self, number: int, robot: str) -> None:
+        """Leaves nothing that waits for a robot that is not there any more."""
+        for waiting in (self._waiting, self._pursuing):
+            for key in [key for key in waiting if key[0] == number]:
+                del waiting[key]
+        self._bounds.pop(robot, None)
+        self._resets.pop(robot, None)
+        self._wrenches = [each for each in self._wrenches if each.robot != robot]
 
     def put_joints(self, body: Body, joints: Mapping[tuple[str, int], JointReset]) -> None:
         """Puts joints elsewhere, by name and axis."""
@@ -172,25 +196,38 @@ class Loop(Readings):
         """Makes a call that has the changed motors. Those that another thread changes meanwhile go with the next one, and so do all
         of them if this one is refused."""
         # Marks go before motors are read, and commands mark after they have changed one: what is not read yet is marked again.
-        sending = list(self._waiting)
-        for key in sending:
+        waiting = dict(self._waiting)
+        pursuing = {} if self.playing else self._where_pursuing()
+        sending = list({**pursuing, **waiting})
+        for key in waiting:
             self._waiting.pop(key, None)
         with self.commands:
-            frictions = self._outgoing.put(sending, self.bodies, self.time_step, self.substeps, with_torques)
+            step = self.time_step, self.substeps
+            frictions = self._outgoing.put(sending, self.bodies, *step, with_torques, pursuing, bool(waiting))
             torques = self._take_torques(sending, with_torques) if self._outgoing.has_torques else {}
         try:
             for body, friction in frictions:
                 self._set_friction(body, friction)
             answer = call()
-        except BaseException:
-            self._waiting.update({key: None for key in sending if key[0] in self.bodies})
-            with self.commands:
-                for key, joint in self._joints(torques):
-                    joint.add_torque(torques[key])
+        except BaseException as problem:
+            # What the daemon refuses as it is would be refused again with each step.
+            if getattr(problem, "reason", "") != "INVALID_VALUE":
+                self._waiting.update({key: None for key in sending if key[0] in self.bodies})
+                with self.commands:
+                    for key, joint in self._joints(torques):
+                        joint.add_torque(torques[key])
             raise
         if with_torques and (torques or self.torques):
             self.torques_acted(torques)
         return answer
+
+    def _where_pursuing(self) -> dict[Key, tuple[float, float]]:
+        """Positions and velocities of the joints that go to a position."""
+        found: dict[Key, tuple[float, float]] = {}
+        for key, joint in self._joints(self._pursuing):
+            positions, velocities, _ = self.joint_values(self.bodies[key[0]])
+            found[key] = positions[joint.position_index], velocities[joint.velocity_index]
+        return found
 
     def torques_acted(self, torques: Mapping[Key, Sequence[float]]) -> None:
         """These torques of the script acted over the last step, and no others."""

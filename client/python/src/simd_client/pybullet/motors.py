@@ -9,11 +9,15 @@ in SI units; over one step of a joint with inertia M it gives
 
     v+ = (v + (b / h) (target - q) + a targetVelocity) / (1 + a + b),  a = h damping / M, b = h^2 stiffness / M
 
+A world that the script steps gets that law anew for each step, as a velocity target (`pursuit`): within the force, nothing else
+bounds it. In a world that plays by itself it is a position target (`law`), on whose way the daemon speeds up and brakes with
+half of the force.
+
 With substeps both hold for each of them: gains are per substep of h seconds. Bullet bounds a motor's impulse by `force` times
 the whole time step, in each substep anew, so that its effort is bounded by `force` times their number.
 
-Equal coefficients give the gains below. A velocityGain of one needs infinite gains: it is
-limited to `STIFFEST`, which leaves 0.1 % of the effort's effect, as simd's own velocity mode does.
+Equal coefficients give the gains below. A velocityGain of one needs infinite gains: a position target has that of `STIFFEST`, which
+leaves 0.1 % of the effort's effect, and a velocity target that of `STIFF`.
 """
 
 from __future__ import annotations
@@ -23,6 +27,14 @@ from dataclasses import dataclass
 from . import constants
 
 STIFFEST = 1.0 - 1.0 / 1000.0
+# a of a velocity target for a velocityGain of one or more.
+STIFF = 1e5
+# And the least velocityGain: below it a is nothing, and the velocity that has an effect has no bound.
+_SOFTEST = 1e-6
+# Of Bullet's joints, until a script says otherwise (maxJointVelocity), rad/s or m/s.
+FASTEST = 100.0
+# Values and gains that the daemon takes.
+MOST = 1e12
 # PyBullet's motors have no limit unless a force is given; this value replaces it.
 NO_LIMIT = 100000.0
 # The motor that each joint has from the start, in N m s (or N s) per step or substep.
@@ -70,6 +82,46 @@ class Law:
     friction: float = 0.0
 
 
+def pursued(
+    motor: Motor,
+    position: float,
+    velocity: float,
+    h: float,
+    parts: int = 1,
+    fastest: float = FASTEST,
+    is_alone: bool = True,
+) -> tuple[float, float]:
+    """The velocity that a position target asks for from where the joint is, for a step of `parts` substeps of `h` seconds each, and
+    the velocityGain with which. No joint is faster than `fastest`. What a velocityGain below one leaves of the velocity before is left to
+    the damper where the joint `is_alone`, as its inertia is known then; among others that is the velocity of the last step."""
+    kp, kd = motor.position_gain, motor.velocity_gain
+    if parts > 1:
+        # Each substep removes its part of what is left: the mean of that.
+        kp = (1.0 - (1.0 - kp) ** parts) / parts
+    correction = kp * (motor.position - position) / h
+    after = correction + (1.0 - kd) * velocity + kd * motor.velocity
+    most = min(motor.max_velocity or fastest, fastest)
+    if kd >= 1.0 or not is_alone or abs(after) > most:
+        return max(-most, min(after, most)), 1.0
+    kd = max(kd, _SOFTEST)
+    return max(-MOST, min(motor.velocity + correction / kd, MOST)), kd
+
+
+def pursuit(motor: Motor, velocity: float, gain: float, inertia: float, h: float, parts: int = 1) -> Law:
+    """The target that has this velocity, with this gain, after the next step (`pursued`), if the force is enough for that."""
+    limit, torque = motor.limit(h, parts), motor.torque or 0.0
+    if limit == 0.0:
+        return Law("effort", torque) if torque else Law("passive")
+    damping, most = _damping(gain, inertia, h), min(limit + abs(torque), MOST)
+    return Law("velocity", velocity, damping=damping, feed_forward=torque, max_effort=most)
+
+
+def _damping(gain: float, inertia: float, h: float) -> float:
+    """Of a velocity target with this velocityGain, N m s/rad or N s/m."""
+    a = STIFF if gain >= 1.0 else min(max(gain, 0.0) / (1.0 - gain), STIFF)
+    return min(a * inertia / h, MOST)
+
+
 def law(motor: Motor, inertia: float, h: float, parts: int = 1) -> Law:
     """The target for the next step, whose `parts` substeps take `h` seconds each, of a joint whose actuator sees
     `inertia` (kg m^2 or kg)."""
@@ -85,8 +137,7 @@ def law(motor: Motor, inertia: float, h: float, parts: int = 1) -> Law:
     if most is not None:
         most += abs(torque)
     if motor.mode == constants.VELOCITY_CONTROL:
-        gain = motor.velocity_gain
-        damping = None if gain >= STIFFEST else inertia / h * max(gain, 0.0) / (1.0 - gain)
+        damping = _damping(motor.velocity_gain, inertia, h)
         return Law("velocity", motor.velocity, damping=damping, feed_forward=torque, max_effort=most)
     if motor.mode == constants.PD_CONTROL:
         # SI gains, as simd has them.
@@ -94,8 +145,8 @@ def law(motor: Motor, inertia: float, h: float, parts: int = 1) -> Law:
             "position",
             motor.position,
             damper_velocity=motor.velocity,
-            stiffness=motor.position_gain,
-            damping=motor.velocity_gain,
+            stiffness=max(motor.position_gain, 0.0),
+            damping=max(motor.velocity_gain, 0.0),
             feed_forward=torque,
             max_effort=most,
         )
@@ -120,4 +171,4 @@ def gains(motor: Motor, inertia: float, h: float) -> tuple[float, float, float]:
     b = kp * whole
     a = max(whole - 1.0 - b, 0.0)
     velocity = motor.velocity_gain * motor.velocity * (1.0 + a + b) / a if a > 0.0 else 0.0
-    return b * inertia / (h * h), a * inertia / h, velocity
+    return min(b * inertia / (h * h), MOST), min(a * inertia / h, MOST), velocity

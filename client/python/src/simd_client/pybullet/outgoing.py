@@ -20,6 +20,9 @@ from .targets import joint_target
 Key = tuple[int, int]
 """Number of the body, index of the joint."""
 
+Values = tuple[float, float]
+"""Position and velocity of a joint of one axis."""
+
 Friction = tuple[Body, list[tuple[BodyJoint, float]]]
 """Joints of a body whose dry friction changes with their motors, N m or N."""
 
@@ -30,6 +33,9 @@ class _Row:
 
     joint: BodyJoint
     target: JointTarget
+    key: Key
+    # Nothing else of its robot moves.
+    is_alone: bool = False
     # What the target was made of, but for the number that loops change; None where it is to be made again.
     made_of: tuple[object, ...] | None = None
     # Where that number is: `position`, `velocity` or `effort` in the part of the same name.
@@ -37,6 +43,12 @@ class _Row:
     part: Any = None
     # Dry friction that the motor brings, N m or N.
     friction: float = 0.0
+    # What was put in last for a position target; see `motors.pursued`.
+    pursued: tuple[float, float] | None = None
+
+
+# rad/s or m/s: a velocity that changes by no more is not sent again.
+_SAME = 1e-9
 
 
 class Outgoing:
@@ -52,6 +64,7 @@ class Outgoing:
         # Seconds of a substep, and how many a step has.
         self._step = (0.0, 1)
         self._with_torques = True
+        self._pursuing: Mapping[Key, Values] = {}
         # Whether any of the motors that were put in last has a torque for the next step.
         self.has_torques = False
 
@@ -73,10 +86,15 @@ class Outgoing:
         time_step: float,
         substeps: int = 1,
         with_torques: bool = True,
+        pursuing: Mapping[Key, Values] | None = None,
+        is_due: bool = True,
     ) -> list[Friction]:
         """Puts in the targets of these motors and of no others, for steps of so many seconds and substeps, with the torques
-        for the next step or without. Returns the frictions that have to be set before they hold."""
+        for the next step or without. Those that are `pursuing` go to a position from where they are, which only they need: where
+        their velocities stay as they are, nothing is put in unless it `is_due`. Returns the frictions that have to be set before they
+        hold."""
         self.has_torques, self._with_torques = False, with_torques
+        self._pursuing = pursuing or {}
         keys, step = list(waiting), (time_step / max(substeps, 1), max(substeps, 1))
         self._is_empty = not keys
         if not keys:
@@ -85,6 +103,9 @@ class Outgoing:
         if not is_same or any(bodies.get(body.unique_id) is not body for body, _ in self._robots):
             self._keys, self._step = keys, step
             self._lay_out(bodies)
+        elif not is_due and not self._has_news():
+            self._is_empty = True
+            return []
         frictions: list[Friction] = []
         for body, rows in self._robots:
             changed: list[tuple[BodyJoint, float]] = []
@@ -108,7 +129,21 @@ class Outgoing:
         for number, indices in by_body.items():
             body = bodies[number]
             message: RobotTargets = self._request.robots.add(robot=body.robot)
-            self._robots.append((body, [_Row(body.joints[index], message.joints.add()) for index in indices]))
+            is_alone = body.fixed and sum(joint.width for joint in body.joints) == 1
+            rows = [_Row(body.joints[index], message.joints.add(), (number, index), is_alone) for index in indices]
+            self._robots.append((body, rows))
+
+    def _has_news(self) -> bool:
+        """Whether a motor on its way to a position needs another velocity than it had last."""
+        for _, rows in self._robots:
+            for row in rows:
+                values = self._pursuing.get(row.key)
+                if values is None or row.pursued is None:
+                    return True
+                velocity, gain = _pursued(row, values, self._step)
+                if abs(velocity - row.pursued[0]) > _SAME or gain != row.pursued[1]:
+                    return True
+        return False
 
     def _put(self, body: Body, row: _Row) -> None:
         joint = row.joint
@@ -128,6 +163,16 @@ class Outgoing:
             if not self._with_torques:
                 motor, torque = replace(motor, torque=None), None
         made_of: tuple[object, ...] | None = None
+        values = self._pursuing.get(row.key) if mode == constants.POSITION_CONTROL else None
+        row.pursued = None
+        if values is not None:
+            row.pursued = velocity, gain = _pursued(row, values, self._step)
+            made_of = None if torque is not None else ("pursuit", motor.force, gain)
+            if made_of is None or made_of != row.made_of:
+                self._make(row, motors.pursuit(motor, velocity, gain, joint.inertia, *self._step), made_of)
+            elif row.kind == "velocity":
+                row.part.velocity = velocity
+            return
         if torque is not None:
             if torque and (motor.force == 0.0 or mode == constants.TORQUE_CONTROL):
                 made_of = ("effort",)
@@ -143,14 +188,22 @@ class Outgoing:
                 motor.max_velocity,
             )
         if made_of is None or made_of != row.made_of:
-            law = motors.law(motor, joint.inertia, *self._step)
-            row.target.Clear()
-            joint_target(joint.name, law, row.target)
-            row.made_of, row.kind, row.friction = made_of, law.kind, law.friction
-            row.part = getattr(row.target, law.kind)
+            self._make(row, motors.law(motor, joint.inertia, *self._step), made_of)
         elif row.kind == "position":
             row.part.position = motor.position
         elif row.kind == "velocity":
             row.part.velocity = motor.velocity
         elif row.kind == "effort":
             row.part.effort = torque
+
+    def _make(self, row: _Row, law: motors.Law, made_of: tuple[object, ...] | None) -> None:
+        row.target.Clear()
+        joint_target(row.joint.name, law, row.target)
+        row.made_of, row.kind, row.friction = made_of, law.kind, law.friction
+        row.part = getattr(row.target, law.kind)
+
+
+def _pursued(row: _Row, values: Values, step: tuple[float, int]) -> tuple[float, float]:
+    fastest = row.joint.limits[3]
+    most = motors.FASTEST if fastest is None else fastest
+    return motors.pursued(row.joint.motor, *values, *step, most, row.is_alone)

@@ -48,14 +48,23 @@ class Shape:
 
 
 def as_in_pybullet(
-    urdf: bytes, locate: Locate, scale: float = 1.0, from_file: bool = False, has_round_cylinders: bool = False
+    urdf: bytes,
+    locate: Locate,
+    scale: float = 1.0,
+    from_file: bool = False,
+    has_round_cylinders: bool = False,
+    keeps_mimic: bool = False,
 ) -> bytes:
     """The same robot, which is to be loaded with its lengths times `scale`, with these masses and inertias. A link keeps its own where
-    the size of what it touches with is not known; `from_file` is for all of them."""
+    the size of what it touches with is not known; `from_file` is for all of them. As in PyBullet no joint follows another, unless
+    `keeps_mimic`."""
     robot = descriptions.parse(urdf)
     if robot is None:
         return urdf
     margin = MARGIN / scale
+    for joint in () if keeps_mimic else robot.iterfind("joint"):
+        for mimic in joint.findall("mimic"):
+            joint.remove(mimic)
     for link in robot.iterfind("link"):
         inertial = link.find("inertial")
         if inertial is None:

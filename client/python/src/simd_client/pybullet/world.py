@@ -60,6 +60,9 @@ class World(Loop):
         self.child = child
         # The script's robots are removed at its end, also from a daemon that was running.
         self.removes_robots = False
+        # Efforts and velocities of URDFs bound what the script's commands do, and joints with <mimic> follow others.
+        self.keeps_limits = False
+        self.keeps_mimic = False
         # Robots of other clients were in the world when the script connected.
         self.guest = False
         # Settings of an unused world before the script changed them, and whether it played.
@@ -147,7 +150,16 @@ class World(Loop):
         self.serial.append(number)
         self._numbers = None
         self.forget_states()
+        self.free_limits(made)
         return made
+
+    def free_limits(self, body: Body) -> None:
+        """Takes away limits of effort and velocity of the script's own joints, which PyBullet reads and does not keep to."""
+        for joint in body.joints if body.own and not self.keeps_limits else ():
+            lower, upper, effort, velocity = joint.limits
+            if joint.width == 1 and not (effort is None and velocity is None):
+                joint.limits = lower, upper, None, None
+                self.bound(body, joint, joint.limits)
 
     def _layout(self, entity: EntityInfo) -> JointLayout:
         if len(entity.links) == 1:
@@ -198,10 +210,12 @@ class World(Loop):
         self.bodies[body.unique_id] = made
         self._numbers = None
         self._forget_beyond(made.unique_id)
-        for key in [(n, i) for n, i in self._waiting if n == made.unique_id]:
-            # A joint that follows another now has no motor.
-            if key[1] >= len(made.joints) or not made.joints[key[1]].has_motor:
-                del self._waiting[key]
+        for waiting in (self._waiting, self._pursuing):
+            for key in [(n, i) for n, i in waiting if n == made.unique_id]:
+                # A joint that follows another now has no motor.
+                if key[1] >= len(made.joints) or not made.joints[key[1]].has_motor:
+                    del waiting[key]
+        self.free_limits(made)
         self.forget_states()
         # Colours go with the description that they were given to.
         for link in made.colors:
@@ -239,8 +253,7 @@ class World(Loop):
         for constraint, made in reversed(list(self.constraints.items())):
             if number in (made.body, made.child):
                 self.forget_constraint(constraint)
-        for waiting in [key for key in self._waiting if key[0] == number]:
-            del self._waiting[waiting]
+        self.forget_motors(number, robot)
         self.forget_states()
 
     def _forget_beyond(self, number: int) -> None:
@@ -333,6 +346,7 @@ class World(Loop):
             self._freed.clear()
             self.collision_shapes, self.visual_shapes = Shapes(), Shapes()
         self._waiting.clear()
+        self._pursuing.clear()
         self.solver_iterations, self.inner_iterations = 50, 1
         self.constraints.clear()
         self.next_constraint = 1

@@ -1,0 +1,179 @@
+"""Position targets move joints as PyBullet's do: the same trajectory beside the real one, within the force that the script gives."""
+
+from __future__ import annotations
+
+import random
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+import simd_client.pybullet as pybullet
+from simd_client import embedded_link
+from simd_client.pybullet.connections import connected
+
+AT = (1, 5, 10, 20, 100)
+ROD = """<robot name="r"><link name="b"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>
+</inertial></link><link name="l"><inertial><origin xyz="0 0 0.3"/><mass value="{mass}"/>
+<inertia ixx="{inertia}" ixy="0" ixz="0" iyy="{inertia}" iyz="0" izz="{inertia}"/></inertial></link>
+<joint name="j" type="{type}"><parent link="b"/><child link="l"/><axis xyz="0 1 0"/>
+<limit lower="-1000" upper="1000" effort="5" velocity="0.5"/></joint></robot>"""
+TWO = """<robot name="two"><link name="b"/><link name="l"/><link name="m"/>
+<joint name="left" type="prismatic"><parent link="b"/><child link="l"/><axis xyz="1 0 0"/><limit lower="0" upper="1" effort="20" velocity="1"/></joint>
+<joint name="right" type="prismatic"><parent link="b"/><child link="m"/><axis xyz="-1 0 0"/><limit lower="0" upper="1" effort="20" velocity="1"/>
+<mimic joint="left"/></joint></robot>"""
+
+
+def rod(folder: Path, mass: float = 3.0, inertia: float = 0.3, type: str = "revolute") -> str:
+    """A file with one joint, whose limits of effort and velocity PyBullet does not keep to."""
+    # PyBullet keeps files that it has read, by their names.
+    file = folder / f"rod{len(list(folder.iterdir()))}.urdf"
+    file.write_text(ROD.format(mass=mass, inertia=inertia, type=type))
+    return str(file)
+
+
+def another(option: str) -> int:
+    """Another connection, with an option."""
+    where = "--embedded" if embedded_link.is_installed() else "--new"
+    return pybullet.connect(pybullet.DIRECT, options=f"{where} {option}")
+
+
+def moved(p: Any, file: str, time_step: float, gravity: float, motor: dict[str, Any]) -> list[float]:
+    """Where the joint is after 1, 5, 10, 20 and 100 steps."""
+    p.resetSimulation()
+    p.setTimeStep(time_step)
+    p.setGravity(0, 0, gravity)
+    body = p.loadURDF(file, useFixedBase=True, flags=p.URDF_USE_INERTIA_FROM_FILE)
+    for link in (-1, 0):
+        p.changeDynamics(body, link, linearDamping=0, angularDamping=0)
+    p.setJointMotorControl2(body, 0, **motor)
+    found: list[float] = []
+    for _ in range(max(AT)):
+        p.stepSimulation()
+        found.append(p.getJointState(body, 0)[0])
+    return [found[at - 1] for at in AT]
+
+
+def drawn(rng: random.Random, inertia: float) -> dict[str, Any]:
+    """The arguments of a motor."""
+    motor: dict[str, Any] = {"controlMode": pybullet.POSITION_CONTROL, "targetPosition": rng.uniform(-1, 1)}
+    if rng.random() < 0.25:
+        return {"controlMode": pybullet.VELOCITY_CONTROL, "targetVelocity": rng.uniform(-3, 3), "force": inertia * 10 ** rng.uniform(1, 4)}
+    if rng.random() < 0.8:
+        motor["force"] = inertia * 10 ** rng.uniform(1, 4)
+    if rng.random() < 0.5:
+        motor["positionGain"] = 10 ** rng.uniform(-2, 0)
+    if rng.random() < 0.5:
+        motor["velocityGain"] = rng.choice([0.1, 0.5, 0.8, rng.random()])
+    if rng.random() < 0.3:
+        motor["maxVelocity"] = rng.uniform(0.1, 3)
+    if rng.random() < 0.2:
+        motor["targetVelocity"] = rng.uniform(-1, 1)
+    return motor
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_random_joints_move_as_in_pybullet(script: ModuleType, bullet: Any, tmp_path: Path, seed: int) -> None:
+    """Within 2 % of the way, of joints of one axis that turn and slide."""
+    rng = random.Random(seed)
+    for _ in range(10):
+        mass, inertia, type = 10 ** rng.uniform(-1, 1), 10 ** rng.uniform(-3, 0), rng.choice(["revolute", "prismatic"])
+        file = rod(tmp_path, mass, inertia, type)
+        time_step, gravity = rng.choice([0.001, 0.002, 1 / 240, 0.01]), rng.choice([0.0, -9.81])
+        motor = drawn(rng, mass * 0.09 + inertia if type == "revolute" else mass)
+        wanted = moved(bullet, file, time_step, gravity, motor)
+        got = moved(script, file, time_step, gravity, motor)
+        assert got == pytest.approx(wanted, abs=0.02 * max(map(abs, wanted)) + 1e-6), (motor, time_step, gravity, mass, inertia, type)
+
+
+def test_a_small_step_with_a_force_needs_no_profile(script: ModuleType, tmp_path: Path) -> None:
+    """PyBullet's own values, with 2 ms and 87 N m."""
+    motor = {"controlMode": pybullet.POSITION_CONTROL, "targetPosition": 0.05, "force": 87}
+    assert moved(script, rod(tmp_path), 0.002, 0.0, motor) == pytest.approx([0.0006, 0.0092, 0.0256, 0.0415, 0.05], abs=6e-5)
+
+
+def test_an_arm_goes_on_its_way_as_in_pybullet(script: ModuleType, bullet: Any) -> None:
+    """All joints at once, also with a velocityGain below one: within 2 % of the farthest way."""
+    file = str(Path(__file__).resolve().parents[4] / "tests/assets/seven_arm/urdf/seven_arm.urdf")
+    for gain in (1.0, 0.5):
+        ways: list[list[float]] = []
+        for p in (bullet, script):
+            p.resetSimulation()
+            p.setGravity(0, 0, -9.81)
+            arm = p.loadURDF(file, useFixedBase=True)
+            joints = [each for each in range(p.getNumJoints(arm)) if p.getJointInfo(arm, each)[2] == p.JOINT_REVOLUTE]
+            for each in range(-1, p.getNumJoints(arm)):
+                p.changeDynamics(arm, each, linearDamping=0, angularDamping=0, jointDamping=0)
+            goals = [0.1 * (-1) ** each for each in range(len(joints))]
+            p.setJointMotorControlArray(
+                arm, joints, p.POSITION_CONTROL, targetPositions=goals, forces=[300.0] * len(joints), velocityGains=[gain] * len(joints)
+            )
+            way: list[float] = []
+            for step in range(1, 101):
+                p.stepSimulation()
+                if step in AT:
+                    way += [state[0] for state in p.getJointStates(arm, joints)]
+            ways.append(way)
+        assert ways[1] == pytest.approx(ways[0], abs=0.02 * 0.1)
+
+
+def test_a_motor_that_has_arrived_is_not_sent_again(script: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    body = script.loadURDF(rod(tmp_path), useFixedBase=True)
+    script.setJointMotorControl2(body, 0, script.POSITION_CONTROL, targetPosition=0.05, force=87)
+    for _ in range(400):
+        script.stepSimulation()
+    sent: list[int] = []
+    wire = connected(0).wire
+    call = wire.call
+
+    def counted(method: Any, request: Any, wait: float = 0.0) -> Any:
+        sent.append(len(request.robots))
+        return call(method, request, wait)
+
+    monkeypatch.setattr(wire, "call", counted)
+    for _ in range(10):
+        script.stepSimulation()
+    assert sent == [0] * 10
+
+
+def test_limits_of_a_file_are_an_option_and_say_what_they_change(
+    script: ModuleType, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    limited = another("--limits")
+    speeds: list[float] = []
+    for number in (0, limited):
+        body = pybullet.loadURDF(rod(tmp_path), useFixedBase=True, physicsClientId=number)
+        assert pybullet.getJointInfo(body, 0, physicsClientId=number)[10:12] == (5.0, 0.5)
+        for _ in range(20):
+            pybullet.setJointMotorControl2(
+                body, 0, pybullet.POSITION_CONTROL, targetPosition=2.0, force=87, physicsClientId=number
+            )
+            pybullet.stepSimulation(physicsClientId=number)
+        speeds.append(pybullet.getJointState(body, 0, physicsClientId=number)[1])
+    assert speeds[0] > 2.0 and 0.0 < speeds[1] <= 0.5
+    said = [line for line in capfd.readouterr().err.splitlines() if "limits of effort" in line]
+    assert len(said) == 1 and "as 87 of j to 5 (--limits)" in said[0]
+    pybullet.disconnect(limited)
+
+
+def test_mimic_is_an_option_and_says_what_it_changes(
+    script: ModuleType, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "two.urdf"
+    file.write_text(TWO)
+    follows = another("--mimic")
+    places: list[float] = []
+    for number in (0, follows):
+        body = pybullet.loadURDF(str(file), useFixedBase=True, physicsClientId=number)
+        for joint, target in ((0, 0.4), (1, 0.1)):
+            pybullet.setJointMotorControl2(
+                body, joint, pybullet.POSITION_CONTROL, targetPosition=target, force=170, physicsClientId=number
+            )
+        for _ in range(240):
+            pybullet.stepSimulation(physicsClientId=number)
+        places.append(pybullet.getJointState(body, 1, physicsClientId=number)[0])
+    assert places == pytest.approx([0.1, 0.4], abs=1e-3)
+    said = [line for line in capfd.readouterr().err.splitlines() if "--mimic" in line]
+    assert len(said) == 1 and "joints that follow others, as right, have no motors" in said[0]
+    pybullet.disconnect(follows)
