@@ -132,8 +132,8 @@ class Link:
     def _check_process(self) -> None:
         if self._is_forked:
             raise Unavailable(
-                "a connection cannot be used in a forked process: start processes with the method `spawn`, and "
-                "connect in each of them"
+                "a connection cannot be used in a forked process: connect to a world within it (`embedded`) there, or start processes "
+                "with the method `spawn` and connect in each of them"
             )
 
 

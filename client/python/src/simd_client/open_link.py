@@ -28,6 +28,21 @@ ZenohConfig = str | os.PathLike[str] | Mapping[str, object]
 configuration, as the file of a daemon (TOML) or values by dotted names."""
 
 
+class _Zenoh:
+    """What Zenoh keeps for a process: threads, which a fork does not bring along. A session that is opened then waits for them forever."""
+
+    def __init__(self) -> None:
+        self.is_used = self.is_of_a_parent = False
+
+    def forked(self) -> None:
+        """Called in a process that was forked."""
+        self.is_of_a_parent = self.is_of_a_parent or self.is_used
+
+
+_zenoh = _Zenoh()
+os.register_at_fork(after_in_child=_zenoh.forked)
+
+
 def open_link(
     endpoint: Endpoint, connect_timeout: float, config: ZenohConfig | None = None, token: str | None = None
 ) -> Link:
@@ -36,6 +51,12 @@ def open_link(
         return open_embedded(endpoint, config)
     settings = _settings(endpoint, connect_timeout, config)
     tls.check_files(endpoint, settings)
+    if _zenoh.is_of_a_parent:
+        raise Unavailable(
+            f"{endpoint} cannot be reached: this process was forked from one that had a connection over Zenoh, whose threads are "
+            "only there; start processes with the method `spawn`, or open a world in this process (`embedded`)"
+        )
+    _zenoh.is_used = True
     try:
         session = zenoh.open(settings)
     except zenoh.ZError as error:

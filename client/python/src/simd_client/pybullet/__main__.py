@@ -4,7 +4,9 @@ unchanged PyBullet script."""
 from __future__ import annotations
 
 import argparse
+import os
 import runpy
+import shlex
 import sys
 from pathlib import Path
 
@@ -35,15 +37,23 @@ def main(arguments: list[str] | None = None) -> None:
     script = Path(asked.script)
     if not script.is_file():
         parser.error(f"there is no file {script}")
-    connections.default_endpoint = asked.endpoint
-    connections.always_new = asked.new
-    connections.always_remove = asked.remove_robots
-    connections.always_limits, connections.always_mimic = asked.limits, asked.mimic
-    connections.default_certificates = tls.authority(asked.tls_ca, asked.tls_cert, asked.tls_key)
+    # Wrong files are said before the script begins.
+    tls.authority(asked.tls_ca, asked.tls_cert, asked.tls_key)
+    os.environ[connections.OPTIONS] = shlex.join(_options(asked))
     stand_in.replace(pybullet)
     sys.argv = [asked.script, *asked.args]
     sys.path[0] = str(script.resolve().parent)
+    stand_in.replace_in_children()
     runpy.run_path(asked.script, run_name="__main__")
+
+
+def _options(asked: argparse.Namespace) -> list[str]:
+    """What each `connect` of the script and of its children gets."""
+    switches = ("new", "remove_robots", "limits", "mimic")
+    values = ("endpoint", "tls_ca", "tls_cert", "tls_key")
+    given = [f"--{name.replace('_', '-')}" for name in switches if getattr(asked, name)]
+    named = [f"--{name.replace('_', '-')}={getattr(asked, name)}" for name in values if getattr(asked, name)]
+    return given + named
 
 
 if __name__ == "__main__":

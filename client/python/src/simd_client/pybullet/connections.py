@@ -6,6 +6,7 @@ import atexit
 import os
 import shlex
 import sys
+import threading
 from typing import Any
 
 from simd_client import embedded_link, tls
@@ -35,18 +36,21 @@ _WITH_WINDOW = {
     constants.GUI_MAIN_THREAD,
     constants.SHARED_MEMORY_GUI,
 }
+# Those look for a daemon.
+_BY_ADDRESS = {constants.UDP, constants.TCP}
 # PyBullet's: client and server of different numbers are incompatible.
 _API_VERSION = 202010061
 
+# Options of the runner, also for processes that the script starts: those inherit the environment.
+OPTIONS = "SIMD_PYBULLET_OPTIONS"
+
 _worlds: dict[int, World] = {}
 _children: dict[int, DaemonProcess] = {}
-# Set by the command line of `python -m simd_client.pybullet`.
-default_endpoint: str | None = None
-always_new = False
-always_remove = False
-always_limits = False
-always_mimic = False
-default_certificates: dict[str, object] = {}
+# Numbers that threads of the script have and whose connections are not open yet.
+_taken: set[int] = set()
+_numbers = threading.Lock()
+# Of the process that this one was forked from: they are kept, as their threads cannot be ended here.
+_inherited: list[object] = []
 
 
 def connected(physicsClientId: int) -> World:
@@ -57,14 +61,31 @@ def connected(physicsClientId: int) -> World:
     """
     world = _worlds.get(physicsClientId)
     if world is None:
+        if _inherited:
+            raise error("Not connected to physics server: the connection is the process's that this one was forked from; connect here")
         raise error("Not connected to physics server.")
     return world
+
+
+def _forked() -> None:
+    """Called in a process that was forked: worlds are the other one's, and their numbers are free here."""
+    global _numbers
+    _inherited.extend((*_worlds.values(), *_children.values()))
+    for child in _children.values():
+        child.forked()
+    _worlds.clear()
+    _children.clear()
+    _taken.clear()
+    _numbers = threading.Lock()
+
+
+os.register_at_fork(after_in_child=_forked)
 
 
 def search_paths(world: World) -> list[str]:
     """Where files are looked for, the newest first: of a connection, then of the others. In PyBullet they belong to the
     process."""
-    others = [path for other in _worlds.values() if other is not world for path in reversed(other.search_paths)]
+    others = [path for other in list(_worlds.values()) if other is not world for path in reversed(other.search_paths)]
     return [*reversed(world.search_paths), *others]
 
 
@@ -77,11 +98,11 @@ def connect(
     hostName: str | None = None,
     endpoint: str | None = None,
 ) -> int:
-    """Connects to a running daemon, or starts one. Returns the number of the connection.
+    """Opens a world in this process, connects to a running daemon, or starts one. Returns the number of the connection.
 
     Where: `endpoint`, else `--endpoint=LOCATOR` in `options`, else the host and port of
-    TCP and UDP, else $SIMD_ENDPOINT; it is an error if that daemon does not answer. Else, with DIRECT and where the wheel
-    `simd-embedded` is installed, a world in this process. Else the
+    TCP and UDP, else $SIMD_ENDPOINT; it is an error if that daemon does not answer. Else, where the wheel
+    `simd-embedded` is installed, a world in this process, except for TCP and UDP. Else the
     daemon at the default locator; if there is none, or with DIRECT if another connection of this script has it already, a new
     one is started, which ends with the connection. `--new` in `options` always starts one, `--embedded` always opens a world in this process. `--remove-robots` removes the script's robots
     at the end of the connection, also from a daemon that was running. With `--limits` the file's limits of effort and velocity bound
@@ -95,25 +116,41 @@ def connect(
     host = key if isinstance(key, str) else hostName
     if isinstance(port, str) and options is None:
         options, port = port, None
-    words = _words(str(options or ""))
+    # The script's own options come last, and win.
+    words = [*_words(os.environ.get(OPTIONS, "")), *_words(str(options or ""))]
     given = {word.partition("=")[0]: word.partition("=")[2] for word in words}
-    new = always_new or "--new" in words
+    new = "--new" in words
     named = endpoint or given.get("--endpoint")
     own = tls.authority(given.get("--tls-ca"), given.get("--tls-cert"), given.get("--tls-key"))
     if named is None and host is not None and method in (constants.TCP, constants.UDP):
         named = host if "/" in host else f"tcp/{host}:{port if port is not None else 7447}"
-    number = next(free for free in range(len(_worlds) + 1) if free not in _worlds)
+    with _numbers:
+        used = _worlds.keys() | _taken
+        number = next(free for free in range(len(used) + 1) if free not in used)
+        _taken.add(number)
+    try:
+        _open(number, method, words, new, named, own)
+    finally:
+        _taken.discard(number)
+    return number
+
+
+def _open(
+    number: int, method: int, words: list[str], new: bool, named: str | None, certificates: dict[str, object]
+) -> None:
+    """Opens the connection of that number."""
     child: DaemonProcess | None = None
     wire: Wire | None = None
-    is_named = bool(named or default_endpoint or os.environ.get(ENVIRONMENT))
-    is_direct = method == constants.DIRECT and not new and not is_named and embedded_link.is_installed()
-    if "--embedded" in words or is_direct:
+    is_named = bool(named or os.environ.get(ENVIRONMENT))
+    is_free = not new and not is_named
+    is_own = is_free and method not in _BY_ADDRESS and embedded_link.is_installed()
+    if "--embedded" in words or is_own:
         wire = Wire.embedded()
-    elif method == constants.DIRECT and not new and not is_named and _has_default():
+    elif method == constants.DIRECT and is_free and _has_default():
         child = _another()
     if wire is None and child is None and not new:
         try:
-            wire = Wire.open(named or default_endpoint, {**default_certificates, **own})
+            wire = Wire.open(named, certificates)
         except NoDaemon as missing:
             if missing.named:
                 raise error(str(missing)) from None
@@ -121,9 +158,8 @@ def connect(
         child = child or daemon_process.start()
         wire = Wire.open(child.endpoint)
     world = World(wire, method, Sliders(wire), child is not None or wire.is_embedded)
-    world.removes_robots = always_remove or "--remove-robots" in words
-    world.keeps_limits = always_limits or "--limits" in words
-    world.keeps_mimic = always_mimic or "--mimic" in words
+    world.removes_robots = "--remove-robots" in words
+    world.keeps_limits, world.keeps_mimic = "--limits" in words, "--mimic" in words
     try:
         world.begin()
     except BaseException:
@@ -141,7 +177,6 @@ def connect(
         _children[number] = child
     if method in _WITH_WINDOW:
         _show(wire, child)
-    return number
 
 
 def _has_default() -> bool:
@@ -168,6 +203,12 @@ def _words(options: str) -> list[str]:
 
 def _show(wire: Wire, child: DaemonProcess | None) -> None:
     """Prints the address of the page: a daemon has no window of its own."""
+    if wire.is_embedded:
+        print(
+            "simd: the world is in this process and has no page; with --new it gets a daemon of its own, whose page shows it",
+            file=sys.stderr,
+        )
+        return
     # A daemon that was started for the script has said where its page is.
     address = child.viewer if child is not None and child.viewer is not None else wire.page
     if address is not None and page.is_there(address):

@@ -40,6 +40,11 @@ class DaemonProcess:
         """Of the process that was started."""
         return self._process.pid
 
+    def forked(self) -> None:
+        """Called in a process that was forked: there the daemon is not kept alive."""
+        if self._process.stdin is not None:
+            self._process.stdin.close()
+
     def running(self) -> bool:
         """Whether it is running."""
         return self._process.poll() is None

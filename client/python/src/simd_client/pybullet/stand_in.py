@@ -4,22 +4,26 @@ script that the runner runs."""
 from __future__ import annotations
 
 import importlib
+import os
 import sys
 from collections.abc import Sequence
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 from importlib.util import module_from_spec
+from pathlib import Path
 from types import CodeType, ModuleType
 
 from . import data
 
+# A folder with a module `pybullet` that is ours.
+_MODULES = Path(__file__).with_name("modules")
 _DATA = "pybullet_data"
 _UTILS = "pybullet_utils"
 _CLIENT = "pybullet_utils.bullet_client"
 
 
 class _StandIns(MetaPathFinder, Loader):
-    """Is asked last, after all that is installed."""
+    """Is asked last, after all that is installed, except for `BulletClient`, which connects with our module in any case."""
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
@@ -50,10 +54,30 @@ class _StandIns(MetaPathFinder, Loader):
             setattr(module, "BulletClient", bullet_client.BulletClient)
 
 
+class _FirstOfAll(MetaPathFinder):
+    """Is asked first, for `BulletClient` alone."""
+
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        """Our module, also within a package of PyBullet's that is installed."""
+        del path, target
+        return ModuleSpec(fullname, _StandIns()) if fullname == _CLIENT else None
+
+
 def install() -> None:
     """For a script that imports `simd_client.pybullet` itself."""
     if not any(isinstance(finder, _StandIns) for finder in sys.meta_path):
         sys.meta_path.append(_StandIns())
+        sys.meta_path.insert(0, _FirstOfAll())
+
+
+def replace_in_children() -> None:
+    """Has processes that the script starts import our module too: `spawn` and `forkserver` give them the path, and other programs get
+    it from the environment."""
+    sys.path.insert(1, str(_MODULES))
+    already = os.environ.get("PYTHONPATH")
+    os.environ["PYTHONPATH"] = os.pathsep.join([str(_MODULES), *([already] if already else [])])
 
 
 def replace(pybullet: ModuleType) -> None:

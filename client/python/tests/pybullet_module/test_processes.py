@@ -1,0 +1,147 @@
+"""Threads and processes of a script: each connection has a number and a world of its own, and children get the stand-in."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import pytest
+
+import simd_client.pybullet as pybullet
+from simd_client import embedded_link
+
+from .conftest import WAYS
+
+SECONDS = 120.0
+
+CHILDREN = """
+import multiprocessing, sys
+import pybullet
+from pybullet_utils.bullet_client import BulletClient
+
+def child(answers):
+    client = BulletClient(connection_mode=pybullet.DIRECT)
+    client.setGravity(0, 0, -10)
+    client.stepSimulation()
+    answers.put((pybullet.__name__, type(client).__module__, client.isConnected()))
+
+if __name__ == "__main__":
+    for method in ("fork", "spawn", "forkserver"):
+        context = multiprocessing.get_context(method)
+        answers = context.Queue()
+        process = context.Process(target=child, args=(answers,))
+        process.start()
+        print(method, *answers.get(timeout=60))
+        process.join()
+"""
+
+AFTER_CONNECTING = """
+import multiprocessing, sys
+import pybullet
+
+def child(answers):
+    try:
+        pybullet.stepSimulation()
+    except pybullet.error as refusal:
+        answers.put(str(refusal))
+    own = pybullet.connect(pybullet.DIRECT)
+    pybullet.stepSimulation()
+    answers.put(own)
+
+if __name__ == "__main__":
+    parent = pybullet.connect(pybullet.DIRECT)
+    pybullet.stepSimulation()
+    context = multiprocessing.get_context("fork")
+    answers = context.Queue()
+    process = context.Process(target=child, args=(answers,))
+    process.start()
+    print(answers.get(timeout=60))
+    print(answers.get(timeout=60))
+    process.join()
+    print(process.exitcode, pybullet.isConnected(parent))
+"""
+
+OTHER_PROGRAM = """
+import subprocess, sys
+print(subprocess.run([sys.executable, "-c", "import pybullet; print(pybullet.__name__)"], capture_output=True, text=True).stdout)
+"""
+
+
+def run(folder: Path, text: str, *options: str, module: bool = True) -> subprocess.CompletedProcess[str]:
+    """A script, by the runner or as it is."""
+    script = folder / "script.py"
+    script.write_text(text)
+    runner = ["-m", "simd_client.pybullet", *options] if module else []
+    environment = {**os.environ, "PYTHONPATH": ""}
+    return subprocess.run(
+        [sys.executable, *runner, str(script)], cwd=folder, capture_output=True, text=True, timeout=SECONDS, env=environment
+    )
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_threads_that_connect_at_once_have_a_world_each(way: str) -> None:
+    count = 8 if way == "--embedded" else 3
+    gate, numbers, problems = threading.Barrier(count), list[int](), list[BaseException]()
+
+    def work() -> None:
+        try:
+            gate.wait(SECONDS)
+            number = pybullet.connect(pybullet.DIRECT, options=way)
+            pybullet.setGravity(0, 0, -10, physicsClientId=number)
+            pybullet.stepSimulation(physicsClientId=number)
+            numbers.append(number)
+        except BaseException as problem:
+            problems.append(problem)
+
+    threads = [threading.Thread(target=work) for _ in range(count)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(SECONDS)
+    assert problems == [] and sorted(numbers) == list(range(count))
+    for number in numbers:
+        pybullet.disconnect(number)
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_children_of_all_methods_get_the_stand_in(tmp_path: Path, way: str) -> None:
+    ran = run(tmp_path, CHILDREN, *(["--new"] if way == "--new" else []))
+    module = "simd_client.pybullet simd_client.pybullet.bullet_client 1"
+    assert ran.stdout == f"fork {module}\nspawn {module}\nforkserver {module}\n", ran.stderr
+
+
+def test_another_program_of_a_script_gets_the_stand_in(tmp_path: Path) -> None:
+    assert run(tmp_path, OTHER_PROGRAM).stdout.strip() == "simd_client.pybullet"
+
+
+@pytest.mark.skipif(not embedded_link.is_installed(), reason="simd-embedded is not installed")
+def test_a_child_that_was_forked_from_one_that_is_connected_connects_for_itself(tmp_path: Path) -> None:
+    ran = run(tmp_path, AFTER_CONNECTING)
+    said, number, ended = ran.stdout.splitlines()
+    assert "is the process's that this one was forked from; connect here" in said
+    assert number == "0" and ended == "0 1", ran.stderr
+
+
+def test_a_child_that_was_forked_beside_a_daemon_is_told_what_to_do(tmp_path: Path) -> None:
+    text = AFTER_CONNECTING.replace("own = pybullet.connect(pybullet.DIRECT)\n    pybullet.stepSimulation()", "own = connected()")
+    text += "\n"
+    text = text.replace(
+        "def child(", "def connected():\n    try:\n        return pybullet.connect(pybullet.DIRECT)\n    except pybullet.error as refusal:\n        return str(refusal)\n\ndef child("
+    )
+    ran = run(tmp_path, text, "--new")
+    said, refusal, ended = ran.stdout.splitlines()
+    assert "connect here" in said and "start processes with the method `spawn`" in refusal and ended == "0 1", ran.stderr
+
+
+def test_the_bullet_client_beside_an_import_of_ours_is_ours(tmp_path: Path) -> None:
+    """Also where PyBullet is installed too."""
+    text = (
+        "import sys\nimport simd_client.pybullet as p\nfrom pybullet_utils.bullet_client import BulletClient\n"
+        "client = BulletClient(connection_mode=p.DIRECT)\nclient.stepSimulation()\n"
+        "print(BulletClient.__module__, 'pybullet' in sys.modules, client.isConnected())\n"
+    )
+    ran = run(tmp_path, text, module=False)
+    assert ran.stdout == "simd_client.pybullet.bullet_client False 1\n", ran.stderr
