@@ -26,9 +26,14 @@ class DescriptionFiles:
     """A URDF, and what was found for its URIs."""
 
     def __init__(
-        self, path: AnyPath, packages: Packages | None, xacro_arguments: Arguments | None = None
+        self,
+        path: AnyPath,
+        packages: Packages | None,
+        xacro_arguments: Arguments | None = None,
+        locator: Locator | None = None,
     ) -> None:
-        """Expands a xacro file. Raises `NoUrdf` if there is no URDF at the path, and `XacroError`."""
+        """Expands a xacro file; `locator` finds files, if it is given. Raises `NoUrdf` if there is no URDF at the path, and
+        `XacroError`."""
         urdf = find_urdf(path)
         self.name = urdf.name
         if is_xacro(urdf):
@@ -37,7 +42,7 @@ class DescriptionFiles:
             raise XacroError(f"{urdf} is no .xacro file, and takes no arguments of one")
         else:
             self.urdf = urdf.read_bytes()
-        self._locator = Locator(urdf, packages)
+        self._locator = Locator(urdf, packages) if locator is None else locator
         self.includes = includes(urdf)
         """It is an SDF or MJCF, of which more is known once the files are there that it includes."""
         self.hashes: dict[str, str] = {}

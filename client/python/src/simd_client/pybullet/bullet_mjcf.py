@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import re
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -80,6 +81,9 @@ class Model:
         return self.root.find("inertial") is None
 
 
+_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+
+
 @dataclass
 class _Link:
     """A link while it is made."""
@@ -104,6 +108,11 @@ def is_bullets(document: ElementTree.Element) -> bool:
         and all(joint.get("type") in ("hinge", "slide", "free", "fixed") for joint in joints)
         and not any(_BODY_TEXTS.intersection(body.keys()) for body in bodies)
     )
+
+
+def has_global_coordinates(document: ElementTree.Element) -> bool:
+    """Whether poses are those of MuJoCo before 2.3.3, which the daemon refuses, and Bullet takes for local ones."""
+    return any(each.get("coordinate") == "global" for each in document.iterfind("compiler"))
 
 
 def models(document: ElementTree.Element, find: Find, has_colors: bool) -> list[Model]:
@@ -340,7 +349,7 @@ def _join(model: Model, name: str, kind: str, parent: str, child: str, at: Pose)
 def _weigh(link: _Link, inertial: ElementTree.Element | None) -> Pose | None:
     """Gives a link its mass, and the inertia of its shapes. Returns where its centre of mass is; `None` for one without mass."""
     frame: Pose = (link.center, UPRIGHT) if inertial is None else _pose(inertial)
-    mass = _DENSITY * link.volume if inertial is None else float(inertial.get("mass", "0"))
+    mass = _DENSITY * link.volume if inertial is None else _numbers(inertial.get("mass", "0"))[0]
     if mass <= 0.0:
         return None
     x, y, z = shape_inertia.inertia_of(mass, frame, link.shapes, shape_inertia.MARGIN, 0.0)
@@ -380,7 +389,9 @@ def _along(a: Vector, b: Vector) -> Quaternion:
 
 
 def _numbers(text: str) -> list[float]:
-    return [float(each) for each in text.split()]
+    """As Bullet reads them: of `0.13/2` what the text begins with."""
+    found = (_NUMBER.match(each) for each in text.split())
+    return [float(each[0]) if each else 0.0 for each in found]
 
 
 def _text(values: tuple[float, ...]) -> str:

@@ -158,6 +158,7 @@ def _open(
         child = child or daemon_process.start()
         wire = Wire.open(child.endpoint)
     world = World(wire, method, Sliders(wire), child is not None or wire.is_embedded)
+    world.number = number
     world.removes_robots = "--remove-robots" in words
     world.keeps_limits, world.keeps_mimic = "--limits" in words, "--mimic" in words
     try:

@@ -9,7 +9,7 @@ from simd_client import proto
 from simd_client.proto import methods
 
 from . import constants
-from .arguments import Pose, Vector, quaternion, vector
+from .arguments import ORIGIN, UPRIGHT, Pose, Vector, quaternion, vector
 from .bodies import Body
 from .connections import connected
 from .errors import error
@@ -71,9 +71,10 @@ def createConstraint(
         parent_link=parentLinkIndex,
         child=childBodyUniqueId,
         child_link=childLinkIndex,
-        axis=vector(jointAxis, text),
-        parent_frame=(vector(parentFramePosition, text), quaternion(parentFrameOrientation, text)),
-        child_frame=(vector(childFramePosition, text), quaternion(childFrameOrientation, text)),
+        # As in PyBullet, what is no vector is that of no shift or turn.
+        axis=vector(ORIGIN if jointAxis is None else jointAxis, text),
+        parent_frame=_given(parentFramePosition, parentFrameOrientation, text),
+        child_frame=_given(childFramePosition, childFrameOrientation, text),
     )
     if jointType not in _KINDS:
         # PyBullet has no others either.
@@ -81,7 +82,14 @@ def createConstraint(
     other = None
     if childBodyUniqueId >= 0:
         other = world.body(childBodyUniqueId, "createConstraint failed.")
-    if jointType == constants.JOINT_GEAR:
+    if jointType == constants.JOINT_PRISMATIC and made.axis == ORIGIN:
+        # A slide along nothing holds as a weld does.
+        weld = replace(made, kind=constants.JOINT_FIXED)
+        _make(world, body, other, weld)
+        made.name = weld.name
+    elif jointType == constants.JOINT_GEAR and not _has_gear(body, parentLinkIndex, other, childLinkIndex):
+        world.say_once("createConstraint: a gear with a joint that neither turns nor slides holds nothing")
+    elif jointType == constants.JOINT_GEAR:
         _make_gear(world, body, other, made)
     else:
         _make(world, body, other, made)
@@ -89,6 +97,16 @@ def createConstraint(
     world.next_constraint += 1
     world.constraints[number] = made
     return number
+
+
+def _given(position: Any, orientation: Any, text: str) -> Pose:
+    return vector(ORIGIN if position is None else position, text), quaternion(UPRIGHT if orientation is None else orientation, text)
+
+
+def _has_gear(body: Body, link: int, other: Body | None, child: int) -> bool:
+    """Whether both links hang on joints of one axis."""
+    ends = ((body, link), (other or body, child))
+    return all(0 <= index < len(end.joints) and end.joints[index].width == 1 for end, index in ends)
 
 
 def changeConstraint(
@@ -127,7 +145,7 @@ def changeConstraint(
     made.ratio = float(gearRatio) if gearRatio else made.ratio
     if relativePositionTarget is not None:
         made.offset = float(relativePositionTarget)
-    if made.kind == constants.JOINT_GEAR and (gearRatio or relativePositionTarget is not None):
+    if made.name and made.kind == constants.JOINT_GEAR and (gearRatio or relativePositionTarget is not None):
         request.ratio = -(made.ratio or 1.0)
         request.offset = gear_position(world, made) + made.offset
     if gearAuxLink is not None and gearAuxLink >= 0:

@@ -51,6 +51,9 @@ def getContactPoints(
     asked = max(bodyA, bodyB)
     if asked >= 0 and asked not in world.bodies:
         return ()
+    if world.is_detected:
+        touching = _touching(world, bodyA, bodyB)
+        return tuple(row for row in touching if linkIndexA in (_ANY, row[3]) and linkIndexB in (_ANY, row[4]))
     numbers = world.numbers()
     found: list[tuple[Any, ...]] = []
     for contact in world.contacts():
@@ -185,8 +188,30 @@ def _near(pair: ClosestPoints, a: tuple[int, int], b: tuple[int, int], swapped: 
 
 
 def performCollisionDetection(physicsClientId: int = 0) -> None:
-    """Does nothing: contacts stay those of the last step. `getClosestPoints` has those of now."""
-    connected(physicsClientId)
+    """Where something was put elsewhere since the last step, `getContactPoints` then has what touches now, without forces: the deepest point
+    of each pair of links."""
+    connected(physicsClientId).detect()
+
+
+def _touching(world: World, first: int, second: int) -> list[tuple[Any, ...]]:
+    """The deepest points of links that touch now, of all pairs of bodies, or of those of one or two, which are A."""
+    bodies = list(world.bodies)
+    found: list[tuple[Any, ...]] = []
+    for at, a in enumerate(bodies):
+        for b in bodies[at:]:
+            asked = {number for number in (first, second) if number >= 0}
+            if not asked <= {a, b} or (a == b and not world.bodies[a].self_collision):
+                continue
+            one, other = (b, a) if first == b or second == a else (a, b)
+            for row in getClosestPoints(one, other, 0.0, physicsClientId=world.number):
+                if row[8] <= 0.0 and world.pairs.get(_pair(row), True):
+                    found.append(row)
+    return found
+
+
+def _pair(row: tuple[Any, ...]) -> tuple[tuple[int, int], tuple[int, int]]:
+    a, b = sorted(((row[1], row[3]), (row[2], row[4])))
+    return a, b
 
 
 def rayTest(

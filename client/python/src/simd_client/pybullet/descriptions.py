@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import xml.etree.ElementTree as ElementTree
 from dataclasses import dataclass, field
 
@@ -11,6 +12,7 @@ from .rotations import from_euler
 
 # What may stand around a document.
 _BLANK = b" \t\r\n\0"
+_COMMENT = re.compile(b"<!--.*?-->", re.DOTALL)
 
 
 @dataclass
@@ -58,6 +60,11 @@ def parse(urdf: bytes) -> ElementTree.Element | None:
     try:
         # Some files begin with blank lines, which are an error in front of an XML declaration, or end with a zero byte.
         return ElementTree.fromstring(urdf.strip(_BLANK))
+    except ElementTree.ParseError:
+        pass
+    try:
+        # Bullet's reader takes comments with `--` in them.
+        return ElementTree.fromstring(_COMMENT.sub(b"", urdf).strip(_BLANK))
     except ElementTree.ParseError:
         return None
 

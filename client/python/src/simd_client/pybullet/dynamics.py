@@ -140,10 +140,12 @@ def changeDynamics(
     the shape, about the centre of mass. Other settings of Bullet's solver are kept for getDynamicsInfo, with one warning."""
     given = dict(locals())
     world = connected(physicsClientId)
-    body = world.body(bodyUniqueId, "changeDynamics failed: there is no such body")
-    if body.link_name(linkIndex) is None:
-        raise error("changeDynamics: invalid linkIndex.")
-    surface = {field: float(given[name]) for name, field in _SURFACE_FIELDS.items() if given[name] is not None}
+    body = world.bodies.get(bodyUniqueId)
+    if body is None or body.link_name(linkIndex) is None:
+        # PyBullet takes it, and changes nothing.
+        world.say_once(f"changeDynamics: there is no link {linkIndex} of body {bodyUniqueId}; the call does nothing")
+        return
+    surface = {field: _within(field, float(given[name])) for name, field in _SURFACE_FIELDS.items() if given[name] is not None}
     for name, field in _SPRING.items():
         if given[name] is not None:
             surface[field] = _of_spring(float(given[name]))
@@ -183,6 +185,11 @@ def _set_surface(world: World, body: Body, index: int, given: Mapping[str, float
     link = body.link_name(index) or ""
     wanted = replace(body.surfaces.get(link, Surface()), **given)
     world.set_surfaces(body, {link: wanted})
+
+
+def _within(field: str, value: float) -> float:
+    """A value that the daemon takes: PyBullet takes any."""
+    return min(max(value, 0.0), 1.0 if field == "restitution" else 1e6)
 
 
 def _set_joint(

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from simd_client.proto import ComputeInverseKinematicsRequest, methods
 
-from . import constants
+from . import beyond, constants
 from .arguments import ORIGIN, UPRIGHT, Pose, Vector, floats, formerly, indices, quaternion, vector
 from .bodies import Body
 from .connections import connected
@@ -43,8 +43,9 @@ def calculateInverseKinematics(
     physicsClientId: int = 0,
 ) -> tuple[float, ...]:
     """Joint positions, one per degree of freedom, at which a link's frame is at a world pose. The
-    robot's own limits bound them; rest poses are where the search starts, if there are as many."""
-    del solver, jointRanges, jointDamping, lowerLimits, upperLimits
+    robot's own limits bound them, and those that are given, if there are as many; rest poses are where the search starts, if there are
+    as many."""
+    del solver, jointRanges, jointDamping
     world = connected(physicsClientId)
     body = world.body(bodyUniqueId, "calculateInverseKinematics failed.")
     link = body.link_name(endEffectorLinkIndex)
@@ -64,6 +65,16 @@ def calculateInverseKinematics(
         # An empty guess is one of no joints.
         request.guess.positions.extend(_as_the_daemon_counts(body, start))
     found = world.wire.call(methods.ComputeInverseKinematics, request).positions
+    narrow = _narrower(body, lowerLimits, upperLimits)
+    if any(not low <= found[body.joints[index].position_index] <= high for index, (low, high) in narrow.items()):
+        try:
+            for index, (low, high) in narrow.items():
+                joint = body.joints[index]
+                world.bound(body, joint, (low, high, *joint.limits[2:]))
+            found = world.wire.call(methods.ComputeInverseKinematics, request).positions
+        finally:
+            for index in narrow:
+                beyond.send(world, body, index)
     return tuple(q for joint in body.joints for q in found[joint.position_index : joint.position_index + joint.count])
 
 
@@ -122,6 +133,20 @@ def _as_the_daemon_counts(body: Body, given: list[float]) -> list[float]:
         placed[joint.position_index : joint.position_index + joint.count] = given[at : at + joint.count]
         at += joint.count
     return placed
+
+
+def _narrower(body: Body, lower: Any, upper: Any) -> dict[int, tuple[float, float]]:
+    """Limits of a call that are narrower than a joint's own, by its index; none where there are not as many as degrees of freedom."""
+    moving = [index for index, joint in enumerate(body.joints) if joint.width == 1]
+    if lower is None or upper is None or not len(lower) == len(upper) == len(moving):
+        return {}
+    text, found = "calculateInverseKinematics: limits must be sequences of numbers", dict[int, tuple[float, float]]()
+    for index, low, high in zip(moving, floats(lower, text), floats(upper, text), strict=True):
+        least, most = body.joints[index].limits[:2]
+        low, high = (low if least is None else max(low, least)), (high if most is None else min(high, most))
+        if low < high and (low, high) != (least, most):
+            found[index] = low, high
+    return found
 
 
 def _start(current: Any, rest: Any, count: int, text: str) -> list[float]:

@@ -14,6 +14,7 @@ from .ball_motors import spherical_reset, to_bullet, unit
 from .bodies import Body, JointInfoTuple
 from .connections import connected
 from .errors import error, unsupported
+from .motors import MOST
 from .reactions import NOTHING, reaction
 from .rotations import conjugate, rotate
 from .world import World
@@ -197,6 +198,11 @@ def resetJointStatesMultiDof(
     _reset(world, body, wanted, values, velocities)
 
 
+def _bounded(value: float) -> float:
+    """As large as the daemon takes it."""
+    return max(-MOST, min(float(value), MOST))
+
+
 def _reset(
     world: World, body: Body, wanted: list[int], values: list[list[float]], velocities: list[list[float]]
 ) -> None:
@@ -219,7 +225,7 @@ def _reset(
             speed = velocity[axis] if axis < len(velocity) else 0.0
             if not (math.isfinite(value[axis]) and math.isfinite(speed)):
                 raise error("resetJointState: position and velocity must be numbers")
-            reset = JointReset(joint=joint.name, axis=axis, position=float(value[axis]), velocity=float(speed))
+            reset = JointReset(joint=joint.name, axis=axis, position=_bounded(value[axis]), velocity=_bounded(speed))
             joints[joint.name, axis] = reset
     if joints:
         single = ((index, value) for index, value in zip(wanted, values, strict=True) if body.joints[index].width == 1)

@@ -23,6 +23,9 @@ from .rotations import compose, cross, inverse, rotate
 from .world import World
 
 
+# m/s or rad/s.
+_FASTEST = 1e9
+
 def getLinkState(
     bodyUniqueId: int,
     linkIndex: int,
@@ -123,6 +126,12 @@ def resetBasePositionAndOrientation(
     world.forget_states()
 
 
+def _bounded(velocity: Vector) -> Vector:
+    """As fast as the daemon lets a body be."""
+    x, y, z = (max(-_FASTEST, min(each, _FASTEST)) for each in velocity)
+    return x, y, z
+
+
 def resetBaseVelocity(
     objectUniqueId: int, linearVelocity: Any = None, angularVelocity: Any = None, physicsClientId: int = 0
 ) -> None:
@@ -135,9 +144,9 @@ def resetBaseVelocity(
         return
     linear, angular = _base_velocity(world, body)
     if linearVelocity is not None:
-        linear = vector(linearVelocity, "linearVelocity needs 3 coordinates [x,y,z].")
+        linear = _bounded(vector(linearVelocity, "linearVelocity needs 3 coordinates [x,y,z]."))
     if angularVelocity is not None:
-        angular = vector(angularVelocity, "angularVelocity needs 3 coordinates [x,y,z].")
+        angular = _bounded(vector(angularVelocity, "angularVelocity needs 3 coordinates [x,y,z]."))
     back = cross(angular, rotate(world.root(body)[0][1], body.frame(body.base_link)[0]))
     request = SetEntityStateRequest(robot=body.robot)
     line, turn = request.twist.linear, request.twist.angular
@@ -180,7 +189,9 @@ def _apply_wrench(
     body = world.body(unique_id, "there is no such body")
     link = body.link_name(index)
     if link is None:
-        raise error("Link index out-of-range.")
+        # PyBullet takes it, and nothing is pushed.
+        world.say_once(f"a force on link {index} of body {unique_id}, which it does not have, does nothing")
+        return
     inertia = body.frame(link)
     request = ApplyLinkWrenchRequest(robot=body.robot, link=link)
     if flags == constants.LINK_FRAME:

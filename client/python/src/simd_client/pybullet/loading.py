@@ -7,16 +7,17 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, cast
 
-from simd_client.assets import Locator, Missing
+from simd_client.assets import Missing
 from simd_client.expansion import is_xacro
 from simd_client.proto import EntityInfo
 from simd_client.surface import Surface
 
-from . import constants, data, descriptions, filters, shape_inertia
+from . import constants, data, descriptions, filters, finding, shape_inertia
 from .arguments import UPRIGHT, Function, quaternion, vector
 from .connections import connected, search_paths
 from .descriptions import Description
 from .errors import error
+from .finding import BulletLocator
 from .wire import Spawn
 from .world import World
 
@@ -101,23 +102,38 @@ def _loaded(
     world: World, path: Path, urdf: bytes, spawn: Spawn, flags: int
 ) -> tuple[bytes, tuple[EntityInfo, dict[str, str], dict[str, str]]]:
     """Spawns a robot with PyBullet's masses and inertias, else as the file has them. Returns also its description."""
+    locator = BulletLocator(path, search_paths(world))
     if is_xacro(path) or not spawn.scale > 0.0:
-        return urdf, world.wire.load(path, spawn)
+        return urdf, world.wire.load(path, spawn, locator)
+    _check_meshes(urdf, locator)
     from_file = bool(flags & constants.URDF_USE_INERTIA_FROM_FILE)
     are_round = bool(flags & constants.URDF_USE_IMPLICIT_CYLINDER)
-    edited = shape_inertia.as_in_pybullet(urdf, _locate(path), spawn.scale, from_file, are_round, world.keeps_mimic)
+    edited = shape_inertia.as_in_pybullet(urdf, _locate(locator), spawn.scale, from_file, are_round, world.keeps_mimic)
     try:
-        return edited, world.wire.load(path, spawn, edited)
+        return edited, world.wire.load(path, spawn, locator, edited)
     except error as refusal:
         if not refusal.reason:
             raise
     # What is wrong is reported by the lines of the file.
-    return urdf, world.wire.load(path, spawn)
+    return urdf, world.wire.load(path, spawn, locator)
 
 
-def _locate(urdf: Path) -> shape_inertia.Locate:
-    """Where the files are that this one names."""
-    locator = Locator(urdf)
+def _check_meshes(urdf: bytes, locator: BulletLocator) -> None:
+    """PyBullet refuses a file with a mesh that is not found.
+
+    Raises:
+        error: that names the link, and where the mesh was looked for.
+    """
+    robot = descriptions.parse(urdf)
+    for link in () if robot is None else robot.iterfind("link"):
+        for mesh in (*link.iterfind("visual/geometry/mesh"), *link.iterfind("collision/geometry/mesh")):
+            uri = mesh.get("filename", "")
+            if uri and _locate(locator)(uri) is None:
+                raise error(f"link {link.get('name', '')}: {finding.said(locator, uri)}")
+
+
+def _locate(locator: BulletLocator) -> shape_inertia.Locate:
+    """Where the files are that a description names."""
 
     def locate(uri: str) -> Path | None:
         try:
@@ -161,8 +177,8 @@ def default_surfaces(links: Iterable[str], fixed: str | None) -> dict[str, Surfa
 
 
 def found(world: World, name: str, refusal: str) -> Path:
-    """PyBullet looks in the working folder, then in the search paths, below which `/` leads nowhere else."""
-    places = [Path(name), *(Path(folder) / name.lstrip("/") for folder in search_paths(world))]
+    """The file of that name, where PyBullet looks for it."""
+    places = finding.places(name, search_paths(world))
     for place in places:
         if place.is_file():
             return place

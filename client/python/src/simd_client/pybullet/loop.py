@@ -7,6 +7,7 @@ readings are answered from those.
 from __future__ import annotations
 
 import math
+import sys
 import threading
 import time
 from typing import TYPE_CHECKING, TypeVar
@@ -48,6 +49,8 @@ _NEXT_STATE = 1.0
 _WRENCHES = 256
 # Wall seconds for which settings are taken to be as they were seen.
 _SEEN = 0.5
+# The daemon's time steps, seconds, and how many of them may be one of the script.
+_SHORTEST, _LONGEST, _MOST_STEPS = 1e-6, 0.1, 1000
 # PyBullet's time step, until a script sets another.
 TIME_STEP = 1.0 / 240.0
 
@@ -62,6 +65,8 @@ class Loop(Readings):
         self.physics = Physics()
         self.gravity: Vector = (0.0, 0.0, 0.0)
         self.time_step = TIME_STEP
+        # Steps of the daemon for one of the script.
+        self.steps_at_once = 1
         # Bullet's defaults, until a script says otherwise: they do nothing here.
         self.solver_iterations, self.inner_iterations = 50, 1
         # Motors that have changed since the last step, by body and joint.
@@ -189,7 +194,7 @@ class Loop(Readings):
                 self.advance()
 
     def _step(self) -> StepSimulationResponse:
-        request = self._outgoing.step(self.wants_links(), self.wants_contacts())
+        request = self._outgoing.step(self.wants_links(), self.wants_contacts(), self.steps_at_once)
         return self.wire.call(methods.StepSimulation, request)
 
     def _with_motors(self, call: Callable[[], Answer], with_torques: bool) -> Answer:
@@ -271,6 +276,15 @@ class Loop(Readings):
         """Changes only what is given."""
         self._learn(self.wire.call(methods.SetPhysics, request).physics)
 
+    def set_time_step(self, seconds: float) -> None:
+        """Any that is positive, as in PyBullet: longer ones are several of the daemon's steps."""
+        if not 0.0 < seconds < math.inf:
+            print(f"simd: a time step of {seconds:g} s is none; it stays {self.time_step:g} s", file=sys.stderr)
+            return
+        count = min(math.ceil(seconds / _LONGEST - 1e-9), _MOST_STEPS)
+        self.steps_at_once = max(count, 1)
+        self.set_physics(SetPhysicsRequest(time_step=min(max(seconds / self.steps_at_once, _SHORTEST), _LONGEST)))
+
     def has_gravity(self, gravity: Vector) -> bool:
         """Whether that is the gravity, as far as was seen a moment ago: scripts set it at each step."""
         return gravity == self.gravity and time.monotonic() - self._physics_at < _SEEN
@@ -284,6 +298,6 @@ class Loop(Readings):
     def _learn(self, physics: Physics) -> None:
         self.physics, self._physics_at = physics, time.monotonic()
         self.gravity = (physics.gravity.x, physics.gravity.y, physics.gravity.z)
-        self.time_step = physics.time_step
+        self.time_step = physics.time_step * self.steps_at_once
         if self.substeps or physics.substeps > 1:
             self.substeps = physics.substeps

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import sys
 import xml.etree.ElementTree as ElementTree
 from dataclasses import replace
 from pathlib import Path
@@ -10,9 +11,10 @@ from pathlib import Path
 from simd_client.proto import Base, DescriptionSource, EntityInfo, SetCollisionFilterRequest, methods
 from simd_client.surface import Surface
 
-from . import beyond, bullet_mjcf, constants, descriptions, filters
-from .connections import connected
+from . import beyond, bullet_mjcf, constants, descriptions, filters, finding
+from .connections import connected, search_paths
 from .errors import error
+from .finding import BulletLocator
 from .loading import default_surfaces, found, settled
 from .wire import Spawn
 from .world import World
@@ -20,15 +22,18 @@ from .world import World
 _REFUSAL = "Cannot load MJCF file."
 
 
-def loadMJCF(mjcfFileName: str, flags: int = 0, physicsClientId: int = 0) -> tuple[int, ...]:
+def loadMJCF(
+    mjcfFileName: str, flags: int = 0, useMultiBody: int = 1, physicsClientId: int = 0
+) -> tuple[int, ...]:
     """Loads the bodies of an MJCF file, in its order, and returns their numbers. Of a file that says more than Bullet reads (equalities,
-    masses of geoms, what it includes) the first number is that of all that stands still."""
+    masses of geoms, what it includes) the first number is that of all that stands still. All bodies are multi-bodies."""
+    del useMultiBody
     world = connected(physicsClientId)
     path = found(world, mjcfFileName, _REFUSAL)
     try:
         document = descriptions.parse(path.read_bytes())
         made = None
-        if document is not None and bullet_mjcf.is_bullets(document):
+        if document is not None and (bullet_mjcf.is_bullets(document) or bullet_mjcf.has_global_coordinates(document)):
             has_colors = bool(flags & constants.MJCF_COLORS_FROM_FILE)
             made = bullet_mjcf.models(document, lambda name: _beside(path, name), has_colors)
     except (OSError, ValueError, ArithmeticError, RecursionError) as problem:
@@ -84,10 +89,13 @@ def _spawned(world: World, model: bullet_mjcf.Model, flags: int) -> int:
 def _loaded(world: World, path: Path, flags: int) -> tuple[int, ...]:
     """As the daemon reads it: first all that stands still, as PyBullet has a floor before what walks on it."""
     self_collision = bool(flags & constants.URDF_USE_SELF_COLLISION)
+    locator = BulletLocator(path, search_paths(world))
     try:
-        entities, files, paths = world.wire.load_all(path, Spawn())
+        entities, files, paths = world.wire.load_all(path, Spawn(), locator)
     except error as refusal:
         raise error(f"{_REFUSAL} {refusal}", refusal.reason) from None
+    for uri in locator.missing:
+        print(f"simd: {path}: {finding.said(locator, uri)}; the robot is loaded without it", file=sys.stderr)
     numbers: list[int] = []
     for entity in sorted(entities, key=_moves):
         urdf = world.wire.file(entity.description)

@@ -68,11 +68,12 @@ class Outgoing:
         # Whether any of the motors that were put in last has a torque for the next step.
         self.has_torques = False
 
-    def step(self, links: bool, contacts: bool) -> StepSimulationRequest:
+    def step(self, links: bool, contacts: bool, steps: int = 1) -> StepSimulationRequest:
         """The request of a step with what was put in last, which answers also with states of links or with contact points."""
         request = self._plain if self._is_empty else self._request
         request.return_link_states = links
         request.return_contacts = contacts
+        request.steps = steps
         return request
 
     def targets(self) -> SetJointTargetsRequest:

@@ -71,6 +71,8 @@ class Readings:
         self._contacts: list[Contact] | None = None
         # How many more steps include the states of links, because the script has read some.
         self._links_for = 0
+        # Something was put elsewhere since the last step, and the script has asked for what touches now.
+        self._is_moved = self.is_detected = False
         # The same for contact points.
         self._contacts_for = 0
         # Joint states of a world that plays arrive by themselves.
@@ -208,7 +210,12 @@ class Readings:
     def forget_states(self) -> None:
         """Marks the states as old: something changed other than by a step."""
         self._joint_states = None
+        self._is_moved, self.is_detected = True, False
         self._forget_rest()
+
+    def detect(self) -> None:
+        """From now until the next step or change, contacts are those of the poses as they are."""
+        self.is_detected = self._is_moved
 
     def _forget_rest(self) -> None:
         self._link_poses, self._link_states, self._roots, self._reactions = {}, {}, {}, {}
@@ -227,6 +234,8 @@ class Readings:
 
     def take(self, states: JointStates) -> None:
         """States of all robots arrived: those are the newest."""
+        if states.stamp.sequence != self.sequence and self._joint_states is not None:
+            self._is_moved = self.is_detected = False
         self.sequence = states.stamp.sequence
         self.sim_time = states.stamp.sim_time
         self._joint_states = {robot.robot: robot for robot in states.robots}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 from typing import Any
 
@@ -97,7 +98,14 @@ def createVisualShape(
     function, world = "createVisualShape", connected(physicsClientId)
     frame = pose(visualFramePosition, visualFrameOrientation)
     if shapeType == constants.GEOM_MESH:
-        mesh = _mesh(world, function, fileName, vertices, indices, False)
+        try:
+            mesh = _mesh(world, function, fileName, vertices, indices, False)
+        except error as missing:
+            if not fileName:
+                raise
+            # PyBullet takes it, and draws nothing.
+            print(f"simd: {missing}", file=sys.stderr)
+            return world.visual_shapes.add([])
         return world.visual_shapes.add([_scaled(mesh, meshScale, frame, _color(rgbaColor))])
     made = _primitive(function, shapeType, radius, halfExtents, length, planeNormal, frame, rgbaColor)
     return world.visual_shapes.add([made])

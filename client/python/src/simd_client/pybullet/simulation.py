@@ -49,13 +49,13 @@ def setGravity(gravX: float, gravY: float, gravZ: float, physicsClientId: int = 
 
 
 def setTimeStep(timeStep: float, physicsClientId: int = 0) -> None:
-    """Sets the time step, 1e-6 to 0.1 s."""
+    """Sets the time step, seconds; a longer one than the daemon's 0.1 s is several of its steps, and one of 0 changes nothing."""
     _set_time_step(physicsClientId, timeStep)
 
 
 def _set_time_step(client: int, seconds: float) -> None:
     world = connected(client)
-    world.set_physics(SetPhysicsRequest(time_step=float(seconds)))
+    world.set_time_step(float(seconds))
     world.retune()
 
 

@@ -11,6 +11,7 @@ from itertools import islice
 from pathlib import Path
 
 from simd_client import keys
+from simd_client.assets import Locator
 from simd_client.blocking.connection import Connection
 from simd_client.blocking.upload import fetch_file, upload_files
 from simd_client.description_files import PART_BYTES, DescriptionFiles
@@ -203,19 +204,19 @@ class Wire:
     # Robots.
 
     def load(
-        self, path: Path, spawn: Spawn, urdf: bytes | None = None
+        self, path: Path, spawn: Spawn, locator: Locator, urdf: bytes | None = None
     ) -> tuple[EntityInfo, dict[str, str], dict[str, str]]:
         """Spawns a robot from this disk, as it is described there, or with other text in the file's place. Returns it with the
         hashes of its files, and with their paths, by URI."""
-        entities, hashes, paths = self.load_all(path, spawn, urdf)
+        entities, hashes, paths = self.load_all(path, spawn, locator, urdf)
         return entities[0], hashes, paths
 
     def load_all(
-        self, path: Path, spawn: Spawn, urdf: bytes | None = None
+        self, path: Path, spawn: Spawn, locator: Locator, urdf: bytes | None = None
     ) -> tuple[list[EntityInfo], dict[str, str], dict[str, str]]:
         """The same for a file that may describe several."""
         try:
-            files = DescriptionFiles(path, None)
+            files = DescriptionFiles(path, None, locator=locator)
             if urdf is not None:
                 files.urdf = urdf
             source = upload_files(self._connection, files)

@@ -54,6 +54,8 @@ class World(Loop):
 
     def __init__(self, wire: Wire, method: int, sliders: Sliders, child: bool) -> None:
         super().__init__(wire)
+        # The number of the connection.
+        self.number = 0
         # The method that the script gave to `connect`.
         self.method = method
         # The daemon was started for this script.
