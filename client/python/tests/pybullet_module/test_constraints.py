@@ -233,7 +233,7 @@ def test_ends_that_are_not_there_are_refused(bullet: Any, script: ModuleType) ->
 
 
 def test_what_pybullet_takes_for_nothing_is_refused(bullet: Any, script: ModuleType) -> None:
-    """A child that is not there, a link held to itself, a slide without an axis and vectors of a wrong length make constraints in
+    """A child that is not there, a link held to itself and vectors of a wrong length make constraints in
     PyBullet that hold something else than the script says, or nothing."""
     for p, refuses in ((bullet, False), (script, True)):
         box = _box(p, (0, 0, 1))
@@ -241,7 +241,6 @@ def test_what_pybullet_takes_for_nothing_is_refused(bullet: Any, script: ModuleT
         for ends, kind, axis in (
             ((box, -1, 9, -1), p.JOINT_FIXED, zero),
             ((box, -1, box, -1), p.JOINT_FIXED, zero),
-            ((box, -1, -1, -1), p.JOINT_PRISMATIC, zero),
             ((box, -1, -1, -1), p.JOINT_FIXED, [0, 0]),
         ):
             if refuses:

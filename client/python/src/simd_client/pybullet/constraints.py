@@ -82,6 +82,10 @@ def createConstraint(
     other = None
     if childBodyUniqueId >= 0:
         other = world.body(childBodyUniqueId, "createConstraint failed.")
+    if body.link_name(parentLinkIndex) is None or (other is not None and other.link_name(childLinkIndex) is None):
+        raise error("createConstraint failed: there is no such link.")
+    if jointType == constants.JOINT_GEAR and other is None:
+        raise error("createConstraint failed: a gear needs a child body.")
     if jointType == constants.JOINT_PRISMATIC and made.axis == ORIGIN:
         # A slide along nothing holds as a weld does.
         weld = replace(made, kind=constants.JOINT_FIXED)

@@ -48,6 +48,8 @@ from .errors import error
 _CONNECT = 3.0
 # Wall seconds that a call waits for its answer, by default.
 _TIMEOUT = 10.0
+# How much longer it waits where a description is read: meshes become hulls then.
+_READING = 120.0
 # How many robots are spawned with one round trip: the daemon lets 32 descriptions of one client wait.
 _AT_ONCE = 16
 # Wall seconds after which the copy of the parameters is fetched again.
@@ -265,7 +267,7 @@ class Wire:
         entities: list[EntityInfo] = []
         while part := list(islice(requests, _AT_ONCE)):
             if len(part) == 1:
-                entities.append(self.call(methods.SpawnEntity, part[0]).entity)
+                entities.append(self.call(methods.SpawnEntity, part[0], wait=_READING).entity)
                 continue
             try:
                 answers = self._connection.call_all(*((methods.SpawnEntity, request) for request in part))
@@ -275,12 +277,12 @@ class Wire:
         return entities
 
     def _spawn(self, source: DescriptionSource, spawn: Spawn) -> SpawnEntityResponse:
-        return self.call(methods.SpawnEntity, _spawn_request(source, spawn))
+        return self.call(methods.SpawnEntity, _spawn_request(source, spawn), wait=_READING)
 
     def reload(self, robot: str, urdf: bytes, files: dict[str, str]) -> EntityInfo:
         """Replaces the description of a robot; the daemon has its files."""
         source = DescriptionSource(urdf=urdf, assets=files)
-        return self.call(methods.ReloadEntity, ReloadEntityRequest(robot=robot, source=source)).entity
+        return self.call(methods.ReloadEntity, ReloadEntityRequest(robot=robot, source=source), wait=_READING).entity
 
     # What the daemon publishes.
 
