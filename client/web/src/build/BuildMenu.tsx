@@ -2,7 +2,7 @@
 import type { JSX } from "preact";
 import { duplicate, takeOut } from "../daemon/building";
 import { Icon, type IconName } from "../panels/icons";
-import { OpenFolder } from "../panels/OpenFolder";
+import { OpenFile, OpenFolder } from "../panels/OpenFiles";
 import { shownRobot } from "../panels/shown-robot";
 import { film } from "../state/film";
 import { askFirst, placing, tool } from "../state/tools";
@@ -23,8 +23,11 @@ export function BuildMenu({ close }: { close: () => void }): JSX.Element {
     <div class="view-menu build-menu" data-testid="build-menu">
       <Item icon="plus" testId="build-add" text="Add a shape or ground …" disabled={isViewer} run={then(() => (tool.value = { kind: "add" }))} />
       <OpenFolder class="button">
-        <Icon name="folder" /> Load a robot …
+        <Icon name="folder" /> Choose a folder …
       </OpenFolder>
+      <OpenFile class="button">
+        <Icon name="file" /> Choose a file …
+      </OpenFile>
       {name !== undefined && (
         <>
           <Item icon="axes" testId="build-place" text={`Move ${name} …`} disabled={isViewer} run={then(() => (placing.value = { robot: name }))} />
@@ -32,10 +35,10 @@ export function BuildMenu({ close }: { close: () => void }): JSX.Element {
           <Item icon="remove" testId="build-remove" text={`Remove ${name}`} disabled={isViewer} run={then(() => remove(name))} />
         </>
       )}
-      <Item icon="back" testId="build-undo" text={`Undo ${past.value.at(-1)?.what ?? ""}`} disabled={past.value.length === 0} run={() => void undo()} />
-      <Item icon="step" testId="build-redo" text={`Redo ${future.value.at(-1)?.what ?? ""}`} disabled={future.value.length === 0} run={() => void redo()} />
+      <Item icon="undo" testId="build-undo" text={`Undo ${past.value.at(-1)?.what ?? ""}`} disabled={past.value.length === 0} run={() => void undo()} />
+      <Item icon="redo" testId="build-redo" text={`Redo ${future.value.at(-1)?.what ?? ""}`} disabled={future.value.length === 0} run={() => void redo()} />
       <Item icon="visuals" testId="build-robots" text="All robots …" run={then(() => (tool.value = { kind: "robots" }))} />
-      <Item icon="film" testId="build-states" text="Saved states …" run={then(() => (tool.value = { kind: "saved-states" }))} />
+      <Item icon="saved" testId="build-states" text="Saved states …" run={then(() => (tool.value = { kind: "saved-states" }))} />
       {simulation.value.state === "paused" && !film.value && (
         <Item icon="step" testId="build-film-steps" text="Take a video by steps (WebM)" disabled={isViewer} run={then(() => void beginFilmOfSteps())} />
       )}

@@ -4,15 +4,14 @@ import { useEffect, useState } from "preact/hooks";
 import { loadFiles, type DroppedFile } from "../daemon/actions";
 import { Icon } from "../panels/icons";
 import { Sheet } from "../panels/Sheet";
+import { findDescriptions, shownPath, type Description } from "../load/descriptions";
 import { DEFAULT_OPTIONS, type LoadOptions } from "../load/load";
-import { nextSpawnPosition } from "../load/spawn-position";
-import { MOUNT, nameOf } from "../load/tree";
-import { findUrdfs } from "../load/urdfs";
-import { argumentsIn, findXacros, shownPath, type XacroArgument } from "../load/xacro";
-import { scenes } from "../state/scene";
+import { freePlace } from "../load/spawn-position";
+import { isXacro } from "../load/xacro";
 import { tool } from "../state/tools";
-import { frame } from "../state/world";
 import { ChoiceField, NameField, NumberField } from "./Fields";
+import { LoadChoices } from "./LoadChoices";
+import { XacroArguments } from "./XacroArguments";
 
 const BASES = [
   ["fixed", "fixed to the world"],
@@ -26,44 +25,47 @@ const MESHES = [
   ["parts", "convex parts (slow for large meshes)"],
 ] as const;
 
-/** Of a file's arguments, those that have a field. */
-const MOST_ARGUMENTS = 60;
-
-/** The descriptions among the files, by name; or why there is none. */
-export function describedBy(files: readonly DroppedFile[]): string[] | string {
-  try {
-    return findUrdfs(files.map(({ path }) => `${MOUNT}/${path}`)).map(nameOf);
-  } catch (error) {
-    return error instanceof Error ? error.message : String(error);
-  }
-}
+/** Said where nothing in the drop can be loaded. */
+const NOTHING = "There is no .urdf file in what was dropped, nor a xacro, SDF or MJCF: drop the robot's folder or its zip, or its .urdf with its meshes.";
 
 export function LoadSheet({ files }: { files: DroppedFile[] }): JSX.Element {
   const [options, setOptions] = useState<LoadOptions>(DEFAULT_OPTIONS);
-  const [placed, setPlaced] = useState(false);
-  const found = describedBy(files);
-  const xacros = findXacros(files.map(({ path }) => path));
-  // A complete description needs nothing to be asked for. Beside xacro, XML is seldom MJCF: packages of ROS have launch files.
-  const isComplete = typeof found !== "string" && !found.every((name) => /\.xml$/i.test(name));
-  const [chosen, choose] = useState(isComplete ? "" : (xacros[0] ?? ""));
-  const [values, setValues] = useState<Record<string, string>>({});
+  /** Undefined while the files are looked at. */
+  const [found, setFound] = useState<Description[]>();
+  const [chosen, choose] = useState<ReadonlySet<string>>(new Set());
+  /** Arguments by file. */
+  const [values, setValues] = useState<Record<string, Record<string, string>>>({});
+  const [free, setFree] = useState({ x: 0, y: 0, z: 0 });
+  useEffect(() => {
+    let isGone = false;
+    void findDescriptions(files).then((all) => {
+      if (isGone) return;
+      setFound(all);
+      choose(new Set(all.slice(0, 1).map(({ path }) => path)));
+    });
+    // It is only shown: the daemon is asked again when the robot is loaded.
+    void freePlace().then((place) => !isGone && setFree(place), () => undefined);
+    return () => {
+      isGone = true;
+    };
+  }, [files]);
   const close = (): void => {
     tool.value = null;
   };
   const set = (change: Partial<LoadOptions>): void => setOptions({ ...options, ...change });
-  const at = options.position ?? nextSpawnPosition(scenes.peek(), frame.peek());
-  const place = (change: Partial<typeof at>): void => {
-    setPlaced(true);
-    set({ position: { ...at, ...change } });
-  };
-  const descriptions = typeof found === "string" ? [] : [["", found.join(", ")] as const];
-  const isMany = chosen === "" && typeof found !== "string" && found.length > 1;
-  const count = files.length - (chosen === "" && typeof found !== "string" ? found.length : 1);
+  const at = { ...free, ...options.position };
+  const place = (change: LoadOptions["position"]): void => set({ position: { ...options.position, ...change } });
+  const paths = (found ?? []).map(({ path }) => path).filter((path) => chosen.has(path));
+  const xacros = paths.filter(isXacro);
   return (
     <Sheet title="Load a robot" testId="load-sheet" onClose={close}>
-      {typeof found === "string" && xacros.length === 0 ? (
+      {found === undefined ? (
+        <p class="hint" role="status">
+          Looking at {files.length} files …
+        </p>
+      ) : found.length === 0 ? (
         <p class="refusal" data-testid="load-problem">
-          {found}
+          {NOTHING}
         </p>
       ) : (
         <form
@@ -71,42 +73,35 @@ export function LoadSheet({ files }: { files: DroppedFile[] }): JSX.Element {
           onSubmit={(event) => {
             event.preventDefault();
             close();
-            void loadFiles(files, chosen === "" ? options : { ...options, xacro: { path: chosen, values: given(values) } });
+            void loadFiles(files, paths.map((path) => ({ path, values: given(values[path]) })), paths.length > 1 ? { ...options, name: "" } : options);
           }}
         >
-          {xacros.length === 0 || (xacros.length === 1 && descriptions.length === 0) ? (
-            <p>
-              <b data-testid="load-found">{chosen === "" ? descriptions[0]?.[1] : nameOf(chosen)}</b> <span class="hint">and {count} other files</span>
-            </p>
-          ) : (
-            <ChoiceField
-              label="Description"
-              testId="load-description"
-              value={chosen}
-              options={[...descriptions, ...xacros.map((path) => [path, shownPath(path, xacros)] as const)]}
-              onChange={(path) => {
-                setValues({});
-                choose(path);
-              }}
+          {found.length === 1 ? <Only description={found[0]} others={files.length - 1} /> : <LoadChoices found={found} chosen={chosen} onChange={choose} />}
+          {xacros.map((path) => (
+            <XacroArguments
+              key={path}
+              file={files.find((each) => each.path === path)?.file}
+              {...(paths.length > 1 && { name: shownPath(path, paths) })}
+              values={values[path] ?? {}}
+              onChange={(next) => setValues({ ...values, [path]: next })}
             />
-          )}
-          {chosen !== "" && <XacroArguments key={chosen} file={files.find(({ path }) => path === chosen)?.file} values={values} onChange={setValues} />}
-          {!isMany && <NameField value={options.name} placeholder="that of the description" onChange={(name) => set({ name })} />}
+          ))}
+          {paths.length <= 1 && <NameField value={options.name} placeholder="that of the description" onChange={(name) => set({ name })} />}
           <fieldset class="build-row">
-            <legend>Where</legend>
-            <NumberField label="x" testId="load-x" value={at.x} onChange={(x) => place({ x })} />
-            <NumberField label="y" testId="load-y" value={at.y} onChange={(y) => place({ y })} />
-            <NumberField label="z" testId="load-z" value={at.z} onChange={(z) => place({ z })} />
+            <legend>{paths.length > 1 ? "Where the first stands" : "Where"}</legend>
+            <NumberField label="x" testId="load-x" value={at.x ?? 0} onChange={(x) => place({ x })} />
+            <NumberField label="y" testId="load-y" value={at.y ?? 0} onChange={(y) => place({ y })} />
+            <NumberField label="z" testId="load-z" value={at.z ?? 0} onChange={(z) => place({ z })} />
             <NumberField label="yaw" testId="load-yaw" kind="angle" value={options.yaw} onChange={(yaw) => set({ yaw })} />
           </fieldset>
-          {!placed && <p class="hint">Its lowest point is put on z = 0 where it would be below.</p>}
+          {options.position === undefined && <p class="hint">Its lowest point is put on z = 0 where it would be below.{paths.length > 1 && " The others stand beside it."}</p>}
           <div class="build-row">
             <ChoiceField label="Base" testId="load-base" value={options.base} options={BASES} onChange={(base) => set({ base })} />
             <ChoiceField label="Collision meshes" testId="load-meshes" value={options.meshes} options={MESHES} onChange={(meshes) => set({ meshes })} />
             <NumberField label="Scale" testId="load-scale" kind="number" value={options.scale} onChange={(scale) => set({ scale })} />
           </div>
-          <button type="submit" class="button primary" data-testid="load-now" autofocus>
-            <Icon name="folder" /> Load
+          <button type="submit" class="button primary" data-testid="load-now" autofocus disabled={paths.length === 0}>
+            <Icon name="folder" /> {paths.length > 1 ? `Load ${paths.length} robots` : "Load"}
           </button>
         </form>
       )}
@@ -114,44 +109,23 @@ export function LoadSheet({ files }: { files: DroppedFile[] }): JSX.Element {
   );
 }
 
-/** What the user has said. */
-function given(values: Readonly<Record<string, string>>): Record<string, string> {
-  return Object.fromEntries(Object.entries(values).filter(([, value]) => value !== ""));
+/** The description that there is. */
+function Only({ description, others }: { description: Description | undefined; others: number }): JSX.Element | null {
+  if (!description) return null;
+  const { path, kind, links } = description;
+  return (
+    <p>
+      <b data-testid="load-found">{shownPath(path, [])}</b>{" "}
+      <span class="hint">
+        {kind}
+        {links !== undefined && `, ${links} ${links === 1 ? "link" : "links"}`}
+        {others > 0 && `; and ${others} other ${others === 1 ? "file" : "files"}`}
+      </span>
+    </p>
+  );
 }
 
-/** A field for each argument that a xacro file declares; left empty it is the file's default. */
-function XacroArguments({ file, values, onChange }: { file: File | undefined; values: Record<string, string>; onChange: (values: Record<string, string>) => void }): JSX.Element | null {
-  const [declared, setDeclared] = useState<XacroArgument[]>([]);
-  useEffect(() => {
-    let isGone = false;
-    void file?.text().then((text) => {
-      if (!isGone) setDeclared(argumentsIn(text).slice(0, MOST_ARGUMENTS));
-    });
-    return () => {
-      isGone = true;
-    };
-  }, [file]);
-  if (declared.length === 0) return null;
-  return (
-    <fieldset class="build-row">
-      <legend>Arguments of the xacro</legend>
-      {declared.map(({ name, preset }) => (
-        <label key={name} class="build-field">
-          <span>{name}</span>
-          <input
-            type="text"
-            class="filter"
-            data-testid={`load-arg-${name}`}
-            placeholder={preset ?? "has to be given"}
-            title={preset === undefined ? `${name} has no default` : `${name}; left empty it is "${preset}"`}
-            required={preset === undefined}
-            autocomplete="off"
-            spellcheck={false}
-            value={values[name] ?? ""}
-            onInput={(event) => onChange({ ...values, [name]: event.currentTarget.value })}
-          />
-        </label>
-      ))}
-    </fieldset>
-  );
+/** What the user has said. */
+function given(values: Readonly<Record<string, string>> = {}): Record<string, string> {
+  return Object.fromEntries(Object.entries(values).filter(([, value]) => value !== ""));
 }

@@ -4,6 +4,7 @@ import { Base } from "../gen/simd/v1/entity_pb";
 import { JointMode, type SetJointTargetsResponse } from "../gen/simd/v1/joint_pb";
 import { PaceMode, SimulationState } from "../gen/simd/v1/simulation_pb";
 import type { DroppedFile, LoadOptions } from "../load/load";
+import type { Chosen } from "../load/xacro";
 import { axisValues } from "../state/joint-values";
 import { toast } from "../state/toasts";
 import { changed } from "../state/undo";
@@ -95,22 +96,31 @@ export async function deleteConstraint(name: string): Promise<void> {
 }
 
 /** Loads the robots that the files describe, as the options say. Resolves to whether all are there. */
-export async function loadFiles(files: DroppedFile[], options?: LoadOptions): Promise<boolean> {
+export async function loadFiles(files: DroppedFile[], chosen: readonly Chosen[], options?: LoadOptions): Promise<boolean> {
   const done = await attempt(async () => {
     // Most visits load nothing.
     const { loadDropped } = await import("../load/load");
-    await loadDropped(services().entities, files, options, (spawned, request, isLifted) => noteSpawn(spawned, request, "adding", isLifted));
+    await loadDropped(services().entities, files, chosen, options, (spawned, request, isLifted) => noteSpawn(spawned, request, "adding", isLifted));
   });
   daemonConnection().pollAllNow();
   return done;
 }
 
+let addingArm = false;
+
 /** Adds an arm to the world, for who has no robot at hand. */
 export async function addDemoArm(): Promise<void> {
-  const loaded = await import("../load/demo-arm").catch(() => undefined);
-  if (!loaded) return toast("error", "The arm could not be loaded from the daemon; add it again once it answers.");
-  const urdf = new TextEncoder().encode(loaded.demoArm());
-  await bringIn({ source: { source: { case: "urdf", value: urdf } }, base: Base.FIXED, allowRenaming: true });
+  // A second click comes before the page knows of the first arm.
+  if (addingArm) return;
+  addingArm = true;
+  try {
+    const loaded = await import("../load/demo-arm").catch(() => undefined);
+    if (!loaded) return toast("error", "The arm could not be loaded from the daemon; add it again once it answers.");
+    const urdf = new TextEncoder().encode(loaded.demoArm());
+    await bringIn({ source: { source: { case: "urdf", value: urdf } }, base: Base.FIXED, allowRenaming: true });
+  } finally {
+    addingArm = false;
+  }
 }
 
 /** Adds a plane at z = 0, which robots can stand on. */

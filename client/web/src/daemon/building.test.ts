@@ -1,6 +1,7 @@
 // What this page has brought in is its own as long as it is the same robot, whatever it is called.
 import { Code, ConnectError, createRouterTransport } from "@connectrpc/connect";
 import { beforeEach, expect, test, vi } from "vitest";
+import { ContactService } from "../gen/simd/v1/contact_pb";
 import { EntityService, type SpawnEntityRequest } from "../gen/simd/v1/entity_pb";
 import { unmeasured } from "../state/report";
 import { toasts } from "../state/toasts";
@@ -28,7 +29,7 @@ function found(robot: string): { name: string; layoutVersion: bigint; descriptio
 }
 
 const services = servicesOver(
-  createRouterTransport(({ service }) =>
+  createRouterTransport(({ service }) => {
     service(EntityService, {
       spawnEntity: (request) => {
         spawned.push(request);
@@ -47,8 +48,10 @@ const services = servicesOver(
         return {};
       },
       getScene: () => ({ robots: [] }),
-    }),
-  ),
+      getLinkPoses: () => ({ robots: [] }),
+    });
+    service(ContactService, { getLinkBounds: () => ({ links: [] }) });
+  }),
 );
 
 vi.mock("./services", async (original) => ({ ...(await original<typeof import("./services")>()), services: () => services }));

@@ -1,9 +1,8 @@
 // What this page brings into the world, takes out, moves and doubles: each a change that can be undone.
 import type { MessageInitShape } from "@bufbuild/protobuf";
 import { Base, type SpawnEntityRequest, type SpawnEntityRequestSchema } from "../gen/simd/v1/entity_pb";
-import { nextSpawnPosition } from "../load/spawn-position";
 import { measureLater } from "../state/report";
-import { scenes as drawn, type Pose } from "../state/scene";
+import type { Pose } from "../state/scene";
 import { toast } from "../state/toasts";
 import { changed, type Change } from "../state/undo";
 import { selectedRobot } from "../state/view";
@@ -64,7 +63,8 @@ export function duplicate(name: string): Promise<string | undefined> {
   return attempt(async () => {
     const request = await requestOf(name);
     const [x, , z, ...turn] = await poseOf(name);
-    const { y } = nextSpawnPosition(drawn.peek(), frame.peek());
+    const { freePlace } = await import("../load/spawn-position");
+    const { y } = await freePlace();
     const made: Spawn = { ...request, name, allowRenaming: true, pose: wirePose([x, y, z, ...turn]) };
     return bringIn(made, "duplicating to");
   });

@@ -3,10 +3,10 @@ import { Code, ConnectError } from "@connectrpc/connect";
 import { batch } from "@preact/signals";
 import { contactsWanted } from "../state/view";
 import { isStill } from "../state/stillness";
-import { connection, daemonName, frame, isRole, role, type Frame } from "../state/world";
+import { connection, daemonName, frame, isRole, limits, role, type Frame } from "../state/world";
 import { retryDelay } from "./backoff";
 import { PollLoop } from "./poll-loop";
-import { frameOf, layoutsOf } from "./mapping";
+import { frameOf, layoutsOf, limitsOf } from "./mapping";
 import { messageOf } from "./error-message";
 import { RobotRegistry } from "./robot-registry";
 import type { Services } from "./services";
@@ -126,6 +126,7 @@ export class DaemonConnection {
     this.failures = 0;
     batch(() => {
       daemonName.value = info.name;
+      limits.value = info.limits ? limitsOf(info.limits) : null;
       role.value = isRole(info.token?.role) ? info.token.role : null;
       connection.value = { state: "live", reason: "", retryAt: 0 };
     });

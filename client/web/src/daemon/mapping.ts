@@ -7,11 +7,11 @@ import type { Pose as WirePose, Vector3 } from "../gen/simd/v1/geometry_pb";
 import { JointMode, JointType, type JointInfo, type JointLayout } from "../gen/simd/v1/joint_pb";
 import type { NextJointStatesResponse } from "../gen/simd/v1/joint_pb";
 import type { Parameter as WireParameter } from "../gen/simd/v1/parameter_pb";
-import { PaceMode, SimulationState, type Physics as WirePhysics } from "../gen/simd/v1/simulation_pb";
+import { PaceMode, SimulationState, type Physics as WirePhysics, type RequestLimits } from "../gen/simd/v1/simulation_pb";
 import type { WorldStatistics } from "../gen/simd/v1/simulation_pb";
 import type { Finding, LoadReport, Loading } from "../state/report";
 import type { Geometry, Pose, RobotScene, SceneJoint, SceneLink, Shape, Vector } from "../state/scene";
-import type { Axis, Client, ContactPoint, Frame, JointValues, Mode, Parameter, Physics, Robot } from "../state/world";
+import type { Axis, Client, ContactPoint, Frame, JointValues, Limits, Mode, Parameter, Physics, Robot } from "../state/world";
 import type { Simulation } from "../state/world";
 
 const MODES: Record<JointMode, Mode> = {
@@ -353,4 +353,8 @@ const PHASES: Record<LoadPhase, string> = {
 export function loadingOf(what: string, progress: LoadProgress): Loading {
   const { phase, done, total, uri } = progress;
   return { what, phase: PHASES[phase] ?? "loading", done, total, item: uri };
+}
+
+export function limitsOf({ maxDescriptionBytes, maxAssetBytes, maxMessageBytes }: RequestLimits): Limits {
+  return { description: Number(maxDescriptionBytes), asset: Number(maxAssetBytes), message: Number(maxMessageBytes) };
 }

@@ -4,6 +4,7 @@ import { createGrpcWebTransport } from "@connectrpc/connect-web";
 import { CameraService } from "../gen/simd/v1/camera_pb";
 import { ClientService } from "../gen/simd/v1/client_pb";
 import { ConstraintService } from "../gen/simd/v1/constraint_pb";
+import { ContactService } from "../gen/simd/v1/contact_pb";
 import { EntityService } from "../gen/simd/v1/entity_pb";
 import { EventService } from "../gen/simd/v1/event_pb";
 import { JointService } from "../gen/simd/v1/joint_pb";
@@ -20,6 +21,7 @@ export interface Services {
   cameras: Client<typeof CameraService>;
   clients: Client<typeof ClientService>;
   constraints: Client<typeof ConstraintService>;
+  contacts: Client<typeof ContactService>;
   entities: Client<typeof EntityService>;
   events: Client<typeof EventService>;
   joints: Client<typeof JointService>;
@@ -36,6 +38,7 @@ export function servicesOver(transport: Transport): Services {
     cameras: createClient(CameraService, transport),
     clients: createClient(ClientService, transport),
     constraints: createClient(ConstraintService, transport),
+    contacts: createClient(ContactService, transport),
     entities: createClient(EntityService, transport),
     events: createClient(EventService, transport),
     joints: createClient(JointService, transport),

@@ -5,18 +5,16 @@ import { AssetState, Base, MeshShapes } from "../gen/simd/v1/entity_pb";
 import { loadingOf, reportOf } from "../daemon/mapping";
 import type { Services } from "../daemon/services";
 import { loading, measureLater, reports } from "../state/report";
-import { scenes } from "../state/scene";
 import { toast } from "../state/toasts";
 import { selectedRobot } from "../state/view";
-import { frame } from "../state/world";
 import { includes, Locator, mayNameMore } from "./locator";
-import { nextSpawnPosition } from "./spawn-position";
+import { checkSize } from "./limits";
+import { freePlace, wayOut } from "./spawn-position";
 import { sha256 } from "./sha256";
 import { uploadFile } from "./upload";
 import { MOUNT, nameOf, Tree } from "./tree";
-import { findUrdfs } from "./urdfs";
 import { searchedPlaces } from "./missing-file";
-import { expandXacro, type XacroChoice } from "./xacro";
+import { expandXacro, isXacro, type Chosen } from "./xacro";
 
 /** A dropped file and its path in the dropped folder. */
 export interface DroppedFile {
@@ -28,8 +26,8 @@ export interface DroppedFile {
 export interface LoadOptions {
   /** Empty is that of the description. */
   name: string;
-  /** World, metres; absent is beside the other robots, and on the ground. */
-  position?: { x: number; y: number; z: number };
+  /** World, metres; what is absent is beside the other robots. With none of the three it stands on the ground. Of several robots that of the first. */
+  position?: Partial<Place>;
   /** About the world's z, radians. */
   yaw: number;
   base: "described" | "fixed" | "free";
@@ -37,8 +35,13 @@ export interface LoadOptions {
   meshes: "mesh" | "hull" | "parts";
   /** Lengths are multiplied by it. */
   scale: number;
-  /** The file that is expanded, in the place of the descriptions that are found. */
-  xacro?: XacroChoice;
+}
+
+/** World, metres. */
+interface Place {
+  x: number;
+  y: number;
+  z: number;
 }
 
 /** What is chosen where nothing is said: most dropped robots are arms, which would fall in an empty world. */
@@ -56,13 +59,19 @@ type Source = MessageInitShape<typeof DescriptionSourceSchema>;
 /** Is called with each robot that is loaded, what was asked for, and whether the page lifts it onto the ground. */
 type OnLoaded = (entity: EntityInfo, request: Spawn, isLifted: boolean) => void;
 
-/** Loads each URDF among the files. Rejects with the error of the daemon, or with one of its own. */
-export async function loadDropped(entities: Entities, dropped: DroppedFile[], options = DEFAULT_OPTIONS, loaded: OnLoaded = () => undefined): Promise<void> {
+/** Loads descriptions that are among the files, one after the other. Rejects with the error of the daemon, or with one of its own. */
+export async function loadDropped(entities: Entities, dropped: DroppedFile[], chosen: readonly Chosen[], options = DEFAULT_OPTIONS, loaded: OnLoaded = () => undefined): Promise<void> {
   const files = new Map(dropped.map(({ path, file }) => [`${MOUNT}/${path.replace(/^\/+/, "")}`, file]));
-  const tree = new Tree(files.keys(), await manifestsOf(files));
+  loading.value = { what: nameOf(chosen[0]?.path ?? ""), phase: "reading", done: 0, total: 0, item: "" };
   try {
-    if (options.xacro) return await loadXacro(entities, files, tree, options.xacro, options, loaded);
-    for (const urdf of findUrdfs([...files.keys()])) await load(entities, files, tree, { urdf, bytes: await bytesOf(files, urdf) }, options, loaded);
+    const tree = new Tree(files.keys(), await manifestsOf(files));
+    let next = options;
+    for (const choice of chosen) {
+      await load(entities, files, tree, await descriptionOf(entities, files, choice), next, loaded);
+      // Those that come with it stand beside it.
+      const { y, ...rest } = next.position ?? {};
+      if (y !== undefined) next = { ...options, position: rest };
+    }
   } finally {
     loading.value = null;
   }
@@ -73,12 +82,16 @@ async function manifestsOf(files: Map<string, File>): Promise<Map<string, string
   return new Map(await Promise.all(manifests.map(async ([path, file]) => [path, await file.text()] as const)));
 }
 
-/** Expands a xacro file and loads what it becomes. */
-async function loadXacro(entities: Entities, files: Map<string, File>, tree: Tree, xacro: XacroChoice, options: LoadOptions, loaded: OnLoaded): Promise<void> {
-  loading.value = { what: nameOf(xacro.path), phase: "reading", done: 0, total: 0, item: "" };
-  const { urdf, messages } = await expandXacro(entities, files, xacro);
-  for (const message of messages.slice(0, MOST_MESSAGES)) toast("info", `${nameOf(xacro.path)}: ${message}`);
-  await load(entities, files, tree, { urdf: `${MOUNT}/${xacro.path}`, bytes: urdf }, options, loaded);
+/** Reads a description, of a xacro file what it becomes. */
+async function descriptionOf(entities: Entities, files: Map<string, File>, choice: Chosen): Promise<Description> {
+  const what = nameOf(choice.path);
+  const urdf = `${MOUNT}/${choice.path.replace(/^\/+/, "")}`;
+  loading.value = { what, phase: "reading", done: 0, total: 0, item: "" };
+  checkSize(what, "description", files.get(urdf)?.size ?? 0);
+  if (!isXacro(choice.path)) return { urdf, bytes: await bytesOf(files, urdf) };
+  const expanded = await expandXacro(entities, files, choice);
+  for (const message of expanded.messages.slice(0, MOST_MESSAGES)) toast("info", `${what}: ${message}`);
+  return { urdf, bytes: expanded.urdf };
 }
 
 /** A description, and where it lies among the files. */
@@ -110,22 +123,36 @@ async function load(entities: Entities, files: Map<string, File>, tree: Tree, { 
   }
   const what = prepared.name === "" ? nameOf(urdf) : prepared.name;
   const source = { source: { case: "description", value: prepared.description }, assets: found.hashes, missing: found.missing } as const;
-  const request = requestOf(source, options, prepared.models.length > 0);
-  const spawned = await spawn(entities, what, request);
-  const isLifted = options.position === undefined;
+  const place = { ...(await freePlace()), ...given(options.position) };
+  let request = requestOf(source, options, place, prepared.models.length > 0);
+  let spawned = await spawn(entities, what, request);
+  const [name, isAlone] = [spawned?.entity?.name ?? "", spawned?.others.length === 0];
+  const shift = options.position?.y === undefined && isAlone ? await wayOut(name) : 0;
+  if (shift > 0) {
+    // A reset puts a robot where it was spawned: it is spawned again, and not moved.
+    await entities.deleteEntity({ robot: name });
+    request = requestOf(source, options, { ...place, y: place.y + shift }, prepared.models.length > 0);
+    spawned = await spawn(entities, what, request);
+  }
+  const isLifted = Object.keys(given(options.position)).length === 0;
   const entity = keepReport(spawned, request.base !== Base.FIXED, isLifted);
   // Of several robots each would bring all.
   if (spawned?.others.length === 0) loaded(entity, request, isLifted);
 }
 
 /** What is asked for. An SDF or MJCF says itself what is fixed, unless the user says otherwise. */
-function requestOf(source: Source, { name, position, yaw, base, meshes, scale }: LoadOptions, saysBase: boolean): Spawn {
+function requestOf(source: Source, { name, yaw, base, meshes, scale }: LoadOptions, position: Place, saysBase: boolean): Spawn {
   const pose = {
-    position: position ?? nextSpawnPosition(scenes.value, frame.value),
+    position,
     ...(yaw !== 0 && { orientation: { x: 0, y: 0, z: Math.sin(yaw / 2), w: Math.cos(yaw / 2) } }),
   };
   const chosen = saysBase && base === DEFAULT_OPTIONS.base ? Base.UNSPECIFIED : BASES[base];
   return { source, name, allowRenaming: true, base: chosen, pose, meshShapes: SHAPES[meshes], ...(scale !== 1 && { scale }) };
+}
+
+/** The coordinates that the user has said. */
+function given(position: LoadOptions["position"] = {}): Partial<Place> {
+  return Object.fromEntries(Object.entries(position).filter(([, value]) => value !== undefined));
 }
 
 /** The files of the URIs of a robot. */
@@ -149,6 +176,8 @@ async function find(files: Map<string, File>, locator: Locator, uris: string[], 
       continue;
     }
     const { path } = result;
+    checkSize(nameOf(path), "file", files.get(path)?.size ?? 0);
+    if (!found.known.has(path) && loading.value) loading.value = { ...loading.value, item: nameOf(path) };
     const hash = found.known.get(path) ?? (await sha256(await bytesOf(files, path)));
     found.known.set(path, hash);
     found.paths.set(hash, path);

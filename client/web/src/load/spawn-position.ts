@@ -1,18 +1,60 @@
-// Where a loaded robot is spawned: beside the others, since robots that overlap are separated by contact forces.
-import type { RobotScene } from "../state/scene";
-import type { Frame } from "../state/world";
+// Where a robot is spawned: beside the others, since robots that overlap are separated by contact forces. The daemon is asked when the
+// place is needed: what the page has drawn is older than what it has just changed.
+import { services } from "../daemon/services";
 
-/** Metres between the links of other robots and the new one, whose size is not known yet. */
+/** Metres between other robots and the origin of the new one, whose size is not known yet. */
 const DISTANCE = 1;
+/** Metres between other robots and the nearest part of the new one. */
+const GAP = 0.2;
+/** What cannot be walked around is ground: metres along x and along y. */
+const WIDE = 10;
 
-/** world_from_root of the next robot: the origin of an empty world, else to the left of all, along y. */
-export function nextSpawnPosition(scenes: ReadonlyMap<string, RobotScene>, frame: Frame | null): { x: number; y: number; z: number } {
-  let left = -Infinity;
-  for (const [name, scene] of scenes) {
-    // Planes are the ground.
-    if (scene.collisions.some((shape) => shape.geometry.kind === "plane")) continue;
-    const poses = frame?.poses.get(name) ?? [];
-    for (let at = 1; at < poses.length; at += 7) left = Math.max(left, poses[at] ?? left);
-  }
-  return { x: 0, y: Number.isFinite(left) ? left + DISTANCE : 0, z: 0 };
+/** How far a robot reaches along y, metres. */
+export interface Reach {
+  lower: number;
+  upper: number;
+}
+
+/** The origin of an empty world, else to the left of all robots, along y: world_from_root, metres. */
+export async function freePlace(): Promise<{ x: number; y: number; z: number }> {
+  return { x: 0, y: nextPlace(await reaches()), z: 0 };
+}
+
+/** How far along y a new robot has to go to stand beside all others; 0 where it does. */
+export async function wayOut(robot: string): Promise<number> {
+  return shiftOf(robot, await reaches());
+}
+
+/** Where along y the next origin is. */
+export function nextPlace(all: ReadonlyMap<string, Reach>): number {
+  const left = Math.max(...[...all.values()].map(({ upper }) => upper));
+  return Number.isFinite(left) ? left + DISTANCE : 0;
+}
+
+/** How far along y a robot has to go to have a gap to all others. */
+export function shiftOf(robot: string, all: ReadonlyMap<string, Reach>): number {
+  const own = all.get(robot);
+  const left = Math.max(...[...all].filter(([name]) => name !== robot).map(([, { upper }]) => upper));
+  return own && Number.isFinite(left) ? Math.max(0, left + GAP - own.lower) : 0;
+}
+
+/** How far each robot reaches that is no ground: by what it touches with, and by the origins of its links. */
+async function reaches(): Promise<Map<string, Reach>> {
+  const { contacts, entities } = services();
+  const [{ links }, { robots }] = await Promise.all([contacts.getLinkBounds({}), entities.getLinkPoses({})]);
+  const ground = new Set(links.filter(({ lower, upper }) => lower && upper && upper.x - lower.x > WIDE && upper.y - lower.y > WIDE).map(({ robot }) => robot));
+  // Planes have no bounds, nor has what touches nothing.
+  const bounded = new Set(links.map(({ robot }) => robot));
+  const unbounded = robots.map(({ robot }) => robot).filter((robot) => !bounded.has(robot));
+  const { robots: scenes } = unbounded.length === 0 ? { robots: [] } : await entities.getScene({ robots: unbounded });
+  for (const { robot, collisions } of scenes) if (collisions.some(({ geometry }) => geometry.case === "plane")) ground.add(robot);
+  const found = new Map<string, Reach>();
+  const widen = (robot: string, lower: number, upper: number): void => {
+    if (ground.has(robot)) return;
+    const known = found.get(robot) ?? { lower: Infinity, upper: -Infinity };
+    found.set(robot, { lower: Math.min(known.lower, lower), upper: Math.max(known.upper, upper) });
+  };
+  for (const { robot, lower, upper } of links) if (lower && upper) widen(robot, lower.y, upper.y);
+  for (const { robot, poses } of robots) for (let at = 1; at < poses.length; at += 7) widen(robot, poses[at] ?? 0, poses[at] ?? 0);
+  return found;
 }

@@ -1,5 +1,6 @@
-// Xacro among dropped files: which of them may be robots, what arguments they take, and their expansion, which is the daemon's.
+// Xacro among dropped files: what arguments they take, and their expansion, which is the daemon's.
 import type { Services } from "../daemon/services";
+import { checkSize } from "./limits";
 import { MOUNT, nameOf } from "./tree";
 
 /** Files that a xacro file may include or read, and what says which package a folder is. */
@@ -7,11 +8,11 @@ const SOURCES = /\.(xacro|urdf|xml|gazebo|ya?ml)$/i;
 /** Bytes: a larger file is no source that a person wrote, and the daemon reads none. */
 const MOST_BYTES = 4 << 20;
 
-/** A xacro file that is to be loaded. */
-export interface XacroChoice {
+/** A file that is to be loaded. */
+export interface Chosen {
   /** Among the dropped files. */
   path: string;
-  /** `$(arg NAME)` by name. */
+  /** Of a xacro, `$(arg NAME)` by name. */
   values: Readonly<Record<string, string>>;
 }
 
@@ -22,10 +23,9 @@ export interface XacroArgument {
   preset: string | undefined;
 }
 
-/** The xacro files, the likeliest robot first: those that say that they become a URDF, and the topmost. */
-export function findXacros(paths: readonly string[]): string[] {
-  const rank = (path: string): number => (/\.urdf\.xacro$/i.test(path) ? 0 : 1000) + path.split("/").length;
-  return paths.filter((path) => /\.xacro$/i.test(path)).toSorted((a, b) => rank(a) - rank(b) || a.localeCompare(b));
+/** Whether a file is expanded before it is loaded. */
+export function isXacro(path: string): boolean {
+  return /\.xacro$/i.test(path);
 }
 
 /** What a file declares by `<xacro:arg>`, each name once. */
@@ -49,19 +49,14 @@ function plain(text: string): string {
 }
 
 /** The URDF that a file among the dropped ones becomes, and what its files say by `xacro.message` and `xacro.warning`. */
-export async function expandXacro(entities: Services["entities"], files: ReadonlyMap<string, File>, { path, values }: XacroChoice): Promise<{ urdf: Uint8Array<ArrayBuffer>; messages: string[] }> {
+export async function expandXacro(entities: Services["entities"], files: ReadonlyMap<string, File>, { path, values }: Chosen): Promise<{ urdf: Uint8Array<ArrayBuffer>; messages: string[] }> {
   const sources = [...files].filter(([name, { size }]) => SOURCES.test(name) && size <= MOST_BYTES);
+  checkSize(nameOf(path), "message", sources.reduce((sum, [, { size }]) => sum + size, 0));
   const read = async ([name, file]: [string, File]) => [name.slice(1), new Uint8Array(await file.arrayBuffer())] as const;
   const { urdf, messages } = await entities.expandXacro({
     files: Object.fromEntries(await Promise.all(sources.map(read))),
-    path: `${MOUNT}/${path}`.slice(1),
+    path: `${MOUNT}/${path.replace(/^\/+/, "")}`.slice(1),
     arguments: { ...values },
   });
   return { urdf: new Uint8Array(urdf), messages };
-}
-
-/** What a file is called in a list: from the folder that was dropped. */
-export function shownPath(path: string, paths: readonly string[]): string {
-  const alike = paths.filter((other) => nameOf(other) === nameOf(path));
-  return alike.length > 1 ? path : nameOf(path);
 }

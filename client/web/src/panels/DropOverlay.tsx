@@ -2,14 +2,14 @@
 import { signal } from "@preact/signals";
 import type { JSX } from "preact";
 import { useEffect } from "preact/hooks";
-import type { DroppedFile } from "../daemon/actions";
-import { isRecording, playFiles } from "../daemon/recordings";
-import { toast } from "../state/toasts";
-import { tool } from "../state/tools";
 import { droppedFiles } from "./dropped-files";
 import { Icon } from "./icons";
+import { takeFiles } from "./take-files";
 
 const dragging = signal(false);
+
+/** Everything that the page takes. */
+const FORMATS = "A folder, a zip or a file: URDF, xacro, SDF or MJCF with meshes (STL, DAE, OBJ, glTF); or a recording (MCAP)";
 
 /** Rendered only while files are dragged over the page. */
 export function DropOverlay(): JSX.Element | null {
@@ -35,9 +35,7 @@ export function DropOverlay(): JSX.Element | null {
       dragging.value = false;
       if (!carries(event) || !event.dataTransfer) return;
       event.preventDefault();
-      droppedFiles(event.dataTransfer.items).then(take, (problem: unknown) => {
-        toast("error", `The dropped files could not be read: ${problem instanceof Error ? problem.message : String(problem)}.`);
-      });
+      void takeFiles(droppedFiles(event.dataTransfer.items));
     };
     const handlers = { dragover: over, dragenter: enter, dragleave: leave, drop } as const;
     for (const [name, handler] of Object.entries(handlers)) addEventListener(name as "drop", handler);
@@ -51,15 +49,8 @@ export function DropOverlay(): JSX.Element | null {
       <div>
         <Icon name="folder" />
         <p>Drop to load the robot, or to play the recording</p>
-        <p class="hint">The robot’s folder, with the URDF and its meshes; or a file of MCAP</p>
+        <p class="hint">{FORMATS}</p>
       </div>
     </div>
   );
-}
-
-/** Asks what robots are to become, or plays a recording. */
-async function take(files: DroppedFile[]): Promise<void> {
-  const recorded = files.filter(({ path }) => isRecording(path));
-  if (recorded.length > 0) await playFiles(recorded.map(({ file }) => file));
-  else tool.value = { kind: "load", files };
 }

@@ -7,7 +7,7 @@ import { role } from "../state/world";
 import { guideOpen } from "./guide-open";
 import { loadCommand } from "./load-command";
 import { Icon } from "./icons";
-import { OpenFolder } from "./OpenFolder";
+import { OpenFile, OpenFolder } from "./OpenFiles";
 
 const copied = signal(false);
 
@@ -29,11 +29,14 @@ export function EmptyWorld(): JSX.Element {
   return (
     <section class="card empty" data-testid="empty-world">
       <h2>The world is empty</h2>
-      <p>Drop a robot’s folder here: a URDF, SDF or MJCF with its meshes.</p>
+      <p>Drop a robot’s folder, zip or file here: URDF, xacro, SDF or MJCF with its meshes.</p>
       <div class="first-steps">
         <OpenFolder class="button primary">
           <Icon name="folder" /> Choose a folder
         </OpenFolder>
+        <OpenFile>
+          <Icon name="file" /> Choose a file
+        </OpenFile>
         <button type="button" class="button" data-testid="add-demo-arm" disabled={role.value === "viewer"} title="A small arm of five joints" onClick={() => void addDemoArm()}>
           <Icon name="plus" /> Add the demo arm
         </button>

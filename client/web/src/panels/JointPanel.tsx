@@ -13,7 +13,7 @@ import { grouped, matches } from "./groups";
 import { Icon } from "./icons";
 import { JointRow } from "./JointRow";
 import { lazy } from "./lazy";
-import { OpenFolder } from "./OpenFolder";
+import { OpenFile, OpenFolder } from "./OpenFiles";
 import { Parameters } from "./Parameters";
 import { Popover } from "./Popover";
 import { shortened } from "./quantity";
@@ -41,9 +41,14 @@ export function JointPanel(): JSX.Element {
         {robot && !isStructure && <Sensors key={robot.name} robot={robot.name} />}
         <Parameters />
         <Constraints />
-        <OpenFolder class="button quiet open-folder">
-          <Icon name="folder" /> Load a robot
-        </OpenFolder>
+        <div class="open-robot" role="group" aria-label="Load a robot">
+          <OpenFolder class="button quiet">
+            <Icon name="folder" /> Choose a folder
+          </OpenFolder>
+          <OpenFile class="button quiet">
+            <Icon name="file" /> Choose a file
+          </OpenFile>
+        </div>
       </div>
     </div>
   );

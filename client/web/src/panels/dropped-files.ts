@@ -1,8 +1,11 @@
 // The files that were dropped or chosen, including those in folders.
 import type { DroppedFile } from "../daemon/actions";
+import { loading } from "../state/report";
 
 /** More files than a robot package has: this is a whole disk. */
 const MAX_FILES = 20_000;
+/** Files that the browser is asked for at one time. */
+const AT_ONCE = 64;
 
 /** All files that were dropped. Must be called before the handler of the event returns. */
 export async function droppedFiles(items: DataTransferItemList): Promise<DroppedFile[]> {
@@ -25,17 +28,23 @@ export function chosenFiles(list: FileList): DroppedFile[] {
 
 async function filesBelow(entries: FileSystemEntry[]): Promise<DroppedFile[]> {
   const files: DroppedFile[] = [];
-  const waiting = [...entries];
-  for (let entry = waiting.pop(); entry; entry = waiting.pop()) {
-    if (entry.isFile) {
-      const file = await fileOf(entry as FileSystemFileEntry);
-      files.push({ path: entry.fullPath.replace(/^\//, ""), file });
-      if (files.length > MAX_FILES) throw new Error(`that is more than ${MAX_FILES} files; drop only the robot's own folder`);
-    } else {
-      waiting.push(...(await childrenOf(entry as FileSystemDirectoryEntry)));
-    }
+  let waiting = [...entries];
+  const what = entries.length === 1 ? (entries[0]?.name ?? "") : "What was dropped";
+  while (waiting.length > 0) {
+    const some = waiting.splice(-AT_ONCE);
+    loading.value = { what, phase: "looking for files", done: 0, total: 0, item: `${files.length} files so far; ${some[0]?.fullPath.slice(1) ?? ""}` };
+    const found = await Promise.all(some.map(below));
+    files.push(...found.flatMap((each) => ("file" in each ? [each] : [])));
+    if (files.length > MAX_FILES) throw new Error(`that is more than ${MAX_FILES} files; drop only the robot's own folder.`);
+    waiting = [...waiting, ...found.flatMap((each) => ("inside" in each ? each.inside : []))];
   }
   return files;
+}
+
+/** A file, or what is in a folder. */
+async function below(entry: FileSystemEntry): Promise<DroppedFile | { inside: FileSystemEntry[] }> {
+  if (!entry.isFile) return { inside: await childrenOf(entry as FileSystemDirectoryEntry) };
+  return { path: entry.fullPath.replace(/^\//, ""), file: await fileOf(entry as FileSystemFileEntry) };
 }
 
 function fileOf(entry: FileSystemFileEntry): Promise<File> {

@@ -37,8 +37,12 @@ const SHAPES = {
   people: <path d="M6 3.2a2.3 2.3 0 1 1 0 4.6 2.3 2.3 0 0 1 0-4.6zM1.8 13c0-2.5 1.9-4 4.2-4s4.2 1.5 4.2 4M10.5 3.6a2 2 0 0 1 0 3.9M11.8 9.3c1.5.5 2.5 1.8 2.5 3.7" />,
   warning: <path d="M8 2.3l6.2 11H1.8zM8 6.5v3.3M8 11.3v.5" />,
   folder: <path d="M1.8 12.8V3.5h4.4l1.5 1.7h6.5v7.6z" />,
+  file: <path d="M3.8 1.8h5.4l3 3v9.4H3.8zM9 2v3h3" />,
   lock: <path d="M3.8 7h8.4v6.3H3.8zM5.5 7V5a2.5 2.5 0 0 1 5 0v2" />,
   copy: <path d="M5.5 5.5h8v8h-8zM3.5 10.5h-1v-8h8v1" />,
+  undo: <path d="M6 3L2.8 6.2 6 9.4M3 6.2h6.4a3.4 3.4 0 0 1 0 6.8H6" />,
+  redo: <path d="M10 3l3.2 3.2L10 9.4M13 6.2H6.6a3.4 3.4 0 0 0 0 6.8H10" />,
+  saved: <path d="M4 2.2h8v11.6l-4-3-4 3z" />,
   info: <path d="M8 2.2a5.8 5.8 0 1 1 0 11.6A5.8 5.8 0 0 1 8 2.2zM8 7.3v3.7M8 4.9v.5" />,
 } as const satisfies Record<string, JSX.Element>;
 

@@ -172,6 +172,16 @@ export const clients = signal<Client[]>([]);
 export const targetSources = signal<Map<string, string>>(new Map());
 export const daemonName = signal("");
 
+/** Bytes that the daemon takes at most: of a description, of another file, and of a message. */
+export interface Limits {
+  description: number;
+  asset: number;
+  message: number;
+}
+
+/** Null until the daemon has said them. */
+export const limits = signal<Limits | null>(null);
+
 /** What a token allows. */
 export type Role = "viewer" | "operator" | "admin";
 

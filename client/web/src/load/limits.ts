@@ -1,0 +1,8 @@
+// What the daemon takes, which the page looks at before it sends anything: a message that is too long ends the connection without a word.
+import { limits } from "../state/world";
+
+/** Throws the sentence that other clients give where bytes are more than the daemon takes. */
+export function checkSize(name: string, what: "description" | "file" | "message", bytes: number): void {
+  const limit = limits.peek()?.[what === "file" ? "asset" : what];
+  if (limit !== undefined && bytes > limit) throw new Error(`${name}: the size of the ${what} in bytes would be ${bytes}, and the limit is ${limit}.`);
+}
