@@ -23,4 +23,4 @@ pub use boundary::{Inside, below, inside};
 pub use locator::Locator;
 pub use not_found::{NotFound, Why};
 pub use replacement::{Replacement, replace_file, with_suffix};
-pub use urdf::{NoUrdf, find_description, find_urdf, find_urdf_within, is_xacro};
+pub use urdf::{NoUrdf, find_description, find_urdf, find_urdf_within, has_xacro, is_xacro};

@@ -5,6 +5,7 @@ mod search;
 use std::path::{Path, PathBuf};
 
 use self::search::Search;
+use crate::boundary::join_within;
 use crate::{
     NotFound, Why, package,
     ros::RosPaths,
@@ -24,6 +25,15 @@ const DESCRIPTIONS: &[&str] = &["sdf", "world", "xml", "mjcf", "config"];
 
 /// Extensions of what a xacro file may name: its text ends up in a URDF that is sent.
 const SOURCES: &[&str] = &["xacro", "urdf", "xml", "gazebo", "yaml", "yml"];
+
+/// The variables by which Gazebo finds models, of all of its ages.
+const MODEL_PATHS: [&str; 5] = [
+    "GZ_SIM_RESOURCE_PATH",
+    "IGN_GAZEBO_RESOURCE_PATH",
+    "GAZEBO_MODEL_PATH",
+    "GAZEBO_RESOURCE_PATH",
+    "SDF_PATH",
+];
 
 /// Finds the files that one URDF names.
 ///
@@ -88,15 +98,24 @@ impl Locator {
         self
     }
 
-    /// The same by the variables of this process.
+    /// The same by the variables of this process, and by those of Gazebo for models.
     #[must_use]
     pub fn with_environment(self) -> Self {
-        let folders = |name| std::env::var_os(name).map(|list| std::env::split_paths(&list).collect());
-        let folders = |name| {
+        let folders = |name: &str| std::env::var_os(name).map(|list| std::env::split_paths(&list).collect());
+        let folders = |name: &str| {
             let list: Vec<PathBuf> = folders(name).unwrap_or_default();
-            list.into_iter().filter(|folder| folder.is_absolute()).collect()
+            list.into_iter().filter(|folder| folder.is_absolute()).collect::<Vec<PathBuf>>()
         };
+        let models = MODEL_PATHS.iter().flat_map(|name| folders(name)).collect();
         self.with_ros_paths(folders("ROS_PACKAGE_PATH"), folders("AMENT_PREFIX_PATH"))
+            .with_model_paths(models)
+    }
+
+    /// Looks for models in these folders too, by their folders' names.
+    #[must_use]
+    pub fn with_model_paths(mut self, models: Vec<PathBuf>) -> Self {
+        self.ros = self.ros.with_models(models);
+        self
     }
 
     /// The real path of the file that `uri` names.
@@ -162,6 +181,10 @@ impl Locator {
                     Uri::Package { .. } | Uri::Absolute(_) => continue,
                 };
                 for folder in Self::roots(&ancestors) {
+                    // What climbs out of a package is not named from its folder.
+                    if join_within(&folder, &folder, rest).is_none() {
+                        continue;
+                    }
                     if let Some(found) = search.look(&folder, &folder, rest, None) {
                         return Ok((found, Some(folder)));
                     }
@@ -198,6 +221,8 @@ impl Locator {
                     all.push(folder(above.clone()));
                 }
                 all.push(folder(above.join(name)));
+                // Of `worlds/w.sdf` beside `models/NAME`.
+                all.push(folder(above.join("models").join(name)));
             }
         }
         if name.is_empty() {
@@ -211,7 +236,11 @@ impl Locator {
 
     fn relative(&self, search: &mut Search, ancestors: &[PathBuf], path: &str) -> Option<PathBuf> {
         let folder = std::path::absolute(&self.folder).ok()?;
-        let boundary = self.boundary(ancestors)?;
+        let boundary = match &self.root {
+            Some(_) => self.boundary(ancestors)?,
+            // As every other reader of this machine's user follows it.
+            None => folder.ancestors().last()?.to_path_buf(),
+        };
         if let Some(found) = search.look(&folder, &boundary, path, None) {
             return Some(found);
         }
@@ -257,7 +286,7 @@ impl Locator {
         roots
     }
 
-    /// What relative and absolute paths must stay in.
+    /// What absolute paths must stay in, and relative ones below a root.
     fn boundary(&self, ancestors: &[PathBuf]) -> Option<PathBuf> {
         match &self.root {
             Some(root) => std::path::absolute(root).ok(),

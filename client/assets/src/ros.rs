@@ -1,4 +1,4 @@
-//! The packages of a ROS installation, by the two variables that tell where they are.
+//! The packages of a ROS installation and the models of Gazebo, by the variables that tell where they are.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::path::{Path, PathBuf};
@@ -18,20 +18,28 @@ pub(crate) struct RosPaths {
     package_path: Vec<PathBuf>,
     /// `AMENT_PREFIX_PATH`: packages are in `share`.
     prefixes: Vec<PathBuf>,
+    /// Gazebo's: folders with models by their folders' names.
+    models: Vec<PathBuf>,
     crawled: Arc<OnceLock<BTreeMap<String, PathBuf>>>,
 }
 
 impl RosPaths {
     /// Of lists of folders, as the variables hold them.
     pub(crate) fn new(package_path: Vec<PathBuf>, prefixes: Vec<PathBuf>) -> Self {
-        Self { package_path, prefixes, crawled: Arc::default() }
+        Self { package_path, prefixes, models: Vec::new(), crawled: Arc::default() }
+    }
+
+    /// With folders of Gazebo's models.
+    pub(crate) fn with_models(self, models: Vec<PathBuf>) -> Self {
+        Self { models, ..self }
     }
 
     /// The folders of a package, the likeliest first.
     pub(crate) fn folders(&self, name: &str) -> Vec<PathBuf> {
         let crawled = self.crawled().get(name).cloned();
         let installed = self.prefixes.iter().map(|prefix| prefix.join("share").join(name));
-        crawled.into_iter().chain(installed.filter(|folder| folder.is_dir())).collect()
+        let models = self.models.iter().map(|folder| folder.join(name));
+        crawled.into_iter().chain(installed.chain(models).filter(|folder| folder.is_dir())).collect()
     }
 
     /// The folder of the package that a path lies in.

@@ -55,6 +55,40 @@ pub fn is_xacro(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("xacro"))
 }
 
+/// Whether a text has elements that xacro itself knows, outside of comments: it is to be expanded, whatever the file's name
+/// ends in. Calls of macros alone do not count, which xacro leaves where it knows no macro of the name.
+pub fn has_xacro(text: &[u8]) -> bool {
+    const DIRECTIVES: [&str; 10] = [
+        "arg",
+        "attribute",
+        "call",
+        "element",
+        "if",
+        "include",
+        "insert_block",
+        "macro",
+        "property",
+        "unless",
+    ];
+    let text = String::from_utf8_lossy(text);
+    let mut rest: &str = &text;
+    while let Some(open) = rest.find('<') {
+        let tag = rest.get(open..).unwrap_or_default();
+        if tag.starts_with("<!--") {
+            let Some(end) = tag.find("-->") else { return false };
+            rest = tag.get(end + 3..).unwrap_or_default();
+            continue;
+        }
+        let name = tag.strip_prefix("<xacro:").unwrap_or_default();
+        let end = name.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(name.len());
+        if DIRECTIVES.contains(&name.get(..end).unwrap_or_default()) {
+            return true;
+        }
+        rest = tag.get(1..).unwrap_or_default();
+    }
+    false
+}
+
 fn no_xacro(path: PathBuf) -> Result<PathBuf, NoUrdf> {
     if is_xacro(&path) {
         let reason = "is a xacro file, which clients expand; send it from there, or run `xacro` on it";

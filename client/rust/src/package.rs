@@ -6,7 +6,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use simd_assets::{Locator, find_description, is_xacro};
+use simd_assets::{Locator, find_description, has_xacro, is_xacro};
 use simd_xacro::Expanded;
 
 use crate::Error;
@@ -36,7 +36,7 @@ pub struct OpenOptions {
 impl Package {
     /// Opens a URDF file, or the folder of a ROS package that holds exactly one, in
     /// itself or in its folder `urdf`. What it names is looked for in `ROS_PACKAGE_PATH` and
-    /// `AMENT_PREFIX_PATH` too. A `.xacro` file is expanded, without ROS.
+    /// `AMENT_PREFIX_PATH` too. A `.xacro` file is expanded, without ROS; so is a file of another name with xacro in it.
     ///
     /// # Errors
     /// [`Error::NoUrdf`] where there is no URDF or several, [`Error::File`] where it cannot
@@ -56,12 +56,12 @@ impl Package {
             .packages
             .iter()
             .fold(locator, |locator, (name, folder)| locator.with_package(name, folder));
-        if is_xacro(&path) {
+        let urdf = fs::read(&path).map_err(|reason| Error::File { path: path.clone(), reason })?;
+        if is_xacro(&path) || has_xacro(&urdf) {
             let expanded = simd_xacro::expand(&path, &options.xacro_arguments, &locator)?;
             let urdf = expanded.urdf.clone().into_bytes();
             return Ok(Self { path, urdf, locator, expanded: Some(expanded) });
         }
-        let urdf = fs::read(&path).map_err(|reason| Error::File { path: path.clone(), reason })?;
         Ok(Self { path, urdf, locator, expanded: None })
     }
 
@@ -109,6 +109,19 @@ mod tests {
         assert_eq!(package.urdf, b"urdf/arm.urdf");
         assert!(package.locator.find("../meshes/a.stl").is_ok());
         assert!(matches!(Package::open(dir.path().join("meshes")), Err(Error::NoUrdf(_))));
+    }
+
+    #[test]
+    fn a_file_with_xacro_in_it_is_expanded_whatever_its_name_ends_in() {
+        let dir = tempfile::TempDir::new().unwrap();
+        let path = dir.path().join("base.urdf");
+        let text = "<robot name='r' xmlns:xacro='http://ros.org/wiki/xacro'><xacro:arg name='p' default='left_'/>\
+            <link name='$(arg p)base'/></robot>";
+        fs::write(&path, text).unwrap();
+        let package = Package::open(&path).unwrap();
+        assert!(String::from_utf8_lossy(&package.urdf).contains("<link name=\"left_base\"/>"));
+        fs::write(&path, "<robot name='r'><!-- <xacro:arg/> --><link name='$(x)'/></robot>").unwrap();
+        assert!(Package::open(&path).unwrap().xacro_source(1).is_none());
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! Texts and expressions to values.
 
+mod call;
+
 use std::rc::Rc;
 
 use crate::error::{Fault, not_supported, shown};
@@ -9,7 +11,7 @@ use crate::functions;
 use crate::limits;
 use crate::scope::Entry;
 use crate::text::{Part, parts};
-use crate::value::{Value, too_long};
+use crate::value::{Closure, Value, put, too_long};
 
 impl Expansion<'_> {
     /// A text with its expressions computed. A text that is one expression keeps its type.
@@ -79,17 +81,59 @@ impl Expansion<'_> {
     fn command(&mut self, command: &str, level: usize) -> Result<Value, Fault> {
         // A name may itself be an expression: `$(find ${package})`.
         let command = self.inner_text(command, level)?;
+        if let Some(expression) = command.strip_prefix("eval ") {
+            return self.eval(expression, level).map_err(|fault| format!("{fault}, in $(eval {expression})"));
+        }
         let mut words = command.split_whitespace();
         match (words.next(), words.next(), words.next()) {
             (Some("arg"), Some(name), None) => self.argument(name),
             (Some("find"), Some(package), None) => Ok(Value::text(&format!("package://{package}"))),
             (Some("dirname"), None, None) => Ok(Value::text(&self.folder())),
-            (Some(name @ ("env" | "optenv")), _, _) => Err(not_supported(&format!(
-                "$({name} ...): files are given nothing of your environment; pass it as an argument"
-            ))),
+            (Some("env"), Some(name), None) => self.variable(name, None),
+            (Some("optenv"), Some(name), _) => {
+                let default: Vec<&str> = command.split_whitespace().skip(2).collect();
+                self.variable(name, Some(&default.join(" ")))
+            }
             (Some(name), _, _) => Err(not_supported(&format!("$({name} ...)"))),
             (None, _, _) => Err("$() holds nothing".to_owned()),
         }
+    }
+
+    /// `$(eval ...)`: an expression that sees arguments and no properties. It gives a text.
+    fn eval(&mut self, expression: &str, level: usize) -> Result<Value, Fault> {
+        if expression.contains("__") {
+            return Err(not_supported("`__` in $(eval ...)"));
+        }
+        let expression = expression::parse(expression)?;
+        let outer = (std::mem::replace(&mut self.in_eval, true), std::mem::take(&mut self.locals));
+        let value = self.evaluate(&expression, level);
+        (self.in_eval, self.locals) = outer;
+        Ok(Value::text(&value?.show()?))
+    }
+
+    /// What an expression of a YAML file gives, which sees functions and no names of the robot.
+    pub(crate) fn number(&mut self, text: &str) -> Result<Value, Fault> {
+        let outer = (std::mem::replace(&mut self.in_eval, true), std::mem::take(&mut self.locals));
+        let value = expression::parse(text).and_then(|expression| self.evaluate(&expression, 0));
+        (self.in_eval, self.locals) = outer;
+        value
+    }
+
+    /// A variable of the environment, which the caller gives as an argument of that name.
+    fn variable(&mut self, name: &str, default: Option<&str>) -> Result<Value, Fault> {
+        if let Some(given) = self.given.get(name) {
+            return Ok(Value::text(given));
+        }
+        let Some(default) = default else {
+            return Err(format!(
+                "$(env {name}) is not given: files see nothing of your environment; pass the argument {name}=VALUE"
+            ));
+        };
+        self.message(format!(
+            "$(optenv {name}) takes its default {}: files see nothing of your environment; the argument {name}=VALUE gives another value",
+            shown(default)
+        ));
+        Ok(Value::text(default))
     }
 
     fn argument(&self, name: &str) -> Result<Value, Fault> {
@@ -99,6 +143,19 @@ impl Expansion<'_> {
 
     /// A property, else what Python and xacro know by that name.
     fn name(&mut self, name: &str, from: usize) -> Result<Value, Fault> {
+        if let Some((_, local)) = self.locals.iter().rev().find(|(known, _)| &**known == name) {
+            return Ok(local.clone());
+        }
+        if self.in_eval {
+            let special = ["arg", "find", "dirname", "env", "optenv"].contains(&name);
+            let special = special.then(|| Value::Function(Rc::from(format!("eval.{name}"))));
+            let known = special.or_else(|| functions::builtin(name));
+            return match (known, self.arguments.get(name)) {
+                (Some(known), _) => Ok(known),
+                (None, Some(argument)) => Ok(automatic(&Value::text(argument))),
+                (None, None) => Err(format!("{} is not defined", shown(name))),
+            };
+        }
         let Some((level, entry)) = self.scopes.entry(name, from) else {
             return functions::builtin(name).ok_or_else(|| format!("{} is not defined", shown(name)));
         };
@@ -107,7 +164,10 @@ impl Expansion<'_> {
             Entry::Busy => Err(format!("the property {} is defined by itself", shown(name))),
             Entry::Lazy(text) => {
                 self.scopes.set(level, name, Entry::Busy);
+                // A property sees nothing of the comprehension that asks for it.
+                let locals = std::mem::take(&mut self.locals);
                 let value = self.value(&text, level).map(Value::into_literal);
+                self.locals = locals;
                 let entry = value.clone().map_or(Entry::Lazy(text), Entry::Value);
                 self.scopes.set(level, name, entry);
                 value.map_err(|fault| format!("in the property {}: {fault}", shown(name)))
@@ -138,8 +198,8 @@ impl Expansion<'_> {
                 let mut map: Vec<(Value, Value)> = Vec::new();
                 for (key, value) in all {
                     let (key, value) = (self.evaluate(key, level)?, self.evaluate(value, level)?);
-                    map.retain(|(known, _)| !known.equals(&key));
-                    map.push((key, value));
+                    self.step(map.len() / 4)?;
+                    put(&mut map, key, value);
                 }
                 Value::Map(Rc::new(map))
             }
@@ -180,6 +240,24 @@ impl Expansion<'_> {
                 let (of, index) = (self.evaluate(of, level)?, self.evaluate(index, level)?);
                 self.index(&of, &index)?
             }
+            Expression::Slice(of, parts) => {
+                let of = self.evaluate(of, level)?;
+                let mut bounds = [None; 3];
+                for (bound, part) in bounds.iter_mut().zip(parts.iter()) {
+                    if let Some(part) = part {
+                        let part = self.evaluate(part, level)?;
+                        *bound = Some(part.int().ok_or_else(|| format!("{} is no index", part.kind()))?);
+                    }
+                }
+                functions::slice(&of, bounds)?
+            }
+            Expression::Comprehension(of) => self.comprehend(of, level)?,
+            Expression::Lambda(parameters, body) => {
+                self.step(self.locals.len())?;
+                let (parameters, body) = (parameters.clone(), body.clone());
+                let locals = self.locals.clone();
+                Value::Lambda(Rc::new(Closure { parameters, body, locals, level }))
+            }
             Expression::Attribute(of, name) => {
                 let of = self.evaluate(of, level)?;
                 self.attribute(&of, name)?
@@ -209,70 +287,28 @@ impl Expansion<'_> {
             Value::Module(module) => {
                 functions::builtin(name).ok_or_else(|| not_supported(&format!("{module}.{name}")))
             }
+            Value::Function(function) if &**function == "str" => {
+                Ok(Value::Function(Rc::from(format!("str.{name}"))))
+            }
+            Value::Namespace(level) => self.name(name, *level),
             Value::Map(_) => self.index(of, &Value::text(name)),
             _ => Err(not_supported(&format!("the attribute {} of {}", shown(name), of.kind()))),
         }
     }
+}
 
-    fn call(
-        &mut self,
-        function: &Expression,
-        arguments: &[Expression],
-        level: usize,
-    ) -> Result<Value, Fault> {
-        if let Expression::Attribute(of, name) = function {
-            let of = self.evaluate(of, level)?;
-            if !matches!(of, Value::Module(_)) {
-                let arguments = self.evaluate_all(arguments, level)?;
-                return functions::method(&of, name, &arguments);
-            }
-            let function = self.attribute(&of, name)?;
-            return self.call_value(&function, arguments, level);
-        }
-        let function = match function {
-            // A name that is nothing at all is a function that is not there.
-            Expression::Name(name) => {
-                self.name(name, level).map_err(|fault| match self.scopes.entry(name, level) {
-                    Some(_) => fault,
-                    None => not_supported(&format!("the function {name}()")),
-                })?
-            }
-            function => self.evaluate(function, level)?,
-        };
-        self.call_value(&function, arguments, level)
-    }
-
-    fn call_value(
-        &mut self,
-        function: &Value,
-        arguments: &[Expression],
-        level: usize,
-    ) -> Result<Value, Fault> {
-        let Value::Function(name) = function else {
-            return Err(format!("{} cannot be called", function.kind()));
-        };
-        let arguments = self.evaluate_all(arguments, level)?;
-        let message = |arguments: &[Value]| {
-            let words: Result<Vec<String>, Fault> = arguments.iter().map(Value::show).collect();
-            words.map(|words| words.join(" "))
-        };
-        match (&**name, arguments.as_slice()) {
-            ("load_yaml" | "xacro.load_yaml", [file]) => {
-                let file = file.show()?;
-                self.load_yaml(&file)
-            }
-            ("xacro.arg", [name]) => self.argument(&name.show()?),
-            ("xacro.message" | "xacro.warning", all) => {
-                let message = message(all)?;
-                self.message(message);
-                Ok(Value::text(""))
-            }
-            ("xacro.error" | "xacro.fatal", all) => Err(message(all)?),
-            ("xacro.dotify", [map]) => Ok(map.clone()),
-            (name, _) if name.starts_with("xacro.") => Err(not_supported(&format!("{name}()"))),
-            (name, all) => functions::call(name, all),
-        }
-    }
+/// An argument as `$(eval ...)` sees it: a number or a truth where it reads as one.
+fn automatic(value: &Value) -> Value {
+    let Value::Text(text) = value else { return value.clone() };
+    let number = match text.contains('.') {
+        true => crate::value::float(text).map(Value::Float),
+        false => text.trim().parse().ok().map(Value::Int),
+    };
+    number.unwrap_or_else(|| match text.to_lowercase().as_str() {
+        "true" => Value::Bool(true),
+        "false" => Value::Bool(false),
+        _ => value.clone(),
+    })
 }
 
 fn in_expression(text: &str, fault: &str) -> Fault {

@@ -13,7 +13,9 @@ use simd_assets::Locator;
 use self::files::read;
 use crate::error::{Error, Fault, shown};
 use crate::scope::{Block, Scopes};
+use crate::source::XACRO;
 use crate::source::{self, Element, Item, Namespaces};
+use crate::value::Value;
 use crate::write::{Made, MadeElement, write};
 use crate::{Expanded, limits};
 
@@ -22,6 +24,12 @@ pub(crate) struct Expansion<'l> {
     locator: &'l Locator,
     /// Of the caller, then of the files' defaults.
     pub(crate) arguments: BTreeMap<String, String>,
+    /// Of the caller alone.
+    pub(crate) given: BTreeMap<String, String>,
+    /// Names of comprehensions and lambdas, the innermost last.
+    pub(crate) locals: Vec<(Rc<str>, Value)>,
+    /// Whether an expression of `$(eval ...)` is computed.
+    pub(crate) in_eval: bool,
     pub(crate) scopes: Scopes,
     pub(crate) expression_depth: usize,
     files: Vec<PathBuf>,
@@ -29,6 +37,8 @@ pub(crate) struct Expansion<'l> {
     messages: Vec<String>,
     /// The file that is being expanded.
     file: usize,
+    /// The file whose include is being expanded: in a macro that of the call.
+    including: usize,
     readings: usize,
     bytes: usize,
     steps: usize,
@@ -48,12 +58,16 @@ impl<'l> Expansion<'l> {
         Self {
             locator,
             arguments: arguments.clone(),
+            given: arguments.clone(),
+            locals: Vec::new(),
+            in_eval: false,
             scopes: Scopes::new(),
             expression_depth: 0,
             files: Vec::new(),
             namespaces: Namespaces::new(),
             messages: Vec::new(),
             file: 0,
+            including: 0,
             readings: 0,
             bytes: 0,
             steps: 0,
@@ -122,7 +136,11 @@ impl<'l> Expansion<'l> {
 
     /// The folder of the file that is being expanded.
     pub(crate) fn folder(&self) -> String {
-        let folder = self.files.get(self.file).and_then(|path| path.parent());
+        self.folder_of(self.file)
+    }
+
+    fn folder_of(&self, file: usize) -> String {
+        let folder = self.files.get(file).and_then(|path| path.parent());
         folder.map_or_else(String::new, |folder| folder.to_string_lossy().into_owned())
     }
 
@@ -166,7 +184,8 @@ impl<'l> Expansion<'l> {
     fn attributes(&mut self, element: &Element) -> Result<Vec<(String, String)>, Error> {
         let level = self.scopes.top();
         let mut attributes = Vec::with_capacity(element.attributes.len());
-        for (name, text) in &element.attributes {
+        let plain = element.attributes.iter().filter(|(name, _)| !name.starts_with(XACRO));
+        for (name, text) in plain {
             let value = self.text(text, level).map_err(|fault| self.at(element, fault))?;
             attributes.push((name.clone(), path(value)));
         }
@@ -267,10 +286,11 @@ impl<'l> Expansion<'l> {
         let level = self.scopes.top();
         let mut name = String::new();
         let mut attributes = Vec::new();
-        // The element's own name is the first attribute of that name, with xacro's prefix.
+        let is_prefixed = element.attribute("xacro:name").is_some();
+        let own = if is_prefixed { "xacro:name" } else { "name" };
         for (key, text) in &element.attributes {
             let value = self.text(text, level).map_err(|fault| self.at(element, fault))?;
-            if key == "name" && name.is_empty() {
+            if key == own {
                 name = value;
             } else {
                 attributes.push((key.clone(), path(value)));

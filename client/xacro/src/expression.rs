@@ -25,9 +25,36 @@ pub(crate) enum Expression {
     Or(Box<Expression>, Box<Expression>),
     /// Then, condition, else.
     If(Box<[Expression; 3]>),
-    Call(Box<Expression>, Vec<Expression>),
+    Call(Box<Expression>, Vec<Argument>),
     Index(Box<Expression>, Box<Expression>),
+    /// First, end, step.
+    Slice(Box<Expression>, Box<[Option<Expression>; 3]>),
+    Comprehension(Box<Comprehension>),
+    Lambda(Vec<Rc<str>>, Rc<Expression>),
     Attribute(Box<Expression>, Rc<str>),
+}
+
+/// `[value for name in all if condition]`, in any brackets.
+#[derive(Debug)]
+pub(crate) struct Comprehension {
+    /// Of a dictionary.
+    pub(crate) key: Option<Expression>,
+    pub(crate) value: Expression,
+    pub(crate) clauses: Vec<Clause>,
+}
+
+/// A part of a comprehension, which holds for all behind it.
+#[derive(Debug)]
+pub(crate) enum Clause {
+    For(Vec<Rc<str>>, Expression),
+    If(Expression),
+}
+
+/// What a function is called with, by name or by place.
+#[derive(Debug)]
+pub(crate) struct Argument {
+    pub(crate) name: Option<Rc<str>>,
+    pub(crate) value: Expression,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,6 +66,11 @@ pub(crate) enum Operator {
     FloorDivide,
     Modulo,
     Power,
+    And,
+    Or,
+    ExclusiveOr,
+    ShiftLeft,
+    ShiftRight,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,6 +83,8 @@ pub(crate) enum Comparison {
     GreaterEqual,
     In,
     NotIn,
+    Is,
+    IsNot,
 }
 
 /// Reads the whole text.
@@ -106,13 +140,8 @@ impl Parser {
     fn unexpected(&self) -> Fault {
         match self.peek() {
             None => "the expression ends too early".to_owned(),
-            Some(Token::Name(word)) if matches!(word.as_str(), "for" | "lambda" | "is") => {
-                not_supported(&format!("`{word}` in an expression"))
-            }
             Some(Token::Name(word) | Token::Text(word)) => format!("unexpected {}", shown(word)),
-            Some(Token::Sign(sign @ ("&" | "|" | "^" | "~" | "<<" | ">>" | "@"))) => {
-                not_supported(&format!("the operator `{sign}`"))
-            }
+            Some(Token::Sign(sign @ ("~" | "@"))) => not_supported(&format!("the operator `{sign}`")),
             Some(Token::Sign(sign)) => format!("unexpected `{sign}`"),
             Some(Token::Int(_) | Token::Float(_)) => "an unexpected number".to_owned(),
         }
@@ -129,6 +158,14 @@ impl Parser {
 
     fn expression(&mut self) -> Result<Expression, Fault> {
         self.deeper()?;
+        if self.take_word("lambda") {
+            let parameters =
+                if matches!(self.peek(), Some(Token::Sign(":"))) { Vec::new() } else { self.names()? };
+            self.expect(":")?;
+            let body = self.expression()?;
+            self.depth -= 1;
+            return Ok(Expression::Lambda(parameters, Rc::new(body)));
+        }
         let then = self.or()?;
         let expression = if self.take_word("if") {
             let condition = self.or()?;
@@ -173,7 +210,7 @@ impl Parser {
     }
 
     fn comparison(&mut self) -> Result<Expression, Fault> {
-        let first = self.sum()?;
+        let first = self.bits(0)?;
         let mut others = Vec::new();
         loop {
             let comparison = match self.peek() {
@@ -185,15 +222,34 @@ impl Parser {
                 Some(Token::Sign(">=")) => Comparison::GreaterEqual,
                 Some(Token::Name(word)) if word == "in" => Comparison::In,
                 Some(Token::Name(word)) if word == "not" => Comparison::NotIn,
+                Some(Token::Name(word)) if word == "is" => Comparison::Is,
                 _ => break,
             };
             self.at += 1;
             if comparison == Comparison::NotIn && !self.take_word("in") {
                 return Err(self.unexpected());
             }
-            others.push((comparison, self.sum()?));
+            let is_not = comparison == Comparison::Is && self.take_word("not");
+            let comparison = if is_not { Comparison::IsNot } else { comparison };
+            others.push((comparison, self.bits(0)?));
         }
         Ok(if others.is_empty() { first } else { Expression::Compare(Box::new(first), others) })
+    }
+
+    /// Operators on bits, the loosest first.
+    fn bits(&mut self, level: usize) -> Result<Expression, Fault> {
+        const LEVELS: &[&[(&str, Operator)]] = &[
+            &[("|", Operator::Or)],
+            &[("^", Operator::ExclusiveOr)],
+            &[("&", Operator::And)],
+            &[("<<", Operator::ShiftLeft), (">>", Operator::ShiftRight)],
+        ];
+        let Some(operators) = LEVELS.get(level) else { return self.sum() };
+        let mut left = self.bits(level + 1)?;
+        while let Some((_, operator)) = operators.iter().find(|(sign, _)| self.take(sign)) {
+            left = Expression::Binary(*operator, Box::new(left), Box::new(self.bits(level + 1)?));
+        }
+        Ok(left)
     }
 
     fn sum(&mut self) -> Result<Expression, Fault> {
@@ -250,15 +306,10 @@ impl Parser {
         let mut left = self.atom()?;
         loop {
             if self.take("(") {
-                let arguments = self.list(")")?;
+                let arguments = self.arguments()?;
                 left = Expression::Call(Box::new(left), arguments);
             } else if self.take("[") {
-                let index = self.expression()?;
-                if matches!(self.peek(), Some(Token::Sign(":"))) {
-                    return Err(not_supported("slices of lists and texts"));
-                }
-                self.expect("]")?;
-                left = Expression::Index(Box::new(left), Box::new(index));
+                left = self.index(left)?;
             } else if self.take(".") {
                 let Some(Token::Name(name)) = self.peek().cloned() else { return Err(self.unexpected()) };
                 self.at += 1;
@@ -296,7 +347,10 @@ impl Parser {
             },
             Token::Sign("(") => {
                 self.at += 1;
-                let mut inner = self.list(")")?;
+                let mut inner = match self.items(")")? {
+                    Items::All(all) => all,
+                    Items::Comprehension(made) => return Ok(made),
+                };
                 let is_tuple = matches!(self.tokens.get(self.at.saturating_sub(2)), Some(Token::Sign(",")));
                 return Ok(match inner.pop() {
                     Some(only) if inner.is_empty() && !is_tuple => only,
@@ -308,7 +362,10 @@ impl Parser {
             }
             Token::Sign("[") => {
                 self.at += 1;
-                return Ok(Expression::List(self.list("]")?));
+                return Ok(match self.items("]")? {
+                    Items::All(all) => Expression::List(all),
+                    Items::Comprehension(made) => made,
+                });
             }
             Token::Sign("{") => {
                 self.at += 1;
@@ -320,33 +377,146 @@ impl Parser {
         Ok(Expression::Value(value))
     }
 
+    /// Names with commas between them, in brackets or not.
+    fn names(&mut self) -> Result<Vec<Rc<str>>, Fault> {
+        let bracket = self.take("(");
+        let mut names = Vec::new();
+        while let Some(Token::Name(name)) = self.peek().cloned() {
+            if name == "in" {
+                break;
+            }
+            self.at += 1;
+            names.push(name.into());
+            if !self.take(",") {
+                break;
+            }
+        }
+        if bracket {
+            self.expect(")")?;
+        }
+        if names.is_empty() { Err(self.unexpected()) } else { Ok(names) }
+    }
+
+    /// `for a in b if c`, again and again, where it stands here.
+    fn clauses(&mut self) -> Result<Vec<Clause>, Fault> {
+        let mut clauses = Vec::new();
+        loop {
+            if self.take_word("for") {
+                let names = self.names()?;
+                if !self.take_word("in") {
+                    return Err(format!("{} instead of `in`", self.unexpected()));
+                }
+                clauses.push(Clause::For(names, self.or()?));
+            } else if !clauses.is_empty() && self.take_word("if") {
+                clauses.push(Clause::If(self.or()?));
+            } else {
+                return Ok(clauses);
+            }
+        }
+    }
+
     /// Up to the closing bracket, which is taken too.
-    fn list(&mut self, close: &str) -> Result<Vec<Expression>, Fault> {
+    fn items(&mut self, close: &str) -> Result<Items, Fault> {
         let mut all = Vec::new();
         while !self.take(close) {
-            all.push(self.expression()?);
-            if matches!(self.peek(), Some(Token::Sign("="))) {
-                return Err(not_supported("arguments by name in an expression"));
+            let value = self.expression()?;
+            let clauses = if all.is_empty() { self.clauses()? } else { Vec::new() };
+            if !clauses.is_empty() {
+                self.expect(close)?;
+                let made = Comprehension { key: None, value, clauses };
+                return Ok(Items::Comprehension(Expression::Comprehension(Box::new(made))));
             }
+            all.push(value);
             if !self.take(",") {
                 self.expect(close)?;
+                break;
+            }
+        }
+        Ok(Items::All(all))
+    }
+
+    /// Of a call, up to its closing bracket.
+    fn arguments(&mut self) -> Result<Vec<Argument>, Fault> {
+        let mut all = Vec::new();
+        while !self.take(")") {
+            let name = match (self.peek(), self.tokens.get(self.at + 1)) {
+                (Some(Token::Name(name)), Some(Token::Sign("="))) => Some(Rc::from(name.as_str())),
+                _ => None,
+            };
+            self.at += if name.is_some() { 2 } else { 0 };
+            let value = self.expression()?;
+            let clauses = if name.is_none() { self.clauses()? } else { Vec::new() };
+            let value = match clauses.is_empty() {
+                true => value,
+                false => Expression::Comprehension(Box::new(Comprehension { key: None, value, clauses })),
+            };
+            all.push(Argument { name, value });
+            if !self.take(",") {
+                self.expect(")")?;
                 break;
             }
         }
         Ok(all)
     }
 
+    /// Behind `[`: an index or a slice.
+    fn index(&mut self, of: Expression) -> Result<Expression, Fault> {
+        let mut parts = [None, None, None];
+        let mut colons = 0;
+        loop {
+            if self.take("]") {
+                break;
+            }
+            if colons < 2 && self.take(":") {
+                colons += 1;
+                continue;
+            }
+            match parts.get_mut(colons) {
+                Some(part @ None) => *part = Some(self.expression()?),
+                _ => return Err(self.unexpected()),
+            }
+        }
+        match parts {
+            [Some(index), None, None] if colons == 0 => Ok(Expression::Index(Box::new(of), Box::new(index))),
+            _ if colons == 0 => Err("an index is empty".to_owned()),
+            parts => Ok(Expression::Slice(Box::new(of), Box::new(parts))),
+        }
+    }
+
+    /// Behind `{`: a dictionary, or a set, which is read as a list.
     fn map(&mut self) -> Result<Expression, Fault> {
         let mut all = Vec::new();
+        let mut set = Vec::new();
         while !self.take("}") {
             let key = self.expression()?;
-            self.expect(":")?;
-            all.push((key, self.expression()?));
+            let (key, value) = match self.take(":") {
+                true => (Some(key), self.expression()?),
+                false => (None, key),
+            };
+            let clauses = if all.is_empty() && set.is_empty() { self.clauses()? } else { Vec::new() };
+            if !clauses.is_empty() {
+                self.expect("}")?;
+                return Ok(Expression::Comprehension(Box::new(Comprehension { key, value, clauses })));
+            }
+            match key {
+                Some(key) => all.push((key, value)),
+                None => set.push(value),
+            }
             if !self.take(",") {
                 self.expect("}")?;
                 break;
             }
         }
-        Ok(Expression::Map(all))
+        match (all.is_empty(), set.is_empty()) {
+            (_, true) => Ok(Expression::Map(all)),
+            (true, false) => Ok(Expression::List(set)),
+            (false, false) => Err("a dictionary has an entry without a key".to_owned()),
+        }
     }
+}
+
+/// What stands in brackets.
+enum Items {
+    All(Vec<Expression>),
+    Comprehension(Expression),
 }

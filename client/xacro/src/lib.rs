@@ -16,6 +16,7 @@ mod expression;
 mod functions;
 mod limits;
 mod macros;
+mod pattern;
 mod scope;
 mod source;
 #[cfg(test)]

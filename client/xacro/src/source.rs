@@ -7,6 +7,9 @@ use roxmltree::{Document, Error as XmlError, Node, ParsingOptions};
 use crate::error::Fault;
 use crate::limits;
 
+/// Before the names of attributes of xacro.
+pub(crate) const XACRO: &str = "xacro:";
+
 /// An element.
 #[derive(Debug)]
 pub(crate) struct Element {
@@ -102,7 +105,10 @@ fn element(
     is_xacro |= of_xacro;
     let attributes = node
         .attributes()
-        .map(|attribute| (qualified(attribute.namespace(), attribute.name()).0, attribute.value().to_owned()))
+        .map(|attribute| {
+            let (name, is_xacro) = qualified(attribute.namespace(), attribute.name());
+            (if is_xacro { format!("{XACRO}{name}") } else { name }, attribute.value().to_owned())
+        })
         .collect();
     let mut children = Vec::new();
     for child in node.children() {

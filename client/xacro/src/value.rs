@@ -1,9 +1,9 @@
 //! What an expression gives: the types of Python that xacro files use.
 
-use std::fmt::Write as _;
 use std::rc::Rc;
 
 use crate::error::{Fault, not_supported, shown};
+use crate::expression::Expression;
 use crate::limits;
 
 /// A value.
@@ -22,6 +22,21 @@ pub(crate) enum Value {
     Module(&'static str),
     /// By its name.
     Function(Rc<str>),
+    /// Of `lambda`.
+    Lambda(Rc<Closure>),
+    /// The names of an include with `ns`, by their level.
+    Namespace(usize),
+}
+
+/// A `lambda` with what stood around it.
+#[derive(Debug)]
+pub(crate) struct Closure {
+    pub(crate) parameters: Vec<Rc<str>>,
+    pub(crate) body: Rc<Expression>,
+    /// Names of comprehensions and lambdas around it.
+    pub(crate) locals: Vec<(Rc<str>, Value)>,
+    /// Where it sees properties from.
+    pub(crate) level: usize,
 }
 
 impl Value {
@@ -70,7 +85,7 @@ impl Value {
             Self::Text(text) => !text.is_empty(),
             Self::List(list) => !list.is_empty(),
             Self::Map(map) => !map.is_empty(),
-            Self::Module(_) | Self::Function(_) => true,
+            Self::Module(_) | Self::Function(_) | Self::Lambda(_) | Self::Namespace(_) => true,
         }
     }
 
@@ -108,18 +123,25 @@ impl Value {
         }
     }
 
-    /// As Python's `==`.
+    /// As Python's `==`. Values that share their parts may be huge, so the comparison ends after some steps.
     pub(crate) fn equals(&self, other: &Self) -> bool {
+        const STEPS: usize = 100_000;
+        self.same(other, &mut { STEPS })
+    }
+
+    fn same(&self, other: &Self, steps: &mut usize) -> bool {
+        let Some(left) = steps.checked_sub(1) else { return false };
+        *steps = left;
         match (self, other) {
             (Self::None, Self::None) => true,
-            (Self::Text(a), Self::Text(b)) => a == b,
+            (Self::Text(a), Self::Text(b)) | (Self::Function(a), Self::Function(b)) => a == b,
             (Self::List(a), Self::List(b)) => {
-                a.len() == b.len() && a.iter().zip(b.iter()).all(|(a, b)| a.equals(b))
+                a.len() == b.len() && a.iter().zip(b.iter()).all(|(a, b)| a.same(b, steps))
             }
             (Self::Map(a), Self::Map(b)) => {
-                let same =
-                    |(key, value): &(Self, Self)| find(b, key).is_some_and(|other| other.equals(value));
-                a.len() == b.len() && a.iter().all(same)
+                let mut same =
+                    |(key, value): &(Self, Self)| find(b, key).is_some_and(|other| other.same(value, steps));
+                a.len() == b.len() && a.iter().all(&mut same)
             }
             (a, b) => matches!((a.number(), b.number()), (Some(a), Some(b)) if a == b),
         }
@@ -135,7 +157,8 @@ impl Value {
             Self::List(_) => "a list",
             Self::Map(_) => "a dictionary",
             Self::Module(_) => "a module",
-            Self::Function(_) => "a function",
+            Self::Function(_) | Self::Lambda(_) => "a function",
+            Self::Namespace(_) => "a namespace",
         }
     }
 
@@ -153,9 +176,12 @@ impl Value {
         match self {
             Self::None => out.push_str("None"),
             Self::Bool(is) => out.push_str(if *is { "True" } else { "False" }),
-            Self::Int(int) => drop(write!(out, "{int}")),
+            Self::Int(int) => out.push_str(&int.to_string()),
             Self::Float(float) => out.push_str(&show_float(*float)),
-            Self::Text(text) if quote => drop(write!(out, "'{text}'")),
+            Self::Text(text) if quote && text.contains('\'') && !text.contains('"') => {
+                out.push_str(&format!("\"{text}\""));
+            }
+            Self::Text(text) if quote => out.push_str(&format!("'{}'", text.replace('\'', "\\'"))),
             Self::Text(text) => out.push_str(text),
             Self::List(list) => {
                 out.push('[');
@@ -175,9 +201,19 @@ impl Value {
                 }
                 out.push('}');
             }
-            Self::Module(_) | Self::Function(_) => return Err(not_supported("a function as a value")),
+            Self::Module(_) | Self::Function(_) | Self::Lambda(_) | Self::Namespace(_) => {
+                return Err(not_supported(&format!("{} as a text", self.kind())));
+            }
         }
         Ok(())
+    }
+}
+
+/// Sets the value of a key, which keeps its place: the last one holds.
+pub(crate) fn put(map: &mut Vec<(Value, Value)>, key: Value, value: Value) {
+    match map.iter_mut().find(|(known, _)| known.equals(&key)) {
+        Some((_, known)) => *known = value,
+        None => map.push((key, value)),
     }
 }
 
@@ -196,7 +232,7 @@ pub(crate) fn float(text: &str) -> Option<f64> {
     text.trim().parse().ok()
 }
 
-/// As Python's `repr`, but for the digits of exponents.
+/// As Python's `repr`.
 fn show_float(float: f64) -> String {
     let size = float.abs();
     if float.is_nan() {
@@ -204,7 +240,10 @@ fn show_float(float: f64) -> String {
     } else if float.is_infinite() {
         if float > 0.0 { "inf".to_owned() } else { "-inf".to_owned() }
     } else if size != 0.0 && !(1e-4..1e16).contains(&size) {
-        format!("{float:e}")
+        let text = format!("{float:e}");
+        let (digits, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+        let (sign, exponent) = exponent.strip_prefix('-').map_or(('+', exponent), |size| ('-', size));
+        format!("{digits}e{sign}{exponent:0>2}")
     } else if float.fract() == 0.0 {
         format!("{float:.1}")
     } else {

@@ -1,14 +1,20 @@
-//! The part of YAML that robots' configurations are written in: maps and lists by
-//! indentation or in brackets, texts, numbers, and xacro's tags `!degrees` and `!radians`.
+//! The part of YAML that robots' configurations are written in: maps and lists by indentation or in brackets, texts,
+//! numbers, anchors and aliases, and xacro's tags of units.
 //!
-//! No anchors and aliases (by which a short file becomes a huge one), no texts over several
-//! lines, no second document: those are refused as not supported.
+//! Values that an alias names again are counted again: so no short file becomes a huge one. A second document is refused.
 
+mod flow;
+
+use std::collections::HashMap;
 use std::rc::Rc;
 
+use self::flow::{Flow, is_closed};
 use crate::error::{Fault, not_supported, shown};
 use crate::limits;
-use crate::value::{Value, float};
+use crate::value::{Value, find, put};
+
+/// Computes the number behind a tag of a unit.
+pub(crate) type Evaluate<'e> = dyn FnMut(&str) -> Result<f64, Fault> + 'e;
 
 /// A line that says something.
 struct Line<'t> {
@@ -18,9 +24,10 @@ struct Line<'t> {
 }
 
 /// The value of a file, and how many values are in it.
-pub(crate) fn read(text: &str) -> Result<(Value, usize), Fault> {
+pub(crate) fn read(text: &str, evaluate: &mut Evaluate) -> Result<(Value, usize), Fault> {
+    let raw: Vec<&str> = text.strip_prefix('\u{feff}').unwrap_or(text).lines().collect();
     let mut lines = Vec::new();
-    for (index, line) in text.strip_prefix('\u{feff}').unwrap_or(text).lines().enumerate() {
+    for (index, line) in raw.iter().enumerate() {
         let number = index + 1;
         let content = without_comment(line).trim_end();
         let text = content.trim_start_matches(' ');
@@ -35,7 +42,7 @@ pub(crate) fn read(text: &str) -> Result<(Value, usize), Fault> {
         }
         lines.push(Line { number, indent: content.len() - text.len(), text });
     }
-    let mut reader = Reader { lines, at: 0, values: 0 };
+    let mut reader = Reader { raw, lines, at: 0, values: 0, anchors: HashMap::new(), evaluate };
     let value = reader.block(0, 0)?;
     match reader.lines.get(reader.at) {
         None => Ok((value, reader.values)),
@@ -61,15 +68,20 @@ fn without_comment(line: &str) -> &str {
     line
 }
 
-struct Reader<'t> {
+struct Reader<'t, 'e> {
+    /// All lines, as they are.
+    raw: Vec<&'t str>,
     lines: Vec<Line<'t>>,
     at: usize,
     values: usize,
+    /// Values by the names of their anchors, and how many values each holds.
+    anchors: HashMap<String, (Value, usize)>,
+    evaluate: &'e mut Evaluate<'e>,
 }
 
-impl<'t> Reader<'t> {
-    fn count(&mut self, number: usize) -> Result<(), Fault> {
-        self.values += 1;
+impl<'t> Reader<'t, '_> {
+    fn count(&mut self, values: usize, number: usize) -> Result<(), Fault> {
+        self.values = self.values.saturating_add(values);
         if self.values > limits::ENTRIES {
             return Err(format!("line {number}: the file has more than {} values", limits::ENTRIES));
         }
@@ -85,6 +97,19 @@ impl<'t> Reader<'t> {
         if depth > limits::BRACKETS {
             return Err(format!("line {number}: nested deeper than {}", limits::BRACKETS));
         }
+        if let Some((name, rest)) = anchor(text) {
+            let before = self.values;
+            match self.lines.get_mut(self.at) {
+                Some(line) if !rest.is_empty() => {
+                    line.indent += text.len() - rest.len();
+                    line.text = rest;
+                }
+                _ => self.at += 1,
+            }
+            let value = self.block(indent, depth + 1)?;
+            self.keep(name, &value, before);
+            return Ok(value);
+        }
         if text == "-" || text.starts_with("- ") {
             return self.list(indent, depth);
         }
@@ -92,7 +117,21 @@ impl<'t> Reader<'t> {
             return self.map(indent, depth);
         }
         self.at += 1;
-        self.scalar(text, number)
+        self.flowing(text, number, indent.saturating_sub(1))
+    }
+
+    /// Keeps a value under the name of its anchor.
+    fn keep(&mut self, name: &str, value: &Value, before: usize) {
+        self.anchors.insert(name.to_owned(), (value.clone(), self.values.saturating_sub(before).max(1)));
+    }
+
+    /// What an alias stands for.
+    fn alias(&mut self, name: &str, number: usize) -> Result<Value, Fault> {
+        let found = self.anchors.get(name).cloned();
+        let (value, size) =
+            found.ok_or_else(|| format!("line {number}: no anchor is named {}", shown(name)))?;
+        self.count(size, number)?;
+        Ok(value)
     }
 
     fn list(&mut self, indent: usize, depth: usize) -> Result<Value, Fault> {
@@ -120,6 +159,7 @@ impl<'t> Reader<'t> {
 
     fn map(&mut self, indent: usize, depth: usize) -> Result<Value, Fault> {
         let mut map: Vec<(Value, Value)> = Vec::new();
+        let mut merged = Vec::new();
         while let Some(line) = self.lines.get(self.at).filter(|line| line.indent == indent) {
             let (number, text) = (line.number, line.text);
             let Some((key, rest)) = key_of(text) else {
@@ -127,6 +167,8 @@ impl<'t> Reader<'t> {
             };
             self.at += 1;
             let key = self.scalar(key.trim(), number)?;
+            let before = self.values;
+            let (name, rest) = anchor(rest).map_or((None, rest), |(name, rest)| (Some(name), rest));
             let value = if rest.is_empty() {
                 // A list may stand under its key without indentation.
                 let dashed =
@@ -136,28 +178,90 @@ impl<'t> Reader<'t> {
                     None => self.block(indent + 1, depth + 1)?,
                 }
             } else {
-                self.flowing(rest, number)?
+                self.flowing(rest, number, indent)?
             };
-            map.push((key, value));
+            if let Some(name) = name {
+                self.keep(name, &value, before);
+            }
+            match &key {
+                Value::Text(key) if &**key == "<<" => merged.push(value),
+                // The last one of the same key holds.
+                _ => put(&mut map, key, value),
+            }
+        }
+        for value in merged {
+            merge(&mut map, &value);
         }
         Ok(Value::Map(Rc::new(map)))
     }
 
-    /// A value on the key's line; brackets may go on over the next lines.
-    fn flowing(&mut self, rest: &str, number: usize) -> Result<Value, Fault> {
-        if !rest.starts_with(['[', '{']) {
-            return self.scalar(rest, number);
+    /// A value on the key's line; brackets, quotes and texts may go on over the next lines.
+    fn flowing(&mut self, rest: &str, number: usize, indent: usize) -> Result<Value, Fault> {
+        if rest.starts_with(['|', '>']) {
+            return self.block_text(rest, number, indent);
         }
         let mut text = rest.to_owned();
-        while !is_closed(&text) {
-            let Some(line) = self.lines.get(self.at) else {
-                return Err(format!("line {number}: {} has no closing bracket", shown(rest)));
+        let is_open = rest.starts_with(['[', '{', '"', '\'']);
+        loop {
+            let line = self.lines.get(self.at);
+            let goes_on = match is_open {
+                true => !is_closed(&text),
+                // A plain text goes on where it is indented and begins nothing else.
+                false => line.is_some_and(|line| line.indent > indent && key_of(line.text).is_none()),
             };
-            text.push(' ');
-            text.push_str(line.text);
+            match line {
+                _ if !goes_on => return self.scalar(&text, number),
+                None if rest.starts_with(['[', '{']) => {
+                    return Err(format!("line {number}: {} has no closing bracket", shown(rest)));
+                }
+                None => return Err(format!("line {number}: {} has no closing quote", shown(rest))),
+                Some(line) => {
+                    text.push(' ');
+                    text.push_str(line.text);
+                    self.at += 1;
+                }
+            }
+        }
+    }
+
+    /// A text behind `|` or `>`: all lines that are indented deeper.
+    fn block_text(&mut self, head: &str, number: usize, indent: usize) -> Result<Value, Fault> {
+        let is_folded = head.starts_with('>');
+        let chomping = head.get(1..).unwrap_or_default();
+        if !matches!(chomping, "" | "-" | "+") {
+            return Err(format!("line {number}: {}", not_supported(&format!("{} in YAML", shown(head)))));
+        }
+        self.count(1, number)?;
+        let width = |line: &str| line.len() - line.trim_start_matches(' ').len();
+        let behind = self.raw.get(number..).unwrap_or_default();
+        let inner = behind.iter().find(|line| !line.trim().is_empty()).map_or(0, |line| width(line));
+        let length = match inner > indent {
+            true => behind
+                .iter()
+                .position(|line| !line.trim().is_empty() && width(line) < inner)
+                .unwrap_or(behind.len()),
+            false => 0,
+        };
+        let lines: Vec<&str> =
+            behind.iter().take(length).map(|line| line.get(inner..).unwrap_or_default()).collect();
+        while self.lines.get(self.at).is_some_and(|line| line.number <= number + length) {
             self.at += 1;
         }
-        self.scalar(&text, number)
+        let mut text = String::new();
+        for (index, line) in lines.iter().enumerate() {
+            let next = lines.get(index + 1);
+            text.push_str(line);
+            let is_word = |line: &&&str| !line.is_empty() && !line.starts_with(' ');
+            let joins = is_folded && is_word(&line) && next.as_ref().is_some_and(is_word);
+            text.push(if joins { ' ' } else { '\n' });
+        }
+        let kept = text.trim_end_matches('\n').len();
+        match chomping {
+            "-" => text.truncate(kept),
+            "+" => {}
+            _ => text.truncate(text.len().min(kept + 1)),
+        }
+        Ok(Value::text(&text))
     }
 
     fn scalar(&mut self, text: &str, number: usize) -> Result<Value, Fault> {
@@ -167,10 +271,29 @@ impl<'t> Reader<'t> {
     }
 }
 
-/// Whether all brackets are closed.
-fn is_closed(text: &str) -> bool {
-    let open = text.bytes().filter(|byte| matches!(byte, b'[' | b'{')).count();
-    open <= text.bytes().filter(|byte| matches!(byte, b']' | b'}')).count()
+/// `&name`, and what stands behind it.
+fn anchor(text: &str) -> Option<(&str, &str)> {
+    let (name, rest) = text.strip_prefix('&')?.split_once(' ').unwrap_or((text.get(1..)?, ""));
+    (!name.is_empty()).then_some((name, rest.trim_start()))
+}
+
+/// What `<<` brings: entries that the map lacks.
+fn merge(map: &mut Vec<(Value, Value)>, from: &Value) {
+    match from {
+        Value::Map(other) => {
+            for (key, value) in other.iter() {
+                if find(map, key).is_none() {
+                    map.push((key.clone(), value.clone()));
+                }
+            }
+        }
+        Value::List(all) => {
+            for from in all.iter().filter(|from| matches!(from, Value::Map(_))) {
+                merge(map, from);
+            }
+        }
+        _ => {}
+    }
 }
 
 /// A key and what stands behind its colon.
@@ -188,106 +311,4 @@ fn key_of(text: &str) -> Option<(&str, &str)> {
     });
     let at = from + colon?.0;
     Some((text.get(..at)?, text.get(at + 1..)?.trim()))
-}
-
-/// Values in brackets, or one.
-struct Flow<'t> {
-    rest: &'t str,
-    number: usize,
-}
-
-impl Flow<'_> {
-    fn wrong(&self) -> Fault {
-        format!("line {}: {} is not understood", self.number, shown(self.rest.trim()))
-    }
-
-    fn take(&mut self, sign: char) -> bool {
-        let rest = self.rest.trim_start();
-        let after = rest.strip_prefix(sign);
-        self.rest = after.unwrap_or(rest);
-        after.is_some()
-    }
-
-    fn value(&mut self, reader: &mut Reader, depth: usize, ends: &[char]) -> Result<Value, Fault> {
-        reader.count(self.number)?;
-        if depth > limits::BRACKETS {
-            return Err(format!("line {}: nested deeper than {}", self.number, limits::BRACKETS));
-        }
-        if self.take('[') {
-            let mut list = Vec::new();
-            while !self.take(']') {
-                list.push(self.value(reader, depth + 1, &[',', ']'])?);
-                if !self.take(',') && !self.rest.starts_with(']') {
-                    return Err(self.wrong());
-                }
-            }
-            return Ok(Value::List(Rc::new(list)));
-        }
-        if self.take('{') {
-            let mut map = Vec::new();
-            while !self.take('}') {
-                let key = self.value(reader, depth + 1, &[':', ',', '}'])?;
-                let value = match self.take(':') {
-                    true => self.value(reader, depth + 1, &[',', '}'])?,
-                    false => Value::None,
-                };
-                map.push((key, value));
-                if !self.take(',') && !self.rest.starts_with('}') {
-                    return Err(self.wrong());
-                }
-            }
-            return Ok(Value::Map(Rc::new(map)));
-        }
-        self.plain(ends)
-    }
-
-    fn plain(&mut self, ends: &[char]) -> Result<Value, Fault> {
-        let rest = self.rest.trim_start();
-        if let Some(quote @ ('\'' | '"')) = rest.chars().next() {
-            let inner = rest.get(1..).unwrap_or_default();
-            let end = inner.find(quote).ok_or_else(|| self.wrong())?;
-            let (text, after) = inner.split_at(end);
-            if text.contains('\\') && quote == '"' {
-                return Err(format!("line {}: {}", self.number, not_supported("escapes in YAML")));
-            }
-            self.rest = after.get(1..).unwrap_or_default();
-            return Ok(Value::text(text));
-        }
-        let end = rest.find(ends).unwrap_or(rest.len());
-        let (word, after) = rest.split_at(end);
-        self.rest = after;
-        let word = word.trim();
-        let number = |text: &str| {
-            float(text).ok_or_else(|| format!("line {}: {} is not a number", self.number, shown(text)))
-        };
-        if let Some((tag, text)) = word.strip_prefix('!').and_then(|word| word.split_once(' ')) {
-            return match tag {
-                "degrees" => Ok(Value::Float(number(text)?.to_radians())),
-                "radians" => Ok(Value::Float(number(text)?)),
-                _ => Err(format!("line {}: {}", self.number, not_supported(&format!("the tag !{tag}")))),
-            };
-        }
-        if word.starts_with(['&', '*', '|', '>', '!', '`', '@']) || word == "<<" {
-            return Err(format!(
-                "line {}: {}",
-                self.number,
-                not_supported(&format!("{} in YAML", shown(word)))
-            ));
-        }
-        Ok(match word {
-            "" | "~" | "null" | "Null" => Value::None,
-            "true" | "True" | "TRUE" | "yes" | "Yes" | "on" => Value::Bool(true),
-            "false" | "False" | "FALSE" | "no" | "No" | "off" => Value::Bool(false),
-            ".inf" => Value::Float(f64::INFINITY),
-            "-.inf" => Value::Float(f64::NEG_INFINITY),
-            ".nan" => Value::Float(f64::NAN),
-            word => match word.parse() {
-                Ok(int) => Value::Int(int),
-                Err(_) if word.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)) => {
-                    float(word).map_or_else(|| Value::text(word), Value::Float)
-                }
-                Err(_) => Value::text(word),
-            },
-        })
-    }
 }

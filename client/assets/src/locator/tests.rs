@@ -74,12 +74,11 @@ fn a_missing_file_names_the_places_searched() {
 }
 
 #[test]
-fn nothing_outside_of_the_package_is_found() {
+fn relative_paths_may_leave_the_package_and_others_may_not() {
     let dir = tree(&["arm/package.xml", "arm/urdf/arm.urdf", "secret/a.stl"]);
     let secret = dir.path().join("secret/a.stl");
     let locator = Locator::new(&dir.path().join("arm/urdf/arm.urdf"));
     for (uri, phrase) in [
-        ("../../secret/a.stl".to_owned(), "climbs out"),
         ("package://arm/../secret/a.stl".to_owned(), "climbs out"),
         ("package://arm/%2e%2e/secret/a.stl".to_owned(), "climbs out"),
         (format!("file://{}", secret.display()), "absolute path outside"),
@@ -88,18 +87,23 @@ fn nothing_outside_of_the_package_is_found() {
         let refused = locator.find(&uri).unwrap_err();
         assert!(refused.reason().contains(phrase), "{uri}: {refused}");
     }
+    assert_eq!(locator.find("../../secret/a.stl"), Ok(real(&dir, "secret/a.stl")));
+    let missing = locator.find("../../secret/none.stl").unwrap_err();
+    assert!(missing.reason().contains("no file for"), "{missing}");
+    let within = locator.within(&dir.path().join("arm"));
+    assert!(within.find("../../secret/a.stl").unwrap_err().reason().contains("climbs out"));
 }
 
 #[cfg(unix)]
 #[test]
-fn a_symbolic_link_leads_nowhere_outside_of_the_package() {
+fn a_symbolic_link_of_a_package_uri_leads_nowhere_outside_of_the_package() {
     let dir = tree(&["arm/package.xml", "arm/urdf/arm.urdf", "arm/real/a.stl", "secret/a.stl"]);
     std::os::unix::fs::symlink(dir.path().join("secret"), dir.path().join("arm/meshes")).unwrap();
     std::os::unix::fs::symlink(dir.path().join("arm/real"), dir.path().join("arm/linked")).unwrap();
     let locator = Locator::new(&dir.path().join("arm/urdf/arm.urdf"));
     let refused = locator.find("package://arm/meshes/a.stl").unwrap_err();
     assert!(refused.reason().contains("symbolic link"), "{refused}");
-    assert!(locator.find("../meshes/a.stl").is_err());
+    assert_eq!(locator.find("../meshes/a.stl"), Ok(real(&dir, "secret/a.stl")));
     assert_eq!(locator.find("package://arm/linked/a.stl"), Ok(real(&dir, "arm/real/a.stl")));
 }
 
@@ -178,4 +182,14 @@ fn only_an_sdf_or_mjcf_names_other_descriptions() {
     assert_eq!(of("arm.urdf").unwrap_err().why, Why::NotAMesh);
     assert_eq!(of("arm.sdf"), Ok(real(&dir, "arm/part.xml")));
     assert_eq!(of("arm.xml"), Ok(real(&dir, "arm/part.xml")));
+}
+
+#[test]
+fn models_of_gazebo_are_found_by_its_variables_and_beside_worlds() {
+    let dir = tree(&["ws/worlds/w.sdf", "ws/models/near/model.sdf", "far/models/away/model.sdf"]);
+    let locator = Locator::new(&dir.path().join("ws/worlds/w.sdf"));
+    assert_eq!(locator.find("model://near/model.sdf"), Ok(real(&dir, "ws/models/near/model.sdf")));
+    assert!(locator.find("model://away/model.sdf").is_err());
+    let locator = locator.with_model_paths(vec![dir.path().join("far/models")]);
+    assert_eq!(locator.find("model://away/model.sdf"), Ok(real(&dir, "far/models/away/model.sdf")));
 }

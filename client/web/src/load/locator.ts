@@ -71,10 +71,9 @@ export class Locator {
         return this.inPackage(search, reading.name, reading.rest);
       case "absolute":
         return this.absolute(search, reading.path);
-      case "relative": {
-        const home = this.home();
-        return home === undefined ? undefined : search.look(this.folder, home, reading.path);
-      }
+      case "relative":
+        // Anything that was dropped.
+        return search.look(this.folder, "/", reading.path);
     }
   }
 
@@ -85,6 +84,8 @@ export class Locator {
       for (const folder of this.above) {
         if (nameOf(folder) === name || this.tree.manifestOf(folder) === name) folders.push(folder);
         folders.push(join(folder, name));
+        // Of `worlds/w.sdf` beside `models/NAME`.
+        folders.push(join(join(folder, "models"), name));
       }
     }
     // The folder of an export is often renamed without its URDF.
@@ -99,7 +100,9 @@ export class Locator {
     const folders = this.above.filter((folder) => this.looksLikePackage(folder));
     const home = this.home();
     if (home !== undefined && !folders.includes(home)) folders.push(home);
-    return firstOf(folders, (folder) => search.look(folder, folder, rest));
+    // What climbs out of a package is not named from its folder.
+    const within = folders.filter((folder) => joinWithin(folder, folder, rest) !== undefined);
+    return firstOf(within, (folder) => search.look(folder, folder, rest));
   }
 
   private absolute(search: Search, path: string): string | undefined {
@@ -115,7 +118,7 @@ export class Locator {
     return firstOf(known, (folder) => search.look(folder, folder, wanted.slice(folder.length)));
   }
 
-  /** The package that the URDF is presumably part of: relative URIs must stay in it. */
+  /** The package that the URDF is presumably part of: absolute URIs must stay in it. */
   private home(): string | undefined {
     const manifested = this.above.find((folder) => this.isPackage(folder));
     if (manifested !== undefined) return manifested;

@@ -7,7 +7,7 @@ use super::{Body, Expansion};
 use crate::error::{Error, Fault, shown};
 use crate::macros::Parameter;
 use crate::scope::{Block, Entry};
-use crate::source::Element;
+use crate::source::{Element, XACRO};
 use crate::value::Value;
 use crate::write::Made;
 
@@ -19,13 +19,15 @@ impl Expansion<'_> {
         depth: usize,
         body: &mut Body,
     ) -> Result<(), Error> {
-        let Some(known) = self.scopes.find_macro(name) else {
+        let Some((known, parent)) = self.scopes.find_macro(name) else {
             return Err(self.at(element, format!("there is no macro {}", shown(name))));
         };
         let top = self.scopes.top();
         let mut values = BTreeMap::new();
-        for (key, text) in
-            element.attributes.iter().filter(|(key, _)| !(element.name == "call" && key == "macro"))
+        for (key, text) in element
+            .attributes
+            .iter()
+            .filter(|(key, _)| !(element.name == "call" && key == "macro") && !key.starts_with(XACRO))
         {
             let is_known =
                 known.parameters.iter().any(|p| matches!(p, Parameter::Value { name, .. } if name == key));
@@ -69,7 +71,7 @@ impl Expansion<'_> {
         if given.next().is_some() {
             return Err(self.at(element, format!("the call of {} has a block too many", shown(name))));
         }
-        self.scopes.enter();
+        let mark = self.scopes.enter(parent);
         let level = self.scopes.top();
         for (name, value) in values {
             self.scopes.set(level, &name, Entry::Value(value));
@@ -80,7 +82,7 @@ impl Expansion<'_> {
         let outer = std::mem::replace(&mut self.file, known.element.file);
         self.content(&known.element, depth, body)?;
         self.file = outer;
-        self.scopes.leave();
+        self.scopes.leave(&mark);
         Ok(())
     }
 

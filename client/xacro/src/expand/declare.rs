@@ -3,7 +3,7 @@
 use std::rc::Rc;
 
 use super::Expansion;
-use crate::error::{Fault, not_supported, shown};
+use crate::error::{Fault, shown};
 use crate::macros::{Macro, parameters};
 use crate::scope::{Block, Entry};
 use crate::source::Element;
@@ -14,14 +14,20 @@ impl Expansion<'_> {
         let name = self.required(element, "name")?;
         let top = self.scopes.top();
         let level = match element.attribute("scope") {
-            None | Some("") => top,
-            Some("parent") => top.saturating_sub(1),
+            None | Some("" | "local") => top,
+            Some("parent") => self.scopes.parent(top),
             Some("global") => 0,
-            Some(scope) => return Err(format!("{} is no scope; it is parent or global", shown(scope))),
+            Some(scope) => {
+                self.message(format!("the scope {} is unknown and counts as local", shown(scope)));
+                top
+            }
         };
         let is_lazy = element.attribute("lazy_eval").is_none_or(|word| Value::literal(word).truth());
-        if element.attribute("remove").is_some() {
-            return Err(not_supported("remove of a property"));
+        if let Some(remove) = element.attribute("remove")
+            && self.value(remove, top)?.condition()?
+        {
+            self.scopes.remove(&name, top);
+            return Ok(());
         }
         let (text, is_default) = match (element.attribute("value"), element.attribute("default")) {
             (Some(text), _) => (Some(text), false),

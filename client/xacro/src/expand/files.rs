@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 use super::{Body, Expansion, path};
-use crate::error::{Error, Fault, not_supported};
+use crate::error::{Error, Fault, not_supported, shown};
 use crate::source::Element;
 use crate::value::Value;
-use crate::{limits, yaml};
+use crate::{limits, pattern, yaml};
 
 impl Expansion<'_> {
     pub(super) fn include(
@@ -17,15 +17,40 @@ impl Expansion<'_> {
         depth: usize,
         body: &mut Body,
     ) -> Result<(), Error> {
-        if element.attribute("ns").is_some() {
-            return Err(self.at(element, not_supported("ns of an include")));
-        }
+        let here = |expansion: &Self, fault| expansion.at(element, fault);
+        let namespace = match element.attribute("ns") {
+            Some(text) => Some(self.text(text, self.scopes.top()).map_err(|fault| here(self, fault))?),
+            None => None,
+        };
         let optional = element.attribute("optional").is_some_and(|word| Value::literal(word).truth());
         let name = self.required(element, "filename").map_err(|fault| self.at(element, fault))?;
+        let outer = namespace.filter(|name| !name.is_empty()).map(|name| self.scopes.begin_namespace(&name));
         if name.contains(['*', '[', '?']) {
-            return Err(self.at(element, not_supported("patterns in the name of an include")));
+            let names = self.matching(&name).map_err(|fault| self.at(element, fault))?;
+            if names.is_empty() {
+                self.message(format!("no file is called {}", shown(&name)));
+            }
+            for name in names {
+                self.include_one(&name, false, element, depth, body)?;
+            }
+        } else {
+            self.include_one(&name, optional, element, depth, body)?;
         }
-        let found = self.open(&name, limits::FILE_BYTES);
+        if let Some(outer) = outer {
+            self.scopes.end_namespace(outer);
+        }
+        Ok(())
+    }
+
+    fn include_one(
+        &mut self,
+        name: &str,
+        optional: bool,
+        element: &Rc<Element>,
+        depth: usize,
+        body: &mut Body,
+    ) -> Result<(), Error> {
+        let found = self.open(name, limits::FILE_BYTES);
         let (path, text) = match found {
             Ok(found) => found,
             Err(_) if optional => return Ok(()),
@@ -39,18 +64,71 @@ impl Expansion<'_> {
             }
         };
         let root = self.parse(&text, file)?;
-        let outer = std::mem::replace(&mut self.file, file);
+        let outer = (self.file, self.including);
+        (self.file, self.including) = (file, file);
         self.content(&root, depth, body)?;
-        self.file = outer;
+        (self.file, self.including) = outer;
         Ok(())
+    }
+
+    /// Files that a pattern in the last part of a name means, in their order. Files that may not be read are none of them.
+    fn matching(&mut self, pattern: &str) -> Result<Vec<String>, Fault> {
+        let name = path(pattern.to_owned());
+        let (folder, pattern) = name.rsplit_once('/').unwrap_or((".", &name));
+        if folder.contains(['*', '[', '?']) {
+            return Err(not_supported("patterns in the folder of an include"));
+        }
+        let on_disk = match folder.strip_prefix("package://") {
+            Some(rest) => {
+                let (package, rest) = rest.split_once('/').unwrap_or((rest, ""));
+                let package = self.locator.package(package);
+                package.ok_or_else(|| format!("the package of {} is not found", shown(&name)))?.join(rest)
+            }
+            None => normal(&Path::new(&self.folder_of(self.including)).join(folder)),
+        };
+        let entries = std::fs::read_dir(on_disk).into_iter().flatten().filter_map(Result::ok);
+        let mut names: Vec<String> = entries
+            .take(limits::ENTRIES)
+            .filter_map(|entry| entry.file_name().into_string().ok())
+            .filter(|name| pattern::fits(pattern, name))
+            .map(|name| format!("{folder}/{name}"))
+            .filter(|name| self.find(name).is_ok())
+            .collect();
+        names.sort();
+        Ok(names)
     }
 
     /// Reads a YAML file as values.
     pub(crate) fn load_yaml(&mut self, name: &str) -> Result<Value, Fault> {
         let (path, text) = self.open(name, limits::YAML_BYTES)?;
-        let (value, entries) = yaml::read(&text).map_err(|fault| format!("{}: {fault}", path.display()))?;
+        let mut evaluate = |text: &str| {
+            let value = self.number(text)?;
+            value.number().ok_or_else(|| format!("{} is not a number", shown(text)))
+        };
+        let (value, entries) =
+            yaml::read(&text, &mut evaluate).map_err(|fault| format!("{}: {fault}", path.display()))?;
         self.step(entries)?;
         Ok(value)
+    }
+
+    /// A name as an absolute path, from the folder of the file whose include is expanded.
+    pub(crate) fn absolute(&self, name: &str) -> String {
+        if name.contains("://") {
+            return name.to_owned();
+        }
+        normal(&Path::new(&self.folder_of(self.including)).join(name)).to_string_lossy().into_owned()
+    }
+
+    /// The file of a name: in a macro from the folder of the call, as the official package has it, then from that of the macro.
+    fn find(&self, name: &str) -> Result<PathBuf, Fault> {
+        let found = self.locator.find_source(&self.absolute(name));
+        if self.including == self.file || name.contains("://") {
+            return found.map_err(|not_found| not_found.to_string());
+        }
+        found.or_else(|not_found| {
+            let own = normal(&Path::new(&self.folder()).join(name));
+            self.locator.find_source(&own.to_string_lossy()).map_err(|_| not_found.to_string())
+        })
     }
 
     /// A file that a file names: by its package, else from the folder of the file.
@@ -59,12 +137,7 @@ impl Expansion<'_> {
         if self.readings > limits::FILES {
             return Err(format!("more than {} files are read", limits::FILES));
         }
-        let name = path(name.to_owned());
-        let uri = match name.contains("://") {
-            true => name,
-            false => normal(&Path::new(&self.folder()).join(&name)).to_string_lossy().into_owned(),
-        };
-        let path = self.locator.find_source(&uri).map_err(|not_found| not_found.to_string())?;
+        let path = self.find(&path(name.to_owned()))?;
         let text = read(&path, most)?;
         self.bytes += text.len();
         if self.bytes > limits::ALL_BYTES {

@@ -94,26 +94,63 @@ fn yaml_gives_maps_lists_numbers_and_angles() {
     assert!(urdf.contains(expected), "{urdf}");
 }
 
+fn read_yaml(text: &str) -> Result<(value::Value, usize), String> {
+    yaml::read(text, &mut |text| text.parse().map_err(|_| format!("{text} is not a number")))
+}
+
+/// What a YAML file comes to, as Python shows it.
+fn yaml_of(text: &str) -> String {
+    read_yaml(text).unwrap().0.show().unwrap()
+}
+
+#[test]
+fn yaml_has_anchors_and_the_last_of_equal_keys_holds() {
+    for (text, expected) in [
+        ("left: &f\n  m: 3\nright: *f", "{'left': {'m': 3}, 'right': {'m': 3}}"),
+        ("a: &x 1\nb: [*x, 2]", "{'a': 1, 'b': [1, 2]}"),
+        ("a: &x {b: 1, c: 2}\nd:\n  <<: *x\n  c: 3", "{'a': {'b': 1, 'c': 2}, 'd': {'c': 3, 'b': 1}}"),
+        ("- &x\n  a: 1\n- *x", "[{'a': 1}, {'a': 1}]"),
+        ("link:\n  inertia:\n  inertia:\n    xx: 5", "{'link': {'inertia': {'xx': 5}}}"),
+        ("{a: 1, b: 2, a: 3}", "{'a': 3, 'b': 2}"),
+        ("a: |\n  one\n   two\n\nb: >-\n  three\n  four\n", "{'a': 'one\n two\n', 'b': 'three four'}"),
+        ("a: one\n  two\nb: \"x\\ty\"\nc: 'it''s'", "{'a': 'one two', 'b': 'x\ty', 'c': \"it's\"}"),
+        ("a: !millimeters 250\nb: !!str 5", "{'a': 0.25, 'b': '5'}"),
+    ] {
+        assert_eq!(yaml_of(text), expected, "{text}");
+    }
+}
+
+#[test]
+fn yaml_that_names_itself_again_and_again_is_refused() {
+    let mut bomb = "a0: &a0 [x, x, x, x, x, x, x, x, x]\n".to_owned();
+    for level in 1..30 {
+        let alias = format!("*a{}", level - 1);
+        bomb += &format!("a{level}: &a{level} [{0}, {0}, {0}, {0}, {0}, {0}, {0}, {0}, {0}]\n", alias);
+    }
+    assert!(read_yaml(&bomb).unwrap_err().contains("more than 10000 values"));
+}
+
 #[test]
 fn yaml_that_grows_or_is_not_supported_is_refused_with_its_line() {
     for (text, reason) in [
-        ("a: &x 1\nb: *x", "line 1: not supported: \"&x 1\" in YAML"),
-        ("a: |\n  b", "line 1: not supported: \"|\" in YAML"),
+        ("a: 1\nb: *x", "line 2: no anchor is named \"x\""),
+        ("a: |2\n  b", "line 1: not supported: \"|2\" in YAML"),
+        ("a: 'b\nc: 1", "has no closing quote"),
         ("a: !!python/object 1", "line 1: not supported: the tag !!python/object"),
         ("a: [1, 2", "line 1: \"[1, 2\" has no closing bracket"),
         ("a: 1\n   b: 2", "line 2: the indentation fits nothing before it"),
         ("a: 1\nb", "line 2: \"b\" has no `:`"),
         ("a: 1\n---\nb: 2", "line 2: not supported: a second document"),
     ] {
-        let why = yaml::read(text).unwrap_err();
+        let why = read_yaml(text).unwrap_err();
         assert!(why.contains(reason), "{text}: {why}");
     }
     let deep = "[".repeat(50) + &"]".repeat(50);
-    assert!(yaml::read(&deep).unwrap_err().contains("nested deeper than 40"));
+    assert!(read_yaml(&deep).unwrap_err().contains("nested deeper than 40"));
     let dashes = "- ".repeat(50) + "1";
-    assert!(yaml::read(&dashes).unwrap_err().contains("nested deeper than 40"));
-    assert!(yaml::read(&"- 1\n".repeat(10_001)).unwrap_err().contains("more than 10000 values"));
-    assert!(yaml::read(&"- 1\n".repeat(10_000)).is_ok());
+    assert!(read_yaml(&dashes).unwrap_err().contains("nested deeper than 40"));
+    assert!(read_yaml(&"- 1\n".repeat(10_001)).unwrap_err().contains("more than 10000 values"));
+    assert!(read_yaml(&"- 1\n".repeat(10_000)).is_ok());
 }
 
 #[test]
@@ -125,4 +162,49 @@ fn a_mistake_in_an_included_file_is_reported_with_that_file_and_line() {
     let error = expand_in(&dir, "urdf/a.xacro").unwrap_err();
     assert!(error.file.as_ref().unwrap().ends_with("urdf/b.xacro"));
     assert_eq!((error.line, error.message.as_str()), (3, "\"nothing\" is not defined, in ${nothing}"));
+}
+
+#[test]
+fn an_include_may_have_a_namespace_of_its_own() {
+    let child = "<xacro:property name='tip' value='tool'/><xacro:macro name='m' params='n'>\
+        <link name='${tip}_${n}'/></xacro:macro>";
+    let top = "<xacro:property name='file' value='child.xacro'/><xacro:include filename='${file}' ns='child'/>\
+        <link name='${child.tip}'/><xacro:child.m n='1'/>";
+    let dir = package(&[("urdf/a.xacro", &robot(top)), ("urdf/child.xacro", &robot(child))]);
+    let urdf = expand_in(&dir, "urdf/a.xacro").unwrap().urdf;
+    assert!(urdf.contains("<link name=\"tool\"/>\n<link name=\"tool_1\"/>"), "{urdf}");
+    let outside = robot("<xacro:include filename='child.xacro' ns='child'/><link name='${tip}'/>");
+    let dir = package(&[("urdf/a.xacro", &outside), ("urdf/child.xacro", &robot(child))]);
+    assert!(expand_in(&dir, "urdf/a.xacro").unwrap_err().message.contains("\"tip\" is not defined"));
+}
+
+#[test]
+fn an_include_may_be_a_pattern() {
+    let dir = package(&[
+        (
+            "urdf/a.xacro",
+            &robot("<xacro:include filename='parts/*.xacro'/><xacro:include filename='none*'/>"),
+        ),
+        ("urdf/parts/b.xacro", &robot("<link name='b'/>")),
+        ("urdf/parts/a.xacro", &robot("<link name='a'/>")),
+        ("urdf/parts/a.txt", "no xacro"),
+    ]);
+    let expanded = expand_in(&dir, "urdf/a.xacro").unwrap();
+    assert!(expanded.urdf.contains("<link name=\"a\"/>\n<link name=\"b\"/>"), "{}", expanded.urdf);
+    assert_eq!(expanded.messages, ["no file is called \"none*\""]);
+}
+
+#[test]
+fn a_file_in_a_macro_is_named_from_the_folder_of_the_call_else_of_the_macro() {
+    let sizes = "<xacro:macro name='m'><link name=\"${xacro.load_yaml('sizes.yaml')['a']}\"/></xacro:macro>";
+    let top = robot("<xacro:include filename='inc/m.xacro'/><xacro:m/>");
+    let all = [
+        ("urdf/a.xacro", top.as_str()),
+        ("urdf/inc/m.xacro", &robot(sizes)),
+        ("urdf/inc/sizes.yaml", "a: macro"),
+        ("urdf/sizes.yaml", "a: call"),
+    ];
+    assert!(expand_in(&package(&all), "urdf/a.xacro").unwrap().urdf.contains("<link name=\"call\"/>"));
+    let without = all.get(..3).unwrap();
+    assert!(expand_in(&package(without), "urdf/a.xacro").unwrap().urdf.contains("<link name=\"macro\"/>"));
 }

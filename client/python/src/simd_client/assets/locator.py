@@ -67,7 +67,7 @@ class Locator:
                 elif isinstance(reading, Absolute):
                     found = self._absolute(search, above, Path(reading.path))
                 else:
-                    found = self._relative(search, above, reading.path)
+                    found = self._relative(search, reading.path)
                 found = found or self._in_roots(search, above, reading)
                 if found is not None:
                     return found
@@ -83,6 +83,9 @@ class Locator:
         if home is not None and home not in folders:
             folders.append(home)
         for folder in folders:
+            # What climbs out of a package is not named from its folder.
+            if join_within(folder, folder, rest) is None:
+                continue
             found = search.look(folder, folder, rest, None)
             if found is not None:
                 return found
@@ -99,6 +102,8 @@ class Locator:
                 if package.is_named(folder, uri.name):
                     folders.append((folder, None))
                 folders.append((folder / uri.name, None))
+                # Of `worlds/w.sdf` beside `models/NAME`.
+                folders.append((folder / "models" / uri.name, None))
         # The folder of an export is often renamed, and the URDF in it is not.
         folders.extend((folder, None) for folder in above if package.looks_like_one(folder))
         for folder, installed in folders:
@@ -107,10 +112,10 @@ class Locator:
                 return found
         return None
 
-    def _relative(self, search: _Search, above: Sequence[Path], path: str) -> Path | None:
-        folder, boundary = self._folder.absolute(), package.home(above)
-        if boundary is None:
-            return None
+    def _relative(self, search: _Search, path: str) -> Path | None:
+        folder = self._folder.absolute()
+        # As every other reader of this machine's user follows it.
+        boundary = Path(folder.anchor)
         found = search.look(folder, boundary, path, None)
         # Again from the real folder, in which `..` may mean something else.
         real, real_boundary = real_path(folder), real_path(boundary)

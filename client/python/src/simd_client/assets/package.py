@@ -73,29 +73,45 @@ def manifest_name(folder: Path) -> str | None:
     return name.strip() if opened and closed else None
 
 
+MODEL_PATHS = (
+    "GZ_SIM_RESOURCE_PATH",
+    "IGN_GAZEBO_RESOURCE_PATH",
+    "GAZEBO_MODEL_PATH",
+    "GAZEBO_RESOURCE_PATH",
+    "SDF_PATH",
+)
+"""The variables by which Gazebo finds models, of all of its ages."""
+
+
 class RosPaths:
     """Where ROS keeps packages. Looked through once, when it is first asked."""
 
-    def __init__(self, package_path: Sequence[Path] = (), prefixes: Sequence[Path] = ()) -> None:
+    def __init__(
+        self, package_path: Sequence[Path] = (), prefixes: Sequence[Path] = (), models: Sequence[Path] = ()
+    ) -> None:
         self._package_path = tuple(package_path)
         self._prefixes = tuple(prefixes)
+        self._models = tuple(models)
         self._crawled: dict[str, Path] | None = None
 
     @staticmethod
     def of_environment() -> RosPaths:
-        """By `ROS_PACKAGE_PATH` and `AMENT_PREFIX_PATH` of this process."""
+        """By `ROS_PACKAGE_PATH`, `AMENT_PREFIX_PATH` and Gazebo's variables for models."""
 
         def folders(name: str) -> list[Path]:
             listed = map(Path, filter(None, os.environ.get(name, "").split(os.pathsep)))
             return [folder for folder in listed if folder.is_absolute()]
 
-        return RosPaths(folders("ROS_PACKAGE_PATH"), folders("AMENT_PREFIX_PATH"))
+        models = [folder for name in MODEL_PATHS for folder in folders(name)]
+        return RosPaths(folders("ROS_PACKAGE_PATH"), folders("AMENT_PREFIX_PATH"), models)
 
     def folders(self, name: str) -> list[Path]:
         """The folders of a package, the likeliest first."""
         crawled = self._packages().get(name)
         installed = (prefix / "share" / name for prefix in self._prefixes)
-        return ([crawled] if crawled else []) + [folder for folder in installed if folder.is_dir()]
+        models = (folder / name for folder in self._models)
+        found = [folder for folder in (*installed, *models) if folder.is_dir()]
+        return ([crawled] if crawled else []) + found
 
     def package_of(self, path: Path) -> Path | None:
         """The folder of the package that a path lies in."""
