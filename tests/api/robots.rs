@@ -41,7 +41,7 @@ async fn names_with_spaces_work_from_the_folder_to_the_target(via: Via) {
 }
 
 /// The report names the overlapping links and a place that is free; there the next robot overlaps nothing.
-async fn a_robot_that_is_loaded_into_another_one_is_told_a_free_place(via: Via) {
+async fn a_report_names_what_a_robot_was_loaded_into_and_a_free_place(via: Via) {
     let daemon = Daemon::paused_via(via).await;
     let package = assets().join("Bench_Arm-1.2 rev B");
     let overlaps = |spawned: &simd_client::Spawned| {
@@ -168,7 +168,7 @@ async fn a_path_on_the_daemons_disk_works_below_an_asset_root_only(via: Via) {
 crate::over_every_transport![
     a_solidworks_export_loads_without_a_warning_and_says_what_it_is,
     names_with_spaces_work_from_the_folder_to_the_target,
-    a_robot_that_is_loaded_into_another_one_is_told_a_free_place,
+    a_report_names_what_a_robot_was_loaded_into_and_a_free_place,
     what_the_daemon_has_is_not_sent_again,
     a_robot_can_be_watched_on_its_way_in,
     a_ball_and_a_box_are_spawned_without_a_description,

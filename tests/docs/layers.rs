@@ -61,7 +61,7 @@ const SIMULATION: Layers = Layers {
         &["operations"],
         &["event"],
         &["command"],
-        &["measure", "queries", "terrain_penetration"],
+        &["measure", "queries", "spawn_overlaps", "terrain_penetration"],
         &["joint_status", "rays", "reactions"],
         &["published_state"],
         &["robot_settings", "saved"],
