@@ -13,13 +13,12 @@ use simd_core::collision::{ConvexMesh, MeshShapes};
 use simd_core::simulation::command::{CollisionPair, ContactSettings, JointOrientation, Spawn};
 use simd_core::{Command, Reply};
 use simd_model::robot::{MeshAsset, Sha256};
-use simd_model::{Disposition, Finding, LoadReport, RobotModel, Severity, SrdfPair, wire_name};
+use simd_model::{LoadReport, RobotModel, SrdfPair, wire_name};
 use tokio::sync::watch;
 
 pub use self::reload::Reloaded;
-use super::heavy::Cancelled;
 use super::{CallError, SimHandle};
-use crate::driver::{Done, Entry, Published, ReportEntry};
+use crate::driver::{Done, Entry, ReportEntry};
 use crate::loading::{
     ExpandedXacro, Origin, Phase, Prepared, Progress, Reporter, Source, Validated, Which, XacroFiles, summary,
 };
