@@ -54,7 +54,7 @@ def test_a_slider_sets_a_target_and_a_refusal_is_shown(daemon: Daemon, arm: Robo
 
 def test_what_it_needs_is_said(arm: Robot, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "anywidget", None)
-    with pytest.raises(ImportError, match=r"simd-client\[notebook\]"):
+    with pytest.raises(ImportError, match="pip install 'anywidget>=0.9'"):
         panel(arm)
 
 
