@@ -408,6 +408,11 @@ pub(crate) fn binary(operator: Operator, a: &Value, b: &Value) -> Result<Value, 
             b.iter().for_each(|(key, value)| put(&mut map, key.clone(), value.clone()));
             return Ok(Value::Map(Rc::new(map)));
         }
+        // Sets are lists here.
+        (Subtract, Value::List(a), Value::List(b)) if a.len() + b.len() <= SET => {
+            let kept = a.iter().filter(|value| !b.iter().any(|other| other.equals(value)));
+            return Ok(Value::List(Rc::new(kept.cloned().collect())));
+        }
         (Modulo, Value::Text(text), values) => return Ok(Value::text(&format::percent(text, values)?)),
         (And | Or | ExclusiveOr, Value::Bool(a), Value::Bool(b)) => {
             return Ok(Value::Bool(match operator {

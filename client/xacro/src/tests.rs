@@ -79,6 +79,7 @@ fn expressions_are_those_of_python() {
         ("list(zip([1, 2], 'ab'))", "[[1, 'a'], [2, 'b']]"),
         ("isinstance('a', str) and not isinstance(1.0, int)", "True"),
         ("[0] * 3", "[0, 0, 0]"),
+        ("list(python.set(['a', 'b', 'a']) - python.set(['b']))", "['a']"),
         ("xacro.tokenize('a, b;c')", "['a', 'b', 'c']"),
         ("python.list(reversed([1, 2]))", "[2, 1]"),
         ("100.0", "100.0"),

@@ -3,6 +3,7 @@
 use super::Reader;
 use super::defaults::Classed;
 use super::joint::{Joints, Kind, is_limited};
+use super::spring_damper;
 use crate::report::Disposition::{Ignored, Used};
 use crate::report::short;
 use crate::translation::draft::DraftDrive;
@@ -14,10 +15,17 @@ use crate::urdf::findings::quoted;
 enum Law {
     /// Force by control.
     Motor(f64),
-    /// Stiffness, damping.
-    Position(f64, Option<f64>),
+    /// Stiffness.
+    Position(f64, Damping),
     /// Damping.
     Velocity(f64),
+}
+
+/// Damping of a servo of position.
+enum Damping {
+    Of(f64),
+    /// Of what is critical for the inertia that the joint moves where the file puts the bodies.
+    Ratio(f64),
 }
 
 /// What actuators say of joints.
@@ -26,6 +34,7 @@ pub(super) fn read<'a>(
     reader: &mut Reader<'a>,
     joints: &mut Joints,
 ) -> Result<(), Stop> {
+    let mut inertias = None;
     for element in elements.iter().copied() {
         let tags = match element.tag() {
             "motor" => ["motor", "general"],
@@ -81,8 +90,21 @@ pub(super) fn read<'a>(
                 (DraftDrive { command: Some("effort"), ..DraftDrive::default() }, effort)
             }
             Law::Position(stiffness, damping) => {
-                let by = gear * gear;
-                let (stiffness, damping) = (Some(stiffness * by), damping.map(|damping| damping * by));
+                let damping = match damping {
+                    Damping::Of(damping) => damping * gear * gear,
+                    Damping::Ratio(ratio) => {
+                        let inertias =
+                            inertias.get_or_insert_with(|| spring_damper::joint_inertias(&reader.bodies));
+                        let inertia = inertias.get(joint).copied().filter(|inertia| inertia.is_finite());
+                        let inertia = inertia.unwrap_or(0.0).max(0.0);
+                        // As MuJoCo's `mj_setConst`: of the mass behind the gear, M / gear^2.
+                        let damping = 2.0 * ratio * (stiffness.max(0.0) * inertia).sqrt() * gear.abs();
+                        let message = format!("damping {}, from its ratio of damping", short(damping));
+                        reader.notes.info(element, Used, message);
+                        damping
+                    }
+                };
+                let (stiffness, damping) = (Some(stiffness * gear * gear), Some(damping));
                 (DraftDrive { command: Some("position"), stiffness, damping }, force)
             }
             Law::Velocity(damping) => {
@@ -108,11 +130,10 @@ fn law(actuator: &Classed) -> Result<Option<Law>, Stop> {
         "motor" => Law::Motor(1.0),
         "position" => {
             let stiffness = number("kp")?.unwrap_or(1.0);
-            // A ratio of damping needs the inertia: critical damping is the core's default.
             let damping = match (number("kv")?, number("dampratio")?) {
-                (Some(damping), _) => Some(damping),
-                (None, Some(ratio)) if ratio > 0.0 => None,
-                (None, _) => Some(0.0),
+                (Some(damping), _) => Damping::Of(damping),
+                (None, Some(ratio)) if ratio > 0.0 => Damping::Ratio(ratio),
+                (None, _) => Damping::Of(0.0),
             };
             Law::Position(stiffness, damping)
         }
@@ -135,8 +156,9 @@ fn general(actuator: &Classed) -> Result<Option<Law>, Stop> {
     Ok(match actuator.word("biastype").unwrap_or("none") {
         "none" => Some(Law::Motor(gain)),
         "affine" if bias(0) == 0.0 && near(bias(1), -gain) && gain > 0.0 => {
-            // A positive one is a ratio of damping, which needs the inertia.
-            Some(Law::Position(gain, if bias(2) > 0.0 { None } else { Some(-bias(2)) }))
+            // A positive one is a ratio of damping.
+            let damping = if bias(2) > 0.0 { Damping::Ratio(bias(2)) } else { Damping::Of(-bias(2)) };
+            Some(Law::Position(gain, damping))
         }
         "affine" if bias(0) == 0.0 && bias(1) == 0.0 && near(bias(2), -gain) && gain > 0.0 => {
             Some(Law::Velocity(gain))

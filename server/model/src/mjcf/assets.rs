@@ -8,12 +8,14 @@ use glamx::{DPose3, DQuat, DVec3};
 use super::builtin_texture;
 use super::compiler::Compiler;
 use super::defaults::Classes;
+use super::files::beside;
 use super::inline_mesh::{self, Made};
 use super::value;
 use crate::report::Disposition::{Ignored, Repaired};
 use crate::robot::{Inertial, TextureRepeat};
 use crate::translation::element::Element;
 use crate::translation::notes::{Notes, Stop};
+use crate::urdf::Assets;
 
 /// What geoms name.
 #[derive(Default)]
@@ -70,6 +72,7 @@ impl Library {
     pub(super) fn read<'a>(
         &mut self,
         elements: &[Element<'a>],
+        files: &dyn Assets,
         compiler: &Compiler,
         classes: &Classes<'a>,
         made: &mut Made,
@@ -77,24 +80,31 @@ impl Library {
     ) -> Result<(), Stop> {
         for element in elements.iter().copied() {
             match element.tag() {
-                "mesh" => self.mesh(element, compiler, classes, made, notes)?,
-                "hfield" => self.height_field(element, compiler, notes)?,
+                "mesh" => self.mesh(element, files, compiler, classes, made, notes)?,
+                "hfield" => self.height_field(element, files, compiler, notes)?,
                 "material" => {
                     let material = classes.of(element, None, ["material", "material"]);
-                    let color = material.numbers("rgba", notes)?;
+                    let color = material.numbers("rgba", notes).unwrap_or_else(|stop| {
+                        notes.pass_over(stop);
+                        None
+                    });
                     // Layers are of MuJoCo from 3.2 on: one for each part of the look.
                     let of_color = |layer: &Element| matches!(layer.word("role"), Some("rgb" | "rgba"));
                     let layer = element.children("layer").find(of_color);
                     let layer = layer.and_then(|layer| layer.word("texture"));
                     let texture = material.word("texture").or(layer).map(str::to_owned);
-                    let repeat = material.numbers("texrepeat", notes)?.unwrap_or([1.0, 1.0]);
+                    let repeat = material.numbers("texrepeat", notes).unwrap_or_else(|stop| {
+                        notes.pass_over(stop);
+                        None
+                    });
+                    let repeat = repeat.unwrap_or([1.0, 1.0]);
                     let uniform = material.word("texuniform") == Some("true");
                     if let Some(name) = element.word("name") {
                         let material = Material { color, texture, repeat, uniform };
                         self.materials.insert(name.to_owned(), material);
                     }
                 }
-                "texture" => self.texture(element, compiler, classes, made, notes)?,
+                "texture" => self.texture(element, files, compiler, classes, made, notes)?,
                 // Of `attach`.
                 "model" => {}
                 "skin" => notes.warn(element, Ignored, "not read by simd: it is not drawn"),
@@ -143,6 +153,7 @@ impl Library {
     fn texture<'a>(
         &mut self,
         element: Element<'a>,
+        files: &dyn Assets,
         compiler: &Compiler,
         classes: &Classes<'a>,
         made: &mut Made,
@@ -155,7 +166,7 @@ impl Library {
         }
         let file = texture.word("file").filter(|_| texture.word("gridsize").is_none());
         let uri = match file {
-            Some(file) => compiler.texture_uri(file),
+            Some(file) => found(element, file, compiler.texture_uri(file), files),
             None => match builtin_texture::png(&texture, kind == "2d", made, notes)? {
                 Some(png) => made.add_picture(element, element.word("name").unwrap_or("texture"), png)?,
                 None => {
@@ -174,6 +185,7 @@ impl Library {
     fn mesh<'a>(
         &mut self,
         element: Element<'a>,
+        files: &dyn Assets,
         compiler: &Compiler,
         classes: &Classes<'a>,
         made: &mut Made,
@@ -208,7 +220,7 @@ impl Library {
             }
         };
         let uri = match mesh.word("file") {
-            Some(file) => compiler.mesh_uri(file),
+            Some(file) => found(element, file, compiler.mesh_uri(file), files),
             None if element.word("vertex").is_some() => match inline_mesh::obj(element, made, notes)? {
                 Some(text) => made.add(element, name, text)?,
                 None => return Ok(()),
@@ -224,7 +236,13 @@ impl Library {
         Ok(())
     }
 
-    fn height_field(&mut self, element: Element, compiler: &Compiler, notes: &mut Notes) -> Result<(), Stop> {
+    fn height_field(
+        &mut self,
+        element: Element,
+        files: &dyn Assets,
+        compiler: &Compiler,
+        notes: &mut Notes,
+    ) -> Result<(), Stop> {
         let (Some(name), Some(file)) =
             (element.word("name").or_else(|| element.word("file")), element.word("file"))
         else {
@@ -234,8 +252,18 @@ impl Library {
         };
         let [x, y, up, _below] = value::numbers::<4>(element, "size", notes)?
             .ok_or_else(|| Stop::at(element, "it has no size"))?;
-        self.heights.insert(name.to_owned(), (compiler.mesh_uri(file), DVec3::new(2.0 * x, 2.0 * y, up)));
+        let uri = found(element, file, compiler.mesh_uri(file), files);
+        self.heights.insert(name.to_owned(), (uri, DVec3::new(2.0 * x, 2.0 * y, up)));
         Ok(())
+    }
+}
+
+/// The URI of a file: from the compiler's folder, else beside the included file that names it, as MuJoCo looks for it.
+fn found(element: Element, file: &str, uri: String, files: &dyn Assets) -> String {
+    let beside = beside(element.folder(), file).filter(|beside| *beside != uri);
+    match beside {
+        Some(beside) if files.find(&uri).is_err() && files.find(&beside).is_ok() => beside,
+        _ => uri,
     }
 }
 

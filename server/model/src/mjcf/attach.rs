@@ -115,7 +115,7 @@ impl<'a> Reader<'a> {
         for section in of("asset") {
             let elements = files::expanded(section, self.sources, self.file_indices)?;
             let Scope { library, compiler, classes, .. } = &mut scope;
-            library.read(&elements, compiler, classes, &mut self.made, &mut self.notes)?;
+            library.read(&elements, self.assets, compiler, classes, &mut self.made, &mut self.notes)?;
             for element in elements.iter().filter(|element| element.tag() == "model") {
                 let Some(file) = element.word("file") else { continue };
                 let file_index = self.file_indices.models.get(file).copied();

@@ -25,6 +25,8 @@ pub(super) struct Compiler {
     pub(super) texture_folder: String,
     pub(super) strip_path: bool,
     pub(super) discard_visual: bool,
+    /// Primitives are fitted to the extent of a mesh; else to the box of its inertia.
+    pub(super) fit_extent: bool,
     /// Of the file, with a slash behind it, where another one attaches it.
     pub(super) folder: String,
 }
@@ -45,6 +47,7 @@ impl Default for Compiler {
             texture_folder: String::new(),
             strip_path: false,
             discard_visual: false,
+            fit_extent: false,
             folder: String::new(),
         }
     }
@@ -68,6 +71,7 @@ impl Compiler {
         self.balance_inertia = says("balanceinertia", self.balance_inertia);
         self.strip_path = says("strippath", self.strip_path);
         self.discard_visual = says("discardvisual", self.discard_visual);
+        self.fit_extent = says("fitaabb", self.fit_extent);
         match element.word("inertiafromgeom") {
             Some("true") => self.inertia_from_geoms = Some(true),
             Some("false") => self.inertia_from_geoms = Some(false),

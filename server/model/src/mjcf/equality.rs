@@ -165,6 +165,14 @@ fn follow<'a>(
     let is_of_one = top_of(&reader.bodies, one) == top_of(&reader.bodies, other);
     if is_of_one && !joints.mimics.contains_key(follower) && !follows(joints, leader, follower) {
         joints.mimics.insert(follower.to_owned(), (leader.to_owned(), factor, offset));
+        if joints.drives.contains_key(follower) {
+            let message = format!(
+                "the joint {} follows {} and has no actuator of its own in simd: drive {1}",
+                quoted(follower),
+                quoted(leader)
+            );
+            reader.notes.warn(element, Ignored, message);
+        }
         return Ok(());
     }
     let end = |body: usize, joint: &str| End { body, pose: DPose3::IDENTITY, joint: Some(joint.to_owned()) };

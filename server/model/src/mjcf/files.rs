@@ -1,7 +1,7 @@
 //! Other files: `<include>`, of which the content stands instead of it, and `<model>` of the assets, of which parts are attached. As
-//! in MuJoCo each file is included once, and names are from the folder of the main file.
+//! in MuJoCo each file is included once, and names are from the folder of the main file, else from that of the file that includes.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use roxmltree::Node;
 
@@ -17,7 +17,8 @@ const MOST_NESTED: usize = 50;
 /// Indices of other files, by their names.
 #[derive(Default)]
 pub(super) struct FileIndices {
-    pub(super) includes: BTreeMap<String, usize>,
+    /// By the folder of the file that includes, and the name.
+    includes: BTreeMap<(String, String), usize>,
     pub(super) models: BTreeMap<String, usize>,
 }
 
@@ -28,10 +29,12 @@ pub(super) fn gather(
     limits: &LoadLimits,
 ) -> Result<FileIndices, Stop> {
     let mut file_indices = FileIndices::default();
+    let mut by_uri: BTreeMap<String, usize> = BTreeMap::new();
+    let mut included: BTreeSet<String> = BTreeSet::new();
     let mut count = 1;
     let mut index = 0;
     while index < count {
-        let named: Vec<(String, u32, bool)> = {
+        let (folder, named): (String, Vec<(String, u32, bool)>) = {
             let source = texts.parse_one(index, limits)?;
             let is_model = |node: &Node| {
                 let above = node.parent_element().map(|above| above.tag_name().name());
@@ -42,15 +45,17 @@ pub(super) fn gather(
                 let file = node.attribute("file").unwrap_or_default().trim().to_owned();
                 (file, source.line(node.range().start), is_model(&node))
             });
-            named.collect()
+            let end = source.uri.rfind('/').map_or(0, |end| end + 1);
+            (source.uri.get(..end).unwrap_or_default().to_owned(), named.collect())
         };
         for (file, line, is_model) in named {
             if is_model && !file.is_empty() {
                 if file_indices.models.contains_key(&file) {
                     continue;
                 }
-                let known = file_indices.includes.get(&file).copied();
+                let known = by_uri.get(&file).copied();
                 if known.is_some() || texts.include(&file, assets, limits)? {
+                    by_uri.insert(file.clone(), known.unwrap_or(count));
                     file_indices.models.insert(file, known.unwrap_or(count));
                     count += usize::from(known.is_none());
                 }
@@ -60,22 +65,35 @@ pub(super) fn gather(
             if file.is_empty() {
                 return Err(Stop::of_file(of, Some(line), "it does not name its file".to_owned()));
             }
-            if file_indices.includes.contains_key(&file) {
-                let message = format!("the file {file:?} is included twice, which MJCF does not allow");
+            let beside = beside(&folder, &file);
+            let mut found = None;
+            for uri in [Some(&file), beside.as_ref()].into_iter().flatten() {
+                if texts.include(uri, assets, limits)? {
+                    found = Some(uri.clone());
+                    break;
+                }
+            }
+            // What is not there is among what was asked for all the same.
+            let Some(uri) = found else { continue };
+            if !included.insert(uri.clone()) {
+                let message = format!("the file {uri:?} is included twice, which MJCF does not allow");
                 return Err(Stop::of_file(of, Some(line), message));
             }
-            if !texts.include(&file, assets, limits)? {
-                // It is among what was asked for all the same.
-                continue;
-            }
             // It may be there as a model.
-            let known = file_indices.models.get(&file).copied();
-            file_indices.includes.insert(file, known.unwrap_or(count));
+            let known = by_uri.get(&uri).copied();
+            file_indices.includes.insert((folder.clone(), file), known.unwrap_or(count));
+            by_uri.insert(uri, known.unwrap_or(count));
             count += usize::from(known.is_none());
         }
         index += 1;
     }
     Ok(file_indices)
+}
+
+/// A file as it is named from the folder of the file that names it, where that is not the folder of the main file.
+pub(super) fn beside(folder: &str, file: &str) -> Option<String> {
+    let is_relative = !file.starts_with('/') && !file.contains("://");
+    (is_relative && !folder.is_empty()).then(|| format!("{folder}{}", file.trim_start_matches("./")))
 }
 
 /// The elements of a section, with those of included files in place of each include.
@@ -94,7 +112,8 @@ pub(super) fn expanded<'a>(
             continue;
         }
         let file = element.word("file").unwrap_or_default();
-        let root = file_indices.includes.get(file).and_then(|index| Element::root(sources, *index));
+        let key = (element.folder().to_owned(), file.to_owned());
+        let root = file_indices.includes.get(&key).and_then(|index| Element::root(sources, *index));
         let Some(root) = root else {
             return Err(Stop::at(element, format!("the file {file:?} is not found")));
         };

@@ -5,6 +5,7 @@ use glamx::{DMat3, DPose3, DQuat, DVec3};
 use super::assets::{Library, Mesh};
 use super::compiler::Compiler;
 use super::defaults::Classed;
+use super::fit;
 use super::inline_mesh::Made;
 use super::mesh_inertia;
 use super::value;
@@ -55,9 +56,15 @@ pub(super) fn read(
 ) -> Result<Option<Geom>, Stop> {
     let element = geom.element;
     let kind = geom.word("type").unwrap_or(if geom.word("mesh").is_some() { "mesh" } else { "sphere" });
-    let size = geom.list("size", 3)?.unwrap_or_default();
-    let size = |index: usize| size.get(index).copied().unwrap_or(0.0);
     let mut pose = geom.pose(context.compiler, notes)?;
+    let size = if fit::is_fitted(geom, kind) {
+        let Some(fitted) = fit::fit(geom, kind, context, notes)? else { return Ok(None) };
+        pose = pose * fitted.geom_from_fitted;
+        fitted.size.to_vec()
+    } else {
+        geom.list("size", 3)?.unwrap_or_default()
+    };
+    let size = |index: usize| size.get(index).copied().unwrap_or(0.0);
     let mut half = size(1);
     if let Some([a, b, c, d, e, f]) = geom.numbers("fromto", notes)? {
         let (from, to) = (DVec3::new(a, b, c), DVec3::new(d, e, f));
@@ -133,7 +140,11 @@ pub(super) fn read(
     };
     let (contype, conaffinity) = (bits("contype", notes)?, bits("conaffinity", notes)?);
     let group = geom.number("group")?.unwrap_or(0.0);
-    let own = geom.numbers("rgba", notes)?;
+    // What is only looks refuses no robot.
+    let own = geom.numbers("rgba", notes).unwrap_or_else(|stop| {
+        notes.pass_over(stop);
+        None
+    });
     let color = own.or_else(|| context.library.color(geom.word("material")?));
     let texture = geom.word("material");
     let texture = texture.and_then(|material| context.library.picture(material, kind, [size(0), size(1)]));
@@ -228,11 +239,7 @@ fn weight(
         return Ok(*known);
     }
     let mut inertial = None;
-    let file = mesh_file(&asset.uri, context);
-    if let Some(file) = &file {
-        context.made.spend_reading(&asset.uri, file.bytes.len(), at)?;
-    }
-    if let Some(read) = file.and_then(|file| read_mesh(&asset.uri, &file, context)) {
+    if let Some(read) = mesh_of(at, asset, context)? {
         context.made.spend(mesh_inertia::work(&read, asset.inertia), at)?;
         let found = mesh_inertia::of(&read, asset.scale, asset.inertia);
         if let Some((_, Some(error))) = found {
@@ -247,6 +254,17 @@ fn weight(
     }
     context.library.weights.borrow_mut().insert(name.to_owned(), inertial);
     Ok(inertial)
+}
+
+/// What is in the file of a mesh, if it is there and can be read.
+pub(super) fn mesh_of(
+    at: Element,
+    asset: &Mesh,
+    context: &Context,
+) -> Result<Option<std::sync::Arc<MeshAsset>>, Stop> {
+    let Some(file) = mesh_file(&asset.uri, context) else { return Ok(None) };
+    context.made.spend_reading(&asset.uri, file.bytes.len(), at)?;
+    Ok(read_mesh(&asset.uri, &file, context))
 }
 
 fn mesh_file(uri: &str, context: &Context) -> Option<Asset> {

@@ -1,7 +1,7 @@
 //! MJCF, MuJoCo's own format, to drafts of robots, as far as its bodies go.
 //!
 //! `files`: what is included. `compiler`: how the file is to be read. `defaults`: classes. `value`: numbers and
-//! orientations. `assets`: meshes, height fields, materials; `inline_mesh`: meshes without a file. `body`, `joint`, `geom`, `mesh_inertia`: what moves. `replicate`: copies. `attach`: parts of other files. `actuator`, `equality`
+//! orientations. `assets`: meshes, height fields, materials; `inline_mesh`: meshes without a file. `body`, `joint`, `geom`, `mesh_inertia`: what moves. `fit`: primitives fitted to meshes. `replicate`: copies. `attach`: parts of other files. `actuator`, `equality`
 //! and `keyframe`: what belongs to joints. `spring_damper`: springs that follow from inertias. `sensor`: what measures. `split`: as robots.
 //!
 //! A body that hangs on the world by no joint stands still. All that stands still is one robot; each other child of the
@@ -16,6 +16,7 @@ mod compiler;
 mod defaults;
 mod equality;
 mod files;
+mod fit;
 mod geom;
 mod inline_mesh;
 mod joint;
@@ -37,7 +38,7 @@ use crate::translation::draft::{Draft, Names};
 use crate::translation::element::Element;
 use crate::translation::notes::{Notes, Stop};
 use crate::translation::sources::{Source, Texts};
-use crate::translation::{Format, Translation, write};
+use crate::translation::{Format, Translation, unread, write};
 use crate::urdf::{Assets, Refused};
 use assets::Library;
 use attach::Attachable;
@@ -100,7 +101,7 @@ pub(crate) fn translate(
         scope: Scope::default(),
         attachable: Attachable::default(),
         made: Made::default(),
-        notes: empty(),
+        notes: texts.notes(limits.findings),
         bodies: Vec::new(),
         names: Names::default(),
         geoms: 0,
@@ -111,11 +112,13 @@ pub(crate) fn translate(
         Ok(drafts) => drafts,
         Err(stop) => return Err(reader.notes.refused(stop)),
     };
+    unread::report(&sources, &mut reader.notes);
     let names: Vec<String> = sources.iter().map(|source| source.uri.clone()).collect();
     Ok(Translation {
         format: Format::Mjcf,
         models: drafts.iter().map(|draft| write::urdf(draft, names.clone())).collect(),
         included: texts.asked.clone(),
+        missing: None,
         meshes: reader.made.files,
         report: reader.notes.into_report(),
     })

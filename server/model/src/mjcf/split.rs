@@ -280,12 +280,11 @@ fn hang(draft: &mut Draft, body: &Body, parent: String, said: &Joints, taken: &m
         (written.damping, written.friction, written.armature) =
             (joint.damping, joint.friction, joint.armature);
         written.mimic = said.mimics.get(&joint.name).cloned();
+        let is_ball = joint.kind == Kind::Ball;
+        // MuJoCo's ball joints are at rest where the file puts the body.
+        written.spring = joint.spring.map(|[stiffness, rest]| [stiffness, if is_ball { 0.0 } else { rest }]);
         if written.mimic.is_none() {
-            let is_ball = joint.kind == Kind::Ball;
             written.position = (joint.reference != 0.0 && !is_ball).then_some(joint.reference);
-            // MuJoCo's ball joints are at rest where the file puts the body.
-            written.spring =
-                joint.spring.map(|[stiffness, rest]| [stiffness, if is_ball { 0.0 } else { rest }]);
             // What has no actuator is not driven.
             written.drive = said.drives.get(&joint.name).cloned().or_else(|| Some(DraftDrive::default()));
         }

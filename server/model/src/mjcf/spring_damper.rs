@@ -5,6 +5,8 @@
 //! That diagonal comes from one pass inwards, of articulated-body inertias (Featherstone 2008, section 7.3), and one outwards, of what a
 //! force on a body accelerates it by: O(n), and no matrix of all joints.
 
+use std::collections::BTreeMap;
+
 use glamx::{DMat3, DPose3, DVec3};
 
 use super::body::Body;
@@ -64,9 +66,24 @@ fn axes_of(joint: &BodyJoint) -> usize {
     if joint.kind == Kind::Ball { 3 } else { 1 }
 }
 
-/// By body, of each axis of its joints in their order: the diagonal of the inverse of the joint-space inertia matrix. Infinite where an
-/// axis moves no mass.
-fn inverse_inertias(bodies: &[Body]) -> Vec<Vec<f64>> {
+/// The inertia that each joint of one axis moves, by name: as for a spring, one over the diagonal of the inverse. Infinite or no number
+/// where a joint moves no mass.
+pub(super) fn joint_inertias(bodies: &[Body]) -> BTreeMap<String, f64> {
+    let mut of_joints = BTreeMap::new();
+    for (body, inverses) in bodies.iter().zip(inverse_inertias(bodies)) {
+        let mut inverses = inverses.into_iter();
+        for joint in &body.joints {
+            let own: Vec<f64> = inverses.by_ref().take(axes_of(joint)).collect();
+            if let [inverse] = own.as_slice() {
+                of_joints.insert(joint.name.clone(), 1.0 / inverse);
+            }
+        }
+    }
+    of_joints
+}
+
+/// Where each body is in the world, and the point of its tree that vectors are about.
+fn frames(bodies: &[Body]) -> (Vec<DPose3>, Vec<DVec3>) {
     let mut world_from_body: Vec<DPose3> = Vec::with_capacity(bodies.len());
     let mut origins: Vec<DVec3> = Vec::with_capacity(bodies.len());
     for body in bodies {
@@ -80,6 +97,13 @@ fn inverse_inertias(bodies: &[Body]) -> Vec<Vec<f64>> {
         world_from_body.push(pose);
         origins.push(origin);
     }
+    (world_from_body, origins)
+}
+
+/// By body, of each axis of its joints in their order: the diagonal of the inverse of the joint-space inertia matrix. Infinite where an
+/// axis moves no mass.
+fn inverse_inertias(bodies: &[Body]) -> Vec<Vec<f64>> {
+    let (world_from_body, origins) = frames(bodies);
     let mut axes: Vec<Vec<Axis>> = Vec::with_capacity(bodies.len());
     let mut inertias: Vec<Spatial2> = Vec::with_capacity(bodies.len());
     for ((body, pose), origin) in bodies.iter().zip(&world_from_body).zip(&origins) {
@@ -96,9 +120,7 @@ fn inverse_inertias(bodies: &[Body]) -> Vec<Vec<f64>> {
             }
         }
         if let Some(above) = inertias.get_mut(body.parent) {
-            for (row, added) in above.iter_mut().zip(inertia) {
-                row.iter_mut().zip(added).for_each(|(sum, part)| *sum += part);
-            }
+            add(above, &inertia);
         }
     }
     // What a force on each body accelerates it by; the world by nothing.
@@ -200,6 +222,12 @@ fn dot(a: &Spatial, b: &Spatial) -> f64 {
 
 fn product(matrix: &Spatial2, vector: &Spatial) -> Spatial {
     matrix.map(|row| dot(&row, vector))
+}
+
+fn add(sum: &mut Spatial2, part: &Spatial2) {
+    for (row, added) in sum.iter_mut().zip(part) {
+        row.iter_mut().zip(added).for_each(|(sum, part)| *sum += part);
+    }
 }
 
 /// `matrix += factor a b'`.

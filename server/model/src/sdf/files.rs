@@ -52,6 +52,10 @@ pub(super) fn gather(
                 continue;
             }
             let found = find(&joined(&folder, &key.1), texts, assets, limits)?;
+            let found = match found {
+                Some(name) => Some(name),
+                None => built_in(&key.1, texts, limits)?,
+            };
             let Some(name) = found else { continue };
             let index = *by_name.entry(name).or_insert_with(|| {
                 count += 1;
@@ -94,6 +98,34 @@ fn find(
     };
     let uri = format!("{folder}/{file}");
     Ok(texts.include(&uri, assets, limits)?.then_some(uri))
+}
+
+/// What a model is called at the end of a URI, in small letters and without blanks.
+fn last_name(uri: &str) -> String {
+    let name = uri.trim().trim_end_matches('/').rsplit('/').next().unwrap_or_default();
+    name.to_lowercase().replace([' ', '-'], "_").replace("%20", "_")
+}
+
+/// Whether a URI is that of the light which nearly every world includes.
+pub(super) fn is_sun(uri: &str) -> bool {
+    uri.contains("://") && last_name(uri) == "sun"
+}
+
+/// The ground which nearly every world includes, where no file has it.
+const GROUND_PLANE: &str = "<sdf version='1.7'><model name='ground_plane'><static>true</static><link name='link'>\
+    <collision name='collision'><geometry><plane><normal>0 0 1</normal><size>100 100</size></plane></geometry>\
+    <surface><friction><ode><mu>100</mu><mu2>50</mu2></ode></friction></surface></collision>\
+    <visual name='visual'><geometry><plane><normal>0 0 1</normal><size>100 100</size></plane></geometry></visual>\
+    </link></model></sdf>";
+
+/// The name of a model that is built in.
+fn built_in(uri: &str, texts: &mut Texts, limits: &LoadLimits) -> Result<Option<String>, Stop> {
+    if !uri.contains("://") || last_name(uri) != "ground_plane" {
+        return Ok(None);
+    }
+    let name = "built in: ground_plane";
+    texts.include_text(name, GROUND_PLANE.as_bytes(), limits)?;
+    Ok(Some(name.to_owned()))
 }
 
 /// A URI of a file in a folder: as it is where it says where it begins.

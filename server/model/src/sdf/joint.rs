@@ -90,8 +90,8 @@ pub(super) fn read(
         // Of version 1.3 and before it is an attribute.
         let said_name =
             Some(said.text()).filter(|text| !text.is_empty()).or(said.word("link")).unwrap_or_default();
-        // Old files have a link of this name, which is meant then.
-        if said_name == WORLD && !model.attached.contains_key(WORLD) {
+        // Old files have a link of this name, which is meant then; a joint of this name is not.
+        if said_name == WORLD && model.attached.get(WORLD).map(String::as_str) != Some(WORLD) {
             return Ok(None);
         }
         let link = match said_name {

@@ -35,7 +35,10 @@ pub(super) fn read(element: Element, notes: &mut Notes) -> Result<DraftLink, Sto
     let name = element.word("name").unwrap_or_default().to_owned();
     let mut link = DraftLink::bare(name, (element.file, element.line()));
     for child in element.children("visual") {
-        link.visuals.extend(shape(child, notes)?);
+        match shape(child, notes) {
+            Ok(shape) => link.visuals.extend(shape),
+            Err(stop) => notes.pass_over(stop),
+        }
     }
     let mut density = None;
     let mut others = false;

@@ -22,7 +22,7 @@ use crate::translation::draft::{Draft, Names};
 use crate::translation::element::{Element, report_unknown};
 use crate::translation::notes::{Notes, Stop};
 use crate::translation::sources::{Source, Texts};
-use crate::translation::{Format, Translation, write};
+use crate::translation::{Format, Translation, unread, write};
 use crate::urdf::{Assets, Refused};
 use files::FileIndices;
 use model::{Model, Placement};
@@ -40,6 +40,8 @@ struct Reader<'a> {
     left: usize,
     /// Links that were read.
     links: usize,
+    /// The first include that is not there.
+    missing: Option<String>,
 }
 
 /// As URDF.
@@ -55,19 +57,28 @@ pub(crate) fn translate(
     let mut texts = Texts::new(bytes, "SDF", limits).map_err(|stop| empty().refused(stop))?;
     let file_indices = files::gather(&mut texts, assets, limits).map_err(|stop| empty().refused(stop))?;
     let sources = texts.parse(limits).map_err(|stop| empty().refused(stop))?;
-    let notes = empty();
-    let mut reader =
-        Reader { sources: &sources, file_indices: &file_indices, limits, notes, left: BUDGET, links: 0 };
+    let notes = texts.notes(limits.findings);
+    let mut reader = Reader {
+        sources: &sources,
+        file_indices: &file_indices,
+        limits,
+        notes,
+        left: BUDGET,
+        links: 0,
+        missing: None,
+    };
     let drafts = match reader.all() {
         Ok(drafts) => drafts,
         Err(stop) => return Err(reader.notes.refused(stop)),
     };
+    unread::report(&sources, &mut reader.notes);
     let names: Vec<String> = sources.iter().map(|source| source.uri.clone()).collect();
     Ok(Translation {
         meshes: BTreeMap::new(),
         format: Format::Sdf,
         models: drafts.iter().map(|draft| write::urdf(draft, names.clone())).collect(),
         included: texts.asked.clone(),
+        missing: reader.missing,
         report: reader.notes.into_report(),
     })
 }
@@ -124,7 +135,9 @@ impl<'a> Reader<'a> {
             }
         }
         if drafts.is_empty() {
-            return Err(Stop::at(root, "this SDF has no model that simd could have in its world"));
+            let missing = self.missing.as_ref().map_or_else(String::new, |missing| format!("; {missing}"));
+            let message = format!("this SDF has no model that simd could have in its world{missing}");
+            return Err(Stop::at(root, message));
         }
         Ok(drafts)
     }

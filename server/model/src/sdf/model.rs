@@ -50,6 +50,26 @@ impl Placement {
     }
 }
 
+/// A model in another one.
+struct Nested {
+    /// The frame of the outer model that is the inner one's.
+    frame: String,
+    model: Model,
+    /// By `merge`: what is in it is the outer model's own.
+    is_merged: bool,
+}
+
+impl Nested {
+    /// What an element of it is called in the outer model.
+    fn full(&self, own: &str) -> String {
+        Self::name(&self.frame, self.is_merged, own)
+    }
+
+    fn name(frame: &str, is_merged: bool, own: &str) -> String {
+        if is_merged { own.to_owned() } else { format!("{frame}::{own}") }
+    }
+}
+
 /// Models inside one another.
 const MOST_NESTED: usize = 20;
 
@@ -115,7 +135,7 @@ impl<'a> Reader<'a> {
             .and_then(|root| version(root.word("version")?))
             .unwrap_or((1, 12));
         let mut frames = Frames::default();
-        let mut nested: Vec<(String, Model)> = Vec::new();
+        let mut nested: Vec<Nested> = Vec::new();
         let mut attached: BTreeMap<String, String> = BTreeMap::new();
         let mut attached_to: BTreeMap<String, String> = BTreeMap::new();
         let mut taken = Names::default();
@@ -130,12 +150,40 @@ impl<'a> Reader<'a> {
                         _ => self.included_at(child, depth + 1)?,
                     };
                     let Some((mut model, placement)) = read else { continue };
+                    let is_merged = child.tag() == "include"
+                        && child
+                            .word("merge")
+                            .is_some_and(|word| word == "1" || word.eq_ignore_ascii_case("true"));
+                    if is_merged {
+                        model.name = format!("_merged__{}__model__", model.name);
+                    }
                     model.name = taken.unique(&model.name);
                     own_names.insert(model.name.clone());
+                    if is_merged {
+                        for own in model.frames.keys() {
+                            if !taken.take(own) {
+                                let message = format!(
+                                    "it merges a model in which {} is called as another element of this one",
+                                    quoted(own)
+                                );
+                                return Err(Stop::at(child, message));
+                            }
+                            own_names.insert(own.clone());
+                        }
+                    }
                     let pose = placement.parent_from_model(&model);
                     let relative_to = placement.relative_to.unwrap_or_else(|| MODEL.to_owned());
                     frames.raw.insert(model.name.clone(), Raw { pose, relative_to, at: child });
-                    nested.push((model.name.clone(), model));
+                    let nested_one = Nested { frame: model.name.clone(), model, is_merged };
+                    for (own, pose) in &nested_one.model.frames {
+                        let raw = Raw { pose: *pose, relative_to: nested_one.frame.clone(), at: child };
+                        let full = nested_one.full(own);
+                        if !is_merged {
+                            own_names.insert(full.clone());
+                        }
+                        frames.raw.insert(full, raw);
+                    }
+                    nested.push(nested_one);
                 }
                 "link" | "frame" | "joint" => {
                     let Some(own) = child.word("name") else {
@@ -221,17 +269,18 @@ impl<'a> Reader<'a> {
         Ok((model, Placement { pose, frame, relative_to }))
     }
 
-    /// Links, joints and frames of nested models become the model's, with the nested one's name before theirs.
+    /// Links and joints of nested models become the model's, with the nested one's name before theirs unless it is merged.
     fn take_nested(
         &mut self,
-        nested: Vec<(String, Model)>,
+        nested: Vec<Nested>,
         frames: &mut Frames<'a>,
         model: &mut Model,
         element: Element<'a>,
     ) -> Result<(), Stop> {
-        for (name, inner) in nested {
-            let model_from_inner = frames.resolve(&name, element)?;
-            let full = |own: &str| format!("{name}::{own}");
+        for nested in nested {
+            let model_from_inner = frames.resolve(&nested.frame, element)?;
+            let full = |own: &str| Nested::name(&nested.frame, nested.is_merged, own);
+            let (name, inner) = (&nested.frame, nested.model);
             for (mut link, pose) in inner.links {
                 link.name = full(&link.name);
                 model.links.push((link, model_from_inner * pose));
@@ -239,10 +288,6 @@ impl<'a> Reader<'a> {
             for mut joint in inner.joints {
                 joint.moved(&full, &model_from_inner);
                 model.joints.push(joint);
-            }
-            for (own, pose) in inner.frames {
-                let raw = Raw { pose, relative_to: name.clone(), at: element };
-                frames.raw.insert(full(&own), raw);
             }
             model.attached.extend(inner.attached.into_iter().map(|(own, link)| (full(&own), full(&link))));
             if let Some(canonical) = inner.canonical {
@@ -256,7 +301,7 @@ impl<'a> Reader<'a> {
             }
             if inner.is_static && !model.is_static {
                 let message =
-                    format!("the nested model {} is static: its links move all the same", quoted(&name));
+                    format!("the nested model {} is static: its links move all the same", quoted(name));
                 self.notes.warn(element, Ignored, message);
             }
         }
@@ -279,12 +324,24 @@ impl<'a> Reader<'a> {
         let root =
             self.file_indices.get(include.folder(), uri).and_then(|index| Element::root(self.sources, index));
         let Some(root) = root else {
-            let message = format!("{} is not found", quoted(&files::joined(include.folder(), uri)));
-            if include.says("optional") == Some(true) {
-                self.notes.warn(include, Ignored, message);
+            if files::is_sun(uri) {
+                self.notes.info(include, Ignored, "a light is not read by simd");
                 return Ok(None);
             }
-            return Err(Stop::at(include, message));
+            let joined = files::joined(include.folder(), uri);
+            let place = match joined.contains("://")
+                && !joined.starts_with("model:")
+                && !joined.starts_with("file:")
+            {
+                true => {
+                    "nothing is fetched from the network; save the model beside the file and name its folder"
+                }
+                false => "`--package NAME=FOLDER` of simctl says where the folder of a model or package is",
+            };
+            let message = format!("{} is not found, and left out: {place}", quoted(&joined));
+            self.notes.warn(include, Ignored, message.clone());
+            self.missing.get_or_insert(message);
+            return Ok(None);
         };
         let Some(element) =
             root.child("model").or_else(|| root.child("world").and_then(|it| it.child("model")))

@@ -67,6 +67,7 @@ fn write(element: Element, depth: usize, lines: &mut Vec<((usize, u32), usize, S
     }
     let at = (element.file, element.line());
     let tag = element.tag();
+    element.is_read();
     let attributes: String = element
         .node
         .attributes()

@@ -4,6 +4,7 @@ use roxmltree::Node;
 
 use super::notes::{Notes, Stop};
 use super::sources::Source;
+use super::unread::What;
 use crate::report::Disposition::{Ignored, Repaired};
 use crate::urdf::findings::quoted;
 use crate::urdf::numbers::{self, Shape};
@@ -68,11 +69,13 @@ impl<'a> Element<'a> {
 
     /// Elements in it.
     pub(crate) fn elements(self) -> impl Iterator<Item = Self> {
+        self.source.asked.note(self.tag(), What::Anything);
         self.node.children().filter(Node::is_element).map(move |node| self.with(node))
     }
 
     /// Elements of a name in it.
     pub(crate) fn children(self, tag: &'static str) -> impl Iterator<Item = Self> {
+        self.source.asked.note(self.tag(), What::Child(tag));
         self.elements().filter(move |element| element.tag() == tag)
     }
 
@@ -87,7 +90,16 @@ impl<'a> Element<'a> {
     }
 
     pub(crate) fn attribute(self, name: &str) -> Option<&'a str> {
+        self.source.asked.note(self.tag(), What::Attribute(name));
         self.node.attribute(name)
+    }
+
+    /// Notes that the element is read with all of its attributes, whatever they are called.
+    pub(crate) fn is_read(self) {
+        self.source.asked.note(self.tag(), What::Anything);
+        for attribute in self.node.attributes() {
+            self.source.asked.note(self.tag(), What::Attribute(attribute.name()));
+        }
     }
 
     /// An attribute without blanks around it, if it has any value.
@@ -97,6 +109,7 @@ impl<'a> Element<'a> {
 
     /// Its text without blanks around it.
     pub(crate) fn text(self) -> &'a str {
+        self.source.asked.note(self.tag(), What::Anything);
         self.node.text().unwrap_or_default().trim()
     }
 

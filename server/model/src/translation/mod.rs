@@ -6,6 +6,7 @@
 //!
 //! * `sources`: the files of a description, parsed within limits. `element`: their elements.
 //! * `notes`: the report on the way. `draft`: what was read. `write`: as URDF.
+//! * `unread`: what nobody asked for.
 
 pub(crate) mod draft;
 pub(crate) mod element;
@@ -13,6 +14,7 @@ pub(crate) mod notes;
 pub(crate) mod sources;
 #[cfg(test)]
 mod tests;
+pub(crate) mod unread;
 pub(crate) mod write;
 
 use std::cell::RefCell;
@@ -48,6 +50,8 @@ pub struct Translation {
     pub models: Vec<TranslatedModel>,
     /// URIs of the descriptions that it includes, found or not, in the order of their use.
     pub included: Vec<String>,
+    /// The first description that it includes and that is not there, as a sentence: a strict load refuses it.
+    pub missing: Option<String>,
     /// Mesh files that were made of numbers in the file itself, by the URIs that the URDF names them by: see [`Translation::files`].
     pub meshes: BTreeMap<String, Asset>,
     /// What was done to it, but for what the reader of URDF will find.
@@ -178,6 +182,8 @@ fn describe_alone(bytes: &[u8], assets: &dyn Assets, limits: &LoadLimits) -> Res
                 .filter(|uri| !translation.meshes.contains_key(uri) && seen.insert(uri.clone())),
         );
     }
+    // Other places at which a file may be found.
+    asset_uris.extend(asked.missing.into_inner().into_iter().filter(|uri| seen.insert(uri.clone())));
     let models: Vec<String> = translation.models.iter().map(|model| model.name.clone()).collect();
     Ok(Description { name: models.first().cloned().unwrap_or_default(), asset_uris, models })
 }

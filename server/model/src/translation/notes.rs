@@ -1,5 +1,7 @@
 //! The report while a file of another format is read.
 
+use std::collections::BTreeSet;
+
 use super::draft::At;
 use super::element::Element;
 use crate::report::{Disposition, Finding, LoadReport, Severity};
@@ -14,6 +16,8 @@ pub(crate) struct Notes {
     left_out: [usize; 2],
     /// Bytes of the sentences.
     bytes: usize,
+    /// Kinds of elements of which something was said to be left out: the tag above it, and its own.
+    ignored: BTreeSet<(String, String)>,
 }
 
 /// Why reading stops.
@@ -31,7 +35,7 @@ const ALL: usize = 1 << 20;
 
 impl Notes {
     pub(crate) fn new(most: usize) -> Self {
-        Self { list: Vec::new(), most, taken: [0; 2], left_out: [0; 2], bytes: 0 }
+        Self { list: Vec::new(), most, taken: [0; 2], left_out: [0; 2], bytes: 0, ignored: BTreeSet::new() }
     }
 
     /// Something that needs no attention.
@@ -52,8 +56,31 @@ impl Notes {
         self.keep(Finding { severity: Severity::Warning, disposition, element, file, line, message });
     }
 
+    /// What would refuse the file, and only concerns how something looks: a warning.
+    pub(crate) fn pass_over(&mut self, stop: Stop) {
+        let message = format!("{}: left out, as it is only seen", stop.finding.message);
+        let (severity, disposition) = (Severity::Warning, Disposition::Ignored);
+        self.keep(Finding { severity, disposition, message: cut(message, SENTENCE), ..stop.finding });
+    }
+
+    /// A repair of a file's text; the file that was sent has no URI.
+    pub(crate) fn of_text(&mut self, uri: &str, line: u32, message: String) {
+        let (severity, disposition) = (Severity::Warning, Disposition::Repaired);
+        let file = Some(uri.to_owned()).filter(|uri| !uri.is_empty());
+        let element = "file".to_owned();
+        self.keep(Finding { severity, disposition, element, file, line: Some(line), message });
+    }
+
     fn push(&mut self, severity: Severity, disposition: Disposition, at: Element, message: String) {
+        if disposition == Disposition::Ignored {
+            self.ignored.insert(kind_of(at));
+        }
         self.keep(finding(severity, disposition, at, message));
+    }
+
+    /// Whether something was said to be left out of an element of this kind.
+    pub(crate) fn has_ignored(&self, element: Element) -> bool {
+        self.ignored.contains(&kind_of(element))
     }
 
     fn keep(&mut self, finding: Finding) {
@@ -91,6 +118,12 @@ impl Notes {
         report.findings.push(stop.finding);
         Refused { message: sentence, report }
     }
+}
+
+/// The tag of the element above it, and its own.
+fn kind_of(element: Element) -> (String, String) {
+    let above = element.node.parent_element().map(|above| above.tag_name().name().to_owned());
+    (above.unwrap_or_default(), element.tag().to_owned())
 }
 
 fn finding(severity: Severity, disposition: Disposition, at: Element, message: String) -> Finding {

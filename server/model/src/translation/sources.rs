@@ -1,11 +1,15 @@
 //! The files of a description: its own, and those that it includes, each decoded and parsed within the limits.
 
+use std::borrow::Cow;
+
 use roxmltree::Document;
 
-use super::notes::Stop;
+use super::notes::{Notes, Stop};
+use super::unread::Asked;
 use crate::limits::LoadLimits;
 use crate::urdf::Assets;
 use crate::urdf::findings::Findings;
+use crate::urdf::mend;
 use crate::urdf::prescan::{check_counts, check_depth, parse_xml, syntax};
 use crate::urdf::text;
 
@@ -20,6 +24,8 @@ pub(crate) struct Texts {
     bytes: usize,
     /// What was asked for, found or not, in order.
     pub(crate) asked: Vec<String>,
+    /// Repairs of the XML: URI, line and what was repaired.
+    mended: Vec<(String, u32, String)>,
 }
 
 /// A parsed file.
@@ -27,6 +33,8 @@ pub(crate) struct Source<'t> {
     /// How it was named; empty for the file that was sent.
     pub(crate) uri: String,
     pub(crate) document: Document<'t>,
+    /// What was asked of its elements.
+    pub(crate) asked: Asked,
     /// Offsets at which the lines begin, without the first.
     line_starts: Vec<usize>,
 }
@@ -34,7 +42,7 @@ pub(crate) struct Source<'t> {
 impl Texts {
     /// The file itself.
     pub(crate) fn new(bytes: &[u8], word: &'static str, limits: &LoadLimits) -> Result<Self, Stop> {
-        let mut texts = Self { word, list: Vec::new(), bytes: 0, asked: Vec::new() };
+        let mut texts = Self { word, list: Vec::new(), bytes: 0, asked: Vec::new(), mended: Vec::new() };
         texts.add(String::new(), bytes, limits)?;
         Ok(texts)
     }
@@ -63,6 +71,10 @@ impl Texts {
         }
         let checked = check_counts(&text, limits);
         checked.map_err(|refusal| self.stop(&uri, Findings::new(1), refusal))?;
+        let mut mended = Vec::new();
+        let text = mend::mended(Cow::Owned(text), &mut mended);
+        let text = mend::bind_prefixes(text, limits, &mut mended).into_owned();
+        self.mended.extend(mended.into_iter().map(|(line, message)| (uri.clone(), line, message)));
         self.list.push((uri, text));
         Ok(())
     }
@@ -109,6 +121,23 @@ impl Texts {
         }
     }
 
+    /// Adds a text that is built in, once.
+    pub(crate) fn include_text(&mut self, name: &str, bytes: &[u8], limits: &LoadLimits) -> Result<(), Stop> {
+        if self.list.iter().any(|(known, _)| known == name) {
+            return Ok(());
+        }
+        self.add(name.to_owned(), bytes, limits)
+    }
+
+    /// Notes on what was repaired in the texts.
+    pub(crate) fn notes(&self, most: usize) -> Notes {
+        let mut notes = Notes::new(most);
+        for (uri, line, message) in &self.mended {
+            notes.of_text(uri, *line, message.clone());
+        }
+        notes
+    }
+
     /// The text at an index; texts are in the order of the includes.
     pub(crate) fn get(&self, index: usize) -> Option<(&str, &str)> {
         self.list.get(index).map(|(uri, text)| (uri.as_str(), text.as_str()))
@@ -126,7 +155,7 @@ impl Texts {
         let document = parse_xml(text, limits).map_err(|error| stop(syntax(error, limits)))?;
         check_depth(&document, limits.xml_depth).map_err(stop)?;
         let line_starts = text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(i, _)| i + 1).collect();
-        Ok(Source { uri: uri.to_owned(), document, line_starts })
+        Ok(Source { uri: uri.to_owned(), document, asked: Asked::default(), line_starts })
     }
 }
 

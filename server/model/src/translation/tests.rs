@@ -1,6 +1,8 @@
 //! SDF and MJCF as robots: what each element becomes, on small files.
 
 mod attach;
+mod foreign_mjcf;
+mod foreign_sdf;
 mod inline_mesh;
 mod mjcf;
 mod replicate;
@@ -11,7 +13,7 @@ use std::collections::HashMap;
 
 use super::{Format, Translation, describe_with, translate};
 use crate::limits::LoadLimits;
-use crate::report::{LoadReport, Severity};
+use crate::report::{Finding, LoadReport, Severity};
 use crate::robot::{Joint, Link, RobotModel, Sha256};
 use crate::urdf::{Asset, Assets, ReadOptions, read};
 
@@ -96,6 +98,11 @@ fn root_from_link(model: &RobotModel, name: &str) -> glamx::DPose3 {
 
 fn warnings(report: &LoadReport) -> Vec<(Option<u32>, &str)> {
     report.at_least(Severity::Warning).map(|finding| (finding.line, finding.message.as_str())).collect()
+}
+
+fn find<'r>(report: &'r LoadReport, words: &str) -> &'r Finding {
+    let found = report.findings.iter().find(|finding| finding.message.contains(words));
+    found.unwrap_or_else(|| panic!("no finding says {words:?}: {:#?}", report.findings))
 }
 
 fn near(a: glamx::DVec3, b: [f64; 3]) -> bool {

@@ -1,7 +1,7 @@
 //! `<ros2_control>`: what a joint starts as and how it is driven.
 //!
 //! A joint with a position interface holds its position, one with a velocity interface alone keeps the velocity 0,
-//! and one with an effort interface alone applies the effort 0; one that is only measured is not driven. `initial_value` of its position is where it starts; `min`
+//! and one with an effort interface alone applies the effort 0; one without a command interface is not driven. `initial_value` of its position is where it starts; `min`
 //! and `max` are limits where `<limit>` gives none. Gains are those of `gz_ros2_control`'s and
 //! `gazebo_ros2_control`'s position and velocity controllers.
 
@@ -15,14 +15,14 @@ use super::prescan::is;
 use super::unknown;
 use crate::report::Disposition::{Defaulted, Ignored};
 use crate::report::short;
-use crate::robot::{Joint, JointKind};
+use crate::robot::{Joint, JointKind, Mimic};
 use crate::setup::{DriveMode, Setup};
 
 /// Reads every `<ros2_control>` of the robot. Limits are the joints' own.
 pub(super) fn read(root: Node, joints: &mut [Joint], setup: &mut Setup, findings: &mut Findings) {
     let indices: BTreeMap<String, usize> =
         joints.iter().enumerate().map(|(index, joint)| (joint.name.clone(), index)).collect();
-    for system in root.children().filter(|node| is(*node, "ros2_control")) {
+    for system in systems(root) {
         let mut others: Vec<&str> = Vec::new();
         for node in system.children().filter(Node::is_element) {
             if is(node, "joint") {
@@ -45,6 +45,15 @@ pub(super) fn read(root: Node, joints: &mut [Joint], setup: &mut Setup, findings
     }
 }
 
+/// Each `<ros2_control>` of the robot: its own, and those in a `<gazebo>`, where a plugin of Gazebo finds them too.
+pub(super) fn systems<'a, 'i>(root: Node<'a, 'i>) -> impl Iterator<Item = Node<'a, 'i>> {
+    root.children().flat_map(|node| {
+        let inner = is(node, "gazebo").then(|| node.children().filter(|child| is(*child, "ros2_control")));
+        let own = is(node, "ros2_control").then_some(node);
+        own.into_iter().chain(inner.into_iter().flatten())
+    })
+}
+
 fn unknown_joint(node: Node, name: &str, indices: &BTreeMap<String, usize>, findings: &mut Findings) {
     let meant = unknown::nearest(name, indices.keys().map(String::as_str));
     let meant = meant.map_or_else(String::new, |meant| format!("; did you mean {}?", quoted(meant)));
@@ -52,6 +61,8 @@ fn unknown_joint(node: Node, name: &str, indices: &BTreeMap<String, usize>, find
 }
 
 fn of_joint(node: Node, index: usize, joints: &mut [Joint], setup: &mut Setup, findings: &mut Findings) {
+    unread(node, findings);
+    follow(node, index, joints, findings);
     let Some(joint) = joints.get_mut(index) else { return };
     let is_ball = joint.kind == JointKind::Spherical;
     if !is_ball && !matches!(joint.kind, JointKind::Revolute | JointKind::Continuous | JointKind::Prismatic) {
@@ -70,12 +81,12 @@ fn of_joint(node: Node, index: usize, joints: &mut [Joint], setup: &mut Setup, f
         (Some(_), _, _) => None,
         (None, Some(_), _) => Some(DriveMode::Velocity),
         (None, None, Some(_)) => Some(DriveMode::Effort),
-        (None, None, None) => interfaces("state_interface", "position").map(|_measured| DriveMode::Passive),
+        (None, None, None) => Some(DriveMode::Passive),
     };
     said.extend(mode.map(|mode| match mode {
         DriveMode::Velocity => "keeps its velocity".to_owned(),
         DriveMode::Effort => "applies an effort".to_owned(),
-        DriveMode::Passive => "is measured and not driven".to_owned(),
+        DriveMode::Passive => "has no command interface and is not driven".to_owned(),
     }));
     let bounds = |interface: Option<Node>, findings: &mut Findings| {
         interface.map_or((None, None), |it| (param(it, &["min"], findings), param(it, &["max"], findings)))
@@ -138,6 +149,113 @@ fn of_joint(node: Node, index: usize, joints: &mut [Joint], setup: &mut Setup, f
         said.push("it holds its position".to_owned());
     }
     findings.used(node, || format!("joint {}: {}", quoted(&joint.name), said.join(", ")));
+}
+
+/// Whether the joint follows another one: the parameters `mimic`, `multiplier` and `offset`, or an element `<mimic>`. With
+/// `mimic="false"` it does not, whatever its own `<mimic>` says.
+fn follow(node: Node, index: usize, joints: &mut [Joint], findings: &mut Findings) {
+    let name = joints.get(index).map(|joint| quoted(&joint.name)).unwrap_or_default();
+    if node.attribute("mimic").is_some_and(|word| word.trim().eq_ignore_ascii_case("false")) {
+        if let Some(joint) = joints.get_mut(index).filter(|joint| joint.mimic.is_some()) {
+            joint.mimic = None;
+            findings.used(node, || format!("joint {name} follows none: mimic is false"));
+        }
+        return;
+    }
+    let element = node.children().find(|child| is(*child, "mimic"));
+    let text = node.children().find(|child| is(*child, "param") && child.attribute("name") == Some("mimic"));
+    let leader = match (element, text) {
+        (Some(element), _) => element.attribute("joint"),
+        (None, Some(param)) => param.text(),
+        (None, None) => return,
+    };
+    let leader = leader.unwrap_or_default().trim();
+    let number = |name: &'static str, default: f64, findings: &mut Findings| match element {
+        Some(element) => numbers::of::<1>(element, name, Shape::Exactly(1)).map_or(default, |[value]| value),
+        None => param(node, &[name], findings).unwrap_or(default),
+    };
+    let (multiplier, offset) = (number("multiplier", 1.0, findings), number("offset", 0.0, findings));
+    let Some(other) = joints.iter().position(|joint| joint.name == leader) else {
+        let meant = unknown::nearest(leader, joints.iter().map(|joint| joint.name.as_str()));
+        let meant = meant.map_or_else(String::new, |meant| format!("; did you mean {}?", quoted(meant)));
+        let message = format!("it follows joint {}, which is not defined{meant}", quoted(leader));
+        return findings.warn(node, Ignored, message);
+    };
+    let has_axis = |index: usize| {
+        joints.get(index).is_some_and(|joint| {
+            matches!(joint.kind, JointKind::Revolute | JointKind::Continuous | JointKind::Prismatic)
+        })
+    };
+    if !has_axis(index) || !has_axis(other) {
+        let message =
+            format!("it follows joint {}; only joints that turn or slide follow one another", quoted(leader));
+        return findings.warn(node, Ignored, message);
+    }
+    // None follows itself, so no chain is longer than there are joints.
+    let mut at = Some(other);
+    for _ in 0..=joints.len() {
+        if at == Some(index) {
+            let message = format!("joint {name} would follow itself over {}: left out", quoted(leader));
+            return findings.warn(node, Ignored, message);
+        }
+        at = at.and_then(|at| Some(joints.get(at)?.mimic?.joint));
+    }
+    let mimic = Mimic { joint: other, multiplier, offset };
+    let Some(joint) = joints.get_mut(index) else { return };
+    if let Some(known) = joint.mimic.filter(|known| *known != mimic) {
+        let message = format!(
+            "joint {name} follows another one by its <mimic>, with a multiplier of {}: that is kept",
+            short(known.multiplier)
+        );
+        return findings.warn(node, Ignored, message);
+    }
+    joint.mimic = Some(mimic);
+    findings.used(node, || {
+        format!(
+            "joint {name} follows {}, {} times, plus {}",
+            quoted(leader),
+            short(multiplier),
+            short(offset)
+        )
+    });
+}
+
+/// Names what is not read of a joint.
+fn unread(node: Node, findings: &mut Findings) {
+    const TAGS: [&str; 4] = ["command_interface", "state_interface", "param", "mimic"];
+    const PARAMS: [&str; 14] = [
+        "mimic",
+        "multiplier",
+        "offset",
+        "initial_position",
+        "armature",
+        "pos_kp",
+        "position_proportional_gain",
+        "kp",
+        "pos_kd",
+        "kd",
+        "vel_kp",
+        "velocity_proportional_gain",
+        "min",
+        "max",
+    ];
+    const MOST: usize = 8;
+    let mut others: Vec<String> = Vec::new();
+    for child in node.children().filter(Node::is_element) {
+        let tag = child.tag_name().name();
+        let param = child.attribute("name").unwrap_or_default().trim();
+        let other = match tag {
+            "param" if !PARAMS.contains(&param) => format!("the parameter {}", quoted(param)),
+            tag if !TAGS.contains(&tag) => format!("<{tag:.40}>"),
+            _ => continue,
+        };
+        if others.len() < MOST && !others.contains(&other) {
+            others.push(other);
+        }
+    }
+    if !others.is_empty() {
+        findings.info(node, Ignored, format!("not read by simd: {}", others.join(", ")));
+    }
 }
 
 /// The number of the first parameter that has one of these names.

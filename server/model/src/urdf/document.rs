@@ -1,12 +1,12 @@
 //! What is wrong around a document, and repaired in its text before it is parsed:
-//! where its declaration stands, what follows its root, prefixes that it does
-//! not declare. Lines stay where they are.
+//! where its declaration stands, what follows its root, and what [`mend`] repairs. Lines stay where they are.
 
 use std::borrow::Cow;
 
-use roxmltree::{Document, Error, Node};
+use roxmltree::{Document, Node};
 
-use super::findings::{Findings, Refusal, quoted};
+use super::findings::{Findings, Refusal};
+use super::mend::{self, bind_prefixes};
 use super::prescan::{check_counts, check_depth, is, parse_xml, robot_element, syntax};
 use super::text;
 use crate::limits::LoadLimits;
@@ -23,15 +23,12 @@ pub(super) fn open<T>(
     let text = without_declarations(text, findings);
     let text = without_tail(text, findings);
     check_counts(&text, limits)?;
-    let bound;
-    let document = match parse_xml(&text, limits) {
-        Err(Error::UnknownNamespace(..)) => {
-            bound = bind_prefixes(&text, limits, findings);
-            parse_xml(&bound, limits)
-        }
-        parsed => parsed,
-    };
-    let document = document.map_err(|error| syntax(error, limits))?;
+    let mut mended = Vec::new();
+    let text = bind_prefixes(mend::mended(text, &mut mended), limits, &mut mended);
+    for (line, message) in mended {
+        repaired(findings, Some(line), message);
+    }
+    let document = parse_xml(&text, limits).map_err(|error| syntax(error, limits))?;
     check_depth(&document, limits.xml_depth)?;
     let with_world;
     let document = match declare_world(&document, findings) {
@@ -54,21 +51,13 @@ fn line_of(text: &str, at: usize) -> u32 {
     u32::try_from(before + 1).unwrap_or(u32::MAX)
 }
 
-/// What stands before the root's name: each comment and each instruction, and
-/// where the name ends.
-struct Prologue {
-    /// Ranges of `<?xml ...?>`.
-    declarations: Vec<(usize, usize)>,
-    /// Absent where there is no root.
-    root_name_end: Option<usize>,
-}
-
-fn prologue(text: &str) -> Prologue {
+/// Ranges of `<?xml ...?>` before the root.
+fn declarations(text: &str) -> Vec<(usize, usize)> {
     // One is right, two have been seen; more of them are not a mistake.
     const MOST: usize = 8;
-    let mut found = Prologue { declarations: Vec::new(), root_name_end: None };
+    let mut found = Vec::new();
     let mut at = 0;
-    while found.declarations.len() < MOST
+    while found.len() < MOST
         && let Some(open) = text.get(at..).and_then(|rest| rest.find('<')).map(|open| at + open)
     {
         let tag = text.get(open..).unwrap_or_default();
@@ -78,13 +67,11 @@ fn prologue(text: &str) -> Prologue {
             let end = tag.find("?>").map(|end| end + 2);
             let is_declaration = tag.get(5..6).is_none_or(|next| next.trim().is_empty() || next == "?");
             if tag.starts_with("<?xml") && is_declaration {
-                found.declarations.extend(end.map(|length| (open, open + length)));
+                found.extend(end.map(|length| (open, open + length)));
             }
             end
         } else {
-            let end = tag.find(|c: char| c.is_whitespace() || c == '>' || c == '/');
-            found.root_name_end = end.map(|end| open + end);
-            return found;
+            None
         };
         let Some(length) = length else { break };
         at = open + length;
@@ -95,7 +82,7 @@ fn prologue(text: &str) -> Prologue {
 /// The text is decoded, so a declaration has nothing left to say; and XML wants
 /// it at the very start, where exporters and authors of comments do not put it.
 fn without_declarations<'a>(text: Cow<'a, str>, findings: &mut Findings) -> Cow<'a, str> {
-    let declarations = prologue(&text).declarations;
+    let declarations = declarations(&text);
     if declarations.is_empty() {
         return text;
     }
@@ -158,22 +145,4 @@ fn without_tail<'a>(text: Cow<'a, str>, findings: &mut Findings) -> Cow<'a, str>
             Cow::Owned(text)
         }
     }
-}
-
-/// Real files use prefixes that they do not declare (`<controller:plugin>`):
-/// declares them at the root, on the root's line.
-fn bind_prefixes(text: &str, limits: &LoadLimits, findings: &mut Findings) -> String {
-    const MOST: usize = 16;
-    let mut text = text.to_owned();
-    for _ in 0..MOST {
-        let (prefix, line) = match parse_xml(&text, limits) {
-            Err(Error::UnknownNamespace(prefix, at)) if prefix.len() <= limits.name_bytes => (prefix, at.row),
-            _ => break,
-        };
-        let Some(end) = prologue(&text).root_name_end else { break };
-        text.insert_str(end, &format!(" xmlns:{prefix}=\"undeclared:{prefix}\""));
-        let message = format!("the prefix {} is not declared; read as if it were", quoted(&prefix));
-        repaired(findings, Some(line), message);
-    }
-    text
 }

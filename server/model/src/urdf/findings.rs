@@ -130,6 +130,11 @@ impl Findings {
         self.push(Severity::Warning, disposition, location, serious, || message.into());
     }
 
+    /// What would refuse the robot, and only concerns how it looks: a warning.
+    pub(crate) fn pass_over(&mut self, node: Node, refusal: &Refusal) {
+        self.warn(node, Disposition::Ignored, format!("{}: left out, as it is only seen", refusal.message));
+    }
+
     /// Something about the text, before there are elements.
     pub(crate) fn of_text(
         &mut self,

@@ -76,8 +76,9 @@ impl Gazebo {
             findings.used(own, || "links of the robot touch each other".to_owned());
         }
         // Joints that close loops are constraints.
-        let is_read = |child: &Node| is_self_collide(*child) || is(*child, "joint");
-        let has_joint = node.children().any(|child| is(child, "joint"));
+        let is_elsewhere = |child: Node| is(child, "joint") || is(child, "ros2_control");
+        let is_read = |child: &Node| is_self_collide(*child) || is_elsewhere(*child);
+        let has_joint = node.children().any(is_elsewhere);
         let has_others = node.children().filter(Node::is_element).any(|child| !is_read(&child));
         if has_others || (own.is_none() && !has_joint) {
             findings.info(node, Ignored, "not read by simd: it is for Gazebo and its plugins");

@@ -111,6 +111,9 @@ impl<'a, 'i> Said<'a, 'i> {
         }
         let why = match tensor {
             Some(Ok(tensor)) => {
+                if let Some(message) = implausible(mass, tensor, link) {
+                    findings.warn(node, Used, message);
+                }
                 let inertia = inertia::rotated(tensor, self.link_from_mass.rotation);
                 return Inertial { mass, center_of_mass, inertia };
             }
@@ -135,6 +138,36 @@ impl<'a, 'i> Said<'a, 'i> {
         };
         Inertial { mass, center_of_mass, inertia }
     }
+}
+
+/// What is strange about an inertia beside a mass, where no body of the link's shapes and mass comes near it.
+fn implausible(mass: f64, tensor: DMat3, link: &Link) -> Option<String> {
+    /// Times the largest moment that shapes give: they may be far from what they stand for, but not this far.
+    const LARGEST: f64 = 20.0;
+    const SMALLEST: f64 = 1.0 / 200.0;
+    /// The radius of gyration, m, without any shape.
+    const FARTHEST: f64 = 10.0;
+    let most = |tensor: DMat3| glamx::DSymmetricEigen3::new(tensor).eigenvalues.max_element();
+    let said = most(tensor);
+    let Some(found) = of_link(link).filter(|found| found.mass > 0.0) else {
+        return (said > mass * FARTHEST * FARTHEST).then(|| {
+            let radius = short((said / mass).sqrt());
+            let (mass, said) = (short(mass), short(said));
+            format!(
+                "its mass of {mass} kg has a moment of inertia of {said} kg m^2, as if it were {radius} m away: \
+                 perhaps one of them has another unit"
+            )
+        });
+    };
+    let usual = most(found.inertia) * (mass / found.mass);
+    let is_strange = usual.is_finite() && usual > 0.0 && !(SMALLEST..=LARGEST).contains(&(said / usual));
+    is_strange.then(|| {
+        let (mass, said, usual) = (short(mass), short(said), short(usual));
+        format!(
+            "its largest moment of inertia is {said} kg m^2; a body of its shapes and of {mass} kg has {usual} kg m^2: \
+             perhaps the inertia or the mass has another unit"
+        )
+    })
 }
 
 /// What a link's collision shapes weigh, else its visual ones.

@@ -17,6 +17,7 @@ mod inertial;
 mod joint;
 mod link;
 mod material;
+pub(crate) mod mend;
 mod meshes;
 mod mimic;
 pub(crate) mod numbers;

@@ -106,8 +106,21 @@ struct Mender<'f> {
 
 impl Mender<'_> {
     /// Writes an element, or leaves it out and says `false`. Recurses no
-    /// deeper than the vocabulary does.
+    /// deeper than the vocabulary does. What is only seen never refuses a robot.
     fn element(&mut self, node: Node, element: &Element) -> Result<bool, Refusal> {
+        const LOOKS: [&str; 4] = ["visual", "material", "color", "texture"];
+        let start = self.xml.len();
+        match self.checked(node, element) {
+            Err(refusal) if LOOKS.contains(&element.tag) => {
+                self.xml.truncate(start);
+                self.findings.pass_over(node, &refusal);
+                Ok(false)
+            }
+            result => result,
+        }
+    }
+
+    fn checked(&mut self, node: Node, element: &Element) -> Result<bool, Refusal> {
         let start = self.xml.len();
         self.xml.push('<');
         self.xml.push_str(element.tag);

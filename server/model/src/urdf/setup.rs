@@ -33,6 +33,7 @@ pub(super) fn read(
     of_joints(repaired, tree, gazebo, joints, &mut setup, findings);
     control::read(repaired.root, joints, &mut setup, findings);
     transmission::read(repaired.root, joints, &mut setup, findings);
+    couple(joints, &mut setup);
     setup.states = states::read(repaired.root, joints, findings);
     self_collisions(gazebo, links, &mut setup, repaired, findings);
     setup.pairs.extend(srdf::of_robot(repaired.root, links, findings));
@@ -84,6 +85,37 @@ fn of_joints(
         of_joint.spring = Some(Spring { stiffness, rest });
         // It is there to move the joint, which nothing else does unless the description says so.
         of_joint.mode = Some(DriveMode::Passive);
+    }
+}
+
+/// Gives what moves along with followers to the joints that they follow: rotor inertias and springs are of the coupled motion. With
+/// a follower at `m q + b` they are m^2 times as large on the leader, and a rest at (r - b) / m.
+fn couple(joints: &[Joint], setup: &mut Setup) {
+    for follower in 0..joints.len() {
+        // Over all that it follows, which is no loop.
+        let (mut leader, mut factor, mut offset) = (follower, 1.0, 0.0);
+        for _ in 0..joints.len() {
+            let Some(mimic) = joints.get(leader).and_then(|joint| joint.mimic) else { break };
+            (leader, offset) = (mimic.joint, offset + factor * mimic.offset);
+            factor *= mimic.multiplier;
+        }
+        if leader == follower {
+            continue;
+        }
+        let own = setup.joint(follower);
+        let (armature, spring) = (std::mem::take(&mut own.armature), own.spring.take());
+        if armature == 0.0 && spring.is_none() {
+            continue;
+        }
+        let of_leader = setup.joint(leader);
+        of_leader.armature += factor * factor * armature;
+        if let Some(Spring { stiffness, rest }) = spring {
+            let known = of_leader.spring.unwrap_or_default();
+            // k q_rest of both sum up; a spring of no stiffness has no rest.
+            let total = known.stiffness + factor * factor * stiffness;
+            let pull = known.stiffness * known.rest + factor * stiffness * (rest - offset);
+            of_leader.spring = (total > 0.0).then(|| Spring { stiffness: total, rest: pull / total });
+        }
     }
 }
 

@@ -9,6 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use roxmltree::Node;
 
+use super::control::systems;
 use super::findings::{Findings, quoted};
 use super::numbers::{self, Shape};
 use super::prescan::is;
@@ -33,8 +34,7 @@ pub(super) fn read(root: Node, joints: &[Joint], setup: &mut Setup, findings: &m
         return;
     }
     let name_of = |node: &Node| node.attribute("name").unwrap_or_default().trim().to_owned();
-    let controls = root.children().filter(|node| is(*node, "ros2_control"));
-    let named = controls.flat_map(|system| system.children().filter(|node| is(*node, "joint")));
+    let named = systems(root).flat_map(|system| system.children().filter(|node| is(*node, "joint")));
     let controlled: BTreeSet<String> = named.map(|node| name_of(&node)).collect();
     let indices: BTreeMap<&str, usize> =
         joints.iter().enumerate().map(|(index, joint)| (joint.name.as_str(), index)).collect();

@@ -78,6 +78,10 @@ struct Up {
     link: usize,
 }
 
+/// What a file with a loop is to say.
+const CLOSE: &str =
+    "a robot is a tree: leave one joint out, and close the loop by a <constraint> between its two links";
+
 struct File<'m, 'a, 'i> {
     repaired: &'m RepairedUrdf<'a, 'i>,
     findings: &'m Findings,
@@ -149,7 +153,7 @@ impl File<'_, '_, '_> {
             let Some(slot) = parents.get_mut(child) else { continue };
             if let Some(other) = slot {
                 let other = self.joint_name(other.joint);
-                let message = format!("its child link {name} already hangs on joint {other}");
+                let message = format!("its child link {name} already hangs on joint {other}; {CLOSE}");
                 return Err(self.findings.refuse(node, message));
             }
             *slot = Some(Up { joint: index, link });
@@ -194,8 +198,11 @@ impl File<'_, '_, '_> {
             }
         }
         joints.reverse();
-        let message =
-            format!("joints form a loop through link {}: {}", self.link_name(first), joints.join(", "));
+        let message = format!(
+            "joints form a loop through link {}: {}; {CLOSE}",
+            self.link_name(first),
+            joints.join(", ")
+        );
         self.findings.refuse(self.repaired.root, message)
     }
 

@@ -12,7 +12,9 @@ use glamx::DPose3;
 use simd_core::collision::{MeshShapes, Shapes};
 use simd_core::simulation::command::Spawn;
 use simd_model::robot::Sha256;
-use simd_model::{Asset, Assets, LoadReport, ReadOptions, Refused, RobotModel};
+use simd_model::{
+    Asset, Assets, Disposition, Finding, LoadReport, ReadOptions, Refused, RobotModel, Severity,
+};
 
 use super::Loader;
 use super::decoded::{Decoded, Decoding};
@@ -282,6 +284,16 @@ fn read_parts(
         Ok(Some(translation)) => translation,
         Err(refused) => return Ok(vec![(bytes, BTreeMap::new(), Err(refused))]),
     };
+    if let Some(missing) = translation.missing.as_ref().filter(|_| options.read.strict) {
+        let message = format!("{missing} (strict loading refuses this)");
+        let mut report = translation.report.clone();
+        if let Some(at) = report.findings.iter().position(|finding| finding.message == *missing) {
+            let finding = report.findings.remove(at);
+            let (severity, disposition) = (Severity::Error, Disposition::Refused);
+            report.findings.push(Finding { severity, disposition, message: message.clone(), ..finding });
+        }
+        return Ok(vec![(bytes, BTreeMap::new(), Err(Refused { message, report }))]);
+    }
     let files = &translation.files(files);
     let models = match which {
         Which::All => translation.models.iter().collect(),

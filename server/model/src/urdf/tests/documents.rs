@@ -154,7 +154,7 @@ fn what_is_no_tree_is_refused_by_the_names_that_break_it() {
     let itself = tree(&[("a", "a")]);
     assert_eq!(refusal(&itself), "joint \"j0\" (line 2): its parent and its child are the same link \"a\"");
     let two_parents = tree(&[("a", "b"), ("c", "b")]);
-    assert!(refusal(&two_parents).ends_with("its child link \"b\" already hangs on joint \"j0\" (line 2)"));
+    assert!(refusal(&two_parents).contains("its child link \"b\" already hangs on joint \"j0\" (line 2)"));
     let two_roots = tree(&[("a", "b"), ("c", "d")]);
     assert!(
         refusal(&two_roots)

@@ -2,6 +2,7 @@
 
 mod constraints;
 mod documents;
+mod foreign;
 mod hostile;
 mod inertials;
 mod joints;

@@ -1,0 +1,122 @@
+//! Primitives that are fitted to a mesh, as MuJoCo fits them (`mjCMesh::FitGeom`, user_mesh.cc): to the box of the mesh's inertia, or
+//! to its extent along the principal axes of the inertia where the compiler says `fitaabb`.
+
+use glamx::{DMat3, DPose3, DQuat, DVec3};
+
+use super::defaults::Classed;
+use super::geom::{Context, mesh_of};
+use super::mesh_inertia;
+use crate::report::Disposition::Ignored;
+use crate::robot::Inertial;
+use crate::translation::notes::{Notes, Stop};
+use crate::urdf::findings::quoted;
+
+/// Types of geoms that are fitted where they name a mesh.
+const PRIMITIVES: [&str; 5] = ["sphere", "capsule", "cylinder", "ellipsoid", "box"];
+
+/// The three numbers of `size`, and `geom_from_fitted` in the frame of the mesh's file.
+pub(super) struct Fitted {
+    pub(super) size: [f64; 3],
+    pub(super) geom_from_fitted: DPose3,
+}
+
+/// Whether a geom is fitted to a mesh.
+pub(super) fn is_fitted(geom: &Classed, kind: &str) -> bool {
+    PRIMITIVES.contains(&kind) && geom.word("mesh").is_some()
+}
+
+/// What is fitted to the mesh that a geom names; `None` where the mesh cannot be read.
+pub(super) fn fit(
+    geom: &Classed,
+    kind: &str,
+    context: &Context,
+    notes: &mut Notes,
+) -> Result<Option<Fitted>, Stop> {
+    let element = geom.element;
+    let name = geom.word("mesh").unwrap_or_default();
+    let lost = |notes: &mut Notes, why: &str| {
+        let message = format!("the {kind} is fitted to the mesh {}, {why}: left out", quoted(name));
+        notes.warn(element, Ignored, message);
+        Ok(None)
+    };
+    let Some(asset) = context.library.meshes.get(name) else {
+        return lost(notes, "which is not there");
+    };
+    let Some(mesh) = mesh_of(element, asset, context)? else {
+        return lost(notes, "which cannot be read");
+    };
+    context.made.spend(mesh_inertia::work(&mesh, asset.inertia), element)?;
+    let Some((inertial, _)) = mesh_inertia::of(&mesh, asset.scale, asset.inertia) else {
+        return lost(notes, "which has no volume");
+    };
+    let (principal, moments) = principal(&inertial);
+    let (mut center, size) = if context.compiler.fit_extent {
+        let back = principal.inverse();
+        let scale = asset.scale;
+        let points = || mesh.vertices.iter().map(move |corner| back.transform_point(*corner * scale));
+        extent(kind, points)
+    } else {
+        (DVec3::ZERO, of_box(kind, half_sizes(inertial.mass, moments)))
+    };
+    if !center.is_finite() || size.iter().any(|size| !size.is_finite()) {
+        return lost(notes, "which has no extent");
+    }
+    center = principal.transform_point(center);
+    let factor = geom.number("fitscale")?.unwrap_or(1.0);
+    Ok(Some(Fitted {
+        size: size.map(|size| size * factor),
+        geom_from_fitted: asset.geom_from_mesh * DPose3::from_parts(center, principal.rotation),
+    }))
+}
+
+/// The frame of the centre of mass and the principal axes, of which the largest moment is the first.
+fn principal(inertial: &Inertial) -> (DPose3, DVec3) {
+    let eigen = glamx::DSymmetricEigen3::new(inertial.inertia);
+    let axes = eigen.eigenvectors;
+    let mut all = [
+        (eigen.eigenvalues.x, axes.x_axis),
+        (eigen.eigenvalues.y, axes.y_axis),
+        (eigen.eigenvalues.z, axes.z_axis),
+    ];
+    all.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+    let [(x, first), (y, second), (z, _)] = all;
+    let axes = DMat3::from_cols(first, second, first.cross(second));
+    let rotation = DQuat::from_mat3(&axes).normalize();
+    (DPose3::from_parts(inertial.center_of_mass, rotation), DVec3::new(x, y, z))
+}
+
+/// Half sizes of the box of a mass and principal moments.
+fn half_sizes(mass: f64, moments: DVec3) -> DVec3 {
+    let all = moments.x + moments.y + moments.z;
+    // I_x = m (b^2 + c^2) / 3 of a box with half sizes a, b and c.
+    let half = |moment: f64| (1.5 * (all - 2.0 * moment) / mass).max(0.0).sqrt();
+    DVec3::new(half(moments.x), half(moments.y), half(moments.z))
+}
+
+/// Sizes of a primitive that stands for a box.
+fn of_box(kind: &str, half: DVec3) -> [f64; 3] {
+    let across = 0.5 * (half.x + half.y);
+    match kind {
+        "sphere" => [(half.x + half.y + half.z) / 3.0, 0.0, 0.0],
+        "capsule" => [across, (half.z - 0.5 * across).max(0.0), 0.0],
+        "cylinder" => [across, half.z, 0.0],
+        _ => half.to_array(),
+    }
+}
+
+/// The middle and the sizes of a primitive that holds all points.
+fn extent<P: Iterator<Item = DVec3>>(kind: &str, points: impl Fn() -> P) -> (DVec3, [f64; 3]) {
+    let low = points().fold(DVec3::INFINITY, DVec3::min);
+    let high = points().fold(DVec3::NEG_INFINITY, DVec3::max);
+    let center = 0.5 * (low + high);
+    let most = |of: fn(DVec3) -> f64| points().map(|point| of(point - center)).fold(0.0, f64::max);
+    let across = || most(|point| point.x.hypot(point.y));
+    let up = || most(|point| point.z.abs());
+    let size = match kind {
+        "sphere" => [most(DVec3::length), 0.0, 0.0],
+        "capsule" => [across(), (up() - across()).max(0.0), 0.0],
+        "cylinder" => [across(), up(), 0.0],
+        _ => (0.5 * (high - low)).to_array(),
+    };
+    (center, size)
+}

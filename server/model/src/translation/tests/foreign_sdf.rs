@@ -1,0 +1,139 @@
+//! SDF as others write it: what is merged, what is not there, and what other readers take.
+
+use super::*;
+
+const INERTIAL: &str =
+    "<inertial><mass>1</mass><inertia><ixx>0.1</ixx><iyy>0.1</iyy><izz>0.1</izz></inertia></inertial>";
+
+/// A model of version 1.7.
+fn sdf(content: &str) -> String {
+    format!("<sdf version='1.7'><model name='m'>{content}</model></sdf>")
+}
+
+#[test]
+fn an_include_that_is_not_there_leaves_the_rest_of_a_world() {
+    let world = |uri: &str| {
+        format!(
+            "<sdf version='1.6'><world name='w'><include><uri>{uri}</uri></include>\n\
+             <include><uri>model://sun</uri></include><include><uri>model://ground_plane</uri></include>\
+             <model name='box'><link name='l'>{INERTIAL}</link></model></world></sdf>"
+        )
+    };
+    for (uri, said) in [
+        ("https://fuel.gazebosim.org/1.0/OpenRobotics/models/Depot", "nothing is fetched from the network"),
+        ("model://nothing", "`--package NAME=FOLDER`"),
+    ] {
+        let translation = translated(&world(uri));
+        let names: Vec<&str> = translation.models.iter().map(|model| model.name.as_str()).collect();
+        assert_eq!(names, ["ground_plane", "box"]);
+        let missing = translation.missing.as_ref().unwrap();
+        assert!(missing.contains(uri) && missing.contains(said), "{missing}");
+        assert!(find(&translation.report, "is not found").line == Some(1));
+        assert!(translation.included.iter().any(|included| included.starts_with(uri)));
+    }
+    let translation = translated(&world("https://fuel.gazebosim.org/1.0/OpenRobotics/models/Ground Plane"));
+    assert_eq!(translation.missing, None);
+    assert!(translation.models.iter().filter(|model| model.fixed).count() == 2);
+}
+
+const SIMPLE: &str = "<sdf version='1.9'><model name='simple'><link name='base'><pose>0 0 1 0 0 0</pose>\
+    <inertial><mass>2</mass></inertial></link><frame name='tip' attached_to='base'><pose>0.5 0 0 0 0 0</pose></frame>\
+    </model></sdf>";
+
+#[test]
+fn a_merged_model_gives_its_links_and_frames_their_own_names() {
+    let files = Files::default().with("model://simple/model.sdf", SIMPLE);
+    let text = "<sdf version='1.9'><model name='top'><link name='root'/>\
+        <include merge='true'><uri>model://simple</uri><pose>0 3 0 0 0 0</pose></include>\
+        <joint name='j' type='fixed'><parent>root</parent><child>base</child></joint>\
+        <link name='hand'><pose relative_to='tip'/></link>\
+        <joint name='k' type='fixed'><parent>tip</parent><child>hand</child></joint></model></sdf>";
+    let (model, _) = robot_with(text, &files);
+    assert!(near(root_from_link(&model, "base").translation, [0.0, 3.0, 1.0]));
+    assert!(near(root_from_link(&model, "hand").translation, [0.5, 3.0, 1.0]));
+    let twice = text.replace("name='hand'", "name='base'").replace(">hand<", ">base<");
+    let refused = translate(twice.as_bytes(), &files, &LoadLimits::default()).unwrap_err().message;
+    assert!(refused.contains("another element") || refused.contains("merges"), "{refused}");
+}
+
+#[test]
+fn what_stands_relative_to_a_frame_of_another_nested_model_may_come_before_it() {
+    // The placed model's tip is where the other one's frame is.
+    let placed = "<include><uri>simple</uri><name>placed</name><placement_frame>tip</placement_frame>\
+        <pose relative_to='other::f'/></include>";
+    let other = "<model name='other'><frame name='f'><pose degrees='true'>0.25 0 0 0 0 -90</pose></frame>\
+        <include merge='true'><uri>simple</uri></include></model>";
+    let joints = "<joint name='j1' type='fixed'><parent>root</parent><child>other::base</child></joint>\
+        <joint name='j2' type='fixed'><parent>other::f</parent><child>placed</child></joint>";
+    let files = || Files::default().with("simple/model.sdf", SIMPLE);
+    for (first, second) in [(placed, other), (other, placed)] {
+        let text = format!(
+            "<sdf version='1.9'><model name='top'><link name='root'/>{first}{second}{joints}</model></sdf>"
+        );
+        let (model, _) = robot_with(&text, &files());
+        assert!(near(root_from_link(&model, "other::base").translation, [0.0, 0.0, 1.0]));
+        // Half a metre from the base to its tip, turned by -90 degrees; a metre down to the model's origin and up again.
+        assert!(near(root_from_link(&model, "placed::base").translation, [0.25, 0.5, 0.0]));
+    }
+}
+
+#[test]
+fn looks_that_cannot_be_read_refuse_no_model() {
+    let text = sdf(&format!(
+        "<link name='a'>{INERTIAL}<visual name='v'><pose>0 0</pose><geometry><sphere><radius>1</radius></sphere></geometry></visual></link>"
+    ));
+    let (model, report) = robot(&text);
+    assert!(link(&model, "a").visuals.is_empty());
+    assert_eq!(find(&report, "as it is only seen").severity, Severity::Warning);
+}
+
+#[test]
+fn xml_that_is_not_well_formed_is_repaired_with_a_note() {
+    let text = "<sdf version=\"1.9\"><!-- ----- base ----- -->\n<model name=\"m\"><link name=\"l\"><collision name=\"c\">\
+        <geometry><box><size>1 1 1</size></box></geometry><surface><friction><ode><fdir1 gz:expressed_in=\"l\">1 -1 0</fdir1>\
+        </ode></friction></surface></collision></link></model></sdf>";
+    let (model, report) = robot(text);
+    assert_eq!(link(&model, "l").collisions.len(), 1);
+    assert_eq!(find(&report, "two dashes").line, Some(1));
+    assert_eq!(find(&report, "the prefix \"gz\" is not declared").line, Some(2));
+}
+
+#[test]
+fn what_is_not_read_of_a_file_is_named_by_element_and_attribute() {
+    let text = "<sdf version='1.9'><model name='m' made_up='1'><enable_wind>1</enable_wind><link name='a'>\
+        <inertial><mass>1</mass><fluid_added_mass><xx>1</xx></fluid_added_mass></inertial>\
+        <collision name='c'><max_contacts>3</max_contacts><geometry><box><size>1 1 1</size></box></geometry><surface><friction><ode>\
+        <mu>0.3</mu><mu2>0.9</mu2><slip1>0.1</slip1></ode></friction><contact><ode><kp>1e5</kp></ode></contact></surface></collision></link>\
+        <link name='b'/><joint name='j' type='revolute'><parent>a</parent><child>b</child><axis><xyz>0 0 1</xyz>\
+        <initial_position>0.4</initial_position><limit><lower>-1</lower><upper>1</upper><stiffness>1e8</stiffness></limit></axis>\
+        <physics><ode><limit><erp>0.1</erp></limit></ode></physics></joint></model></sdf>";
+    let (_, report) = robot(text);
+    for element in [
+        "enable_wind",
+        "fluid_added_mass",
+        "max_contacts",
+        "mu2",
+        "slip1",
+        "kp",
+        "initial_position",
+        "stiffness",
+        "physics",
+    ] {
+        let is_named = |finding: &Finding| {
+            (finding.element.ends_with(element) || finding.element.contains(&format!(" {element} ")))
+                && finding.message.contains("not read")
+                || finding.message.contains(element)
+        };
+        assert!(report.findings.iter().any(is_named), "{element}: {:#?}", report.findings);
+    }
+    find(&report, "attribute \"made_up\" is not read");
+    assert!(!report.findings.iter().any(|finding| finding.element.ends_with("lower")));
+}
+
+#[test]
+fn a_joint_that_is_called_world_is_not_what_hangs_on_the_world() {
+    let text = sdf(&format!(
+        "<link name='a'>{INERTIAL}</link><joint name='world' type='fixed'><parent>world</parent><child>a</child></joint>"
+    ));
+    assert!(translated(&text).models[0].fixed);
+}

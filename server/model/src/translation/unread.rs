@@ -1,0 +1,102 @@
+//! What no reader asked for: each kind of element and attribute that a description has and simd passes by is named in the report.
+//!
+//! Elements note what is asked of them, by their tags and the names of attributes. So no list of words can grow stale.
+
+use std::cell::RefCell;
+use std::collections::HashSet;
+use std::collections::hash_map::DefaultHasher;
+use std::hash::{Hash as _, Hasher as _};
+
+use super::element::Element;
+use super::notes::Notes;
+use super::sources::Source;
+use crate::report::Disposition::Ignored;
+use crate::urdf::findings::quoted;
+
+/// Kinds of elements and attributes that are named; more of them are counted.
+const MOST: usize = 100;
+
+/// What was asked for in one file.
+#[derive(Default)]
+pub(crate) struct Asked(RefCell<HashSet<u64>>);
+
+/// What is asked of an element.
+#[derive(Clone, Copy, Hash)]
+pub(super) enum What<'w> {
+    /// Anything at all.
+    Anything,
+    Attribute(&'w str),
+    Child(&'w str),
+}
+
+impl Asked {
+    /// Notes that something was asked of elements of a tag.
+    pub(super) fn note(&self, tag: &str, what: What) {
+        let mut asked = self.0.borrow_mut();
+        asked.insert(key(tag, what));
+        asked.insert(key(tag, What::Anything));
+    }
+
+    fn keys(&self) -> Vec<u64> {
+        self.0.borrow().iter().copied().collect()
+    }
+}
+
+fn key(tag: &str, what: What) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    (tag, what).hash(&mut hasher);
+    hasher.finish()
+}
+
+/// Names what was not asked for in any file, each kind once.
+pub(crate) fn report<'a>(sources: &'a [Source<'a>], notes: &mut Notes) {
+    let all: HashSet<u64> = sources.iter().flat_map(|source| source.asked.keys()).collect();
+    let asked = |tag: &str, what: What| all.contains(&key(tag, what));
+    let mut named: HashSet<u64> = HashSet::new();
+    let mut left_out = 0_usize;
+    for (file, source) in sources.iter().enumerate() {
+        let Some(root) = Element::root(sources, file) else { continue };
+        let mut open = vec![root];
+        while let Some(element) = open.pop() {
+            let tag = element.tag();
+            for attribute in element.node.attributes() {
+                let name = attribute.name();
+                // What attributes say of their formats is no part of a robot.
+                let is_root = element.node == source.document.root_element();
+                let is_known = is_root || name == "name" || asked(tag, What::Attribute(name));
+                if is_known || !named.insert(key(tag, What::Attribute(name))) {
+                    continue;
+                }
+                if named.len() > MOST {
+                    left_out += 1;
+                    continue;
+                }
+                notes.info(element, Ignored, format!("attribute {} is not read by simd", quoted(name)));
+            }
+            let first = open.len();
+            for child in element.elements() {
+                let inner = child.tag();
+                if asked(inner, What::Anything) || asked(tag, What::Child(inner)) {
+                    open.push(child);
+                } else if !notes.has_ignored(child) && named.insert(key(tag, What::Child(inner))) {
+                    if named.len() > MOST {
+                        left_out += 1;
+                    } else {
+                        notes.info(child, Ignored, "not read by simd");
+                    }
+                }
+            }
+            // In the order of the file.
+            if let Some(children) = open.get_mut(first..) {
+                children.reverse();
+            }
+        }
+    }
+    if let Some(root) = Element::root(sources, 0).filter(|_| left_out > 0) {
+        notes.info(
+            root,
+            Ignored,
+            format!("{left_out} more kinds of elements and attributes are not read by simd"),
+        );
+    }
+}
