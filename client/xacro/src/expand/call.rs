@@ -27,7 +27,7 @@ impl Expansion<'_> {
         for (key, text) in element
             .attributes
             .iter()
-            .filter(|(key, _)| !(element.name == "call" && key == "macro") && !key.starts_with(XACRO))
+            .filter(|(key, _)| !(key.starts_with(XACRO) || element.name == "call" && key == "macro"))
         {
             let is_known =
                 known.parameters.iter().any(|p| matches!(p, Parameter::Value { name, .. } if name == key));

@@ -170,7 +170,8 @@ fn what_is_not_read_of_a_file_is_named_by_element_and_attribute() {
     }
     assert!(missing.is_empty(), "{missing:?}");
     for element in ["camera \"c\"", "light", "visual"] {
-        let is_named = |finding: &Finding| finding.element.ends_with(element) && finding.message == "not read by simd";
+        let is_named =
+            |finding: &Finding| finding.element.ends_with(element) && finding.message == "not read by simd";
         assert!(report.findings.iter().any(is_named), "{element}: {:#?}", report.findings);
     }
     // What is read is not named.
