@@ -59,7 +59,7 @@ pub(super) fn read(
     let mut pose = geom.pose(context.compiler, notes)?;
     let size = if fit::is_fitted(geom, kind) {
         let Some(fitted) = fit::fit(geom, kind, context, notes)? else { return Ok(None) };
-        pose = pose * fitted.geom_from_fitted;
+        pose *= fitted.geom_from_fitted;
         fitted.size.to_vec()
     } else {
         geom.list("size", 3)?.unwrap_or_default()
