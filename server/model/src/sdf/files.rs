@@ -113,10 +113,10 @@ pub(super) fn is_sun(uri: &str) -> bool {
 
 /// The ground which nearly every world includes, where no file has it.
 const GROUND_PLANE: &str = "<sdf version='1.7'><model name='ground_plane'><static>true</static><link name='link'>\
-    <collision name='collision'><geometry><plane><normal>0 0 1</normal><size>100 100</size></plane></geometry>\
-    <surface><friction><ode><mu>100</mu><mu2>50</mu2></ode></friction></surface></collision>\
-    <visual name='visual'><geometry><plane><normal>0 0 1</normal><size>100 100</size></plane></geometry></visual>\
-    </link></model></sdf>";
+    <inertial><mass>1</mass><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial>\
+    <collision name='collision'><geometry><plane><normal>0 0 1</normal></plane></geometry>\
+    <surface><friction><ode><mu>100</mu></ode></friction></surface></collision>\
+    <visual name='visual'><geometry><plane><normal>0 0 1</normal></plane></geometry></visual></link></model></sdf>";
 
 /// The name of a model that is built in.
 fn built_in(uri: &str, texts: &mut Texts, limits: &LoadLimits) -> Result<Option<String>, Stop> {

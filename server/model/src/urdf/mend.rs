@@ -19,6 +19,10 @@ const MOST_NOTES: usize = 20;
 
 /// A text with what is repaired in it. Lines stay where they are. Attributes are counted before, so that comparing them is bounded.
 pub(crate) fn mended<'t>(text: Cow<'t, str>, notes: &mut Vec<Mended>) -> Cow<'t, str> {
+    // Entities of its own make a document one that is refused.
+    if text.contains("<!DOCTYPE") {
+        return text;
+    }
     let mut mender = Mender { text: &text, at: 0, line: 1, edits: Vec::new(), notes: Vec::new() };
     mender.run();
     let Mender { edits, notes: new, .. } = mender;
