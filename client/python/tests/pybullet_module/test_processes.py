@@ -125,7 +125,7 @@ def test_a_child_that_was_forked_from_one_that_is_connected_connects_for_itself(
     assert number == "0" and ended == "0 1", ran.stderr
 
 
-def test_a_child_that_was_forked_beside_a_daemon_is_told_what_to_do(tmp_path: Path) -> None:
+def test_a_child_that_was_forked_beside_a_daemon_reads_what_to_do(tmp_path: Path) -> None:
     text = AFTER_CONNECTING.replace("own = pybullet.connect(pybullet.DIRECT)\n    pybullet.stepSimulation()", "own = connected()")
     text += "\n"
     text = text.replace(

@@ -6,7 +6,7 @@
 //!
 //! * `sources`: the files of a description, parsed within limits. `element`: their elements.
 //! * `notes`: the report on the way. `draft`: what was read. `write`: as URDF.
-//! * `unread`: what nobody asked for.
+//! * `unread`: elements and attributes that no reader looked at.
 
 pub(crate) mod draft;
 pub(crate) mod element;
