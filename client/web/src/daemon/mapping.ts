@@ -11,7 +11,7 @@ import { PaceMode, SimulationState, type Physics as WirePhysics, type RequestLim
 import type { WorldStatistics } from "../gen/simd/v1/simulation_pb";
 import type { Finding, LoadReport, Loading } from "../state/report";
 import type { Geometry, Pose, RobotScene, SceneJoint, SceneLink, Shape, Vector } from "../state/scene";
-import type { Axis, Client, ContactPoint, Frame, JointValues, Limits, Mode, Parameter, Physics, Robot } from "../state/world";
+import type { Axis, Client, ContactPoint, Frame, JointValues, RequestBytes, Mode, Parameter, Physics, Robot } from "../state/world";
 import type { Simulation } from "../state/world";
 
 const MODES: Record<JointMode, Mode> = {
@@ -355,6 +355,6 @@ export function loadingOf(what: string, progress: LoadProgress): Loading {
   return { what, phase: PHASES[phase] ?? "loading", done, total, item: uri };
 }
 
-export function limitsOf({ maxDescriptionBytes, maxAssetBytes, maxMessageBytes }: RequestLimits): Limits {
+export function limitsOf({ maxDescriptionBytes, maxAssetBytes, maxMessageBytes }: RequestLimits): RequestBytes {
   return { description: Number(maxDescriptionBytes), asset: Number(maxAssetBytes), message: Number(maxMessageBytes) };
 }

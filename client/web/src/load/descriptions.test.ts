@@ -25,7 +25,7 @@ test("links are counted by the elements of each format", async () => {
   ]);
 });
 
-test("files of one name are told apart by their folders", () => {
+test("files of one name differ by their folders", () => {
   expect(shownPath("a/x.urdf", ["a/x.urdf", "a/y.urdf"])).toBe("x.urdf");
   expect(shownPath("a/x.urdf", ["a/x.urdf", "b/x.urdf"])).toBe("a/x.urdf");
 });

@@ -173,14 +173,14 @@ export const targetSources = signal<Map<string, string>>(new Map());
 export const daemonName = signal("");
 
 /** Bytes that the daemon takes at most: of a description, of another file, and of a message. */
-export interface Limits {
+export interface RequestBytes {
   description: number;
   asset: number;
   message: number;
 }
 
 /** Null until the daemon has said them. */
-export const limits = signal<Limits | null>(null);
+export const limits = signal<RequestBytes | null>(null);
 
 /** What a token allows. */
 export type Role = "viewer" | "operator" | "admin";
