@@ -120,5 +120,5 @@ def test_a_program_that_closes_nothing_ends_well() -> None:
 
 def test_without_the_wheel_the_error_says_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(embedded_link, "MODULE", "simd_embedded_that_is_not_there")
-    with pytest.raises(simd_client.Unavailable, match="install the wheel `simd-embedded`"):
+    with pytest.raises(simd_client.Unavailable, match="pip install dist/simd_embedded"):
         simd_client.connect("embedded")

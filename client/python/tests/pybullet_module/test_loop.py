@@ -24,9 +24,9 @@ def calls(script: ModuleType, monkeypatch: pytest.MonkeyPatch) -> Calls:
     wire = connected(0).wire
     call = wire.call
 
-    def counting(method: Any, request: Any) -> Any:
+    def counting(method: Any, request: Any, **options: Any) -> Any:
         counted[method.key] += 1
-        return call(method, request)
+        return call(method, request, **options)
 
     monkeypatch.setattr(wire, "call", counting)
     return counted

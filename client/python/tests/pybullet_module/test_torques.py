@@ -82,10 +82,10 @@ def during_steps(script: ModuleType, monkeypatch: pytest.MonkeyPatch) -> list[Ca
     wire = connected(0).wire
     call = wire.call
 
-    def meanwhile(method: Any, request: Any) -> Any:
+    def meanwhile(method: Any, request: Any, **options: Any) -> Any:
         if method is methods.StepSimulation and waiting:
             waiting.pop(0)()
-        return call(method, request)
+        return call(method, request, **options)
 
     monkeypatch.setattr(wire, "call", meanwhile)
     return waiting
