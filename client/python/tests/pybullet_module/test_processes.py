@@ -125,17 +125,6 @@ def test_a_child_that_was_forked_from_one_that_is_connected_connects_for_itself(
     assert number == "0" and ended == "0 1", ran.stderr
 
 
-def test_a_child_that_was_forked_beside_a_daemon_reads_what_to_do(tmp_path: Path) -> None:
-    text = AFTER_CONNECTING.replace("own = pybullet.connect(pybullet.DIRECT)\n    pybullet.stepSimulation()", "own = connected()")
-    text += "\n"
-    text = text.replace(
-        "def child(", "def connected():\n    try:\n        return pybullet.connect(pybullet.DIRECT)\n    except pybullet.error as refusal:\n        return str(refusal)\n\ndef child("
-    )
-    ran = run(tmp_path, text, "--new")
-    said, refusal, ended = ran.stdout.splitlines()
-    assert "connect here" in said and "start processes with the method `spawn`" in refusal and ended == "0 1", ran.stderr
-
-
 def test_the_bullet_client_beside_an_import_of_ours_is_ours(tmp_path: Path) -> None:
     """Also where PyBullet is installed too."""
     text = (
