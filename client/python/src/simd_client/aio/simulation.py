@@ -231,8 +231,9 @@ class Simulation(SavedStates):
             surface_combination=(
                 None if surface_combination is None else surface_combination_to_proto(surface_combination)
             ),
-            sleeping=sleeping,
         )
+        if sleeping is not None:
+            request.sleeping = sleeping
         return physics_from_proto((await self.call(methods.SetPhysics, request)).physics)
 
     # States over time.

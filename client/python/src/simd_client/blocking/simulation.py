@@ -232,8 +232,9 @@ class Simulation(SavedStates):
             surface_combination=(
                 None if surface_combination is None else surface_combination_to_proto(surface_combination)
             ),
-            sleeping=sleeping,
         )
+        if sleeping is not None:
+            request.sleeping = sleeping
         return physics_from_proto(self.call(methods.SetPhysics, request).physics)
 
     # States over time.
