@@ -1,6 +1,7 @@
 //! What a load report says of the place to which a robot came.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use simd_core::simulation::spawn_overlaps::SpawnOverlap;
 use simd_core::simulation::terrain_penetration::TerrainPenetration;
@@ -10,12 +11,15 @@ use super::super::SimHandle;
 use super::super::heavy::Cancelled;
 use crate::driver::Published;
 
+/// Maximum time that a load waits for the look at its place.
+const LOOK_TIME: Duration = Duration::from_secs(3);
+
 /// Maximum number of links that a report names, below the surface of terrain and in other robots each.
 const MAX_NAMED: usize = 8;
 
 impl SimHandle {
     /// Adds links that are below the surface of terrain, of the robot that came or, if it is the terrain, of others; and links that
-    /// overlap other robots. Adds nothing if all permits for heavy reads are taken, or if another robot has come by its name since.
+    /// overlap other robots. Adds nothing if all permits for heavy reads are taken for 3 s, or if another robot has come by its name since.
     pub(super) async fn report_place(&self, name: &str, model: &Arc<RobotModel>, report: &mut LoadReport) {
         let newest = self.newest();
         let found = newest.state.entity(name).filter(|(_, entity)| Arc::ptr_eq(&entity.model, model));
@@ -41,7 +45,9 @@ impl SimHandle {
             );
             findings
         };
-        report.findings.extend(self.heavy(look).await.unwrap_or_default());
+        // A load that is done does not wait for a busy machine: the look ends early.
+        let looked = tokio::time::timeout(LOOK_TIME, self.heavy(look)).await;
+        report.findings.extend(looked.ok().and_then(Result::ok).unwrap_or_default());
     }
 }
 
