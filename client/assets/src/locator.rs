@@ -181,7 +181,7 @@ impl Locator {
                     Uri::Package { .. } | Uri::Absolute(_) => continue,
                 };
                 for folder in Self::roots(&ancestors) {
-                    // What climbs out of a package is not named from its folder.
+                    // A path that climbs out of a package is not named from its folder.
                     if join_within(&folder, &folder, rest).is_none() {
                         continue;
                     }
@@ -221,7 +221,7 @@ impl Locator {
                     all.push(folder(above.clone()));
                 }
                 all.push(folder(above.join(name)));
-                // Of `worlds/w.sdf` beside `models/NAME`.
+                // Folder of models beside the one of worlds: `models/NAME` for `worlds/w.sdf`.
                 all.push(folder(above.join("models").join(name)));
             }
         }
@@ -286,7 +286,7 @@ impl Locator {
         roots
     }
 
-    /// What absolute paths must stay in, and relative ones below a root.
+    /// Folder that absolute paths, and relative ones below a root, must stay in.
     fn boundary(&self, ancestors: &[PathBuf]) -> Option<PathBuf> {
         match &self.root {
             Some(root) => std::path::absolute(root).ok(),

@@ -27,7 +27,7 @@ def test_constraints_take_none_and_axes_of_zero(script: ModuleType, cube: int) -
     arm = script.loadURDF(str(BENCH_ARM), useFixedBase=1)
     fixed = script.createConstraint(cube, -1, -1, -1, script.JOINT_FIXED, None, [0, 0, 0], [2, 0, 1], None, [0, 0, 0, 1])
     slide = script.createConstraint(cube, -1, -1, -1, script.JOINT_PRISMATIC, [0, 0, 0], [0, 0, 0], [2, 0, 1])
-    # Of a base, which has no joint.
+    # A base has no joint.
     gear = script.createConstraint(arm, 0, arm, -1, script.JOINT_GEAR, [0, 1, 0], [0, 0, 0], [0, 0, 0])
     script.changeConstraint(gear, gearRatio=2, maxForce=10)
     assert [script.getConstraintInfo(each)[4] for each in (fixed, slide, gear)] == [

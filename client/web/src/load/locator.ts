@@ -84,7 +84,7 @@ export class Locator {
       for (const folder of this.above) {
         if (nameOf(folder) === name || this.tree.manifestOf(folder) === name) folders.push(folder);
         folders.push(join(folder, name));
-        // Of `worlds/w.sdf` beside `models/NAME`.
+        // Folder of models beside the one of worlds: `models/NAME` for `worlds/w.sdf`.
         folders.push(join(join(folder, "models"), name));
       }
     }
@@ -100,7 +100,7 @@ export class Locator {
     const folders = this.above.filter((folder) => this.looksLikePackage(folder));
     const home = this.home();
     if (home !== undefined && !folders.includes(home)) folders.push(home);
-    // What climbs out of a package is not named from its folder.
+    // A path that climbs out of a package is not named from its folder.
     const within = folders.filter((folder) => joinWithin(folder, folder, rest) !== undefined);
     return firstOf(within, (folder) => search.look(folder, folder, rest));
   }

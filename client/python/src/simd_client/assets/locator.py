@@ -83,7 +83,7 @@ class Locator:
         if home is not None and home not in folders:
             folders.append(home)
         for folder in folders:
-            # What climbs out of a package is not named from its folder.
+            # A path that climbs out of a package is not named from its folder.
             if join_within(folder, folder, rest) is None:
                 continue
             found = search.look(folder, folder, rest, None)
@@ -102,7 +102,7 @@ class Locator:
                 if package.is_named(folder, uri.name):
                     folders.append((folder, None))
                 folders.append((folder / uri.name, None))
-                # Of `worlds/w.sdf` beside `models/NAME`.
+                # Folder of models beside the one of worlds: `models/NAME` for `worlds/w.sdf`.
                 folders.append((folder / "models" / uri.name, None))
         # The folder of an export is often renamed, and the URDF in it is not.
         folders.extend((folder, None) for folder in above if package.looks_like_one(folder))

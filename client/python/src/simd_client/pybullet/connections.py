@@ -49,7 +49,7 @@ _children: dict[int, DaemonProcess] = {}
 # Numbers that threads of the script have and whose connections are not open yet.
 _taken: set[int] = set()
 _numbers = threading.Lock()
-# Of the process that this one was forked from: they are kept, as their threads cannot be ended here.
+# Connections of the process that this one was forked from, kept because their threads cannot end here.
 _inherited: list[object] = []
 
 

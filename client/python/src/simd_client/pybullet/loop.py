@@ -215,7 +215,7 @@ class Loop(Readings):
                 self._set_friction(body, friction)
             answer = call()
         except BaseException as problem:
-            # What the daemon refuses as it is would be refused again with each step.
+            # A refused target is dropped: each step would be refused again.
             if getattr(problem, "reason", "") != "INVALID_VALUE":
                 self._waiting.update({key: None for key in sending if key[0] in self.bodies})
                 with self.commands:

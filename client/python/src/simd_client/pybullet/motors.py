@@ -31,7 +31,7 @@ STIFFEST = 1.0 - 1.0 / 1000.0
 STIFF = 1e5
 # And the least velocityGain: below it a is nothing, and the velocity that has an effect has no bound.
 _SOFTEST = 1e-6
-# Of Bullet's joints, until a script says otherwise (maxJointVelocity), rad/s or m/s.
+# Largest velocity of Bullet's joints until a script sets maxJointVelocity, rad/s or m/s.
 FASTEST = 100.0
 # Values and gains that the daemon takes.
 MOST = 1e12

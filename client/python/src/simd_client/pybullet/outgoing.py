@@ -43,7 +43,7 @@ class _Row:
     part: Any = None
     # Dry friction that the motor brings, N m or N.
     friction: float = 0.0
-    # What was put in last for a position target; see `motors.pursued`.
+    # Last value sent for a position target; see `motors.pursued`.
     pursued: tuple[float, float] | None = None
 
 
