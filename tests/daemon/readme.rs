@@ -46,6 +46,7 @@ async fn each_line_of_the_readme_works_on_the_demo() {
         let said = daemon.shell(line, &repository()).await;
         assert_eq!(said.code, 0, "{line}: {}", said.err);
         assert!(!said.out.contains("nothing touches"), "{}", said.out);
+        assert!(!said.err.contains("inside link"), "{line}: {}", said.err);
     }
 
     // Robots of one's own, where the README has them.
@@ -59,6 +60,7 @@ async fn each_line_of_the_readme_works_on_the_demo() {
         let said = daemon.shell(line, folder.path()).await;
         assert_eq!(said.code, 0, "{line}: {}", said.err);
         assert!(said.out.contains("fixed base"), "{line}: {}", said.out);
+        assert!(!said.err.contains("inside link"), "{line}: {}", said.err);
     }
 }
 

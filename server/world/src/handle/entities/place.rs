@@ -75,13 +75,17 @@ fn below_terrain(TerrainPenetration { link, terrain, depth }: TerrainPenetration
 
 fn overlaps_other(name: &str, overlap: SpawnOverlap, free: Option<[f64; 3]>) -> Finding {
     let SpawnOverlap { link, robot, other_link, depth } = overlap;
-    let room =
-        free.map_or(String::new(), |[x, y, z]| format!(", for instance with `--pose {x:.2},{y:.2},{z:.2}`"));
+    let advice = match free {
+        Some([x, y, z]) => format!(
+            "delete {name:?} and load it where there is room, for instance with `--pose {x:.2},{y:.2},{z:.2}`"
+        ),
+        // A plane has no place beside others.
+        None => format!("put {name:?} or {robot:?} elsewhere"),
+    };
     warning(
         format!("link {link:?} of {name:?}"),
         format!(
-            "starts {depth:.3} m inside link {other_link:?} of {robot:?}, and contacts may hold its joints or push it away: delete {name:?} and load it \
-             where there is room{room}"
+            "starts {depth:.3} m inside link {other_link:?} of {robot:?}, and contacts may hold joints or push it away: {advice}"
         ),
     )
 }
