@@ -1,4 +1,4 @@
-//! Modules import downwards only, in the order that `ARCHITECTURE.md` gives.
+//! Modules import downwards only, in the order that the root of each crate lists.
 
 use std::fs;
 use std::path::{Path, PathBuf};

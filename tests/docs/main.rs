@@ -37,12 +37,109 @@ fn each_path_that_the_architecture_names_exists() {
 }
 
 #[test]
+fn each_path_that_a_page_of_the_design_names_exists() {
+    let pages: Vec<_> = documents().into_iter().filter(|page| page.starts_with("docs/design/")).collect();
+    assert!(pages.len() > 8, "only {pages:?}");
+    let index = read("ARCHITECTURE.md");
+    for page in pages {
+        assert!(index.contains(&format!("]({page})")), "the index in ARCHITECTURE.md lacks {page}");
+        let text = read(&page);
+        let missing: Vec<_> = paths(&text).into_iter().filter(|path| !root().join(path).exists()).collect();
+        assert!(missing.is_empty(), "{page} names {missing:?}");
+    }
+}
+
+/// `FILE::TEST` names a function of that file.
+#[test]
+fn each_test_that_the_architecture_names_exists() {
+    let text = read("ARCHITECTURE.md");
+    let named = text.split('`').skip(1).step_by(2).filter_map(|code| code.split_once(".rs::"));
+    let named: Vec<_> = named.collect();
+    assert!(named.len() > 20, "only {} tests were found", named.len());
+    for (file, test) in named {
+        let file = format!("{file}.rs");
+        assert!(read(&file).contains(&format!("fn {test}(")), "{file} has no test {test}");
+    }
+}
+
+/// Folders whose own folders the architecture names, each with a line.
+const MAPPED: [&str; 20] = [
+    "cli/src",
+    "client",
+    "client/camera/src",
+    "client/python",
+    "client/python/src/simd_client",
+    "client/rust/src",
+    "client/web",
+    "client/web/src",
+    "proto",
+    "server",
+    "server/api/src",
+    "server/core/src",
+    "server/core/src/dynamics",
+    "server/core/src/simulation",
+    "server/mcap/src",
+    "server/model/src",
+    "server/ros2/src",
+    "server/src",
+    "server/world/src",
+    "tests",
+];
+
+/// Built, generated, or plain by its name.
+const NOT_MAPPED: [&str; 10] =
+    ["src", "tests", "target", "node_modules", "dist", "gen", "generated", "proto", "out", "__pycache__"];
+
+#[test]
+fn the_architecture_names_each_folder() {
+    let text = read("ARCHITECTURE.md");
+    let mut lacking = Vec::new();
+    for folder in MAPPED {
+        for entry in std::fs::read_dir(root().join(folder)).unwrap().map(Result::unwrap) {
+            let name = entry.file_name().to_string_lossy().into_owned();
+            // The parts of a module with a file of its own are said there.
+            let is_of_a_file = entry.path().with_extension("rs").exists();
+            let is_left_out = name.starts_with('.') || NOT_MAPPED.contains(&name.as_str());
+            let path = format!("{folder}/{name}");
+            if entry.path().is_dir() && !is_of_a_file && !is_left_out && !text.contains(&format!("`{path}`"))
+            {
+                lacking.push(path);
+            }
+        }
+    }
+    assert!(lacking.is_empty(), "ARCHITECTURE.md does not name {lacking:?}");
+}
+
+#[test]
+fn the_architecture_is_read_in_one_sitting() {
+    let lines = read("ARCHITECTURE.md").lines().count();
+    assert!(lines <= 250, "ARCHITECTURE.md has {lines} lines; the most is 250. Decisions go to docs/design");
+}
+
+/// All pages below docs/, and the documents of the root.
+fn documents() -> Vec<String> {
+    let mut documents: Vec<String> =
+        ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md"]
+            .map(String::from)
+            .into();
+    let mut folders = vec!["docs".to_owned()];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(root().join(&folder)).unwrap().map(Result::unwrap) {
+            let path = format!("{folder}/{}", entry.file_name().to_string_lossy());
+            if entry.path().is_dir() {
+                folders.push(path);
+            } else if path.ends_with(".md") {
+                documents.push(path);
+            }
+        }
+    }
+    documents.sort();
+    documents
+}
+
+#[test]
 fn each_link_of_a_document_leads_to_a_file() {
-    let docs = std::fs::read_dir(root().join("docs")).unwrap().map(|entry| entry.unwrap().path());
-    let docs = docs.filter(|path| path.extension().is_some_and(|ending| ending == "md"));
-    let docs = docs.map(|path| format!("docs/{}", path.file_name().unwrap().to_string_lossy()));
-    let documents = ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md"];
-    for document in documents.into_iter().map(String::from).chain(docs) {
+    for document in documents() {
         let text = read(&document);
         let folder = root().join(Path::new(&document).parent().unwrap());
         for link in text.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
