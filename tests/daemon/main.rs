@@ -19,6 +19,7 @@ mod mistakes;
 mod network;
 mod operator;
 mod packaging;
+mod pages;
 mod programs;
 mod readme;
 mod recordings;

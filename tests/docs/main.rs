@@ -151,6 +151,15 @@ fn each_link_of_a_document_leads_to_a_file() {
 }
 
 #[test]
+fn a_search_finds_what_people_look_for() {
+    let pages: Vec<String> = documents().iter().map(|page| read(page).to_lowercase()).collect();
+    let wanted = ["torque control", "gravity", "headless", "docker", "ros 2", "record", "1 khz", "systemd"];
+    for words in wanted {
+        assert!(pages.iter().any(|page| page.contains(words)), "no document has {words:?}");
+    }
+}
+
+#[test]
 fn every_source_file_opens_with_what_it_is_for() {
     let mut folders = vec![root()];
     let mut seen = 0;

@@ -162,7 +162,7 @@ REASONS = {
     "Not found": "a file is not found",
     "Cannot load": "a file is not found",
     "Couldn't load": "a file is not found",
-    "No such file": "a file of its own is missing",
+    "No such file": "one of its files is missing",
     "connectPhysicsServer": "needs Bullet's own graphics server",
     "exit code -11": "crashes",
     "cannot connect to X": "needs a display",

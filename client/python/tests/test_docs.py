@@ -12,11 +12,16 @@ from pathlib import Path
 import pytest
 from daemon import BINARY, REPOSITORY, Daemon
 
+import simd_client
 from simd_client import Unauthenticated, Unavailable, embedded_link
 
 GUIDE = REPOSITORY / "docs" / "python.md"
 EMBEDDED = REPOSITORY / "docs" / "embedded.md"
 ROLLOUTS = REPOSITORY / "docs" / "rollouts.md"
+TUTORIAL = REPOSITORY / "docs" / "tutorial.md"
+FAST_LOOP = REPOSITORY / "docs" / "fast-loop.md"
+CI = REPOSITORY / "docs" / "ci.md"
+DEMO = ("--config", str(REPOSITORY / "tests" / "assets" / "demo.toml"))
 README = Path(__file__).parents[1] / "README.md"
 
 SECURED = "tls/127.0.0.1:7447"
@@ -138,10 +143,30 @@ def test_the_blocks_on_rollouts_run(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.skipif(not embedded_link.is_installed(), reason="simd-embedded is not installed")
-def test_the_block_on_worlds_in_the_process_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("page", [EMBEDDED, CI], ids=["embedded", "ci"])
+def test_the_block_on_worlds_in_the_process_runs(monkeypatch: pytest.MonkeyPatch, page: Path) -> None:
     monkeypatch.chdir(REPOSITORY)
-    (block,) = blocks(EMBEDDED)
-    exec(compile(block, str(EMBEDDED), "exec"), {"__name__": "embedded"})
+    (block,) = blocks(page)
+    exec(compile(block, str(page), "exec"), {"__name__": "embedded"})
+
+
+@pytest.mark.parametrize("page", [TUTORIAL, FAST_LOOP], ids=["tutorial", "fast loop"])
+def test_the_scripts_of_a_page_run_in_the_demo(monkeypatch: pytest.MonkeyPatch, page: Path) -> None:
+    monkeypatch.chdir(REPOSITORY)
+    with Daemon(*DEMO, name="demo") as daemon:
+        monkeypatch.setenv("SIMD_ENDPOINT", daemon.endpoint)
+        with simd_client.connect() as sim:
+            sim.load("tests/assets/Two Link.v2", position=(1, 0, 0), fixed=True)
+        names: dict[str, object] = {"__name__": "page"}
+        for block in blocks(page):
+            exec(compile(block, str(page), "exec"), names)
+
+
+def test_the_script_of_the_front_page_runs_in_the_demo(monkeypatch: pytest.MonkeyPatch) -> None:
+    (block,) = blocks(REPOSITORY / "README.md")
+    with Daemon(*DEMO, name="demo") as daemon:
+        monkeypatch.setenv("SIMD_ENDPOINT", daemon.endpoint)
+        exec(compile(block, "README.md", "exec"), {"__name__": "readme"})
 
 
 def test_the_block_of_the_readme_runs(monkeypatch: pytest.MonkeyPatch) -> None:
