@@ -1,0 +1,295 @@
+//! Plain English: how sentences of documents and of doc comments begin, how long they are, and phrases that they avoid.
+
+use std::fs;
+
+use crate::{documents, read, root, words};
+
+/// Documents that still have to be rewritten. The list only shrinks: a document without faults must leave it.
+const DOCUMENTS_LEFT: &[&str] = &[
+    "CHANGELOG.md",
+    "docs/configuration.md",
+    "docs/operations.md",
+    "docs/performance.md",
+    "docs/physics.md",
+    "docs/security.md",
+    "docs/viewer.md",
+];
+
+/// Crates whose doc comments still have to be rewritten, each by its folder. It shrinks likewise.
+const CRATES_LEFT: &[&str] = &[
+    "cli/",
+    "client/assets/",
+    "client/camera/",
+    "client/embedded/",
+    "client/rust/",
+    "client/xacro/",
+    "proto/",
+    "server/api/",
+    "server/core/",
+    "server/mcap/",
+    "server/model/",
+    "server/ros2/",
+    "server/src/",
+    "server/world/",
+    "tests/",
+];
+
+/// A sentence begins with its subject, or with a verb.
+const OPENINGS: [&str; 6] = ["Of", "So many", "The same of", "What", "Who", "Whose"];
+
+/// Phrases, and what is said instead.
+const PHRASES: [(&str, &str); 15] = [
+    ("again and again", "say how often, or what for"),
+    ("at the most", "at most"),
+    ("by itself", "alone, automatically"),
+    ("go on", "continue"),
+    ("goes on", "continues"),
+    ("has left", "say what it is now"),
+    ("has to be there", "must exist"),
+    ("in the midst", "within, during"),
+    ("is there", "exists"),
+    ("of its own", "a separate"),
+    ("of their own", "separate"),
+    ("that of", "name the thing again"),
+    ("too much", "overload, above the limit"),
+    ("who comes", "name the client"),
+    ("whom", "name the thing"),
+];
+
+const MOST_WORDS: usize = 25;
+
+#[derive(Debug, PartialEq)]
+struct Sentence {
+    /// Of its block's first line, from 1.
+    line: usize,
+    text: String,
+    /// A cell of a table may list facts at any length.
+    is_cell: bool,
+}
+
+/// Paragraphs, items of lists, headings and cells of tables, with their lines; no code.
+fn blocks(text: &str) -> Vec<Sentence> {
+    let mut blocks: Vec<Sentence> = Vec::new();
+    let mut is_code = false;
+    // Whether the next line continues the last block.
+    let mut is_open = false;
+    for (line, raw) in (1..).zip(text.lines()) {
+        let trimmed = raw.trim().trim_start_matches("> ");
+        if trimmed.starts_with("```") {
+            is_code = !is_code;
+            is_open = false;
+            continue;
+        }
+        if is_code || trimmed.is_empty() || trimmed.starts_with("<!--") || trimmed.starts_with("![") {
+            is_open = false;
+            continue;
+        }
+        if let Some(row) = trimmed.strip_prefix('|') {
+            is_open = false;
+            let cells = row.split('|').map(str::trim).filter(|cell| cell.contains(char::is_alphanumeric));
+            blocks.extend(cells.map(|cell| Sentence { line, text: cell.to_owned(), is_cell: true }));
+            continue;
+        }
+        let heading = trimmed.trim_start_matches('#');
+        let item = item(trimmed);
+        let is_heading = heading.len() < trimmed.len() && heading.starts_with(' ');
+        match blocks.last_mut() {
+            Some(last) if is_open && item.is_none() && !is_heading => {
+                last.text.push(' ');
+                last.text.push_str(trimmed);
+            }
+            _ => {
+                let text = if is_heading { heading.trim() } else { item.unwrap_or(trimmed) };
+                blocks.push(Sentence { line, text: text.to_owned(), is_cell: false });
+            }
+        }
+        is_open = !is_heading;
+    }
+    blocks
+}
+
+/// The text of an item of a list.
+fn item(line: &str) -> Option<&str> {
+    let bullet = line.strip_prefix("* ").or_else(|| line.strip_prefix("- "));
+    bullet.or_else(|| {
+        line.split_once(". ").filter(|(number, _)| number.parse::<u8>().is_ok()).map(|(_, it)| it)
+    })
+}
+
+/// Without code, addresses of links and emphasis.
+fn plain(text: &str) -> String {
+    let is_code = |index: &usize| index % 2 == 1;
+    let parts = text.split('`').enumerate();
+    let without_code: String =
+        parts.map(|(index, part)| if is_code(&index) { "CODE" } else { part }).collect();
+    let mut plain = String::new();
+    let mut rest = without_code.as_str();
+    while let Some((before, address)) = rest.split_once("](") {
+        plain.push_str(before);
+        rest = address.split_once(')').map_or("", |(_, after)| after);
+    }
+    plain.push_str(rest);
+    plain.replace(['*', '[', ']'], "")
+}
+
+fn sentences(blocks: Vec<Sentence>) -> Vec<Sentence> {
+    let mut sentences = Vec::new();
+    for Sentence { line, text, is_cell } in blocks {
+        let text = plain(&text);
+        let mut sentence = String::new();
+        for word in text.split_whitespace() {
+            if !sentence.is_empty() {
+                sentence.push(' ');
+            }
+            sentence.push_str(word);
+            let end = word.trim_end_matches([')', '"', '\'']);
+            let is_abbreviation = ["e.g.", "i.e.", "vs."].iter().any(|it| end.ends_with(it));
+            if end.ends_with(['.', '!', '?']) && !is_abbreviation {
+                sentences.push(Sentence { line, text: std::mem::take(&mut sentence), is_cell });
+            }
+        }
+        if !sentence.is_empty() {
+            sentences.push(Sentence { line, text: sentence, is_cell });
+        }
+    }
+    sentences
+}
+
+fn number_of_words(sentence: &str) -> usize {
+    sentence.split_whitespace().filter(|word| word.contains(char::is_alphanumeric)).count()
+}
+
+/// What is wrong with a sentence, as a fragment for people.
+fn faults(sentence: &str, is_cell: bool) -> Vec<String> {
+    let mut faults = Vec::new();
+    let has = |phrase: &str| words::has_phrase(sentence, phrase);
+    let is_question = sentence.ends_with('?');
+    for opening in OPENINGS {
+        let rest = sentence.strip_prefix(opening);
+        if rest.is_some_and(|rest| rest.starts_with([' ', ','])) && !is_question {
+            faults.push(format!("begins with {opening:?}; begin with the subject"));
+        }
+    }
+    for (phrase, better) in PHRASES {
+        if has(phrase) {
+            faults.push(format!("has {phrase:?}; {better}"));
+        }
+    }
+    let words = number_of_words(sentence);
+    if words > MOST_WORDS && !is_cell {
+        faults.push(format!("has {words} words; the most is {MOST_WORDS}: make two sentences or a list"));
+    }
+    faults
+}
+
+fn wrong(path: &str, blocks: Vec<Sentence>) -> Vec<String> {
+    let said = sentences(blocks).into_iter().flat_map(|Sentence { line, text, is_cell }| {
+        faults(&text, is_cell).into_iter().map(move |fault| format!("{line}: {text:?} {fault}"))
+    });
+    said.map(|said| format!("{path}:{said}")).collect()
+}
+
+/// Doc comments of Rust as Markdown, with empty lines where code is, so that lines keep their numbers.
+fn doc_comments(source: &str) -> String {
+    let comment = |line: &str| {
+        let line = line.trim_start();
+        let text = line.strip_prefix("///").or_else(|| line.strip_prefix("//!"));
+        text.map(|text| text.strip_prefix(' ').unwrap_or(text).to_owned()).unwrap_or_default()
+    };
+    source.lines().map(|line| comment(line) + "\n").collect()
+}
+
+#[test]
+fn sentences_of_documents_are_plain() {
+    let (mut found, mut plain) = (Vec::new(), Vec::new());
+    for document in documents() {
+        let wrong = wrong(&document, blocks(&read(&document)));
+        match DOCUMENTS_LEFT.contains(&document.as_str()) {
+            true if wrong.is_empty() => plain.push(document),
+            true => {}
+            false => found.extend(wrong),
+        }
+    }
+    assert!(found.is_empty(), "{found:#?}");
+    assert!(plain.is_empty(), "{plain:?} are plain: take them out of DOCUMENTS_LEFT");
+}
+
+#[test]
+fn doc_comments_are_plain() {
+    let mut files = Vec::new();
+    words::files(&root(), &mut files);
+    let (mut found, mut left) = (Vec::new(), Vec::new());
+    for file in files.iter().filter(|file| file.extension().is_some_and(|it| it == "rs")) {
+        let path = file.strip_prefix(root()).unwrap().to_str().unwrap().replace('\\', "/");
+        let wrong = wrong(&path, blocks(&doc_comments(&fs::read_to_string(file).unwrap())));
+        match CRATES_LEFT.iter().find(|folder| path.starts_with(**folder)) {
+            Some(folder) if !wrong.is_empty() => left.push(*folder),
+            Some(_) => {}
+            None => found.extend(wrong),
+        }
+    }
+    assert!(found.is_empty(), "{found:#?}");
+    let plain: Vec<_> = CRATES_LEFT.iter().filter(|folder| !left.contains(*folder)).collect();
+    assert!(plain.is_empty(), "doc comments of {plain:?} are plain: take them out of CRATES_LEFT");
+}
+
+#[test]
+fn prose_that_has_to_be_translated_is_found() {
+    let riddles = [
+        "No transport has a call of its own",
+        "Who looks again and again gets what has changed",
+        "The last message for who comes late",
+        "What is discontinuous starts anew, without a kick",
+        "Who touches whom",
+        "When it is too much",
+        "Takes robots whose state the step has left not finite out of the simulation",
+        "False where it was interrupted; then the world is in the midst of a step",
+        "So many permits. For one may wait so many calls",
+        "What normal impulses make of these, less them",
+        "Where to; it has to be there",
+        "The same of an answer that is for one caller alone",
+    ];
+    for riddle in riddles {
+        for text in [riddle.to_owned(), format!("## {riddle}\n"), format!("* Before.\n* {riddle}\n")] {
+            assert!(!wrong("a.md", blocks(&text)).is_empty(), "{text:?}");
+        }
+        let comment = format!("struct A;\n    /// {riddle}\n");
+        assert_eq!(wrong("a.rs", blocks(&doc_comments(&comment))).len(), wrong("a.md", blocks(riddle)).len());
+    }
+    let plain = [
+        "Every method is served on every transport",
+        "Pollers receive deltas",
+        "Late subscribers get the last message (transient local)",
+        "Integration restarts after a discontinuity",
+        "Collision filtering",
+        "Overload",
+        "Disables robots whose state is not finite",
+        "Returns false if interrupted, leaving the world mid-step",
+        "`permits` permits, with at most `waiting` queued calls",
+        "Residual of the friction bounds",
+        "Output directory (must exist)",
+        "Like `once`, for answers private to one caller",
+        "What does a step cost?",
+    ];
+    for text in plain {
+        assert_eq!(wrong("a.md", blocks(text)), Vec::<String>::new());
+    }
+}
+
+#[test]
+fn a_sentence_ends_where_its_block_does() {
+    let word = "word ".repeat(MOST_WORDS);
+    assert!(wrong("a.md", blocks(&word)).is_empty());
+    assert_eq!(
+        wrong("a.md", blocks(&format!("one\n{word}"))),
+        [format!(
+            "a.md:1: {:?} has 26 words; the most is 25: make two sentences or a list",
+            format!("one {}", word.trim_end())
+        )]
+    );
+    for end in [".\n", "\n\n", "\n\n* ", "\n| a | ", "\n```\n"] {
+        assert!(wrong("a.md", blocks(&format!("one{end}{word}"))).is_empty(), "{end:?}");
+    }
+    let code = format!("```\n{word}{word}\n```\n`{word}{word}` is [one](http://a/{}).", "b/".repeat(30));
+    assert!(wrong("a.md", blocks(&code)).is_empty());
+}
