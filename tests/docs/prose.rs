@@ -9,8 +9,6 @@ const DOCUMENTS_LEFT: &[&str] = &[
     "CHANGELOG.md",
     "docs/configuration.md",
     "docs/operations.md",
-    "docs/performance.md",
-    "docs/physics.md",
     "docs/security.md",
     "docs/viewer.md",
 ];
