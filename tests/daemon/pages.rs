@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use simd_tests::process::{Home, Process, Said, repository, said};
+use tokio::task::JoinSet;
 
 /// Pages whose commands another test runs, or that need what a test has not, and which that is.
 const ELSEWHERE: &[(&str, &str)] = &[
@@ -106,15 +107,12 @@ fn write(folder: &Path, script: &str) {
 
 #[tokio::test]
 async fn each_command_of_the_pages_runs_in_the_world_of_the_demo() {
-    let (mut seen, mut wrong) = (0, Vec::new());
-    for (name, text) in pages() {
-        if ELSEWHERE.iter().any(|(page, _)| *page == name) {
-            continue;
-        }
-        wrong.extend(run(&name, &text).await);
-        seen += 1;
-    }
-    assert!(seen >= 6, "only {seen} pages have commands");
+    let is_elsewhere = |name: &str| ELSEWHERE.iter().any(|(page, _)| *page == name);
+    let pages = pages().into_iter().filter(|(name, _)| !is_elsewhere(name));
+    // Each in a world of its own, at one time: most commands wait.
+    let runs: JoinSet<_> = pages.map(|(name, text)| async move { run(&name, &text).await }).collect();
+    assert!(runs.len() >= 6, "only {} pages have commands", runs.len());
+    let wrong: Vec<String> = runs.join_all().await.into_iter().flatten().collect();
     assert!(wrong.is_empty(), "{}", wrong.join("\n\n"));
 }
 
