@@ -146,17 +146,40 @@ fn documents() -> Vec<String> {
     documents
 }
 
+/// The anchors of a document's headings, as GitHub and mkdocs make them.
+fn anchors(text: &str) -> Vec<String> {
+    let anchor = |heading: &str| {
+        let kept = |c: &char| c.is_alphanumeric() || "-_ ".contains(*c);
+        heading.trim().to_lowercase().chars().filter(kept).collect::<String>().replace(' ', "-")
+    };
+    let outside_of_code = text.split("\n```").step_by(2);
+    let lines = outside_of_code.flat_map(str::lines).filter(|line| line.starts_with('#'));
+    lines.map(|line| anchor(line.trim_start_matches('#'))).collect()
+}
+
 #[test]
-fn each_link_of_a_document_leads_to_a_file() {
+fn each_link_of_a_document_leads_to_a_file_and_a_heading() {
+    let mut lost = Vec::new();
     for document in documents() {
         let text = read(&document);
         let folder = root().join(Path::new(&document).parent().unwrap());
         for link in text.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
-            let file = link.split('#').next().unwrap();
-            let outside = link.starts_with("http") || file.is_empty();
-            assert!(outside || folder.join(file).exists(), "{document} links to {link}");
+            let (file, anchor) = link.split_once('#').unwrap_or((link, ""));
+            if link.starts_with("http") {
+                continue;
+            }
+            let target = if file.is_empty() { root().join(&document) } else { folder.join(file) };
+            let is_found = match std::fs::read_to_string(&target) {
+                Ok(text) => anchor.is_empty() || anchors(&text).iter().any(|it| it == anchor),
+                // A folder or a picture.
+                Err(_) => target.exists(),
+            };
+            if !is_found {
+                lost.push(format!("{document} links to {link}"));
+            }
         }
     }
+    assert!(lost.is_empty(), "{lost:#?}");
 }
 
 #[test]
