@@ -34,20 +34,20 @@ pub(super) const TABLES: [(&str, &str); 12] = [
     ("physics", "The world as it starts."),
     (
         "autosave",
-        "The world in a file, as it runs and where the daemon drains, so that it goes on where it was: see operations.md.",
+        "The world in a file, written as it runs and when the daemon drains, to continue from there: see operations.md.",
     ),
     (
         "realtime",
-        "What the physics thread asks of the system, on Linux, and how many threads a step may use. What the system refuses \
-         is a sentence in the log; the daemon goes on without it.",
+        "Requests of the physics thread to the system, on Linux, and the number of threads of a step. A refused request is a \
+         sentence in the log; the daemon runs without it.",
     ),
-    ("limits", "What a description and its meshes must stay within: see urdf.md."),
-    ("service", "What the daemon keeps, and what requests must stay within: see daemon.md."),
+    ("limits", "Limits of a description and its meshes: see urdf.md."),
+    ("service", "Limits of the daemon's memory and of requests: see daemon.md."),
     (
         "clients",
-        "What one client may have, so that it leaves room for others. A client is who has a token; without tokens an IPv4 \
-         address, an IPv6 network of 64 bits, a session of Zenoh, or on the same machine a connection. What it made counts as \
-         long as it is there.",
+        "Shares of one client, which leave room for others. A client is the owner of a token. Without tokens it is an IPv4 \
+         address, an IPv6 network of 64 bits, a session of Zenoh, or on the same machine a connection. Things that it made \
+         count while they exist.",
     ),
     ("recording", "Runs as files, which clients start and stop: see recording.md."),
     ("connections", "Connections of gRPC, gRPC-Web and the page: see daemon.md."),
@@ -310,7 +310,7 @@ fn realtime() -> Vec<Key> {
         Key::new(
             "realtime.spin_us",
             "microseconds for which the physics thread looks for the next call, or for its next step, and a caller for its answer, \
-             before they sleep. What comes meanwhile wakes nothing; a processor is kept busy for as long. 0: they sleep at once",
+             before they sleep. Calls then wake nothing; a processor is busy meanwhile. 0: they sleep at once",
             Access::Count(0..=MOST_SPIN_US, |draft| &mut draft.config.driver.spin_us),
         ),
     ]

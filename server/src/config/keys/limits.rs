@@ -212,7 +212,7 @@ fn service() -> Vec<Key> {
         count("service.zenoh_streams", 1..=65_536, "of these, streams", |draft| {
             &mut draft.config.limits.zenoh_streams
         }),
-        seconds("service.zenoh_stream_seconds", "how long a stream of Zenoh goes on", |draft| {
+        seconds("service.zenoh_stream_seconds", "duration of a stream over Zenoh", |draft| {
             &mut draft.config.limits.zenoh_stream_time
         }),
         count(

@@ -57,7 +57,7 @@ fn zenoh() -> Vec<Key> {
         .example("\"zenoh.json5\""),
         Key::new(
             "zenoh.state_rate",
-            "joint states that are published a second at the most; 0 is none",
+            "largest number of published joint states a second; 0 is none",
             Access::Number(
                 0.0..=crate::config::zenoh::MAX_STATE_RATE,
                 |draft| draft.config.zenoh.state_rate,
@@ -124,7 +124,7 @@ fn ros2() -> Vec<Key> {
         ),
         Key::new(
             "ros2.rate",
-            "states of each topic a second at the most",
+            "largest number of states of each topic a second",
             Access::Number(
                 0.001..=MAX_RATE,
                 |draft| draft.config.ros2.rate,
