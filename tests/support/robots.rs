@@ -27,6 +27,27 @@ pub fn read(urdf: &str) -> (Arc<RobotModel>, LoadReport) {
     }
 }
 
+/// Files of a description that refers to none.
+pub struct NoFiles;
+
+impl Assets for NoFiles {
+    fn find(&self, _uri: &str) -> Result<Asset, Vec<String>> {
+        Err(Vec::new())
+    }
+}
+
+/// Reads a URDF that refers to no file.
+///
+/// # Panics
+/// Panics if it cannot be read: then the test that wrote it has failed.
+#[allow(clippy::panic, reason = "the test has failed")]
+pub fn from_text(urdf: &str) -> Arc<RobotModel> {
+    match simd_model::read(urdf.as_bytes(), &NoFiles, &ReadOptions::default()) {
+        Ok((model, _)) => Arc::new(model),
+        Err(refused) => panic!("{refused}"),
+    }
+}
+
 /// A robot of a file, where it is put, and whether its root is fixed.
 pub struct Described {
     /// What it is.

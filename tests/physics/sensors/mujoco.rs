@@ -8,7 +8,8 @@ use serde::Deserialize;
 use simd_core::simulation::command::{JointReset, RobotReset};
 use simd_core::simulation::measure::{Measurement, MotionMeasurement, SensorReading};
 use simd_core::{Command, Simulation};
-use simd_model::{Asset, Assets, LoadLimits, ReadOptions};
+use simd_model::{LoadLimits, ReadOptions};
+use simd_tests::robots::NoFiles;
 use simd_tests::scenes::{apply, robot, spawn, throw};
 
 use super::sample;
@@ -53,15 +54,6 @@ struct Expected {
     quantity: String,
     /// Of a quaternion x y z w; of a ray that meets nothing -1.
     values: Vec<f64>,
-}
-
-/// A description that refers to no file.
-struct NoFiles;
-
-impl Assets for NoFiles {
-    fn find(&self, _uri: &str) -> Result<Asset, Vec<String>> {
-        Err(Vec::new())
-    }
 }
 
 /// Both codes do the same arithmetic in another order. Where something rests, MuJoCo's solver is iterated and simd's contacts hold to 1e-6.

@@ -12,9 +12,9 @@ use rapier3d_f64::parry::shape::{Shape, Triangle};
 
 use super::facets::{Facets, above, unit_normal};
 use super::hull::Graph;
-use super::narrow::clip_convex;
+use super::narrow::{clip_convex, is_capsule};
 use super::plane::{ROUNDING, outermost_beyond};
-use super::reduce::{MOST, reduce};
+use super::reduce::{MOST, needs_middle, reduce};
 use super::seams::{passes_edge, seam_height};
 
 /// Points of two colliders at the most: those of eight directions.
@@ -36,6 +36,12 @@ const SIDEWAYS: f64 = 0.05;
 /// not touch it.
 const FAR: f64 = 1.000_001;
 
+/// A cylinder whose side is touched from a direction with less than this part across its axis stands on its end.
+const LEAST_RADIAL: f64 = 0.1;
+
+/// Points of a cylinder's side are beside the line that it touches with from this angle on, radians.
+const BESIDE: f64 = 1e-3;
+
 /// Triangles that are looked at before it is asked again whether the step is interrupted.
 const BETWEEN_INTERRUPTS: usize = 1_024;
 
@@ -47,6 +53,18 @@ pub(super) struct FacetPoint {
     /// From the surface to the shape, in the surface's axes.
     pub(super) normal: DVec3,
     pub(super) distance: f64,
+}
+
+impl FacetPoint {
+    /// The point in the middle of two of one direction.
+    fn between(p: &Self, q: &Self) -> Self {
+        Self {
+            on_surface: p.on_surface.midpoint(q.on_surface),
+            on_shape: p.on_shape.midpoint(q.on_shape),
+            normal: p.normal,
+            distance: 0.5 * (p.distance + q.distance),
+        }
+    }
 }
 
 /// A convex shape that may touch a surface.
@@ -111,7 +129,8 @@ impl FacetContact {
                 return None;
             }
         }
-        self.reduce();
+        self.roll_on_line(convex.shape, surface_from_shape);
+        self.reduce(is_capsule(convex.shape));
         Some(&self.kept)
     }
 
@@ -196,8 +215,36 @@ impl FacetContact {
         }));
     }
 
+    /// Puts the points of a lying cylinder on the line that it touches a face with, and drops those beside it.
+    ///
+    /// Points beside it come of triangles next to the one below, and a cylinder that rolls over one would be stopped as it comes down
+    /// there. Clipping finds the others to 1e-7 m, and a wheel would leave its line by that.
+    fn roll_on_line(&mut self, shape: &dyn Shape, surface_from_shape: &DPose3) {
+        let Some(cylinder) = shape.as_cylinder() else { return };
+        let shape_from_surface = surface_from_shape.rotation.inverse();
+        self.found.retain_mut(|point| {
+            // A cylinder stands along y.
+            let across = |vector: DVec3| DVec3::new(vector.x, 0.0, vector.z);
+            let (towards, arm) = (across(shape_from_surface * -point.normal), across(point.on_shape));
+            if towards.length() < LEAST_RADIAL || arm.length() < 0.5 * cylinder.radius {
+                return true;
+            }
+            if towards.cross(arm).length() > BESIDE * towards.length() * arm.length()
+                || towards.dot(arm) < 0.0
+            {
+                return false;
+            }
+            let line = towards * (cylinder.radius / towards.length());
+            point.on_shape = DVec3::new(line.x, point.on_shape.y, line.z);
+            let at = surface_from_shape.transform_point(point.on_shape);
+            point.distance = (at - point.on_surface).dot(point.normal);
+            point.on_surface = at - point.normal * point.distance;
+            true
+        });
+    }
+
     /// Keeps of each direction what carries as all of its points would.
-    fn reduce(&mut self) {
+    fn reduce(&mut self, is_capsule: bool) {
         let Self { found, group, places, kept, .. } = self;
         kept.clear();
         while kept.len() <= MOST_OF_PAIR - MOST {
@@ -214,6 +261,10 @@ impl FacetContact {
             let mut chosen = [0; MOST];
             let count = reduce(places, normal, &mut chosen);
             kept.extend(chosen[..count].iter().map(|&i| found[group[i]]));
+            if let ([p, q], false) = (&chosen[..count], is_capsule) {
+                let [p, q] = [*p, *q].map(|i| found[group[i]]);
+                kept.extend(needs_middle([p.on_surface, q.on_surface]).then(|| FacetPoint::between(&p, &q)));
+            }
             found.retain(|point| point.normal.dot(normal) < SAME_DIRECTION);
         }
     }

@@ -18,7 +18,7 @@ use super::hull::Graph;
 use super::hull_support::HullSupport;
 use super::near_facets::NearFacets;
 use super::plane::{ROUNDING, outermost_beyond};
-use super::reduce::{MOST, SAME, reduce};
+use super::reduce::{MOST, SAME, needs_middle, reduce};
 use super::seams::{is_seam, seam_height};
 use crate::dynamics::contact_point::{ContactPoint, SurfaceCombination};
 
@@ -158,7 +158,17 @@ impl NarrowPhase {
             }
         }
         let mut kept = [0; MOST];
-        let count = reduce(&self.points, normal, &mut kept);
+        let mut count = reduce(&self.points, normal, &mut kept);
+        let rolls_on_lines =
+            || [robots[0].shape(a), robots[1].shape(b)].into_iter().all(|shape| !is_capsule(shape));
+        if count == 2 && needs_middle([0, 1].map(|i| self.points[kept[i]].0)) && rolls_on_lines() {
+            let [(p, d), (q, e)] = [0, 1].map(|i| self.points[kept[i]]);
+            let opposite = self.opposite[kept[0]].midpoint(self.opposite[kept[1]]);
+            kept[2] = self.points.len();
+            count = 3;
+            self.points.push((p.midpoint(q), 0.5 * (d + e)));
+            self.opposite.push(opposite);
+        }
         let world_normal = frame_a.world_from_shape.rotation * normal;
         for &i in &kept[..count] {
             let (on_a, distance) = self.points[i];
@@ -367,6 +377,11 @@ fn faces<'a>(
     shape: &'a dyn Shape,
 ) -> Option<(&'a dyn PolygonalFeatureMap, f64)> {
     hull.map(|hull| (hull as &dyn PolygonalFeatureMap, 0.0)).or_else(|| shape.as_polygonal_feature_map())
+}
+
+/// Whether a shape is a capsule: feet stand on those, and wheels are none.
+pub(super) fn is_capsule(shape: &dyn Shape) -> bool {
+    shape.shape_type() == ShapeType::Capsule
 }
 
 /// Whether parry clips faces of it.

@@ -18,13 +18,13 @@ use std::ops::Range;
 use glamx::{DPose3, DVec3};
 
 use super::articulation::{Articulation, EXACT_ROUNDS, MAX_ROUNDS};
-use super::constraint::PlacedBody;
 use super::constraint::contact::{Contact, ContactRows};
 use super::constraint::direct::Direct;
 use super::constraint::link_constraint::LinkConstraint;
 use super::constraint::link_rows::LinkRows;
 use super::constraint::momentum::Momentum;
 use super::constraint::turning::TurningRows;
+use super::constraint::{PlacedBody, Turning};
 use super::lanes::SingleBodies;
 use super::scratch::MultiRhs;
 use super::symmetric::Symmetric;
@@ -57,6 +57,8 @@ pub struct Island {
     members: Vec<Member>,
     /// Of each member, where it is, if it is one free body that nothing stiffens.
     placed: Vec<Option<PlacedBody>>,
+    /// How each of these turned before the step.
+    turns: Vec<Turning>,
     rows: Vec<ContactRows>,
     /// Of those contacts that have friction against rolling or spinning.
     turning: Vec<TurningRows>,

@@ -19,6 +19,7 @@
 //! * [`island`]: robots that touch, solved together; [`block_cholesky`]: their sparse matrix.
 
 pub mod actuator;
+mod arcs;
 pub mod articulated;
 pub mod articulation;
 pub mod block_cholesky;

@@ -2,6 +2,7 @@
 //! they had in the one before.
 
 mod check;
+mod faces;
 mod inherit;
 
 use std::sync::Arc;

@@ -268,6 +268,19 @@ impl Articulation {
         *history = history.after(is_smooth);
     }
 
+    /// How the velocity of the origin of a single free body in the last step differed from that at its end: the origin goes around the
+    /// centre of mass, which goes straight on. World, m/s.
+    pub(in crate::dynamics) fn swing_of_origin(&self, h: f64) -> DVec3 {
+        let StepScratch { integrator, free_body, .. } = &self.scratch;
+        let (Some(body), Integrator::Leapfrog) = (free_body, integrator) else { return DVec3::ZERO };
+        let (center, _) = body.about_own_center();
+        if center == DVec3::ZERO {
+            return DVec3::ZERO;
+        }
+        let angular = twist(&self.state.half_velocities).angular;
+        free_pose(&self.state.positions).1 * (angular.cross(angular.cross(center)) * (0.5 * h))
+    }
+
     /// Where joints follow others or links are constrained, all of them have the same, so that what follows also does so in
     /// velocity.
     fn implicitness_of_all(&self) -> Option<Implicitness> {

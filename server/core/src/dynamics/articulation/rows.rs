@@ -5,6 +5,7 @@ use pulp::Arch;
 
 use super::Articulation;
 use super::StepScratch;
+use crate::dynamics::arcs::arc;
 use crate::dynamics::constraint::side::Side;
 use crate::dynamics::constraint::{
     Constraints, MultiRhsSolve, PlacedBody, RowKey, prepare, project_onto, respond, respond_to_force,
@@ -52,6 +53,13 @@ impl Articulation {
             torques.set(k, self.torque(direction));
         }
         torques
+    }
+
+    /// The acceleration of a world point of a body with constant velocities, m/s²; world.
+    pub(in crate::dynamics) fn arc(&self, body: usize, point: DVec3) -> DVec3 {
+        let world_from_base = DMat3::from_quat(self.state.base.rotation);
+        let point = world_from_base.transpose() * (point - self.state.base.translation);
+        world_from_base * arc(&self.tree, &self.scratch.passes.bodies, body, point)
     }
 
     /// A unit torque impulse on a body about a world direction, in the base's axes.

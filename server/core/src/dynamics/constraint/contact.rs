@@ -185,7 +185,8 @@ impl ContactRows {
 
     /// The least normal velocity for a step of `h`, from the velocities before the step and the
     /// unloaded ones; and the velocity of position correction. `gravity` is its size, and `turning` the velocities here
-    /// with which the point that is touched in the middle of the step has none.
+    /// with which the point that is touched in the middle of the step has none. Along the tangents, what friction holds so keeps its
+    /// place to second order: with tangent velocities of 0 a thing on a turntable would creep outwards by r w² h/2 a second.
     ///
     /// Less deep than [`REST`]: arrive there, and do not pass. Deeper: come no nearer. So what rests is not where a
     /// rounding decides between the two, and does not fall again and again. After a

@@ -19,7 +19,7 @@ pub mod three_rows;
 pub mod turning;
 
 pub use multi_rhs::{MultiRhsSolve, respond_to_joints, respond_to_unit_forces};
-pub use response::{PlacedBody, project, project_onto, respond, respond_to_force, single_body_rows};
+pub use response::{PlacedBody, Turning, project, project_onto, respond, respond_to_force, single_body_rows};
 pub use rows::{Impulses, collect};
 pub(in crate::dynamics) use rows::{NEAR, limit_bias};
 pub use solve::{prepare, solve, sweep};

@@ -132,6 +132,28 @@ impl PlacedBody {
     }
 }
 
+/// How a free body turns, and about what; world.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Turning {
+    angular: DVec3,
+    origin: DVec3,
+}
+
+impl Turning {
+    /// The acceleration of a point of the body with constant velocities.
+    pub fn arc(&self, point: DVec3) -> DVec3 {
+        self.angular.cross(self.angular.cross(point - self.origin))
+    }
+}
+
+impl PlacedBody {
+    /// How it turns with these velocities, whose angular part, in its own axes, begins at 3.
+    pub fn turning(&self, velocities: &[f64]) -> Turning {
+        let [_, _, _, x, y, z] = velocities else { return Turning::default() };
+        Turning { angular: self.rotation * DVec3::new(*x, *y, *z), origin: self.origin }
+    }
+}
+
 /// J and M^-1 J' of unit impulses along three axes at a point of a free body, world: what [`project`] and [`respond_to_force`] find,
 /// without a walk, as a [`Side`] has them. False where there is no room for them.
 ///

@@ -8,7 +8,7 @@ use crate::dynamics::articulation::Articulation;
 use crate::dynamics::constraint::contact::{Contact, ContactRows};
 use crate::dynamics::constraint::side::Side;
 use crate::dynamics::constraint::turning::TurningRows;
-use crate::dynamics::constraint::{PlacedBody, single_body_rows};
+use crate::dynamics::constraint::{PlacedBody, Turning, single_body_rows};
 use crate::dynamics::contact_point::Surface;
 use crate::dynamics::scratch::MultiRhs;
 use crate::dynamics::tree::{Body, Tree};
@@ -130,16 +130,41 @@ impl Island {
     ) {
         self.before.clear();
         for robot in &mut *robots {
-            self.before.extend_from_slice(robot.as_mut().half_velocities());
+            let (robot, first) = (robot.as_mut(), self.before.len());
+            self.before.extend_from_slice(robot.half_velocities());
+            let swing = robot.swing_of_origin(h).to_array();
+            self.before[first..].iter_mut().zip(swing).for_each(|(velocity, swing)| *velocity += swing);
         }
+        let turn_of = |(placed, member): (&Option<PlacedBody>, &Member)| {
+            placed
+                .as_ref()
+                .map_or_else(Turning::default, |placed| placed.turning(&self.before[member.velocities()]))
+        };
+        self.turns.clear();
+        self.turns.extend(self.placed.iter().zip(&self.members).map(turn_of));
         self.bounces = false;
         for rows in &mut self.rows {
             let before = rows.velocities(&self.blocks, &self.before);
             rows.unloaded = rows.velocities(&self.blocks, &self.velocities);
             let contact = &*contacts[rows.contact];
             self.bounces |= contact.point.surface.restitution > 0.0;
-            let turning = turning(robots, rows, contact, h);
-            rows.aim(contact, before, rows.axes.map(|axis| axis.dot(turning)), (gravity.length(), h));
+            let turning = match turning(robots, rows, contact, h) {
+                Some(turning) => rows.axes.map(|axis| axis.dot(turning)),
+                None => {
+                    let [a, b] = [0, 1].map(|side| {
+                        let (member, body) = ends(rows, contact)[side];
+                        let Some(body) = body else { return DVec3::ZERO };
+                        if self.placed[member].is_some() {
+                            self.turns[member].arc(contact.point.position)
+                        } else {
+                            robots[member].as_mut().arc(body, contact.point.position)
+                        }
+                    });
+                    let [_, t, u] = rows.axes.map(|axis| axis.dot(b - a) * (-0.5 * h));
+                    [0.0, t, u]
+                }
+            };
+            rows.aim(contact, before, turning, (gravity.length(), h));
         }
         let links = self.links.iter_mut().map(|link| &mut link.rows);
         for rows in self.turning.iter_mut().map(|turning| &mut turning.rows).chain(links) {
@@ -154,23 +179,28 @@ impl Island {
 /// beginning J u = -h/2 J' u, where J' u = w x (p' - v) of a body that turns with w, about an origin that moves with v, and a point that
 /// moves with p'. To ask for 0 would stop what rolls on an edge in each step as it comes down, and nothing would have it leave again.
 ///
-/// Of single bodies on what cannot move.
-fn turning<R: AsMut<Articulation>>(robots: &mut [R], rows: &ContactRows, contact: &Contact, h: f64) -> DVec3 {
+/// Of single bodies on what cannot move; `None` of others, and where the point does not wander.
+fn turning<R: AsMut<Articulation>>(
+    robots: &mut [R],
+    rows: &ContactRows,
+    contact: &Contact,
+    h: f64,
+) -> Option<DVec3> {
     // Of the two, one moves.
     let sign = match contact.point.bodies {
         [None, Some(_)] => 1.0,
         [Some(_), None] => -1.0,
-        _ => return DVec3::ZERO,
+        _ => return None,
     };
     if contact.wanders == DVec3::ZERO {
-        return DVec3::ZERO;
+        return None;
     }
     let robot = robots[rows.sides[0].member].as_mut();
     if robot.tree().bodies.len() != 1 {
-        return DVec3::ZERO;
+        return None;
     }
     let (linear, angular) = robot.root_twist();
-    angular.cross(contact.wanders / h - linear) * (-0.5 * h * sign)
+    Some(angular.cross(contact.wanders / h - linear) * (-0.5 * h * sign))
 }
 
 /// Members and bodies of a contact; no body where it cannot move.

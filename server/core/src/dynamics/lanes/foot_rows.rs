@@ -12,6 +12,7 @@ use super::foot_solver::FootSolver;
 use super::number::{Lanes, Mask};
 use super::robot::LaneRobot;
 use super::vectors::{Matrix, Spatial, Vector};
+use crate::dynamics::arcs::{carried, of_point, straight};
 use crate::dynamics::articulated::{along, part_mut};
 use crate::dynamics::constraint::contact_law::{self, inverse_of_tangents};
 use crate::dynamics::real::{MaskOf as _, MatrixOf as _, Real as _, VectorOf as _};
@@ -25,6 +26,8 @@ pub(super) struct Foot<S: Simd> {
     pub(super) is_there: Lanes<S>,
     /// From the body's origin to the point, base's axes.
     arm: Vector<S>,
+    /// See [`arc`](crate::dynamics::arcs::arc), base's axes.
+    arc: Vector<S>,
     /// The axes of its rows as they act on the body, base's axes.
     directions: [Vector<S>; 3],
     /// Normal and tangents, world.
@@ -93,6 +96,7 @@ impl<S: Simd> Foot<S> {
             columns,
             is_there: zero,
             arm: still,
+            arc: still,
             directions: [still; 3],
             axes: [still; 3],
             distance: zero,
@@ -210,17 +214,18 @@ impl<S: Simd> Foot<S> {
         self.acts = contact_law::acts(self.effect);
     }
 
-    /// Sets the target of the normal velocity, from the velocities before the step.
+    /// Sets what velocities aim at, from those before the step.
     #[inline(always)]
     pub(super) fn aim(&mut self, before: &[Lanes<S>], h: f64) {
         let zero = self.target.splat(0.0);
         let before = self.velocities(before);
+        let half = zero.splat(-0.5 * h);
         let h = zero.splat(h);
-        let still = Vector::zero(zero);
+        let turning =
+            [zero, self.directions[1].dot(self.arc) * half, self.directions[2].dot(self.arc) * half];
         let mut leaving = [zero; 3];
         for k in 0..3 {
-            let turning = self.axes[k].dot(still);
-            leaving[k] = contact_law::leaving(turning, before[k]);
+            leaving[k] = contact_law::leaving(turning[k], before[k]);
         }
         self.drift = [leaving[1], leaving[2]];
         self.target = contact_law::arrival(self.distance, h) + leaving[0];
@@ -244,6 +249,29 @@ impl<S: Simd> Foot<S> {
 }
 
 impl<S: Simd> LaneRobot<S> {
+    /// Finds the arcs that feet go along.
+    #[inline(always)]
+    pub(super) fn find_arcs(&mut self) {
+        for index in 0..self.feet.touched.len() {
+            let (body, _) = self.feet.touched[index];
+            let foot = &mut self.feet.solver.feet[index];
+            let at = &self.bodies[body];
+            let is_there = foot.is_there.splat(0.0).lt(foot.is_there);
+            let point = choose(is_there, self.feet.contacts[index].position, at.origin);
+            let mut sum = of_point(at.velocity, point - at.origin);
+            let mut next = Some(body);
+            while let Some(i) = next {
+                let at = &self.bodies[i];
+                sum = sum + carried(at.velocity_product, point - at.origin);
+                if i < self.first {
+                    sum = sum - straight(at.velocity);
+                }
+                next = self.tree.bodies[i].parent;
+            }
+            foot.arc = sum;
+        }
+    }
+
     /// J and M^-1 J' of all feet, and what follows of them.
     #[inline(always)]
     pub(super) fn measure_feet(&mut self) {

@@ -316,6 +316,7 @@ impl<S: Simd> LaneRobot<S> {
         if is_first {
             self.take_joint_rows(lanes);
             self.feet.solver.was_least = self.were_least();
+            self.find_arcs();
             self.feet.solver.aim(self.stepping.h);
         }
         self.measure_joint_rows();

@@ -1,5 +1,6 @@
 //! What contacts have of those of the part of a step before: impulses, and the way they have come.
 
+use super::faces::share_loads;
 use super::key;
 use crate::dynamics::constraint::contact::Contact;
 
@@ -63,6 +64,7 @@ impl<'a> PreviousContacts<'a> {
                     contact.follow(known);
                 }
             }
+            share_loads(&mut list[start..start + len], is_solved);
             start += len;
         }
     }
