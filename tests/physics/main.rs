@@ -33,6 +33,7 @@ mod lanes;
 mod mechanisms;
 mod momentum;
 mod mujoco;
+mod obstructions;
 mod passive_worlds;
 mod pinched;
 mod properties;

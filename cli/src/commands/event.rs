@@ -152,6 +152,17 @@ fn describe(kind: Option<Kind>) -> (&'static str, Value, String) {
             json!({ "dropped_lag": it.dropped_lag }),
             format!("the world fell behind: {} s of lag dropped", fixed(it.dropped_lag, 3)),
         ),
+        Some(Kind::JointBlocked(it)) => {
+            let link =
+                if it.by_robot == it.by_link { String::new() } else { format!(" with {}", it.by_link) };
+            (
+                "joint_blocked",
+                json!({
+                    "robot": it.robot, "joint": it.joint, "by_robot": it.by_robot, "by_link": it.by_link,
+                }),
+                format!("{} blocks joint {} of {}{link}", it.by_robot, it.joint, it.robot),
+            )
+        }
         Some(Kind::JointsClaimed(it)) => (
             "joints_claimed",
             json!({ "holder": it.holder, "joints": it.joints, "robots": it.robots, "world": it.world }),

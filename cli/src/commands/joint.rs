@@ -1,5 +1,6 @@
 //! `simctl joint`: what joints are, what they do, what they are asked to do.
 
+mod blocked;
 mod hz;
 mod info;
 mod play;

@@ -1,8 +1,8 @@
 //! Joint states with the names of the joints: packed arrays, unpacked by the layout.
 
 use simd_proto::v1::{
-    JointFlag, JointInfo, JointLayout, JointMode, JointSelection, JointStates, JointType, RobotJointStates,
-    Stamp,
+    JointFlag, JointInfo, JointLayout, JointMode, JointObstruction, JointSelection, JointStates, JointType,
+    RobotJointStates, Stamp,
 };
 
 use crate::{Error, client::present};
@@ -38,6 +38,8 @@ pub struct JointReading {
     pub mode: Vec<JointMode>,
     /// Bit sets of `JointFlag`.
     pub flags: Vec<u32>,
+    /// What keeps it from its target by touching.
+    pub obstruction: Option<JointObstruction>,
 }
 
 impl JointReading {
@@ -129,6 +131,7 @@ fn read(info: &JointInfo, robot: &RobotJointStates, indices: Indices) -> Result<
         target: per_velocity(&robot.target)?,
         mode: modes.iter().map(|mode| JointMode::try_from(*mode).unwrap_or_default()).collect(),
         flags: slice(&robot.flags, velocity, velocity_count)?.to_vec(),
+        obstruction: robot.obstructions.iter().find(|found| found.joint == info.name).cloned(),
     })
 }
 
@@ -178,6 +181,7 @@ mod tests {
             mode: vec![JointMode::Effort.into(); values.len()],
             flags: flags.to_vec(),
             unchanged: false,
+            obstructions: Vec::new(),
         };
         JointStates { stamp: Some(Stamp::default()), robots: vec![robot] }
     }

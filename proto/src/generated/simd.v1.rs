@@ -9058,6 +9058,9 @@ pub struct JointInfo {
     /// Absent: there is none.
     #[prost(message, optional, tag = "23")]
     pub spring: ::core::option::Option<JointSpring>,
+    /// What keeps it from its target now. Absent: nothing.
+    #[prost(message, optional, tag = "24")]
+    pub obstruction: ::core::option::Option<JointObstruction>,
 }
 /// A spring beside the actuator of a joint of one axis: effort = stiffness (rest - position). Of a spherical joint it pulls about the
 /// child's axes to the orientation 0 0 0 1, the short way round, by stiffness times the angle; its rest is 0.
@@ -9087,6 +9090,23 @@ pub struct JointStates {
     #[prost(message, repeated, tag = "2")]
     pub robots: ::prost::alloc::vec::Vec<RobotJointStates>,
 }
+/// A link that keeps a driven joint from its target: it touches what the joint moves, and pushes against the actuator.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct JointObstruction {
+    #[prost(string, tag = "1")]
+    pub joint: ::prost::alloc::string::String,
+    /// The link that is kept back, of the joint's robot.
+    #[prost(string, tag = "2")]
+    pub link: ::prost::alloc::string::String,
+    /// The robot that keeps it back, which may be the same one, and its link.
+    #[prost(string, tag = "3")]
+    pub by_robot: ::prost::alloc::string::String,
+    #[prost(string, tag = "4")]
+    pub by_link: ::prost::alloc::string::String,
+    /// Effort of its contact forces at the joint, N m or N.
+    #[prost(double, tag = "5")]
+    pub effort: f64,
+}
 /// Aligned with the layout, or with the selection's joints where it names some.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct RobotJointStates {
@@ -9114,6 +9134,10 @@ pub struct RobotJointStates {
     /// The values are those of an answer before: see `NextJointStatesRequest.changes_since`. The arrays are empty.
     #[prost(bool, tag = "9")]
     pub unchanged: bool,
+    /// Joints that contacts keep from their targets: farther than 0.02 rad or 5 mm from a position and still, or more than a tenth
+    /// off a velocity, while contacts take at least a quarter of the actuator's effort.
+    #[prost(message, repeated, tag = "10")]
+    pub obstructions: ::prost::alloc::vec::Vec<JointObstruction>,
 }
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct GetJointStatesRequest {
@@ -13564,7 +13588,7 @@ pub struct Event {
     pub stamp: ::core::option::Option<Stamp>,
     #[prost(
         oneof = "event::Kind",
-        tags = "3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22"
+        tags = "3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22, 23"
     )]
     pub kind: ::core::option::Option<event::Kind>,
 }
@@ -13612,6 +13636,8 @@ pub mod event {
         SensorCreated(super::SensorCreated),
         #[prost(message, tag = "22")]
         SensorDeleted(super::SensorDeleted),
+        #[prost(message, tag = "23")]
+        JointBlocked(super::JointBlocked),
     }
 }
 #[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
@@ -13665,6 +13691,20 @@ pub struct Overrun {
     /// Wall seconds.
     #[prost(double, tag = "1")]
     pub dropped_lag: f64,
+}
+/// A contact has kept a driven joint from its target for half a simulated second or longer: see `RobotJointStates.obstructions`.
+/// Reported again after the joint was free.
+#[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
+pub struct JointBlocked {
+    #[prost(string, tag = "1")]
+    pub robot: ::prost::alloc::string::String,
+    #[prost(string, tag = "2")]
+    pub joint: ::prost::alloc::string::String,
+    /// The robot that blocks it, which may be the same one, and its link.
+    #[prost(string, tag = "3")]
+    pub by_robot: ::prost::alloc::string::String,
+    #[prost(string, tag = "4")]
+    pub by_link: ::prost::alloc::string::String,
 }
 #[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
 pub struct JointsClaimed {

@@ -16,6 +16,7 @@ mod long_step;
 mod mailbox;
 mod main_loop;
 mod meter;
+mod obstruction_watch;
 mod pacer;
 mod published;
 mod published_state_cell;
@@ -39,7 +40,9 @@ use simd_core::PublishedState;
 
 pub(crate) use event::{Event, ReplyTo};
 pub(crate) use event_log::EventLog;
-pub use event_log::{AuditedCall, EventBatch, LockstepChange, LogEvent, LoggedEvent, RecordingEnd};
+pub use event_log::{
+    AuditedCall, BlockedJoint, EventBatch, LockstepChange, LogEvent, LoggedEvent, RecordingEnd,
+};
 pub(crate) use mailbox::Mailbox;
 pub use published::{Done, Pace, PaceChange, Published, Statistics, Stepped};
 pub(crate) use published_state_cell::PublishedStateCell;
@@ -61,6 +64,7 @@ use long_step::LongSteps;
 use mailbox::{Ending, mailbox};
 use main_loop::{Driver, period};
 use meter::Meter;
+use obstruction_watch::ObstructionWatch;
 use pacer::Pacer;
 use published_state_cell::Publisher;
 use relay::Relay;
@@ -227,6 +231,7 @@ fn build<W: World>(world: W, config: Config) -> (Driver<W>, Link) {
         pace: config.pace,
         pacer: Pacer::new(period(config.pace, &settings), config.lag_limit, now),
         meter: Meter::new(now),
+        obstructions: ObstructionWatch::default(),
         steps: StepQueue::new(config.waiting_steps),
         has_unpublished: false,
         iterations: 0,

@@ -80,9 +80,9 @@ pub use view::{
 
 pub use crate::call_error::CallError;
 pub use crate::driver::{
-    AuditedCall, ContactReading, Done, EventBatch, LockstepChange, LogEvent, LoggedEvent, LoggedReading,
-    Measured, NamedContactPartner, Pace, PaceChange, Published, ReadingBatch, RecordingEnd, Statistics,
-    Stepped,
+    AuditedCall, BlockedJoint, ContactReading, Done, EventBatch, LockstepChange, LogEvent, LoggedEvent,
+    LoggedReading, Measured, NamedContactPartner, Pace, PaceChange, Published, ReadingBatch, RecordingEnd,
+    Statistics, Stepped,
 };
 pub use crate::info::{DaemonInfo, DaemonLimits};
 pub use crate::loading::{AssetState, ExpandedXacro, Prepared, Source, Validated, XacroFiles};

@@ -3,6 +3,7 @@
 use serde::Serialize;
 use simd_client::proto::{JointGains, JointInfo, JointSpring, JointType};
 
+use super::blocked::BlockedBy;
 use super::reading::Unit;
 use crate::output::{
     json::{self, PoseView},
@@ -37,6 +38,8 @@ pub(super) struct InfoView {
     gains: Option<GainsView>,
     default_gains: Option<GainsView>,
     claimed_by: Option<String>,
+    /// What keeps it from its target by touching; null where nothing does.
+    blocked_by: Option<BlockedBy>,
     #[serde(skip)]
     unit: Option<Unit>,
 }
@@ -109,6 +112,7 @@ impl From<&JointInfo> for InfoView {
             gains: joint.gains.as_ref().map(GainsView::from),
             default_gains: joint.default_gains.as_ref().map(GainsView::from),
             claimed_by: Some(joint.claimed_by.clone()).filter(|holder| !holder.is_empty()),
+            blocked_by: joint.obstruction.clone().map(BlockedBy::from),
             unit: Unit::of(joint.r#type()),
         }
     }
@@ -130,6 +134,8 @@ pub(super) fn list(joints: &[InfoView], wide: bool) -> Page {
     // Most robots are held by no client.
     let held = joints.iter().any(|joint| joint.claimed_by.is_some());
     columns.extend(held.then(|| Column::left("HELD BY")));
+    let blocked = joints.iter().any(|joint| joint.blocked_by.is_some());
+    columns.extend(blocked.then(|| Column::left("BLOCKED BY")));
     if wide {
         columns.extend([
             Column::right("STIFFNESS"),
@@ -140,11 +146,11 @@ pub(super) fn list(joints: &[InfoView], wide: bool) -> Page {
             Column::left("CHILD"),
         ]);
     }
-    let rows = joints.iter().map(|joint| row(joint, held, wide)).collect();
+    let rows = joints.iter().map(|joint| row(joint, [held, blocked], wide)).collect();
     Page::new().table(Table::new(columns, rows))
 }
 
-fn row(joint: &InfoView, held: bool, wide: bool) -> Vec<String> {
+fn row(joint: &InfoView, [held, blocked]: [bool; 2], wide: bool) -> Vec<String> {
     let mut cells = vec![
         joint.index.to_string(),
         joint.name.clone(),
@@ -156,7 +162,9 @@ fn row(joint: &InfoView, held: bool, wide: bool) -> Vec<String> {
         optional(joint.limits.effort, 2),
         joint.mode.replace("none", ABSENT),
     ];
-    cells.extend(held.then(|| joint.claimed_by.clone().unwrap_or_else(|| ABSENT.to_owned())));
+    let or_absent = |cell: Option<String>| cell.unwrap_or_else(|| ABSENT.to_owned());
+    cells.extend(held.then(|| or_absent(joint.claimed_by.clone())));
+    cells.extend(blocked.then(|| or_absent(joint.blocked_by.as_ref().map(BlockedBy::name))));
     if wide {
         let moves = |value: f64| if joint.unit.is_some() { fixed(value, 4) } else { ABSENT.to_owned() };
         cells.extend([

@@ -7,6 +7,7 @@ use simd_client::{
     proto::{JointFlag, JointType},
 };
 
+use super::blocked::BlockedBy;
 use crate::output::{
     View,
     json::{self, Stamp},
@@ -83,6 +84,8 @@ struct JointView {
     saturated: bool,
     at_lower_limit: bool,
     at_upper_limit: bool,
+    /// What keeps it from its target by touching; null where nothing does.
+    blocked_by: Option<BlockedBy>,
     #[serde(skip)]
     reading: JointReading,
 }
@@ -119,6 +122,7 @@ impl From<JointReading> for JointView {
             saturated: joint.has(JointFlag::Saturated),
             at_lower_limit: joint.has(JointFlag::AtLowerLimit),
             at_upper_limit: joint.has(JointFlag::AtUpperLimit),
+            blocked_by: joint.obstruction.clone().map(BlockedBy::from),
             reading: joint,
         }
     }
@@ -133,14 +137,16 @@ fn value(values: &[f64]) -> Value {
 }
 
 impl JointView {
-    /// For instance `saturated, at upper limit`.
+    /// For instance `saturated, at upper limit, blocked by crate`.
     fn flags(&self) -> String {
         let flags = [
             (self.saturated, "saturated"),
             (self.at_lower_limit, "at lower limit"),
             (self.at_upper_limit, "at upper limit"),
         ];
-        let set: Vec<&str> = flags.iter().filter(|(is_set, _)| *is_set).map(|(_, name)| *name).collect();
+        let mut set: Vec<String> =
+            flags.iter().filter(|(is_set, _)| *is_set).map(|(_, name)| (*name).to_owned()).collect();
+        set.extend(self.blocked_by.iter().map(|blocked_by| format!("blocked by {}", blocked_by.name())));
         if set.is_empty() { ABSENT.to_owned() } else { set.join(", ") }
     }
 
@@ -191,7 +197,7 @@ impl View for Sample {
 
 #[cfg(test)]
 mod tests {
-    use simd_client::proto::JointMode;
+    use simd_client::proto::{JointMode, JointObstruction};
 
     use super::*;
 
@@ -205,6 +211,7 @@ mod tests {
             target: position.iter().map(|_| 0.5).collect(),
             mode: position.iter().map(|_| mode).collect(),
             flags: position.iter().map(|_| flags).collect(),
+            obstruction: None,
         };
         RobotReading {
             robot: "arm".into(),
@@ -225,6 +232,25 @@ left elbow  position  0.5000          0.5000            0.0000       -1.5000  sa
 wrist       passive        -         -0.2500            0.0000       -1.5000  -
 ";
         assert_eq!(ReadingView::from(reading()).page().render(false), expected);
+    }
+
+    #[test]
+    fn a_joint_that_is_blocked_says_by_what() {
+        let mut reading = reading();
+        reading.joints[0].obstruction = Some(JointObstruction {
+            joint: "left elbow".into(),
+            link: "forearm".into(),
+            by_robot: "crate".into(),
+            by_link: "crate".into(),
+            effort: -1.4,
+        });
+        let view = ReadingView::from(reading.clone());
+        assert!(view.page().render(false).contains("  saturated, blocked by crate\n"));
+        let json = serde_json::to_value(&view).unwrap();
+        assert_eq!(json["joints"][0]["blocked_by"]["own_link"], "forearm");
+        assert_eq!(json["joints"][1]["blocked_by"], Value::Null);
+        reading.joints[0].obstruction.as_mut().unwrap().by_robot = "shelf".into();
+        assert!(ReadingView::from(reading).page().render(false).contains("blocked by shelf/crate\n"));
     }
 
     #[test]

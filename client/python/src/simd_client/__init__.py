@@ -135,7 +135,7 @@ from simd_client.sensor import (
     SensorNoise,
     Sweep,
 )
-from simd_client.state import Applied, Clamped, JointState, RobotState, States
+from simd_client.state import Applied, Clamped, JointState, Obstruction, RobotState, States
 from simd_client.surface import Surface, Surfaces
 from simd_client.target import RobotTargets, Target, Targets, Whole
 from simd_client.trajectory import (
@@ -254,6 +254,7 @@ __all__ = [
     "NotFound",
     "NotSupported",
     "Observation",
+    "Obstruction",
     "OdometrySensor",
     "OwnedByAnother",
     "Pace",

@@ -42,7 +42,9 @@ class Goal:
         far = max(self._positions, key=lambda joint: abs(state[joint].position - self._positions[joint]))
         at, wanted = state[far].position, self._positions[far]
         if abs(at - wanted) > self._tolerance:
-            return f"joint `{far}` is at {at:.4g} and not at {wanted:.4g}"
+            blocked = next((joint for joint in state if joint.name in self._positions and joint.blocked_by), None)
+            why = f"; {blocked.blocked_by} blocks joint `{blocked.name}`" if blocked else ""
+            return f"joint `{far}` is at {at:.4g} and not at {wanted:.4g}{why}"
         fast = max(self._positions, key=lambda joint: abs(state[joint].velocity))
         return f"joint `{fast}` is there and still moves, at {state[fast].velocity:.3g} per second"
 

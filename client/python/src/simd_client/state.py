@@ -37,6 +37,23 @@ def name_of(robot: str | Named) -> str:
 
 
 @dataclass(frozen=True)
+class Obstruction:
+    """A link that keeps a driven joint from its target by touching what the joint moves."""
+
+    robot: str
+    """The robot that keeps it back; it may be the joint's own."""
+    link: str
+    """That robot's link."""
+    own_link: str
+    """The link that is kept back."""
+    effort: float
+    """Effort of the contact forces at the joint, N m or N."""
+
+    def __str__(self) -> str:
+        return f"`{self.robot}`" if self.robot == self.link else f"link `{self.link}` of `{self.robot}`"
+
+
+@dataclass(frozen=True)
 class JointState:
     """The state of one joint. Arrays have one entry for revolute, continuous and prismatic joints,
     none for fixed ones, three for planar ones; a floating joint has seven positions and six velocities; a spherical joint
@@ -55,6 +72,8 @@ class JointState:
     modes: tuple[JointMode, ...]
     flags: JointFlag
     """Of all axes together."""
+    blocked_by: Obstruction | None = None
+    """What keeps it from its target; `None` if nothing touches what it moves, or it reaches its target."""
 
     @property
     def position(self) -> float:
@@ -171,7 +190,14 @@ class RobotState(FixedAttributes):
             targets=self.target[velocities],
             modes=tuple(JointMode(int(mode)) for mode in self.mode[velocities]),
             flags=_together(self.flags[velocities]),
+            blocked_by=self._obstructions.get(joint),
         )
+
+    @cached_property
+    def _obstructions(self) -> dict[str, Obstruction]:
+        return {
+            of.joint: Obstruction(of.by_robot, of.by_link, of.link, of.effort) for of in self._message.obstructions
+        }
 
     def __iter__(self) -> Iterator[JointState]:
         names = self.selected or tuple(joint.name for joint in self.layout.joints)

@@ -38,7 +38,7 @@ enum Values {
     /// All of the robot's.
     Whole,
     /// These, in this order.
-    Some { positions: Vec<usize>, velocities: Vec<usize> },
+    Some { joints: Vec<usize>, positions: Vec<usize>, velocities: Vec<usize> },
 }
 
 impl Selection {
@@ -83,8 +83,11 @@ impl Selection {
                     unchanged: true,
                     ..Default::default()
                 },
-                Values::Whole => whole(state, &found.entity),
-                Values::Some { positions, velocities } => some(state, &found.entity, positions, velocities),
+                Values::Whole => whole(state, found.index, &found.entity),
+                Values::Some { joints, positions, velocities } => v1::RobotJointStates {
+                    obstructions: to_proto::joint::obstructions(state, found.index, Some(joints)),
+                    ..some(state, &found.entity, positions, velocities)
+                },
             })
             .collect();
         Ok(v1::JointStates { stamp: Some(to_proto::stamp::published(published)), robots })
@@ -102,7 +105,7 @@ impl Selection {
     /// All joints of the robot at this index of a state, for which no name is looked up; `None` where it has fewer robots.
     pub fn whole_robot(published: &Published, index: usize) -> Option<v1::JointStates> {
         let state = &published.state;
-        let robots = vec![whole(state, state.world.entities.get(index)?)];
+        let robots = vec![whole(state, index, state.world.entities.get(index)?)];
         Some(v1::JointStates { stamp: Some(to_proto::stamp::published(published)), robots })
     }
 
@@ -148,17 +151,18 @@ fn find_values(entity: &EntityLayout, wanted: &[String]) -> Result<Values, Error
     let joints = &entity.model.joints;
     let by_name: BTreeMap<&str, usize> =
         joints.iter().enumerate().map(|(index, joint)| (joint.name.as_str(), index)).collect();
-    let (mut positions, mut velocities) = (Vec::new(), Vec::new());
+    let (mut chosen, mut positions, mut velocities) = (Vec::new(), Vec::new(), Vec::new());
     for name in wanted {
         let index = *by_name.get(name.as_str()).ok_or_else(|| Error::JointNotFound {
             robot: entity.name.clone(),
             joint: name.clone(),
             known: joints.iter().map(|joint| joint.name.clone()).collect(),
         })?;
+        chosen.push(index);
         positions.extend(within(&entity.positions, entity.joint_positions.get(index)));
         velocities.extend(within(&entity.velocities, entity.joint_velocities.get(index)));
     }
-    Ok(Values::Some { positions, velocities })
+    Ok(Values::Some { joints: chosen, positions, velocities })
 }
 
 /// A joint's range within the whole world's values, from that within its robot's.
@@ -166,7 +170,7 @@ fn within(robot: &Range<usize>, joint: Option<&Range<usize>>) -> Range<usize> {
     joint.map_or(0..0, |joint| robot.start + joint.start..robot.start + joint.end)
 }
 
-fn whole(state: &PublishedState, entity: &EntityLayout) -> v1::RobotJointStates {
+fn whole(state: &PublishedState, index: usize, entity: &EntityLayout) -> v1::RobotJointStates {
     let (positions, velocities) = (&entity.positions, &entity.velocities);
     v1::RobotJointStates {
         robot: entity.name.clone(),
@@ -178,6 +182,7 @@ fn whole(state: &PublishedState, entity: &EntityLayout) -> v1::RobotJointStates 
         mode: slice(&state.modes, velocities).iter().copied().map(mode).collect(),
         flags: slice(&state.flags, velocities).iter().copied().map(flags).collect(),
         unchanged: false,
+        obstructions: to_proto::joint::obstructions(state, index, None),
     }
 }
 
@@ -197,6 +202,7 @@ fn some(
         mode: gather(&state.modes, velocities).map(mode).collect(),
         flags: gather(&state.flags, velocities).map(flags).collect(),
         unchanged: false,
+        obstructions: Vec::new(),
     }
 }
 

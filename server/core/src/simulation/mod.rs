@@ -28,6 +28,7 @@ mod groups;
 pub mod joint_status;
 pub mod measure;
 mod moment;
+pub mod obstructions;
 mod operations;
 pub mod published_state;
 mod pull;

@@ -76,6 +76,13 @@ pub enum LogEvent {
         /// Wall seconds, since the event of this kind before.
         dropped_lag: f64,
     },
+    /// A contact keeps a driven joint from its target.
+    JointBlocked {
+        /// When.
+        at: Moment,
+        /// Which joint, and what blocks it.
+        blocked: Box<BlockedJoint>,
+    },
     /// A recording began.
     RecordingStarted {
         /// When.
@@ -101,6 +108,19 @@ pub enum LogEvent {
         /// Who called what, and what became of it.
         call: Box<AuditedCall>,
     },
+}
+
+/// A joint that a contact keeps from its target.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct BlockedJoint {
+    /// The joint's robot.
+    pub robot: String,
+    /// The joint.
+    pub joint: String,
+    /// The robot that blocks it, which may be the same one.
+    pub by_robot: String,
+    /// That robot's link.
+    pub by_link: String,
 }
 
 /// Who did what.
@@ -302,6 +322,10 @@ fn bytes_of(what: &LogEvent) -> usize {
                 &**call;
             let robots: usize = robots.iter().map(|name| name.len() + size_of::<String>()).sum();
             return token.len() + client.len() + peer.len() + method.len() + robots;
+        }
+        LogEvent::JointBlocked { blocked, .. } => {
+            let BlockedJoint { robot, joint, by_robot, by_link } = &**blocked;
+            return robot.len() + joint.len() + by_robot.len() + by_link.len();
         }
         LogEvent::RecordingStarted { recording, .. } => return recording.len(),
         LogEvent::RecordingEnded { recording, message, .. } => return recording.len() + message.len(),

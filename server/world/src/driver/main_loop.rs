@@ -11,10 +11,11 @@ use simd_core::{Applied, Command, Error, PhysicsSettings, Reply};
 
 use super::call_budget::CallBudget;
 use super::event::Event;
-use super::event_log::{EventLog, LogEvent};
+use super::event_log::{BlockedJoint, EventLog, LogEvent};
 use super::long_step::LongSteps;
 use super::mailbox::Inbox;
 use super::meter::Meter;
+use super::obstruction_watch::ObstructionWatch;
 use super::pacer::{Due, Pacer};
 use super::published::{Done, Pace, PaceChange, Statistics, Stepped};
 use super::published_state_cell::Publisher;
@@ -37,6 +38,7 @@ pub(super) struct Driver<W> {
     pub(super) pace: Pace,
     pub(super) pacer: Pacer,
     pub(super) meter: Meter,
+    pub(super) obstructions: ObstructionWatch,
     /// Steps that callers wait for; empty while playing.
     pub(super) steps: StepQueue,
     /// The world was changed since it was published.
@@ -248,6 +250,7 @@ impl<W: World> Driver<W> {
             self.record(Entry::Step(newest));
         }
         self.log_events();
+        self.log_obstructions();
         let at = self.world.now();
         if became_paused {
             self.log(LogEvent::StateChanged { at, state: RunState::Paused });
@@ -361,6 +364,27 @@ impl<W: World> Driver<W> {
                 _ => LogEvent::World(event),
             };
             self.log(event);
+        }
+    }
+
+    /// Logs joints that contacts have begun to keep from their targets.
+    fn log_obstructions(&mut self) {
+        let newest = self.publisher.state_cell().newest();
+        let state = &newest.state;
+        for (robot, found) in self.obstructions.look(state) {
+            let (Some(entity), Some(by)) =
+                (state.world.entities.get(robot), state.world.entities.get(found.by_robot))
+            else {
+                continue;
+            };
+            let (joint, link) = (entity.model.joints.get(found.joint), by.model.links.get(found.by_link));
+            let blocked = BlockedJoint {
+                robot: entity.name.clone(),
+                joint: joint.map(|joint| joint.name.clone()).unwrap_or_default(),
+                by_robot: by.name.clone(),
+                by_link: link.map(|link| link.name.clone()).unwrap_or_default(),
+            };
+            self.log(LogEvent::JointBlocked { at: state.at, blocked: Box::new(blocked) });
         }
     }
 

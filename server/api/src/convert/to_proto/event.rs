@@ -8,7 +8,9 @@ use simd_core::{Event, Moment};
 use simd_proto::v1;
 
 use super::{simulation, stamp};
-use simd_world::handle::{AuditedCall, LockstepChange, LogEvent, LoggedEvent, Pace, RecordingEnd};
+use simd_world::handle::{
+    AuditedCall, BlockedJoint, LockstepChange, LogEvent, LoggedEvent, Pace, RecordingEnd,
+};
 
 /// Something that happened.
 pub fn event(logged: LoggedEvent) -> v1::Event {
@@ -43,6 +45,10 @@ fn log_event(what: LogEvent) -> (Moment, v1::event::Kind) {
             (at, v1::event::Kind::LockstepChanged(changed))
         }
         LogEvent::Overrun { at, dropped_lag } => (at, v1::event::Kind::Overrun(v1::Overrun { dropped_lag })),
+        LogEvent::JointBlocked { at, blocked } => {
+            let BlockedJoint { robot, joint, by_robot, by_link } = *blocked;
+            (at, v1::event::Kind::JointBlocked(v1::JointBlocked { robot, joint, by_robot, by_link }))
+        }
         LogEvent::Called { at, call } => {
             let AuditedCall { token, client, peer, transport, method, robots, code, reason } = *call;
             let transport = transport.to_owned();

@@ -2,6 +2,7 @@
 
 use simd_core::simulation::command::Clamped;
 use simd_core::simulation::joint_status::JointStatus;
+use simd_core::simulation::obstructions::Obstruction;
 use simd_core::simulation::published_state::{
     Begin, EntityLayout, Flags, Mode, PublishedState, TrajectoryState,
 };
@@ -20,6 +21,7 @@ pub fn layout(
     status: &[JointStatus],
 ) -> v1::JointLayout {
     let world_from_link = state.link_poses(robot_index).unwrap_or_default();
+    let blocked = obstructions(state, robot_index, None);
     let joints = entity
         .model
         .joints
@@ -28,6 +30,7 @@ pub fn layout(
         .enumerate()
         .map(|(index, (joint, status))| {
             let mut info = joint_info(entity, index, joint, status);
+            info.obstruction = blocked.iter().find(|found| found.joint == info.name).cloned();
             info.world_from_joint = world_from_link.get(joint.child).copied().map(geometry::pose);
             info
         })
@@ -74,6 +77,7 @@ fn joint_info(entity: &EntityLayout, index: usize, joint: &Joint, status: &Joint
         velocity_count: count(velocities.len()),
         claimed_by: status.settings.claimed_by.as_deref().unwrap_or_default().to_owned(),
         gravity_compensation: status.settings.gravity_compensation,
+        obstruction: None,
     }
 }
 
@@ -163,6 +167,26 @@ pub fn flags(flags: Flags) -> u32 {
     bit(flags.saturated, v1::JointFlag::Saturated)
         | bit(flags.at_lower, v1::JointFlag::AtLowerLimit)
         | bit(flags.at_upper, v1::JointFlag::AtUpperLimit)
+}
+
+/// What keeps joints of a robot from their targets, of all or of some of its joints.
+pub fn obstructions(
+    state: &PublishedState,
+    robot: usize,
+    joints: Option<&[usize]>,
+) -> Vec<v1::JointObstruction> {
+    let wanted = |found: &Obstruction| joints.is_none_or(|joints| joints.contains(&found.joint));
+    let named = |found: Obstruction| {
+        let (entity, by) = (state.world.entities.get(robot)?, state.world.entities.get(found.by_robot)?);
+        Some(v1::JointObstruction {
+            joint: entity.model.joints.get(found.joint)?.name.clone(),
+            link: entity.model.links.get(found.link)?.name.clone(),
+            by_robot: by.name.clone(),
+            by_link: by.model.links.get(found.by_link)?.name.clone(),
+            effort: found.effort,
+        })
+    };
+    state.obstructions(robot).into_iter().filter(wanted).filter_map(named).collect()
 }
 
 /// Targets that lay beyond a limit.

@@ -1,0 +1,56 @@
+//! Notices when contacts begin to keep a driven joint from its target.
+
+use std::collections::BTreeSet;
+
+use simd_core::PublishedState;
+use simd_core::simulation::obstructions::Obstruction;
+
+/// Simulated seconds between two looks. A joint is reported if two looks in a row find it kept back.
+const INTERVAL: f64 = 0.5;
+
+/// Maximum number of joints that are reported at one look, and that are remembered. More of them are a crash, and not news.
+const MAX_JOINTS: usize = 64;
+
+/// A robot's layout version and the index of its joint.
+type Key = (u64, usize);
+
+/// What the last look found.
+#[derive(Debug, Default)]
+pub(super) struct ObstructionWatch {
+    /// Simulated time of the next look.
+    next: f64,
+    kept_back: BTreeSet<Key>,
+    reported: BTreeSet<Key>,
+}
+
+/// A joint that is kept back, with the index of its robot.
+pub(super) type Reported = (usize, Obstruction);
+
+impl ObstructionWatch {
+    /// Returns the joints of a state that have been kept back since the last look and were not reported before.
+    pub(super) fn look(&mut self, state: &PublishedState) -> Vec<Reported> {
+        let now = state.at.sim_time;
+        // Time goes back where a world is reset.
+        if now < self.next && self.next - now <= INTERVAL {
+            return Vec::new();
+        }
+        self.next = now + INTERVAL;
+        let mut kept_back = BTreeSet::new();
+        let mut reports = Vec::new();
+        for (robot, entity) in state.world.entities.iter().enumerate() {
+            for obstruction in state.obstructions(robot) {
+                let key = (entity.version, obstruction.joint);
+                if kept_back.len() >= MAX_JOINTS {
+                    break;
+                }
+                kept_back.insert(key);
+                if self.kept_back.contains(&key) && self.reported.insert(key) {
+                    reports.push((robot, obstruction));
+                }
+            }
+        }
+        self.reported.retain(|key| kept_back.contains(key));
+        self.kept_back = kept_back;
+        reports
+    }
+}
