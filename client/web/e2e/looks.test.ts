@@ -204,7 +204,7 @@ test("a graphics context that was lost and comes back has the light of the room 
     return (await brightness(tab, [[-0.5, 0, 0.6]]))[0] ?? 0;
   };
   const before = await seen();
-  await tab.page.evaluate(async () => {
+  const said = await tab.page.evaluate(async () => {
     const canvas = document.querySelector<HTMLCanvasElement>(".viewport canvas");
     const loss = canvas?.getContext("webgl2")?.getExtension("WEBGL_lose_context");
     if (!canvas || !loss) throw new Error("there is no context");
@@ -212,12 +212,17 @@ test("a graphics context that was lost and comes back has the light of the room 
     const lost = happened("webglcontextlost");
     loss.loseContext();
     await lost;
-    // A context can come back once its event is over.
-    await new Promise((resolve) => setTimeout(resolve));
+    // A context can come back once its event is over; what is said is seen with the next frame.
+    await new Promise((resolve) => requestAnimationFrame(() => setTimeout(resolve)));
+    const box = canvas.getBoundingClientRect();
+    const seen = document.elementFromPoint(box.left + box.width / 2, box.top + 0.44 * box.height)?.textContent;
     const restored = happened("webglcontextrestored");
     loss.restoreContext();
     await restored;
+    return seen;
   });
+  expect(said).toContain("taken the graphics away");
+  expect(await tab.page.getByTestId("viewport-problem").count()).toBe(0);
   const after = await seen();
   expect(Math.abs(after - before), `${before} before, ${after} after`).toBeLessThan(0.03 * before);
   await tab.picture("context-restored");
@@ -230,6 +235,8 @@ test("the quality is that of the machine until it is chosen, and is kept", async
   const quality = () => tab.page.evaluate(() => window.simd.quality());
   // The browser of these tests draws without a graphics processor.
   expect(await quality()).toBe("low");
+  const smooths = () => tab.page.getByTestId("viewport").evaluate((canvas: HTMLCanvasElement) => canvas.getContext("webgl2")?.getContextAttributes()?.antialias);
+  expect(await smooths()).toBe(false);
   await tab.page.getByTestId("view-menu").click();
   await tab.page.getByTestId("quality-high").click();
   await expect.poll(quality).toBe("high");

@@ -23,7 +23,11 @@ export function Viewport(): JSX.Element {
         aria-label="The simulated world. Drag or arrow keys to orbit, with Shift to pan, scroll or plus and minus to zoom, F to fit."
         style={{ display: "block", width: "100%", height: "100%", touchAction: "none" }}
       />
-      {problem.value !== "" && <p class="viewport-problem">{problem.value}</p>}
+      {problem.value !== "" && (
+        <p class="card" role="alert" data-testid="viewport-problem">
+          {problem.value}
+        </p>
+      )}
     </div>
   );
 }
@@ -33,7 +37,8 @@ function begin(holder: HTMLDivElement, canvas: HTMLCanvasElement): (() => void) 
   try {
     stage = new Stage(canvas);
   } catch {
-    problem.value = "This browser cannot draw in three dimensions: WebGL 2 is missing or switched off. Everything else on this page works.";
+    problem.value =
+      "This browser cannot draw in three dimensions: WebGL 2 is missing or switched off. Switch on hardware acceleration in its settings, or take another browser. Panel, sliders and plots work.";
     return undefined;
   }
   problem.value = "";
@@ -41,12 +46,20 @@ function begin(holder: HTMLDivElement, canvas: HTMLCanvasElement): (() => void) 
   const size = new ResizeObserver(fill);
   size.observe(holder);
   fill();
+  const lost = () => {
+    problem.value = "The browser has taken the graphics away from this page. The picture comes back when it gives them again; if it does not, reload the page. Everything else works.";
+  };
   // After the renderer, which listens too.
-  const restored = () => stage.appearance.restored();
+  const restored = () => {
+    problem.value = "";
+    stage.appearance.restored();
+  };
+  canvas.addEventListener("webglcontextlost", lost);
   canvas.addEventListener("webglcontextrestored", restored);
   const unhook = hook(stage, canvas);
   return () => {
     size.disconnect();
+    canvas.removeEventListener("webglcontextlost", lost);
     canvas.removeEventListener("webglcontextrestored", restored);
     unhook();
     stage.dispose();

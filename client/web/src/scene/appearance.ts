@@ -1,20 +1,28 @@
-// How fine the picture is: shadows, reflections, ambient occlusion and pixels, by the choice of the user or by how fast pictures come.
+// How fine the picture is: light, shadows, reflections, ambient occlusion and pixels, by the choice of the user or by how fast pictures come.
 import type { Scene, WebGLRenderer, WebGLRenderTarget } from "three";
 import type { Quality } from "../state/view";
 import type { AmbientOcclusion } from "./ambient-occlusion";
+import { isSoftware } from "./drawing-context";
 import { FrameTimes } from "./frame-times";
+import type { Grid } from "./grid";
 import type { Light } from "./light";
+import { lightAtCorners } from "./surface";
 import type { ViewCamera } from "./view-camera";
 
 /** Upper bounds of device pixels per CSS pixel. */
 const MAX_PIXEL_RATIO = 2;
 const LOW_PIXEL_RATIO = 1;
+/** Of the pixels of a side, while something moves and pictures come too slowly for all of them. */
+const COARSE = 0.5;
+/** Pictures after which that is known: what is too slow is seen at once. */
+const FEW = 6;
 /** Of the light of the room, beside the sun and the sky. */
 const ROOM_INTENSITY = 0.26;
 
 /** Applies a quality to the scene. */
 export class Appearance {
   private readonly times = new FrameTimes();
+  private readonly lowTimes = new FrameTimes(FEW);
   /** "auto" has found that pictures come too slowly, or are drawn by the processor. */
   private isSlow: boolean;
   private choice: Quality = "auto";
@@ -24,6 +32,8 @@ export class Appearance {
   private occludes: "unknown" | "yes" | "no" = "unknown";
   private occlusion: AmbientOcclusion | undefined;
   private isLoadingOcclusion = false;
+  /** Pictures of low quality came too slowly, too. */
+  private halves = false;
   private disposed = false;
 
   /** `changed` is called when the picture is to be drawn again. */
@@ -31,10 +41,11 @@ export class Appearance {
     private readonly renderer: WebGLRenderer,
     private readonly scene: Scene,
     private readonly light: Light,
+    private readonly grid: Grid,
     private readonly camera: ViewCamera,
     private readonly changed: () => void,
   ) {
-    this.isSlow = isSoftware(renderer);
+    this.isSlow = isSoftware(renderer.getContext());
     scene.environmentIntensity = ROOM_INTENSITY;
   }
 
@@ -61,16 +72,21 @@ export class Appearance {
     if (this.hasOcclusion) this.occlusion?.darken(this.renderer, distance);
   }
 
-  /** Sets the device pixels per CSS pixel. */
-  setPixels(): void {
-    const ratio = Math.min(this.quality === "high" ? MAX_PIXEL_RATIO : LOW_PIXEL_RATIO, devicePixelRatio);
+  /** Sets the device pixels per CSS pixel of a picture in which something moves or nothing does. Returns whether they are fewer than of a still one. */
+  setPixels(moves = false): boolean {
+    const isCoarse = moves && this.halves && this.quality === "low";
+    const full = Math.min(this.quality === "high" ? MAX_PIXEL_RATIO : LOW_PIXEL_RATIO, devicePixelRatio);
+    const ratio = isCoarse ? COARSE * full : full;
     if (this.renderer.getPixelRatio() !== ratio) this.renderer.setPixelRatio(ratio);
+    return isCoarse;
   }
 
   /** Draws as the user wants it. "auto" begins anew, unless no graphics processor draws. */
   choose(choice: Quality): void {
     if (choice !== this.choice) {
-      this.isSlow = isSoftware(this.renderer);
+      this.isSlow = isSoftware(this.renderer.getContext());
+      this.halves = false;
+      this.lowTimes.forget();
       this.occludes = "unknown";
       this.times.forget();
     }
@@ -80,7 +96,11 @@ export class Appearance {
 
   /** Takes an animation frame: see `FrameTimes.take`. */
   measure(at: number, drew: boolean, goesOn: boolean): void {
-    if (this.quality === "low") return;
+    if (this.quality === "low") {
+      this.lowTimes.take(at, drew, goesOn);
+      this.halves ||= this.lowTimes.isSlow();
+      return;
+    }
     this.times.take(at, drew, goesOn);
     if (this.choice !== "auto") return;
     // What was drawn last is what is left out first.
@@ -119,6 +139,8 @@ export class Appearance {
     if (this.wantsOcclusion() && !this.occlusion) void this.loadOcclusion();
     this.scene.environment = isHigh ? (this.room?.texture ?? null) : null;
     this.light.refine(isHigh, this.scene.environment !== null);
+    lightAtCorners(!isHigh, this.scene);
+    this.grid.simplify(!isHigh);
     this.setPixels();
     this.changed();
   }
@@ -155,13 +177,4 @@ export class Appearance {
     this.times.forget();
     this.changed();
   }
-}
-
-/** Whether the processor draws, as far as the browser says. */
-function isSoftware(renderer: WebGLRenderer): boolean {
-  const context = renderer.getContext();
-  const names = [context.getParameter(context.RENDERER) as unknown];
-  const extension = context.getExtension("WEBGL_debug_renderer_info");
-  if (extension) names.push(context.getParameter(extension.UNMASKED_RENDERER_WEBGL) as unknown);
-  return names.some((name) => typeof name === "string" && /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name));
 }

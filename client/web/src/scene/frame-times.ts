@@ -6,7 +6,7 @@ const SLOW = 40;
 const FAST = 20;
 /** Milliseconds that say that more was too much. */
 const LATE = 25;
-/** So many intervals are looked at. */
+/** So many intervals are looked at, unless another number is given. */
 const COUNT = 24;
 /** What is longer is no picture that took long: the tab was hidden, or the machine asleep. */
 const LONGEST = 2000;
@@ -16,11 +16,13 @@ export class FrameTimes {
   private intervals: number[] = [];
   private last: number | undefined;
 
+  constructor(private readonly count = COUNT) {}
+
   /** Takes the time of an animation frame in milliseconds: whether it drew, and whether it asked for the next. */
   take(at: number, drew: boolean, goesOn: boolean): void {
     if (drew && this.last !== undefined && at - this.last < LONGEST) {
       this.intervals.push(at - this.last);
-      if (this.intervals.length > COUNT) this.intervals.shift();
+      if (this.intervals.length > this.count) this.intervals.shift();
     }
     this.last = drew && goesOn ? at : undefined;
   }
@@ -42,7 +44,7 @@ export class FrameTimes {
 
   /** Milliseconds from one of the newest pictures to the next; undefined while there are too few. */
   private median(): number | undefined {
-    return this.intervals.length < COUNT ? undefined : [...this.intervals].sort((a, b) => a - b)[COUNT / 2];
+    return this.intervals.length < this.count ? undefined : [...this.intervals].sort((a, b) => a - b)[Math.floor(this.count / 2)];
   }
 
   /** Begins anew. */

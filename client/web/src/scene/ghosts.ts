@@ -1,17 +1,18 @@
 // The robots of a recording: translucent beside the live ones, or as themselves where those are hidden.
-import { Box3, Group, MeshStandardMaterial } from "three";
+import { Box3, Group } from "three";
 import type { Ghosts } from "../state/playback";
 import type { MeshCache } from "./mesh-cache";
 import type { Materials } from "./materials";
 import { GHOST } from "./palette";
 import { RobotView } from "./robot-view";
+import { Surface } from "./surface";
 
 /** Their views, by name. */
 export class GhostViews {
   readonly group = new Group();
   private readonly views = new Map<string, RobotView>();
   /** In front of a live robot at the same place. */
-  private readonly paint = new MeshStandardMaterial({ color: GHOST, transparent: true, opacity: 0.45, roughness: 0.8, polygonOffset: true, polygonOffsetFactor: -1, polygonOffsetUnits: -1 });
+  private readonly paint = new Surface({ color: GHOST, transparent: true, opacity: 0.45, roughness: 0.8, polygonOffset: true, polygonOffsetFactor: -1, polygonOffsetUnits: -1 });
   private alone = false;
 
   /** `changed` is called when a mesh was loaded. */

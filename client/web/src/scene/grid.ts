@@ -1,5 +1,6 @@
-// The grid, with lines at a spacing of a metre that fade out with the distance.
+// The grid, with lines at a spacing of a metre that fade out with the distance: shaded, or of lines where the processor draws.
 import { Color, Mesh, PlaneGeometry, ShaderMaterial, type Object3D } from "three";
+import { GridLines } from "./grid-lines";
 import type { Palette } from "./palette";
 
 /** Radius in metres; the lines fade out before. */
@@ -49,6 +50,9 @@ export class Grid {
   private readonly lines: ShaderMaterial;
   private readonly plane = new PlaneGeometry(2 * REACH, 2 * REACH);
   private readonly grid: Mesh;
+  private readonly cheap = new GridLines();
+  private shown = true;
+  private isCheap = false;
 
   constructor(parent: Object3D) {
     this.lines = new ShaderMaterial({
@@ -65,26 +69,42 @@ export class Grid {
     });
     this.grid = new Mesh(this.plane, this.lines);
     this.grid.renderOrder = 1;
-    parent.add(this.grid);
+    parent.add(this.grid, this.cheap.lines);
   }
 
   paint(palette: Palette): void {
     (this.lines.uniforms["colour"]?.value as Color).set(palette.grid);
+    this.cheap.paint(palette.grid);
   }
 
   show(shown: boolean): void {
-    this.grid.visible = shown;
+    this.shown = shown;
+    this.apply();
+  }
+
+  /** Draws lines only, and not each pixel of the ground. */
+  simplify(isCheap: boolean): void {
+    this.isCheap = isCheap;
+    this.apply();
+  }
+
+  private apply(): void {
+    this.grid.visible = this.shown && !this.isCheap;
+    this.cheap.lines.visible = this.shown && this.isCheap;
   }
 
   /** Centres the grid on the target of the camera; the fade distance grows with that of the camera. */
   follow(x: number, y: number, distance: number): void {
+    const reach = Math.min(REACH, Math.max(4, 5 * distance));
+    if (this.cheap.lines.visible) this.cheap.follow(x, y, reach);
     const { middle, fade } = this.lines.uniforms;
     if (middle) middle.value = [x, y];
-    if (fade) fade.value = Math.min(REACH, Math.max(4, 5 * distance));
+    if (fade) fade.value = reach;
   }
 
   dispose(): void {
     this.plane.dispose();
     this.lines.dispose();
+    this.cheap.dispose();
   }
 }

@@ -2,6 +2,7 @@
 import { Color, DoubleSide, FrontSide, MeshBasicMaterial, MeshStandardMaterial, RepeatWrapping, SRGBColorSpace, TextureLoader, type Material, type Texture } from "three";
 import type { Shape } from "../state/scene";
 import { COLLISION, HIGHLIGHT, MISSING, UNCOLOURED } from "./palette";
+import { Surface } from "./surface";
 
 /** Samples of a picture along where it is narrow; browsers take fewer where they cannot. */
 const ANISOTROPY = 8;
@@ -14,7 +15,7 @@ export class Materials {
   private readonly textures = new Map<string, Texture>();
   private loading = 0;
   /** Translucent and two-sided, so that the inside is visible. */
-  readonly collision = new MeshStandardMaterial({
+  readonly collision = new Surface({
     color: COLLISION,
     transparent: true,
     opacity: 0.22,
@@ -24,7 +25,7 @@ export class Materials {
   });
   readonly wire = new MeshBasicMaterial({ color: COLLISION, wireframe: true, transparent: true, opacity: 0.35 });
   readonly missing = new MeshBasicMaterial({ color: MISSING, wireframe: true });
-  readonly ground = new MeshStandardMaterial({ roughness: 1, metalness: 0 });
+  readonly ground = new Surface({ roughness: 1, metalness: 0 });
 
   /** `changed` is called when a picture was loaded. */
   constructor(private readonly changed: () => void = () => undefined) {
@@ -46,7 +47,7 @@ export class Materials {
     let material = this.solids.get(key);
     if (!material) {
       const side = isShell ? DoubleSide : FrontSide;
-      material = new MeshStandardMaterial({ color: UNCOLOURED, ...SURFACE, side });
+      material = new Surface({ color: UNCOLOURED, ...FINISH, side });
       if (color) tint(material, color);
       if (texture !== undefined) {
         // The picture as it is, where there is no colour.
@@ -87,7 +88,7 @@ export class Materials {
 /** One for `tint`, with the picture of a material. The caller disposes of it: programs may change colours with each state. */
 export function colourable(material: Material): MeshStandardMaterial {
   const map = material instanceof MeshStandardMaterial ? material.map : null;
-  return new MeshStandardMaterial({ ...SURFACE, side: material.side, map });
+  return new Surface({ ...FINISH, side: material.side, map });
 }
 
 /** Gives a material a colour, which its picture is multiplied by. */
@@ -120,7 +121,7 @@ function highlight(material: MeshStandardMaterial): void {
 }
 
 /** Of what has no material of its own. */
-const SURFACE = { roughness: 0.62, metalness: 0.05 };
+const FINISH = { roughness: 0.62, metalness: 0.05 };
 /** Luminances. */
 const BRIGHT = 0.42;
 const DARK = 0.12;

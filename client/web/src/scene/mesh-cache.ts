@@ -2,6 +2,7 @@
 import { Group, Mesh, MeshStandardMaterial, type BufferGeometry, type Material, type Object3D } from "three";
 import { GLTFLoader } from "three/examples/jsm/loaders/GLTFLoader.js";
 import type { Geometry } from "../state/scene";
+import { Surface } from "./surface";
 
 /** A mesh that is in use. */
 interface Entry {
@@ -19,7 +20,7 @@ export function addressOf(geometry: Extract<Geometry, { sha256: string }>): stri
 /** A cache of those in use, with reference counts. */
 export class MeshCache {
   private readonly entries = new Map<string, Entry>();
-  private readonly loader = new GLTFLoader();
+  private readonly loader = new GLTFLoader().register(() => ({ name: "surface", getMaterialType: () => Surface }));
   private loading = 0;
 
   /** Whether no request is pending. */

@@ -4,6 +4,7 @@ import { Box3, Color, Fog, Matrix4, PCFShadowMap, Scene, Sphere, Vector2, WebGLR
 import { shownRobot } from "../panels/shown-robot";
 import { cameraTarget, type CameraTarget } from "../state/camera";
 import { constraints, hoveredConstraint } from "../state/constraints";
+import { film } from "../state/film";
 import { linkColors, markers } from "../state/markers";
 import { hiddenRobots } from "../state/tools";
 import { inertias } from "../state/view";
@@ -12,7 +13,7 @@ import { ghosts, ghostsAlone } from "../state/playback";
 import { hasGround, scenes } from "../state/scene";
 import { readings } from "../state/sensors";
 import { cameraMove, cameraView, centresOfMass, collisions, constraintsShown, contacts, fitRequest, followed, frames, grid, hoveredLink, jointAxes, linkNames, markersShown, orthographic, quality, readingsShown, sideViews, visuals } from "../state/view";
-import { connection, frame, robots, type Frame } from "../state/world";
+import { connection, frame, robots, simulation, type Frame } from "../state/world";
 import { shownTheme } from "../style/theme";
 import { Appearance } from "./appearance";
 import { Camera } from "./camera";
@@ -21,6 +22,7 @@ import { ConstraintMarks, type Finder } from "./constraints";
 import { ContactScale } from "./contact-scale";
 import { ContactMarks } from "./contacts";
 import { DrawnMarkers } from "./drawn-markers";
+import { drawingContext } from "./drawing-context";
 import { radiusOf, weightOf } from "./extent";
 import { Extras } from "./extras";
 import { Follower } from "./follower";
@@ -42,6 +44,8 @@ import { StructureMarks } from "./structure-marks";
 
 /** Milliseconds between updates of the area that the shadow covers. */
 const SHADOW_INTERVAL = 500;
+/** Milliseconds after the last motion until a picture is drawn with all of its pixels. */
+const REST = 200;
 
 /** The scene of one canvas, and its render loop. */
 export class Stage {
@@ -75,6 +79,9 @@ export class Stage {
   private readonly ends: (() => void)[] = [];
   private request = 0;
   private dirty = true;
+  /** The last picture has fewer pixels than a still one; the timer draws it with all. */
+  private isCoarse = false;
+  private resting: ReturnType<typeof setTimeout> | undefined;
   private covered = 0;
   private sizes = new WeakMap<RobotView, number>();
   /** A robot or a mesh was added since the camera was last fitted. */
@@ -84,7 +91,7 @@ export class Stage {
 
   /** Throws if the browser has no WebGL 2. */
   constructor(private readonly canvas: HTMLCanvasElement) {
-    this.renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: "low-power" });
+    this.renderer = new WebGLRenderer({ canvas, context: drawingContext(canvas) });
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = PCFShadowMap;
     this.robots = new RobotViews(() => this.contentChanged());
@@ -94,7 +101,7 @@ export class Stage {
     this.labels = new Labels(canvas);
     this.contactScale = new ContactScale(canvas);
     this.camera = new Camera(canvas, () => this.invalidate());
-    this.appearance = new Appearance(this.renderer, this.scene, this.light, this.camera.camera, () => this.invalidate());
+    this.appearance = new Appearance(this.renderer, this.scene, this.light, this.grid, this.camera.camera, () => this.invalidate());
     this.interaction = new PointerInteraction(canvas, this.camera, this.robots, () => this.wake());
     this.scene.add(this.interaction.rod.group);
     this.input = new InputReport(canvas);
@@ -111,8 +118,9 @@ export class Stage {
   /** Whether nothing is pending: the picture shows the newest state. */
   isSettled(): boolean {
     const still = this.camera.isStill() && this.interpolator.isSettled(performance.now());
+    const sharp = !this.isCoarse || (!this.interpolator.isStill() && simulation.peek().state === "playing");
     const complete = this.interpolator.newest() !== null && this.robots.areLoaded() && this.appearance.isComplete() && !this.unfitted;
-    return this.pictures > 0 && !this.dirty && still && complete;
+    return this.pictures > 0 && !this.dirty && still && sharp && complete;
   }
 
   resize(width: number, height: number): void {
@@ -126,6 +134,7 @@ export class Stage {
 
   dispose(): void {
     cancelAnimationFrame(this.request);
+    clearTimeout(this.resting);
     for (const end of this.ends) end();
     this.interaction.dispose();
     this.extras.dispose();
@@ -203,6 +212,10 @@ export class Stage {
         if (changed || this.pictures > 0) this.invalidate();
       }),
       effect(() => this.appearance.choose(quality.value)),
+      // A video has the size of its first picture.
+      film.subscribe((running) => {
+        if (running && this.isCoarse) this.draw(performance.now());
+      }),
       effect(() => void this.showSides(sideViews.value)),
       redraws.subscribe(() => this.invalidate()),
       effect(() => {
@@ -304,8 +317,10 @@ export class Stage {
     const dragging = this.interaction.update();
     const carried = this.follower.update(followed.peek(), this.robots, this.camera);
     const flying = this.camera.update(now);
-    const draws = moved || dragging || carried || flying || this.dirty;
-    if (draws) this.draw(now);
+    const moves = moved || dragging || carried || flying;
+    const draws = moves || this.dirty;
+    // A picture with all pixels between two with fewer would flicker.
+    if (draws) this.draw(now, moves || this.isCoarse);
     else this.updateDrawn(now);
     if (flying || dragging || !this.interpolator.isSettled(now)) this.wake();
     this.appearance.measure(at, draws, this.request !== 0);
@@ -335,8 +350,12 @@ export class Stage {
     return scenes.peek().size > 0 && this.robots.group.visible ? recorded.union(this.robots.bounds()) : recorded;
   }
 
-  private draw(now: number): void {
+  /** Draws all of it, with fewer pixels where something moves and the machine is slow. */
+  private draw(now: number, moves = false): void {
     this.dirty = false;
+    this.isCoarse = this.appearance.setPixels(moves && film.peek() === null);
+    clearTimeout(this.resting);
+    if (this.isCoarse) this.resting = setTimeout(() => this.draw(performance.now()), REST);
     if (now - this.covered > SHADOW_INTERVAL) {
       this.covered = now;
       this.light.cover(this.bounds().getBoundingSphere(new Sphere()), this.camera.controls.target, this.camera.distance());
