@@ -159,6 +159,29 @@ test("a reload keeps the camera, the unit and the plotted joints", async () => {
   expect(await tab.page.getByTestId("plot-joint").first().getAttribute("aria-pressed")).toBe("true");
 });
 
+test("a reload keeps the camera also while the robot moves, and where the pointer rests before it drags", async () => {
+  const tab = await Tab.open(context, daemon.url);
+  const box = await tab.page.getByTestId("viewport").boundingBox();
+  if (box === null) throw new Error("the view has no size");
+  await daemon.joints.setJointTargets({ robots: [{ robot: "bench_arm", joints: [{ joint: "shoulder", target: { case: "velocity", value: { velocity: 1 } } }] }] });
+  const camera = () => tab.page.evaluate(() => [...window.simd.camera.position(), ...window.simd.camera.target()]);
+  const before = await camera();
+  await tab.page.mouse.move(box.x + 20, box.y + 20);
+  await tab.page.mouse.down();
+  const pictures = await tab.page.evaluate(() => window.simd.stats.pictures());
+  await tab.page.waitForFunction((from) => window.simd.stats.pictures() > from + 3, pictures);
+  await tab.page.mouse.move(box.x + 140, box.y + 60, { steps: 8 });
+  await tab.page.mouse.up();
+  // Once its damping has ended.
+  const stored = () => tab.page.evaluate(() => JSON.stringify((JSON.parse(sessionStorage.getItem("simd.view.camera") ?? "[]") as number[][]).flat()));
+  await expect.poll(async () => (await stored()) === JSON.stringify(await camera())).toBe(true);
+  const kept = await camera();
+  expect(Math.hypot(...kept.map((value, index) => value - (before[index] ?? NaN)))).toBeGreaterThan(0.1);
+  await tab.page.reload();
+  await tab.page.waitForFunction(() => window.simd?.frame() != null && window.simd.settled());
+  (await camera()).forEach((value, index) => expect(value).toBeCloseTo(kept[index] ?? Number.NaN, 6));
+});
+
 test("a plot on a narrow page can be zoomed", async () => {
   const narrow = await use.context({ viewport: { width: 700, height: 900 } });
   const tab = await Tab.open(narrow, daemon.url);

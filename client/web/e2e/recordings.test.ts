@@ -59,10 +59,19 @@ async function record(tab: Tab, states: number): Promise<Seen[]> {
   return seen;
 }
 
+/** Plays the newest to its end. */
 async function play(tab: Tab): Promise<void> {
   await tab.page.getByTestId("recordings").click();
   await tab.page.getByTestId("play-recording").first().click();
   await tab.page.getByTestId("playback").waitFor();
+  await shown(tab, Number(await tab.page.getByTestId("time-line").getAttribute("max")));
+  await expect.poll(() => tab.page.getByTestId("playback-play").getAttribute("aria-label")).toBe("Play the recording");
+}
+
+/** Opens the newest at its first state. */
+async function openFirst(tab: Tab): Promise<void> {
+  await play(tab);
+  await tab.page.keyboard.press("Home");
   await shown(tab, 0);
 }
 
@@ -92,7 +101,7 @@ function close(pose: readonly number[], other: readonly number[]): void {
   pose.forEach((value, index) => expect(Math.abs(value - (other[index] ?? NaN))).toBeLessThan(2e-6));
 }
 
-test("what was recorded is played as a ghost, with the joints that the daemon had", async () => {
+test("what was recorded is played at once as a ghost, with the joints that the daemon had", async () => {
   const tab = await Tab.open(await use.context(), daemon.url);
   const seen = await record(tab, 30);
   // The world goes elsewhere: the ghost does not follow it.
@@ -125,7 +134,7 @@ test("what was recorded is played as a ghost, with the joints that the daemon ha
 test("the keyboard plays it, and the world stays as it is", async () => {
   const tab = await Tab.open(await use.context({ colorScheme: "dark" }), daemon.url);
   await record(tab, 20);
-  await play(tab);
+  await openFirst(tab);
   const before = await daemon.simulation.getSimulationState({});
   for (let number = 1; number <= 3; number += 1) {
     await tab.page.keyboard.press("ArrowRight");
@@ -141,7 +150,7 @@ test("the keyboard plays it, and the world stays as it is", async () => {
   await tab.page.getByTestId("playback-speed").selectOption("10");
   await tab.page.keyboard.press("Escape");
   await tab.page.getByTestId("playback").waitFor({ state: "detached" });
-  await play(tab);
+  await openFirst(tab);
   await tab.page.getByTestId("time-line").focus();
   await tab.page.keyboard.press("Space");
   // It plays to its end, and stops there.

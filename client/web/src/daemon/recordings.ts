@@ -100,9 +100,9 @@ export async function downloadRecording({ name, files, bytes }: RecordingInfo): 
   });
 }
 
-/** Shows a recording of the daemon. */
+/** Plays a recording of the daemon. */
 export function playRecording({ name, files }: RecordingInfo): Promise<void> {
-  return show(name, files.map((file) => daemonSource(services().recordings, name, file.name, file.bytes)));
+  return show(name, files.map((file) => daemonSource(services().recordings, name, file.name, file.bytes)), true);
 }
 
 /** Whether a file is shown rather than loaded. */
@@ -116,11 +116,11 @@ export function playFiles(files: readonly File[]): Promise<void> {
   return show(sorted[0]?.name ?? "", sorted.map(fileSource));
 }
 
-async function show(name: string, sources: readonly Source[]): Promise<void> {
+async function show(name: string, sources: readonly Source[], plays = false): Promise<void> {
   try {
     // Most visits play nothing.
     const module = await import("../playback");
-    await module.open(name, sources, module);
+    await module.open(name, sources, module, plays);
     recordingsOpen.value = false;
   } catch (error) {
     toast("error", `${name} cannot be shown: ${messageOf(error).replace(/^[A-Z](?=[a-z]* )/, (letter) => letter.toLowerCase())}`);

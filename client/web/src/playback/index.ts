@@ -18,8 +18,8 @@ let end: (() => void) | undefined;
 /** How many were asked for: the last of them is shown, whichever is read first. */
 let asked = 0;
 
-/** Shows a recording in place of the one before. Rejects with a sentence where it cannot be read. */
-export async function open(name: string, sources: readonly Source[], module: PlaybackModule): Promise<void> {
+/** Shows a recording in place of the one before, at its first state or playing. Rejects with a sentence where it cannot be read. */
+export async function open(name: string, sources: readonly Source[], module: PlaybackModule, plays = false): Promise<void> {
   asked += 1;
   const own = asked;
   const timeline = await Timeline.open(sources);
@@ -39,6 +39,7 @@ export async function open(name: string, sources: readonly Source[], module: Pla
     playback.value = null;
   };
   playback.value = { player, module };
+  if (plays) player.toggle();
 }
 
 /** Shows the world alone again. */

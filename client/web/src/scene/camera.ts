@@ -25,7 +25,7 @@ export class Camera {
   movedByUser = false;
   /** How many times the user has begun to move it. */
   gestures = 0;
-  /** The user has moved it since its view was stored. */
+  /** It has moved since its view was stored, and not only to be fitted to new content. */
   private unsaved = false;
   private orthographic = false;
   private flight: { began: number; from: View; to: View } | null = null;
@@ -43,18 +43,26 @@ export class Camera {
     this.controls.maxDistance = 150;
     this.controls.mouseButtons = { LEFT: MOUSE.ROTATE, MIDDLE: MOUSE.PAN, RIGHT: MOUSE.PAN };
     this.controls.addEventListener("start", () => this.begin());
-    this.controls.addEventListener("change", changed);
+    this.controls.addEventListener("change", () => {
+      this.unsaved ||= this.movedByUser;
+      changed();
+    });
     this.restore();
     this.controls.update();
+    // It may be reloaded before it is still.
+    addEventListener("pagehide", this.leave);
   }
 
   /** The user begins to move it. */
   private begin(): void {
     this.movedByUser = true;
     this.gestures += 1;
-    this.unsaved = true;
     this.flight = null;
   }
+
+  private readonly leave = (): void => {
+    if (this.unsaved) this.store();
+  };
 
   /** Keeps the view for a reload of the page. */
   private store(): void {
@@ -184,6 +192,7 @@ export class Camera {
   }
 
   dispose(): void {
+    removeEventListener("pagehide", this.leave);
     this.controls.dispose();
   }
 
