@@ -6,6 +6,8 @@ import { EntityService, type SpawnEntityRequest } from "../gen/simd/v1/entity_pb
 import { unmeasured } from "../state/report";
 import { toasts } from "../state/toasts";
 import { future, past, redo, undo } from "../state/undo";
+import { selectedRobot } from "../state/view";
+import { robots, type Axis } from "../state/world";
 import { bringIn, duplicate, moveTo, noteMove, noteSpawn, takeOut } from "./building";
 import { servicesOver } from "./services";
 
@@ -122,6 +124,19 @@ test("a robot that was lifted onto the ground is lifted again when its loading i
   expect([...unmeasured.value]).toEqual([]);
   await redo();
   expect([...unmeasured.value]).toEqual(["arm"]);
+});
+
+test("scenery does not take the place of a robot with joints in the panel, and another robot does", async () => {
+  const source = { source: { case: "primitive", value: { geometry: { case: "plane", value: {} } } } } as const;
+  await bringIn({ name: "first", source });
+  expect(selectedRobot.value).toBe("first");
+  robots.value = [{ name: "arm", model: "arm", layoutVersion: 1n, axes: [{ key: "arm/elbow" } as Axis], links: ["base"], disabledReason: "", claimedBy: "", mass: 1 }];
+  selectedRobot.value = "arm";
+  await bringIn({ name: "ground", source });
+  expect(selectedRobot.value).toBe("arm");
+  await bringIn({ name: "other", source: { source: { case: "path", value: "other.urdf" } } });
+  expect(selectedRobot.value).toBe("other");
+  robots.value = [];
 });
 
 test("moves within a second are one change, which goes back to before the first", async () => {

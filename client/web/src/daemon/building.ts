@@ -7,6 +7,7 @@ import { toast } from "../state/toasts";
 import { changed, type Change } from "../state/undo";
 import { selectedRobot } from "../state/view";
 import { frame, robots, type JointValues, type Robot } from "../state/world";
+import { shownRobot } from "../panels/shown-robot";
 import { messageOf, worded } from "./error-message";
 import { daemonConnection } from "./page";
 import { services } from "./services";
@@ -23,12 +24,15 @@ export interface Spawned {
 /** What this page asked for, by the name of the robot: it says more than the daemon's answers about a robot. */
 const asked = new Map<string, { request: Spawn; version: bigint }>();
 
-/** Brings a robot in, and selects it. Resolves to its name; undefined where it was refused, which is said. */
+/** Brings a robot in, and selects it; but a single shape only where no robot with joints is selected. Resolves to its name; undefined where it was refused, which is said. */
 export function bringIn(request: Spawn, what = "adding"): Promise<string | undefined> {
   return attempt(async () => {
     const spawned = await spawn(request);
     noteSpawn(spawned, request, what);
-    selectedRobot.value = spawned.name;
+    // Scenery does not take the place of an arm that is being moved.
+    const chosen = shownRobot.peek();
+    const isScenery = request.source?.source?.case === "primitive";
+    selectedRobot.value = isScenery && chosen && chosen.axes.length > 0 ? chosen.name : spawned.name;
     return spawned.name;
   });
 }

@@ -12,6 +12,7 @@ import "../style/overlays.css";
 import "../style/sheets.css";
 import "../style/text-size";
 import "../style/theme";
+import { room } from "../style/room";
 import { effect, useComputed } from "@preact/signals";
 import type { JSX } from "preact";
 import { useEffect } from "preact/hooks";
@@ -40,6 +41,7 @@ import { helpOpen, listen } from "./shortcuts";
 import { Toasts } from "./Toasts";
 import { TopBar } from "./TopBar";
 import { ViewToggles } from "./ViewToggles";
+import { keepTitle } from "./title";
 
 // What most visits never open.
 const RecordingsSheet = lazy(async () => (await import("./RecordingsSheet")).RecordingsSheet, "The list of recordings", () => (recordingsOpen.value = false));
@@ -54,6 +56,7 @@ const FilmNote = lazy(async () => (await import("../build")).FilmNote, "The tool
 export function App(): JSX.Element {
   useEffect(listen, []);
   useEffect(keepOneOpenOnPhones, []);
+  useEffect(keepTitle, []);
   const state = useComputed(() => connection.value.state).value;
   const needsToken = useComputed(() => connection.value.needsToken === true).value;
   const empty = useComputed(() => connection.value.state === "live" && robots.value.length === 0 && frame.value !== null && loading.value === null && playback.value === null).value;
@@ -71,8 +74,10 @@ export function App(): JSX.Element {
         <InputNote />
         {placing.value && <PlaceCard />}
         {film.value && <FilmNote />}
-        <ViewToggles />
-        <Toasts />
+        <div class="view-foot">
+          <Toasts />
+          <ViewToggles />
+        </div>
       </main>
       {panelOpen.value && !bare && (
         <aside class="panel" aria-label="Joints and parameters" data-testid="panel" style={panelWidth.value === null ? {} : { "--panel-width": `${panelWidth.value}rem` }}>
@@ -107,11 +112,10 @@ function Recorded(): JSX.Element {
 
 /** A phone has no room for both plots and panel: the one that was opened last stays open. */
 function keepOneOpenOnPhones(): () => void {
-  const narrow = matchMedia("(max-width: 760px)");
   let before = { plots: plotsOpen.peek(), panel: panelOpen.peek() };
   return effect(() => {
     const now = { plots: plotsOpen.value, panel: panelOpen.value };
-    if (narrow.matches && now.plots && now.panel) {
+    if (room.peek() === "tall" && now.plots && now.panel) {
       if (before.plots) plotsOpen.value = false;
       else panelOpen.value = false;
     }

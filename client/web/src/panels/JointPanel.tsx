@@ -14,6 +14,7 @@ import { Icon } from "./icons";
 import { JointRow } from "./JointRow";
 import { lazy } from "./lazy";
 import { OpenFile, OpenFolder } from "./OpenFiles";
+import { Name } from "./Name";
 import { Parameters } from "./Parameters";
 import { Popover } from "./Popover";
 import { shortened } from "./quantity";
@@ -88,12 +89,11 @@ function RobotTabs(): JSX.Element {
           aria-selected={name === shown}
           aria-controls="robot-panel"
           tabIndex={name === shown ? 0 : -1}
-          title={index < 9 ? `Show ${name} (${index + 1})` : `Show ${name}`}
           onClick={() => {
             selectedRobot.value = name;
           }}
         >
-          {name}
+          <Name name={name} title={index < 9 ? `Show ${name} (${index + 1})` : `Show ${name}`} />
         </button>
       ))}
     </div>
@@ -111,12 +111,12 @@ function RobotHeader({ robot }: { robot: Robot }): JSX.Element {
       <div class="robot-line">
         {report ? (
           <button type="button" class="robot-name link" data-testid="report" title="Load report" onClick={() => openReport(name)}>
-            {name}
+            <Name name={name} title={`Load report of ${name}`} />
             {warnings > 0 && <span class="count">{warnings}</span>}
           </button>
         ) : (
-          <h2 class="robot-name" title={name}>
-            {name}
+          <h2 class="robot-name">
+            <Name name={name} />
           </h2>
         )}
         <button type="button" class="button quiet" aria-label={`Look at ${name}`} title={`Look at ${name}`} onClick={() => fit(name)}>

@@ -1,13 +1,14 @@
 // A row of the joint panel: the name of a joint, its state, and its controls.
 import { useComputed, useSignalEffect } from "@preact/signals";
 import { Fragment, type JSX } from "preact";
-import { useLayoutEffect, useRef } from "preact/hooks";
+import { useLayoutEffect, useRef, useState } from "preact/hooks";
 import { plotted, colorSlotOf, togglePlot } from "../plots/plotted";
 import { degrees, hoveredLink } from "../state/view";
 import { clients, targetSources, type Axis, type Mode } from "../state/world";
 import { AxisControl } from "./axis-control";
-import { foundIn, splitLabel } from "./groups";
+import { foundIn } from "./groups";
 import { Icon } from "./icons";
+import { Name } from "./Name";
 import { follow } from "./row-updates";
 
 /** The modes of the menu, with short labels that leave room for the slider. */
@@ -68,7 +69,7 @@ export function JointRow({ axis, label, filter }: { axis: Axis; label: string; f
     <div ref={row} class="joint" data-testid={`joint-row-${axis.key}`} onPointerEnter={highlight} onPointerLeave={removeHighlight}>
       <div class="joint-line">
         <PlotSwitch axis={axis} />
-        <Name axis={axis} label={label} filter={filter} />
+        <JointName axis={axis} label={label} filter={filter} />
         <Source axis={axis} />
         <span ref={badge} class="badge" data-testid="badge" />
         <span ref={readout} class="readout" data-testid="actual" />
@@ -111,7 +112,8 @@ export function JointRow({ axis, label, filter }: { axis: Axis; label: string; f
 }
 
 /** The name, shortened in its middle; where a filter found it, all of it, with what was found marked. */
-function Name({ axis, label, filter }: { axis: Axis; label: string; filter: string }): JSX.Element {
+function JointName({ axis, label, filter }: { axis: Axis; label: string; filter: string }): JSX.Element {
+  const [isWhole, setWhole] = useState(false);
   if (filter.trim() !== "") {
     return (
       <span class="joint-name whole" title={axis.label}>
@@ -119,11 +121,10 @@ function Name({ axis, label, filter }: { axis: Axis; label: string; filter: stri
       </span>
     );
   }
-  const [start, end] = splitLabel(label);
+  // There is no tooltip on a touch screen.
   return (
-    <span class="joint-name" title={axis.label}>
-      <span class="start">{start}</span>
-      <span class="end">{end}</span>
+    <span class={isWhole ? "joint-name whole" : "joint-name"} onClick={() => setWhole(!isWhole)}>
+      {isWhole ? axis.label : <Name name={label} title={axis.label} />}
     </span>
   );
 }

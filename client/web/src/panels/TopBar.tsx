@@ -7,6 +7,7 @@ import { panelOpen, plotsOpen, theme, type Theme } from "../state/view";
 import { happenings } from "../state/happenings";
 import { clients, connection, daemonName, frame, physics, simulation } from "../state/world";
 import { Icon, type IconName } from "./icons";
+import { Name } from "./Name";
 import { Popover } from "./Popover";
 import { Recorder } from "./Recorder";
 import { askReset, helpOpen, playOrPause } from "./shortcuts";
@@ -19,8 +20,8 @@ export function TopBar(): JSX.Element {
     <header class="top-bar">
       <div class="brand">
         <h1>simd</h1>
-        <span class="daemon" title="Name of the daemon">
-          {daemonName}
+        <span class="daemon">
+          <Name name={daemonName.value} title={`Name of the daemon: ${daemonName.value}`} />
         </span>
       </div>
       <Transport />
@@ -127,7 +128,12 @@ function Clients(): JSX.Element | null {
       testId="clients"
       title="Who is connected, and what happened"
       face={
-        <span>{all.length} connected</span>
+        <>
+          <Icon name="people" />
+          <span>
+            {all.length} <span class="clients-word">connected</span>
+          </span>
+        </>
       }
     >
       {() => (
@@ -172,8 +178,8 @@ function ConnectionState(): JSX.Element {
   const { state, reason } = connection.value;
   return (
     <span class={`connection ${state}`} role="status" data-testid="connection" title={reason || (state === "live" ? "The daemon answers" : "")}>
-      <span class="dot" />
-      {STATES[state]}
+      <span class="dot" aria-hidden="true" />
+      <span class="connection-word">{STATES[state]}</span>
     </span>
   );
 }

@@ -1,6 +1,6 @@
 // Which joints are shown under one heading.
 import { expect, test } from "vitest";
-import { foundIn, grouped, matches, splitLabel } from "./groups";
+import { foundIn, grouped, matches } from "./groups";
 
 const shown = (names: string[]): Record<string, string[]> =>
   Object.fromEntries(grouped(names, (name) => name).map(({ heading, rows }) => [heading, rows.map(({ label }) => label)]));
@@ -46,11 +46,4 @@ test("what a filter found is marked, wherever it is, and the name stays whole", 
   expect(marked("left_shoulder_pitch", "PITCH left")).toBe("[left]_shoulder_[pitch]");
   expect(marked("aaa", "aa")).toBe("[aaa]");
   expect(marked("elbow", "  ")).toBe("elbow");
-});
-
-test("long names that differ at their ends differ in what is never shortened", () => {
-  const names = ["left", "right"].map((side) => `robot_assembly_v2_gripper_finger_joint_${side}`);
-  const ends = names.map((name) => splitLabel(name)[1]);
-  expect(new Set(ends).size).toBe(2);
-  for (const name of [...names, "elbow", ""]) expect(splitLabel(name).join("")).toBe(name);
 });

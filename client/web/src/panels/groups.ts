@@ -86,13 +86,6 @@ function rest(all: string[], skip: number, label: string): string {
   return left === "" ? label : left;
 }
 
-/** Characters at the end of a name that are always shown. */
-const END = 12;
-
-/** A name in two parts, of which the first may be shortened. Short names have no second part. */
-export function splitLabel(label: string): [string, string] {
-  return label.length < 2 * END ? [label, ""] : [label.slice(0, -END), label.slice(-END)];
-}
 
 /** A part of a name, and whether a word of the filter is in it. */
 export interface Part {

@@ -11,6 +11,11 @@ test("what is shown stays, in any script", () => {
   for (const text of ["", "shoulder_joint-1", "手首 é \u{1f916}", "two\nlines"]) expect(printable(text)).toBe(text);
 });
 
+test("joiners within words of scripts that have them are spelling, and elsewhere they are hidden characters", () => {
+  for (const text of ["\u0645\u06cc\u200c\u062e\u0648\u0627\u0647\u0645", "\u{1f468}\u200d\u{1f469}\u200d\u{1f467}"]) expect(printable(text)).toBe(text);
+  expect(printable("ar\u200dm \u200c\u0645")).toBe("ar\\u{200d}m \\u{200c}\u0645");
+});
+
 test("each element has printable text and labels, and a component its properties as they are", () => {
   escapeHiddenCharacters();
   const name = "a\u202eb";

@@ -2,8 +2,12 @@
 // text or are not shown at all. Every text that the page draws passes here, so that no panel has to think of it.
 import { options, type VNode } from "preact";
 
+/** A letter or mark of a script whose letters join, or a part of an emoji. */
+const JOINED = String.raw`(?:(?![\p{Script=Latin}\p{Script=Greek}\p{Script=Cyrillic}])[\p{L}\p{M}]|\p{Extended_Pictographic}|\p{Emoji_Modifier})`;
+/** Between two of these joiners and non-joiners are spelling, as in Persian and in emoji of several people. */
+const SPELLING = String.raw`(?<=${JOINED})[\u200c\u200d](?=${JOINED})`;
 /** Unicode's categories Cc (control), Cf (format), Zl and Zp (line and paragraph separators); line breaks stay. */
-const HIDDEN = /(?!\n)[\p{Cc}\p{Cf}\p{Zl}\p{Zp}]/gu;
+const HIDDEN = new RegExp(String.raw`(?!\n)(?!${SPELLING})[\p{Cc}\p{Cf}\p{Zl}\p{Zp}]`, "gu");
 
 /** Attributes that are shown or read aloud. */
 const LABELS = ["title", "aria-label", "placeholder", "label", "alt"];

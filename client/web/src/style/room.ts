@@ -1,0 +1,29 @@
+// How much room the page has, as an attribute of the root element: what a query of the window's size cannot see, since text may be larger.
+import { computed, effect, signal, type ReadonlySignal } from "@preact/signals";
+import { shownTextSize } from "./text-size";
+
+/** "tall" is a phone that stands, whose panel is below the picture; "short" a phone that lies, or a window with large text. */
+export type Room = "wide" | "tall" | "short";
+
+/** Widths and heights in pixels, of text of 100 %. */
+const NARROW = 760;
+const LOW = 480;
+/** The narrowest page on which picture and panel are side by side. */
+const BESIDE = 480;
+
+export function roomOf(width: number, height: number, textPercent: number): Room {
+  const [wide, high] = [(100 * width) / textPercent, (100 * height) / textPercent];
+  if (high < LOW && wide >= BESIDE && wide > high) return "short";
+  return wide <= NARROW ? "tall" : "wide";
+}
+
+const size = signal<readonly [number, number]>([innerWidth, innerHeight]);
+addEventListener("resize", () => {
+  size.value = [innerWidth, innerHeight];
+});
+
+export const room: ReadonlySignal<Room> = computed(() => roomOf(...size.value, Number(shownTextSize.value)));
+
+effect(() => {
+  document.documentElement.dataset["room"] = room.value;
+});
