@@ -20,7 +20,7 @@ function files(): string[] {
   const folder = mkdtempSync(`${tmpdir()}/simd-tls-`);
   execFileSync(BINARY, ["tls", "init", folder]);
   const hash = createHash("sha256").update(VIEWER).digest("hex");
-  writeFileSync(`${folder}/tokens`, `viewer viewer ${hash} never\n`);
+  writeFileSync(`${folder}/tokens`, `anna viewer ${hash} never\n`);
   chmodSync(`${folder}/tokens`, 0o600);
   return ["--tls-certificate", `${folder}/server.pem`, "--tls-key", `${folder}/server.key`, "--tokens", `${folder}/tokens`];
 }
@@ -46,6 +46,17 @@ test("a page asks for a token, keeps it out of reach of scripts, and shows what 
   expect(await page.getByTestId("record").isDisabled()).toBe(true);
   expect(await page.getByTestId("record").getAttribute("title")).toContain("viewer");
   expect(await page.getByTestId("recordings").isEnabled()).toBe(true);
+  const forbidden = { operator: ["slider", "number", "hold-all", "claim-robot", "claim-world"], admin: ["play", "step", "reset", "speed", "remove"] };
+  for (const [role, ids] of Object.entries(forbidden)) {
+    for (const id of ids) {
+      expect(await page.getByTestId(id).first().isDisabled(), id).toBe(true);
+      expect(await page.getByTestId(id).first().getAttribute("title"), id).toContain(`this takes that of an ${role}`);
+    }
+  }
+  await page.getByTestId("clients").click();
+  expect(await page.getByTestId("who-am-i").textContent()).toContain("You are anna, a viewer.");
+  await page.screenshot({ path: `${import.meta.dirname}/../../../target/screenshots/who-am-i.png` });
+  await page.keyboard.press("Escape");
   expect(await page.evaluate(() => document.cookie)).toBe("");
   const [cookie] = await context.cookies();
   expect(cookie).toMatchObject({ name: "simd_token", httpOnly: true, secure: true, sameSite: "Strict", expires: -1 });
@@ -54,4 +65,9 @@ test("a page asks for a token, keeps it out of reach of scripts, and shows what 
   const other = await (await use.context({ ignoreHTTPSErrors: true })).newPage();
   await other.goto(daemon.url);
   await other.getByTestId("log-in").waitFor();
+  // Who logs out is asked for a token again.
+  await page.getByTestId("clients").click();
+  await page.getByTestId("log-out").click();
+  await card.waitFor();
+  expect(await context.cookies()).toEqual([]);
 });

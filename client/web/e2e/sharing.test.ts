@@ -41,6 +41,42 @@ test("seven tabs of one browser are all live, playing and paused", async () => {
   await expect.poll(() => tabs.at(-1)?.page.getByTestId("clients").textContent()).toMatch(/^\D*[78]/);
 });
 
+test("a robot and the world are claimed by a button: other pages say by whom, and may change them once they are released", async () => {
+  const daemon = await use.daemon(Daemon.demo());
+  const context = await use.context();
+  const [own, other] = [await Tab.open(context, daemon.url), await Tab.open(context, daemon.url)];
+  const name = (await own.page.evaluate(() => sessionStorage.getItem("simd.client"))) ?? "";
+  const titleOf = (tab: Tab, id: string) => tab.page.getByTestId(id).first().getAttribute("title");
+  await own.page.getByTestId("claim-robot").click();
+  await expect.poll(() => own.page.getByTestId("claim-robot").getAttribute("aria-pressed")).toBe("true");
+  for (const id of ["slider", "number", "mode", "hold-all", "remove", "play", "reset"]) {
+    await expect.poll(() => other.page.getByTestId(id).first().isDisabled(), { message: id }).toBe(true);
+    expect(await titleOf(other, id)).toContain(`${name} has claimed`);
+  }
+  expect(await other.violations()).toEqual([]);
+  await other.picture("claimed-by-another");
+  // Who has claimed it moves it, also after a reload.
+  await own.page.reload();
+  await own.page.waitForFunction(() => window.simd?.frame() != null && window.simd.settled());
+  const number = own.page.getByTestId("number").first();
+  await number.fill("0.4");
+  await number.press("Enter");
+  await expect.poll(async () => (await daemon.joint("bench_arm", "shoulder")).target).toBeCloseTo(0.4, 9);
+  await own.page.getByTestId("play").click();
+  await expect.poll(async () => (await daemon.simulation.getSimulationState({})).state).toBe(SimulationState.PAUSED);
+  await own.picture("claimed");
+  await own.page.getByTestId("claim-robot").click();
+  await expect.poll(() => other.page.getByTestId("slider").first().isEnabled()).toBe(true);
+  await own.page.getByTestId("claim-world").click();
+  await expect.poll(() => other.page.getByTestId("step").isDisabled()).toBe(true);
+  expect(await titleOf(other, "step")).toContain(`${name} has claimed the world`);
+  await own.page.getByTestId("play").click();
+  await expect.poll(async () => (await daemon.simulation.getSimulationState({})).state).toBe(SimulationState.PLAYING);
+  await own.page.getByTestId("claim-world").click();
+  await expect.poll(() => other.page.getByTestId("step").isEnabled()).toBe(true);
+  expect(own.consoleMessages).toEqual([]);
+});
+
 test("a page asks no other host anything, and its policy says so", async () => {
   const daemon = await use.daemon(Daemon.demo());
   const tab = await Tab.open(await use.context(), daemon.url);

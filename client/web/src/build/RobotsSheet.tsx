@@ -6,9 +6,10 @@ import { duplicate, takeOut } from "../daemon/building";
 import { Icon } from "../panels/icons";
 import { shortened } from "../panels/quantity";
 import { Sheet } from "../panels/Sheet";
+import { whyNotAll, whyNotRemove } from "../state/permission";
 import { askFirst, hiddenRobots, tool } from "../state/tools";
 import { fit, selectedRobot } from "../state/view";
-import { robots, role } from "../state/world";
+import { robots } from "../state/world";
 import { inView, linesOf, type Line } from "./matching";
 
 /** Of one line, rem. */
@@ -102,7 +103,7 @@ function Group({ line: { name, robots: all, open } }: { line: Extract<Line, { ki
 
 function RobotLine({ name, indented }: { name: string; indented: boolean }): JSX.Element {
   const robot = robots.value.find((each) => each.name === name);
-  const isViewer = role.value === "viewer";
+  const whyNot = robot ? whyNotRemove(robot) : whyNotAll.value;
   const remove = (): void => {
     tool.value = null;
     askFirst(`Remove ${name}`, `${name} is taken out of the world, for everybody.`, "Remove it", () => void takeOut(name));
@@ -127,10 +128,10 @@ function RobotLine({ name, indented }: { name: string; indented: boolean }): JSX
         {robot?.axes.length ?? 0} axes · {shortened(robot?.mass ?? 0)} kg
       </span>
       <Eye names={[name]} label={name} />
-      <button type="button" class="button quiet sign" aria-label={`Duplicate ${name}`} title="Bring in one more of it" disabled={isViewer} onClick={() => void duplicate(name)}>
+      <button type="button" class="button quiet sign" aria-label={`Duplicate ${name}`} title={whyNotAll.value || "Bring in one more of it"} disabled={whyNotAll.value !== ""} onClick={() => void duplicate(name)}>
         <Icon name="copy" />
       </button>
-      <button type="button" class="button quiet sign" aria-label={`Remove ${name}`} title="Take it out of the world" disabled={isViewer} onClick={remove}>
+      <button type="button" class="button quiet sign" aria-label={`Remove ${name}`} title={whyNot || "Take it out of the world"} disabled={whyNot !== ""} onClick={remove}>
         <Icon name="remove" />
       </button>
     </>

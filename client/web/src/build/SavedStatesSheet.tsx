@@ -5,8 +5,8 @@ import { messageOf } from "../daemon/error-message";
 import { deleteState, downloadState, listSavedStates, restoreState, saveState, uploadState } from "../daemon/saved-states";
 import { Icon } from "../panels/icons";
 import { Sheet } from "../panels/Sheet";
+import { whyNotAll, whyNotWorld } from "../state/permission";
 import { askFirst, tool } from "../state/tools";
-import { role } from "../state/world";
 import type { SavedState } from "../state/saved-states";
 
 export function SavedStatesSheet(): JSX.Element {
@@ -47,7 +47,7 @@ export function SavedStatesSheet(): JSX.Element {
 function NewState({ done }: { done: () => void }): JSX.Element {
   const name = useRef<HTMLInputElement>(null);
   const file = useRef<HTMLInputElement>(null);
-  const isViewer = role.value === "viewer";
+  const whyNot = whyNotAll.value;
   return (
     <form
       class="new-recording"
@@ -57,10 +57,10 @@ function NewState({ done }: { done: () => void }): JSX.Element {
       }}
     >
       <input ref={name} type="text" class="filter" aria-label="Name of the saved state" placeholder="Name, or none" data-testid="state-name" maxLength={64} autocomplete="off" spellcheck={false} />
-      <button type="submit" class="button" data-testid="state-save" disabled={isViewer}>
+      <button type="submit" class="button" data-testid="state-save" title={whyNot} disabled={whyNot !== ""}>
         <Icon name="plus" /> Save the world
       </button>
-      <button type="button" class="button quiet" title="Take a saved state from a file of this machine" disabled={isViewer} onClick={() => file.current?.click()}>
+      <button type="button" class="button quiet" title={whyNot || "Take a saved state from a file of this machine"} disabled={whyNot !== ""} onClick={() => file.current?.click()}>
         <Icon name="folder" /> Open a file
       </button>
       <input
@@ -82,7 +82,7 @@ function NewState({ done }: { done: () => void }): JSX.Element {
 function Row({ state, done }: { state: SavedState; done: () => void }): JSX.Element {
   const { name, simTime, robots, owner } = state;
   const [asks, setAsks] = useState(false);
-  const isViewer = role.value === "viewer";
+  const whyNot = whyNotAll.value;
   const about = [`${simTime.toFixed(3)} s`, `${robots} ${robots === 1 ? "robot" : "robots"}`, owner === "" ? "" : `by ${owner}`];
   const restore = (): void => {
     tool.value = null;
@@ -95,13 +95,13 @@ function Row({ state, done }: { state: SavedState; done: () => void }): JSX.Elem
           <b title={name}>{name}</b>
           <span class="hint">{about.filter((part) => part !== "").join(" · ")}</span>
         </div>
-        <button type="button" class="button" data-testid="state-restore" disabled={isViewer} onClick={restore}>
+        <button type="button" class="button" data-testid="state-restore" title={whyNotWorld.value} disabled={whyNotWorld.value !== ""} onClick={restore}>
           <Icon name="reset" /> Put back
         </button>
         <button type="button" class="button quiet sign" data-testid="state-download" aria-label={`Save ${name} on this machine`} title="Save it on this machine" onClick={() => void downloadState(name)}>
           <Icon name="download" />
         </button>
-        <button type="button" class="button quiet sign" data-testid="state-delete" aria-label={`Delete ${name}`} aria-expanded={asks} title="Delete it" disabled={isViewer} onClick={() => setAsks(!asks)}>
+        <button type="button" class="button quiet sign" data-testid="state-delete" aria-label={`Delete ${name}`} aria-expanded={asks} title={whyNot || "Delete it"} disabled={whyNot !== ""} onClick={() => setAsks(!asks)}>
           <Icon name="remove" />
         </button>
       </div>

@@ -3,7 +3,7 @@ import { Code, ConnectError } from "@connectrpc/connect";
 import { batch } from "@preact/signals";
 import { contactsWanted } from "../state/view";
 import { isStill } from "../state/stillness";
-import { connection, daemonName, frame, isRole, limits, role, type Frame } from "../state/world";
+import { connection, daemonName, frame, isRole, limits, role, tokenName, type Frame } from "../state/world";
 import { retryDelay } from "./backoff";
 import { PollLoop } from "./poll-loop";
 import { frameOf, layoutsOf, limitsOf } from "./mapping";
@@ -128,6 +128,7 @@ export class DaemonConnection {
       daemonName.value = info.name;
       limits.value = info.limits ? limitsOf(info.limits) : null;
       role.value = isRole(info.token?.role) ? info.token.role : null;
+      tokenName.value = info.token?.name ?? "";
       connection.value = { state: "live", reason: "", retryAt: 0 };
     });
     this.slow.wake();

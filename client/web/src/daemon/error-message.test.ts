@@ -12,6 +12,11 @@ test("a message that begins with a name is not capitalised", () => {
   expect(messageOf(new ConnectError("`arm/elbow` is claimed by demo.", Code.FailedPrecondition))).toBe("`arm/elbow` is claimed by demo.");
 });
 
+test("what a role forbids is said without the method that was called", () => {
+  const refusal = new ConnectError("the token of anna is that of a viewer, and SetJointTargets needs an operator", Code.PermissionDenied);
+  expect(messageOf(refusal)).toBe("Your token is a viewer’s: this takes that of an operator.");
+});
+
 test("a failed fetch means that the daemon does not answer", () => {
   const failed = ConnectError.from(new TypeError("Failed to fetch"), Code.Internal);
   expect(messageOf(failed)).toBe("The daemon does not answer.");

@@ -1,9 +1,12 @@
 // The message that the user sees after a failed call.
 import { Code, ConnectError } from "@connectrpc/connect";
 
+/** The daemon names the method that a role forbids; users of the page see buttons. */
+const ROLE = /^the token of .+ is that of (an?) (\w+), and \S+ needs (an? \w+)$/;
+
 /** The daemon's own message or, if there is none, what the failure means. */
 export function messageOf(error: unknown): string {
-  if (error instanceof ConnectError && isFromDaemon(error)) return sentence(error.rawMessage);
+  if (error instanceof ConnectError && isFromDaemon(error)) return sentence(ROLE.test(error.rawMessage) ? error.rawMessage.replace(ROLE, "your token is $1 $2’s: this takes that of $3") : error.rawMessage);
   if (error instanceof ConnectError && error.code === Code.DeadlineExceeded) return "The daemon did not answer in time.";
   if (error instanceof ConnectError || isNetworkFailure(error)) return "The daemon does not answer.";
   return error instanceof Error ? sentence(error.message) : String(error);

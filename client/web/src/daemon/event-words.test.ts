@@ -36,6 +36,11 @@ test("what a person should look at is a warning", () => {
   expect(words({ kind: { case: "trajectoryEnded", value: left } })).toEqual({ text: "Trajectory 2 of arm left its path: elbow is 0.2 rad off", isWarning: true });
 });
 
+test("a call that was noted is described as what was done", () => {
+  const value = { token: "anna", client: "", method: "/simd.v1.JointService/SetJointTargets", robots: ["arm"], code: 7 };
+  expect(wordsOf(create(EventSchema, { kind: { case: "auditedCall", value } })).text).toBe("anna asked to set joint targets of arm, and was refused");
+});
+
 test("joints of a robot that is claimed whole are not listed again", () => {
   const value = { holder: "anna", robots: ["arm"], joints: ["arm/a", "arm/b", "leg/knee"] };
   expect(wordsOf(create(EventSchema, { kind: { case: "jointsClaimed", value } })).text).toBe("anna claimed arm and leg/knee");

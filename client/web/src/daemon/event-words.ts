@@ -75,7 +75,7 @@ export function wordsOf({ kind }: Event): Words {
       const { token, client, method, robots, code } = kind.value;
       const who = client === "" ? token : `${token} (${client})`;
       const of = robots.length === 0 ? "" : ` of ${robots.join(", ")}`;
-      return plain(`${who} called ${method}${of}${code === 0 ? "" : ", and was refused"}`);
+      return plain(`${who} asked to ${deed(method)}${of}${code === 0 ? "" : ", and was refused"}`);
     }
     default:
       return plain("Something that this page does not know; a newer one may");
@@ -122,6 +122,12 @@ function claimed({ robots, joints, world }: { robots: string[]; joints: string[]
   const single = joints.filter((joint) => !whole.has(joint.slice(0, Math.max(0, joint.indexOf("/")))));
   const parts = [world ? "the world" : "", robots.join(", "), single.length > 3 ? count(single.length, "joint") : single.join(", ")];
   return parts.filter((part) => part !== "").join(" and ") || "nothing";
+}
+
+/** "set joint targets" of "/simd.v1.JointService/SetJointTargets". */
+function deed(method: string): string {
+  const words = (method.split("/").at(-1) ?? "").replace(/([a-z])([A-Z])/g, "$1 $2").toLowerCase();
+  return words === "" ? "do something" : words;
 }
 
 function name(client: string): string {

@@ -13,6 +13,7 @@ import { RecordingService } from "../gen/simd/v1/recording_pb";
 import { SensorService } from "../gen/simd/v1/sensor_pb";
 import { SimulationService } from "../gen/simd/v1/simulation_pb";
 import { ViewService } from "../gen/simd/v1/view_pb";
+import { claimFor } from "./held-claims";
 import { countRequest } from "./request-count";
 import { API_VERSION } from "./version";
 
@@ -65,12 +66,15 @@ export function services(): Services {
   return ours;
 }
 
-/** Adds the name of this client and the version of the schema to each call. */
+/** Adds the name of this client, the version of the schema and this page's claim to each call. */
 function identify(name: string): Interceptor {
   return (next) => (request) => {
     request.header.set("simd-api-version", API_VERSION);
     request.header.set("simd-client", name);
     countRequest();
+    const message = request.message as { claim?: unknown };
+    // What asks for a claim names none.
+    if (!request.stream && message.claim === "" && request.method.name !== "ReleaseJoints") message.claim = claimFor(message);
     return next(request);
   };
 }

@@ -3,14 +3,15 @@ import { useComputed } from "@preact/signals";
 import type { JSX } from "preact";
 import { addGround } from "../daemon/actions";
 import { hasGround, scenes } from "../state/scene";
-import { connection, role } from "../state/world";
+import { whyNotAll } from "../state/permission";
+import { connection } from "../state/world";
 import { Icon } from "./icons";
 
 /** A button among the toggles; it says why where robots can fall. */
 export function AddGround(): JSX.Element | null {
   const isNeeded = useComputed(() => !hasGround.value && scenes.value.size > 0 && connection.value.state === "live").value;
   const canFall = useComputed(() => [...scenes.value.values()].some(({ links }) => links[0]?.movable === true)).value;
-  if (!isNeeded || role.value === "viewer") return null;
+  if (!isNeeded || whyNotAll.value !== "") return null;
   return (
     <button
       type="button"

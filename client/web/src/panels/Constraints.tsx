@@ -4,7 +4,7 @@ import { useState } from "preact/hooks";
 import { deleteConstraint } from "../daemon/actions";
 import { constraints, hoveredConstraint, type Constraint, type ConstraintEnd } from "../state/constraints";
 import { constraintsShown } from "../state/view";
-import { role } from "../state/world";
+import { whyNotChange } from "../state/permission";
 import { meaning, offBy, reading, undrawn } from "./constraint-words";
 import { Icon } from "./icons";
 
@@ -61,8 +61,8 @@ function Row({ constraint }: { constraint: Constraint }): JSX.Element {
           data-testid="remove-constraint"
           aria-label={`Remove ${name}`}
           aria-expanded={asks}
-          title="Let these links go"
-          disabled={role.value === "viewer"}
+          title={whyNotChange.value || "Let these links go"}
+          disabled={whyNotChange.value !== ""}
           onFocus={hover(true)}
           onBlur={hover(false)}
           onClick={() => setAsks(!asks)}

@@ -3,7 +3,7 @@ import { signal } from "@preact/signals";
 import { Fragment, type JSX } from "preact";
 import { addDemoArm } from "../daemon/actions";
 import { toast } from "../state/toasts";
-import { role } from "../state/world";
+import { whyNotAll } from "../state/permission";
 import { guideOpen } from "./guide-open";
 import { loadCommand } from "./load-command";
 import { Icon } from "./icons";
@@ -37,7 +37,7 @@ export function EmptyWorld(): JSX.Element {
         <OpenFile>
           <Icon name="file" /> Choose a file
         </OpenFile>
-        <button type="button" class="button" data-testid="add-demo-arm" disabled={role.value === "viewer"} title="A small arm of five joints" onClick={() => void addDemoArm()}>
+        <button type="button" class="button" data-testid="add-demo-arm" disabled={whyNotAll.value !== ""} title={whyNotAll.value || "A small arm of five joints"} onClick={() => void addDemoArm()}>
           <Icon name="plus" /> Add the demo arm
         </button>
         <button

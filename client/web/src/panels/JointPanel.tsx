@@ -6,8 +6,10 @@ import { freeAll, holdAll } from "../daemon/actions";
 import { takeOut } from "../daemon/building";
 import { reports } from "../state/report";
 import { degrees, fit, panelPart, selectedRobot, type PanelPart } from "../state/view";
+import { ownName, whyNotRemove, whyNotRobot } from "../state/permission";
 import { othersHere } from "../state/tools";
 import { robots, type Axis, type Robot } from "../state/world";
+import { ClaimButton } from "./ClaimButton";
 import { Constraints } from "./Constraints";
 import { grouped, matches } from "./groups";
 import { Icon } from "./icons";
@@ -105,6 +107,7 @@ function RobotHeader({ robot }: { robot: Robot }): JSX.Element {
   const { name, model, mass, axes, disabledReason, claimedBy } = robot;
   const report = reports.value.get(name);
   const warnings = report?.findings.filter(({ severity }) => severity !== "info").length ?? 0;
+  const whyNot = whyNotRobot(robot);
   const about = [model === name ? "" : model, `${axes.length} ${axes.length === 1 ? "axis" : "axes"}`, mass > 0 ? `${shortened(mass)} kg` : ""];
   return (
     <header class="robot">
@@ -122,17 +125,18 @@ function RobotHeader({ robot }: { robot: Robot }): JSX.Element {
         <button type="button" class="button quiet" aria-label={`Look at ${name}`} title={`Look at ${name}`} onClick={() => fit(name)}>
           <Icon name="fit" />
         </button>
+        <ClaimButton what={name} holder={claimedBy} whyNot={whyNot} />
         {axes.some(({ actuated }) => actuated) && (
           <>
-            <button type="button" class="button" data-testid="hold-all" title="All joints hold where they are" onClick={() => void holdAll(name)}>
+            <button type="button" class="button" data-testid="hold-all" title={whyNot || "All joints hold where they are"} disabled={whyNot !== ""} onClick={() => void holdAll(name)}>
               Hold all
             </button>
-            <button type="button" class="button" data-testid="free-all" title="No joint is driven" onClick={() => void freeAll(name)}>
+            <button type="button" class="button" data-testid="free-all" title={whyNot || "No joint is driven"} disabled={whyNot !== ""} onClick={() => void freeAll(name)}>
               Free
             </button>
           </>
         )}
-        <Popover class="button quiet" face={<Icon name="remove" />} label={`Remove ${name}`} title={`Take ${name} out of the world`} testId="remove">
+        <Popover class="button quiet" face={<Icon name="remove" />} label={`Remove ${name}`} title={whyNotRemove(robot) || `Take ${name} out of the world`} disabled={whyNotRemove(robot) !== ""} testId="remove">
           {(close) => (
             <div class="ask">
               <p>
@@ -157,7 +161,7 @@ function RobotHeader({ robot }: { robot: Robot }): JSX.Element {
       {claimedBy !== "" && (
         <p class="source claimed" data-testid="robot-claimed" title="Others cannot change it">
           <Icon name="lock" />
-          {claimedBy} has claimed it
+          {claimedBy === ownName.value ? "You have claimed it" : `${claimedBy} has claimed it`}
         </p>
       )}
       {disabledReason !== "" && (

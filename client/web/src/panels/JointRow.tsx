@@ -3,6 +3,7 @@ import { useComputed, useSignalEffect } from "@preact/signals";
 import { Fragment, type JSX } from "preact";
 import { useLayoutEffect, useRef, useState } from "preact/hooks";
 import { plotted, colorSlotOf, togglePlot } from "../plots/plotted";
+import { ownName, whyNotJoint } from "../state/permission";
 import { degrees, hoveredLink } from "../state/view";
 import { clients, targetSources, type Axis, type Mode } from "../state/world";
 import { AxisControl } from "./axis-control";
@@ -81,7 +82,8 @@ export function JointRow({ axis, label, filter }: { axis: Axis; label: string; f
             class="mode"
             data-testid="mode"
             aria-label={`Mode of ${axis.label}`}
-            title="Position, velocity, effort, free or hold. A change starts from what the joint does, so nothing jerks"
+            title={whyNotJoint(axis) || "Position, velocity, effort, free or hold. A change starts from what the joint does, so nothing jerks"}
+            disabled={whyNotJoint(axis) !== ""}
             onChange={(event) => control.current?.changeMode(event.currentTarget.value as Mode)}
           >
             {MODES.map(([value, word]) => (
@@ -145,7 +147,8 @@ function TargetSlider({ axis, input, control }: Part): JSX.Element {
       step="any"
       data-testid="slider"
       aria-label={`Target of ${axis.label}`}
-      title="Drag, or arrow keys; shift for ten times as far"
+      title={whyNotJoint(axis) || "Drag, or arrow keys; shift for ten times as far"}
+      disabled={whyNotJoint(axis) !== ""}
       onInput={(event) => control.current?.drag(event.currentTarget.valueAsNumber)}
       onPointerDown={() => control.current?.beginDrag()}
       onPointerUp={release}
@@ -184,7 +187,8 @@ function TargetNumber({ axis, input, control }: Part): JSX.Element {
       autocomplete="off"
       data-testid="number"
       aria-label={`Target of ${axis.label}, with its unit`}
-      title="Type a target, with a unit if you like: 90 deg, 0.2 rad, 5 cm, 2*(0.1 + 0.2). Arrow keys nudge, shift for ten times as far"
+      title={whyNotJoint(axis) || "Type a target, with a unit if you like: 90 deg, 0.2 rad, 5 cm, 2*(0.1 + 0.2). Arrow keys nudge, shift for ten times as far"}
+      disabled={whyNotJoint(axis) !== ""}
       onFocus={(event) => event.currentTarget.select()}
       onInput={(event) => {
         event.currentTarget.dataset["typed"] = "";
@@ -222,7 +226,7 @@ function Source({ axis }: { axis: Axis }): JSX.Element | null {
     const own = name !== "" && clients.value.some((client) => client.isCaller && client.name === name);
     return own ? "you" : name;
   });
-  if (axis.claimedBy !== "") {
+  if (axis.claimedBy !== "" && axis.claimedBy !== ownName.value) {
     return (
       <span class="source claimed" data-testid="claimed" title={`${axis.claimedBy} has claimed this joint: others cannot set its target`}>
         <Icon name="lock" />

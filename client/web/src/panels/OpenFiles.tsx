@@ -1,6 +1,7 @@
 // Buttons that open a robot's folder or file: alternatives to drag and drop.
 import type { ComponentChildren, JSX } from "preact";
 import { useRef } from "preact/hooks";
+import { whyNotAll } from "../state/permission";
 import { chosenFiles } from "./dropped-files";
 import { takeFiles } from "./take-files";
 
@@ -32,9 +33,11 @@ interface OpenerProperties extends Properties {
 
 function Opener({ children, class: className, testId, inputId, label, title, isFolder = false }: OpenerProperties): JSX.Element {
   const input = useRef<HTMLInputElement>(null);
+  // A file may be a recording, which all may play.
+  const whyNot = isFolder ? whyNotAll.value : "";
   return (
     <>
-      <button type="button" class={className ?? "button"} data-testid={testId} title={title} onClick={() => input.current?.click()}>
+      <button type="button" class={className ?? "button"} data-testid={testId} title={whyNot || title} disabled={whyNot !== ""} onClick={() => input.current?.click()}>
         {children}
       </button>
       <input

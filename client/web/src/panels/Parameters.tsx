@@ -2,6 +2,7 @@
 import type { JSX } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
 import { pressButton, setParameter } from "../daemon/actions";
+import { whyNotChange } from "../state/permission";
 import { toast } from "../state/toasts";
 import { parameters, type Parameter } from "../state/world";
 import { compute } from "./expression";
@@ -21,7 +22,8 @@ export function Parameters(): JSX.Element | null {
             type="button"
             class="button parameter-button"
             data-testid={`parameter-${parameter.name}`}
-            title={`Pressed ${parameter.presses} times`}
+            title={whyNotChange.value || `Pressed ${parameter.presses} times`}
+            disabled={whyNotChange.value !== ""}
             onClick={() => void pressButton(parameter.name)}
           >
             {parameter.name}
@@ -97,6 +99,8 @@ function ParameterSlider({ parameter }: { parameter: Parameter }): JSX.Element {
             value={value}
             data-testid="parameter-slider"
             aria-label={name}
+            title={whyNotChange.value}
+            disabled={whyNotChange.value !== ""}
             onPointerDown={() => {
               dragging.current = true;
             }}
@@ -113,6 +117,8 @@ function ParameterSlider({ parameter }: { parameter: Parameter }): JSX.Element {
           inputMode="decimal"
           data-testid="parameter-number"
           aria-label={`${name}, as a number`}
+          title={whyNotChange.value}
+          disabled={whyNotChange.value !== ""}
           value={typed ?? shortened(value)}
           onFocus={(event) => event.currentTarget.select()}
           onInput={(event) => setTyped(event.currentTarget.value)}

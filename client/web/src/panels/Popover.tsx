@@ -11,12 +11,13 @@ interface Properties {
   label?: string;
   class?: string;
   testId?: string;
+  disabled?: boolean;
   /** Rendered only while it is open. */
   children: (close: () => void) => ComponentChildren;
 }
 
 /** The button and its popover. */
-export function Popover({ face, title, label, class: className, testId, children }: Properties): JSX.Element {
+export function Popover({ face, title, label, class: className, testId, disabled = false, children }: Properties): JSX.Element {
   const id = useId();
   const button = useRef<HTMLButtonElement>(null);
   const sheet = useRef<HTMLDivElement>(null);
@@ -46,6 +47,7 @@ export function Popover({ face, title, label, class: className, testId, children
         class={className ?? "button"}
         title={title}
         aria-label={label}
+        disabled={disabled}
         aria-expanded={open}
         popovertarget={id}
         data-testid={testId}

@@ -2,8 +2,9 @@
 import { useComputed } from "@preact/signals";
 import type { JSX } from "preact";
 import { startRecording, stopRecording } from "../daemon/recordings";
+import { whyNotChange } from "../state/permission";
 import { beingMade, recordingSince, recordingsOpen } from "../state/recordings";
-import { connection, role } from "../state/world";
+import { connection } from "../state/world";
 import { bytesText, durationText } from "./amounts";
 import { Icon } from "./icons";
 
@@ -11,7 +12,7 @@ import { Icon } from "./icons";
 export function Recorder(): JSX.Element {
   const away = useComputed(() => connection.value.state !== "live").value;
   const active = beingMade.value;
-  const mayRecord = role.value !== "viewer";
+  const whyNot = whyNotChange.value;
   const since = recordingSince.value;
   const time = active && since !== null ? durationText((active.modified - since) / 1000) : "";
   const what = active ? `Stop recording ${active.name}` : "Record";
@@ -22,8 +23,8 @@ export function Recorder(): JSX.Element {
         class={active ? "button sign recording" : "button quiet sign"}
         data-testid="record"
         aria-label={what}
-        title={mayRecord ? `${what} (R)` : "A viewer may look only: recording takes the token of an operator"}
-        disabled={away || !mayRecord}
+        title={whyNot || `${what} (R)`}
+        disabled={away || whyNot !== ""}
         onClick={toggleRecording}
       >
         <Icon name={active ? "stop" : "record"} />

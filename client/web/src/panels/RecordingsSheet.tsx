@@ -5,6 +5,7 @@ import { useEffect, useRef, useState } from "preact/hooks";
 import { messageOf } from "../daemon/error-message";
 import { deleteRecording, downloadRecording, playFiles, playRecording, recordingContents, refreshRecordings, startRecording, type RecordingContents } from "../daemon/recordings";
 import { beingMade, recordings, recordingsOpen, type RecordingInfo } from "../state/recordings";
+import { whyNotChange } from "../state/permission";
 import { role } from "../state/world";
 import { bytesText, durationText } from "./amounts";
 import { Icon } from "./icons";
@@ -73,7 +74,7 @@ function NewRecording(): JSX.Element {
   return (
     <form class="new-recording" onSubmit={(event) => void start(event)}>
       <input ref={name} type="text" class="filter" aria-label="Name of a new recording" placeholder="Name, or none for the time" data-testid="recording-name" maxLength={64} autocomplete="off" spellcheck={false} />
-      <button type="submit" class="button" data-testid="record-named" disabled={beingMade.value !== undefined || role.value === "viewer"}>
+      <button type="submit" class="button" data-testid="record-named" title={whyNotChange.value} disabled={beingMade.value !== undefined || whyNotChange.value !== ""}>
         <Icon name="record" /> Record
       </button>
       <button type="button" class="button quiet" title="Play a recording of this machine; or drop it on the page" onClick={() => file.current?.click()}>

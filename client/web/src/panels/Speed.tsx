@@ -2,6 +2,7 @@
 import type { JSX } from "preact";
 import { useState } from "preact/hooks";
 import { setSpeed } from "../daemon/actions";
+import { whyNotWorld } from "../state/permission";
 import { toast } from "../state/toasts";
 import { connection, physics, simulation } from "../state/world";
 import { Icon } from "./icons";
@@ -53,7 +54,8 @@ function SpeedChoice(): JSX.Element {
     <select
       data-testid="speed"
       aria-label="Speed, times real time"
-      title="Speed, times real time; max is as fast as possible"
+      title={whyNotWorld.value || "Speed, times real time; max is as fast as possible"}
+      disabled={whyNotWorld.value !== ""}
       value={String(target)}
       onChange={(event) => {
         const { value } = event.currentTarget;

@@ -3,9 +3,13 @@ import { useComputed, useSignalEffect } from "@preact/signals";
 import type { JSX } from "preact";
 import { useRef } from "preact/hooks";
 import { step } from "../daemon/actions";
+import { WORLD } from "../daemon/held-claims";
 import { panelOpen, plotsOpen, theme, type Theme } from "../state/view";
 import { happenings } from "../state/happenings";
+import { ownName, whyNotChange, whyNotStep, whyNotWorld } from "../state/permission";
 import { clients, connection, daemonName, frame, physics, simulation } from "../state/world";
+import { ClaimButton } from "./ClaimButton";
+import { ClientList } from "./ClientList";
 import { Icon, type IconName } from "./icons";
 import { Name } from "./Name";
 import { Popover } from "./Popover";
@@ -40,6 +44,7 @@ export function TopBar(): JSX.Element {
 function Transport(): JSX.Element {
   const playing = useComputed(() => simulation.value.state === "playing").value;
   const away = useComputed(() => connection.value.state !== "live").value;
+  const [whyNot, whyNoStep] = [whyNotWorld.value, whyNotStep.value];
   return (
     <div class="transport" role="group" aria-label="Time">
       <button
@@ -47,8 +52,8 @@ function Transport(): JSX.Element {
         class="button sign primary"
         data-testid="play"
         aria-label={playing ? "Pause" : "Play"}
-        title={playing ? "Pause (Space)" : "Play (Space)"}
-        disabled={away}
+        title={whyNot || (playing ? "Pause (Space)" : "Play (Space)")}
+        disabled={away || whyNot !== ""}
         onClick={playOrPause}
       >
         <Icon name={playing ? "pause" : "play"} />
@@ -58,13 +63,13 @@ function Transport(): JSX.Element {
         class="button sign"
         data-testid="step"
         aria-label="Single step"
-        title={playing ? "Pause, and do one step (.)" : "One step (.)"}
-        disabled={away}
+        title={(playing && whyNot) || whyNoStep || (playing ? "Pause, and do one step (.)" : "One step (.)")}
+        disabled={away || whyNoStep !== "" || (playing && whyNot !== "")}
         onClick={() => void step(1)}
       >
         <Icon name="step" />
       </button>
-      <button type="button" class="button sign" data-testid="reset" aria-label="Reset" title="Reset time and robots (Backspace)" disabled={away} onClick={askReset}>
+      <button type="button" class="button sign" data-testid="reset" aria-label="Reset" title={whyNot || "Reset time and robots (Backspace)"} disabled={away || whyNot !== ""} onClick={askReset}>
         <Icon name="reset" />
       </button>
       <WorldClaim />
@@ -72,10 +77,10 @@ function Transport(): JSX.Element {
   );
 }
 
-/** Who alone plays, pauses and resets. */
-function WorldClaim(): JSX.Element | null {
+/** Who alone plays, pauses and resets; or the button to be that. */
+function WorldClaim(): JSX.Element {
   const holder = useComputed(() => simulation.value.claimedBy).value;
-  if (holder === "") return null;
+  if (holder === "" || holder === ownName.value) return <ClaimButton what={WORLD} holder={holder} whyNot={whyNotChange.value} />;
   return (
     <span class="source claimed" data-testid="world-claimed" title={`${holder} has claimed the world: others cannot play, pause, step or reset it`}>
       <Icon name="lock" />
@@ -138,15 +143,7 @@ function Clients(): JSX.Element | null {
     >
       {() => (
         <>
-          <ul class="clients" data-testid="client-list">
-            {clients.value.map(({ name, idle, isCaller, transport }) => (
-              <li key={`${name} ${transport}`}>
-                <b>{name}</b>
-                <span>{isCaller ? "you" : idle < 1 ? "now" : `${Math.round(idle)} s ago`}</span>
-                <span class="hint">{transport}</span>
-              </li>
-            ))}
-          </ul>
+          <ClientList />
           <Happenings />
         </>
       )}

@@ -39,6 +39,7 @@ const SHAPES = {
   folder: <path d="M1.8 12.8V3.5h4.4l1.5 1.7h6.5v7.6z" />,
   file: <path d="M3.8 1.8h5.4l3 3v9.4H3.8zM9 2v3h3" />,
   lock: <path d="M3.8 7h8.4v6.3H3.8zM5.5 7V5a2.5 2.5 0 0 1 5 0v2" />,
+  unlocked: <path d="M3.8 7h8.4v6.3H3.8zM5.5 7V4.6a2.5 2.5 0 0 1 4.9-.7" />,
   copy: <path d="M5.5 5.5h8v8h-8zM3.5 10.5h-1v-8h8v1" />,
   undo: <path d="M6 3L2.8 6.2 6 9.4M3 6.2h6.4a3.4 3.4 0 0 1 0 6.8H6" />,
   redo: <path d="M10 3l3.2 3.2L10 9.4M13 6.2H6.6a3.4 3.4 0 0 0 0 6.8H10" />,

@@ -193,3 +193,5 @@ export function isRole(value: string | undefined): value is Role {
 
 /** That of this page; null where the daemon asks for no tokens, and everybody may do everything. */
 export const role = signal<Role | null>(null);
+/** Whose token this page has; empty where the daemon asks for none. */
+export const tokenName = signal("");

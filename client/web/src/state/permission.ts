@@ -1,0 +1,54 @@
+// Why this page may not change something: its token only looks, or another client has claimed it. Empty where it may.
+import { computed, signal, type ReadonlySignal } from "@preact/signals";
+import { robots, role, simulation, type Axis, type Robot } from "./world";
+
+/** The name by which the daemon and other clients know this page. */
+export const ownName = signal("");
+
+/** Why this page may change nothing at all. */
+export const whyNotChange: ReadonlySignal<string> = computed(() => (role.value === "viewer" ? "Your token is a viewer’s, which may look only: this takes that of an operator" : ""));
+
+/** Of what concerns all: which robots there are, how the world runs, its saved states. */
+export const whyNotAll: ReadonlySignal<string> = computed(() => {
+  if (role.value === null || role.value === "admin") return "";
+  return `Your token is ${role.value === "viewer" ? "a viewer’s, which may look only" : "an operator’s"}: this takes that of an admin`;
+});
+
+/** Whether a claim is of another client. */
+function isOthers(holder: string): boolean {
+  return holder !== "" && holder !== ownName.value;
+}
+
+/** Of a robot as a whole: its place, its links, all of its joints. */
+export function whyNotRobot({ name, claimedBy }: Pick<Robot, "name" | "claimedBy">, role = whyNotChange.value): string {
+  if (role !== "") return role;
+  return isOthers(claimedBy) ? `${claimedBy} has claimed ${name}: others can change it once it is released` : "";
+}
+
+/** Of taking a robot out of the world. */
+export function whyNotRemove(robot: Pick<Robot, "name" | "claimedBy">): string {
+  return whyNotRobot(robot, whyNotAll.value);
+}
+
+/** Of the target of a joint. */
+export function whyNotJoint({ label, claimedBy }: Pick<Axis, "label" | "claimedBy">): string {
+  if (whyNotChange.value !== "") return whyNotChange.value;
+  return isOthers(claimedBy) ? `${claimedBy} has claimed ${label}: others can set its target once it is released` : "";
+}
+
+/** Of single steps. */
+export const whyNotStep: ReadonlySignal<string> = computed(() => {
+  const { claimedBy } = simulation.value;
+  if (whyNotAll.value !== "") return whyNotAll.value;
+  return isOthers(claimedBy) ? `${claimedBy} has claimed the world: others can play, pause, step and reset it once it is released` : "";
+});
+
+/** Of what concerns everybody: to play, pause and reset, and the speed. */
+export const whyNotWorld: ReadonlySignal<string> = computed(() => {
+  const { claimedBy } = simulation.value;
+  if (whyNotStep.value !== "" || claimedBy !== "") return whyNotStep.value;
+  const taken = robots.value.find((robot) => isOthers(robot.claimedBy)) ?? robots.value.flatMap(({ axes }) => axes).find((axis) => isOthers(axis.claimedBy));
+  if (!taken) return "";
+  const what = "label" in taken ? taken.label : taken.name;
+  return `${taken.claimedBy} has claimed ${what}: to play, pause or reset the world, claim it first with the lock beside these buttons`;
+});
