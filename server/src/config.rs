@@ -55,6 +55,8 @@ pub struct Config {
     pub ros2: Ros2,
     /// Names under which browsers may ask for the daemon, beside addresses and `localhost`.
     pub allow_hosts: Vec<String>,
+    /// Origins of sites that may have the page in a frame, as `https://lab.example`.
+    pub frame_ancestors: Vec<String>,
     /// Allows an address that others can reach without TLS and tokens.
     pub insecure: bool,
     /// The certificate and its key, where gRPC and the viewer are served over TLS.
@@ -151,6 +153,7 @@ impl Default for Config {
             zenoh: Zenoh::default(),
             ros2: Ros2::default(),
             allow_hosts: Vec::new(),
+            frame_ancestors: Vec::new(),
             insecure: false,
             tls: None,
             tokens: None,
@@ -265,6 +268,23 @@ impl Config {
             ));
         }
         self.allow_hosts.push(name);
+        Ok(())
+    }
+
+    fn set_frame_ancestors(&mut self, origins: Vec<String>) -> Result<(), String> {
+        let is_part = |byte: u8| {
+            byte.is_ascii_alphanumeric() || matches!(byte, b'.' | b'-' | b'_' | b':' | b'[' | b']')
+        };
+        for origin in &origins {
+            let site = origin.strip_prefix("https://").or_else(|| origin.strip_prefix("http://"));
+            if !site.is_some_and(|site| !site.is_empty() && site.bytes().all(is_part)) {
+                return Err(format!(
+                    "frame ancestor is {origin:?}; it must be an origin like https://lab.example or \
+                     http://localhost:8888, without a path"
+                ));
+            }
+        }
+        self.frame_ancestors = origins;
         Ok(())
     }
 

@@ -79,6 +79,7 @@ pub async fn start(config: Config) -> Result<Running, Error> {
     let page = http::Settings {
         bundle: http::Bundle::embedded(),
         hosts: http::Hosts::new(&config.allow_hosts),
+        frame_ancestors: http::FrameAncestors::new(&config.frame_ancestors),
         is_tls: tls.is_some(),
     };
     let handle = world::open(&config, loader, access.clone())?;

@@ -97,6 +97,14 @@ async fn a_name_that_the_operator_allowed_is_served() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn the_page_is_framed_by_the_sites_that_the_operator_named_and_by_no_other() {
+    let daemon = Daemon::start(|config| config.frame_ancestors = vec!["https://lab.example".into()]).await;
+    let policy = get(daemon.address, "/", &[]).await.header("content-security-policy").to_owned();
+    assert!(policy.ends_with("frame-ancestors 'self' https://lab.example"), "{policy}");
+    assert!(policy.starts_with("default-src 'self';") && !policy.contains("unsafe"), "{policy}");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn every_answer_tells_the_browser_to_keep_to_this_daemon() {
     let daemon = arm(Via::Grpc).await;
     for path in ["/", "/robots", "/nothing", "/assets/none.js", "/robots/arm/robot.urdf"] {

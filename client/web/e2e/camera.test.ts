@@ -123,3 +123,25 @@ test("a picture is saved at the size that is asked for", async () => {
   const canvas = await tab.page.getByTestId("viewport").evaluate((element: HTMLCanvasElement) => element.width / element.clientWidth);
   expect(canvas).toBeCloseTo(1, 2);
 });
+
+test("a copied link shows the same in another browser: camera, robot, layers and plots", async () => {
+  await daemon.entities.spawnEntity({ name: "second", source: { source: { case: "path", value: resolve(REPOSITORY, "tests/assets/Bench_Arm-1.2 rev B") } }, base: Base.FIXED, pose: { position: { x: 0, y: 1.5, z: 0 } } });
+  const context = await use.context({ permissions: ["clipboard-read", "clipboard-write"] });
+  const tab = await Tab.open(context, daemon.url);
+  await tab.page.getByTestId("robot-second").click();
+  await tab.page.getByTestId("toggle-collision").click();
+  await tab.page.getByTestId("plot-joint").first().click();
+  await tab.page.evaluate(() => window.simd.camera.look([3, 1, 2], [0, 0.7, 0.2]));
+  await camera(tab);
+  await tab.page.getByTestId("view-menu").click();
+  await tab.page.getByTestId("copy-link").click();
+  await expect.poll(async () => (await tab.page.getByTestId("toast").allTextContents()).join()).toContain("The link is copied");
+  const link = await tab.page.evaluate(() => navigator.clipboard.readText());
+  const other = await Tab.open(await use.context(), link);
+  const { position, target } = await camera(other);
+  [...position, ...target].forEach((value, index) => expect(value).toBeCloseTo([3, 1, 2, 0, 0.7, 0.2][index] ?? NaN, 3));
+  expect(await other.page.getByTestId("robot-second").getAttribute("aria-selected")).toBe("true");
+  expect(await other.page.getByTestId("toggle-collision").getAttribute("aria-pressed")).toBe("true");
+  await other.page.getByTestId("plot").first().waitFor();
+  expect(new URL(other.page.url()).hash).toBe("");
+});

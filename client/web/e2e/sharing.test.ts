@@ -1,10 +1,17 @@
 // Several tabs, a daemon that is restarted, and the requests of the page.
 
+import { once } from "node:events";
+import { mkdtemp, rm, writeFile } from "node:fs/promises";
+import { createServer } from "node:http";
+import type { AddressInfo } from "node:net";
+import { tmpdir } from "node:os";
+import { resolve } from "node:path";
+
 import { expect, test } from "vitest";
 
 import { SimulationState } from "../src/gen/simd/v1/simulation_pb";
 import { Tab } from "./browser";
-import { Daemon } from "./daemon";
+import { Daemon, REPOSITORY } from "./daemon";
 import { fixtures } from "./fixtures";
 
 const use = fixtures();
@@ -91,4 +98,28 @@ test("a page asks no other host anything, and its policy says so", async () => {
   expect(policy).not.toMatch(/https?:|\*/);
   // Violations of the policy would be in the console.
   expect(tab.consoleMessages).toEqual([]);
+});
+
+test("a site that the operator named has the page in a frame, and another has not", async () => {
+  let address = "";
+  const site = createServer((_, answer) => answer.setHeader("content-type", "text/html").end(`<iframe src="${address}" style="width: 900px; height: 600px"></iframe>`));
+  site.listen(0, "127.0.0.1");
+  await once(site, "listening");
+  const { port } = site.address() as AddressInfo;
+  const folder = await mkdtemp(`${tmpdir()}/simd-frame-`);
+  try {
+    const config = resolve(folder, "simd.toml");
+    await writeFile(config, `frame_ancestors = ["http://127.0.0.1:${port}"]\n[[robots]]\npath = "${resolve(REPOSITORY, "tests/assets/Two Link.v2")}"\nfixed = true\n`);
+    const daemon = await use.daemon(Daemon.start(["--config", config]));
+    address = daemon.url;
+    const page = await (await use.context()).newPage();
+    await page.goto(`http://127.0.0.1:${port}/notebook`);
+    await page.frameLocator("iframe").getByTestId("slider").first().waitFor();
+    // By another name it is another site.
+    await page.goto(`http://localhost:${port}/notebook`);
+    await expect.poll(() => page.frames().at(-1)?.url()).toMatch(/^chrome-error:/);
+  } finally {
+    site.close();
+    await rm(folder, { recursive: true });
+  }
 });

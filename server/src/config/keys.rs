@@ -100,6 +100,15 @@ fn daemon() -> Vec<Key> {
         .flag("allow-host")
         .example("[\"lab.example\"]"),
         Key::new(
+            "frame_ancestors",
+            "origins of sites that may have the page in a frame, as notebooks and dashboards do",
+            Access::Texts(
+                |draft| draft.config.frame_ancestors.clone(),
+                |draft, origins| draft.config.set_frame_ancestors(origins),
+            ),
+        )
+        .example("[\"https://lab.example\", \"http://localhost:8888\"]"),
+        Key::new(
             "insecure",
             "allows an address that others can reach without TLS and tokens: anyone who reaches the port commands \
              the robots",

@@ -44,6 +44,17 @@ fn hosts_of_flags_and_file_are_names_without_a_port() {
 }
 
 #[test]
+fn sites_that_frame_the_page_are_origins() {
+    let config = file("frame_ancestors = [\"https://lab.example\", \"http://localhost:8888\"]", "").unwrap();
+    assert_eq!(config.frame_ancestors, ["https://lab.example", "http://localhost:8888"]);
+    for origin in
+        ["lab.example", "https://", "https://lab.example/page", "*", "https://a b", "https://a;b", "data:"]
+    {
+        assert!(file_mistake(&format!("frame_ancestors = [{origin:?}]")).contains(origin), "{origin}");
+    }
+}
+
+#[test]
 fn nothing_said_is_loopback_real_time_and_playing() {
     let config = args("").unwrap();
     assert_eq!(config.listen.to_string(), "127.0.0.1:7400");

@@ -19,12 +19,33 @@ use simd_world::handle::Transport;
 /// The page loads and asks its own daemon alone. three.js makes pictures of its own and reads those within meshes
 /// (`blob:`, of the page itself), and small ones come within style sheets (`data:`).
 const POLICY: &str = "default-src 'self'; connect-src 'self' blob:; img-src 'self' data: blob:; font-src 'self' data:; \
-                      object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+                      object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors ";
+
+/// Which sites may have the page in a frame of theirs.
+#[derive(Clone, Debug)]
+pub struct FrameAncestors(HeaderValue);
+
+impl FrameAncestors {
+    /// These origins; without any, none.
+    pub fn new(origins: &[String]) -> Self {
+        let allowed =
+            if origins.is_empty() { "'none'".to_owned() } else { format!("'self' {}", origins.join(" ")) };
+        // Origins of the configuration are plain text: no other makes a header.
+        let none = || HeaderValue::from_static("default-src 'none'; frame-ancestors 'none'");
+        Self(HeaderValue::try_from(format!("{POLICY}{allowed}")).unwrap_or_else(|_| none()))
+    }
+}
+
+impl Default for FrameAncestors {
+    fn default() -> Self {
+        Self::new(&[])
+    }
+}
 
 /// What every answer to a browser has.
-fn headers() -> [(HeaderName, HeaderValue); 5] {
+fn headers(FrameAncestors(policy): FrameAncestors) -> [(HeaderName, HeaderValue); 5] {
     [
-        (header::CONTENT_SECURITY_POLICY, HeaderValue::from_static(POLICY)),
+        (header::CONTENT_SECURITY_POLICY, policy),
         (header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff")),
         (header::REFERRER_POLICY, HeaderValue::from_static("no-referrer")),
         (HeaderName::from_static("cross-origin-opener-policy"), HeaderValue::from_static("same-origin")),
@@ -59,7 +80,11 @@ fn without_port(host: &str) -> &str {
 }
 
 /// Lets a request through, or refuses it with 403 and a sentence.
-pub(super) async fn guard(State(hosts): State<Hosts>, mut request: Request, next: Next) -> Response {
+pub(super) async fn guard(
+    State((hosts, ancestors)): State<(Hosts, FrameAncestors)>,
+    mut request: Request,
+    next: Next,
+) -> Response {
     let media = request.headers().get(header::CONTENT_TYPE).and_then(|media| media.to_str().ok());
     let is_web = media.is_some_and(|media| media.starts_with("application/grpc-web"));
     let is_grpc = !is_web && media.is_some_and(|media| media.starts_with("application/grpc"));
@@ -76,7 +101,7 @@ pub(super) async fn guard(State(hosts): State<Hosts>, mut request: Request, next
         }
         Err(sentence) => (StatusCode::FORBIDDEN, sentence).into_response(),
     };
-    for (name, value) in headers() {
+    for (name, value) in headers(ancestors) {
         // An untrusted file has a stricter one.
         response.headers_mut().entry(name).or_insert(value);
     }

@@ -36,7 +36,7 @@ use tonic::Status;
 use tonic_web::GrpcWebLayer;
 
 pub use self::bundle::Bundle;
-pub use self::guard::Hosts;
+pub use self::guard::{FrameAncestors, Hosts};
 
 use simd_world::SimHandle;
 use simd_world::handle::CallError;
@@ -48,6 +48,8 @@ pub struct Settings {
     pub bundle: Bundle,
     /// Names under which the daemon may be asked for.
     pub hosts: Hosts,
+    /// Sites that may have the page in a frame.
+    pub frame_ancestors: FrameAncestors,
     /// Connections are TLS.
     pub is_tls: bool,
 }
@@ -62,7 +64,7 @@ struct Page {
 
 /// Puts the page and what it shows beside the services, which browsers call as gRPC-Web.
 pub(crate) fn beside(services: Router, handle: &SimHandle, settings: Settings) -> Router {
-    let Settings { bundle, hosts, is_tls } = settings;
+    let Settings { bundle, hosts, frame_ancestors, is_tls } = settings;
     let page = Arc::new(Page { handle: handle.clone(), bundle, is_tls });
     Router::new()
         .route("/meshes/{name}", get(files::mesh))
@@ -79,7 +81,7 @@ pub(crate) fn beside(services: Router, handle: &SimHandle, settings: Settings) -
         .with_state(page)
         // On the services alone: elsewhere it refuses what is not gRPC.
         .merge(services.route_layer(GrpcWebLayer::new()).reset_fallback())
-        .layer(middleware::from_fn_with_state(hosts, guard::guard))
+        .layer(middleware::from_fn_with_state((hosts, frame_ancestors), guard::guard))
 }
 
 /// A file of the page, or nothing.

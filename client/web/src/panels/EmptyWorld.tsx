@@ -2,7 +2,7 @@
 import { signal } from "@preact/signals";
 import { Fragment, type JSX } from "preact";
 import { addDemoArm } from "../daemon/actions";
-import { toast } from "../state/toasts";
+import { copy as copyText } from "../state/clipboard";
 import { whyNotAll } from "../state/permission";
 import { guideOpen } from "./guide-open";
 import { loadCommand } from "./load-command";
@@ -15,16 +15,10 @@ const copied = signal(false);
 export function EmptyWorld(): JSX.Element {
   const command = loadCommand(location.host);
   const copy = async (): Promise<void> => {
-    try {
-      // Only pages over https or from this machine may write to the clipboard.
-      await navigator.clipboard.writeText(command);
-      copied.value = true;
-      setTimeout(() => {
-        copied.value = false;
-      }, 1500);
-    } catch {
-      toast("info", "The browser does not let this page copy; select the line and copy it.");
-    }
+    copied.value = await copyText(command, "The line");
+    setTimeout(() => {
+      copied.value = false;
+    }, 1500);
   };
   return (
     <section class="card empty" data-testid="empty-world">

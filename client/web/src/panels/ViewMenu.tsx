@@ -2,7 +2,10 @@
 import type { JSX } from "preact";
 import { followed, moveCamera, orthographic, quality, sideViews, type Quality, type Viewpoint } from "../state/view";
 import { Icon } from "./icons";
+import { copy } from "../state/clipboard";
+import { linkTo } from "../state/link";
 import { pictureOpen } from "../state/picture";
+import { toast } from "../state/toasts";
 import { Popover } from "./Popover";
 import { toggleFollowing } from "./shortcuts";
 import { shownRobot } from "./shown-robot";
@@ -74,6 +77,18 @@ export function ViewMenu(): JSX.Element {
           <button
             type="button"
             class="button"
+            data-testid="copy-link"
+            title="A link to this page with its camera, robot, layers and plots"
+            onClick={() => {
+              close();
+              void copyLink();
+            }}
+          >
+            <Icon name="copy" /> Copy link
+          </button>
+          <button
+            type="button"
+            class="button"
             data-testid="picture"
             title="Save what is shown as a PNG (S)"
             onClick={() => {
@@ -87,6 +102,11 @@ export function ViewMenu(): JSX.Element {
       )}
     </Popover>
   );
+}
+
+async function copyLink(): Promise<void> {
+  const link = linkTo(location.href, shownRobot.peek()?.name ?? "");
+  if (await copy(link, "The link")) toast("info", "The link is copied: it shows this page with its camera, robot, layers and plots.");
 }
 
 function Follow(): JSX.Element | null {

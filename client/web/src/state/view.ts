@@ -16,9 +16,20 @@ export interface LinkName {
 
 const PREFIX = "simd.view.";
 
+/** A setting that is kept: its value, what it is at first, and what it may be. */
+export interface Kept {
+  value: Signal<unknown>;
+  initial: unknown;
+  isValid: (value: unknown) => boolean;
+}
+
+/** All that are kept, by name. */
+export const kept = new Map<string, Kept>();
+
 /** A signal that is read from a storage of the browser and written back to it. */
 function stored<T>(name: string, initial: T, isValid: (value: unknown) => value is T, storage = () => localStorage): Signal<T> {
   const value = signal<T>(read(name, initial, isValid, storage));
+  kept.set(name, { value: value as Signal<unknown>, initial, isValid });
   effect(() => {
     try {
       storage().setItem(PREFIX + name, JSON.stringify(value.value));

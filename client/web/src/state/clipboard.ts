@@ -1,0 +1,14 @@
+// Copies text for the user.
+import { toast } from "./toasts";
+
+/** Copies a text. `what` it is is said; where the browser does not let the page copy, the text is shown to be copied by hand. */
+export async function copy(text: string, what: string): Promise<boolean> {
+  try {
+    // Only pages over https or from this machine may write to the clipboard.
+    await navigator.clipboard.writeText(text);
+    return true;
+  } catch {
+    toast("info", `The browser does not let this page copy. ${what}: ${text}`);
+    return false;
+  }
+}
