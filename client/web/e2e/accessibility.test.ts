@@ -43,6 +43,7 @@ async function furnished(): Promise<Daemon> {
 /** What is opened, by keys alone: a shortcut, or buttons one after the other, each by its Enter; and by what it is known. */
 const SHEETS: readonly { name: string; keys?: string; buttons?: readonly string[]; shows: string }[] = [
   { name: "keys", keys: "?", shows: "help-sheet" },
+  { name: "how to begin", buttons: ["help", "help-begin"], shows: "guide" },
   { name: "picture", keys: "s", shows: "picture-sheet" },
   { name: "camera", buttons: ["view-menu"], shows: "orthographic" },
   { name: "recordings", buttons: ["recordings"], shows: "recordings-sheet" },

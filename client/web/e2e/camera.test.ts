@@ -6,6 +6,7 @@ import { resolve } from "node:path";
 import { beforeEach, expect, test } from "vitest";
 
 import { Base } from "../src/gen/simd/v1/entity_pb";
+import { demoArm } from "../src/load/demo-arm";
 import { savedFile, Tab } from "./browser";
 import { Daemon, REPOSITORY } from "./daemon";
 import { fixtures } from "./fixtures";
@@ -125,7 +126,7 @@ test("a picture is saved at the size that is asked for", async () => {
 });
 
 test("a copied link shows the same in another browser: camera, robot, layers and plots", async () => {
-  await daemon.entities.spawnEntity({ name: "second", source: { source: { case: "path", value: resolve(REPOSITORY, "tests/assets/Bench_Arm-1.2 rev B") } }, base: Base.FIXED, pose: { position: { x: 0, y: 1.5, z: 0 } } });
+  await daemon.entities.spawnEntity({ name: "second", source: { source: { case: "urdf", value: new TextEncoder().encode(demoArm()) } }, base: Base.FIXED, pose: { position: { x: 0, y: 1.5, z: 0 } } });
   const context = await use.context({ permissions: ["clipboard-read", "clipboard-write"] });
   const tab = await Tab.open(context, daemon.url);
   await tab.page.getByTestId("robot-second").click();

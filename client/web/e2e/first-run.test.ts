@@ -13,7 +13,7 @@ test("an empty world explains itself, and gives an arm to move", async () => {
   const daemon = await use.daemon(Daemon.start([]));
   const tab = await Tab.open(await use.context(), daemon.url);
   await tab.page.getByTestId("read-how").click();
-  const guide = tab.page.getByTestId("guide-sheet");
+  const guide = tab.page.getByTestId("help-sheet");
   await guide.waitFor();
   expect(await guide.textContent()).toContain("simctl robot load");
   expect(await tab.violations()).toEqual([]);

@@ -22,7 +22,7 @@ export function AddGround(): JSX.Element | null {
       onClick={() => void addGround()}
     >
       <Icon name="plus" />
-      <span>{canFall ? "nothing to stand on: add ground" : <span class="toggle-text">ground</span>}</span>
+      <span>{canFall ? "nothing to stand on: add ground" : <span class="toggle-text">add ground</span>}</span>
     </button>
   );
 }

@@ -29,7 +29,6 @@ import { connection, frame, parameters, robots } from "../state/world";
 import { Banner } from "./Banner";
 import { DropOverlay } from "./DropOverlay";
 import { EmptyWorld } from "./EmptyWorld";
-import { guideOpen } from "./guide-open";
 import { InputNote } from "./InputNote";
 import { JointPanel } from "./JointPanel";
 import { lazy } from "./lazy";
@@ -45,8 +44,7 @@ import { keepTitle } from "./title";
 
 // What most visits never open.
 const RecordingsSheet = lazy(async () => (await import("./RecordingsSheet")).RecordingsSheet, "The list of recordings", () => (recordingsOpen.value = false));
-const HelpSheet = lazy(async () => (await import("./HelpSheet")).HelpSheet, "The list of keys", () => (helpOpen.value = false));
-const GuideSheet = lazy(async () => (await import("./GuideSheet")).GuideSheet, "The guide", () => (guideOpen.value = false));
+const HelpSheet = lazy(async () => (await import("./HelpSheet")).HelpSheet, "The help", () => (helpOpen.value = null));
 const PictureSheet = lazy(async () => (await import("./PictureSheet")).PictureSheet, "The sheet for pictures", () => (pictureOpen.value = false));
 const ToolSheet = lazy(async () => (await import("../build")).ToolSheet, "The tool", () => (tool.value = null));
 const PlaceCard = lazy(async () => (await import("../build")).PlaceCard, "The tool", () => (placing.value = null));
@@ -89,7 +87,6 @@ export function App(): JSX.Element {
       {recordingsOpen.value && <RecordingsSheet />}
       <ReportSheet />
       {helpOpen.value && <HelpSheet />}
-      {guideOpen.value && <GuideSheet />}
       {pictureOpen.value && <PictureSheet />}
       {tool.value && <ToolSheet />}
       <DropOverlay />

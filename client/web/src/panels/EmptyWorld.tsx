@@ -4,16 +4,17 @@ import { Fragment, type JSX } from "preact";
 import { addDemoArm } from "../daemon/actions";
 import { copy as copyText } from "../state/clipboard";
 import { whyNotAll } from "../state/permission";
-import { guideOpen } from "./guide-open";
-import { loadCommand } from "./load-command";
+import { here, loadCommand } from "./commands";
 import { Icon } from "./icons";
 import { OpenFile, OpenFolder } from "./OpenFiles";
+import { helpOpen } from "./shortcuts";
+import { daemonName } from "../state/world";
 
 const copied = signal(false);
 
 /** A card in the middle of the view. */
 export function EmptyWorld(): JSX.Element {
-  const command = loadCommand(location.host);
+  const command = loadCommand(here(daemonName.value));
   const copy = async (): Promise<void> => {
     copied.value = await copyText(command, "The line");
     setTimeout(() => {
@@ -40,10 +41,10 @@ export function EmptyWorld(): JSX.Element {
           data-testid="read-how"
           title="How to load robots, give them ground and move them"
           onClick={() => {
-            guideOpen.value = true;
+            helpOpen.value = "begin";
           }}
         >
-          <Icon name="info" /> Read how
+          <Icon name="info" /> How to begin
         </button>
       </div>
       <p class="or">or from a shell</p>

@@ -1,5 +1,6 @@
-// The sheet with all keys and gestures.
+// The help: how to begin, and all keys and gestures.
 import type { JSX } from "preact";
+import { Guide } from "./Guide";
 import { Sheet } from "./Sheet";
 import { helpOpen, SHORTCUTS } from "./shortcuts";
 
@@ -23,23 +24,42 @@ const FIELDS: readonly [string, string][] = [
 
 /** Rendered only while it is open. */
 export function HelpSheet(): JSX.Element | null {
-  if (!helpOpen.value) return null;
+  const part = helpOpen.value;
+  if (part === null) return null;
   return (
     <Sheet
-      title="Keys and gestures"
+      title="Help"
       testId="help-sheet"
       onClose={() => {
-        helpOpen.value = false;
+        helpOpen.value = null;
       }}
     >
-      <div class="help">
-        <Keys heading="Keys" rows={SHORTCUTS.map(({ shown, what }) => [shown, what])} />
-        <div class="wide">
-          <Keys heading="In the view" rows={GESTURES} />
-          <Keys heading="On a joint" rows={FIELDS} />
-        </div>
+      <div class="segments help-parts" role="group" aria-label="What is shown">
+        {PARTS.map(([value, label]) => (
+          <button key={value} type="button" data-testid={`help-${value}`} aria-pressed={part === value} onClick={() => (helpOpen.value = value)}>
+            {label}
+          </button>
+        ))}
       </div>
+      {part === "begin" ? <Guide /> : <AllKeys />}
     </Sheet>
+  );
+}
+
+const PARTS = [
+  ["begin", "How to begin"],
+  ["keys", "Keys and gestures"],
+] as const;
+
+function AllKeys(): JSX.Element {
+  return (
+    <div class="help">
+      <Keys heading="Keys" rows={SHORTCUTS.map(({ shown, what }) => [shown, what])} />
+      <div class="wide">
+        <Keys heading="In the view" rows={GESTURES} />
+        <Keys heading="On a joint" rows={FIELDS} />
+      </div>
+    </div>
   );
 }
 

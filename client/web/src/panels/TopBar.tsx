@@ -209,9 +209,9 @@ function PageButtons(): JSX.Element {
         class="button quiet sign"
         data-testid="help"
         aria-label="Help"
-        title="Keys and gestures (?)"
+        title="Help: how to begin, keys and gestures (?)"
         onClick={() => {
-          helpOpen.value = true;
+          helpOpen.value = "keys";
         }}
       >
         ?

@@ -12,8 +12,8 @@ import { robots, role, simulation } from "../state/world";
 import { toggleRecording } from "./Recorder";
 import { shownRobot } from "./shown-robot";
 
-/** Whether the help sheet is open. */
-export const helpOpen = signal(false);
+/** The part of the help that is open. */
+export const helpOpen = signal<"begin" | "keys" | null>(null);
 
 /** One or several keys with an action. */
 interface Shortcut {
@@ -144,7 +144,7 @@ export const SHORTCUTS: readonly Shortcut[] = [
   { keys: ["b"], shown: "B", what: "Side panel", run: toggle(panelOpen) },
   { keys: ["/"], shown: "/", what: "Filter joints", run: toFilter },
   { keys: ["1", "2", "3", "4", "5", "6", "7", "8", "9"], shown: "1 … 9", what: "Show that robot", run: chooseRobot },
-  { keys: ["?"], shown: "?", what: "This sheet", run: toggle(helpOpen) },
+  { keys: ["?"], shown: "?", what: "Help: how to begin, and this list", run: () => void (helpOpen.value = helpOpen.peek() === null ? "keys" : null) },
 ];
 
 /** Whether the focused element handles the key: a text field, a list, an open dialog. */

@@ -1,0 +1,25 @@
+// Commands say what they need to reach the daemon of the page, and no more.
+import { expect, test } from "vitest";
+import { loadCommand, pythonProgram, type Reached } from "./commands";
+
+const near: Reached = { host: "127.0.0.1:7400", isTls: false, asksToken: false, name: "simd" };
+
+test("the line names the daemon only where simctl would not find it by itself", () => {
+  expect(loadCommand(near)).toBe("simctl robot load path/to/robot.urdf");
+  expect(loadCommand({ ...near, host: "lab:7410" })).toBe("simctl robot load path/to/robot.urdf --endpoint lab:7410");
+  expect(loadCommand({ ...near, host: "lab" })).toContain("--endpoint lab:80");
+});
+
+test("TLS and tokens take the authority and a file with the token", () => {
+  const far = { ...near, host: "127.0.0.1:7400", isTls: true, asksToken: true };
+  expect(loadCommand(far)).toBe("simctl robot load path/to/robot.urdf --endpoint https://127.0.0.1:7400 --tls-ca ca.pem --token-file token.txt");
+  expect(loadCommand({ ...far, host: "lab.example" })).toContain("https://lab.example:443");
+});
+
+test("a program connects to the page's machine", () => {
+  expect(pythonProgram(near)).toContain("connect()");
+  expect(pythonProgram({ ...near, host: "[2001:db8::1]:7400" })).toContain('connect("tcp/[2001:db8::1]:7447#simd")');
+  expect(pythonProgram({ host: "lab:7400", isTls: true, asksToken: true, name: "lab2" })).toContain(
+    'connect("tls/lab:7447#lab2", config=simd_client.tls.authority("ca.pem"), token="simd_...")',
+  );
+});
