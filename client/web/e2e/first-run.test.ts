@@ -31,6 +31,19 @@ test("an empty world explains itself, and gives an arm to move", async () => {
   await number.fill("2*(0.1 + 0.2)");
   await number.press("Enter");
   await expect.poll(async () => (await daemon.joint("demo_arm", "shoulder")).position).toBeCloseTo(0.6, 1);
+  // What keeps it from its target is said on its row.
+  const badge = tab.page.getByTestId("badge").nth(1);
+  await number.fill("9");
+  await number.press("Enter");
+  await expect.poll(() => badge.textContent()).toBe("at limit");
+  expect(await badge.getAttribute("title")).toMatch(/^It is at its upper limit, [\d.]+ rad$/);
+  await tab.page.getByTestId("play").click();
+  await number.fill("0");
+  await number.press("Enter");
+  await expect.poll(() => badge.textContent()).toBe("paused");
+  await tab.picture("why-not");
+  await tab.page.getByTestId("play").click();
+  await expect.poll(() => badge.textContent()).toBe("");
   await tab.page.waitForFunction(() => window.simd.settled());
   await tab.picture("demo-arm");
   expect(await tab.violations()).toEqual([]);

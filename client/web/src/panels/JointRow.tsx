@@ -5,12 +5,12 @@ import { useLayoutEffect, useRef, useState } from "preact/hooks";
 import { plotted, colorSlotOf, togglePlot } from "../plots/plotted";
 import { ownName, whyNotJoint } from "../state/permission";
 import { degrees, hoveredLink } from "../state/view";
-import { clients, targetSources, type Axis, type Mode } from "../state/world";
+import { clients, robots, simulation, targetSources, type Axis, type Mode } from "../state/world";
 import { AxisControl } from "./axis-control";
 import { foundIn } from "./groups";
 import { Icon } from "./icons";
 import { Name } from "./Name";
-import { follow } from "./row-updates";
+import { follow, show } from "./row-updates";
 
 /** The modes of the menu, with short labels that leave room for the slider. */
 const MODES: readonly [Mode, string][] = [
@@ -54,6 +54,13 @@ export function JointRow({ axis, label, filter }: { axis: Axis; label: string; f
   useSignalEffect(() => {
     void degrees.value;
     control.current?.refresh();
+  });
+  const world = useComputed(() => simulation.value.state);
+  const disabled = useComputed(() => robots.value.find(({ name }) => name === axis.robot)?.disabledReason);
+  // What is no part of a state of the joints.
+  useSignalEffect(() => {
+    void [world.value, disabled.value];
+    if (control.current) show(control.current);
   });
   useSignalEffect(() => {
     const lit = hoveredLink.value;

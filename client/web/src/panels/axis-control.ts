@@ -3,11 +3,13 @@ import { setTarget } from "../daemon/actions";
 import { axisValues } from "../state/joint-values";
 import { toast } from "../state/toasts";
 import { degrees } from "../state/view";
-import type { Axis, JointValues, Mode } from "../state/world";
+import { robots, simulation, type Axis, type JointValues, type Mode } from "../state/world";
 import { PendingTarget, PENDING_TIMEOUT } from "./pending-target";
 import { type Follower, show } from "./row-updates";
 import { digits, parse, quantityOf, unitOf, type Quantity, type Unit } from "./quantity";
+import { printable } from "./printable";
 import { fractionOf, nudgeOf, rangeOf, turned, type Range } from "./range";
+import { whatHolds } from "./what-holds";
 
 /** The elements of a row that change. A joint without an actuator has no inputs. */
 export interface RowParts {
@@ -22,10 +24,6 @@ export interface RowParts {
   number: HTMLInputElement | null;
   mode: HTMLSelectElement | null;
 }
-
-const SATURATED = 1;
-const AT_LOWER = 2;
-const AT_UPPER = 4;
 
 /** Updates the row of an axis, and handles its input. */
 export class AxisControl implements Follower {
@@ -97,10 +95,13 @@ export class AxisControl implements Follower {
     this.once("readout", quantity === "position" ? own : `at ${position}, ${own}`, (text) => {
       parts.readout.textContent = text;
     });
-    const badge = flags & SATURATED ? "saturated" : flags & (AT_LOWER | AT_UPPER) ? "at limit" : "";
-    this.once("badge", badge, (text) => {
-      parts.badge.textContent = text;
-      parts.row.toggleAttribute("data-strained", text !== "");
+    const { position: at, velocity } = this.present;
+    const disabledReason = robots.peek().find(({ name }) => name === this.robot)?.disabledReason ?? "";
+    const hold = whatHolds({ axis: this.axis, mode, target: this.target, position: at, velocity, flags, disabledReason, world: simulation.peek().state });
+    this.once("badge", hold ? `${hold.word}: ${hold.sentence}` : "", () => {
+      parts.badge.textContent = hold?.word ?? "";
+      parts.badge.title = hold ? printable(hold.sentence) : "";
+      parts.row.toggleAttribute("data-strained", hold !== undefined);
     });
     this.once("mode", mode, (text) => {
       parts.row.dataset["mode"] = text;

@@ -1,0 +1,60 @@
+// What keeps a joint from its target, in a word for its row and a sentence for who asks: from what the daemon says of it.
+import type { Axis, Mode } from "../state/world";
+
+/** What is known of a joint and its world. */
+export interface Situation {
+  axis: Pick<Axis, "label" | "kind" | "lower" | "upper" | "effortLimit">;
+  mode: Mode;
+  /** Of the mode's quantity. */
+  target: number;
+  position: number;
+  velocity: number;
+  /** As in `JointValues.flags`. */
+  flags: number;
+  /** Why its robot is disabled; empty if it is not. */
+  disabledReason: string;
+  world: "stopped" | "playing" | "paused";
+}
+
+export interface Hold {
+  word: string;
+  sentence: string;
+}
+
+const SATURATED = 1;
+const AT_LOWER = 2;
+const AT_UPPER = 4;
+
+/** What a target may be missed by: rad or m, and the same a second. */
+const CLOSE = { angle: 0.01, length: 0.002 } as const;
+
+/** From what holds all joints to what holds one; the first that holds is said. */
+const HOLDS: readonly ((situation: Situation) => Hold | undefined)[] = [
+  ({ disabledReason }) => (disabledReason === "" ? undefined : { word: "disabled", sentence: `Its robot is out of the simulation: ${disabledReason}. A reset brings it back` }),
+  (situation) => (situation.world !== "playing" && misses(situation) ? { word: situation.world, sentence: `The world is ${situation.world}: the joint goes to its target once it plays` } : undefined),
+  ({ axis, flags }) => {
+    if (!(flags & (AT_LOWER | AT_UPPER))) return undefined;
+    const isLower = (flags & AT_LOWER) !== 0;
+    const limit = isLower ? axis.lower : axis.upper;
+    return { word: "at limit", sentence: `It is at its ${isLower ? "lower" : "upper"} limit${limit === undefined ? "" : `, ${Number(limit.toPrecision(4))} ${axis.kind === "angle" ? "rad" : "m"}`}` };
+  },
+  ({ axis, flags }) => {
+    if (!(flags & SATURATED)) return undefined;
+    const most = axis.effortLimit === undefined ? "" : `, ${Number(axis.effortLimit.toPrecision(4))} ${axis.kind === "angle" ? "N m" : "N"},`;
+    return { word: "saturated", sentence: `Its actuator gives all that it may${most} and that is not enough: a load, or what is in its way, is stronger` };
+  },
+];
+
+/** What holds a joint; undefined if nothing is known to. */
+export function whatHolds(situation: Situation): Hold | undefined {
+  for (const hold of HOLDS) {
+    const found = hold(situation);
+    if (found) return found;
+  }
+  return undefined;
+}
+
+function misses({ axis, mode, target, position, velocity }: Situation): boolean {
+  if (mode === "position") return Math.abs(target - position) > CLOSE[axis.kind];
+  return mode === "velocity" && Math.abs(target - velocity) > CLOSE[axis.kind];
+}
