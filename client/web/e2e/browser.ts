@@ -13,7 +13,7 @@ import { type Daemon, REPOSITORY } from "./daemon";
 import { DOWNLOADS } from "./setup";
 
 /** Milliseconds after which an operation has failed, far more than a software renderer needs. */
-const TIMEOUT = 120_000;
+export const TIMEOUT = 120_000;
 
 /** The folder of screenshots, which git ignores. */
 export const PICTURES = resolve(REPOSITORY, "target/screenshots");
@@ -129,14 +129,14 @@ export class Tab {
     );
   }
 
-  /** What axe finds wrong with the page for people who see or move differently: the rule and the first element of each. */
-  async violations(): Promise<string[]> {
-    await this.page.evaluate(await readFile(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8"));
-    return this.page.evaluate(async () => {
-      const { axe } = window as unknown as { axe: { run(): Promise<{ violations: { id: string; help: string; nodes: { html: string }[] }[] }> } };
-      const { violations } = await axe.run();
+  /** What axe finds wrong with the page for people who see or move differently: the rule and the first element of each. `rules` are all unless they are named. */
+  async violations(rules: readonly string[] = []): Promise<string[]> {
+    if (!(await this.page.evaluate(() => "axe" in window))) await this.page.evaluate(await readFile(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8"));
+    return this.page.evaluate(async (only) => {
+      const { axe } = window as unknown as { axe: { run(options: object): Promise<{ violations: { id: string; help: string; nodes: { html: string }[] }[] }> } };
+      const { violations } = await axe.run(only.length > 0 ? { runOnly: { type: "rule", values: only } } : {});
       return violations.map(({ id, help, nodes }) => `${id}: ${help}: ${nodes[0]?.html}`);
-    });
+    }, rules);
   }
 
   /** Saves a screenshot. */

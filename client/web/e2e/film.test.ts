@@ -12,6 +12,8 @@ import { Daemon } from "./daemon";
 import { fixtures } from "./fixtures";
 
 const use = fixtures();
+/** Videos are encoded by the processor. */
+const SMALL = { acceptDownloads: true, viewport: { width: 800, height: 500 } };
 
 /** A paused world with a red box of 0.4 m. */
 async function paused(): Promise<Daemon> {
@@ -36,7 +38,7 @@ async function saved(download: Download): Promise<Buffer> {
 
 test("a video of the picture is a WebM file", async () => {
   const daemon = await paused();
-  const tab = await Tab.open(await use.context({ acceptDownloads: true }), daemon.url);
+  const tab = await Tab.open(await use.context(SMALL), daemon.url);
   await open(tab, "build-film");
   for (let index = 0; index < 12; index += 1) {
     await tab.page.keyboard.press("ArrowLeft");
@@ -50,7 +52,7 @@ test("a video of the picture is a WebM file", async () => {
 test("a video of steps lasts as long as what is simulated in it, however slow the page is", async () => {
   const daemon = await paused();
   await daemon.entities.setEntityState({ robot: "crate", twist: { linear: { x: 0.3, y: 0, z: 0 } } });
-  const tab = await Tab.open(await use.context({ acceptDownloads: true }), daemon.url);
+  const tab = await Tab.open(await use.context(SMALL), daemon.url);
   const time = async (): Promise<number> => (await daemon.simulation.getSimulationState({})).stamp?.simTime ?? NaN;
   const begun = await time();
   await open(tab, "build-film-steps");
@@ -104,7 +106,7 @@ test("a video of steps lasts as long as what is simulated in it, however slow th
 
 test("a video of steps is ended and saved though a step is never answered", async () => {
   const daemon = await paused();
-  const tab = await Tab.open(await use.context({ acceptDownloads: true }), daemon.url);
+  const tab = await Tab.open(await use.context(SMALL), daemon.url);
   let steps = 0;
   await tab.page.route("**/simd.v1.SimulationService/StepSimulation", async (route) => {
     steps += 1;
@@ -122,7 +124,7 @@ test("a video of steps is ended and saved though a step is never answered", asyn
 
 test("a video of steps is saved when the daemon is lost", async () => {
   const daemon = await paused();
-  const tab = await Tab.open(await use.context({ acceptDownloads: true }), daemon.url);
+  const tab = await Tab.open(await use.context(SMALL), daemon.url);
   let steps = 0;
   await tab.page.route("**/simd.v1.SimulationService/StepSimulation", async (route) => {
     steps += 1;
@@ -138,7 +140,7 @@ test("a video of steps is saved when the daemon is lost", async () => {
 
 test("a video of steps is saved as far as it goes where the encoder fails", async () => {
   const daemon = await paused();
-  const context = await use.context({ acceptDownloads: true, viewport: { width: 800, height: 500 } });
+  const context = await use.context(SMALL);
   await context.addInitScript(() => {
     if (!("VideoEncoder" in globalThis)) return;
     const { encode } = VideoEncoder.prototype;

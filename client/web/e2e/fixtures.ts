@@ -3,7 +3,7 @@
 import type { Browser, BrowserContext, BrowserContextOptions } from "playwright-core";
 import { afterAll, afterEach, beforeAll } from "vitest";
 
-import { connect, servePage } from "./browser";
+import { connect, servePage, TIMEOUT } from "./browser";
 import type { Daemon } from "./daemon";
 
 /** Creates fixtures, all of which are closed after the test. */
@@ -34,6 +34,7 @@ export function fixtures(): Fixtures {
       if (!browser.isConnected()) browser = await connect();
       const context = await browser.newContext({ viewport: { width: 1280, height: 720 }, ...options });
       contexts.push(context);
+      context.setDefaultTimeout(TIMEOUT);
       if (process.env.SIMD_PAGE !== undefined) await servePage(context, process.env.SIMD_PAGE);
       return context;
     },

@@ -12,6 +12,8 @@ import { Daemon, REPOSITORY } from "./daemon";
 import { fixtures } from "./fixtures";
 
 const use = fixtures();
+/** A picture of high quality takes the processor seconds: as few pixels as its tests need. */
+const SMALL = { viewport: { width: 800, height: 480 } };
 
 const ASSETS = resolve(REPOSITORY, "tests/assets");
 /** Metres: half of a side of the boxes, and the middle of a quarter of a side. */
@@ -175,7 +177,7 @@ test("at high quality gaps are darker than what lies open, and without the code 
     return { gap, open };
   };
   const opened = async (without: boolean): Promise<Tab> => {
-    const context = await use.context();
+    const context = await use.context(SMALL);
     await context.addInitScript(() => localStorage.setItem("simd.view.quality", JSON.stringify("high")));
     if (without) await context.route(/ambient-occlusion-.*\.js$/, (route) => route.abort());
     return Tab.open(context, daemon.url);
@@ -194,7 +196,7 @@ test("a graphics context that was lost and comes back has the light of the room 
   const daemon = await use.daemon(Daemon.start(["--paused"]));
   const primitive = { geometry: { case: "box", value: { size: { x: 1, y: 1, z: 1 } } }, mass: 1, color: { red: 0.8, green: 0.8, blue: 0.8, alpha: 1 } } as const;
   await daemon.entities.spawnEntity({ name: "box", base: Base.FIXED, pose: { position: { x: 0, y: 0, z: 0.5 } }, source: { source: { case: "primitive", value: primitive } } });
-  const context = await use.context();
+  const context = await use.context(SMALL);
   await context.addInitScript(() => localStorage.setItem("simd.view.quality", JSON.stringify("high")));
   const tab = await Tab.open(context, daemon.url);
   // The side that is away from the sun.
@@ -230,7 +232,7 @@ test("a graphics context that was lost and comes back has the light of the room 
 
 test("the quality is that of the machine until it is chosen, and is kept", async () => {
   const daemon = await use.daemon(Daemon.demo());
-  const context = await use.context();
+  const context = await use.context(SMALL);
   const tab = await Tab.open(context, daemon.url);
   const quality = () => tab.page.evaluate(() => window.simd.quality());
   // The browser of these tests draws without a graphics processor.

@@ -1,4 +1,4 @@
-// Tests against a real daemon in a real browser; one after the other, since both cores are busy with each.
+// Tests against a real daemon in a real browser: two files at a time, since a test mostly waits.
 import { defineConfig } from "vitest/config";
 
 import { Flaky } from "./flaky.ts";
@@ -8,7 +8,7 @@ export default defineConfig({
   test: {
     include: ["*.test.ts"],
     globalSetup: "./setup.ts",
-    fileParallelism: false,
+    maxWorkers: 2,
     // A test that fails runs once more; one that passes then is named at the end.
     retry: 1,
     reporters: ["default", new Flaky()],
