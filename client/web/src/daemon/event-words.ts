@@ -33,6 +33,10 @@ export function wordsOf({ kind }: Event): Words {
       return plain("Physics settings were changed");
     case "overrun":
       return plain(`The world could not keep up and dropped ${seconds(kind.value.droppedLag)}`);
+    case "jointBlocked": {
+      const { robot, joint, byRobot, byLink } = kind.value;
+      return warning(`${byRobot} blocks joint ${joint} of ${robot}${byRobot === byLink ? "" : ` with ${byLink}`}`);
+    }
     case "jointsClaimed":
       return plain(`${name(kind.value.holder)} claimed ${claimed(kind.value)}`);
     case "jointsReleased": {

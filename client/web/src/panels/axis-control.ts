@@ -53,14 +53,14 @@ export class AxisControl implements Follower {
   update(values: JointValues): void {
     const own = axisValues(this.axis, values);
     if (!own) return;
-    const { position, velocity, effort, mode, target, flags } = own;
+    const { position, velocity, effort, mode, target, flags, blockedBy } = own;
     this.present = { position, velocity, effort };
     const shown = this.pending.shown({ mode, value: target }, performance.now());
     this.mode = shown.mode;
     // A joint that is not driven has no target: the handle follows its position.
     this.target = shown.mode === "passive" || shown.mode === "none" ? position : shown.value;
     this.updateRange();
-    this.write(flags);
+    this.write(flags, blockedBy);
   }
 
   /** Sets the range of the slider for the mode. */
@@ -75,7 +75,7 @@ export class AxisControl implements Follower {
     this.quantity = quantity;
   }
 
-  private write(flags: number): void {
+  private write(flags: number, blockedBy: string): void {
     const { parts, range, unit, mode } = this;
     const quantity = quantityOf(mode);
     const actual = this.present[quantity];
@@ -97,7 +97,7 @@ export class AxisControl implements Follower {
     });
     const { position: at, velocity } = this.present;
     const disabledReason = robots.peek().find(({ name }) => name === this.robot)?.disabledReason ?? "";
-    const hold = whatHolds({ axis: this.axis, mode, target: this.target, position: at, velocity, flags, disabledReason, world: simulation.peek().state });
+    const hold = whatHolds({ axis: this.axis, mode, target: this.target, position: at, velocity, flags, blockedBy, disabledReason, world: simulation.peek().state });
     this.once("badge", hold ? `${hold.word}: ${hold.sentence}` : "", () => {
       parts.badge.textContent = hold?.word ?? "";
       parts.badge.title = hold ? printable(hold.sentence) : "";

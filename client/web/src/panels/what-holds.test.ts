@@ -9,6 +9,7 @@ const free: Situation = {
   position: 0,
   velocity: 0,
   flags: 0,
+  blockedBy: "",
   disabledReason: "",
   world: "playing",
 };
@@ -25,6 +26,13 @@ test("a paused world, a limit and a saturated actuator are said with their numbe
   expect(whatHolds({ ...free, flags: 4 })).toEqual({ word: "at limit", sentence: "It is at its upper limit, 1 rad" });
   expect(whatHolds({ ...free, flags: 2 })?.sentence).toContain("lower limit, -1 rad");
   expect(whatHolds({ ...free, flags: 1 })?.sentence).toContain("20 N m");
+});
+
+test("what blocks a joint is named, and said before the effort that it takes", () => {
+  expect(whatHolds({ ...free, flags: 1, blockedBy: "crate" })).toEqual({
+    word: "blocked by crate",
+    sentence: "crate touches what the joint moves, and keeps it from its target",
+  });
 });
 
 test("what holds all of a robot is said before what holds one of its joints", () => {

@@ -11,6 +11,8 @@ export interface Situation {
   velocity: number;
   /** As in `JointValues.flags`. */
   flags: number;
+  /** As in `AxisValues.blockedBy`. */
+  blockedBy: string;
   /** Why its robot is disabled; empty if it is not. */
   disabledReason: string;
   world: "stopped" | "playing" | "paused";
@@ -38,6 +40,7 @@ const HOLDS: readonly ((situation: Situation) => Hold | undefined)[] = [
     const limit = isLower ? axis.lower : axis.upper;
     return { word: "at limit", sentence: `It is at its ${isLower ? "lower" : "upper"} limit${limit === undefined ? "" : `, ${Number(limit.toPrecision(4))} ${axis.kind === "angle" ? "rad" : "m"}`}` };
   },
+  ({ blockedBy }) => (blockedBy === "" ? undefined : { word: `blocked by ${blockedBy}`, sentence: `${blockedBy} touches what the joint moves, and keeps it from its target` }),
   ({ axis, flags }) => {
     if (!(flags & SATURATED)) return undefined;
     const most = axis.effortLimit === undefined ? "" : `, ${Number(axis.effortLimit.toPrecision(4))} ${axis.kind === "angle" ? "N m" : "N"},`;

@@ -12,6 +12,8 @@ export interface AxisValues {
   target: number;
   mode: Mode;
   flags: number;
+  /** What keeps its joint from the target by touching; empty if nothing does. */
+  blockedBy: string;
 }
 
 /** This near to a pitch of a quarter turn, roll and yaw turn about one axis, and all of it is the yaw. */
@@ -56,7 +58,7 @@ export function axisValues(axis: Axis, values: JointValues): AxisValues | undefi
   const position = axis.isBall ? ballPosition(axis, values)?.[axis.axis] : values.position[axis.positionIndex];
   if (position === undefined || mode === undefined) return undefined;
   const target = axis.isBall ? ballTarget(axis, values)[axis.axis] : values.target[at];
-  return { position, velocity: values.velocity[at] ?? 0, effort: values.effort[at] ?? 0, target: target ?? 0, mode, flags: values.flags[at] ?? 0 };
+  return { position, velocity: values.velocity[at] ?? 0, effort: values.effort[at] ?? 0, target: target ?? 0, mode, flags: values.flags[at] ?? 0, blockedBy: values.blocks?.get(axis.joint) ?? "" };
 }
 
 /** Roll, pitch and yaw of a ball joint. */

@@ -63,6 +63,8 @@ export interface JointValues {
   mode: Mode[];
   /** Bits: 1 saturated, 2 at the lower limit, 4 at the upper. */
   flags: number[];
+  /** What keeps joints from their targets by touching, by joint. Absent if nothing does. */
+  blocks?: Map<string, string>;
 }
 
 /** A point at which two links touch: world axes, metres, newtons. */
