@@ -102,9 +102,10 @@ pub async fn start(config: Config) -> Result<Running, Error> {
     let ros2 = ros2.map_err(Error::System)?;
     let threads = FrontEndThreads::start().map_err(Error::System)?;
     let listeners = Listeners { tcp: listener, unix };
+    let door = threads.door().clone();
     let serving =
         crate::grpc::serve(threads, handle.clone(), listeners, tls.clone(), page, config.connections);
-    let server = tokio::spawn(serving);
+    let server = door.spawn(serving);
     Ok(Running { handle, address, unix_socket, tls, zenoh, ros2, server, autosave: config.autosave })
 }
 

@@ -87,7 +87,37 @@ async fn a_large_answer_comes_whole(via: Via) {
     assert!(same);
 }
 
+/// What was asked for and not read counts, also where it is one answer.
+async fn an_answer_beyond_what_may_be_unread_is_refused_and_smaller_ones_go_on(via: Via) {
+    let daemon = Daemon::start_via(via, |config| config.limits.unread_bytes = 1 << 20).await;
+    let points = vec![0.5; 300_000];
+    let lines = simd_client::proto::MarkerLines { points, ..Default::default() };
+    let marker = simd_client::proto::Marker {
+        shape: Some(simd_client::proto::marker::Shape::Lines(lines)),
+        ..Default::default()
+    };
+    daemon.client.add_markers([marker], false).await.unwrap();
+    for _ in 0..3 {
+        let listed = daemon.client.markers().await;
+        if via == Via::Handle {
+            assert_eq!(
+                listed.map(|listed| listed.len()).unwrap(),
+                1,
+                "who is in the process reads what it asks for"
+            );
+            continue;
+        }
+        // The markers are too many to be printed.
+        let refused = listed.map(drop).unwrap_err();
+        assert_eq!(refused.reason(), Some(ErrorReason::LimitExceeded), "{refused}");
+        assert!(refused.to_string().contains("service.unread_bytes"), "{refused}");
+        daemon.client.joint_states(Vec::new()).await.unwrap();
+    }
+    assert_eq!(daemon.running.handle.unread_answers().bytes(), 0, "what was refused is not kept");
+}
+
 crate::over_every_transport![
+    an_answer_beyond_what_may_be_unread_is_refused_and_smaller_ones_go_on,
     a_message_beyond_the_limit_is_refused_by_the_limits_name,
     robots_beyond_the_limit_are_refused_and_those_there_stay,
     steps_beyond_the_limit_are_refused_and_none_is_done,

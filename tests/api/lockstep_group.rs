@@ -18,6 +18,7 @@ over_every_transport! {
     a_member_that_does_not_ask_in_its_time_is_one_no_more_and_the_others_go_on,
     while_there_are_members_others_neither_step_nor_play,
     a_step_of_a_member_that_is_refused_has_set_nothing,
+    who_has_claimed_the_world_is_held_up_by_no_member,
 }
 
 const LONG: Duration = Duration::from_secs(60);
@@ -218,4 +219,22 @@ async fn a_member_that_joins_while_the_world_steps_gets_all_of_its_steps() {
     let (answer, ()) = tokio::join!(client.step_with(request), others);
     let reached = at(answer);
     assert!(reached >= before + 50_000, "{reached} after {before}");
+}
+
+async fn who_has_claimed_the_world_is_held_up_by_no_member(via: Via) {
+    let daemon = arm(via).await;
+    let world = ClaimJointsRequest { world: true, holder: "me".into(), lease: 600.0, ..Default::default() };
+    let secret = daemon.client.claim(world).await.unwrap();
+    let holder = daemon.client.clone().with_claim(&secret);
+    let other = daemon.another_client().await;
+    let member = other.join_lockstep(Duration::from_secs(3600)).await.unwrap();
+    let refused = other.step_with(steps(1, &member)).await.unwrap_err();
+    assert_eq!(refused.reason(), Some(ErrorReason::WorldClaimed), "{refused}");
+    holder.step(2).await.unwrap();
+    assert_eq!(step(&holder).await, 2);
+    holder.play().await.unwrap();
+    holder.pause().await.unwrap();
+    // Without its claim it is like any client.
+    let refused = daemon.client.step(1).await.unwrap_err();
+    assert_eq!(refused.reason(), Some(ErrorReason::InLockstep), "{refused}");
 }

@@ -19,6 +19,7 @@ mod history;
 mod hostile;
 mod http;
 mod kinematics;
+mod limited_tokens;
 mod limits;
 mod lockstep;
 mod lockstep_group;

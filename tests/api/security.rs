@@ -33,7 +33,7 @@ pub(crate) fn of_second() -> String {
 }
 
 /// The token for the robot "arm" alone.
-fn of_arm() -> String {
+pub(crate) fn of_arm() -> String {
     token(&[7; 32])
 }
 
@@ -281,6 +281,32 @@ async fn a_revoked_token_ends_streams_and_a_new_one_is_taken_without_a_restart()
     write(&guarded.folder.path().join("tokens"), "nonsense");
     tokio::task::yield_now().await;
     guarded.client(&other).await.robots().await.unwrap();
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_revoked_token_ends_the_claims_that_it_took() {
+    let guarded = guarded(|_, _| {}).await;
+    let admin = guarded.client(&of(Role::Admin)).await;
+    crate::load_arm(&admin, "arm").await;
+    let operator = guarded.client(&of(Role::Operator)).await;
+    let hour = std::time::Duration::from_secs(3600);
+    operator.claim_joints(vec![simd_client::every_joint("arm")], "operator", hour).await.unwrap();
+    let target = || [joint_target("shoulder", Target::position(0.1))];
+    admin.set_robot_targets("arm", target()).await.unwrap_err();
+    let left: Vec<_> = entries().into_iter().filter(|entry| entry.role != Role::Operator).collect();
+    guarded.rewrite(&left);
+    let free = async { while admin.set_robot_targets("arm", target()).await.is_err() {} };
+    soon("the end of the claim", free).await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_file_of_tokens_that_was_emptied_changes_nothing() {
+    let guarded = guarded(|_, _| {}).await;
+    let admin = guarded.client(&of(Role::Admin)).await;
+    write(&guarded.folder.path().join("tokens"), "");
+    // Looked at again by the time that another change is.
+    guarded.running.handle.access().look();
+    admin.robots().await.unwrap();
 }
 
 #[tokio::test]

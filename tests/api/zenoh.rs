@@ -13,8 +13,7 @@ use simd_server::config::Zenoh;
 use simd_tests::daemon::{Daemon, Via};
 use simd_tests::network;
 use simd_tests::process::soon;
-use simd_world::handle::RunState;
-use tokio::net::{TcpListener, TcpStream};
+use simd_world::handle::{RunState, Transport};
 use tokio::sync::Notify;
 use zenoh::handlers::{FifoChannel, RingChannel};
 
@@ -191,32 +190,6 @@ async fn a_client_that_does_not_read_its_replies_delays_no_other() {
     drop(stalled);
 }
 
-/// Carries one connection to a daemon, and from some moment on nothing that the daemon sends: as
-/// where the asker's machine sleeps.
-async fn stopping_proxy(locator: &str, stop: Arc<Notify>) -> String {
-    let daemon = locator.strip_prefix("tcp/").unwrap().to_owned();
-    let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
-    let place = format!("tcp/{}", listener.local_addr().unwrap());
-    tokio::spawn(async move {
-        let (asker, _) = listener.accept().await.unwrap();
-        let daemon = TcpStream::connect(daemon).await.unwrap();
-        let (mut from_asker, mut to_asker) = asker.into_split();
-        let (mut from_daemon, mut to_daemon) = daemon.into_split();
-        let back = async {
-            let carrying = tokio::io::copy(&mut from_daemon, &mut to_asker);
-            tokio::select! { _ended = carrying => {}, () = stop.notified() => {} }
-            // Nothing is closed before the end of the test.
-            stop.notified().await;
-        };
-        let forth = async {
-            drop(tokio::io::copy(&mut from_asker, &mut to_daemon).await);
-            std::future::pending::<()>().await;
-        };
-        tokio::select! { () = back => {}, () = forth => {} }
-    });
-    place
-}
-
 /// Streams that are served at one time.
 const STREAMS: usize = 512;
 
@@ -238,7 +211,7 @@ async fn an_asker_that_stops_to_read_does_not_stop_others() {
     load_arm(&daemon.client, "arm").await;
     let grpc = Client::connect(&daemon.address.to_string()).await.unwrap();
     let stop = Arc::new(Notify::new());
-    let proxy = stopping_proxy(&daemon.running.locators()[0], stop.clone()).await;
+    let proxy = network::stopping_proxy(&daemon.running.locators()[0], stop.clone()).await;
     let asker = network::session_with("client", &proxy, &[("transport/link/tx/lease", "600000")]).await;
     let request = WatchJointStatesRequest { rate: 100.0, ..Default::default() }.encode_to_vec();
     let (answered, mut answers) = tokio::sync::mpsc::unbounded_channel();
@@ -280,4 +253,51 @@ async fn an_asker_that_stops_to_read_does_not_stop_others() {
         }
     };
     soon("the end of the asker", released).await;
+}
+
+/// Streams over Zenoh that the daemon serves.
+fn streams(daemon: &Daemon) -> usize {
+    let counts = daemon.running.handle.call_counts();
+    counts.iter().filter(|of| of.transport == Transport::Zenoh).map(|of| of.streams as usize).sum()
+}
+
+/// Asks for streams that last an hour, each with a reply or more.
+async fn ask_for_streams(asker: &zenoh::Session, count: usize) {
+    let request = WatchJointStatesRequest { rate: 100.0, ..Default::default() }.encode_to_vec();
+    let (answered, mut answers) = tokio::sync::mpsc::unbounded_channel();
+    for number in 0..count {
+        let answered = answered.clone();
+        let query =
+            asker.get("simd/simd/rpc/JointService/WatchJointStates?for=3600").payload(request.clone());
+        let query = query.consolidation(zenoh::query::ConsolidationMode::None);
+        let reply = move |_reply| {
+            let _ = answered.send(number);
+        };
+        query.callback(reply).await.unwrap();
+    }
+    let mut served = std::collections::BTreeSet::new();
+    while served.len() < count {
+        served.insert(soon("each stream's answer", answers.recv()).await.unwrap());
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn what_a_session_held_that_vanished_is_free() {
+    let daemon = Daemon::start_via(Via::Zenoh, |config| config.driver.state = RunState::Playing).await;
+    load_arm(&daemon.client, "arm").await;
+    for _ in 0..2 {
+        let stop = Arc::new(Notify::new());
+        let proxy = network::stopping_proxy(&daemon.running.locators()[0], stop.clone()).await;
+        let asker = network::session("client", &proxy).await;
+        // As many as one client may have.
+        ask_for_streams(&asker, 256).await;
+        let freed = async {
+            while streams(&daemon) > 0 {
+                // The connection is closed, as where the asker was killed.
+                stop.notify_one();
+                tokio::task::yield_now().await;
+            }
+        };
+        soon("the end of its streams", freed).await;
+    }
 }

@@ -105,14 +105,17 @@ async fn a_file_that_cannot_be_used_is_moved_aside_and_the_daemon_starts_as_it_i
     let daemon = start(&file).await;
     end(daemon).await;
     let whole = fs::read(&file).unwrap();
-    for damaged in [&whole[..whole.len() / 2], b"", b"no saved state"] {
+    let damaged = [&whole[..whole.len() / 2], b"", b"no saved state"];
+    let asides = [".unusable", ".unusable.2", ".unusable.3"].map(|suffix| with(&file, suffix));
+    for (damaged, aside) in damaged.into_iter().zip(&asides) {
         fs::write(&file, damaged).unwrap();
         let mut daemon = start(&file).await;
         daemon.logged("cannot be used").await;
-        assert_eq!(fs::read(with(&file, ".unusable")).unwrap(), damaged);
+        assert_eq!(fs::read(aside).unwrap(), damaged);
         assert_eq!(daemon.client().await.robots().await.unwrap().len(), 1);
         end(daemon).await;
     }
+    assert_eq!(fs::read(&asides[0]).unwrap(), damaged[0], "none replaced another");
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

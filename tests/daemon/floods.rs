@@ -5,32 +5,35 @@ use simd_tests::process::{Process, soon};
 use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
 use tokio::net::TcpStream;
 
-const PREFACE: &[u8] = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n";
+pub(crate) const PREFACE: &[u8] = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n";
 // Kinds of frames, and their flags (RFC 9113, section 6).
-const DATA: u8 = 0;
-const HEADERS: u8 = 1;
+pub(crate) const DATA: u8 = 0;
+pub(crate) const HEADERS: u8 = 1;
 const RST_STREAM: u8 = 3;
-const SETTINGS: u8 = 4;
+pub(crate) const SETTINGS: u8 = 4;
 const PING: u8 = 6;
 const CONTINUATION: u8 = 9;
-const END_STREAM: u8 = 1;
-const END_HEADERS: u8 = 4;
+pub(crate) const END_STREAM: u8 = 1;
+pub(crate) const END_HEADERS: u8 = 4;
 /// Maximum bytes of a flood: nearly a million frames, hundreds of times as many as end a connection.
 const MOST: usize = 8 << 20;
 
-fn frame(kind: u8, flags: u8, stream: u32, payload: &[u8]) -> Vec<u8> {
+pub(crate) fn frame(kind: u8, flags: u8, stream: u32, payload: &[u8]) -> Vec<u8> {
     let length = u32::try_from(payload.len()).unwrap().to_be_bytes();
     [&length[1..], &[kind, flags], &stream.to_be_bytes(), payload].concat()
 }
 
-/// A header block without compression (RFC 7541): POST of a call's path.
 fn headers() -> Vec<u8> {
-    let path = b"/simd.v1.SimulationService/GetSimulatorInfo";
+    headers_of("/simd.v1.SimulationService/GetSimulatorInfo")
+}
+
+/// A header block without compression (RFC 7541): POST of a call's path.
+pub(crate) fn headers_of(path: &str) -> Vec<u8> {
     let text = |name: &[u8], bytes: &[u8]| [name, &[u8::try_from(bytes.len()).unwrap()], bytes].concat();
     // Names by their places in the static table: :method POST, :scheme http, :path, :authority, content-type.
     let fields = [
         vec![0x83, 0x86],
-        text(&[0x04], path),
+        text(&[0x04], path.as_bytes()),
         text(&[0x01], b"localhost"),
         text(&[0x0f, 0x10], b"application/grpc"),
     ];

@@ -32,6 +32,8 @@ mod step_threads;
 mod threads;
 mod transcript;
 mod unix_socket;
+#[cfg(target_os = "linux")]
+mod unread;
 mod untrusted_ground;
 mod untrusted_input;
 

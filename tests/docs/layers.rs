@@ -42,9 +42,10 @@ const WORLD: Layers = Layers {
         &["recording"],
         &["loading"],
         &["driver"],
-        &["fair_permits"],
+        &["fair_permits", "unread_answers"],
         &["call_error"],
-        &["access", "account", "blocking_threads", "histogram", "info", "process", "run_state"],
+        &["access"],
+        &["account", "blocking_threads", "files", "histogram", "info", "process", "run_state"],
     ],
 };
 

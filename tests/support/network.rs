@@ -1,5 +1,9 @@
 //! Zenoh sessions on loopback without discovery: routers, and programs that know only keys.
 
+use std::sync::Arc;
+
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::Notify;
 use zenoh::{Config, Session};
 
 use crate::process::soon;
@@ -81,4 +85,25 @@ fn settings(mode: &str, locator: &str) -> Config {
 #[allow(clippy::panic, reason = "the test has failed")]
 async fn open(settings: Config) -> Session {
     soon("the session", zenoh::open(settings).into_future()).await.unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Carries one connection to a daemon, and from some moment on nothing: as where the asker's machine sleeps.
+///
+/// # Panics
+/// Panics if there is no such daemon: then the test has failed.
+#[allow(clippy::unwrap_used, reason = "the test has failed")]
+pub async fn stopping_proxy(locator: &str, stop: Arc<Notify>) -> String {
+    let daemon = locator.strip_prefix("tcp/").unwrap().to_owned();
+    let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
+    let place = format!("tcp/{}", listener.local_addr().unwrap());
+    tokio::spawn(async move {
+        let (asker, _) = listener.accept().await.unwrap();
+        let daemon = TcpStream::connect(daemon).await.unwrap();
+        let (mut asker, mut daemon) = (asker, daemon);
+        let carrying = tokio::io::copy_bidirectional(&mut asker, &mut daemon);
+        tokio::select! { _ended = carrying => {}, () = stop.notified() => {} }
+        // Nothing is closed before the end of the test.
+        stop.notified().await;
+    });
+    place
 }

@@ -1,14 +1,14 @@
 //! The world in a file: written as it runs and where the daemon drains, and read where it starts again.
 
-use std::fs::{self, File};
-use std::io::{self, Read as _, Write as _};
+use std::io::{self, Write as _};
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-use simd_assets::{Replacement, with_suffix};
+use simd_assets::Replacement;
 
 use crate::config::Autosave;
+use simd_world::files;
 use simd_world::handle::{CallError, SimHandle};
 
 /// What the state is called in its file. The world has no saved state of it: clients' names and limits are theirs.
@@ -51,19 +51,15 @@ pub(super) async fn restore(handle: &SimHandle, settings: &Autosave) -> bool {
 
 /// At most so many bytes.
 fn read(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
-    let file = File::open(path)?;
-    let mut bytes = Vec::new();
-    file.take(limit + 1).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > limit {
-        return Err(io::Error::other(format!("it has more than the {limit} bytes of service.asset_bytes")));
-    }
-    Ok(bytes)
+    files::read(files::open(path)?, limit).map_err(|error| match error.kind() {
+        io::ErrorKind::FileTooLarge => io::Error::other(format!("{error}, the limit is service.asset_bytes")),
+        _ => error,
+    })
 }
 
 fn set_aside(path: &Path, error: &dyn std::fmt::Display) -> bool {
-    let aside = with_suffix(path, ".unusable");
-    let moved = match fs::rename(path, &aside) {
-        Ok(()) => format!("it is {} now", aside.display()),
+    let moved = match files::put_aside(path) {
+        Ok(aside) => format!("it is {} now", aside.display()),
         Err(error) => format!("it cannot be moved aside either: {error}"),
     };
     tracing::error!("the autosave {} cannot be used: {error}; {moved}", path.display());

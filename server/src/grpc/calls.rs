@@ -7,9 +7,9 @@ use std::time::Duration;
 
 use axum::body::Body;
 use axum::extract::{Request, State};
-use axum::http::{Version, header};
+use axum::http::{StatusCode, Version, header};
 use axum::middleware::Next;
-use axum::response::Response;
+use axum::response::{IntoResponse as _, Response};
 use bytes::Bytes;
 use http_body::{Body as _, Frame, SizeHint};
 use simd_proto::methods;
@@ -20,7 +20,11 @@ use tonic::Status;
 use super::activity::{Activity, Call};
 use crate::config::Connections;
 use simd_api::service::status::Explained;
+use simd_api::service::unread::{Flowing, Holding};
+use simd_world::SimHandle;
+use simd_world::account::Account;
 use simd_world::handle::{Disconnect, Peer};
+use simd_world::unread_answers::{CALL, Reader};
 
 /// By which connection a request came.
 #[derive(Clone, Debug)]
@@ -31,10 +35,16 @@ pub(super) struct Origin {
 }
 
 /// Wraps request and answer, where the request came by a connection.
-pub(super) async fn follow(State(limits): State<Connections>, mut request: Request, next: Next) -> Response {
+pub(super) async fn follow(
+    State((limits, handle)): State<(Connections, SimHandle)>,
+    mut request: Request,
+    next: Next,
+) -> Response {
     let Some(Origin { peer, activity, disconnect }) = request.extensions_mut().remove() else {
         return next.run(request).await;
     };
+    let recount = Recount::of(&request);
+    let reader = reader(&peer);
     request.extensions_mut().insert(peer);
     request.extensions_mut().insert(disconnect);
     let call = Call::begin(&activity);
@@ -46,8 +56,61 @@ pub(super) async fn follow(State(limits): State<Connections>, mut request: Reque
         true => body,
         false => Body::new(Arriving::new(body, pace, Arc::clone(&call))),
     });
-    let response = next.run(request).await;
+    let mut response = next.run(request).await;
+    let is_counted = response.extensions_mut().remove::<Holding>().is_some();
+    let response = match recount {
+        Recount::Never => response,
+        Recount::Uncounted if is_counted => response,
+        Recount::Uncounted | Recount::Always => count(&handle, &reader, response),
+    };
     response.map(|body| Body::new(Leaving { body, is_taken: true, call }))
+}
+
+/// Which bodies of answers are counted here.
+#[derive(Clone, Copy, Debug)]
+enum Recount {
+    /// Those of health and metrics, which are small.
+    Never,
+    /// Those that no service has counted.
+    Uncounted,
+    /// All: what the service counted is encoded once more on the way.
+    Always,
+}
+
+impl Recount {
+    fn of(request: &Request) -> Self {
+        let media = request.headers().get(header::CONTENT_TYPE).map(|media| media.as_bytes());
+        match request.uri().path() {
+            "/healthz" | "/readyz" | "/metrics" => Self::Never,
+            path if path.starts_with("/grpc.health.") => Self::Never,
+            _ if media.is_some_and(|media| media.starts_with(b"application/grpc-web-text")) => Self::Always,
+            _ => Self::Uncounted,
+        }
+    }
+}
+
+/// Whom answers count for that no service counts, which do not ask whose token it is.
+fn reader(peer: &Peer) -> Reader {
+    match peer {
+        Peer::Connection { number, address } => {
+            Reader { account: Account::of_connection(*number, *address), connection: Some(*number) }
+        }
+        Peer::Session(id) => Reader { account: Account::Session(Arc::clone(id)), connection: None },
+        Peer::Process => Reader { account: Account::Process, connection: None },
+    }
+}
+
+/// Counts the bytes of an answer until its client has read them.
+fn count(handle: &SimHandle, reader: &Reader, response: Response) -> Response {
+    // Where the size is known, all of it is refused or none.
+    let known = response.body().size_hint().exact();
+    match handle.unread_answers().hold(reader, CALL + known.unwrap_or_default()) {
+        Ok(unread) => response.map(|body| match known {
+            Some(_) => Body::new(Flowing::of_known_size(body, unread)),
+            None => Body::new(Flowing::new(body, unread)),
+        }),
+        Err(refused) => (StatusCode::SERVICE_UNAVAILABLE, format!("{refused}\n")).into_response(),
+    }
 }
 
 /// Whether the method takes any number of requests for as long as its client likes. Over HTTP/1.1 there is none:

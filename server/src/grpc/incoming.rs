@@ -9,6 +9,7 @@ use std::task::{Context, Poll};
 use std::time::Duration;
 
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
+use tokio::net::TcpStream;
 use tokio::time::{Instant, Sleep};
 use tokio_stream::{Stream, StreamExt as _};
 use tokio_util::sync::{CancellationToken, WaitForCancellationFutureOwned};
@@ -24,6 +25,9 @@ const ACCEPT_PAUSE: Duration = Duration::from_millis(50);
 /// What each HTTP/2 client begins with (RFC 9113, 3.4). After it, it is for keepalive to
 /// find out whether the client is there.
 const PREFACE: &[u8] = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n";
+
+/// Who looks after the daemon asks these of a new connection.
+const HEALTH: [&[u8]; 4] = [b"GET /healthz", b"GET /readyz", b"GET /metrics", b"HEAD /healthz"];
 
 /// Connections that were accepted by this process.
 static ACCEPTED: AtomicU64 = AtomicU64::new(0);
@@ -56,6 +60,31 @@ pub(super) async fn accept<S, T>(
                 tokio::time::sleep(ACCEPT_PAUSE).await;
             }
         }
+    }
+}
+
+/// What a connection without TLS begins with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum FirstRequest {
+    /// The question whether the daemon is well.
+    Health,
+    Other,
+    /// It did not come in time.
+    Nothing,
+}
+
+/// Looks at the first bytes of a connection, which stay to be read.
+pub(super) async fn first_request(io: &TcpStream, time: Duration) -> FirstRequest {
+    let mut bytes = [0; 16];
+    match tokio::time::timeout(time, io.peek(&mut bytes)).await {
+        Ok(Ok(count @ 1..)) => {
+            let begun = bytes.get(..count).unwrap_or_default();
+            match HEALTH.iter().any(|question| begun.starts_with(question)) {
+                true => FirstRequest::Health,
+                false => FirstRequest::Other,
+            }
+        }
+        Ok(Ok(0) | Err(_)) | Err(_) => FirstRequest::Nothing,
     }
 }
 

@@ -32,13 +32,30 @@ pub struct Listeners {
     pub unix: Option<UnixSocket>,
 }
 
+impl Listeners {
+    /// The same, on the runtime that this is called on.
+    pub(super) fn moved_here(self) -> io::Result<Self> {
+        let Self { tcp, unix } = self;
+        Ok(Self {
+            tcp: TcpListener::from_std(tcp.into_std()?)?,
+            unix: unix.map(UnixSocket::moved_here).transpose()?,
+        })
+    }
+}
+
 /// A Unix socket, whose file goes with it.
 #[derive(Debug)]
 pub struct UnixSocket {
     listener: UnixListener,
+    _file: SocketFile,
+}
+
+/// The file of a Unix socket, deleted when this is dropped.
+#[derive(Debug)]
+struct SocketFile {
     path: PathBuf,
-    /// Device and number of the file, by which it is distinguished from one that another process has put there since.
-    file: (u64, u64),
+    /// Device and number, by which it is distinguished from one that another process has put there since.
+    identity: (u64, u64),
 }
 
 impl UnixSocket {
@@ -54,8 +71,13 @@ impl UnixSocket {
         socket.bind(path).map_err(|error| explained(path, error))?;
         // Before it listens, so that no other user comes in meanwhile.
         std::fs::set_permissions(path, std::fs::Permissions::from_mode(SOCKET_MODE))?;
-        let file = identity(path)?;
-        Ok(Self { listener: socket.listen(WAITING)?, path: path.to_owned(), file })
+        let file = SocketFile { path: path.to_owned(), identity: identity(path)? };
+        Ok(Self { listener: socket.listen(WAITING)?, _file: file })
+    }
+
+    /// The same, on the runtime that this is called on.
+    fn moved_here(self) -> io::Result<Self> {
+        Ok(Self { listener: UnixListener::from_std(self.listener.into_std()?)?, ..self })
     }
 
     /// Connections, which count as some from the loopback address.
@@ -69,9 +91,9 @@ impl UnixSocket {
     }
 }
 
-impl Drop for UnixSocket {
+impl Drop for SocketFile {
     fn drop(&mut self) {
-        if identity(&self.path).is_ok_and(|file| file == self.file) {
+        if identity(&self.path).is_ok_and(|file| file == self.identity) {
             let _ = std::fs::remove_file(&self.path);
         }
     }

@@ -22,6 +22,7 @@ use std::io;
 use std::sync::Arc;
 use std::time::Duration;
 
+use axum::http::header::{self, HeaderValue};
 use axum::middleware;
 use futures_util::FutureExt as _;
 use tokio::net::UnixStream;
@@ -33,7 +34,7 @@ use tonic::transport::server::Router;
 use tonic_health::pb::health_server::HealthServer;
 
 use self::connections::Connections;
-use self::incoming::{Connection, accept};
+use self::incoming::{Connection, FirstRequest, accept, first_request};
 pub use self::listeners::{Listeners, UnixSocket};
 use self::listeners::{Movable as _, accepted};
 pub use self::threads::FrontEndThreads;
@@ -53,6 +54,7 @@ const KEEPALIVE_TIMEOUT: Duration = Duration::from_secs(20);
 
 /// Serves until the daemon drains: then takes no more connections, lets every
 /// stream end with OK, and returns when all calls have ended or after two seconds.
+/// It is spawned on the door of the threads.
 pub async fn serve(
     threads: FrontEndThreads,
     handle: SimHandle,
@@ -74,14 +76,32 @@ async fn serve_within(
     page: http::Settings,
 ) {
     let draining = handle.draining();
-    let server = server(&handle, page, *connections.limits());
+    let limits = *connections.limits();
+    let (server, health) = servers(&handle, page, limits);
+    let threads = Arc::new(threads);
     let serving = TaskTracker::new();
-    let Listeners { tcp, mut unix } = listeners;
+    let Listeners { tcp, mut unix } = match listeners.moved_here() {
+        Ok(listeners) => listeners,
+        Err(error) => return tracing::error!("connections cannot be accepted: {error}"),
+    };
     let from_tcp = accept(accepted(tcp), connections, &draining, |io, slot, address| {
-        let (server, tls) = (server.clone(), tls.clone());
-        threads.serve(&serving, async move {
-            let wire = io.moved_here().map(|io| Wire::new(io, tls.as_deref()));
-            serve_one(server, wire.map(|wire| Connection::new(wire, slot, address))).await;
+        let (server, health, tls) = (server.clone(), health.clone(), tls.clone());
+        let (threads, served) = (Arc::clone(&threads), serving.clone());
+        serving.spawn(async move {
+            if tls.is_none() {
+                match slot.cut.run_until_cancelled(first_request(&io, limits.begin)).await {
+                    Some(FirstRequest::Health) => {
+                        let wire = Wire::new(io, None);
+                        return serve_one(health, Ok(Connection::new(wire, slot, address))).await;
+                    }
+                    Some(FirstRequest::Other) => {}
+                    None | Some(FirstRequest::Nothing) => return,
+                }
+            }
+            threads.serve(&served, async move {
+                let wire = io.moved_here().map(|io| Wire::new(io, tls.as_deref()));
+                serve_one(server, wire.map(|wire| Connection::new(wire, slot, address))).await;
+            });
         });
     });
     let from_unix = async {
@@ -107,11 +127,21 @@ async fn serve_within(
     }
 }
 
-/// What answers the calls of each connection.
-fn server(handle: &SimHandle, page: http::Settings, limits: DaemonLimits) -> Router {
+/// What answers the calls of each connection, and what answers a connection at the door: its first request alone, since the next
+/// may be any.
+fn servers(handle: &SimHandle, page: http::Settings, limits: DaemonLimits) -> (Router, Router) {
     let services = with_reflection(with_health(routes(handle, Transport::Grpc), handle));
-    let routes = http::beside(services.into_axum_router(), handle, page)
-        .layer(middleware::from_fn_with_state(limits, calls::follow));
+    let routes = http::beside(services.into_axum_router(), handle, page);
+    let closes = |mut response: axum::response::Response| async {
+        response.headers_mut().insert(header::CONNECTION, HeaderValue::from_static("close"));
+        response
+    };
+    let first = routes.clone().layer(middleware::map_response(closes));
+    (tonic_server(routes, handle, limits), tonic_server(first, handle, limits))
+}
+
+fn tonic_server(routes: axum::Router, handle: &SimHandle, limits: DaemonLimits) -> Router {
+    let routes = routes.layer(middleware::from_fn_with_state((limits, handle.clone()), calls::follow));
     // There is no timeout here, since it would cut streams; and windows are left
     // as they are, since small ones make h2 drop connections that carry small states.
     Server::builder()

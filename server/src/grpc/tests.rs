@@ -1,6 +1,7 @@
 //! The front-end over a real connection: a daemon without its configuration, on a port of its own.
 
 mod control;
+mod door;
 mod draining;
 mod idle;
 mod incoming;
@@ -50,6 +51,10 @@ impl Daemon {
     }
 
     async fn start_with(state: RunState, connections: config::Connections) -> Self {
+        Self::start_on(FrontEndThreads::of_this_runtime(), state, connections).await
+    }
+
+    async fn start_on(threads: FrontEndThreads, state: RunState, connections: config::Connections) -> Self {
         let limits = DaemonLimits::default();
         let world = Simulation::new(PhysicsSettings::default(), WorldLimits::default());
         let driver = driver::start(world, driver::Config { state, ..Default::default() }).unwrap();
@@ -64,8 +69,7 @@ impl Daemon {
         let address = listener.local_addr().unwrap();
         let connections = Connections::new(connections, Arc::default());
         let (served, within) = (handle.clone(), Arc::clone(&connections));
-        let server = tokio::spawn(async move {
-            let threads = FrontEndThreads::of_this_runtime();
+        let server = threads.door().clone().spawn(async move {
             let listeners = Listeners { tcp: listener, unix: None };
             super::serve_within(&within, threads, served, listeners, None, Default::default()).await;
         });

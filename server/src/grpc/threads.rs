@@ -1,5 +1,8 @@
 //! The threads that serve connections. Each has a runtime of its own, and a connection stays on one of them to its end, so that
 //! what it asks is read, done and answered without a hand-over from thread to thread.
+//!
+//! One more thread is the door: it accepts connections, and answers those that ask whether the daemon is well. No call is made
+//! there, so that it is never busy.
 
 use std::future::Future;
 use std::io;
@@ -14,7 +17,10 @@ const MOST: usize = 8;
 
 /// Threads for connections; they end when this is dropped, and cut what they serve.
 #[derive(Debug)]
-pub struct FrontEndThreads(Vec<FrontEndThread>);
+pub struct FrontEndThreads {
+    threads: Vec<FrontEndThread>,
+    door: FrontEndThread,
+}
 
 #[derive(Debug)]
 struct FrontEndThread {
@@ -32,18 +38,31 @@ impl FrontEndThreads {
     /// Returns an error if the system gives no threads.
     pub fn start() -> io::Result<Self> {
         let count = std::thread::available_parallelism().map_or(1, usize::from).min(MOST);
-        (0..count).map(FrontEndThread::start).collect::<io::Result<_>>().map(Self)
+        let threads = (0..count).map(|index| FrontEndThread::start(format!("front-end-{index}")));
+        Ok(Self { threads: threads.collect::<io::Result<_>>()?, door: FrontEndThread::start("door".into())? })
+    }
+
+    /// The runtime that connections are accepted on.
+    pub fn door(&self) -> &Handle {
+        &self.door.handle
+    }
+
+    /// Threads that serve connections.
+    #[cfg(test)]
+    pub(super) fn count(&self) -> usize {
+        self.threads.len()
     }
 
     /// The runtime that tests run on, whose time they hold.
     #[cfg(test)]
     pub(super) fn of_this_runtime() -> Self {
-        Self(vec![FrontEndThread { handle: Handle::current(), serving: Arc::default(), _end: None }])
+        let thread = || FrontEndThread { handle: Handle::current(), serving: Arc::default(), _end: None };
+        Self { threads: vec![thread()], door: thread() }
     }
 
     /// Serves a connection on the thread that has the fewest.
     pub(super) fn serve(&self, serving: &TaskTracker, connection: impl Future<Output = ()> + Send + 'static) {
-        let Some(thread) = self.0.iter().min_by_key(|thread| Arc::strong_count(&thread.serving)) else {
+        let Some(thread) = self.threads.iter().min_by_key(|thread| Arc::strong_count(&thread.serving)) else {
             return;
         };
         let served = Arc::clone(&thread.serving);
@@ -56,12 +75,12 @@ impl FrontEndThreads {
 }
 
 impl FrontEndThread {
-    fn start(index: usize) -> io::Result<Self> {
+    fn start(name: String) -> io::Result<Self> {
         // Nothing that waits for long is started there.
         let runtime = Builder::new_current_thread().enable_all().max_blocking_threads(1).build()?;
         let handle = runtime.handle().clone();
         let (end, ended) = oneshot::channel();
-        std::thread::Builder::new().name(format!("front-end-{index}")).spawn(move || {
+        std::thread::Builder::new().name(name).spawn(move || {
             // Never sent, so that this returns when the other end is dropped.
             let _ = runtime.block_on(ended);
             runtime.shutdown_background();
@@ -77,7 +96,7 @@ mod tests {
     #[tokio::test]
     async fn connections_are_shared_out_and_each_stays_on_its_thread() {
         let threads = FrontEndThreads::start().unwrap();
-        let (tracker, count) = (TaskTracker::new(), threads.0.len());
+        let (tracker, count) = (TaskTracker::new(), threads.threads.len());
         let (names, mut named) = tokio::sync::mpsc::unbounded_channel();
         let release = tokio_util::sync::CancellationToken::new();
         for _ in 0..2 * count {
@@ -90,7 +109,7 @@ mod tests {
                 names.send(first).unwrap();
             });
         }
-        assert!(threads.0.iter().all(|thread| Arc::strong_count(&thread.serving) == 3));
+        assert!(threads.threads.iter().all(|thread| Arc::strong_count(&thread.serving) == 3));
         release.cancel();
         let mut seen = std::collections::BTreeMap::<String, usize>::new();
         for _ in 0..2 * count {

@@ -81,7 +81,7 @@ fn with_cookie(cookie: &str, is_tls: bool) -> Response<Body> {
 fn refused(denied: &Denied) -> Response<Body> {
     let status = match denied {
         Denied::Missing | Denied::Unknown | Denied::Expired { .. } => StatusCode::UNAUTHORIZED,
-        Denied::Role { .. } => StatusCode::FORBIDDEN,
+        Denied::Role { .. } | Denied::Robots { .. } => StatusCode::FORBIDDEN,
     };
     (status, format!("{denied}\n")).into_response()
 }

@@ -65,7 +65,7 @@ impl Collector for Scrape {
         let mut families = Families(encoder);
         self.world(&mut families)?;
         self.clients(&mut families)?;
-        self.uploads(&mut families)?;
+        self.uploads_and_answers(&mut families)?;
         of_process(&mut families)
     }
 }
@@ -147,7 +147,7 @@ impl Scrape {
         families.histograms("simd_call_duration", took, calls.iter().map(|of| (labels(of), &of.duration)))
     }
 
-    fn uploads(&self, families: &mut Families<'_>) -> fmt::Result {
+    fn uploads_and_answers(&self, families: &mut Families<'_>) -> fmt::Result {
         let (uploads, bytes) = self.0.loader().uploads_under_way();
         families.gauge(
             "simd_uploads",
@@ -155,7 +155,10 @@ impl Scrape {
             uploads as f64,
         )?;
         let help = "Bytes of these uploads that have come.";
-        families.gauge_of("simd_upload", help, Some(&Unit::Bytes), bytes as f64)
+        families.gauge_of("simd_upload", help, Some(&Unit::Bytes), bytes as f64)?;
+        let help = "Bytes of answers that clients have yet to read.";
+        let unread = self.0.unread_answers().bytes();
+        families.gauge_of("simd_unread_answers", help, Some(&Unit::Bytes), unread as f64)
     }
 }
 

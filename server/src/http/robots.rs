@@ -47,9 +47,11 @@ struct Joint {
 
 /// All robots with their joints, as they are now.
 pub(super) async fn list(State(page): State<Arc<Page>>) -> Response<Body> {
-    let text = match serde_json::to_string(&world(&page.handle)) {
-        Ok(text) => text,
-        Err(error) => return (StatusCode::INTERNAL_SERVER_ERROR, format!("{error}\n")).into_response(),
+    let handle = page.handle.clone();
+    let text = match page.handle.make_large(async move { serde_json::to_string(&world(&handle)) }).await {
+        Ok(Ok(text)) => text,
+        Err(error) => return refused(&error),
+        Ok(Err(error)) => return (StatusCode::INTERNAL_SERVER_ERROR, format!("{error}\n")).into_response(),
     };
     let kind = [(header::CONTENT_TYPE, "application/json"), (header::CACHE_CONTROL, "no-store")];
     (kind, text).into_response()

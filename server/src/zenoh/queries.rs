@@ -37,6 +37,7 @@ use simd_api::service::claims::Proven;
 use simd_api::service::routes;
 use simd_api::service::status::Explained;
 use simd_api::service::transport::{in_full, with_reason};
+use simd_api::service::unread::Holding;
 use simd_world::SimHandle;
 use simd_world::handle::{CallError, DaemonLimits, Peer, Transport};
 
@@ -154,16 +155,36 @@ impl Calls {
     }
 
     async fn answer(&self, query: Query, proven: Proven, _permits: Permits) {
-        let last = match self.call(&query, proven).await {
-            Ok((method, answers)) if method.gives_many => self.stream_to(&query, method, answers).await,
-            Ok((method, mut answers)) => Some(match answers.message().await {
-                Ok(Some(answer)) => Ok((method, answer)),
-                Ok(None) => Err(Status::internal("the method gave no answer")),
-                Err(status) => Err(with_reason(status)),
-            }),
-            Err(status) => Some(Err(with_reason(status))),
+        let (ended, is_certain) = self.sessions.end_of(asker(&query).as_deref());
+        let answered = self.answer_while_there(&query, proven, &ended);
+        let answered = match is_certain {
+            true => ended.run_until_cancelled(answered).await,
+            false => Some(answered.await),
         };
+        // Where the asker is gone there is no answer.
+        let (last, _holding) = answered.unwrap_or_default();
         self.end(query, last).await;
+    }
+
+    /// The last that there is to tell a query, and what that holds until it is sent.
+    async fn answer_while_there(
+        &self,
+        query: &Query,
+        proven: Proven,
+        ended: &CancellationToken,
+    ) -> (Option<Outcome>, Option<Holding>) {
+        match self.call(query, proven).await {
+            Ok(answers) if answers.method.gives_many => (self.stream_to(query, answers, ended).await, None),
+            Ok(Answers { method, mut messages, holding }) => {
+                let last = match messages.message().await {
+                    Ok(Some(answer)) => Ok((method, answer)),
+                    Ok(None) => Err(Status::internal("the method gave no answer")),
+                    Err(status) => Err(with_reason(status)),
+                };
+                (Some(last), holding)
+            }
+            Err(status) => (Some(Err(with_reason(status))), None),
+        }
     }
 
     /// Tells a query the last that there is to tell. The end of its replies is sent too.
@@ -177,11 +198,7 @@ impl Calls {
         self.senders.send(send).await;
     }
 
-    async fn call(
-        &self,
-        query: &Query,
-        proven: Proven,
-    ) -> Result<(&'static Method, Streaming<Bytes>), Status> {
+    async fn call(&self, query: &Query, proven: Proven) -> Result<Answers, Status> {
         if self.draining.is_cancelled() {
             return Err(CallError::ShuttingDown).or_status();
         }
@@ -193,7 +210,7 @@ impl Calls {
         let mut request = Request::new(stream::iter([payload.unwrap_or_default()]));
         copy_headers(query, request.metadata_mut())?;
         request.extensions_mut().insert(proven);
-        if let Some(disconnect) = session(query).and_then(|zid| self.sessions.of(&zid)) {
+        if let Some(disconnect) = said_session(query).and_then(|zid| self.sessions.of(&zid)) {
             request.extensions_mut().insert(disconnect);
         }
         if let Some(source) = query.source_info() {
@@ -204,8 +221,17 @@ impl Calls {
         let never = |error| Status::internal(format!("the services are not ready: {error}"));
         services.ready().await.map_err(never)?;
         let answers = services.streaming(request, PathAndQuery::from_static(&method.path), RawCodec).await?;
-        Ok((method, answers.into_inner()))
+        let holding = answers.extensions().get().cloned();
+        Ok(Answers { method, messages: answers.into_inner(), holding })
     }
+}
+
+/// What a method answers with.
+struct Answers {
+    method: &'static Method,
+    messages: Streaming<Bytes>,
+    /// For which its bytes count.
+    holding: Option<Holding>,
 }
 
 /// Copies what the attachment says of the client to where gRPC has it.
@@ -227,8 +253,13 @@ fn copy_headers(query: &Query, metadata: &mut MetadataMap) -> Result<(), Status>
     Ok(())
 }
 
-/// The session that a query says it is of.
-fn session(query: &Query) -> Option<String> {
+/// The session that asks, by what the query says.
+fn asker(query: &Query) -> Option<String> {
+    said_session(query).or_else(|| Some(query.source_info()?.source_id().zid().to_string()))
+}
+
+/// The session that the attachment of a query says it is of.
+fn said_session(query: &Query) -> Option<String> {
     let text = query.attachment()?.to_bytes();
     keys::parse_attachment(&String::from_utf8_lossy(&text), SESSION_HEADER).map(str::to_owned)
 }
@@ -243,8 +274,8 @@ impl Calls {
     async fn stream_to(
         &self,
         query: &Query,
-        method: &'static Method,
-        mut answers: Streaming<Bytes>,
+        Answers { method, mut messages, holding }: Answers,
+        ended: &CancellationToken,
     ) -> Option<Outcome> {
         let length = match stream_length(query, self.handle.info().limits.zenoh_stream_time) {
             Ok(length) => length,
@@ -261,8 +292,23 @@ impl Calls {
         let end = Instant::now() + length;
         let mut is_answered = false;
         loop {
-            match tokio::time::timeout_at(end, answers.message()).await {
+            let next = ended.run_until_cancelled(messages.message());
+            let next = match tokio::time::timeout_at(end, next).await {
+                Ok(Some(next)) => Ok(next),
+                Ok(None) => {
+                    let message = "a session has ended that may be this one; ask again, and say of which session \
+                                   a query is";
+                    return Some(Err(Status::deadline_exceeded(message)));
+                }
+                Err(elapsed) => Err(elapsed),
+            };
+            match next {
                 Ok(Ok(Some(answer))) => {
+                    let unread = holding.as_ref().map(|holding| holding.another(answer.len())).transpose();
+                    let _unread = match unread {
+                        Ok(unread) => unread,
+                        Err(refused) => return Some(Err(Explained::from(&refused).into())),
+                    };
                     let query = query.clone();
                     self.senders.send(move || reply(&query, Ok((method, answer)))).await;
                 }

@@ -1,11 +1,11 @@
 //! Who may call what: tokens that clients present, and the role that each method asks for.
 //!
 //! * Here: whether a call is allowed.
-//! * `roles`: the role of each method.
+//! * `methods`: the role of each method, and what it concerns.
 //! * `file`: the tokens as the operator's file has them.
 
 mod file;
-mod roles;
+mod methods;
 #[cfg(test)]
 mod tests;
 
@@ -18,7 +18,7 @@ use simd_proto::access::{Role, token_hash};
 use tokio_util::sync::CancellationToken;
 
 use self::file::TokenFile;
-pub use self::roles::role_of;
+pub use self::methods::{Concern, concern_of, role_of};
 
 /// How often the file is looked at, and tokens that expired are revoked.
 const LOOK: Duration = Duration::from_secs(1);
@@ -82,6 +82,16 @@ impl Grant {
         let (name, method) = (self.name.clone(), method.to_owned());
         Err(Denied::Role { name, has: self.role, method, needed })
     }
+
+    /// # Errors
+    /// Returns an error if it is for some robots alone, and the method concerns more than robots.
+    pub fn check_concern(&self, concern: Concern) -> Result<(), Denied> {
+        let is_wider = matches!(concern, Concern::World | Concern::Pages);
+        if self.robots.is_empty() || !is_wider {
+            return Ok(());
+        }
+        Err(Denied::Robots { name: self.name.clone(), robots: self.robots.to_vec(), concern })
+    }
 }
 
 /// Why a call is not allowed.
@@ -100,6 +110,19 @@ pub enum Denied {
     Expired {
         /// Whose it is.
         name: String,
+    },
+    /// It is for some robots alone.
+    #[error(
+        "the token is for {} alone, and this concerns {}", robots.join(", "),
+        if *concern == Concern::World { "the whole world".to_owned() } else { concern.to_string() }
+    )]
+    Robots {
+        /// Whose it is.
+        name: String,
+        /// Those that it is for.
+        robots: Vec<String>,
+        /// What the method concerns.
+        concern: Concern,
     },
     /// It allows less.
     #[error("the token of {name} is that of {a} {has}, and {method} needs {an} {needed}", a = article(*has), an = article(*needed))]
@@ -127,7 +150,7 @@ impl Denied {
     pub fn name(&self) -> &str {
         match self {
             Self::Missing | Self::Unknown => "",
-            Self::Expired { name } | Self::Role { name, .. } => name,
+            Self::Expired { name } | Self::Robots { name, .. } | Self::Role { name, .. } => name,
         }
     }
 }
@@ -190,8 +213,8 @@ impl Access {
     }
 
     /// Looks at once.
-    #[cfg(test)]
-    pub(crate) fn refresh(&self) {
+    #[cfg(any(test, feature = "testing"))]
+    pub fn look(&self) {
         if let Some(file) = &self.file {
             file.refresh(now());
         }

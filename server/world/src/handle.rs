@@ -50,6 +50,7 @@ use tokio::sync::oneshot::{self, error::TryRecvError};
 use tokio::time::Instant;
 use tokio_util::sync::CancellationToken;
 
+pub use accounts::ClientStream;
 pub use audit::RobotNote;
 pub use bindings::{BoundQuantity, JointBinding};
 pub use calls::{MethodCalls, RefusedUnanswered};
@@ -94,6 +95,7 @@ use crate::account::Account;
 use crate::driver::{self, Event, ReplyTo, Sender};
 use crate::loading::Loader;
 use crate::recording::Recordings;
+use crate::unread_answers::UnreadAnswers;
 use accounts::Accounts;
 use calls::CallCounts;
 use cameras::Cameras;
@@ -126,6 +128,8 @@ pub struct SimHandle {
     takes_over: bool,
     /// Where the robots of the call are noted.
     note: Option<RobotNote>,
+    /// Cancelled when the caller's token is revoked or expires.
+    revoked: Option<CancellationToken>,
 }
 
 #[derive(Debug)]
@@ -146,6 +150,9 @@ struct Inner {
     heavy: HeavyWork,
     rollouts: RolloutWork,
     accounts: Arc<Accounts>,
+    unread: Arc<UnreadAnswers>,
+    /// For the making of large answers.
+    large_answers: HeavyWork,
     info: DaemonInfo,
     access: Access,
     recordings: Recordings,
@@ -209,6 +216,8 @@ impl SimHandle {
             heavy,
             rollouts: RolloutWork::new(limits),
             accounts: Arc::new(accounts),
+            unread: UnreadAnswers::new(limits.unread_bytes),
+            large_answers: HeavyWork::of_answers(),
             info,
             access,
             recordings,
@@ -229,6 +238,7 @@ impl SimHandle {
             account: Account::Process,
             takes_over: false,
             note: None,
+            revoked: None,
         }
     }
 
@@ -254,8 +264,13 @@ impl SimHandle {
     /// The same for the owner of a token, which may be for some robots alone.
     #[must_use]
     pub fn within(&self, grant: Option<&Grant>) -> Self {
-        let only = grant.map_or_else(|| Arc::clone(&self.only), |grant| Arc::clone(&grant.robots));
-        Self { only, ..self.clone() }
+        match grant {
+            Some(grant) => {
+                let (only, revoked) = (Arc::clone(&grant.robots), Some(grant.revoked.clone()));
+                Self { only, revoked, ..self.clone() }
+            }
+            None => self.clone(),
+        }
     }
 
     /// Refuses what changes other robots than those that this handle is for; `None` is the world.
@@ -321,6 +336,11 @@ impl SimHandle {
     /// The meshes of robots as viewers and renderers get them.
     pub fn meshes(&self) -> &Meshes {
         &self.inner.meshes
+    }
+
+    /// Answers that clients have yet to read.
+    pub fn unread_answers(&self) -> &Arc<UnreadAnswers> {
+        &self.inner.unread
     }
 
     /// What is known of robots' descriptions.

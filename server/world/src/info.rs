@@ -73,6 +73,8 @@ pub struct DaemonLimits {
     pub picture_bytes: u64,
     /// After which a picture that a renderer was given goes to another.
     pub drawing_time: Duration,
+    /// Bytes of answers that clients have yet to read, on all transports.
+    pub unread_bytes: u64,
     /// Descriptions and files that wait to be read.
     pub waiting_descriptions: usize,
     /// Queries of Zenoh that are being answered.
@@ -134,6 +136,7 @@ impl Default for DaemonLimits {
             waiting_pictures: 64,
             picture_bytes: 256 << 20,
             drawing_time: Duration::from_secs(5),
+            unread_bytes: 160 << 20,
             waiting_descriptions: 64,
             zenoh_queries: 1_024,
             zenoh_streams: 512,

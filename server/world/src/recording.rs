@@ -37,6 +37,7 @@ use crate::call_error::CallError;
 use crate::driver::{
     EventLog, LoggedEvent, LoggedReading, Published, PublishedStateCell, RecorderQueue, SensorLog,
 };
+use crate::files;
 use crate::loading::Loader;
 
 /// Bytes that may wait for the disk.
@@ -304,8 +305,8 @@ impl Recordings {
         is_cancelled: &dyn Fn() -> bool,
     ) -> Result<RecordingContents, CallError> {
         let directory = self.directory()?;
-        let paths: Vec<PathBuf> = info.files.iter().map(|(name, _)| directory.join(name)).collect();
-        reading::contents(&paths, is_cancelled).map_err(|error| unusable(directory, &error))
+        let names = info.files.iter().map(|(name, _)| name.as_str());
+        reading::contents(directory, names, is_cancelled).map_err(|error| unusable(directory, &error))
     }
 
     /// A part of one of its files, and the size of that.
@@ -336,7 +337,7 @@ impl Recordings {
             });
         };
         let read = || {
-            let mut file = fs::File::open(directory.join(found))?;
+            let mut file = files::open_in(directory, found)?;
             let total = file.metadata()?.len();
             let offset = offset.min(total);
             file.seek(SeekFrom::Start(offset))?;
@@ -366,13 +367,15 @@ impl Recordings {
 fn list(directory: &Path) -> std::io::Result<Vec<RecordingInfo>> {
     let mut all: Vec<RecordingInfo> = Vec::new();
     for (name, file) in names::files(directory)? {
-        let metadata = match fs::metadata(directory.join(&file)) {
+        let metadata = match fs::symlink_metadata(directory.join(&file)) {
+            // A link or a pipe is no recording.
+            Ok(metadata) if !metadata.is_file() => continue,
             Ok(metadata) => metadata,
             // The oldest of those that are being made.
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => continue,
             Err(error) => return Err(error),
         };
-        let state = match reading::is_complete(&directory.join(&file)) {
+        let state = match reading::is_complete(directory, &file) {
             true => RecordingState::Complete,
             false => RecordingState::Unfinished,
         };

@@ -22,7 +22,7 @@ use super::counted::reason;
 use super::status::Explained;
 use super::watched::watched;
 use simd_world::SimHandle;
-use simd_world::access::{Denied, Grant, role_of};
+use simd_world::access::{Denied, Grant, concern_of, role_of};
 use simd_world::handle::{AuditedCall, Peer, RobotNote, Transport};
 
 /// Methods that clients call many times a second: each call is not worth a line.
@@ -92,7 +92,12 @@ where
                 },
             }))
         };
-        match self.handle.access().check(token(request.headers()), needed, method) {
+        let granted = self.handle.access().check(token(request.headers()), needed, method);
+        let granted = granted.and_then(|grant| {
+            let concern = concern_of(service, method);
+            grant.as_ref().map_or(Ok(()), |grant| grant.check_concern(concern)).map(|()| grant)
+        });
+        match granted {
             Ok(grant) => {
                 let is_noted = needed > Role::Viewer && !FREQUENT.contains(&path.as_str());
                 let line = grant.as_ref().filter(|_| is_noted).map(|grant| said(&grant.name));
@@ -133,6 +138,7 @@ pub fn refusal(denied: &Denied) -> Explained {
     let reason = match denied {
         Denied::Missing | Denied::Unknown | Denied::Expired { .. } => ErrorReason::Unauthenticated,
         Denied::Role { .. } => ErrorReason::RoleTooLow,
+        Denied::Robots { .. } => ErrorReason::RobotNotAllowed,
     };
     Explained::new(reason, denied)
 }

@@ -1,14 +1,18 @@
 //! The camera service: pictures of the world, for those who want them and for those who draw them.
 
+use std::sync::Arc;
+
 use crate::service::status::OrStatus as _;
 use simd_proto::v1::{self, camera_service_server::CameraService};
 use tonic::{Request, Response, Status};
 
 use super::file_part::part;
+use super::unread::Attachment;
 use crate::convert::field::Path;
 use crate::convert::from_proto::camera::{self as from_proto, Moment};
 use crate::convert::to_proto::{camera as to_proto, stamp};
 use simd_world::SimHandle;
+use simd_world::access::Grant;
 use simd_world::handle::{CallError, MeshKey};
 
 /// Serves `simd.v1.CameraService`.
@@ -21,6 +25,11 @@ impl Service {
     /// Serves what a handle leads to.
     pub fn new(handle: SimHandle) -> Self {
         Self { handle }
+    }
+
+    /// For the robots of the caller's token.
+    fn handle_of<M>(&self, request: &Request<M>) -> SimHandle {
+        self.handle.within(request.extensions().get::<Arc<Grant>>().map(Arc::as_ref))
     }
 }
 
@@ -65,8 +74,9 @@ impl CameraService for Service {
         &self,
         request: Request<v1::NextPictureRequest>,
     ) -> Result<Response<v1::NextPictureResponse>, Status> {
+        let handle = self.handle_of(&request);
         let (renderer, timeout) = from_proto::renderer(request.into_inner())?;
-        let task = self.handle.next_picture_task(&renderer, timeout).await.or_status()?;
+        let task = handle.next_picture_task(&renderer, timeout).await.or_status()?;
         let most = self.handle.info().limits.message_bytes;
         Ok(Response::new(v1::NextPictureResponse { task: task.map(|task| to_proto::task(&task, most)) }))
     }
@@ -75,8 +85,9 @@ impl CameraService for Service {
         &self,
         request: Request<v1::PutPictureRequest>,
     ) -> Result<Response<v1::PutPictureResponse>, Status> {
+        let handle = self.handle_of(&request);
         let from_proto::Put { id, renderer, drawn } = from_proto::put(request.into_inner())?;
-        let accepted = self.handle.put_picture(id, &renderer, drawn).await.or_status()?;
+        let accepted = handle.put_picture(id, &renderer, drawn).await.or_status()?;
         Ok(Response::new(v1::PutPictureResponse { accepted }))
     }
 
@@ -91,10 +102,12 @@ impl CameraService for Service {
             .ok_or_else(|| CallError::AssetNotUploaded { uri: String::new(), sha256: sha256.to_string() })
             .or_status()?;
         let total_bytes = mesh.bytes.len() as u64;
-        let data = part(&mesh.bytes, request.offset, request.max_bytes).ok_or_else(|| {
+        let bytes = part(&mesh.bytes, request.offset, request.max_bytes).ok_or_else(|| {
             let expected = format!("it must be at most the mesh's size, {total_bytes}");
             Path::ROOT.field("offset").refuse(request.offset, expected)
         })?;
-        Ok(Response::new(v1::GetMeshResponse { data: data.to_vec(), total_bytes }))
+        let mut response = Response::new(v1::GetMeshResponse { data: Vec::new(), total_bytes });
+        response.extensions_mut().insert(Attachment { field: 1, bytes });
+        Ok(response)
     }
 }

@@ -14,6 +14,7 @@ use super::BoxStream;
 use super::file_part::part;
 use super::once::once;
 use super::spawning::spawning;
+use super::unread::Attachment;
 use crate::convert::field::Path;
 use crate::convert::from_proto::{entity as from_proto, xacro};
 use crate::convert::to_proto::contact::{collision_filter, link_properties};
@@ -309,11 +310,13 @@ impl EntityService for Service {
             .ok_or_else(|| CallError::AssetNotUploaded { uri: String::new(), sha256: sha256.to_string() })
             .or_status()?;
         let total_bytes = asset.len() as u64;
-        let data = part(&asset, request.offset, request.max_bytes).ok_or_else(|| {
+        let bytes = part(&asset, request.offset, request.max_bytes).ok_or_else(|| {
             let expected = format!("it must be at most the file's size, {total_bytes}");
             Path::ROOT.field("offset").refuse(request.offset, expected)
         })?;
-        Ok(Response::new(v1::GetAssetResponse { data: data.to_vec(), total_bytes }))
+        let mut response = Response::new(v1::GetAssetResponse { data: Vec::new(), total_bytes });
+        response.extensions_mut().insert(Attachment { field: 1, bytes });
+        Ok(response)
     }
 
     async fn apply_link_wrench(

@@ -1,23 +1,26 @@
 //! Holds each client to its share, and says for whom a call works.
 
 pub use std::convert::Infallible;
+use std::future::ready;
 use std::pin::Pin;
 use std::sync::Arc;
 use std::task::{Context, Poll};
 
-use simd_proto::{CLIENT_HEADER, methods};
+use simd_proto::CLIENT_HEADER;
+use simd_proto::methods::{self, Method};
 use tonic::Status;
 use tonic::body::Body;
 use tonic::codegen::Service;
 use tonic::codegen::http::{Request, Response};
 use tonic::server::NamedService;
 
-use super::held::Held;
 use super::status::Explained;
+use super::unread::{Flowing, Whole, weight};
 use simd_world::SimHandle;
 use simd_world::access::Grant;
 use simd_world::account::Account;
-use simd_world::handle::{Caller, Peer, Transport};
+use simd_world::handle::{CallError, Caller, ClientStream, Peer, Transport};
+use simd_world::unread_answers::{LARGE, Reader, Unread};
 
 /// A service whose clients have shares.
 #[derive(Clone, Debug)]
@@ -48,34 +51,111 @@ where
     }
 
     fn call(&mut self, mut request: Request<Body>) -> Self::Future {
-        let account = account(&request, self.transport);
-        request.extensions_mut().insert(account.clone());
+        let reader = reader(&request, self.transport);
+        request.extensions_mut().insert(reader.account.clone());
         let path = request.uri().path();
         let method = methods::parse_path(path).and_then(|(service, method)| methods::find(service, method));
+        match self.admit(&reader, method) {
+            Ok(admitted) => {
+                let answer = self.service.call(request);
+                let handle = self.handle.clone();
+                Box::pin(reader.account.scope(async move { Ok(admitted.answer(&handle, answer).await) }))
+            }
+            Err(refused) => Box::pin(ready(Ok(Status::from(Explained::from(&refused)).into_http()))),
+        }
+    }
+}
+
+impl<S> Limited<S> {
+    /// Counts a call, its stream where it is one, and an answer as large as the last ones of its method.
+    fn admit(&self, reader: &Reader, method: Option<&'static Method>) -> Result<Admitted, CallError> {
+        let handle = &self.handle;
+        handle.count_call(&reader.account)?;
         let is_stream = method.is_some_and(|method| method.gives_many);
-        let counted = self.handle.count_call(&account);
-        let stream = counted.and_then(|()| match is_stream {
-            true => self.handle.count_stream(&account),
-            false => Ok(None),
-        });
-        let stream = match stream {
-            Ok(stream) => stream,
-            Err(refused) => {
-                return Box::pin(std::future::ready(Ok(Status::from(Explained::from(&refused)).into_http())));
+        let stream = if is_stream { handle.count_stream(&reader.account)? } else { None };
+        let expected = method.map_or(0, |method| handle.unread_answers().expected(&method.path));
+        let is_large = expected >= LARGE && reader.account != Account::Process;
+        let held = weight(if is_large { expected } else { 0 });
+        let unread = handle.unread_answers().hold(reader, held)?;
+        Ok(Admitted { method, stream, is_large, unread })
+    }
+}
+
+/// A call that may be made.
+struct Admitted {
+    method: Option<&'static Method>,
+    stream: Option<ClientStream>,
+    /// Whether the last answers of its method were.
+    is_large: bool,
+    unread: Unread,
+}
+
+impl Admitted {
+    /// The answer of a service, whose bytes count until its client has read them.
+    async fn answer<F>(self, handle: &SimHandle, answer: F) -> Response<Body>
+    where
+        F: Future<Output = Result<Response<Body>, Infallible>> + Send + 'static,
+    {
+        let Self { method, stream, is_large, mut unread } = self;
+        let Some(method) = method.filter(|method| !method.gives_many) else {
+            let Ok(response) = answer.await;
+            return Flowing::response(response, unread, stream);
+        };
+        let whole = match (is_large, is_read_at_once(method)) {
+            (false, _) => whole(answer).await,
+            (true, true) => apart(handle, whole(answer)).await,
+            (true, false) => {
+                let Ok(response) = answer.await;
+                apart(handle, Whole::of(response)).await
             }
         };
-        let answer = account.scope(self.service.call(request));
-        Box::pin(async move {
-            Ok(match (answer.await?, stream) {
-                (response, Some(stream)) => response.map(|body| Body::new(Held::new(body, stream))),
-                (response, None) => response,
-            })
-        })
+        let whole = match whole {
+            Ok(whole) => whole,
+            Err(status) => return status.into_http(),
+        };
+        handle.unread_answers().made(&method.path, whole.encoded_bytes());
+        match unread.set(weight(whole.bytes())) {
+            Ok(()) => whole.into_response(unread),
+            Err(refused) => Status::from(Explained::from(&refused)).into_http(),
+        }
     }
+}
+
+/// Whether a method makes its answer from what the daemon has, and waits for nothing.
+fn is_read_at_once(method: &Method) -> bool {
+    let name = method.path.rsplit('/').next().unwrap_or_default();
+    // These wait for work that is done apart anyway.
+    let waits = ["GetPicture", "GetMesh", "GetRecording", "GetMassMatrix", "GetJacobian"];
+    (name.starts_with("List") || name.starts_with("Get")) && !waits.contains(&name)
+}
+
+async fn whole<F>(answer: F) -> Result<Whole, Status>
+where
+    F: Future<Output = Result<Response<Body>, Infallible>>,
+{
+    let Ok(response) = answer.await;
+    Whole::of(response).await
+}
+
+/// Makes an answer where it holds up no other call.
+async fn apart<F>(handle: &SimHandle, whole: F) -> Result<Whole, Status>
+where
+    F: Future<Output = Result<Whole, Status>> + Send + 'static,
+{
+    let made = handle.make_large(whole).await;
+    made.unwrap_or_else(|refused| Err(Explained::from(&refused).into()))
 }
 
 /// Whose call it is: that of a token, whatever way it comes; else of the way. Over Zenoh, where a session need not say which
 /// it is, those of one name have one share, and those of none have one too.
+fn reader(request: &Request<Body>, transport: Transport) -> Reader {
+    let connection = match request.extensions().get::<Peer>() {
+        Some(Peer::Connection { number, .. }) => Some(*number),
+        Some(Peer::Session(_) | Peer::Process) | None => None,
+    };
+    Reader { account: account(request, transport), connection }
+}
+
 fn account(request: &Request<Body>, transport: Transport) -> Account {
     let extensions = request.extensions();
     if let Some(grant) = extensions.get::<Arc<Grant>>() {

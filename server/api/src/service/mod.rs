@@ -11,6 +11,7 @@
 //! * `spawning`: the stream of those who wait for a robot.
 //! * [`status`]: why a call is refused.
 //! * [`transport`]: reasons for what tonic itself refuses.
+//! * [`unread`]: answers that clients have yet to read.
 //! * [`version`]: which clients are served.
 
 pub mod authorization;
@@ -40,6 +41,7 @@ pub mod status;
 #[cfg(test)]
 mod tests;
 pub mod transport;
+pub mod unread;
 pub mod version;
 pub mod view;
 mod watched;

@@ -189,6 +189,13 @@ fn service() -> Vec<Key> {
             "seconds for which threads may compute one rollout, of all its threads together",
             |draft| &mut draft.config.limits.rollout_seconds,
         ),
+        count(
+            "service.unread_bytes",
+            16 << 20..=MANY,
+            "bytes of answers that clients have yet to read, on all transports, of which a connection may have a third and a client \
+             as many as are free",
+            |draft| &mut draft.config.limits.unread_bytes,
+        ),
         count("service.waiting_pictures", 1..=4_096, "pictures that clients wait for", |draft| {
             &mut draft.config.limits.waiting_pictures
         }),

@@ -14,6 +14,9 @@ use super::{Zenoh, is_loopback};
 const MAX_MESSAGE_BYTES: u64 = 64 * 1024 * 1024;
 /// A session that says nothing for so long is taken for gone: its queries and its token end.
 const LEASE_MS: u64 = 5_000;
+/// How long a reply waits for a session that does not read; then the session is closed, with all that it asked for. While it
+/// waits, whatever else is sent to that session waits too.
+const REPLY_WAIT_US: u64 = 500_000;
 /// How long a client that connects may take to open a session, and how many may be about to: more are closed at
 /// once, so that silent connections keep others out for no longer than that. Zenoh takes all of them, from wherever
 /// they come, so the time is short and they are many.
@@ -56,6 +59,10 @@ impl Zenoh {
                 "multicast": { "enabled": false },
                 "gossip": { "enabled": false },
             },
+            // A reply has the priority of its query. It has a queue apart from publications, which must not wait for it.
+            "qos": { "network": [{
+                "messages": ["query"], "flows": ["ingress"], "overwrite": { "priority": "data_high" },
+            }] },
             "adminspace": { "enabled": false },
             "timestamping": { "enabled": false },
             "transport": {
@@ -65,7 +72,10 @@ impl Zenoh {
                     "max_sessions": MAX_SESSIONS,
                 },
                 "link": {
-                    "tx": { "lease": LEASE_MS },
+                    "tx": {
+                        "lease": LEASE_MS,
+                        "queue": { "congestion_control": { "block": { "wait_before_close": REPLY_WAIT_US } } },
+                    },
                     "rx": { "max_message_size": MAX_MESSAGE_BYTES },
                     "tls": self.tls_settings(),
                 },

@@ -11,6 +11,7 @@ use simd_proto::access::{TokenEntry, parse_tokens};
 use tokio_util::sync::CancellationToken;
 
 use super::Grant;
+use crate::files;
 
 /// A longer file is not read.
 const MAX_BYTES: u64 = 1 << 20;
@@ -50,7 +51,7 @@ impl TokenFile {
         let mut read = self.read.lock().unwrap_or_else(PoisonError::into_inner);
         let version = fs::metadata(&self.path).as_ref().map(version).unwrap_or_default();
         if version != read.0 {
-            match entries(&self.path) {
+            match entries(&self.path).and_then(|read| not_emptied(&self.path, read)) {
                 Ok((entries, version)) => {
                     let before = self.table.load();
                     let after = table(entries, &before);
@@ -95,19 +96,23 @@ fn table(entries: Vec<TokenEntry>, before: &Table) -> Table {
     entries.into_iter().map(granted).collect()
 }
 
+/// Refuses a file of 0 bytes in place of one with tokens: a disk was full, or it is about to be written. What `simctl` writes has a
+/// heading, also without tokens.
+fn not_emptied(path: &Path, read: (Vec<TokenEntry>, Version)) -> Result<(Vec<TokenEntry>, Version), String> {
+    match read.1 {
+        (_, 0) => Err(format!("the file of tokens {}: it is empty", path.display())),
+        _ => Ok(read),
+    }
+}
+
 fn entries(path: &Path) -> Result<(Vec<TokenEntry>, Version), String> {
     let of_file = |sentence: String| format!("the file of tokens {}: {sentence}", path.display());
-    let unreadable = |error| of_file(format!("it cannot be read: {error}"));
-    let metadata = fs::metadata(path).map_err(unreadable)?;
-    // A pipe would be waited for.
-    if !metadata.is_file() {
-        return Err(of_file("it is no file".to_owned()));
-    }
+    let unreadable = |error: std::io::Error| of_file(format!("it cannot be read: {error}"));
+    let file = files::open(path).map_err(unreadable)?;
+    let metadata = file.metadata().map_err(unreadable)?;
     check_mode(&metadata).map_err(of_file)?;
-    if metadata.len() > MAX_BYTES {
-        return Err(of_file(format!("it has more than {MAX_BYTES} bytes")));
-    }
-    let text = fs::read_to_string(path).map_err(unreadable)?;
+    let bytes = files::read(file, MAX_BYTES).map_err(unreadable)?;
+    let text = String::from_utf8(bytes).map_err(|_| of_file("it is no text".to_owned()))?;
     Ok((parse_tokens(&text).map_err(of_file)?, version(&metadata)))
 }
 

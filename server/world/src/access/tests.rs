@@ -62,7 +62,7 @@ fn what_is_no_file_is_not_waited_for() {
     let access = Access::from_file(path.clone()).unwrap();
     fs::remove_file(&path).unwrap();
     fs::create_dir(&path).unwrap();
-    access.refresh();
+    access.look();
     access.check(Some(&text), Role::Viewer, "Method").unwrap();
     assert!(Access::from_file(path).unwrap_err().contains("it is no file"));
 }
@@ -77,26 +77,26 @@ fn what_changes_in_the_file_changes_what_is_allowed() {
     let granted = |text: &str| access.check(Some(text), Role::Viewer, "Method");
     let (first, second) = (granted(&a).unwrap().unwrap(), granted(&b).unwrap().unwrap());
     write(&path, std::slice::from_ref(&alice));
-    access.refresh();
+    access.look();
     assert!(second.revoked.is_cancelled() && !first.revoked.is_cancelled(), "alice's streams go on");
     assert_eq!(granted(&b).unwrap_err(), Denied::Unknown);
     // One whose role is another gets a new grant.
     write(&path, &[TokenEntry { role: Role::Viewer, ..alice.clone() }]);
-    access.refresh();
+    access.look();
     assert!(first.revoked.is_cancelled());
     assert_eq!(granted(&a).unwrap().unwrap().role, Role::Viewer);
     // A file that is gone or damaged changes nothing.
     fs::write(&path, "nonsense").unwrap();
-    access.refresh();
+    access.look();
     granted(&a).unwrap();
     fs::remove_file(&path).unwrap();
-    access.refresh();
+    access.look();
     granted(&a).unwrap();
     // One that expires ends what it began.
     let past = Some("2020-01-01T00:00:00Z".parse().unwrap());
     let before = granted(&a).unwrap().unwrap();
     write(&path, &[TokenEntry { expires: past, ..alice }]);
-    access.refresh();
+    access.look();
     assert!(before.revoked.is_cancelled());
     assert_eq!(granted(&a).unwrap_err(), Denied::Expired { name: "alice".into() });
 }

@@ -40,6 +40,8 @@ struct Lease {
     counter: u64,
     length: Duration,
     ends: Instant,
+    /// Its claim is on the world.
+    of_world: bool,
     /// Ends the task that watches it, with the lease.
     _over: DropGuard,
 }
@@ -60,6 +62,11 @@ impl Leases {
     /// Whether the claim holds.
     pub(super) fn holds(&self, claim: ClaimId) -> bool {
         self.lock().contains_key(&claim)
+    }
+
+    /// Whether the claim holds, and is on the world.
+    pub(super) fn holds_world(&self, claim: ClaimId) -> bool {
+        self.lock().get(&claim).is_some_and(|lease| lease.of_world)
     }
 
     /// The claim that this is the secret of.
@@ -129,7 +136,7 @@ impl From<Unproven> for CallError {
 
 impl SimHandle {
     /// Takes robots, joints or the world for one client until the claim is released, was not used for as long as
-    /// the lease, or `until` is cancelled. The id of the claim is made here. The answer has the secret by which the
+    /// the lease, `until` is cancelled, or the client's token is revoked. The id of the claim is made here. The answer has the secret by which the
     /// client is known from then on.
     ///
     /// # Errors
@@ -166,7 +173,9 @@ impl SimHandle {
             let ends = Instant::now() + lease;
             let (account, secret) = (self.account.clone(), secret.as_str().into());
             let _over = over.clone().drop_guard();
-            running.insert(claim, Lease { account, secret, counter: 0, length: lease, ends, _over });
+            let of_world = request.world;
+            running
+                .insert(claim, Lease { account, secret, counter: 0, length: lease, ends, of_world, _over });
         }
         // A task of its own, so that a claim whose caller goes away before the
         // answer has a lease that ends it.
@@ -238,16 +247,17 @@ impl SimHandle {
     /// that a lease of an hour does not keep a daemon alive.
     async fn watch_lease(self, claim: ClaimId, over: CancellationToken, until: Option<CancellationToken>) {
         // One that is never cancelled where there is none.
-        let until = until.unwrap_or_default();
+        let (until, revoked) = (until.unwrap_or_default(), self.revoked.clone().unwrap_or_default());
         let (weak, draining) = (Arc::downgrade(&self.inner), self.draining());
         drop(self);
         loop {
             let Some(inner) = weak.upgrade() else { return };
             let handle = Self::of_everybody(inner);
             let Some(ends) = handle.inner.leases.end(claim) else { return };
+            let is_over = ends <= Instant::now() || revoked.is_cancelled();
             let cause = match until.is_cancelled() {
                 true => Some(ReleaseCause::Disconnected),
-                false => (ends <= Instant::now()).then_some(ReleaseCause::Lapsed),
+                false => is_over.then_some(ReleaseCause::Lapsed),
             };
             let wake = match cause {
                 None => ends,
@@ -263,6 +273,7 @@ impl SimHandle {
             tokio::select! {
                 () = tokio::time::sleep_until(wake) => {}
                 () = until.cancelled(), if !until.is_cancelled() => {}
+                () = revoked.cancelled(), if !revoked.is_cancelled() => {}
                 () = over.cancelled() => return,
                 () = draining.cancelled() => return,
             }
@@ -306,7 +317,7 @@ mod tests {
             let over = CancellationToken::new().drop_guard();
             let ends = Instant::now() + length;
             let (account, secret) = (Account::Process, "".into());
-            let lease = Lease { account, secret, counter: 0, length, ends, _over: over };
+            let lease = Lease { account, secret, counter: 0, length, ends, of_world: false, _over: over };
             handle.inner.leases.lock().insert(ClaimId(claim), lease);
         }
         tokio::time::advance(Duration::from_secs(4)).await;

@@ -4,7 +4,10 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use tokio_util::sync::CancellationToken;
+
 use super::{CallError, SimHandle};
+use crate::account::Account;
 use crate::blocking_threads::BlockingThreads;
 use crate::fair_permits::FairPermits;
 use crate::info::DaemonLimits;
@@ -49,6 +52,11 @@ impl HeavyWork {
         Self { permits: FairPermits::new(1, 16, 4, what) }
     }
 
+    /// Two large answers are made at a time.
+    pub(super) fn of_answers() -> Self {
+        Self { permits: FairPermits::new(2, 256, 32, "waiting calls for large answers") }
+    }
+
     fn with(permits: usize, waiting: usize, of_one: usize) -> Self {
         let what = "waiting calls for kinematics and rays";
         Self { permits: FairPermits::new(permits, waiting, of_one, what) }
@@ -89,6 +97,27 @@ impl SimHandle {
         work: impl FnOnce(&Cancelled) -> T + Send + 'static,
     ) -> Result<T, CallError> {
         self.inner.heavy.run(self.loader().threads(), work).await
+    }
+
+    /// Makes a large answer where it blocks no other task. It ends early where its caller goes away.
+    ///
+    /// # Errors
+    /// At once where too many such calls wait.
+    pub async fn make_large<F>(&self, work: F) -> Result<F::Output, CallError>
+    where
+        F: Future<Output: Send + 'static> + Send + 'static,
+    {
+        // Of the task that waits: timers of the work are its own.
+        let runtime = tokio::runtime::Handle::current();
+        let account = Account::current();
+        let caller = CancellationToken::new();
+        let gone = caller.clone();
+        let _gone_on_drop = caller.drop_guard();
+        let made = self.inner.large_answers.run(self.loader().threads(), move |_cancelled| {
+            runtime.block_on(gone.run_until_cancelled(account.scope(work)))
+        });
+        let no_caller = || CallError::Internal { message: "no caller waits for this answer".into() };
+        made.await?.ok_or_else(no_caller)
     }
 }
 

@@ -3,7 +3,7 @@
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
-use std::io::Read;
+use std::io::ErrorKind;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
@@ -12,6 +12,7 @@ use simd_model::robot::Sha256;
 use simd_model::{Asset, Assets};
 
 use crate::call_error::CallError;
+use crate::files;
 
 /// Folders below which clients may name files.
 #[derive(Clone, Debug, Default)]
@@ -105,21 +106,15 @@ pub(super) fn read_file(path: &Path, limit: u64) -> Result<Arc<[u8]>, CallError>
     let unreadable = |error: std::io::Error| CallError::FileNotFound {
         message: format!("cannot read {}: {error}", path.display()),
     };
-    let mut bytes = Vec::new();
-    // A file may grow while it is read.
-    std::fs::File::open(path)
-        .map_err(unreadable)?
-        .take(limit + 1)
-        .read_to_end(&mut bytes)
-        .map_err(unreadable)?;
-    if bytes.len() as u64 > limit {
-        return Err(CallError::LimitExceeded {
+    match files::open(path).and_then(|file| files::read(file, limit)) {
+        Ok(bytes) => Ok(bytes.into()),
+        Err(error) if error.kind() == ErrorKind::FileTooLarge => Err(CallError::LimitExceeded {
             what: format!("the size of {} in bytes", path.display()),
-            value: std::fs::metadata(path).map_or(bytes.len() as u64, |metadata| metadata.len()),
+            value: std::fs::metadata(path).map_or(limit + 1, |metadata| metadata.len()),
             limit,
-        });
+        }),
+        Err(error) => Err(unreadable(error)),
     }
-    Ok(bytes.into())
 }
 
 /// The files that a URDF on the disk names.

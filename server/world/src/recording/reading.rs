@@ -2,9 +2,8 @@
 //! that is held in memory bounded.
 
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use simd_mcap::{Item, ReadLimits, Reader};
 use simd_model::robot::Sha256;
@@ -14,6 +13,7 @@ use super::RecordingContents;
 use super::commands::{invalid, message};
 use super::file::{FORMAT, METADATA, topic};
 use crate::call_error::CallError;
+use crate::files;
 use crate::loading::Files;
 
 /// Bytes of all files that a recording has at one time, robots' meshes and worlds.
@@ -135,25 +135,28 @@ impl<R: Read> Recording<R> {
 }
 
 /// Whether a file was completed, by its last bytes.
-pub(super) fn is_complete(path: &Path) -> bool {
+pub(super) fn is_complete(folder: &Path, name: &str) -> bool {
     let end = || {
-        let mut file = File::open(path)?;
+        let mut file = files::open_in(folder, name)?;
         let mut end = [0; END.len()];
         file.seek(SeekFrom::End(-8))?;
         file.read_exact(&mut end)?;
-        io::Result::Ok(end)
+        io::Result::Ok((end, file.metadata()?.len()))
     };
-    end().is_ok_and(|end| end == *END && std::fs::metadata(path).is_ok_and(|it| it.len() > 16))
+    end().is_ok_and(|(end, bytes)| end == *END && bytes > 16)
 }
 
-/// What is in some files, as far as they go.
-pub(super) fn contents(paths: &[PathBuf], is_cancelled: &dyn Fn() -> bool) -> io::Result<RecordingContents> {
+/// What is in some files of a folder, as far as they go.
+pub(super) fn contents<'n>(
+    folder: &Path,
+    names: impl IntoIterator<Item = &'n str>,
+    is_cancelled: &dyn Fn() -> bool,
+) -> io::Result<RecordingContents> {
     let mut topics: BTreeMap<String, (String, u64)> = BTreeMap::new();
     let mut span: Option<(u64, u64)> = None;
-    for path in paths {
-        let Ok(mut reader) = Reader::new(BufReader::new(File::open(path)?), ReadLimits::default()) else {
-            continue;
-        };
+    for name in names {
+        let file = BufReader::new(files::open_in(folder, name)?);
+        let Ok(mut reader) = Reader::new(file, ReadLimits::default()) else { continue };
         // What cannot be read has nothing in it that is known.
         while let Ok(Some(item)) = reader.next() {
             if is_cancelled() {

@@ -215,10 +215,16 @@ impl PictureQueue {
         }
     }
 
-    /// The oldest task that is not being drawn, for this renderer.
-    pub(super) fn next(&mut self, renderer: &Arc<str>, now: Instant) -> Option<PictureTask> {
+    /// The oldest task that is not being drawn, of those that this renderer may draw.
+    pub(super) fn next(
+        &mut self,
+        renderer: &Arc<str>,
+        now: Instant,
+        may: impl Fn(&PictureOrder) -> bool,
+    ) -> Option<PictureTask> {
         self.expire(now);
-        let (id, task) = self.tasks.iter_mut().find(|(_, task)| task.drawing.is_none())?;
+        let is_free = |task: &Task| task.drawing.is_none() && may(&task.order);
+        let (id, task) = self.tasks.iter_mut().find(|(_, task)| is_free(task))?;
         task.drawing = Some((Arc::clone(renderer), now));
         task.tries += 1;
         Some(PictureTask { id: *id, order: Arc::clone(&task.order), time_left: self.bounds.drawing })
@@ -232,11 +238,17 @@ impl PictureQueue {
     }
 
     /// A picture for a task comes from a renderer: what it is to be, or `None` where nothing waits for it from there.
-    pub(super) fn begin_put(&mut self, id: u64, renderer: &str, now: Instant) -> Option<Arc<PictureOrder>> {
+    pub(super) fn begin_put(
+        &mut self,
+        id: u64,
+        renderer: &str,
+        now: Instant,
+        may: impl Fn(&PictureOrder) -> bool,
+    ) -> Option<Arc<PictureOrder>> {
         self.expire(now);
         let task = self.tasks.get_mut(&id)?;
         let is_its = task.drawing.as_ref().is_some_and(|(of, _)| **of == *renderer);
-        if !is_its || task.is_arriving {
+        if !is_its || task.is_arriving || !may(&task.order) {
             return None;
         }
         task.is_arriving = true;

@@ -5,11 +5,11 @@ use std::time::Duration;
 
 use tokio::time::{Instant, timeout_at};
 
-use super::{Cameras, Drawn, PictureTask};
+use super::{Cameras, Drawn, PictureOrder, PictureTask};
 use crate::handle::{CallError, Cancelled, SimHandle};
 
 impl SimHandle {
-    /// The next task for a renderer, waiting at most `timeout` for one.
+    /// The next task that is a renderer's to draw, waiting at most `timeout` for one.
     ///
     /// # Errors
     /// Returns an error if there are too many renderers, or the daemon drains.
@@ -26,7 +26,7 @@ impl SimHandle {
             let work_came = cameras.work_came.notified();
             let (task, expiry) = {
                 let mut queue = cameras.queue();
-                (queue.next(&present.name, Instant::now()), queue.next_expiry())
+                (queue.next(&present.name, Instant::now(), |order| self.may_draw(order)), queue.next_expiry())
             };
             if task.is_some() {
                 return Ok(task);
@@ -41,7 +41,7 @@ impl SimHandle {
         }
     }
 
-    /// What a renderer drew for a task, or why it did not. Whether it was waited for.
+    /// What a renderer drew for a task, or why it did not. Whether it was waited for from there.
     ///
     /// # Errors
     /// Returns an error if it is not what the task asks for: the task goes to another renderer in time.
@@ -52,7 +52,9 @@ impl SimHandle {
         drawn: Result<Drawn, String>,
     ) -> Result<bool, CallError> {
         let cameras = &self.inner.cameras;
-        let Some(order) = cameras.queue().begin_put(id, renderer, Instant::now()) else { return Ok(false) };
+        let may = |order: &PictureOrder| self.may_draw(order);
+        let put = cameras.queue().begin_put(id, renderer, Instant::now(), may);
+        let Some(order) = put else { return Ok(false) };
         let arriving = Arriving { cameras, id: Some(id) };
         let drawn = match drawn {
             Ok(drawn) => {
@@ -68,6 +70,12 @@ impl SimHandle {
         cameras.picture_came.notify_waiters();
         cameras.work_came.notify_waiters();
         Ok(was_waited_for)
+    }
+
+    /// Whether the pictures of an order are this caller's to draw. Pictures from any point of view are of the whole world.
+    fn may_draw(&self, order: &PictureOrder) -> bool {
+        let robot = order.camera.as_ref().map(|(_, name)| [name.robot.as_str()]);
+        self.check_robots(robot.as_ref().map(<[&str; 1]>::as_slice)).is_ok()
     }
 }
 

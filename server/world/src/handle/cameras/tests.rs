@@ -53,8 +53,8 @@ async fn begun() -> (Arc<Published>, PictureQueue, Arc<str>, Instant) {
 }
 
 fn draw(queue: &mut PictureQueue, renderer: &Arc<str>, now: Instant) -> bool {
-    let Some(task) = queue.next(renderer, now) else { return false };
-    queue.begin_put(task.id, renderer, now).unwrap();
+    let Some(task) = queue.next(renderer, now, |_| true) else { return false };
+    queue.begin_put(task.id, renderer, now, |_| true).unwrap();
     queue.end_put(task.id, Ok(drawn()), now)
 }
 
@@ -71,7 +71,7 @@ async fn a_renderer_that_asks_no_more_is_forgotten() {
 async fn what_nothing_waits_for_any_more_is_not_drawn() {
     let (state, mut queue, renderer, now) = begun().await;
     drop(queue.ask(order(&state, None), now).unwrap());
-    assert!(queue.next(&renderer, now).is_none());
+    assert!(queue.next(&renderer, now, |_| true).is_none());
 }
 
 #[tokio::test]
@@ -123,10 +123,10 @@ async fn of_a_cameras_own_rate_the_newest_is_drawn_and_the_others_are_counted() 
     assert_eq!((camera.drawn, camera.missed), (1, 3));
     // One that is given to a renderer is not taken away for a newer one, and after its time it is not drawn again.
     queue.due(order(&state, Some(7)), 2, now);
-    let late = queue.next(&renderer, now).unwrap();
+    let late = queue.next(&renderer, now, |_| true).unwrap();
     queue.due(order(&state, Some(7)), 0, now);
     assert!(draw(&mut queue, &renderer, now + SECOND));
-    assert!(queue.begin_put(late.id, &renderer, now + SECOND).is_none());
+    assert!(queue.begin_put(late.id, &renderer, now + SECOND, |_| true).is_none());
     let camera = queue.camera(7, now);
     assert_eq!((camera.drawn, camera.missed), (2, 6));
 }
@@ -136,12 +136,12 @@ async fn a_picture_that_no_renderer_draws_is_given_up() {
     let (state, mut queue, renderer, mut now) = begun().await;
     let waiting = queue.ask(order(&state, None), now).unwrap();
     for _ in 0..3 {
-        assert!(queue.next(&renderer, now).is_some());
-        assert!(queue.next(&renderer, now).is_none(), "one has it already");
+        assert!(queue.next(&renderer, now, |_| true).is_some());
+        assert!(queue.next(&renderer, now, |_| true).is_none(), "one has it already");
         assert_eq!(queue.next_expiry(), Some(now + SECOND));
         now += SECOND;
     }
-    assert!(queue.next(&renderer, now).is_none());
+    assert!(queue.next(&renderer, now, |_| true).is_none());
     let answer = waiting.borrow().clone().unwrap().unwrap_err().to_string();
     assert!(answer.contains("3 times"), "{answer}");
 }
@@ -150,11 +150,11 @@ async fn a_picture_that_no_renderer_draws_is_given_up() {
 async fn who_goes_while_a_picture_comes_does_not_keep_its_task() {
     let (state, mut queue, renderer, now) = begun().await;
     let waiting = queue.ask(order(&state, None), now).unwrap();
-    let task = queue.next(&renderer, now).unwrap();
-    queue.begin_put(task.id, &renderer, now).unwrap();
-    assert!(queue.begin_put(task.id, &renderer, now).is_none(), "one comes already");
+    let task = queue.next(&renderer, now, |_| true).unwrap();
+    queue.begin_put(task.id, &renderer, now, |_| true).unwrap();
+    assert!(queue.begin_put(task.id, &renderer, now, |_| true).is_none(), "one comes already");
     queue.abandon_put(task.id);
-    assert_eq!(queue.next(&renderer, now + SECOND).unwrap().id, task.id);
+    assert_eq!(queue.next(&renderer, now + SECOND, |_| true).unwrap().id, task.id);
     drop(waiting);
 }
 
@@ -162,9 +162,9 @@ async fn who_goes_while_a_picture_comes_does_not_keep_its_task() {
 async fn who_waits_for_work_is_not_woken_over_and_over_by_a_picture_that_is_looked_at_for_long() {
     let (state, mut queue, renderer, now) = begun().await;
     let waiting = queue.ask(order(&state, None), now).unwrap();
-    let task = queue.next(&renderer, now).unwrap();
+    let task = queue.next(&renderer, now, |_| true).unwrap();
     assert_eq!(queue.next_expiry(), Some(now + SECOND));
-    queue.begin_put(task.id, &renderer, now).unwrap();
+    queue.begin_put(task.id, &renderer, now, |_| true).unwrap();
     assert_eq!(queue.next_expiry(), None, "its time would be over at once, again and again");
     queue.abandon_put(task.id);
     assert_eq!(queue.next_expiry(), Some(now + SECOND));
@@ -176,14 +176,14 @@ async fn a_renderer_that_takes_tasks_and_answers_none_holds_few_states_of_a_came
     let (state, mut queue, renderer, now) = begun().await;
     let taken = (0..1000).filter(|_| {
         queue.due(order(&state, Some(7)), 0, now);
-        queue.next(&renderer, now).is_some()
+        queue.next(&renderer, now, |_| true).is_some()
     });
     assert_eq!(taken.count(), 16);
     assert_eq!(queue.camera(7, now).missed, 1000 - 16);
     // Another camera has its own share, and this one has it again in time.
     for (camera, at) in [(8, now), (7, now + SECOND)] {
         queue.due(order(&state, Some(camera)), 0, at);
-        assert!(queue.next(&renderer, at).is_some(), "{camera}");
+        assert!(queue.next(&renderer, at, |_| true).is_some(), "{camera}");
     }
 }
 

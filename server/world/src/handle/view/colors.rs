@@ -56,7 +56,9 @@ impl SimHandle {
     /// # Errors
     /// Returns an error if there is no such robot or link, and where too many links have one.
     pub fn set_link_colors(&self, colors: Vec<LinkColor>) -> Result<(), CallError> {
-        self.note_robots(colors.iter().map(|color| &*color.robot));
+        let robots: Vec<&str> = colors.iter().map(|color| &*color.robot).collect();
+        self.note_robots(robots.iter().copied());
+        self.check_robots(Some(&robots))?;
         let newest = self.newest();
         let entities = &newest.state.world.entities;
         let indices: BTreeMap<&str, usize> =

@@ -274,13 +274,15 @@ impl SimHandle {
     /// Draws markers, all or none. With `until` they go when it is cancelled. Answers with their ids.
     ///
     /// # Errors
-    /// Returns an error if a robot or link is not there, where one that is another's would be replaced, and where there would be too many.
+    /// Returns an error if a robot or link is not there or is not the caller's to change, where one that is another's would be replaced, and where there would be too many.
     pub fn add_markers(
         &self,
         wanted: Vec<NewMarker>,
         until: Option<&CancellationToken>,
     ) -> Result<Vec<u64>, CallError> {
         for marker in &wanted {
+            let robot = [marker.robot.as_str()];
+            self.check_robots(if marker.robot.is_empty() { None } else { Some(&robot) })?;
             self.check_parent(marker)?;
         }
         let (owner, now) = (self.owner(), Instant::now());
