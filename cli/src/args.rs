@@ -9,6 +9,7 @@ use crate::commands::{
     robot, rollout, sensor, server, sim, state, token, top,
 };
 use crate::complete;
+use crate::quantity;
 
 const AFTER_HELP: &str = "\
 Which daemon: --endpoint, else --context, else $SIMD_ENDPOINT, else the context in the
@@ -201,7 +202,7 @@ pub(crate) fn package_folder(text: &str) -> Result<PackageFolder, String> {
 }
 
 fn seconds(text: &str) -> Result<Duration, String> {
-    let seconds: f64 = text.parse().map_err(|_| "must be a number of seconds".to_owned())?;
+    let seconds = quantity::SECONDS.read(text)?;
     match Duration::try_from_secs_f64(seconds) {
         Ok(duration) if !duration.is_zero() => Ok(duration),
         _ => Err("must be above zero".to_owned()),

@@ -9,6 +9,7 @@ use std::{
 use simd_client::{Error, printable_lines, proto::ErrorReason};
 
 use crate::output::has_colour;
+use crate::typed;
 
 /// A failure of this side.
 const OWN: u8 = 1;
@@ -40,11 +41,22 @@ pub(crate) fn report(error: &anyhow::Error) -> ExitCode {
     let name = if error.is::<Usage>() { "error:" } else { "simctl:" };
     let (begin, end) = if has_colour(stderr.is_terminal()) { ("\x1b[31m", "\x1b[0m") } else { ("", "") };
     // There is no way to report it where stderr is gone.
-    let _ = writeln!(stderr, "{begin}{name}{end} {}", printable_lines(&format!("{error:#}")));
+    let _ = writeln!(stderr, "{begin}{name}{end} {}", printable_lines(&sentence(error)));
     if let Some(remedy) = remedy(error) {
         let _ = writeln!(stderr, "        {}", printable_lines(&remedy));
     }
     ExitCode::from(code(error))
+}
+
+/// What went wrong, with the fields of a request as they were typed.
+fn sentence(error: &anyhow::Error) -> String {
+    let sentence = format!("{error:#}");
+    match error.downcast_ref::<Error>() {
+        Some(Error::Refused(refusal)) => {
+            typed::renamed(&sentence, refusal.fields.iter().map(|(field, _)| field.clone()))
+        }
+        _ => sentence,
+    }
 }
 
 /// One line on stderr about something that was done, but perhaps not as it was meant.

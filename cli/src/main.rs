@@ -2,7 +2,7 @@
 //!
 //! * `args`: the options that every command has, and the list of commands.
 //! * `commands`: one file per noun, its arguments beside what they do.
-//! * `target`, `quantity`, `pose`: parses what is typed.
+//! * `typed`: rules for whatever is typed. `target`, `quantity`, `pose`: parses what is typed.
 //! * `context`: which daemon. `credentials`: with which token.
 //! * `complete`: candidates for shells that complete a line.
 //! * `output`: tables for people, JSON for programs.
@@ -19,14 +19,13 @@ mod pose;
 mod quantity;
 mod target;
 mod text_file;
+mod typed;
 
 use std::process::ExitCode;
 
-use clap::Parser as _;
-
 fn main() -> ExitCode {
     complete::answer();
-    let arguments = args::Arguments::parse();
+    let arguments = typed::read();
     // Zenoh needs this flavor; one worker is enough for one who mostly waits.
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build();
     let result = match runtime {

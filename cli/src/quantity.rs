@@ -46,6 +46,46 @@ const VELOCITIES: &[Unit] = &[
 ];
 const EFFORTS: &[Unit] = &[("Nm", 1.0, Motion::Turns), ("N", 1.0, Motion::Slides)];
 
+/// A number with a unit of its own, by what stands for it in the help.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Scalar(&'static [(&'static str, f64)]);
+
+/// A time.
+pub(crate) const SECONDS: Scalar =
+    Scalar(&[("ms", 1e-3), ("us", 1e-6), ("min", 60.0), ("h", 3600.0), ("s", 1.0)]);
+
+const SCALARS: &[(&[&str], Scalar)] = &[
+    (&["SECONDS"], SECONDS),
+    (&["HZ"], Scalar(&[("kHz", 1e3), ("Hz", 1.0)])),
+    (&["METRES", "M", "DISTANCE"], Scalar(&[("mm", 1e-3), ("cm", 1e-2), ("m", 1.0)])),
+    (&["KG"], Scalar(&[("kg", 1.0), ("g", 1e-3)])),
+    (&["NEWTON"], Scalar(&[("kN", 1e3), ("N", 1.0)])),
+    (&["NEWTON_METRE"], Scalar(&[("Nm", 1.0)])),
+];
+
+impl Scalar {
+    /// `SECONDS`, `HZ` and so on.
+    pub(crate) fn of_name(name: &str) -> Option<Self> {
+        SCALARS.iter().find(|(names, _)| names.contains(&name)).map(|(_, scalar)| *scalar)
+    }
+
+    /// Reads a number with or without a unit, in SI.
+    pub(crate) fn read(self, text: &str) -> Result<f64, String> {
+        let text = text.trim();
+        if let Ok(value) = text.parse() {
+            return Ok(value);
+        }
+        for (suffix, factor) in self.0 {
+            let number = text.strip_suffix(suffix).map(str::trim_end);
+            if let Some(value) = number.and_then(|number| number.parse::<f64>().ok()) {
+                return Ok(value * factor);
+            }
+        }
+        let units: Vec<&str> = self.0.iter().map(|(suffix, _)| *suffix).collect();
+        Err(format!("`{text}` is not a number, alone or with one of {}", units.join(", ")))
+    }
+}
+
 impl Kind {
     fn units(self) -> &'static [Unit] {
         match self {

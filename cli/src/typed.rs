@@ -1,0 +1,189 @@
+//! Rules for whatever is typed, for all commands at once: a negative number is a value, a quantity may have a unit, and what is
+//! refused is named as it was typed.
+
+use std::any::TypeId;
+use std::ffi::OsString;
+use std::sync::OnceLock;
+
+use clap::builder::ValueParser;
+use clap::error::ErrorKind;
+use clap::{Arg, Command, CommandFactory as _, FromArgMatches as _};
+
+use crate::args::Arguments;
+use crate::quantity;
+
+/// Options and values of the command that was typed: the name of a field, and how it is typed.
+static TYPED: OnceLock<Vec<(String, String)>> = OnceLock::new();
+
+/// Reads what was typed, or says what is wrong with it and ends the process.
+pub(crate) fn read() -> Arguments {
+    match parse(std::env::args_os()) {
+        Ok(arguments) => arguments,
+        Err(error) => refuse(&error),
+    }
+}
+
+fn parse(typed: impl IntoIterator<Item = OsString>) -> Result<Arguments, clap::Error> {
+    let command = with_rules(Arguments::command());
+    let matches = command.clone().try_get_matches_from(typed)?;
+    let (mut of, mut found) = (&command, &matches);
+    while let Some((name, inner)) = found.subcommand() {
+        let Some(next) = of.find_subcommand(name) else { break };
+        (of, found) = (next, inner);
+    }
+    // Another line may have been read before, in tests.
+    let _ = TYPED.set(of.get_arguments().map(names).collect());
+    Arguments::from_arg_matches(&matches)
+}
+
+/// The name of an argument's field, and how it is typed.
+fn names(arg: &Arg) -> (String, String) {
+    let typed = match (arg.get_long(), arg.get_value_names()) {
+        (Some(long), _) => format!("--{long}"),
+        (None, Some([name, ..])) => name.to_string(),
+        (None, _) => arg.get_id().as_str().to_ascii_uppercase(),
+    };
+    (arg.get_id().as_str().to_owned(), typed)
+}
+
+/// The same command, whose arguments and subcommands keep to the rules.
+fn with_rules(command: Command) -> Command {
+    let command = command.mut_args(with_rules_of_values);
+    let names: Vec<String> = command.get_subcommands().map(|inner| inner.get_name().to_owned()).collect();
+    names.iter().fold(command, |command, name| command.mut_subcommand(name, with_rules))
+}
+
+fn with_rules_of_values(arg: Arg) -> Arg {
+    if !arg.get_action().takes_values() {
+        return arg;
+    }
+    // What takes a hyphen takes it in numbers too.
+    let arg = if arg.is_allow_hyphen_values_set() { arg } else { arg.allow_negative_numbers(true) };
+    let is_number = arg.get_value_parser().type_id() == TypeId::of::<f64>();
+    let name = arg.get_value_names().and_then(|names| names.first()).map(ToString::to_string);
+    // A rate with a default is how often this program looks, and 0 would be never.
+    let is_own_rate = name.as_deref() == Some("HZ") && !arg.get_default_values().is_empty();
+    match name.as_deref().and_then(quantity::Scalar::of_name).filter(|_| is_number) {
+        Some(scalar) => arg.value_parser(ValueParser::new(move |text: &str| match scalar.read(text) {
+            Ok(value) if is_own_rate && value <= 0.0 => Err("it must be above 0".to_owned()),
+            read => read,
+        })),
+        None => arg,
+    }
+}
+
+/// Says what is wrong, and ends the process with the code for it.
+fn refuse(error: &clap::Error) -> ! {
+    if error.kind() != ErrorKind::ValueValidation {
+        error.exit();
+    }
+    let text = error.render();
+    let has_colour = crate::output::has_colour(std::io::IsTerminal::is_terminal(&std::io::stderr()));
+    let text = if has_colour { text.ansi().to_string() } else { text.to_string() };
+    // There is no way to report it where stderr is gone.
+    let _ = std::io::Write::write_all(&mut std::io::stderr(), plain(&text).as_bytes());
+    std::process::exit(error.exit_code())
+}
+
+/// The same text without the words of Rust's own readers of numbers.
+fn plain(text: &str) -> String {
+    const WORDS: [(&str, &str); 7] = [
+        ("invalid digit found in string", "it must be a whole number"),
+        ("cannot parse integer from empty string", "it must be a whole number"),
+        ("number too large to fit in target type", "the number is too large"),
+        ("number too small to fit in target type", "the number is too small"),
+        ("invalid float literal", "it must be a number"),
+        ("cannot parse float from empty string", "it must be a number"),
+        (" is not in 1..=18446744073709551615", " is too small; it must be at least 1"),
+    ];
+    let text = WORDS.iter().fold(text.to_owned(), |text, (rust, plain)| text.replace(rust, plain));
+    text.replace(" is not in 1..=4294967295", " is too small or too large; it must be from 1 to 4294967295")
+}
+
+/// A sentence of the daemon, with the fields that it refuses named as they were typed.
+pub(crate) fn renamed(sentence: &str, fields: impl IntoIterator<Item = String>) -> String {
+    let typed = TYPED.get().map(Vec::as_slice).unwrap_or_default();
+    fields
+        .into_iter()
+        .filter(|field| !field.is_empty())
+        .fold(sentence.to_owned(), |sentence, field| sentence.replace(&field, &typed_name(&field, typed)))
+}
+
+/// A field of a request by its path there: the option that it came from, else the last word.
+fn typed_name(field: &str, typed: &[(String, String)]) -> String {
+    let last = field.rsplit('.').next().unwrap_or(field);
+    let last = last.split('[').next().unwrap_or(last);
+    let option = typed.iter().find(|(name, _)| name == last).map(|(_, typed)| typed.clone());
+    option.unwrap_or_else(|| last.replace('_', " "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn refused(line: &str) -> String {
+        plain(&parse(line.split(' ').map(OsString::from)).unwrap_err().to_string())
+    }
+
+    #[test]
+    fn a_negative_number_is_a_value_wherever_a_number_is() {
+        for line in [
+            "simctl robot load a.urdf --scale -1",
+            "simctl joint properties arm elbow --damping -5",
+            "simctl sim physics --rtf -1",
+            "simctl sim physics --gravity -1,0,-9.81",
+            "simctl parameter add speed -1 1 -0.5",
+            "simctl claim take arm --lease -1",
+        ] {
+            parse(line.split(' ').map(OsString::from)).unwrap();
+        }
+        let steps = refused("simctl sim step -5");
+        assert!(steps.contains("invalid value '-5'") && steps.contains("a whole number"), "{steps}");
+    }
+
+    #[test]
+    fn what_is_no_number_is_refused_in_plain_words() {
+        for line in [
+            "simctl sim step many",
+            "simctl sim step 99999999999999999999999",
+            "simctl sim physics --time-step soon",
+            "simctl joint watch arm --rate often",
+            "simctl server ping --count 1.5",
+        ] {
+            let said = refused(line);
+            for word in ["digit", "literal", "string", "target type", "..="] {
+                assert!(!said.contains(word), "{line}: {said}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_quantity_may_have_a_unit() {
+        for line in [
+            "simctl sim physics --time-step 1ms",
+            "simctl joint watch arm --rate 0.1kHz",
+            "simctl claim take arm --lease 2min",
+            "simctl sim status --timeout 500ms",
+        ] {
+            parse(line.split(' ').map(OsString::from)).unwrap();
+        }
+        let said = refused("simctl sim physics --time-step 1mm");
+        assert!(said.contains("`1mm` is not a number, alone or with one of"), "{said}");
+    }
+
+    #[test]
+    fn a_watch_that_would_never_look_is_refused() {
+        for rate in ["0", "-1"] {
+            let said = refused(&format!("simctl joint watch arm --rate {rate}"));
+            assert!(said.contains("it must be above 0"), "{said}");
+        }
+    }
+
+    #[test]
+    fn a_field_is_named_as_it_was_typed() {
+        let typed = [("time_step".to_owned(), "--time-step".to_owned())];
+        assert_eq!(typed_name("physics.time_step", &typed), "--time-step");
+        assert_eq!(typed_name("robots[0].joints[0].position.position", &typed), "position");
+        assert_eq!(typed_name("world.max_force[2]", &typed), "max force");
+    }
+}
