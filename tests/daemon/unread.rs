@@ -39,10 +39,9 @@ impl Attacked {
     async fn start() -> Self {
         let folder = Home::new();
         let socket = folder.path().join("simd.sock");
-        let zenoh = ["--name", "unread", "--zenoh", "tcp/127.0.0.1:0"];
-        let config = ["--config", "tests/assets/demo.toml", "--unix-socket"];
-        let flags = zenoh.into_iter().chain(config).map(str::to_owned).chain([socket.display().to_string()]);
-        let daemon = Process::start(flags).await;
+        let config = ["--name", "unread", "--config", "tests/assets/demo.toml", "--unix-socket"];
+        let flags = config.map(str::to_owned).into_iter().chain([socket.display().to_string()]);
+        let daemon = Process::start_with(["--zenoh", "tcp/127.0.0.1:0"], flags).await;
         let client = daemon.client().await;
         let points = vec![0.5_f32; ANSWER / 4 / 6 * 6];
         let lines = MarkerLines { points, ..Default::default() };
