@@ -58,4 +58,4 @@ pub use fixed_pair::FixedPair;
 pub use geometry::{Collider, ColliderGeometry, ConvexMesh};
 pub use narrow::NarrowPhase;
 pub use proxy::{Proxy, ProxyShape};
-pub use shapes::{COARSE_HULL, MeshKey, MeshShapes, Shapes};
+pub use shapes::{MeshKey, MeshShapes, Shapes};

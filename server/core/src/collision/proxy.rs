@@ -33,8 +33,6 @@ pub struct Proxy {
     pub asked: MeshShapes,
     /// Whether its link can never move.
     pub is_fixed: bool,
-    /// Whether it touches other links of its robot.
-    pub may_meet_own_links: bool,
     /// The largest distance that was found between the surfaces of the two, looked for from some thousand points of
     /// each, metres.
     pub distance: f64,

@@ -32,15 +32,10 @@ const SAMPLE_BYTES: u64 = 9;
 /// What a corner of a convex hull takes, with its edges and its part of the faces.
 const CORNER_BYTES: u64 = 700;
 
-/// Where links of one robot touch each other, a mesh whose hull lies farther from it is taken apart, metres: else links would push each
-/// other whose meshes are apart.
-pub const COARSE_HULL: f64 = 3e-3;
-
 /// What collision meshes become.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum MeshShapes {
-    /// Of links that cannot move the triangles that they are, of other links their convex hull, or convex parts if the description asks
-    /// for contacts between its links and the hull differs by more than 3 mm.
+    /// Of links that cannot move the triangles that they are, of other links their convex hull.
     #[default]
     Mesh,
     /// Their convex hull.
@@ -108,16 +103,10 @@ impl Shapes {
         let mut proxies: Vec<Proxy> = Vec::new();
         let welded = welded_to_world(model, fixed_base);
         let mut facet_bytes = 0;
-        let collides_with_itself = model.setup.self_collision;
         for ((link, of), is_welded) in model.links.iter().enumerate().zip(welded) {
             let way = Way::of(mesh_shapes, is_welded);
             for collision in &of.collisions {
-                let mut made = shapes(&collision.geometry, way, &mut facet_bytes, &mut meshes, others);
-                let is_coarse = made.mesh.as_ref().is_some_and(|mesh| mesh.distance > COARSE_HULL);
-                if mesh_shapes == MeshShapes::Mesh && way == Way::Hull && collides_with_itself && is_coarse {
-                    let parts = Way::Decomposition;
-                    made = shapes(&collision.geometry, parts, &mut facet_bytes, &mut meshes, others);
-                }
+                let made = shapes(&collision.geometry, way, &mut facet_bytes, &mut meshes, others);
                 if let (Geometry::Mesh { uri, asset: Some(asset), .. }, Some(made)) =
                     (&collision.geometry, &made.mesh)
                 {
@@ -127,7 +116,6 @@ impl Shapes {
                         shape: made.kind,
                         asked: mesh_shapes,
                         is_fixed: is_welded,
-                        may_meet_own_links: collides_with_itself && !is_welded,
                         distance: made.distance,
                         simpler_by: made.simpler_by,
                     };

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use simd_core::collision::{COARSE_HULL, MeshShapes, Proxy, ProxyShape, Shapes};
+use simd_core::collision::{MeshShapes, Proxy, ProxyShape, Shapes};
 use simd_model::robot::JointKind;
 use simd_model::{Disposition, Finding, LoadReport, Refused, RobotModel, Severity};
 
@@ -28,9 +28,7 @@ pub(super) fn report_absent(model: &RobotModel, names: &BTreeSet<&str>, report: 
 /// Adds what the collision meshes became, with at most `most` findings of a severity.
 pub(super) fn report_proxies(shapes: &Shapes, most: usize, report: &mut LoadReport) {
     for proxy in shapes.proxies() {
-        let Proxy { uri, triangles, shape, asked, is_fixed, may_meet_own_links, distance, simpler_by } =
-            proxy;
-        let is_coarse = *may_meet_own_links && *distance > COARSE_HULL;
+        let Proxy { uri, triangles, shape, asked, is_fixed, distance, simpler_by } = proxy;
         let mesh = format!("the collision mesh of {}", counted(*triangles, "triangle"));
         let simpler = simpler_by.map_or_else(String::new, |by| {
             format!("of some of its corners, outside of whose faces the others lie by at most {by:.6} m; ")
@@ -61,26 +59,10 @@ pub(super) fn report_proxies(shapes: &Shapes, most: usize, report: &mut LoadRepo
                      robot's are more than 1000000; {error}"
                 ),
             ),
-            ProxyShape::Hull if is_coarse => (
-                Severity::Warning,
-                Disposition::Used,
-                format!(
-                    "the convex hull of {mesh} stands for it; {error}. Links of this robot touch each other, so they may push \
-                     each other while their meshes are that far apart: load it with convex parts instead"
-                ),
-            ),
             ProxyShape::Hull => (
                 Severity::Info,
                 Disposition::Used,
                 format!("the convex hull of {mesh} stands for it; {error}"),
-            ),
-            ProxyShape::Parts(count) if !divided => (
-                Severity::Info,
-                Disposition::Used,
-                format!(
-                    "{} of {mesh} stand for it, since links of this robot touch each other and its hull is too coarse; {error}",
-                    counted(*count, "convex part")
-                ),
             ),
             ProxyShape::Parts(count) => (
                 Severity::Info,
