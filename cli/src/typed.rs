@@ -38,9 +38,10 @@ fn parse(typed: impl IntoIterator<Item = OsString>) -> Result<Arguments, clap::E
 
 /// The name of an argument's field, and how it is typed.
 fn names(arg: &Arg) -> (String, String) {
+    let is_word = |name: &str| name.chars().all(|letter| letter.is_ascii_uppercase() || letter == '_');
     let typed = match (arg.get_long(), arg.get_value_names()) {
         (Some(long), _) => format!("--{long}"),
-        (None, Some([name, ..])) => name.to_string(),
+        (None, Some([name, ..])) if is_word(name) => name.to_string(),
         (None, _) => arg.get_id().as_str().to_ascii_uppercase(),
     };
     (arg.get_id().as_str().to_owned(), typed)
@@ -109,12 +110,16 @@ pub(crate) fn renamed(sentence: &str, fields: impl IntoIterator<Item = String>) 
         .fold(sentence.to_owned(), |sentence, field| sentence.replace(&field, &typed_name(&field, typed)))
 }
 
-/// A field of a request by its path there: the option that it came from, else the last word.
+/// A field of a request by its path there: the option or value that it came from, or its last word as a part of one.
 fn typed_name(field: &str, typed: &[(String, String)]) -> String {
-    let last = field.rsplit('.').next().unwrap_or(field);
-    let last = last.split('[').next().unwrap_or(last);
-    let option = typed.iter().find(|(name, _)| name == last).map(|(_, typed)| typed.clone());
-    option.unwrap_or_else(|| last.replace('_', " "))
+    let words: Vec<&str> = field.split('.').map(|word| word.split('[').next().unwrap_or(word)).collect();
+    let of = |word: &&str| typed.iter().find(|(name, _)| name == word).map(|(_, typed)| typed.clone());
+    let Some((last, before)) = words.split_last() else { return field.to_owned() };
+    let own = || last.replace('_', " ");
+    of(last).unwrap_or_else(|| match before.iter().find_map(of) {
+        Some(whole) => format!("{} of {whole}", own()),
+        None => own(),
+    })
 }
 
 #[cfg(test)]
@@ -185,5 +190,7 @@ mod tests {
         assert_eq!(typed_name("physics.time_step", &typed), "--time-step");
         assert_eq!(typed_name("robots[0].joints[0].position.position", &typed), "position");
         assert_eq!(typed_name("world.max_force[2]", &typed), "max force");
+        let typed = [("pose".to_owned(), "--pose".to_owned())];
+        assert_eq!(typed_name("sensor.pose.position.x", &typed), "x of --pose");
     }
 }

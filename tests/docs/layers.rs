@@ -64,7 +64,7 @@ const SIMULATION: Layers = Layers {
         &["command"],
         &["spawn_overlaps"],
         &["measure", "queries", "terrain_penetration"],
-        &["joint_status", "rays", "reactions"],
+        &["joint_status", "obstructions", "rays", "reactions"],
         &["published_state"],
         &["robot_settings", "saved"],
         &["group_memory"],

@@ -249,8 +249,8 @@ wrist       passive        -         -0.2500            0.0000       -1.5000  -
         let json = serde_json::to_value(&view).unwrap();
         assert_eq!(json["joints"][0]["blocked_by"]["own_link"], "forearm");
         assert_eq!(json["joints"][1]["blocked_by"], Value::Null);
-        reading.joints[0].obstruction.as_mut().unwrap().by_robot = "shelf".into();
-        assert!(ReadingView::from(reading).page().render(false).contains("blocked by shelf/crate\n"));
+        reading.joints[0].obstruction.as_mut().unwrap().by_robot = "rack".into();
+        assert!(ReadingView::from(reading).page().render(false).contains("blocked by rack/crate\n"));
     }
 
     #[test]
