@@ -116,7 +116,9 @@ fn typed_name(field: &str, typed: &[(String, String)]) -> String {
     let of = |word: &&str| typed.iter().find(|(name, _)| name == word).map(|(_, typed)| typed.clone());
     let Some((last, before)) = words.split_last() else { return field.to_owned() };
     let own = || last.replace('_', " ");
-    of(last).unwrap_or_else(|| match before.iter().find_map(of) {
+    // A value has its place, where an option of the same name may be of something else.
+    let whole = before.iter().filter_map(of).min_by_key(|typed| typed.starts_with("--"));
+    of(last).unwrap_or_else(|| match whole {
         Some(whole) => format!("{} of {whole}", own()),
         None => own(),
     })

@@ -9,6 +9,7 @@ use simd_client::proto::{
 };
 use simd_client::proto::{ParameterList, joint_target as wire};
 use simd_client::{Client, Error, Network, Target, every_joint, joint_target, robot_targets};
+use simd_proto::{SESSION_HEADER, keys};
 use simd_server::config::Zenoh;
 use simd_tests::daemon::{Daemon, Via};
 use simd_tests::network;
@@ -264,12 +265,14 @@ fn streams(daemon: &Daemon) -> usize {
 /// Asks for streams that last an hour, each with a reply or more.
 async fn ask_for_streams(asker: &zenoh::Session, count: usize) {
     let request = WatchJointStatesRequest { rate: 100.0, ..Default::default() }.encode_to_vec();
+    let zid = asker.zid().to_string();
+    let named = keys::attachment([(SESSION_HEADER, zid.as_str())]);
     let (answered, mut answers) = tokio::sync::mpsc::unbounded_channel();
     for number in 0..count {
         let answered = answered.clone();
         let query =
             asker.get("simd/simd/rpc/JointService/WatchJointStates?for=3600").payload(request.clone());
-        let query = query.consolidation(zenoh::query::ConsolidationMode::None);
+        let query = query.consolidation(zenoh::query::ConsolidationMode::None).attachment(named.clone());
         let reply = move |_reply| {
             let _ = answered.send(number);
         };

@@ -155,11 +155,11 @@ impl Calls {
     }
 
     async fn answer(&self, query: Query, proven: Proven, _permits: Permits) {
-        let (ended, is_certain) = self.sessions.end_of(asker(&query).as_deref());
-        let answered = self.answer_while_there(&query, proven, &ended);
-        let answered = match is_certain {
-            true => ended.run_until_cancelled(answered).await,
-            false => Some(answered.await),
+        let ended = asker(&query).and_then(|zid| self.sessions.end_of(&zid));
+        let answered = self.answer_whole(&query, proven);
+        let answered = match ended {
+            Some(ended) => ended.run_until_cancelled(answered).await,
+            None => Some(answered.await),
         };
         // Where the asker is gone there is no answer.
         let (last, _holding) = answered.unwrap_or_default();
@@ -167,14 +167,9 @@ impl Calls {
     }
 
     /// The last that there is to tell a query, and what that holds until it is sent.
-    async fn answer_while_there(
-        &self,
-        query: &Query,
-        proven: Proven,
-        ended: &CancellationToken,
-    ) -> (Option<Outcome>, Option<Holding>) {
+    async fn answer_whole(&self, query: &Query, proven: Proven) -> (Option<Outcome>, Option<Holding>) {
         match self.call(query, proven).await {
-            Ok(answers) if answers.method.gives_many => (self.stream_to(query, answers, ended).await, None),
+            Ok(answers) if answers.method.gives_many => (self.stream_to(query, answers).await, None),
             Ok(Answers { method, mut messages, holding }) => {
                 let last = match messages.message().await {
                     Ok(Some(answer)) => Ok((method, answer)),
@@ -275,7 +270,6 @@ impl Calls {
         &self,
         query: &Query,
         Answers { method, mut messages, holding }: Answers,
-        ended: &CancellationToken,
     ) -> Option<Outcome> {
         let length = match stream_length(query, self.handle.info().limits.zenoh_stream_time) {
             Ok(length) => length,
@@ -292,17 +286,7 @@ impl Calls {
         let end = Instant::now() + length;
         let mut is_answered = false;
         loop {
-            let next = ended.run_until_cancelled(messages.message());
-            let next = match tokio::time::timeout_at(end, next).await {
-                Ok(Some(next)) => Ok(next),
-                Ok(None) => {
-                    let message = "a session has ended that may be this one; ask again, and say of which session \
-                                   a query is";
-                    return Some(Err(Status::deadline_exceeded(message)));
-                }
-                Err(elapsed) => Err(elapsed),
-            };
-            match next {
+            match tokio::time::timeout_at(end, messages.message()).await {
                 Ok(Ok(Some(answer))) => {
                     let unread = holding.as_ref().map(|holding| holding.another(answer.len())).transpose();
                     let _unread = match unread {

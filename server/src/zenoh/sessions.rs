@@ -1,8 +1,7 @@
 //! Which sessions of clients are there, so that what is bound to one ends with it.
 //!
 //! Zenoh says which sessions are connected to this one. A client behind a router says by a liveliness token that it is there.
-//! A query need not say of which session it is. So where a session ends that never said it, the streams end of all that did not
-//! say it either, and those that are there ask again.
+//! A query need not say of which session it is; the streams of one that does not end with their time alone.
 //!
 //! Bounded: [`SESSIONS`] of each kind are followed at one time; what is bound to others cannot be.
 
@@ -29,16 +28,7 @@ struct There {
     /// By the tokens of clients.
     tokens: HashMap<String, CancellationToken>,
     /// That are connected to the daemon's own.
-    connected: HashMap<String, Connected>,
-    /// Cancelled, and made anew, when one ends that never said which it is.
-    unnamed: CancellationToken,
-}
-
-#[derive(Debug, Default)]
-struct Connected {
-    ended: CancellationToken,
-    /// A query said that it is of this session.
-    is_named: bool,
+    connected: HashMap<String, CancellationToken>,
 }
 
 impl Sessions {
@@ -67,35 +57,11 @@ impl Sessions {
     }
 
     fn note_token(&self, zid: &str, kind: SampleKind) {
-        let tokens = &mut self.lock().tokens;
-        match kind {
-            SampleKind::Put if tokens.len() < SESSIONS || tokens.contains_key(zid) => {
-                tokens.entry(zid.to_owned()).or_default();
-            }
-            SampleKind::Put => {}
-            SampleKind::Delete => {
-                if let Some(token) = tokens.remove(zid) {
-                    token.cancel();
-                }
-            }
-        }
+        note(&mut self.lock().tokens, zid, kind);
     }
 
     fn note_connection(&self, zid: &str, kind: SampleKind) {
-        let There { connected, unnamed, .. } = &mut *self.lock();
-        match kind {
-            SampleKind::Put if connected.len() < SESSIONS || connected.contains_key(zid) => {
-                connected.entry(zid.to_owned()).or_default();
-            }
-            SampleKind::Put => {}
-            SampleKind::Delete => {
-                let gone = connected.remove(zid).unwrap_or_default();
-                gone.ended.cancel();
-                if !gone.is_named {
-                    std::mem::take(unnamed).cancel();
-                }
-            }
-        }
+        note(&mut self.lock().connected, zid, kind);
     }
 
     /// What tells when a session has ended by its token; `None` where it has none.
@@ -103,20 +69,24 @@ impl Sessions {
         self.lock().tokens.get(zid).cloned().map(Disconnect)
     }
 
-    /// What tells when the session of a query has ended, and whether that is certain. It may be another one where the query does
-    /// not say of which it is.
-    pub(super) fn end_of(&self, zid: Option<&str>) -> (CancellationToken, bool) {
-        let There { tokens, connected, unnamed } = &mut *self.lock();
-        let named = zid.and_then(|zid| match connected.get_mut(zid) {
-            Some(connected) => {
-                connected.is_named = true;
-                Some(connected.ended.clone())
+    /// What tells when the session that a query says it is of has ended; `None` where that session is not followed.
+    pub(super) fn end_of(&self, zid: &str) -> Option<CancellationToken> {
+        let There { tokens, connected } = &*self.lock();
+        connected.get(zid).or_else(|| tokens.get(zid)).cloned()
+    }
+}
+
+/// Notes that a session has come or gone.
+fn note(sessions: &mut HashMap<String, CancellationToken>, zid: &str, kind: SampleKind) {
+    match kind {
+        SampleKind::Put if sessions.len() < SESSIONS || sessions.contains_key(zid) => {
+            sessions.entry(zid.to_owned()).or_default();
+        }
+        SampleKind::Put => {}
+        SampleKind::Delete => {
+            if let Some(ended) = sessions.remove(zid) {
+                ended.cancel();
             }
-            None => tokens.get(zid).cloned(),
-        });
-        match named {
-            Some(ended) => (ended, true),
-            None => (unnamed.clone(), false),
         }
     }
 }
@@ -150,18 +120,13 @@ mod tests {
     }
 
     #[test]
-    fn what_a_session_asked_for_ends_with_it_and_what_may_be_its_own_too() {
+    fn what_a_session_asked_for_ends_with_it_alone() {
         let sessions = Sessions::default();
-        ["named", "other", "silent"].iter().for_each(|zid| sessions.note_connection(zid, SampleKind::Put));
-        let (named, is_certain) = sessions.end_of(Some("named"));
-        assert!(is_certain);
-        let (other, _) = sessions.end_of(Some("other"));
-        let (unnamed, is_certain) = sessions.end_of(None);
-        assert!(!is_certain);
+        ["named", "other"].iter().for_each(|zid| sessions.note_connection(zid, SampleKind::Put));
+        let [named, other] = ["named", "other"].map(|zid| sessions.end_of(zid).unwrap());
+        assert!(sessions.end_of("unknown").is_none());
         sessions.note_connection("named", SampleKind::Delete);
-        assert_eq!([&named, &other, &unnamed].map(CancellationToken::is_cancelled), [true, false, false]);
-        sessions.note_connection("silent", SampleKind::Delete);
-        assert_eq!([&other, &unnamed].map(CancellationToken::is_cancelled), [false, true]);
-        assert!(!sessions.end_of(None).0.is_cancelled(), "who asks again is served");
+        assert_eq!([&named, &other].map(CancellationToken::is_cancelled), [true, false]);
+        assert!(sessions.end_of("named").is_none());
     }
 }
