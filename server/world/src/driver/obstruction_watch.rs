@@ -37,11 +37,11 @@ impl ObstructionWatch {
         self.next = now + INTERVAL;
         let mut kept_back = BTreeSet::new();
         let mut reports = Vec::new();
-        for (robot, entity) in state.world.entities.iter().enumerate() {
+        'robots: for (robot, entity) in state.world.entities.iter().enumerate() {
             for obstruction in state.obstructions(robot) {
                 let key = (entity.version, obstruction.joint);
                 if kept_back.len() >= MAX_JOINTS {
-                    break;
+                    break 'robots;
                 }
                 kept_back.insert(key);
                 if self.kept_back.contains(&key) && self.reported.insert(key) {
