@@ -172,14 +172,18 @@ test("a reload keeps the camera also while the robot moves, and where the pointe
   await tab.page.waitForFunction((from) => window.simd.stats.pictures() > from + 3, pictures);
   await tab.page.mouse.move(box.x + 140, box.y + 60, { steps: 8 });
   await tab.page.mouse.up();
-  // Once its damping has ended.
-  const stored = () => tab.page.evaluate(() => JSON.stringify((JSON.parse(sessionStorage.getItem("simd.view.camera") ?? "[]") as number[][]).flat()));
-  await expect.poll(async () => (await stored()) === JSON.stringify(await camera())).toBe(true);
-  const kept = await camera();
-  expect(Math.hypot(...kept.map((value, index) => value - (before[index] ?? NaN)))).toBeGreaterThan(0.1);
+  const distance = (a: number[], b: number[]) => Math.hypot(...a.map((value, index) => value - (b[index] ?? Number.NaN)));
+  const stored = () => tab.page.evaluate(() => (JSON.parse(sessionStorage.getItem("simd.view.camera") ?? "[]") as number[][]).flat());
+  await expect.poll(async () => distance(before, await stored()) > 0.1).toBe(true);
+  // The camera may still come to rest: what counts is what is stored as the page goes.
+  await tab.page.addInitScript(() => {
+    const kept = sessionStorage.getItem("simd.view.camera");
+    sessionStorage.setItem("kept", sessionStorage.getItem("kept") ?? kept ?? "[]");
+  });
   await tab.page.reload();
   await tab.page.waitForFunction(() => window.simd?.frame() != null && window.simd.settled());
-  (await camera()).forEach((value, index) => expect(value).toBeCloseTo(kept[index] ?? Number.NaN, 6));
+  const kept = await tab.page.evaluate(() => (JSON.parse(sessionStorage.getItem("kept") ?? "[]") as number[][]).flat());
+  (await camera()).forEach((value, index) => expect(value).toBeCloseTo(kept[index] ?? Number.NaN, 4));
 });
 
 test("a plot on a narrow page can be zoomed", async () => {

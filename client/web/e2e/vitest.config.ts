@@ -1,4 +1,5 @@
-// Tests against a real daemon in a real browser: two files at a time, since a test mostly waits.
+// Tests against a real daemon in a real browser: one file at a time, or as many as E2E_FILES says. With two they take three quarters of
+// the time on two processors, and some need their second try.
 import { defineConfig } from "vitest/config";
 
 import { Flaky } from "./flaky.ts";
@@ -8,7 +9,7 @@ export default defineConfig({
   test: {
     include: ["*.test.ts"],
     globalSetup: "./setup.ts",
-    maxWorkers: 2,
+    maxWorkers: Number(process.env["E2E_FILES"] ?? 1),
     // A test that fails runs once more; one that passes then is named at the end.
     retry: 1,
     reporters: ["default", new Flaky()],
