@@ -1,5 +1,5 @@
-// Tests against a real daemon in a real browser: one file at a time, or as many as E2E_FILES says. With two they take three quarters of
-// the time on two processors, and some need their second try.
+// Tests against a real daemon in a real browser: one file at a time, or as many as E2E_FILES says. On two processors two take as long,
+// and some tests need their second try.
 import { defineConfig } from "vitest/config";
 
 import { Flaky } from "./flaky.ts";
