@@ -48,7 +48,7 @@ pub(crate) fn report(error: &anyhow::Error) -> ExitCode {
     ExitCode::from(code(error))
 }
 
-/// What went wrong, with the fields of a request as they were typed.
+/// Sentence of an error, with the fields of a request as they were typed.
 fn sentence(error: &anyhow::Error) -> String {
     let sentence = format!("{error:#}");
     match error.downcast_ref::<Error>() {

@@ -58,7 +58,7 @@ fn with_rules_of_values(arg: Arg) -> Arg {
     if !arg.get_action().takes_values() {
         return arg;
     }
-    // What takes a hyphen takes it in numbers too.
+    // An argument that takes a hyphen takes negative numbers too.
     let arg = if arg.is_allow_hyphen_values_set() { arg } else { arg.allow_negative_numbers(true) };
     let is_number = arg.get_value_parser().type_id() == TypeId::of::<f64>();
     let name = arg.get_value_names().and_then(|names| names.first()).map(ToString::to_string);

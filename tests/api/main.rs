@@ -6,6 +6,7 @@
 
 mod audit;
 mod ball_joints;
+mod blocked_joints;
 mod cameras;
 mod changing_sensors;
 mod claims;

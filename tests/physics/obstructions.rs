@@ -35,18 +35,6 @@ fn scene(crate_at: DPose3) -> Simulation {
     world
 }
 
-fn position(position: f64) -> Target {
-    Target::Position {
-        position,
-        velocity: 0.0,
-        stiffness: None,
-        damping: None,
-        feed_forward: 0.0,
-        max_effort: None,
-        max_velocity: None,
-    }
-}
-
 /// Names of joint, own link, robot and link of what blocks joints of the first robot.
 fn blocked(world: &Simulation) -> Vec<[String; 4]> {
     let seen = look(world);
@@ -70,7 +58,7 @@ fn names(of: [&str; 4]) -> [String; 4] {
 #[test]
 fn a_joint_that_is_stopped_on_its_way_names_the_link_that_stops_it() {
     let mut world = scene(at(0.45, 0.35, 0.5));
-    set_targets(&mut world, "arm", &[("shoulder", position(1.5))]);
+    set_targets(&mut world, "arm", &[("shoulder", Target::position(1.5))]);
     run(&mut world, 0.1);
     assert!(blocked(&world).is_empty(), "it is on its way");
     run(&mut world, 3.0);
@@ -98,7 +86,7 @@ fn joints_that_turn_or_slide_by_velocity_name_what_stops_them() {
 #[test]
 fn what_reaches_its_target_or_pushes_as_it_is_asked_is_not_blocked() {
     let mut world = scene(at(1.05, 0.0, 0.5));
-    set_targets(&mut world, "arm", &[("shoulder", position(0.0)), ("slide", position(0.05))]);
+    set_targets(&mut world, "arm", &[("shoulder", Target::position(0.0)), ("slide", Target::position(0.05))]);
     run(&mut world, 2.0);
     assert!(blocked(&world).is_empty(), "{:?}", blocked(&world));
     set_targets(&mut world, "arm", &[("slide", Target::Effort(5.0))]);

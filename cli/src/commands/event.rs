@@ -153,8 +153,7 @@ fn describe(kind: Option<Kind>) -> (&'static str, Value, String) {
             format!("the world fell behind: {} s of lag dropped", fixed(it.dropped_lag, 3)),
         ),
         Some(Kind::JointBlocked(it)) => {
-            let link =
-                if it.by_robot == it.by_link { String::new() } else { format!(" with {}", it.by_link) };
+            let link = if it.by_link.is_empty() { String::new() } else { format!(" with {}", it.by_link) };
             (
                 "joint_blocked",
                 json!({

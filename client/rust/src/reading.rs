@@ -38,7 +38,7 @@ pub struct JointReading {
     pub mode: Vec<JointMode>,
     /// Bit sets of `JointFlag`.
     pub flags: Vec<u32>,
-    /// What keeps it from its target by touching.
+    /// Link whose contact keeps it from its target.
     pub obstruction: Option<JointObstruction>,
 }
 

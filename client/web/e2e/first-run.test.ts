@@ -31,7 +31,7 @@ test("an empty world explains itself, and gives an arm to move", async () => {
   await number.fill("2*(0.1 + 0.2)");
   await number.press("Enter");
   await expect.poll(async () => (await daemon.joint("demo_arm", "shoulder")).position).toBeCloseTo(0.6, 1);
-  // What keeps it from its target is said on its row.
+  // Its row says why it does not reach its target.
   const badge = tab.page.getByTestId("badge").nth(1);
   await number.fill("9");
   await number.press("Enter");

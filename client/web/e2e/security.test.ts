@@ -65,7 +65,7 @@ test("a page asks for a token, keeps it out of reach of scripts, and shows what 
   const other = await (await use.context({ ignoreHTTPSErrors: true })).newPage();
   await other.goto(daemon.url);
   await other.getByTestId("log-in").waitFor();
-  // Who logs out is asked for a token again.
+  // After log-out the page asks for a token again.
   await page.getByTestId("clients").click();
   await page.getByTestId("log-out").click();
   await card.waitFor();

@@ -62,7 +62,7 @@ test("a robot and the world are claimed by a button: other pages say by whom, an
   }
   expect(await other.violations()).toEqual([]);
   await other.picture("claimed-by-another");
-  // Who has claimed it moves it, also after a reload.
+  // The client with the claim moves it, also after a reload.
   await own.page.reload();
   await own.page.waitForFunction(() => window.simd?.frame() != null && window.simd.settled());
   const number = own.page.getByTestId("number").first();

@@ -9058,7 +9058,7 @@ pub struct JointInfo {
     /// Absent: there is none.
     #[prost(message, optional, tag = "23")]
     pub spring: ::core::option::Option<JointSpring>,
-    /// What keeps it from its target now. Absent: nothing.
+    /// Link that keeps it from its target now. Absent: none.
     #[prost(message, optional, tag = "24")]
     pub obstruction: ::core::option::Option<JointObstruction>,
 }
@@ -9098,9 +9098,10 @@ pub struct JointObstruction {
     /// The link that is kept back, of the joint's robot.
     #[prost(string, tag = "2")]
     pub link: ::prost::alloc::string::String,
-    /// The robot that keeps it back, which may be the same one, and its link.
+    /// Robot that keeps it back, which may be the same one.
     #[prost(string, tag = "3")]
     pub by_robot: ::prost::alloc::string::String,
+    /// Its link; empty if it has one link alone.
     #[prost(string, tag = "4")]
     pub by_link: ::prost::alloc::string::String,
     /// Effort of its contact forces at the joint, N m or N.
@@ -13700,9 +13701,10 @@ pub struct JointBlocked {
     pub robot: ::prost::alloc::string::String,
     #[prost(string, tag = "2")]
     pub joint: ::prost::alloc::string::String,
-    /// The robot that blocks it, which may be the same one, and its link.
+    /// Robot that blocks it, which may be the same one.
     #[prost(string, tag = "3")]
     pub by_robot: ::prost::alloc::string::String,
+    /// Its link; empty if it has one link alone.
     #[prost(string, tag = "4")]
     pub by_link: ::prost::alloc::string::String,
 }

@@ -15,9 +15,9 @@ pub(super) struct BlockedBy {
 }
 
 impl BlockedBy {
-    /// Returns the robot, and its link if that has another name.
+    /// Returns the robot, and its link if it has several.
     pub(super) fn name(&self) -> String {
-        if self.robot == self.link { self.robot.clone() } else { format!("{}/{}", self.robot, self.link) }
+        if self.link.is_empty() { self.robot.clone() } else { format!("{}/{}", self.robot, self.link) }
     }
 }
 

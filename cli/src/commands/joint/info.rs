@@ -38,7 +38,7 @@ pub(super) struct InfoView {
     gains: Option<GainsView>,
     default_gains: Option<GainsView>,
     claimed_by: Option<String>,
-    /// What keeps it from its target by touching; null where nothing does.
+    /// Link whose contact keeps it from its target; null if none does.
     blocked_by: Option<BlockedBy>,
     #[serde(skip)]
     unit: Option<Unit>,

@@ -84,7 +84,7 @@ struct JointView {
     saturated: bool,
     at_lower_limit: bool,
     at_upper_limit: bool,
-    /// What keeps it from its target by touching; null where nothing does.
+    /// Link whose contact keeps it from its target; null if none does.
     blocked_by: Option<BlockedBy>,
     #[serde(skip)]
     reading: JointReading,
@@ -241,7 +241,7 @@ wrist       passive        -         -0.2500            0.0000       -1.5000  -
             joint: "left elbow".into(),
             link: "forearm".into(),
             by_robot: "crate".into(),
-            by_link: "crate".into(),
+            by_link: String::new(),
             effort: -1.4,
         });
         let view = ReadingView::from(reading.clone());
@@ -249,8 +249,8 @@ wrist       passive        -         -0.2500            0.0000       -1.5000  -
         let json = serde_json::to_value(&view).unwrap();
         assert_eq!(json["joints"][0]["blocked_by"]["own_link"], "forearm");
         assert_eq!(json["joints"][1]["blocked_by"], Value::Null);
-        reading.joints[0].obstruction.as_mut().unwrap().by_robot = "rack".into();
-        assert!(ReadingView::from(reading).page().render(false).contains("blocked by rack/crate\n"));
+        reading.joints[0].obstruction.as_mut().unwrap().by_link = "lid".into();
+        assert!(ReadingView::from(reading).page().render(false).contains("blocked by crate/lid\n"));
     }
 
     #[test]

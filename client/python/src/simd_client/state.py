@@ -43,14 +43,14 @@ class Obstruction:
     robot: str
     """The robot that keeps it back; it may be the joint's own."""
     link: str
-    """That robot's link."""
+    """That robot's link; empty if it has one alone."""
     own_link: str
     """The link that is kept back."""
     effort: float
     """Effort of the contact forces at the joint, N m or N."""
 
     def __str__(self) -> str:
-        return f"`{self.robot}`" if self.robot == self.link else f"link `{self.link}` of `{self.robot}`"
+        return f"`{self.robot}`" if not self.link else f"link `{self.link}` of `{self.robot}`"
 
 
 @dataclass(frozen=True)

@@ -63,7 +63,7 @@ function keep(what: string, secret: string | undefined): void {
 export function keepRenewing(): () => void {
   return effect(() => {
     if (claimedHere.value.size === 0 || connection.value.state !== "live") return undefined;
-    // What was claimed before a reload of the page may have ended.
+    // A claim from before a reload of the page may have ended.
     void renew();
     const timer = setInterval(() => void renew(), RENEWAL);
     return () => clearInterval(timer);

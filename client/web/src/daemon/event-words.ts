@@ -35,7 +35,7 @@ export function wordsOf({ kind }: Event): Words {
       return plain(`The world could not keep up and dropped ${seconds(kind.value.droppedLag)}`);
     case "jointBlocked": {
       const { robot, joint, byRobot, byLink } = kind.value;
-      return warning(`${byRobot} blocks joint ${joint} of ${robot}${byRobot === byLink ? "" : ` with ${byLink}`}`);
+      return warning(`${byRobot} blocks joint ${joint} of ${robot}${byLink === "" ? "" : ` with ${byLink}`}`);
     }
     case "jointsClaimed":
       return plain(`${name(kind.value.holder)} claimed ${claimed(kind.value)}`);

@@ -234,7 +234,7 @@ export function frameOf(
   const joints = new Map<string, JointValues>();
   for (const robot of states.robots.filter(fits)) {
     const { position, velocity, effort, target, flags } = robot;
-    const blocks = new Map(robot.obstructions.map(({ joint, byRobot, byLink }) => [joint, byRobot === byLink ? byRobot : `${byRobot}/${byLink}`]));
+    const blocks = new Map(robot.obstructions.map(({ joint, byRobot, byLink }) => [joint, byLink === "" ? byRobot : `${byRobot}/${byLink}`]));
     const values = robot.unchanged ? before?.joints.get(robot.robot) : { position, velocity, effort, target, mode: robot.mode.map(modeOf), flags, ...(blocks.size > 0 && { blocks }) };
     if (values) joints.set(robot.robot, values);
   }

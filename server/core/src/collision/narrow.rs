@@ -9,7 +9,7 @@ use rapier3d_f64::parry::query::details::{
 use rapier3d_f64::parry::query::{ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher as _};
 use rapier3d_f64::parry::shape::{Ball, PolygonalFeatureMap, Shape, ShapeType};
 
-use super::colliders::{Frame, Placed, RobotColliders};
+use super::colliders::{Placed, RobotColliders};
 use super::facet_contact::{Convex, FacetContact};
 use super::facets::{Facets, relative};
 use super::filter::Filter;
@@ -17,7 +17,7 @@ use super::fixed_pair::FixedPairScratch;
 use super::hull::Graph;
 use super::hull_support::HullSupport;
 use super::near_facets::NearFacets;
-use super::plane::{ROUNDING, outermost_beyond};
+use super::plane::{ROUNDING, far_above, outermost_beyond};
 use super::reduce::{MOST, SAME, needs_middle, reduce};
 use super::seams::{is_seam, seam_height};
 use crate::dynamics::contact_point::{ContactPoint, SurfaceCombination};
@@ -390,14 +390,4 @@ fn has_faces(shape: &dyn Shape) -> bool {
         shape.shape_type(),
         ShapeType::Cuboid | ShapeType::ConvexPolyhedron | ShapeType::Cylinder | ShapeType::Cone
     )
-}
-
-/// Whether a shape is a plane, and the sphere around another one is well above it: the bounds of a
-/// plane are all of space, and tell nothing.
-fn far_above((shape, plane): (&dyn Shape, &Frame), other: &Placed, within: f64) -> bool {
-    shape.as_halfspace().is_some_and(|half| {
-        let normal = plane.world_from_shape.rotation * half.normal;
-        let height = (other.world_middle - plane.world_from_shape.translation).dot(normal);
-        height - other.radius > within
-    })
 }

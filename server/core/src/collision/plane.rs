@@ -5,10 +5,21 @@
 use glamx::DVec3;
 use rapier3d_f64::parry::shape::{Shape, TypedShape};
 
+use super::colliders::{Frame, Placed};
 use super::hull::Graph;
 
 /// Corners of a hull are looked for so much farther from a plane than they are taken, metres.
 pub(super) const ROUNDING: f64 = 1e-9;
+
+/// Whether a shape is a plane, and the sphere around another one is well above it: the bounds of a
+/// plane are all of space, and tell nothing.
+pub(super) fn far_above((shape, plane): (&dyn Shape, &Frame), other: &Placed, within: f64) -> bool {
+    shape.as_halfspace().is_some_and(|half| {
+        let normal = plane.world_from_shape.rotation * half.normal;
+        let height = (other.world_middle - plane.world_from_shape.translation).dot(normal);
+        height - other.radius > within
+    })
+}
 
 /// As [`outermost`], of a shape that may be a hull with a graph, without corners that lie less than `least` along the
 /// direction. Where that leads to a `plane`, what is round and leans has the points of its rim alone: a triangle may end between them.

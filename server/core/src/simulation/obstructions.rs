@@ -112,6 +112,14 @@ impl PublishedState {
     }
 }
 
+impl Obstruction {
+    /// Returns the name of the link that keeps the joint back, out of its robot's; empty if that robot has one link alone.
+    pub fn by_link_name(&self, by: &RobotModel) -> String {
+        let link = by.links.get(self.by_link).filter(|_| by.links.len() > 1);
+        link.map(|link| link.name.clone()).unwrap_or_default()
+    }
+}
+
 /// Whether a link is another one or hangs on it.
 fn is_below(model: &RobotModel, link: usize, root: usize) -> bool {
     // Joint `i` ends at link `i + 1`, after its parent.

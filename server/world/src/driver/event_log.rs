@@ -119,7 +119,7 @@ pub struct BlockedJoint {
     pub joint: String,
     /// The robot that blocks it, which may be the same one.
     pub by_robot: String,
-    /// That robot's link.
+    /// That robot's link; empty if it has one alone.
     pub by_link: String,
 }
 

@@ -11,7 +11,7 @@ use simd_core::{Applied, Command, Error, PhysicsSettings, Reply};
 
 use super::call_budget::CallBudget;
 use super::event::Event;
-use super::event_log::{BlockedJoint, EventLog, LogEvent};
+use super::event_log::{EventLog, LogEvent};
 use super::long_step::LongSteps;
 use super::mailbox::Inbox;
 use super::meter::Meter;
@@ -364,27 +364,6 @@ impl<W: World> Driver<W> {
                 _ => LogEvent::World(event),
             };
             self.log(event);
-        }
-    }
-
-    /// Logs joints that contacts have begun to keep from their targets.
-    fn log_obstructions(&mut self) {
-        let newest = self.publisher.state_cell().newest();
-        let state = &newest.state;
-        for (robot, found) in self.obstructions.look(state) {
-            let (Some(entity), Some(by)) =
-                (state.world.entities.get(robot), state.world.entities.get(found.by_robot))
-            else {
-                continue;
-            };
-            let (joint, link) = (entity.model.joints.get(found.joint), by.model.links.get(found.by_link));
-            let blocked = BlockedJoint {
-                robot: entity.name.clone(),
-                joint: joint.map(|joint| joint.name.clone()).unwrap_or_default(),
-                by_robot: by.name.clone(),
-                by_link: link.map(|link| link.name.clone()).unwrap_or_default(),
-            };
-            self.log(LogEvent::JointBlocked { at: state.at, blocked: Box::new(blocked) });
         }
     }
 

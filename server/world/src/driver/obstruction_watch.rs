@@ -5,6 +5,10 @@ use std::collections::BTreeSet;
 use simd_core::PublishedState;
 use simd_core::simulation::obstructions::Obstruction;
 
+use super::event_log::{BlockedJoint, LogEvent};
+use super::main_loop::Driver;
+use super::world::World;
+
 /// Simulated seconds between two looks. A joint is reported if two looks in a row find it kept back.
 const INTERVAL: f64 = 0.5;
 
@@ -52,5 +56,28 @@ impl ObstructionWatch {
         self.reported.retain(|key| kept_back.contains(key));
         self.kept_back = kept_back;
         reports
+    }
+}
+
+impl<W: World> Driver<W> {
+    /// Logs joints that contacts have begun to keep from their targets.
+    pub(super) fn log_obstructions(&mut self) {
+        let newest = self.publisher.state_cell().newest();
+        let state = &newest.state;
+        for (robot, found) in self.obstructions.look(state) {
+            let (Some(entity), Some(by)) =
+                (state.world.entities.get(robot), state.world.entities.get(found.by_robot))
+            else {
+                continue;
+            };
+            let joint = entity.model.joints.get(found.joint);
+            let blocked = BlockedJoint {
+                robot: entity.name.clone(),
+                joint: joint.map(|joint| joint.name.clone()).unwrap_or_default(),
+                by_robot: by.name.clone(),
+                by_link: found.by_link_name(&by.model),
+            };
+            self.log(LogEvent::JointBlocked { at: state.at, blocked: Box::new(blocked) });
+        }
     }
 }

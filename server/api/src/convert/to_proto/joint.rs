@@ -182,7 +182,7 @@ pub fn obstructions(
             joint: entity.model.joints.get(found.joint)?.name.clone(),
             link: entity.model.links.get(found.link)?.name.clone(),
             by_robot: by.name.clone(),
-            by_link: by.model.links.get(found.by_link)?.name.clone(),
+            by_link: found.by_link_name(&by.model),
             effort: found.effort,
         })
     };
