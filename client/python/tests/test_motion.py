@@ -51,6 +51,17 @@ def test_a_robot_that_is_late_says_which_joint(sim: Simulation, arm: Robot) -> N
     assert sim.stamp.step == 20
 
 
+def test_a_robot_that_something_blocks_says_what(sim: Simulation) -> None:
+    arm = sim.load(ASSETS / "Bench_Arm-1.2 rev B", name="bench", fixed=True)
+    sim.add_box((2.0, 2.0, 0.1), position=(0.0, 0.0, -0.15), name="floor", fixed=True)
+    with pytest.raises(simd_client.DeadlineExceeded, match="joint `shoulder` is at .*; `floor` blocks joint `shoulder`"):
+        arm.move_to({"shoulder": 1.5}, timeout=3.0, steps=10)
+    blocked = sim.step(states=[arm])[arm]["shoulder"].blocked_by
+    assert blocked is not None and (blocked.robot, blocked.link, blocked.own_link) == ("floor", "", "arm")
+    sim.robot("floor").delete()
+    assert arm.move_to({"shoulder": 1.5}, timeout=3.0, steps=10)["shoulder"].blocked_by is None
+
+
 def test_a_paused_world_is_refused_at_once(sim: Simulation, arm: Robot) -> None:
     with pytest.raises(simd_client.WrongState, match="paused, so that robot `arm` does not move: play it") as refused:
         arm.move_to([0.3, 0.3])
