@@ -15,7 +15,10 @@ use crate::limits::LoadLimits;
 pub(crate) type Mended = (u32, String);
 
 /// Notes of one file: more of them say nothing new.
-const MOST_NOTES: usize = 20;
+const MAX_NOTES: usize = 20;
+
+/// Maximum number of repairs of one file. A file that needs more is left to the parser, which refuses it.
+const MAX_REPAIRS: usize = 10_000;
 
 /// A text with what is repaired in it. Lines stay where they are. Attributes are counted before, so that comparing them is bounded.
 pub(crate) fn mended<'t>(text: Cow<'t, str>, notes: &mut Vec<Mended>) -> Cow<'t, str> {
@@ -30,6 +33,9 @@ pub(crate) fn mended<'t>(text: Cow<'t, str>, notes: &mut Vec<Mended>) -> Cow<'t,
         return text;
     }
     notes.extend(new);
+    if edits.len() > MAX_REPAIRS {
+        return text;
+    }
     let mut out = String::with_capacity(text.len() + edits.len() * 4);
     let mut from = 0;
     for (range, instead) in edits {
@@ -81,13 +87,15 @@ struct Mender<'t> {
     at: usize,
     /// Of `at`.
     line: u32,
-    edits: Vec<(Range<usize>, String)>,
+    edits: Vec<(Range<usize>, Cow<'static, str>)>,
     notes: Vec<Mended>,
 }
 
 impl<'t> Mender<'t> {
     fn run(&mut self) {
-        while let Some(open) = self.rest().find('<') {
+        while let Some(open) = self.rest().find('<')
+            && !self.is_full()
+        {
             self.ampersands(self.at..self.at + open);
             self.go(open);
             let rest = self.rest();
@@ -118,8 +126,12 @@ impl<'t> Mender<'t> {
         self.at += passed.len();
     }
 
+    fn is_full(&self) -> bool {
+        self.edits.len() > MAX_REPAIRS
+    }
+
     fn note(&mut self, message: String) {
-        if self.notes.len() < MOST_NOTES {
+        if self.notes.len() < MAX_NOTES {
             self.notes.push((self.line, message));
         }
     }
@@ -130,7 +142,7 @@ impl<'t> Mender<'t> {
         if !text.contains("--") && !text.ends_with('-') && !text.starts_with('>') {
             return;
         }
-        self.edits.push((body, text.replace(['-', '>'], " ")));
+        self.edits.push((body, text.replace(['-', '>'], " ").into()));
         self.note("a comment has two dashes in it, which XML does not allow; left out".to_owned());
     }
 
@@ -139,9 +151,12 @@ impl<'t> Mender<'t> {
         let text = self.text.get(within.clone()).unwrap_or_default();
         let mut bare = false;
         for (at, _) in text.match_indices('&') {
+            if self.is_full() {
+                break;
+            }
             if !is_reference(text.get(at + 1..).unwrap_or_default()) {
                 let at = within.start + at;
-                self.edits.push((at..at + 1, "&amp;".to_owned()));
+                self.edits.push((at..at + 1, "&amp;".into()));
                 bare = true;
             }
         }
@@ -199,8 +214,9 @@ impl<'t> Mender<'t> {
                 continue;
             }
             let blank = |byte: u8| if byte == b'\n' { '\n' } else { ' ' };
-            let spaces = self.text.get(range.clone()).unwrap_or_default().bytes().map(blank).collect();
-            self.edits.push((range, spaces));
+            let spaces: String =
+                self.text.get(range.clone()).unwrap_or_default().bytes().map(blank).collect();
+            self.edits.push((range, spaces.into()));
             self.note(format!("the attribute {} is given twice; the last one holds", quoted(name)));
         }
         // In order; a reference that was repaired in an attribute that is left out is left out too.
@@ -281,6 +297,14 @@ mod tests {
         let mut notes = Vec::new();
         let stays = mended(Cow::Borrowed(text), &mut notes);
         assert!(matches!(stays, Cow::Borrowed(_)) && notes.is_empty());
+    }
+
+    #[test]
+    fn a_text_that_needs_more_repairs_than_any_file_is_left_to_the_parser() {
+        let few = format!("<a>{}</a>", "&".repeat(MAX_REPAIRS));
+        let many = format!("<a>{}</a>", "&".repeat(MAX_REPAIRS + 1));
+        assert_ne!(mended(Cow::Borrowed(&few), &mut Vec::new()), few);
+        assert_eq!(mended(Cow::Borrowed(&many), &mut Vec::new()), many);
     }
 
     #[test]
