@@ -6,6 +6,7 @@
 //! * `descriptions`: the same of SDF and MJCF.
 //! * `limits`: each limit at its value and one past it; `hostile`: files made to harm.
 //! * `mutations`: nothing that is done to a good file makes the reader panic.
+//! * `schemas`: each word of the schemas of SDF and MJCF is read, or named in the report.
 //! * `pybullet`: robots that others made, beside PyBullet and an independent reader.
 #![cfg(test)]
 
@@ -16,6 +17,7 @@ mod limits;
 mod meshes;
 mod mutations;
 mod pybullet;
+mod schemas;
 mod table;
 
 use simd_model::{Disposition, Severity};

@@ -80,6 +80,10 @@ pub(super) fn read<'a>(
             Ok(Some(most).filter(|most| holds && *most > 0.0))
         };
         let force = most("forcerange", "forcelimited")?.map(|force| force * gear.abs());
+        if !matches!(law, Law::Motor(_)) && actuator.list("ctrlrange", 2)?.is_some() {
+            let message = "ctrlrange is not read: targets have the limits of their joint";
+            reader.notes.info(element, Ignored, message);
+        }
         let (drive, effort) = match law {
             Law::Motor(gain) => {
                 let control = most("ctrlrange", "ctrllimited")?.map(|control| (control * gain * gear).abs());

@@ -90,6 +90,9 @@ impl Library {
                     });
                     // Layers are of MuJoCo from 3.2 on: one for each part of the look.
                     let of_color = |layer: &Element| matches!(layer.word("role"), Some("rgb" | "rgba"));
+                    for layer in element.children("layer").filter(|layer| !of_color(layer)) {
+                        notes.info(layer, Ignored, "its role is not drawn; only rgb and rgba are");
+                    }
                     let layer = element.children("layer").find(of_color);
                     let layer = layer.and_then(|layer| layer.word("texture"));
                     let texture = material.word("texture").or(layer).map(str::to_owned);

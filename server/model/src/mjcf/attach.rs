@@ -112,6 +112,7 @@ impl<'a> Reader<'a> {
         for section in of("default") {
             scope.classes.read(section, &mut self.notes)?;
         }
+        scope.classes.warn_of_unknown(&sections, &mut self.notes);
         for section in of("asset") {
             let elements = files::expanded(section, self.sources, self.file_indices)?;
             let Scope { library, compiler, classes, .. } = &mut scope;

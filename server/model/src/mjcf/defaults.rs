@@ -1,10 +1,11 @@
 //! `<default>`: attributes of elements that give none, by class.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::report::Disposition::Ignored;
 use crate::translation::element::Element;
 use crate::translation::notes::{Notes, Stop};
+use crate::urdf::findings::quoted;
 
 /// Classes that a file may have.
 const MOST: usize = 10_000;
@@ -69,6 +70,21 @@ impl<'a> Classes<'a> {
             }
         }
         Ok(())
+    }
+
+    /// Warns of classes that no `<default>` has, each name once. Their elements take the class around them.
+    pub(super) fn warn_of_unknown(&self, sections: &[Element<'a>], notes: &mut Notes) {
+        let sections = sections.iter().filter(|section| section.tag() != "default");
+        let mut named: BTreeSet<&str> = BTreeSet::new();
+        for element in sections.flat_map(|section| section.descendants()) {
+            for attribute in ["class", "childclass"] {
+                let Some(name) = element.node.attribute(attribute) else { continue };
+                if self.find(name).is_none() && named.len() < MOST && named.insert(name) {
+                    let message = format!("{attribute} {} is not defined; it is left out", quoted(name));
+                    notes.warn(element, Ignored, message);
+                }
+            }
+        }
     }
 
     /// The class of a name. `None` where there is none of it.

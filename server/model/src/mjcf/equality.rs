@@ -73,6 +73,9 @@ fn hold<'a>(element: Element<'a>, reader: &mut Reader<'a>, held: &mut Vec<Held>)
         "weld" => DraftConstraintKind::Weld,
         _ => DraftConstraintKind::PointToPoint,
     };
+    if sites.iter().any(Option::is_some) && sites.iter().any(Option::is_none) {
+        reader.notes.warn(element, Ignored, "it names one site alone: site1 and site2 are not read");
+    }
     let mut ends = if let [Some(one), Some(other)] = sites {
         let found = [one, other].map(|site| reader.sites.get(site).copied());
         let [Some(one), Some(other)] = found else {

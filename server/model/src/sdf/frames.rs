@@ -1,14 +1,15 @@
-//! Frames of a model: where links, joints, frames and nested models stand, each relative to another one.
+//! Frames of a model or a world: where links, joints, frames and models stand, each relative to another one.
 
 use std::collections::BTreeMap;
 
 use glamx::{DPose3, DQuat, DVec3};
 
+use crate::report::Disposition::Ignored;
 use crate::translation::element::{Element, parse};
 use crate::translation::notes::{Notes, Stop};
 use crate::urdf::findings::quoted;
 
-/// The model's own frame.
+/// The frame of the model or world itself.
 pub(super) const MODEL: &str = "__model__";
 
 /// A frame before it is known where it is.
@@ -24,12 +25,25 @@ pub(super) struct Raw<'a> {
 /// Frames by name.
 #[derive(Default)]
 pub(super) struct Frames<'a> {
+    /// Whether they are the frames of a world.
+    pub(super) is_world: bool,
     pub(super) raw: BTreeMap<String, Raw<'a>>,
     resolved: BTreeMap<String, DPose3>,
 }
 
-impl Frames<'_> {
-    /// `model_from_frame` of a frame.
+impl<'a> Frames<'a> {
+    /// All frames, and the elements that give them.
+    pub(super) fn names(&self) -> Vec<(String, Element<'a>)> {
+        self.raw.iter().map(|(name, raw)| (name.clone(), raw.at)).collect()
+    }
+
+    /// Adds a frame, unless its name is taken. Without another frame it is relative to the owner's own.
+    pub(super) fn add(&mut self, name: &str, pose: DPose3, relative_to: Option<&str>, at: Element<'a>) {
+        let relative_to = relative_to.filter(|frame| *frame != "world").unwrap_or(MODEL).to_owned();
+        self.raw.entry(name.to_owned()).or_insert(Raw { pose, relative_to, at });
+    }
+
+    /// `model_from_frame` of a frame, or `world_from_frame`.
     pub(super) fn resolve(&mut self, name: &str, asked_by: Element) -> Result<DPose3, Stop> {
         // From the frame up to one that is known, without recursion: chains may be long.
         let mut chain: Vec<String> = Vec::new();
@@ -42,7 +56,8 @@ impl Frames<'_> {
                 break *known;
             }
             let Some(raw) = self.raw.get(&at) else {
-                return Err(Stop::at(asked_by, format!("there is no frame {} in its model", quoted(&at))));
+                let owner = if self.is_world { "world" } else { "model" };
+                return Err(Stop::at(asked_by, format!("there is no frame {} in its {owner}", quoted(&at))));
             };
             if chain.len() > self.raw.len() {
                 return Err(Stop::at(raw.at, format!("the frame {} stands relative to itself", quoted(&at))));
@@ -67,7 +82,13 @@ pub(super) fn pose<'a>(element: Element<'a>, notes: &mut Notes) -> Result<(DPose
     if pose.text().is_empty() {
         return Ok((DPose3::IDENTITY, relative_to));
     }
-    if pose.word("rotation_format") == Some("quat_xyzw") {
+    let format = pose.word("rotation_format");
+    if let Some(format) = format.filter(|format| !matches!(*format, "euler_rpy" | "quat_xyzw")) {
+        let message =
+            format!("rotation_format {} is unknown; the angles are read as euler_rpy", quoted(format));
+        notes.warn(pose, Ignored, message);
+    }
+    if format == Some("quat_xyzw") {
         let [x, y, z, qx, qy, qz, qw] = parse(pose, "", pose.text(), notes)?;
         let rotation = DQuat::from_array([qx, qy, qz, qw]);
         if rotation.length() < 1e-9 {

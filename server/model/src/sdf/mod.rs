@@ -25,6 +25,7 @@ use crate::translation::sources::{Source, Texts};
 use crate::translation::{Format, Translation, unread, write};
 use crate::urdf::{Assets, Refused};
 use files::FileIndices;
+use frames::Frames;
 use model::{Model, Placement};
 
 /// Elements of all files that may be read, includes counted as often as they are used.
@@ -88,11 +89,12 @@ impl<'a> Reader<'a> {
     fn all(&mut self) -> Result<Vec<Draft>, Stop> {
         let Some(root) = Element::root(self.sources, 0) else { return Ok(Vec::new()) };
         self.check_version(root);
-        let mut models: Vec<(Model, DPose3)> = Vec::new();
+        let mut top = Top::default();
+        top.frames.is_world = true;
         for element in root.elements() {
             match element.tag() {
-                "world" => self.world(element, &mut models)?,
-                "model" => models.extend(self.placed(element)?),
+                "world" => self.world(element, &mut top)?,
+                "model" => top.take(self.model(element, 0)?, element),
                 "light" | "actor" => self.notes.info(element, Ignored, "not read by simd"),
                 _ => {
                     let message = "not read by simd: it is neither a model nor a world";
@@ -103,7 +105,7 @@ impl<'a> Reader<'a> {
         let mut drafts: Vec<Draft> = Vec::new();
         let mut names = Names::default();
         let (mut links, mut shapes) = (0, 0);
-        for (model, pose) in models {
+        for (model, pose) in top.placed()? {
             let mut of_model = split::robots(model, pose, &mut self.notes);
             let given: BTreeMap<String, String> = of_model
                 .iter_mut()
@@ -154,15 +156,16 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn world(&mut self, world: Element<'a>, models: &mut Vec<(Model, DPose3)>) -> Result<(), Stop> {
+    fn world(&mut self, world: Element<'a>, top: &mut Top<'a>) -> Result<(), Stop> {
         for element in world.elements() {
             self.spend(element)?;
             match element.tag() {
-                "model" => models.extend(self.placed(element)?),
-                "include" => models.extend(self.included(element)?.map(|(model, placement)| {
-                    let pose = placement.in_world(&model);
-                    (model, pose)
-                })),
+                "model" => top.take(self.model(element, 0)?, element),
+                "include" => {
+                    if let Some(placed) = self.included(element)? {
+                        top.take(placed, element);
+                    }
+                }
                 "physics" => self.physics(element)?,
                 "gravity" => {
                     let message =
@@ -174,7 +177,14 @@ impl<'a> Reader<'a> {
                         "joints between models are not read: hold the robots together by a constraint";
                     self.notes.warn(element, Ignored, message);
                 }
-                "frame" => self.notes.warn(element, Ignored, "frames of a world are not read"),
+                "frame" => {
+                    let (pose, relative_to) = frames::pose(element, &mut self.notes)?;
+                    let relative_to = relative_to.or(element.word("attached_to"));
+                    match element.word("name") {
+                        Some(name) => top.frames.add(name, pose, relative_to, element),
+                        None => self.notes.warn(element, Ignored, "it has no name; left out"),
+                    }
+                }
                 _ => {}
             }
         }
@@ -189,13 +199,6 @@ impl<'a> Reader<'a> {
         let message = format!("settings of the physics are the world's, and stay as they are there{step}");
         self.notes.info(element, Ignored, message);
         Ok(())
-    }
-
-    /// A model of a world or of the file, and where it is.
-    fn placed(&mut self, element: Element<'a>) -> Result<Option<(Model, DPose3)>, Stop> {
-        let (model, placement) = self.model(element, 0)?;
-        let pose = placement.in_world(&model);
-        Ok(Some((model, pose)))
     }
 
     /// Counts what is read, with all that is in it.
@@ -213,10 +216,38 @@ impl<'a> Reader<'a> {
     }
 }
 
-impl Placement {
-    /// `world_from_model`.
-    fn in_world(&self, model: &Model) -> DPose3 {
-        self.parent_from_model(model)
+/// The models of a file, and the frames of its world, which they may be relative to.
+#[derive(Default)]
+struct Top<'a> {
+    models: Vec<(Model, Placement, Element<'a>)>,
+    frames: Frames<'a>,
+}
+
+impl<'a> Top<'a> {
+    fn take(&mut self, (model, placement): (Model, Placement), at: Element<'a>) {
+        let pose = placement.parent_from_model(&model);
+        self.frames.add(&model.name, pose, placement.relative_to.as_deref(), at);
+        for (own, pose) in &model.frames {
+            self.frames.add(&format!("{}::{own}", model.name), *pose, Some(&model.name), at);
+        }
+        self.models.push((model, placement, at));
+    }
+
+    /// Models with `world_from_model`. Of models of one name, the first has the name's frame.
+    fn placed(mut self) -> Result<Vec<(Model, DPose3)>, Stop> {
+        for (name, at) in self.frames.names() {
+            self.frames.resolve(&name, at)?;
+        }
+        let mut placed = Vec::new();
+        for (model, placement, at) in self.models {
+            let parent = match &placement.relative_to {
+                Some(frame) => self.frames.resolve(frame, at)?,
+                None => DPose3::IDENTITY,
+            };
+            let pose = parent * placement.parent_from_model(&model);
+            placed.push((model, pose));
+        }
+        Ok(placed)
     }
 }
 

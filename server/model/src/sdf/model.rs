@@ -32,6 +32,18 @@ pub(super) struct Model {
     pub(super) attached: BTreeMap<String, String>,
 }
 
+impl Model {
+    /// Refuses a placement by a frame that the model does not have.
+    fn check_frame(&self, frame: Option<&str>, at: Element) -> Result<(), Stop> {
+        match frame {
+            Some(frame) if frame != MODEL && !self.frames.contains_key(frame) => {
+                Err(Stop::at(at, format!("placement_frame {} is no frame of the model", quoted(frame))))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
 /// Where a model is, as far as its own element says.
 #[derive(Clone, Debug)]
 pub(super) struct Placement {
@@ -248,7 +260,15 @@ impl<'a> Reader<'a> {
                 return Err(Stop::at(element, message));
             }
         }
-        model.canonical = element.word("canonical_link").map(str::to_owned).or_else(|| {
+        let canonical = element.word("canonical_link").filter(|name| {
+            let is_link = attached.get(*name).is_some_and(|link| link == name);
+            if !is_link {
+                let message = format!("canonical_link {} is no link; it is left out", quoted(name));
+                self.notes.warn(element, Ignored, message);
+            }
+            is_link
+        });
+        model.canonical = canonical.map(str::to_owned).or_else(|| {
             let own = element.child("link").and_then(|link| link.word("name")).map(str::to_owned);
             own.or(model.canonical.take())
         });
@@ -265,6 +285,7 @@ impl<'a> Reader<'a> {
         }
         let (pose, relative_to) = frames::pose(element, &mut self.notes)?;
         let frame = element.word("placement_frame").map(str::to_owned);
+        model.check_frame(frame.as_deref(), element)?;
         let relative_to = relative_to.filter(|to| version >= (1, 7) && *to != "world").map(str::to_owned);
         Ok((model, Placement { pose, frame, relative_to }))
     }
@@ -359,6 +380,7 @@ impl<'a> Reader<'a> {
         if include.child("pose").is_some() {
             let (pose, relative_to) = frames::pose(include, &mut self.notes)?;
             let frame = include.text_of("placement_frame").map(str::to_owned).or(placement.frame);
+            model.check_frame(frame.as_deref(), include)?;
             let relative_to = relative_to.filter(|to| *to != "world").map(str::to_owned);
             placement = Placement { pose, frame, relative_to };
         }

@@ -73,6 +73,11 @@ impl<'a> Element<'a> {
         self.node.children().filter(Node::is_element).map(move |node| self.with(node))
     }
 
+    /// The element and all elements within it, which are not noted as read.
+    pub(crate) fn descendants(self) -> impl Iterator<Item = Self> {
+        self.node.descendants().filter(Node::is_element).map(move |node| self.with(node))
+    }
+
     /// Elements of a name in it.
     pub(crate) fn children(self, tag: &'static str) -> impl Iterator<Item = Self> {
         self.source.asked.note(self.tag(), What::Child(tag));

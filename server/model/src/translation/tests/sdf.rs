@@ -220,3 +220,27 @@ fn a_tensor_in_a_turned_frame_is_turned_into_the_links() {
     );
     assert_eq!(inertial.center_of_mass, DVec3::new(0.1, 0.0, 0.0));
 }
+
+#[test]
+fn models_of_a_world_stand_relative_to_its_frames_and_other_models() {
+    let model = |name: &str, pose: &str| {
+        format!("<model name='{name}'>{pose}<link name='l'><pose>0 0 1 0 0 0</pose>{INERTIAL}</link></model>")
+    };
+    let world = |first: &str| {
+        let models = model("a", first)
+            + &model("b", "<pose>0 5 0 0 0 0</pose>")
+            + &model("c", "<pose relative_to='b::l'>2 0 0 0 0 0</pose>");
+        format!(
+            "<sdf version='1.9'><world name='w'><frame name='table'><pose>0 0 3 0 0 0</pose></frame>\
+             <frame name='plate' attached_to='table'><pose>0 1 0 0 0 0</pose></frame>{models}</world></sdf>"
+        )
+    };
+    let text = world("<pose relative_to='plate'>1 0 0 0 0 0</pose>");
+    let translation = translated(&text);
+    let at = |index: usize| translation.models[index].pose.translation;
+    assert!(near(at(0), [1.0, 1.0, 4.0]) && near(at(2), [2.0, 5.0, 2.0]), "{:?} {:?}", at(0), at(2));
+    for frame in ["chair", "a"] {
+        let refused = refusal(&world(&format!("<pose relative_to='{frame}'/>")));
+        assert!(refused.contains(frame), "{refused}");
+    }
+}
