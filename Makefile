@@ -230,10 +230,12 @@ truth: test-data target/reference-venv/installed
 	CARGO="$(CARGO)" target/reference-venv/bin/python tests/reference/truth/report.py
 
 # Constraints in 300 random worlds where `make test` has some dozens; a world on one, two and four threads for 100,000 steps where it has
-# 1,600; and worlds that are saved and restored for 100,000 steps where it has 20,000.
+# 1,600; worlds that are saved and restored for 100,000 steps where it has 8,000; overlapping robots in 300 worlds where it has 10;
+# and 2,000 mutations of each file of the fuzzers' corpus where it has 60.
 wide:
-	EQUAL_STEPS=100000 THREADED_STEPS=100000 CONSTRAINED_WORLDS=300 $(CARGO) test --locked --workspace --test physics -- --nocapture \
-	  threads:: constraints::random_trees contradictions:: constraint_attacks:: long_runs
+	EQUAL_STEPS=100000 THREADED_STEPS=100000 CONSTRAINED_WORLDS=300 OVERLAPPING_WORLDS=300 $(CARGO) test --locked --workspace \
+	  --test physics -- --nocapture threads:: constraints::random_trees contradictions:: constraint_attacks:: long_runs put_into_each_other
+	SIMD_MUTATIONS=2000 $(CARGO) test --locked --workspace --test mutations --test saved_state_numbers --test query_numbers
 
 # Scenes with contact in simd beside MuJoCo: a picture of each and a table in target/scenes.
 scenes: test-data target/reference-venv/installed

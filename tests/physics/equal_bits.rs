@@ -137,7 +137,7 @@ fn run_alone_and_restored(integrator: Integrator) {
     }
     let (mut stirs, mut restores) = ([0, 0].map(|_| Rng::with_seed(12)), Rng::with_seed(13));
     let (mut touching, mut ahead, mut directly, mut by_sweeps, mut on_springs) = (0, 0, 0, 0, 0);
-    let steps = seeds("EQUAL_STEPS", 20_000) as usize;
+    let steps = seeds("EQUAL_STEPS", 8_000) as usize;
     for step in 0..steps {
         if step % 1_000 == 0 {
             on_springs += contacts(&alone, Some("soft")).len();

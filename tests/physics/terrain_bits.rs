@@ -95,7 +95,7 @@ fn long_runs_on_terrain_are_equal_to_the_bit() {
     let [mut alone, mut restored] = [0, 0].map(|_| rough(&mut Rng::with_seed(41)));
     let mut rng = Rng::with_seed(42);
     let (mut touching, mut ahead) = (0, 0);
-    let steps = seeds("EQUAL_STEPS", 20_000) as usize;
+    let steps = seeds("EQUAL_STEPS", 8_000) as usize;
     for step in 0..steps {
         if step % 250 == 0 {
             touching += contacts(&alone, None).len();

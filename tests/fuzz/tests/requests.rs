@@ -13,7 +13,7 @@ use simd_proto::checked::{Refused, Request, most, requests};
 use simd_proto::v1;
 
 /// Bytes of a hostile message.
-const LONG: usize = 2 << 20;
+const LONG: usize = 512 << 10;
 /// Levels of messages within each other that are gone down.
 const LEVELS: usize = 6;
 
