@@ -13,7 +13,6 @@ const CRATES_LEFT: &[&str] = &[
     "client/assets/",
     "client/camera/",
     "client/embedded/",
-    "client/rust/",
     "client/xacro/",
     "proto/",
     "server/api/",

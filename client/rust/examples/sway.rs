@@ -1,5 +1,5 @@
-//! Sways one joint and prints how late the daemon's answers are:
-//! `cargo run -p simd-client --example sway -- 127.0.0.1:7400 ROBOT JOINT`.
+//! Sways one joint and prints the delay of the daemon's answers: `cargo run -p simd-client --example sway --
+//! 127.0.0.1:7400 ROBOT JOINT`.
 
 use std::{
     env,

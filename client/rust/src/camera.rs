@@ -1,4 +1,4 @@
-//! Pictures of the world: for those who want them, and for those who draw them.
+//! Pictures of the world: requests for them, and calls of renderers.
 
 use std::io::Read as _;
 use std::time::Duration;
@@ -12,12 +12,12 @@ use simd_proto::v1::{
 
 use crate::{Client, Error, client::present};
 
-/// How long the daemon waits for a picture where a request does not say.
+/// Default time that the daemon waits for a picture.
 const PICTURE: Duration = Duration::from_secs(10);
 
 /// `CameraService`.
 impl Client {
-    /// The cameras that robots have, and the renderers that are there.
+    /// Returns the cameras of robots, and the active renderers.
     ///
     /// # Errors
     /// As every call.
@@ -25,20 +25,22 @@ impl Client {
         self.unary(self.camera_service().list_cameras(ListCamerasRequest {})).await
     }
 
-    /// A picture of a robot's camera, of the present state or a later one; an empty `sensor` is the only camera that the robot has.
+    /// Returns a picture of a robot's camera, of the present state or a later one. An empty `sensor` is the
+    /// only camera of the robot.
     ///
     /// # Errors
-    /// `NO_RENDERER`, `PICTURE_TIMEOUT`, `PICTURE_FAILED`, `ROBOT_NOT_FOUND`, `SENSOR_NOT_FOUND`, `LIMIT_EXCEEDED`.
+    /// `NO_RENDERER`, `PICTURE_TIMEOUT`, `PICTURE_FAILED`, `ROBOT_NOT_FOUND`, `SENSOR_NOT_FOUND`,
+    /// `LIMIT_EXCEEDED`.
     pub async fn picture(&self, robot: &str, sensor: &str) -> Result<CameraPicture, Error> {
         let (robot, sensor) = (robot.to_owned(), sensor.to_owned());
         self.get_picture(GetPictureRequest { robot, sensor, ..Default::default() }).await
     }
 
-    /// The first picture of a camera's own rate after that of a sequence; 0 gives any of the last second. The camera is followed for
-    /// five seconds.
+    /// Returns the first picture at a camera's own rate after a sequence; 0 gives any of the last second. The
+    /// camera is followed for five seconds.
     ///
     /// # Errors
-    /// Those of [`picture`](Self::picture).
+    /// As [`picture`](Self::picture).
     pub async fn next_camera_picture(
         &self,
         robot: &str,
@@ -51,17 +53,17 @@ impl Client {
             .await
     }
 
-    /// A picture of a robot's camera, as the request says.
+    /// Returns a picture of a robot's camera, as the request says.
     ///
     /// # Errors
-    /// Those of [`picture`](Self::picture), and `INVALID_VALUE`.
+    /// As [`picture`](Self::picture), and `INVALID_VALUE`.
     pub async fn get_picture(&self, request: GetPictureRequest) -> Result<CameraPicture, Error> {
         let longer = time_limit(request.timeout);
         let answer = self.unary_for(longer, self.camera_service().get_picture(request)).await?;
         present(answer.picture, "picture")
     }
 
-    /// A picture of the present state from any point of view.
+    /// Returns a picture of the present state from any point of view.
     ///
     /// # Errors
     /// `NO_RENDERER`, `PICTURE_TIMEOUT`, `PICTURE_FAILED`, `INVALID_VALUE`, `LIMIT_EXCEEDED`.
@@ -71,7 +73,7 @@ impl Client {
         present(answer.picture, "picture")
     }
 
-    /// For renderers: the next picture to draw, waiting at most `timeout` for it.
+    /// For renderers: returns the next picture to draw, waiting at most `timeout` for it.
     ///
     /// # Errors
     /// `INVALID_VALUE`, `LIMIT_EXCEEDED`.
@@ -84,15 +86,16 @@ impl Client {
         Ok(self.unary_for(timeout, self.camera_service().next_picture(request)).await?.task)
     }
 
-    /// For renderers: what was drawn, or why it was not. Whether it was waited for.
+    /// For renderers: delivers a picture, or the reason why it was not drawn. Returns whether a client still
+    /// waits for it.
     ///
     /// # Errors
-    /// `INVALID_VALUE` where it is not what the task asks for.
+    /// `INVALID_VALUE` if the picture does not match the task.
     pub async fn put_picture(&self, picture: PutPictureRequest) -> Result<bool, Error> {
         Ok(self.unary(self.camera_service().put_picture(picture)).await?.accepted)
     }
 
-    /// A mesh that a robot's visuals use, as binary glTF.
+    /// Returns a mesh that a robot's visuals use, as binary glTF.
     ///
     /// # Errors
     /// `ASSET_NOT_UPLOADED`.
@@ -121,10 +124,11 @@ fn time_limit(timeout: f64) -> Duration {
     }
 }
 
-/// The numbers of a plane of a picture, of which each pixel has so many bytes.
+/// Returns the numbers of a picture's plane, as bytes.
 ///
 /// # Errors
-/// Returns an error if it is not of the picture's size, or packed in a way that this client does not know.
+/// Returns an error if the plane does not have the picture's size, or has a compression that this client does
+/// not know.
 pub fn plane_bytes(
     picture: &CameraPicture,
     plane: &PicturePlane,

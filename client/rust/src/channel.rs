@@ -1,4 +1,4 @@
-//! What carries calls: a connection of gRPC, queries of Zenoh, or nothing but a function.
+//! Carriers of calls: a gRPC connection, Zenoh queries, or a function within the process.
 
 use std::convert::Infallible;
 use std::fmt;
@@ -13,7 +13,7 @@ use tonic::transport;
 
 use crate::zenoh::ZenohChannel;
 
-/// The way of calls to one daemon.
+/// The carrier of calls to one daemon.
 #[derive(Clone, Debug)]
 pub(crate) enum Channel {
     Grpc(transport::Channel),

@@ -1,4 +1,4 @@
-//! A connection to a daemon, and how every call goes through it.
+//! A connection to a daemon, through which every call goes.
 
 use std::{
     convert::Infallible,
@@ -42,12 +42,12 @@ use crate::{
     zenoh::Network,
 };
 
-/// Answers larger than this are refused, so that a faulty daemon cannot fill the
-/// client's memory. Scenes and assets are the largest answers.
+/// Larger answers are refused, so that a faulty daemon cannot fill the client's memory. Scenes and assets are
+/// the largest answers.
 const MAX_ANSWER_BYTES: usize = 64 * 1024 * 1024;
 
-/// A connection to one daemon. Cheap to clone; clones share the connection, which
-/// is made again by itself after it broke.
+/// A connection to one daemon. Cheap to clone; clones share the connection, which reconnects automatically
+/// after a break.
 #[derive(Clone, Debug)]
 pub struct Client {
     bare: Channel,
@@ -55,27 +55,28 @@ pub struct Client {
     channel: WithHeaders,
     endpoint: Arc<str>,
     timeout: Duration,
-    /// Empty for none.
+    /// Secret of the claim; empty for none.
     claim: Arc<str>,
     pub(crate) takes_over: bool,
 }
 
-/// How to connect, and how long to wait.
+/// Options of a connection, and timeouts.
 #[derive(Clone, Debug)]
 pub struct ConnectOptions {
-    /// What the daemon knows this client by, where it asks for tokens. The default is that of `SIMD_TOKEN`.
+    /// Token of this client, for a daemon that asks for tokens. The default is the variable `SIMD_TOKEN`.
     pub token: Option<Token>,
-    /// Authorities (PEM), by one of which the certificate of a daemon at `https://` or `tls/` must be signed. The default is the
-    /// file that `SIMD_TLS_CA` names.
+    /// File of authorities (PEM), one of which must have signed the certificate of a daemon at `https://` or
+    /// `tls/`. The default is the file that `SIMD_TLS_CA` names.
     pub tls_authorities: Option<PathBuf>,
-    /// The certificate of this client (PEM), for a daemon that asks its clients for one. The default is the file that
-    /// `SIMD_TLS_CLIENT_CERT` names.
+    /// File with the certificate of this client (PEM), for a daemon that asks its clients for one. The
+    /// default is the file that `SIMD_TLS_CLIENT_CERT` names.
     pub tls_certificate: Option<PathBuf>,
-    /// The private key of that certificate (PEM). The default is the file that `SIMD_TLS_CLIENT_KEY` names.
+    /// File with the private key of that certificate (PEM). The default is the file that
+    /// `SIMD_TLS_CLIENT_KEY` names.
     pub tls_key: Option<PathBuf>,
-    /// For the connection itself.
+    /// Timeout of the connection itself.
     pub connect_timeout: Duration,
-    /// For each call that is not a stream and does not say otherwise.
+    /// Timeout of each call, except streams and calls that say otherwise.
     pub timeout: Duration,
 }
 
@@ -94,22 +95,26 @@ impl Default for ConnectOptions {
 }
 
 impl Client {
-    /// Connects to the daemon at `endpoint`: over gRPC for `host`, `host:port`,
-    /// `http://host:port` or, with TLS, `https://host:port`, and for `unix:PATH`, a daemon's Unix socket, where the port is
-    /// [`DEFAULT_PORT`](crate::DEFAULT_PORT) if it is left out; over Zenoh for a locator like `tcp/host:7447`. Where several daemons are
-    /// behind a locator, `tcp/host:7447#NAME` says which.
+    /// Connects to the daemon at `endpoint`.
+    ///
+    /// * gRPC: `host`, `host:port`, `http://host:port`, with TLS `https://host:port`, or `unix:PATH` for a
+    ///   daemon's Unix socket. Without a port, it is [`DEFAULT_PORT`](crate::DEFAULT_PORT).
+    /// * Zenoh: a locator such as `tcp/host:7447`. If several daemons are behind it, `tcp/host:7447#NAME`
+    ///   selects one.
     ///
     /// Zenoh needs a tokio runtime of the multi-thread flavor.
     ///
     /// # Errors
-    /// [`Error::Endpoint`] where the text is no endpoint, [`Error::SeveralDaemons`] where it leaves open which daemon is
-    /// meant, [`Error::Unreachable`] where no daemon is there; for certificates [`Error::Certificate`] where a file of this
-    /// side is wrong, and [`Error::Untrusted`] where the two sides do not trust each other.
+    /// * [`Error::Endpoint`] if the text is no endpoint.
+    /// * [`Error::SeveralDaemons`] if it does not select one of several daemons.
+    /// * [`Error::Unreachable`] if no daemon answers.
+    /// * [`Error::Certificate`] if a file of this side is wrong.
+    /// * [`Error::Untrusted`] if the two sides do not trust each other's certificates.
     pub async fn connect(endpoint: &str) -> Result<Self, Error> {
         Self::connect_with(endpoint, ConnectOptions::default()).await
     }
 
-    /// Like [`connect`](Self::connect), with other times to wait.
+    /// Like [`connect`](Self::connect), with options.
     ///
     /// # Errors
     /// As [`connect`](Self::connect).
@@ -123,8 +128,8 @@ impl Client {
         }
     }
 
-    /// A client of services within this process, for instance of a daemon that a test
-    /// holds: calls go the whole way but for the network.
+    /// Makes a client of services within this process, for instance of a daemon that a test holds. Calls go
+    /// the whole way except for the network.
     pub fn within<S>(service: S) -> Self
     where
         S: Service<http::Request<Body>, Response = http::Response<Body>, Error = Infallible>,
@@ -142,9 +147,9 @@ impl Client {
         let to_endpoint = if is_tls { with_tls(endpoint, to_endpoint, &options)? } else { to_endpoint };
         let channel = to_endpoint
             .connect_timeout(options.connect_timeout)
-            // A target is small and must not wait for the next one to fill a packet.
+            // Small targets must not wait for others to fill a packet.
             .tcp_nodelay(true)
-            // A watch that says nothing must still find out that the daemon is gone.
+            // A silent watch must still notice that the daemon is gone.
             .http2_keep_alive_interval(Duration::from_secs(10))
             .keep_alive_timeout(Duration::from_secs(10))
             .connect()
@@ -167,26 +172,26 @@ impl Client {
         }
     }
 
-    /// The same connection for the holder of a claim (see [`claim`](Self::claim)): requests that name no claim come with
-    /// this one. Empty for none.
+    /// Returns the same connection for the holder of a claim (see [`claim`](Self::claim)): requests without a
+    /// claim carry this one. Empty for none.
     #[must_use]
     pub fn with_claim(self, claim: &str) -> Self {
         Self { claim: claim.into(), ..self }
     }
 
-    /// The same connection for a client that replaces and takes away also saved states and parameters of others. Where the
-    /// daemon asks for tokens, that needs the role of an admin.
+    /// Returns the same connection for a client that may also replace and delete saved states and parameters
+    /// of other owners. If the daemon asks for tokens, that needs the role `admin`.
     #[must_use]
     pub fn taking_over(self) -> Self {
         Self { takes_over: true, ..self }
     }
 
-    /// The claim of this client; empty for none.
+    /// Returns the claim of this client; empty for none.
     pub fn held_claim(&self) -> &str {
         &self.claim
     }
 
-    /// A request with the claim of this client, where it names none.
+    /// Adds the claim of this client to a request that has none.
     pub(crate) fn claimed<R: Claiming>(&self, mut request: R) -> R {
         if request.claim_mut().is_empty() {
             (*self.claim).clone_into(request.claim_mut());
@@ -194,25 +199,25 @@ impl Client {
         request
     }
 
-    /// The same connection under another name, which viewers show: printable ASCII, of which 64 characters count. A client that is not named has the name of
-    /// its program's file.
+    /// Returns the same connection under another name, which viewers show: printable ASCII, cut after 64
+    /// characters. The default name is the file name of the program.
     #[must_use]
     pub fn with_name(self, name: &str) -> Self {
         let headers = ClientHeaders { client: MetadataValue::try_from(name).ok(), ..self.headers.clone() };
         Self { channel: InterceptedService::new(self.bare.clone(), headers.clone()), headers, ..self }
     }
 
-    /// As it was given to [`connect`](Self::connect).
+    /// Returns the endpoint as given to [`connect`](Self::connect).
     pub fn endpoint(&self) -> &str {
         &self.endpoint
     }
 
-    /// How long calls wait for their answer.
+    /// Returns the timeout of calls.
     pub fn timeout(&self) -> Duration {
         self.timeout
     }
 
-    /// The same connection, with another time to wait for answers.
+    /// Returns the same connection with another timeout of calls.
     #[must_use]
     pub fn with_timeout(mut self, timeout: Duration) -> Self {
         self.timeout = timeout;
@@ -275,7 +280,7 @@ impl Client {
         ViewServiceClient::new(self.channel.clone()).max_decoding_message_size(MAX_ANSWER_BYTES)
     }
 
-    /// Waits for an answer as long as calls usually may take.
+    /// Waits for an answer for at most the usual timeout.
     pub(crate) async fn unary<T>(
         &self,
         call: impl Future<Output = Result<Response<T>, Status>>,
@@ -283,10 +288,10 @@ impl Client {
         self.unary_for(Duration::ZERO, call).await
     }
 
-    /// Waits `longer` than usual: for calls that the daemon itself makes wait.
+    /// Waits `longer` than the usual timeout, for calls in which the daemon itself waits.
     ///
-    /// Giving up drops the call, which tells the daemon; a `grpc-timeout` header
-    /// would only add a second clock to disagree with.
+    /// Giving up drops the call, which notifies the daemon; a `grpc-timeout` header would only add a second
+    /// clock to disagree with.
     pub(crate) async fn unary_for<T>(
         &self,
         longer: Duration,
@@ -299,13 +304,13 @@ impl Client {
         }
     }
 
-    /// What a call gave, without the envelope.
+    /// Returns the message of an answer.
     pub(crate) fn opened<T>(&self, answer: Result<Response<T>, Status>) -> Result<T, Error> {
         answer.map(Response::into_inner).map_err(|status| Error::from_status(&status, &self.endpoint))
     }
 }
 
-/// A field that the schema promises and the type cannot.
+/// Returns a field that the schema promises but the type does not.
 pub(crate) fn present<T>(field: Option<T>, name: &str) -> Result<T, Error> {
     field.ok_or_else(|| Error::Answer { reason: format!("it lacks `{name}`") })
 }
@@ -329,8 +334,8 @@ fn with_tls(endpoint: &str, to: Endpoint, options: &ConnectOptions) -> Result<En
     to.tls_config(pems.config()).map_err(unusable)
 }
 
-/// Adds the client's version, name and token to each call, so that the daemon can say which side is
-/// older, who is here, and what they may do.
+/// Adds the client's version, name and token to each call. So the daemon can say which side is older, list
+/// its clients, and check their rights.
 #[derive(Clone, Debug)]
 pub(crate) struct ClientHeaders {
     version: Option<MetadataValue<Ascii>>,

@@ -5,10 +5,10 @@ use simd_proto::v1::{ListClientsRequest, ListClientsResponse};
 use crate::{Client, Error};
 
 impl Client {
-    /// The clients that are here, and who set joints' last targets.
+    /// Returns the active clients, and the clients that set joints' last targets.
     ///
     /// # Errors
-    /// None of its own.
+    /// Returns an error if the daemon does not answer.
     pub async fn clients(&self) -> Result<ListClientsResponse, Error> {
         self.unary(self.clients_service().list_clients(ListClientsRequest {})).await
     }

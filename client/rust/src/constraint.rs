@@ -1,4 +1,4 @@
-//! What holds links together beside the joints of their robots.
+//! Constraints between links, beside the joints of their robots.
 
 use simd_proto::v1::{
     ChangeConstraintRequest, Constraint, CreateConstraintRequest, DeleteConstraintRequest,
@@ -9,7 +9,7 @@ use crate::{Client, Error, client::present};
 
 /// `ConstraintService`.
 impl Client {
-    /// Holds two links together. The constraint's name.
+    /// Connects two links. Returns the constraint's name.
     ///
     /// # Errors
     /// `ROBOT_NOT_FOUND`, `LINK_NOT_FOUND`, `JOINT_NOT_FOUND`, `CONSTRAINT_EXISTS`, `INVALID_VALUE`, `LIMIT_EXCEEDED`,
@@ -18,7 +18,7 @@ impl Client {
         Ok(self.unary(self.constraint().create_constraint(self.claimed(request))).await?.name)
     }
 
-    /// Changes how two links are held together.
+    /// Changes a constraint.
     ///
     /// # Errors
     /// `CONSTRAINT_NOT_FOUND`, `INVALID_VALUE`, `ROBOT_CLAIMED`.
@@ -26,7 +26,7 @@ impl Client {
         present(self.unary(self.constraint().change_constraint(self.claimed(request))).await?.stamp, "stamp")
     }
 
-    /// Lets two links go.
+    /// Deletes a constraint.
     ///
     /// # Errors
     /// `CONSTRAINT_NOT_FOUND`, `ROBOT_CLAIMED`.
@@ -35,7 +35,8 @@ impl Client {
         present(self.unary(self.constraint().delete_constraint(self.claimed(request))).await?.stamp, "stamp")
     }
 
-    /// The constraints on a robot, or all of the world where none is named, and what they did over the last step.
+    /// Returns the constraints of a robot, or of the world if none is named, with their forces over the last
+    /// step.
     ///
     /// # Errors
     /// `ROBOT_NOT_FOUND`.

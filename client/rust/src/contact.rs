@@ -1,4 +1,4 @@
-//! What touches what, what rays hit, and what surfaces are like.
+//! Contacts, ray casts, distances, and surfaces of links.
 
 use simd_proto::v1::{
     CastRaysRequest, CastShapeRequest, ClosestPoints, Contact, FindOverlapsRequest, GetClosestPointsRequest,
@@ -9,15 +9,15 @@ use simd_proto::v1::{
 
 use crate::{Client, Error, client::present};
 
-/// A straight line between two points of the world, metres.
+/// Makes a ray: a straight line between two points of the world, metres.
 pub fn ray(from: [f64; 3], to: [f64; 3]) -> Ray {
     let point = |[x, y, z]: [f64; 3]| Some(Vector3 { x, y, z });
     Ray { from: point(from), to: point(to) }
 }
 
-/// `ContactService`, and what surfaces are like.
+/// `ContactService`, and the calls for surfaces and collision filters.
 impl Client {
-    /// The points at which links of a robot touch others; of all robots where none is named.
+    /// Returns the points at which links of a robot touch others; of all robots if none is named.
     ///
     /// # Errors
     /// `ROBOT_NOT_FOUND`.
@@ -26,19 +26,19 @@ impl Client {
         Ok(self.unary(self.contact().get_contacts(request)).await?.contacts)
     }
 
-    /// What each ray meets first, in the order of the rays.
+    /// Returns the first hit of each ray, in the order of the rays.
     ///
     /// # Errors
-    /// `LIMIT_EXCEEDED` beyond 20,000 rays, `INVALID_VALUE`.
+    /// `LIMIT_EXCEEDED` above 20,000 rays, `INVALID_VALUE`.
     pub async fn cast_rays(&self, rays: impl IntoIterator<Item = Ray>) -> Result<Vec<RayHit>, Error> {
         self.cast_rays_in_groups(rays, None).await
     }
 
-    /// The same of links that are in one of the groups of `collision_mask`, a bit each; of all where it is `None`.
-    /// Rays pass what is in none of them.
+    /// Like [`Client::cast_rays`], for links in one of the groups of `collision_mask`, a bit each; `None` is
+    /// all links. Rays pass through other links.
     ///
     /// # Errors
-    /// Those of [`Client::cast_rays`].
+    /// As [`Client::cast_rays`].
     pub async fn cast_rays_in_groups(
         &self,
         rays: impl IntoIterator<Item = Ray>,
@@ -48,7 +48,7 @@ impl Client {
         Ok(self.unary(self.contact().cast_rays(request)).await?.hits)
     }
 
-    /// How far links are apart, and where they are nearest.
+    /// Returns distances between links, and their nearest points.
     ///
     /// # Errors
     /// `ROBOT_NOT_FOUND`, `LINK_NOT_FOUND`, `INVALID_VALUE`, `LIMIT_EXCEEDED`.
@@ -59,7 +59,7 @@ impl Client {
         Ok(self.unary(self.contact().get_closest_points(request)).await?.pairs)
     }
 
-    /// The links that a shape overlaps.
+    /// Returns the links that a shape overlaps.
     ///
     /// # Errors
     /// `INVALID_VALUE`.
@@ -67,7 +67,7 @@ impl Client {
         Ok(self.unary(self.contact().find_overlaps(request)).await?.links)
     }
 
-    /// What a shape meets first on a straight way.
+    /// Returns the first hit of a shape that moves in a straight line.
     ///
     /// # Errors
     /// `INVALID_VALUE`.
@@ -75,7 +75,7 @@ impl Client {
         present(self.unary(self.contact().cast_shape(request)).await?.hit, "hit")
     }
 
-    /// The boxes around the links of robots, along the world's axes; of all robots where none is named.
+    /// Returns the boxes around the links of robots, along the world's axes; of all robots if none is named.
     ///
     /// # Errors
     /// `ROBOT_NOT_FOUND`.
@@ -84,7 +84,7 @@ impl Client {
         Ok(self.unary(self.contact().get_link_bounds(GetLinkBoundsRequest { robots })).await?.links)
     }
 
-    /// How the surfaces of a robot's links rub and bounce.
+    /// Returns friction, restitution and collision groups of a robot's links.
     ///
     /// # Errors
     /// `ROBOT_NOT_FOUND`.
@@ -107,7 +107,7 @@ impl Client {
         present(self.unary(self.entity().set_link_properties(self.claimed(request))).await?.stamp, "stamp")
     }
 
-    /// What a robot touches: itself or not, and which pairs of links are switched off or on.
+    /// Returns whether a robot collides with itself, and which pairs of links are switched off or on.
     ///
     /// # Errors
     /// `ROBOT_NOT_FOUND`.
@@ -116,7 +116,7 @@ impl Client {
         self.unary(self.entity().get_collision_filter(request)).await
     }
 
-    /// Changes that.
+    /// Changes the collision filter of a robot.
     ///
     /// # Errors
     /// `ROBOT_NOT_FOUND`, `LINK_NOT_FOUND`, `INVALID_VALUE`, `LIMIT_EXCEEDED`.

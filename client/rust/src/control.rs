@@ -1,4 +1,4 @@
-//! The stream of controllers: each request is one credit, each gets one answer.
+//! The stream for controllers: each request is one credit, and each gets one answer.
 
 use std::time::Duration;
 
@@ -12,41 +12,41 @@ use tonic::Streaming;
 
 use crate::{Client, Error, Refusal, client::present, target::robot_targets};
 
-/// What holds for all requests of one stream.
+/// Options that hold for all requests of one stream.
 #[derive(Clone, Debug, Default)]
 pub struct ControlOptions {
-    /// What to be answered with; all joints of all robots where it is empty.
+    /// Joints to return; empty: all joints of all robots.
     pub selections: Vec<JointSelection>,
-    /// Whose newest readings answers have; none where it is empty.
+    /// Sensors whose newest readings the answers have; empty: none.
     pub sensors: Vec<SensorSelection>,
     /// Whether an answer waits for a newer state.
     pub wait: ControlWait,
-    /// How long it waits, in wall time; `None` as long as it takes.
+    /// Longest wait in wall time; `None`: no limit.
     pub timeout: Option<Duration>,
-    /// What to do with a target beyond a limit.
+    /// Handling of a target beyond a limit.
     pub limit_policy: LimitPolicy,
-    /// From [`Client::claim_joints`]; empty for that of the client.
+    /// Claim from [`Client::claim_joints`]; empty: the claim of the client.
     pub claim: String,
 }
 
 /// The answer to one request.
 #[derive(Clone, Debug)]
 pub struct ControlReply {
-    /// The newest state. A refusal has none while a selected robot or joint is not there.
+    /// The newest state. Absent in a refusal if a selected robot or joint does not exist.
     pub states: Option<JointStates>,
-    /// Targets that were beyond a limit.
+    /// Targets beyond a limit.
     pub clamped: Vec<ClampedTarget>,
-    /// The newest reading of each sensor that was asked for.
+    /// Newest reading of each requested sensor.
     pub sensors: Vec<SensorReadings>,
-    /// Why the targets were refused; then none of them holds, and the stream goes on.
+    /// Reason why the targets were refused: none of them holds, but the stream continues.
     pub refusal: Option<Refusal>,
 }
 
 impl ControlReply {
-    /// The states, where the targets were taken.
+    /// Returns the states, if the targets were accepted.
     ///
     /// # Errors
-    /// [`Error::Refused`] where they were not.
+    /// [`Error::Refused`] if the targets were refused.
     pub fn accepted(self) -> Result<JointStates, Error> {
         match self.refusal {
             None => present(self.states, "states"),
@@ -55,8 +55,8 @@ impl ControlReply {
     }
 }
 
-/// A stream on which one request is under way at a time, so that its reader is
-/// never behind: send targets, read the newest state, and so on.
+/// A stream with at most one pending request, so that its reader is never behind: send targets, read the
+/// newest state, and repeat.
 ///
 /// Dropping it closes the stream; targets stay in force.
 #[derive(Debug)]
@@ -65,7 +65,7 @@ pub struct Control {
     requests: mpsc::Sender<ControlRequest>,
     answers: Streaming<ControlResponse>,
     options: ControlOptions,
-    /// A request has no answer yet.
+    /// Whether a request has no answer yet.
     is_waiting: bool,
 }
 
@@ -75,7 +75,7 @@ impl Client {
     /// # Errors
     /// Returns an error if the daemon refuses or does not answer.
     pub async fn control(&self, options: ControlOptions) -> Result<Control, Error> {
-        // One credit is under way at a time, so that one place is enough.
+        // At most one credit is pending, so one place is enough.
         let (requests, receiver) = mpsc::channel(1);
         let answers = self.unary(self.joint().control(ReceiverStream::new(receiver))).await?;
         Ok(Control { client: self.clone(), requests, answers, options, is_waiting: false })
@@ -86,13 +86,12 @@ impl Control {
     /// Sends targets for joints of one robot; [`next`](Self::next) reads the answer.
     ///
     /// # Errors
-    /// [`Error::CreditInUse`] before the last answer was read, or where the stream ended.
+    /// [`Error::CreditInUse`] before the last answer was read, or if the stream ended.
     pub fn send(&mut self, robot: &str, targets: impl IntoIterator<Item = JointTarget>) -> Result<(), Error> {
         self.send_all(vec![robot_targets(robot, targets)])
     }
 
-    /// Sends targets for several robots, to hold from the same step; or none, to
-    /// ask for a state and nothing else.
+    /// Sends targets for several robots, which hold from the same step; or none, to ask only for a state.
     ///
     /// # Errors
     /// As [`send`](Self::send).
@@ -110,18 +109,18 @@ impl Control {
             timeout: self.options.timeout.map_or(0.0, |timeout| timeout.as_secs_f64()),
             ..ControlRequest::default()
         });
-        // Full cannot be: the answer before was read, so the request before was taken.
+        // The queue cannot be full: the last answer was read, so its request was taken.
         self.requests.try_send(request).map_err(|_| self.ended())?;
         self.is_waiting = true;
         Ok(())
     }
 
-    /// The answer to the last request. Where none is under way, sends one that
-    /// holds no targets. Dropping the future loses nothing: the next call goes on.
+    /// Returns the answer to the last request. If none is pending, sends one without targets. Dropping the
+    /// future loses nothing: the next call continues.
     ///
     /// # Errors
-    /// Returns an error if the stream ended or the connection broke. Refused targets are no
-    /// error: see [`ControlReply::refusal`].
+    /// Returns an error if the stream ended or the connection broke. Refused targets are no error: see
+    /// [`ControlReply::refusal`].
     pub async fn next(&mut self) -> Result<ControlReply, Error> {
         if !self.is_waiting {
             self.send_all(Vec::new())?;
@@ -138,7 +137,7 @@ impl Control {
             Some(_) => answer.states,
         };
         if refusal.is_none() {
-            // The daemon has them and keeps them.
+            // The daemon has received them and keeps them.
             self.options.selections.clear();
             self.options.sensors.clear();
         }

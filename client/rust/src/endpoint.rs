@@ -1,29 +1,31 @@
-//! Reads where a daemon is: `host`, `host:port`, `http://host:port`, `https://host:port`, `unix:/path/of/its/socket`, or the Zenoh
-//! locator `tcp/host:port`, with `#NAME` where several daemons are behind it.
+//! Parses the endpoint of a daemon.
+//!
+//! Endpoints are `host`, `host:port`, `http://host:port`, `https://host:port`, `unix:/path/of/its/socket`, or
+//! the Zenoh locator `tcp/host:port`, with `#NAME` if several daemons are behind it.
 
 use simd_proto::{DEFAULT_PORT, keys};
 
 use crate::Error;
 
-/// What comes before the `/` of a Zenoh locator.
+/// Protocols of Zenoh locators: the part before the `/`.
 const ZENOH_PROTOCOLS: [&str; 9] =
     ["tcp", "tls", "udp", "quic", "ws", "serial", "vsock", "unixpipe", "unixsock-stream"];
 
-/// Where a daemon is, and by which transport.
+/// Address of a daemon, with its transport.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum DaemonEndpoint {
-    /// For gRPC.
+    /// A daemon's gRPC port or socket.
     Grpc { url: String },
-    /// Of a daemon or of a router.
+    /// Locator of a daemon or of a router, with the name of the daemon.
     Zenoh { locator: String, name: Option<String> },
 }
 
-/// Whether an endpoint is a locator of Zenoh, and not of gRPC.
+/// Returns whether an endpoint is a Zenoh locator, and not a gRPC address.
 pub fn is_zenoh(text: &str) -> bool {
     text.trim().split_once('/').is_some_and(|(protocol, _)| ZENOH_PROTOCOLS.contains(&protocol))
 }
 
-/// The endpoint that `text` names.
+/// Parses an endpoint.
 pub(crate) fn read(text: &str) -> Result<DaemonEndpoint, Error> {
     let trimmed = text.trim();
     if !is_zenoh(trimmed) {
@@ -39,7 +41,7 @@ pub(crate) fn read(text: &str) -> Result<DaemonEndpoint, Error> {
         return Err(refuse(format!("it has no port; with the default one it is {locator}:{port}")));
     }
     match trimmed.rsplit_once('#') {
-        // Zenoh's own settings of a locator come after a # too, as KEY=VALUE.
+        // Zenoh's own settings of a locator also follow a #, as KEY=VALUE.
         Some((locator, name)) if !name.contains('=') => match keys::is_daemon_name(name) {
             true => Ok(DaemonEndpoint::Zenoh { locator: locator.to_owned(), name: Some(name.to_owned()) }),
             false => Err(refuse(format!("`{name}` is no name of a daemon: those are of A-Z a-z 0-9 _ -"))),
@@ -48,7 +50,7 @@ pub(crate) fn read(text: &str) -> Result<DaemonEndpoint, Error> {
     }
 }
 
-/// Whether a locator of a protocol that has ports names none.
+/// Returns whether a locator lacks a port that its protocol needs.
 fn lacks_port(locator: &str) -> bool {
     let Some((protocol, address)) = locator.split_once('/') else { return false };
     let address = address.split(['#', '?']).next().unwrap_or(address);
@@ -57,7 +59,7 @@ fn lacks_port(locator: &str) -> bool {
     ["tcp", "tls", "udp", "quic", "ws"].contains(&protocol) && !is_port
 }
 
-/// The URL of the daemon at `text`. The port may be left out.
+/// Returns the URL of the daemon at `text`. The port may be left out.
 fn url(text: &str) -> Result<String, Error> {
     let refuse = |reason: &str| Error::Endpoint { endpoint: text.to_owned(), reason: reason.to_owned() };
     let trimmed = text.trim();
@@ -80,7 +82,7 @@ fn url(text: &str) -> Result<String, Error> {
     if authority.contains(['/', '@', '?', '#']) || authority.contains(char::is_whitespace) {
         return Err(refuse("it must be a host and a port, and nothing else"));
     }
-    // An IPv6 address has its colons in brackets; one without is all host.
+    // An IPv6 address with a port is in brackets; one without brackets is all host.
     let (host, port) = match authority.rsplit_once(':') {
         Some((_, inside)) if inside.ends_with(']') => (authority.to_owned(), None),
         Some((host, _)) if host.contains(':') && !host.ends_with(']') => (format!("[{authority}]"), None),

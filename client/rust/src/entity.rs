@@ -1,4 +1,4 @@
-//! Robots in the world: bringing them in, taking them out, where they are.
+//! Robots in the world: spawn, reload, delete, state, links.
 
 use simd_proto::v1::{
     ApplyLinkWrenchRequest, DeleteEntityRequest, DescriptionSource, EntityInfo, GetAssetRequest,
@@ -11,16 +11,16 @@ use simd_proto::v1::{
 
 use crate::{Client, Error, client::present};
 
-/// A robot that came into the world.
+/// A spawned robot.
 #[derive(Clone, Debug)]
 pub struct Spawned {
-    /// What it is, under the name it got.
+    /// The robot, under its name in the world.
     pub entity: EntityInfo,
-    /// Those that came with it, of an SDF or MJCF with several robots.
+    /// The other robots of an SDF or MJCF with several.
     pub others: Vec<EntityInfo>,
-    /// What was done to its description on the way in.
+    /// Result of reading its description.
     pub report: LoadReport,
-    /// The moment from which it is in the world.
+    /// Moment from which it is in the world.
     pub stamp: Stamp,
 }
 
@@ -38,11 +38,11 @@ impl Spawned {
 /// A robot whose description was read again.
 #[derive(Clone, Debug)]
 pub struct Reloaded {
-    /// What it is now.
+    /// The robot after the reload.
     pub entity: EntityInfo,
-    /// What was done to its description on the way in.
+    /// Result of reading its description.
     pub report: LoadReport,
-    /// The moment from which it is so.
+    /// Moment from which the new description holds.
     pub stamp: Stamp,
     /// Joints that it did not have before.
     pub added_joints: Vec<String>,
@@ -50,9 +50,9 @@ pub struct Reloaded {
     pub removed_joints: Vec<String>,
 }
 
-/// `EntityService`, but for the upload of files: see [`Client::load`].
+/// `EntityService`, except the upload of files: see [`Client::load`].
 impl Client {
-    /// Brings a robot into the world, from a source that the daemon has.
+    /// Spawns a robot from a source that the daemon has.
     ///
     /// # Errors
     /// `ROBOT_EXISTS`, `INVALID_DESCRIPTION`, `DESCRIPTION_NOT_UPLOADED`,
@@ -62,7 +62,7 @@ impl Client {
         Spawned::new(answer)
     }
 
-    /// The same, and says how far it is. Waits as long as the daemon says something.
+    /// Like [`spawn`](Self::spawn), with progress. Waits as long as the daemon sends progress.
     ///
     /// # Errors
     /// As [`spawn`](Self::spawn).
@@ -83,7 +83,7 @@ impl Client {
         }
     }
 
-    /// Reads a robot's description again, from where it came or from a new source.
+    /// Reads a robot's description again, from its source or from a new one.
     ///
     /// # Errors
     /// `ROBOT_NOT_FOUND`, and as [`spawn`](Self::spawn).
@@ -101,7 +101,7 @@ impl Client {
     /// Reads a description as a spawn would, and only reports.
     ///
     /// # Errors
-    /// As [`spawn`](Self::spawn); what is wrong with the description is in the report.
+    /// As [`spawn`](Self::spawn); the report has the faults of the description.
     pub async fn validate(
         &self,
         source: DescriptionSource,
@@ -111,7 +111,7 @@ impl Client {
         self.unary(self.entity().validate_description(request)).await
     }
 
-    /// Takes a robot out of the world.
+    /// Deletes a robot.
     ///
     /// # Errors
     /// `ROBOT_NOT_FOUND`.
@@ -120,7 +120,7 @@ impl Client {
         present(self.unary(self.entity().delete_entity(self.claimed(request))).await?.stamp, "stamp")
     }
 
-    /// The robots in the world, in the order in which they came.
+    /// Returns the robots in the world, in the order in which they were spawned.
     ///
     /// # Errors
     /// Returns an error if the daemon refuses or does not answer.
@@ -128,7 +128,7 @@ impl Client {
         Ok(self.unary(self.entity().list_entities(ListEntitiesRequest {})).await?.entities)
     }
 
-    /// One robot: base, mass, links.
+    /// Returns base, mass and links of a robot.
     ///
     /// # Errors
     /// `ROBOT_NOT_FOUND`.
@@ -137,7 +137,7 @@ impl Client {
         present(self.unary(self.entity().get_entity_info(request)).await?.entity, "entity")
     }
 
-    /// Where a robot's root link is, and how it moves.
+    /// Returns pose and twist of a robot's root link.
     ///
     /// # Errors
     /// `ROBOT_NOT_FOUND`.
@@ -146,7 +146,7 @@ impl Client {
         self.unary(self.entity().get_entity_state(request)).await
     }
 
-    /// Puts a robot's root link elsewhere.
+    /// Moves a robot's root link.
     ///
     /// # Errors
     /// `ROBOT_NOT_FOUND`, `INVALID_VALUE`.
@@ -154,7 +154,7 @@ impl Client {
         present(self.unary(self.entity().set_entity_state(self.claimed(request))).await?.stamp, "stamp")
     }
 
-    /// World poses of links; of all robots where none is named.
+    /// Returns world poses of links; of all robots if none is named.
     ///
     /// # Errors
     /// `ROBOT_NOT_FOUND`.
@@ -163,7 +163,7 @@ impl Client {
         self.unary(self.entity().get_link_poses(request)).await
     }
 
-    /// What is to be drawn; of all robots where none is named.
+    /// Returns the visuals of robots; of all robots if none is named.
     ///
     /// # Errors
     /// `ROBOT_NOT_FOUND`.
@@ -172,7 +172,7 @@ impl Client {
         self.unary(self.entity().get_scene(request)).await
     }
 
-    /// The whole of a file that a scene names.
+    /// Returns a whole file that a scene names.
     ///
     /// # Errors
     /// Returns an error if the daemon has no such file.
@@ -210,9 +210,9 @@ impl Client {
     }
 }
 
-/// A robot's description on the daemon's own disk, below one of its asset roots.
+/// `EntityService` for descriptions on the daemon's own disk, below one of its asset roots.
 impl Client {
-    /// Brings a robot into the world whose URDF is on the daemon's disk.
+    /// Spawns a robot whose URDF is on the daemon's disk.
     ///
     /// # Errors
     /// `PATH_NOT_ALLOWED`, `FILE_NOT_FOUND`, and as [`spawn`](Self::spawn).

@@ -1,4 +1,4 @@
-//! What the daemon refused and why, or why it did not answer.
+//! Errors of calls: refusals of the daemon, and failures of the connection.
 
 use std::{collections::BTreeMap, fmt, io, path::PathBuf, time::Duration};
 
@@ -6,63 +6,63 @@ use simd_proto::v1::{self, ErrorReason};
 use tonic::{Code, Status};
 use tonic_types::StatusExt as _;
 
-/// Why a call has no result. Displays as one sentence.
+/// Reason why a call has no result. Displays as one sentence.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// The daemon answered, and said no.
+    /// The daemon refused the call.
     #[error("{0}")]
     Refused(Refusal),
-    /// Nothing listens there, or the connection broke.
+    /// No daemon listens there, or the connection broke.
     #[error("no daemon answers at {endpoint}; start one with `simd`, or name the endpoint of another")]
     Unreachable {
-        /// As it was given.
+        /// Endpoint as it was given.
         endpoint: String,
-        /// What the network said.
+        /// Message of the network.
         reason: String,
     },
-    /// A daemon is there, and the certificates of the two are not such that they talk.
+    /// A daemon answers, but the certificates of the two sides do not match.
     #[error("{sentence}")]
     Untrusted {
-        /// As it was given.
+        /// Endpoint as it was given.
         endpoint: String,
-        /// What is wrong, and which file or variable repairs it.
+        /// The fault, and the file or variable that repairs it.
         sentence: String,
-        /// What TLS said.
+        /// Message of TLS.
         reason: String,
     },
-    /// A file of certificates on this disk cannot be used.
+    /// A file of certificates on this disk is not usable.
     #[error("{reason}")]
     Certificate {
         /// A sentence that names it.
         reason: String,
     },
-    /// The address leaves open which daemon is meant.
+    /// The address does not say which of several daemons is meant.
     #[error("several daemons answer at {endpoint}: say which of {} is meant, as {endpoint}#{}", names.join(", "), names.first().map_or("NAME", String::as_str))]
     SeveralDaemons {
-        /// As it was given.
+        /// Endpoint as it was given.
         endpoint: String,
-        /// Of those that are there.
+        /// Names of the daemons behind it.
         names: Vec<String>,
     },
-    /// The daemon did not answer in time. Whether the call took effect is not known.
+    /// The daemon did not answer in time. The call may or may not have taken effect.
     #[error("the daemon at {endpoint} did not answer within {} s", .after.as_secs_f64())]
     TimedOut {
-        /// As it was given.
+        /// Endpoint as it was given.
         endpoint: String,
-        /// How long the client waited.
+        /// Time that the client waited.
         after: Duration,
     },
-    /// The daemon ended a stream that was to go on: it is shutting down.
+    /// The daemon ended an open stream: it is shutting down.
     #[error("the daemon at {endpoint} ended the stream")]
     StreamEnded {
-        /// As it was given.
+        /// Endpoint as it was given.
         endpoint: String,
     },
-    /// The text is not the address of a daemon.
+    /// The text is no address of a daemon.
     #[error("`{endpoint}` is not an endpoint: {reason}")]
     Endpoint {
-        /// As it was given.
+        /// Endpoint as it was given.
         endpoint: String,
         /// A fragment of a sentence.
         reason: String,
@@ -72,7 +72,7 @@ pub enum Error {
     File {
         /// The file.
         path: PathBuf,
-        /// What the system said. No `source`: a printed chain would have it twice.
+        /// Message of the system. No `source`: a printed chain would repeat it.
         reason: io::Error,
     },
     /// A file on this disk cannot be written.
@@ -80,34 +80,34 @@ pub enum Error {
     Write {
         /// The file.
         path: PathBuf,
-        /// What the system said. No `source`: a printed chain would have it twice.
+        /// Message of the system. No `source`: a printed chain would repeat it.
         reason: io::Error,
     },
-    /// A path on this disk stands for no robot.
+    /// A path on this disk has no robot.
     #[error(transparent)]
     NoUrdf(#[from] simd_assets::NoUrdf),
     /// A xacro file on this disk cannot be expanded.
     #[error(transparent)]
     Xacro(#[from] simd_xacro::Error),
-    /// The daemon answered something that its schema does not allow.
+    /// The answer violates the schema.
     #[error("the daemon's answer cannot be understood: {reason}")]
     Answer {
-        /// What is wrong with it.
+        /// Fault of the answer.
         reason: String,
     },
     /// The robot was reloaded or respawned since its layout was fetched: fetch it again.
     #[error("the joints of robot `{robot}` are no longer those of the layout that was fetched")]
     LayoutChanged {
-        /// Its name.
+        /// Name of the robot.
         robot: String,
     },
-    /// A [`Control`](crate::Control) stream has an answer that was not read.
+    /// The last answer of a [`Control`](crate::Control) stream was not read.
     #[error("the answer to the last request was not read; call `next` before `send`")]
     CreditInUse,
 }
 
 impl Error {
-    /// The canonical gRPC code, where the daemon or the network is the cause.
+    /// Returns the canonical gRPC code, if the daemon or the network is the cause.
     pub fn code(&self) -> Option<Code> {
         match self {
             Self::Refused(refusal) => Some(refusal.code),
@@ -128,7 +128,7 @@ impl Error {
         }
     }
 
-    /// The daemon's reason, where it refused.
+    /// Returns the daemon's reason, if it refused the call.
     pub fn reason(&self) -> Option<ErrorReason> {
         match self {
             Self::Refused(refusal) => Some(refusal.reason),
@@ -136,7 +136,7 @@ impl Error {
         }
     }
 
-    /// No connection: because of certificates, where what was said is of those.
+    /// Makes the error of a failed connection: about certificates, if the reason is about them.
     pub(crate) fn unreachable(endpoint: &str, reason: String) -> Self {
         let endpoint = endpoint.to_owned();
         match crate::tls::sentence(&endpoint, &reason) {
@@ -145,14 +145,14 @@ impl Error {
         }
     }
 
-    /// From what tonic gives for a failed call.
+    /// Converts the status of a failed call from tonic.
     pub(crate) fn from_status(status: &Status, endpoint: &str) -> Self {
         let details = status.get_error_details();
-        // The daemon's refusals all carry an ErrorInfo, so that what tonic makes up
-        // itself when a connection breaks can be distinguished from them.
+        // All refusals of the daemon carry an ErrorInfo. Statuses that tonic makes when a connection breaks
+        // have none.
         let is_transport = std::error::Error::source(status).is_some() || status.code() == Code::Unavailable;
         if details.error_info().is_none() && is_transport {
-            // Without a cause of its own the status has the words.
+            // Without a source, the status itself has the message.
             let reason = match std::error::Error::source(status) {
                 Some(_) => root_cause(status),
                 None => status.message().to_owned(),
@@ -176,19 +176,18 @@ impl Error {
     }
 }
 
-/// Why the daemon said no.
+/// A refusal of the daemon.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Refusal {
     /// The canonical gRPC code.
     pub code: Code,
-    /// What programs act on. `Unspecified` where the daemon gave a reason that
-    /// this client does not know.
+    /// Reason, for programs. `Unspecified` if this client does not know the daemon's reason.
     pub reason: ErrorReason,
     /// The daemon's own sentence, for people.
     pub message: String,
-    /// What the reason is about, by the keys that the schema gives: `robot`, `joint`, ...
+    /// Details of the reason, by the keys of the schema: `robot`, `joint`, ...
     pub metadata: BTreeMap<String, String>,
-    /// Fields of the request that are at fault, each with its description.
+    /// Faulty fields of the request, each with its description.
     pub fields: Vec<(String, String)>,
 }
 
@@ -214,12 +213,13 @@ impl From<v1::Refusal> for Refusal {
     }
 }
 
-/// The wire has the enum's names without their prefix.
+/// Returns the reason of this name; the wire leaves out the enum's prefix.
 fn reason_named(name: &str) -> ErrorReason {
     ErrorReason::from_str_name(&format!("ERROR_REASON_{name}")).unwrap_or(ErrorReason::Unspecified)
 }
 
-/// The last of the chain says what happened: "connection refused" and not "transport error".
+/// Returns the last error of the chain, which says what happened: "connection refused" and not "transport
+/// error".
 pub(crate) fn root_cause(error: &dyn std::error::Error) -> String {
     let mut cause = error;
     while let Some(source) = cause.source() {

@@ -1,4 +1,4 @@
-//! What happened in the world.
+//! Events in the world.
 
 use std::time::Duration;
 
@@ -9,7 +9,7 @@ use crate::{Client, Error, client::present};
 
 /// `EventService`.
 impl Client {
-    /// Events as they happen: from now on where `after_sequence` is 0.
+    /// Streams events as they happen: from now on if `after_sequence` is 0.
     ///
     /// # Errors
     /// Returns an error if the daemon refuses or does not answer.
@@ -19,7 +19,7 @@ impl Client {
         Ok(EventWatch { client: self.clone(), events })
     }
 
-    /// The events after `after_sequence`, waiting at most `wait` (up to 60 s) for the first.
+    /// Returns the events after `after_sequence`, waiting at most `wait` (up to 60 s) for the first.
     ///
     /// # Errors
     /// Returns an error if the daemon refuses or does not answer.
@@ -33,12 +33,12 @@ impl Client {
     }
 }
 
-/// An event, and how many before it this reader was too slow for.
+/// An event, and the number of lost events before it.
 #[derive(Clone, Debug)]
 pub struct Observed {
-    /// What happened.
+    /// The event.
     pub event: Event,
-    /// Events between the one before and this one that are gone.
+    /// Number of lost events between the last one and this one.
     pub missed: u64,
 }
 
@@ -50,7 +50,7 @@ pub struct EventWatch {
 }
 
 impl EventWatch {
-    /// The next event; `None` where the daemon ended the stream in good order.
+    /// Returns the next event; `None` if the daemon ended the stream normally.
     ///
     /// # Errors
     /// Returns an error if the connection broke.

@@ -1,4 +1,4 @@
-//! Joints: what they are, what they do, what they are asked to do.
+//! Joints: layout, states, targets, trajectories, claims.
 
 use std::time::Duration;
 
@@ -14,19 +14,19 @@ use tonic::Streaming;
 
 use crate::{Client, Error, RobotReading, client::present, simulation::wall_seconds, target::robot_targets};
 
-/// All joints of a robot.
+/// Selects all joints of a robot.
 pub fn every_joint(robot: &str) -> JointSelection {
     JointSelection { robot: robot.to_owned(), joints: Vec::new() }
 }
 
-/// Some joints of a robot, in this order.
+/// Selects some joints of a robot, in this order.
 pub fn some_joints(robot: &str, joints: impl IntoIterator<Item = impl Into<String>>) -> JointSelection {
     JointSelection { robot: robot.to_owned(), joints: joints.into_iter().map(Into::into).collect() }
 }
 
-/// `JointService`, but for the stream of controllers: see [`Control`](crate::Control).
+/// `JointService`, except the stream for controllers: see [`Control`](crate::Control).
 impl Client {
-    /// The joints of a robot, fixed ones included.
+    /// Returns the joints of a robot, fixed ones included.
     ///
     /// # Errors
     /// `ROBOT_NOT_FOUND`.
@@ -35,7 +35,7 @@ impl Client {
         present(self.unary(self.joint().get_joint_layout(request)).await?.layout, "layout")
     }
 
-    /// The newest state, at once; of all robots where nothing is selected.
+    /// Returns the newest state, at once; of all robots without a selection.
     ///
     /// # Errors
     /// `ROBOT_NOT_FOUND`, `JOINT_NOT_FOUND`.
@@ -44,15 +44,14 @@ impl Client {
         present(self.unary(self.joint().get_joint_states(request)).await?.states, "states")
     }
 
-    /// The newest state of one robot's joints, with their names: a layout and a
-    /// state in one.
+    /// Returns the newest state of one robot's joints, with their names: a layout and a state in one.
     ///
     /// # Errors
     /// `ROBOT_NOT_FOUND`, `JOINT_NOT_FOUND`.
     pub async fn read_joints(&self, selection: &JointSelection) -> Result<RobotReading, Error> {
         let mut layout = self.joint_layout(&selection.robot).await?;
         let mut states = self.joint_states(vec![selection.clone()]).await?;
-        // A reload may have come between the two calls; two in a row are an error.
+        // The robot may have been reloaded between the two calls; a second reload is an error.
         if !RobotReading::fits(&layout, &states) {
             layout = self.joint_layout(&selection.robot).await?;
             states = self.joint_states(vec![selection.clone()]).await?;
@@ -60,7 +59,7 @@ impl Client {
         RobotReading::new(&layout, selection, &states)
     }
 
-    /// Gives joints of one or several robots new targets, all at one step or none.
+    /// Sets targets for joints of one or several robots: all at one step, or none.
     ///
     /// # Errors
     /// `ROBOT_NOT_FOUND`, `JOINT_NOT_FOUND`, `INVALID_VALUE`, `JOINT_NOT_ACTUATED`,
@@ -72,8 +71,7 @@ impl Client {
         self.unary(self.joint().set_joint_targets(self.claimed(request))).await
     }
 
-    /// Gives joints of one robot new targets. What lies beyond a limit is clamped,
-    /// and the answer says which those are.
+    /// Sets targets for joints of one robot. Targets beyond a limit are clamped, and the answer lists them.
     ///
     /// # Errors
     /// As [`set_targets`](Self::set_targets).
@@ -87,8 +85,8 @@ impl Client {
         Ok(self.set_targets(request).await?.clamped)
     }
 
-    /// Has joints of one robot carry out a trajectory. The answer says that it is accepted, and what it is called in the event that
-    /// tells how it ended.
+    /// Makes joints of one robot follow a trajectory. Returns once it is accepted, with its id; an event with
+    /// that id reports its end.
     ///
     /// # Errors
     /// `ROBOT_NOT_FOUND`, `JOINT_NOT_FOUND`, `INVALID_VALUE`, `JOINT_NOT_ACTUATED`, `TARGET_BEYOND_LIMIT`, `JOINT_CLAIMED`,
@@ -100,16 +98,16 @@ impl Client {
         self.unary(self.joint().follow_trajectory(self.claimed(request))).await
     }
 
-    /// Ends a trajectory, or all of a robot. Their joints hold where they are.
+    /// Ends a trajectory, or all trajectories of a robot. Their joints hold where they are.
     ///
     /// # Errors
-    /// `ROBOT_NOT_FOUND`, `JOINT_CLAIMED`, and `INVALID_VALUE` where it has ended already.
+    /// `ROBOT_NOT_FOUND`, `JOINT_CLAIMED`, and `INVALID_VALUE` if it has already ended.
     pub async fn cancel_trajectory(&self, robot: &str, id: Option<u64>) -> Result<Stamp, Error> {
         let request = CancelTrajectoryRequest { robot: robot.to_owned(), id, ..Default::default() };
         present(self.unary(self.joint().cancel_trajectory(self.claimed(request))).await?.stamp, "stamp")
     }
 
-    /// Trajectories of a robot, or of all, that are carried out or wait.
+    /// Returns the active and waiting trajectories of a robot, or of all robots.
     ///
     /// # Errors
     /// `ROBOT_NOT_FOUND`.
@@ -118,8 +116,8 @@ impl Client {
         Ok(self.unary(self.joint().list_trajectories(request)).await?.trajectories)
     }
 
-    /// Puts joints of one robot at a position and a velocity; all of them back to where
-    /// they were spawned where none is named.
+    /// Sets positions and velocities of one robot's joints. Without joints, all of them return to their
+    /// spawned positions.
     ///
     /// # Errors
     /// `ROBOT_NOT_FOUND`, `JOINT_NOT_FOUND`, `INVALID_VALUE`.
@@ -142,16 +140,16 @@ impl Client {
         present(self.unary(self.joint().set_joint_properties(self.claimed(request))).await?.stamp, "stamp")
     }
 
-    /// Takes robots, joints or the world for one client. The answer is the secret that requests come with from then on:
-    /// see [`with_claim`](Self::with_claim).
+    /// Claims robots, joints or the world for one client. Returns the secret that later requests carry: see
+    /// [`with_claim`](Self::with_claim).
     ///
     /// # Errors
-    /// `JOINT_CLAIMED`, `ROBOT_CLAIMED` or `WORLD_CLAIMED` where another holds one of them.
+    /// `JOINT_CLAIMED`, `ROBOT_CLAIMED` or `WORLD_CLAIMED` if another client holds one of them.
     pub async fn claim(&self, request: ClaimJointsRequest) -> Result<String, Error> {
         Ok(self.unary(self.joint().claim_joints(request)).await?.claim)
     }
 
-    /// The same for joints, with a lease and nothing else.
+    /// Like [`claim`](Self::claim), only for joints and with a lease.
     ///
     /// # Errors
     /// As [`claim`](Self::claim).
@@ -170,7 +168,7 @@ impl Client {
         self.claim(request).await
     }
 
-    /// Gives a claim back. Joints hold their position.
+    /// Releases a claim. Joints hold their position.
     ///
     /// # Errors
     /// `CLAIM_NOT_FOUND`.
@@ -179,8 +177,8 @@ impl Client {
         self.unary(self.joint().release_joints(request)).await.map(drop)
     }
 
-    /// The newest state once its `stamp.sequence` is beyond `after_sequence` (0 for
-    /// any), or the state there is after `wait`, at most 60 s.
+    /// Returns the newest state once its `stamp.sequence` is above `after_sequence` (0 for any). After
+    /// `wait`, at most 60 s, returns the present state.
     ///
     /// # Errors
     /// `ROBOT_NOT_FOUND`, `JOINT_NOT_FOUND`.
@@ -195,7 +193,8 @@ impl Client {
         present(self.next_joint_states(request).await?.states, "states")
     }
 
-    /// The same with all that the schema offers: link poses and contacts of the same moment.
+    /// Like [`next_states`](Self::next_states), with all options of the schema: link poses and contacts of
+    /// the same moment.
     ///
     /// # Errors
     /// As [`next_states`](Self::next_states).
@@ -207,8 +206,8 @@ impl Client {
         self.unary_for(wait, self.joint().next_joint_states(request)).await
     }
 
-    /// States at a rate per wall second; 0 is the daemon's own. A slow reader reads
-    /// old states: use [`Control`](crate::Control) or [`next_states`](Self::next_states) to act on them.
+    /// Streams states at a rate per wall second; 0 is the daemon's default. A slow reader reads old states:
+    /// use [`Control`](crate::Control) or [`next_states`](Self::next_states) to act on them.
     ///
     /// # Errors
     /// `ROBOT_NOT_FOUND`, `JOINT_NOT_FOUND`, `INVALID_VALUE`.
@@ -216,8 +215,8 @@ impl Client {
         self.watch_joint_states(WatchJointStatesRequest { selections, rate, ..Default::default() }).await
     }
 
-    /// The same with all that the schema offers: newest readings of sensors beside the states, see
-    /// [`JointWatch::next_answer`].
+    /// Like [`watch`](Self::watch), with all options of the schema: newest readings of sensors beside the
+    /// states, see [`JointWatch::next_answer`].
     ///
     /// # Errors
     /// As [`watch`](Self::watch), and `SENSOR_NOT_FOUND`.
@@ -227,7 +226,7 @@ impl Client {
     }
 }
 
-/// States as the daemon sends them.
+/// A stream of states.
 #[derive(Debug)]
 pub struct JointWatch {
     client: Client,
@@ -235,7 +234,7 @@ pub struct JointWatch {
 }
 
 impl JointWatch {
-    /// The next state; `None` where the daemon ended the stream in good order.
+    /// Returns the next state; `None` if the daemon ended the stream normally.
     ///
     /// # Errors
     /// Returns an error if a selected robot is gone, or the connection broke.
@@ -246,7 +245,7 @@ impl JointWatch {
         }
     }
 
-    /// The next state with what was asked for beside it; `None` where the daemon ended the stream in good order.
+    /// Returns the next state with the requested readings; `None` if the daemon ended the stream normally.
     ///
     /// # Errors
     /// Returns an error if a selected robot or sensor is gone, or the connection broke.

@@ -1,4 +1,4 @@
-//! What follows from where a robot's joints are: poses, Jacobians, inertia, inverses.
+//! Kinematics and dynamics of a robot: poses, Jacobians, inertia, inverses.
 
 use simd_proto::v1::{
     ComputeInverseDynamicsRequest, ComputeInverseDynamicsResponse, ComputeInverseKinematicsRequest,
@@ -11,7 +11,7 @@ use crate::{Client, Error};
 
 /// `KinematicsService`.
 impl Client {
-    /// Where links are and how they move, in the newest state; of all robots where none is named.
+    /// Returns poses and twists of links in the newest state; of all robots if none is named.
     ///
     /// # Errors
     /// `ROBOT_NOT_FOUND`.
@@ -19,7 +19,7 @@ impl Client {
         self.unary(self.kinematics().get_link_states(GetLinkStatesRequest { robots })).await
     }
 
-    /// What a robot's joints carried over the last step.
+    /// Returns the wrenches that a robot's joints carried over the last step.
     ///
     /// # Errors
     /// `ROBOT_NOT_FOUND`.
@@ -28,7 +28,7 @@ impl Client {
         self.unary(self.kinematics().get_joint_reactions(request)).await
     }
 
-    /// The Jacobian of a point of a link.
+    /// Returns the Jacobian of a point of a link.
     ///
     /// # Errors
     /// `ROBOT_NOT_FOUND`, `LINK_NOT_FOUND`, `INVALID_VALUE`.
@@ -36,7 +36,7 @@ impl Client {
         self.unary(self.kinematics().get_jacobian(request)).await
     }
 
-    /// The joint-space inertia matrix, armature included.
+    /// Returns the joint-space inertia matrix, armature included.
     ///
     /// # Errors
     /// `ROBOT_NOT_FOUND`, `INVALID_VALUE`.
@@ -44,7 +44,7 @@ impl Client {
         self.unary(self.kinematics().get_mass_matrix(request)).await
     }
 
-    /// The efforts that give accelerations.
+    /// Returns the efforts that give accelerations.
     ///
     /// # Errors
     /// `ROBOT_NOT_FOUND`, `INVALID_VALUE`.
@@ -55,8 +55,8 @@ impl Client {
         self.unary(self.kinematics().compute_inverse_dynamics(request)).await
     }
 
-    /// Joint positions at which a link is at a pose, or as near to it as was found: look
-    /// at `converged`.
+    /// Returns joint positions at which a link reaches a pose, or the nearest that was found: see
+    /// `converged`.
     ///
     /// # Errors
     /// `ROBOT_NOT_FOUND`, `LINK_NOT_FOUND`, `JOINT_NOT_FOUND`, `JOINT_NOT_ACTUATED`, `INVALID_VALUE`.

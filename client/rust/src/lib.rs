@@ -15,15 +15,14 @@
 //! # }
 //! ```
 //!
-//! * [`Client`]: a connection; its methods are the calls of `simd.v1`, one file per service:
-//!   `simulation`, `entity`, `joint`, `event`, `parameter`, `kinematics`, `constraint`, `contact`,
-//!   `clients`, `recording`, `rollout`, `sensor`, `camera`, `view`; `saved_state` has those that write and read files.
+//! * [`Client`]: a connection; its methods are the calls of `simd.v1`, one file per service. `saved_state`
+//!   has the calls that write and read files.
 //! * [`Network`]: the daemons behind a Zenoh locator.
 //! * [`Package`]: a robot on this disk, and the two steps that spawn it.
 //! * [`Control`]: the stream of controllers, one answer for each request.
-//! * [`Target`]: what a joint is asked to do.
+//! * [`Target`]: a target of a joint.
 //! * [`RobotReading`]: joint states with the names of the joints.
-//! * [`Error`]: what the daemon said, or why it said nothing.
+//! * [`Error`]: the daemon's refusal, or the reason why it did not answer.
 //! * [`proto`]: the messages themselves.
 
 mod camera;

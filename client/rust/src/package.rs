@@ -1,4 +1,4 @@
-//! A robot on this disk: its URDF, and where the files that it names are.
+//! A robot on this disk: its URDF, and the files that it names.
 
 use std::{
     collections::BTreeMap,
@@ -11,41 +11,41 @@ use simd_xacro::Expanded;
 
 use crate::Error;
 
-/// A URDF file, read, and the [`Locator`] of the files that it names.
+/// A URDF file, its contents, and the [`Locator`] of the files that it names.
 #[derive(Clone, Debug)]
 pub struct Package {
     /// The URDF file, or the xacro file that it comes from.
     pub path: PathBuf,
-    /// The URDF's bytes: those of the file, or what its xacro expands to.
+    /// The URDF's bytes: from the file, or expanded from its xacro.
     pub urdf: Vec<u8>,
-    /// Finds the files that it names.
+    /// Finds the files that the URDF names.
     pub locator: Locator,
-    /// What the xacro expanded to, where it was one.
+    /// Result of the xacro file, if it was one.
     expanded: Option<Expanded>,
 }
 
-/// How a robot is opened.
+/// Options for opening a robot.
 #[derive(Clone, Debug, Default)]
 pub struct OpenOptions {
-    /// Where ROS packages are that the description names, before any search.
+    /// Folders of ROS packages by name, which come before any search.
     pub packages: Vec<(String, PathBuf)>,
-    /// Of a xacro file: its `$(arg NAME)`.
+    /// For a xacro file: values of its `$(arg NAME)`.
     pub xacro_arguments: BTreeMap<String, String>,
 }
 
 impl Package {
-    /// Opens a URDF file, or the folder of a ROS package that holds exactly one, in
-    /// itself or in its folder `urdf`. What it names is looked for in `ROS_PACKAGE_PATH` and
-    /// `AMENT_PREFIX_PATH` too. A `.xacro` file is expanded, without ROS; so is a file of another name with xacro in it.
+    /// Opens a URDF file, or the folder of a ROS package that holds exactly one, directly or in its folder
+    /// `urdf`. `ROS_PACKAGE_PATH` and `AMENT_PREFIX_PATH` are also searched for the files that it names. A
+    /// `.xacro` file is expanded, without ROS; so is a file of another name with xacro in it.
     ///
     /// # Errors
-    /// [`Error::NoUrdf`] where there is no URDF or several, [`Error::File`] where it cannot
-    /// be read, [`Error::Xacro`] where a xacro file cannot be expanded.
+    /// [`Error::NoUrdf`] if there is no URDF or several, [`Error::File`] if it cannot be read,
+    /// [`Error::Xacro`] if a xacro file cannot be expanded.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, Error> {
         Self::open_with(path, &OpenOptions::default())
     }
 
-    /// The same with options.
+    /// Like [`open`](Self::open), with options.
     ///
     /// # Errors
     /// As [`open`](Self::open).
@@ -65,15 +65,15 @@ impl Package {
         Ok(Self { path, urdf, locator, expanded: None })
     }
 
-    /// Says where a ROS package is that the URDF names, before any search. A xacro file
-    /// has been expanded by then: see [`OpenOptions`].
+    /// Sets the folder of a ROS package that the URDF names, which comes before any search. A xacro file is
+    /// expanded before this call: see [`OpenOptions`].
     #[must_use]
     pub fn with_package(mut self, name: &str, folder: &Path) -> Self {
         self.locator = self.locator.with_package(name, folder);
         self
     }
 
-    /// Whether it is an SDF or MJCF, which may include others.
+    /// Returns whether it is an SDF or MJCF, which may include other files.
     pub fn includes(&self) -> bool {
         let extension = self.path.extension().and_then(|extension| extension.to_str());
         extension.is_some_and(|extension| {
@@ -81,13 +81,13 @@ impl Package {
         })
     }
 
-    /// Where a line of the URDF is written: the xacro file and the line there, for what a
-    /// load report says. `None` where the URDF was none.
+    /// Returns the xacro file and line from which a line of the URDF comes, for load reports. `None` if the
+    /// URDF was no xacro.
     pub fn xacro_source(&self, line: u32) -> Option<(&Path, u32)> {
         self.expanded.as_ref()?.source(line)
     }
 
-    /// What the xacro files wanted to say, by `xacro.message` and `xacro.warning`.
+    /// Returns the output of `xacro.message` and `xacro.warning`.
     pub fn xacro_messages(&self) -> &[String] {
         self.expanded.as_ref().map_or(&[], |expanded| &expanded.messages)
     }

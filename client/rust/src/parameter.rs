@@ -1,4 +1,4 @@
-//! Sliders and buttons that programs put up and people move.
+//! Sliders and buttons that programs add and people move.
 
 use std::time::Duration;
 
@@ -11,24 +11,23 @@ use tonic::Streaming;
 
 use crate::{Client, Error, client::present, simulation::wall_seconds};
 
-/// The slider of that name is to stand at `value`.
+/// Moves the slider of that name to `value`.
 pub fn slide(name: impl Into<String>, value: f64) -> ParameterChange {
     ParameterChange { name: name.into(), change: Some(Change::Value(value)) }
 }
 
-/// The button of that name is pressed so many times.
+/// Presses the button of that name this many times.
 pub fn press(name: impl Into<String>, times: u64) -> ParameterChange {
     ParameterChange { name: name.into(), change: Some(Change::Presses(times)) }
 }
 
 /// `ParameterService`.
 impl Client {
-    /// Puts up a slider that stands at `value`, or at the end of its range nearest to
-    /// that. The answer is as it was added.
+    /// Adds a slider at `value`, or at the nearest end of its range. Returns the added slider.
     ///
     /// # Errors
-    /// `PARAMETER_EXISTS` where the name is taken and the policy is to refuse, `OWNED_BY_ANOTHER` where it is to
-    /// replace, `INVALID_VALUE`, `LIMIT_EXCEEDED`.
+    /// `PARAMETER_EXISTS` if the name is taken and the policy is to refuse, `OWNED_BY_ANOTHER` if the policy
+    /// is to replace, `INVALID_VALUE`, `LIMIT_EXCEEDED`.
     pub async fn add_slider(
         &self,
         name: &str,
@@ -39,7 +38,8 @@ impl Client {
         self.add_parameter(name, Kind::Slider(Slider { minimum, maximum, value }), None, name_taken).await
     }
 
-    /// The same, of a slider that sets the target of a joint each time it is moved, with no program in between.
+    /// Like [`add_slider`](Self::add_slider), for a slider that sets the target of a joint each time it is
+    /// moved, without a program in between.
     ///
     /// # Errors
     /// As [`add_slider`](Self::add_slider); `ROBOT_NOT_FOUND`, `JOINT_NOT_FOUND`, `JOINT_NOT_ACTUATED`.
@@ -55,11 +55,11 @@ impl Client {
         self.add_parameter(name, slider, Some(joint), name_taken).await
     }
 
-    /// Puts up a button that was never pressed. The answer is as it was added.
+    /// Adds a button that was never pressed. Returns the added button.
     ///
     /// # Errors
-    /// `PARAMETER_EXISTS` where the name is taken and the policy is to refuse, `OWNED_BY_ANOTHER` where it is to
-    /// replace, `INVALID_VALUE`, `LIMIT_EXCEEDED`.
+    /// `PARAMETER_EXISTS` if the name is taken and the policy is to refuse, `OWNED_BY_ANOTHER` if the policy
+    /// is to replace, `INVALID_VALUE`, `LIMIT_EXCEEDED`.
     pub async fn add_button(&self, name: &str, name_taken: NameTakenPolicy) -> Result<Parameter, Error> {
         self.add_parameter(name, Kind::Button(Button { presses: 0 }), None, name_taken).await
     }
@@ -78,11 +78,11 @@ impl Client {
         present(answer.parameter, "parameter")
     }
 
-    /// Moves sliders and presses buttons, all or none: see [`slide`] and [`press`]. The
-    /// answer is what they are now.
+    /// Moves sliders and presses buttons, all or none: see [`slide`] and [`press`]. Returns their new values.
     ///
     /// # Errors
-    /// `PARAMETER_NOT_FOUND`, `INVALID_VALUE`; for sliders that are bound to joints what a target can be refused with.
+    /// `PARAMETER_NOT_FOUND`, `INVALID_VALUE`; for sliders that are bound to joints, also the refusals of a
+    /// target.
     pub async fn set_parameters(
         &self,
         changes: impl IntoIterator<Item = ParameterChange>,
@@ -92,7 +92,7 @@ impl Client {
         Ok(self.unary(self.parameter().set_parameters(self.claimed(request))).await?.parameters)
     }
 
-    /// The parameters of these names, or all of them in the order in which they were added.
+    /// Returns the parameters of these names, or all of them in the order in which they were added.
     ///
     /// # Errors
     /// `PARAMETER_NOT_FOUND`.
@@ -101,8 +101,8 @@ impl Client {
         present(answer.list, "list")
     }
 
-    /// All parameters once their `version` is another than `after_version` (0: at once), or
-    /// those there are after `wait`, at most 60 s.
+    /// Returns all parameters once their `version` differs from `after_version` (0: at once). After `wait`,
+    /// at most 60 s, returns the present ones.
     ///
     /// # Errors
     /// Returns an error if the daemon refuses or does not answer.
@@ -113,7 +113,7 @@ impl Client {
         present(answer.list, "list")
     }
 
-    /// All parameters now, and again whenever something about them changed.
+    /// Streams all parameters: now, and whenever one of them changes.
     ///
     /// # Errors
     /// Returns an error if the daemon does not answer.
@@ -122,8 +122,8 @@ impl Client {
         Ok(ParameterWatch { client: self.clone(), lists })
     }
 
-    /// Takes parameters down, all or none; all that are not another's where none is named. The
-    /// answer is the names of those that are gone.
+    /// Removes parameters, all or none. Without names, removes all that have no other owner. Returns the
+    /// names of the removed ones.
     ///
     /// # Errors
     /// `PARAMETER_NOT_FOUND`, `OWNED_BY_ANOTHER`.
@@ -134,7 +134,7 @@ impl Client {
     }
 }
 
-/// Parameters as the daemon sends them: each time all of them.
+/// A stream of parameters: each message has all of them.
 #[derive(Debug)]
 pub struct ParameterWatch {
     client: Client,
@@ -142,7 +142,7 @@ pub struct ParameterWatch {
 }
 
 impl ParameterWatch {
-    /// The next list; `None` where the daemon ended the stream in good order.
+    /// Returns the next list; `None` if the daemon ended the stream normally.
     ///
     /// # Errors
     /// Returns an error if the connection broke.

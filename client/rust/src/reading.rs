@@ -7,51 +7,51 @@ use simd_proto::v1::{
 
 use crate::{Error, client::present};
 
-/// The state of one robot's joints, or of those that were selected.
+/// State of one robot's joints, or of the selected ones.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RobotReading {
-    /// The robot's name.
+    /// Name of the robot.
     pub robot: String,
-    /// When it was so.
+    /// Moment of the state.
     pub stamp: Stamp,
-    /// In the order of the layout, or of the selection where it names joints.
+    /// In the order of the layout, or of the selection if it names joints.
     pub joints: Vec<JointReading>,
 }
 
-/// The state of one joint. The arrays hold one value for revolute, continuous and
-/// prismatic joints and none for fixed ones; see `JointInfo` for the others.
+/// State of one joint. The arrays hold one value for revolute, continuous and prismatic joints and none for
+/// fixed ones; see `JointInfo` for the others.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointReading {
-    /// The joint's name.
+    /// Name of the joint.
     pub name: String,
-    /// What kind of joint it is.
+    /// Type of the joint.
     pub kind: JointType,
     /// rad or m.
     pub position: Vec<f64>,
     /// rad/s or m/s.
     pub velocity: Vec<f64>,
-    /// What the actuator applied over the last step, N m or N.
+    /// Effort that the actuator applied over the last step, N m or N.
     pub effort: Vec<f64>,
     /// A position, a velocity or an effort, as `mode` says.
     pub target: Vec<f64>,
-    /// What the actuator does.
+    /// Mode of the actuator.
     pub mode: Vec<JointMode>,
     /// Bit sets of `JointFlag`.
     pub flags: Vec<u32>,
-    /// Link whose contact keeps it from its target.
+    /// Link whose contact keeps the joint from its target.
     pub obstruction: Option<JointObstruction>,
 }
 
 impl JointReading {
-    /// Whether the flag is set, on any axis.
+    /// Returns whether the flag is set, on any axis.
     pub fn has(&self, flag: JointFlag) -> bool {
         self.flags.iter().any(|flags| flags & (flag as u32) != 0)
     }
 }
 
 impl RobotReading {
-    /// Whether the states have the layout. Where not, the robot was reloaded or
-    /// respawned, and its layout is to be fetched again.
+    /// Returns whether the states have the layout. If not, the robot was reloaded or respawned, and its
+    /// layout must be fetched again.
     pub fn fits(layout: &JointLayout, states: &JointStates) -> bool {
         states
             .robots
@@ -63,8 +63,8 @@ impl RobotReading {
     /// Splits states, requested by `selection`, by joint.
     ///
     /// # Errors
-    /// [`Error::LayoutChanged`] where they have another layout, [`Error::Answer`]
-    /// where they lack the robot or have arrays of other lengths than the layout says.
+    /// [`Error::LayoutChanged`] if they have another layout, [`Error::Answer`] if they lack the robot or have
+    /// arrays of other lengths than the layout.
     pub fn new(
         layout: &JointLayout,
         selection: &JointSelection,
@@ -90,7 +90,7 @@ impl RobotReading {
     }
 }
 
-/// Where a joint's values begin, and how many there are: positions, then velocities.
+/// Index of a joint's first position, number of its positions, and likewise for velocities.
 type Indices = (usize, usize, usize, usize);
 
 fn indices_in_layout(info: &JointInfo) -> Indices {
@@ -98,7 +98,7 @@ fn indices_in_layout(info: &JointInfo) -> Indices {
     (info.position_index as usize, position_count, info.velocity_index as usize, velocity_count)
 }
 
-/// States of a selection are packed in its own order.
+/// Splits the states of a selection, which are packed in its order.
 fn selected(
     layout: &JointLayout,
     names: &[String],

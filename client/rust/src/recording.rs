@@ -11,33 +11,34 @@ use crate::{Client, Error, client::present};
 
 /// `RecordingService`.
 impl Client {
-    /// Begins a recording: every command from now on, and what the world looks like.
+    /// Starts a recording of every command from now on, with states of the world.
     ///
     /// # Errors
-    /// `RECORDING_NOT_POSSIBLE` where the daemon has no folder for recordings or makes one already, `RECORDING_EXISTS`,
-    /// `INVALID_VALUE`, `LIMIT_EXCEEDED`.
+    /// `RECORDING_NOT_POSSIBLE` if the daemon has no folder for recordings or another recording runs,
+    /// `RECORDING_EXISTS`, `INVALID_VALUE`, `LIMIT_EXCEEDED`.
     pub async fn start_recording(&self, request: StartRecordingRequest) -> Result<Recording, Error> {
         present(self.unary(self.recording_service().start_recording(request)).await?.recording, "recording")
     }
 
-    /// Ends the recording of this name, or whichever is being made where it is empty. The answer comes when its file is complete.
+    /// Stops the recording of this name, or the running one if it is empty. Returns when its file is
+    /// complete.
     ///
     /// # Errors
-    /// `RECORDING_NOT_POSSIBLE` where none of that name is being made.
+    /// `RECORDING_NOT_POSSIBLE` if no recording of that name runs.
     pub async fn stop_recording(&self, name: &str) -> Result<Recording, Error> {
         let request = StopRecordingRequest { name: name.to_owned(), ..Default::default() };
         present(self.unary(self.recording_service().stop_recording(request)).await?.recording, "recording")
     }
 
-    /// Those there are, by name.
+    /// Returns all recordings, by name.
     ///
     /// # Errors
-    /// `RECORDING_NOT_POSSIBLE` where the daemon has no folder for recordings.
+    /// `RECORDING_NOT_POSSIBLE` if the daemon has no folder for recordings.
     pub async fn recordings(&self) -> Result<Vec<Recording>, Error> {
         Ok(self.unary(self.recording_service().list_recordings(ListRecordingsRequest {})).await?.recordings)
     }
 
-    /// One of them, and what is in it.
+    /// Returns one recording, and its contents.
     ///
     /// # Errors
     /// `RECORDING_NOT_FOUND`.
@@ -46,16 +47,16 @@ impl Client {
             .await
     }
 
-    /// Writes its files into a folder on this disk; gives their names and how many bytes they are together. Each has its name once
-    /// it is whole.
+    /// Writes its files into a folder on this disk. Returns their names and their total size in bytes. Each
+    /// file gets its name once it is complete.
     ///
     /// # Errors
-    /// `RECORDING_NOT_FOUND`, and [`Error::Write`], also where a file is there already.
+    /// `RECORDING_NOT_FOUND`, and [`Error::Write`], also if a file already exists.
     pub async fn download_recording(&self, name: &str, folder: &Path) -> Result<(Vec<String>, u64), Error> {
         let recording = present(self.recording(name).await?.recording, "recording")?;
         let (mut names, mut bytes) = (Vec::new(), 0);
         for file in recording.files {
-            // The daemon's word for it leads nowhere else.
+            // A name from the daemon must not lead out of the folder.
             let plain = Path::new(&file.name).file_name().is_some_and(|plain| *plain == *file.name);
             let path = folder.join(&file.name);
             let failed = |reason| Error::Write { path: path.clone(), reason };
@@ -88,7 +89,7 @@ impl Client {
     /// Deletes its files.
     ///
     /// # Errors
-    /// `RECORDING_NOT_FOUND`, `RECORDING_NOT_POSSIBLE` while it is being made.
+    /// `RECORDING_NOT_FOUND`, `RECORDING_NOT_POSSIBLE` while it runs.
     pub async fn delete_recording(&self, name: &str) -> Result<(), Error> {
         let request = DeleteRecordingRequest { name: name.to_owned(), ..Default::default() };
         self.unary(self.recording_service().delete_recording(request)).await.map(drop)

@@ -1,4 +1,4 @@
-//! Copies of the world that run on from one state.
+//! Copies of the world that run from one state.
 
 use simd_proto::v1::{
     RolloutArray, RolloutPart, RolloutProgress, RolloutRequest, RolloutResult, rollout_response::Event,
@@ -6,23 +6,23 @@ use simd_proto::v1::{
 
 use crate::{Client, Error, client::present};
 
-/// Numbers of all arrays of a rollout at the most: 512 MiB of them.
+/// Maximum number of values in all arrays of a rollout: 512 MiB.
 const MOST_NUMBERS: u64 = 64 << 20;
 
-/// What became of the copies.
+/// Result of a rollout.
 #[derive(Clone, Debug, Default)]
 pub struct Rollout {
-    /// All but the arrays.
+    /// The result without its arrays.
     pub result: RolloutResult,
-    /// By copy, row and number of all quantities; NaN from where a copy ended.
+    /// By copy, row and number of all quantities; NaN from the end of a copy that ended early.
     pub states: Vec<f64>,
-    /// By copy and term, weighted and summed over the steps; infinite where a copy ended.
+    /// By copy and term, weighted and summed over the steps; infinite for a copy that ended early.
     pub costs: Vec<f64>,
-    /// By copy and step; infinite from where a copy ended. Empty where it was not asked for.
+    /// By copy and step; infinite from the end of a copy that ended early. Empty if not requested.
     pub step_costs: Vec<f64>,
 }
 
-/// Numbers as a request has them: 64 bits each, the least significant byte first.
+/// Packs numbers for a request: 64 bits each, the least significant byte first.
 pub fn packed(numbers: &[f64]) -> Vec<u8> {
     numbers.iter().flat_map(|number| number.to_le_bytes()).collect()
 }
@@ -32,7 +32,7 @@ impl Rollout {
         Self { result, ..Self::default() }
     }
 
-    /// Each array, and how many numbers it has.
+    /// Returns each array with its number of values.
     fn arrays(&mut self) -> [(&mut Vec<f64>, u64); 3] {
         let copies = u64::from(self.result.copies);
         let columns: u64 = self.result.widths.iter().map(|width| u64::from(*width)).sum();
@@ -67,7 +67,7 @@ impl Rollout {
         self.arrays().iter().all(|(array, count)| array.len() as u64 == *count)
     }
 
-    /// The cost of each copy: the sum of its terms. Empty where nothing was weighed.
+    /// Returns the cost of each copy: the sum of its terms. Empty without terms.
     pub fn total_costs(&self) -> Vec<f64> {
         let terms = usize::try_from(self.result.terms).unwrap_or(usize::MAX);
         self.costs.chunks_exact(terms.max(1)).map(|terms| terms.iter().sum()).collect()
@@ -76,7 +76,7 @@ impl Rollout {
 
 /// `RolloutService`.
 impl Client {
-    /// Has copies of the world run on, and says how many are done. Waits as long as the daemon says something.
+    /// Runs copies of the world, and reports how many are done. Waits as long as the daemon sends progress.
     ///
     /// # Errors
     /// `ROBOT_NOT_FOUND`, `JOINT_NOT_FOUND`, `LINK_NOT_FOUND`, `JOINT_NOT_ACTUATED`, `SAVED_STATE_NOT_FOUND`, `INVALID_VALUE`,

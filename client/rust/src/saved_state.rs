@@ -1,4 +1,4 @@
-//! Saved states out to files on this disk and in from them.
+//! Export and import of saved states, as files on this disk.
 
 use std::{path::Path, time::Duration};
 
@@ -11,16 +11,16 @@ use crate::{
     upload::{hash_of, hexadecimal, off_the_runtime},
 };
 
-/// How much longer than other calls an export or import may take: all robots of a world are read again.
+/// Additional timeout of an export or import: all robots of a world are read again.
 const LONGER: Duration = Duration::from_secs(120);
 
 /// The part of `SimulationService` that needs a disk.
 impl Client {
-    /// Writes a saved state into a file on this disk: the state with all that its robots are made of. What is there is replaced
-    /// once the file is whole. Gives its bytes.
+    /// Writes a saved state, with all files of its robots, into a file on this disk. An existing file is
+    /// replaced once the new one is complete. Returns its size in bytes.
     ///
     /// # Errors
-    /// `SAVED_STATE_NOT_FOUND`; `LIMIT_EXCEEDED` where the robots' meshes are more than a file may have;
+    /// `SAVED_STATE_NOT_FOUND`; `LIMIT_EXCEEDED` if the robots' meshes are larger than a file may be;
     /// [`Error::Write`].
     pub async fn export_saved_state(&self, name: &str, file: impl AsRef<Path>) -> Result<u64, Error> {
         let request = ExportSavedStateRequest { name: name.to_owned() };
@@ -35,13 +35,15 @@ impl Client {
         written.map(|()| export.total_bytes).map_err(|reason| Error::Write { path, reason })
     }
 
-    /// Keeps the saved state of a file on this disk in the daemon's memory, and leaves the world as it is:
-    /// [`restore_state`](Self::restore_state) goes there. An empty name leaves it the one that it
-    /// had; one of that name is replaced.
+    /// Keeps the saved state of a file on this disk in the daemon's memory. The world does not change:
+    /// [`restore_state`](Self::restore_state) restores the state. An empty name keeps the state's own name; a
+    /// saved state of that name is replaced.
     ///
     /// # Errors
-    /// [`Error::File`]; `INVALID_SAVED_STATE` where the file is none, is damaged or of a newer format, or its
-    /// robots are read otherwise by this daemon; `LIMIT_EXCEEDED`, `OWNED_BY_ANOTHER`.
+    /// * [`Error::File`].
+    /// * `INVALID_SAVED_STATE` if the file is no saved state, is damaged or has a newer format, or if this
+    ///   daemon reads its robots differently.
+    /// * `LIMIT_EXCEEDED`, `OWNED_BY_ANOTHER`.
     pub async fn import_saved_state(
         &self,
         file: impl AsRef<Path>,

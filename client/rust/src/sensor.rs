@@ -1,4 +1,4 @@
-//! Sensors: what robots feel and see.
+//! Sensors of robots, and their readings.
 
 use std::time::Duration;
 
@@ -11,19 +11,19 @@ use tonic::Streaming;
 
 use crate::{Client, Error, client::present};
 
-/// All sensors of a robot.
+/// Selects all sensors of a robot.
 pub fn every_sensor(robot: &str) -> SensorSelection {
     SensorSelection { robot: robot.to_owned(), sensors: Vec::new() }
 }
 
-/// Some sensors of a robot, in this order.
+/// Selects some sensors of a robot, in this order.
 pub fn some_sensors(robot: &str, sensors: impl IntoIterator<Item = impl Into<String>>) -> SensorSelection {
     SensorSelection { robot: robot.to_owned(), sensors: sensors.into_iter().map(Into::into).collect() }
 }
 
 /// `SensorService`.
 impl Client {
-    /// Puts a sensor on a robot. The sensor's name.
+    /// Adds a sensor to a robot. Returns the sensor's name.
     ///
     /// # Errors
     /// `ROBOT_NOT_FOUND`, `LINK_NOT_FOUND`, `JOINT_NOT_FOUND`, `SENSOR_EXISTS`, `INVALID_VALUE`, `LIMIT_EXCEEDED`,
@@ -33,7 +33,7 @@ impl Client {
         Ok(self.unary(self.sensor().create_sensor(self.claimed(request))).await?.name)
     }
 
-    /// Takes a sensor away.
+    /// Deletes a sensor.
     ///
     /// # Errors
     /// `ROBOT_NOT_FOUND`, `SENSOR_NOT_FOUND`, `ROBOT_CLAIMED`.
@@ -43,7 +43,7 @@ impl Client {
         present(self.unary(self.sensor().delete_sensor(self.claimed(request))).await?.stamp, "stamp")
     }
 
-    /// The sensors of a robot, or of all where none is named.
+    /// Returns the sensors of a robot, or of all robots if none is named.
     ///
     /// # Errors
     /// `ROBOT_NOT_FOUND`.
@@ -52,7 +52,8 @@ impl Client {
         Ok(self.unary(self.sensor().list_sensors(request)).await?.sensors)
     }
 
-    /// The newest reading of each of these sensors; no selection is all sensors. Scans that are due are waited for.
+    /// Returns the newest reading of each of these sensors; without a selection, of all sensors. Waits for
+    /// scans that are due.
     ///
     /// # Errors
     /// `ROBOT_NOT_FOUND`, `SENSOR_NOT_FOUND`, `LIMIT_EXCEEDED`.
@@ -64,8 +65,8 @@ impl Client {
         Ok(self.unary(self.sensor().get_sensor_readings(request)).await?.sensors)
     }
 
-    /// The readings after those that the caller has, waiting at most `wait` (up to 60 s) for the first. One entry for each
-    /// of `sensors`, in that order.
+    /// Returns the readings after the caller's cursors, waiting at most `wait` (up to 60 s) for the first.
+    /// One entry for each of `sensors`, in that order.
     ///
     /// # Errors
     /// `ROBOT_NOT_FOUND`, `SENSOR_NOT_FOUND`, `INVALID_VALUE`.
@@ -78,7 +79,7 @@ impl Client {
         Ok(self.unary_for(wait, self.sensor().next_sensor_readings(request)).await?.sensors)
     }
 
-    /// Readings from now on, in so many messages per wall second; 0 is the daemon's own rate.
+    /// Streams readings from now on, at a rate of messages per wall second; 0 is the daemon's default.
     ///
     /// # Errors
     /// `ROBOT_NOT_FOUND`, `SENSOR_NOT_FOUND`, `INVALID_VALUE`, `LIMIT_EXCEEDED`.
@@ -93,7 +94,7 @@ impl Client {
     }
 }
 
-/// Readings as the daemon sends them.
+/// A stream of readings.
 #[derive(Debug)]
 pub struct SensorWatch {
     client: Client,
@@ -101,11 +102,11 @@ pub struct SensorWatch {
 }
 
 impl SensorWatch {
-    /// The readings since the message before, of the sensors that have some; `None` where the daemon ended the stream in good
-    /// order.
+    /// Returns the readings since the last message, of the sensors that have some; `None` if the daemon ended
+    /// the stream normally.
     ///
     /// # Errors
-    /// Returns an error if a sensor is gone, or the connection broke.
+    /// Returns an error if a sensor was deleted, or the connection broke.
     pub async fn next(&mut self) -> Result<Option<Vec<SensorReadings>>, Error> {
         match self.readings.message().await {
             Ok(Some(answer)) => Ok(Some(answer.sensors)),

@@ -1,4 +1,4 @@
-//! The world: its time, whether it runs, how it is stepped, and its saved states.
+//! The world: its time, its state, its steps, and its saved states.
 
 use std::time::Duration;
 
@@ -15,7 +15,7 @@ use crate::{Client, Error, client::present};
 
 /// `SimulationService`.
 impl Client {
-    /// Who answers: versions, limits, features. Works whatever the daemon's version.
+    /// Returns versions, limits and features of the daemon. Works with any version of the daemon.
     ///
     /// # Errors
     /// Returns an error if the daemon does not answer.
@@ -23,15 +23,15 @@ impl Client {
         self.unary(self.simulation().get_simulator_info(GetSimulatorInfoRequest {})).await
     }
 
-    /// Whether the world is playing, paused or stopped, and since when that is known.
+    /// Returns whether the world is playing, paused or stopped, with the stamp of that state.
     ///
     /// # Errors
-    /// Returns an error if the daemon does not answer or is of another version.
+    /// Returns an error if the daemon does not answer or has another version.
     pub async fn simulation_state(&self) -> Result<GetSimulationStateResponse, Error> {
         self.unary(self.simulation().get_simulation_state(GetSimulationStateRequest {})).await
     }
 
-    /// Lets time run.
+    /// Plays the world.
     ///
     /// # Errors
     /// Returns an error if the daemon refuses or does not answer.
@@ -39,7 +39,7 @@ impl Client {
         self.set_simulation_state(SimulationState::Playing).await
     }
 
-    /// Lets time stand.
+    /// Pauses the world.
     ///
     /// # Errors
     /// Returns an error if the daemon refuses or does not answer.
@@ -47,7 +47,7 @@ impl Client {
         self.set_simulation_state(SimulationState::Paused).await
     }
 
-    /// Pauses, and puts time and robots back to the start.
+    /// Pauses the world, and resets time and robots to the start.
     ///
     /// # Errors
     /// Returns an error if the daemon refuses or does not answer.
@@ -55,7 +55,7 @@ impl Client {
         self.set_simulation_state(SimulationState::Stopped).await
     }
 
-    /// Plays, pauses or stops. The answer is the moment from which it holds.
+    /// Plays, pauses or stops. Returns the moment from which it holds.
     ///
     /// # Errors
     /// Returns an error if the daemon refuses or does not answer.
@@ -65,19 +65,19 @@ impl Client {
         present(answer.stamp, "stamp")
     }
 
-    /// Does so many steps of a world that does not play, and answers when they are
-    /// done. There is no time limit: dropping the call ends the steps.
+    /// Does steps of a world that does not play, and answers when they are done. Without a timeout: dropping
+    /// the call ends the steps.
     ///
     /// # Errors
-    /// `WRONG_STATE` while playing, `LIMIT_EXCEEDED` for too many, `SUPERSEDED`
-    /// where a play, pause or reset came between.
+    /// `WRONG_STATE` while playing, `LIMIT_EXCEEDED` above the maximum, `SUPERSEDED` if a play, pause or
+    /// reset came between.
     pub async fn step(&self, steps: u64) -> Result<Stamp, Error> {
         let request = StepSimulationRequest { steps, ..Default::default() };
         present(self.step_with(request).await?.stamp, "stamp")
     }
 
-    /// Sets targets, does steps and reads the states after the last of them, in one
-    /// call: a turn of a lockstep loop.
+    /// Sets targets, does steps and reads the states after the last of them, in one call: a cycle of a lockstep
+    /// loop.
     ///
     /// ```no_run
     /// use simd_client::proto::StepSimulationRequest;
@@ -102,28 +102,29 @@ impl Client {
         self.opened(self.simulation().step_simulation(self.claimed(request)).await)
     }
 
-    /// Makes this client one of those that step the world together: it advances once each of them has asked. Gives
-    /// what goes into `lockstep_member` of each [`StepSimulationRequest`]. Who takes longer than `timeout` from one step to asking for
-    /// the next is a member no more.
+    /// Makes this client one of the clients that step the world together: it advances once each of them has
+    /// asked. Returns the value for `lockstep_member` of each [`StepSimulationRequest`]. A member that takes
+    /// longer than `timeout` from one step to its next request loses its membership.
     ///
     /// # Errors
-    /// `INVALID_VALUE` for a time that is not within 10 ms and an hour, `LIMIT_EXCEEDED` for too many members.
+    /// `INVALID_VALUE` for a timeout outside 10 ms to one hour, `LIMIT_EXCEEDED` above the maximum number of
+    /// members.
     pub async fn join_lockstep(&self, timeout: Duration) -> Result<String, Error> {
         let request = JoinLockstepRequest { timeout: timeout.as_secs_f64(), ..Default::default() };
         Ok(self.unary(self.simulation().join_lockstep(request)).await?.member)
     }
 
-    /// Ends a membership; the others go on.
+    /// Ends a membership; the others continue.
     ///
     /// # Errors
-    /// `LOCKSTEP_MEMBER_NOT_FOUND` where it has ended already.
+    /// `LOCKSTEP_MEMBER_NOT_FOUND` if it has already ended.
     pub async fn leave_lockstep(&self, member: &str) -> Result<(), Error> {
         let request = LeaveLockstepRequest { member: member.into(), ..Default::default() };
         self.unary(self.simulation().leave_lockstep(request)).await?;
         Ok(())
     }
 
-    /// Who steps the world together, in the order in which they joined.
+    /// Returns the clients that step the world together, in the order in which they joined.
     ///
     /// # Errors
     /// Returns an error if the daemon does not answer.
@@ -132,7 +133,7 @@ impl Client {
         Ok(self.unary(self.simulation().list_lockstep_members(request)).await?.members)
     }
 
-    /// Puts the world back, by scope.
+    /// Resets the world, by scope.
     ///
     /// # Errors
     /// Returns an error if the daemon refuses or does not answer.
@@ -140,7 +141,7 @@ impl Client {
         self.unary(self.simulation().reset_simulation(self.claimed(request))).await
     }
 
-    /// Gravity, time step, substeps, integrator, how surfaces combine, pace.
+    /// Returns gravity, time step, substeps, integrator, surface combination and pace.
     ///
     /// # Errors
     /// Returns an error if the daemon refuses or does not answer.
@@ -149,39 +150,40 @@ impl Client {
         present(answer.physics, "physics")
     }
 
-    /// Changes what is given and leaves the rest.
+    /// Changes the given values and leaves the rest.
     ///
     /// # Errors
-    /// `INVALID_VALUE` where one value is refused; then none is changed.
+    /// `INVALID_VALUE` if one value is refused; then none is changed.
     pub async fn set_physics(&self, request: SetPhysicsRequest) -> Result<SetPhysicsResponse, Error> {
         self.unary(self.simulation().set_physics(self.claimed(request))).await
     }
 
-    /// How well the world keeps time. Never waits for a step, and so is also a ping.
+    /// Returns how well the world keeps time. Also serves as a ping: it never waits for a step.
     ///
     /// # Errors
-    /// Returns an error if the daemon does not answer or is of another version.
+    /// Returns an error if the daemon does not answer or has another version.
     pub async fn world_statistics(&self) -> Result<WorldStatistics, Error> {
         let request = GetWorldStatisticsRequest::default();
         let answer = self.unary(self.simulation().get_world_statistics(request)).await?;
         present(answer.statistics, "statistics")
     }
 
-    /// The same, and what the daemon does for its clients and needs for that.
+    /// Like [`world_statistics`](Self::world_statistics), with the load and the resources of the daemon.
     ///
     /// # Errors
-    /// As [`world_statistics`](Self::world_statistics). An older daemon says the first alone.
+    /// As [`world_statistics`](Self::world_statistics). An older daemon returns only the statistics of the
+    /// world.
     pub async fn daemon_statistics(&self) -> Result<(WorldStatistics, Option<DaemonStatistics>), Error> {
         let request = GetWorldStatisticsRequest { daemon: true };
         let answer = self.unary(self.simulation().get_world_statistics(request)).await?;
         Ok((present(answer.statistics, "statistics")?, answer.daemon))
     }
 
-    /// Keeps the state of the world in the daemon's memory. An empty name lets the
-    /// daemon make one up; one of that name is replaced.
+    /// Keeps the state of the world in the daemon's memory. With an empty name, the daemon chooses one. A
+    /// state of that name is replaced.
     ///
     /// # Errors
-    /// `LIMIT_EXCEEDED` where there are too many, `OWNED_BY_ANOTHER`.
+    /// `LIMIT_EXCEEDED` above the maximum number, `OWNED_BY_ANOTHER`.
     pub async fn save_state(&self, name: &str) -> Result<SavedStateInfo, Error> {
         let (name, take_over) = (name.to_owned(), self.takes_over);
         let request = SaveStateRequest { name, take_over, ..Default::default() };
@@ -189,7 +191,7 @@ impl Client {
         present(answer.saved_state, "saved_state")
     }
 
-    /// Puts the world back to a saved state.
+    /// Restores a saved state.
     ///
     /// # Errors
     /// `SAVED_STATE_NOT_FOUND`.
@@ -199,7 +201,7 @@ impl Client {
         present(answer.stamp, "stamp")
     }
 
-    /// The saved states that are kept, oldest first.
+    /// Returns the saved states, oldest first.
     ///
     /// # Errors
     /// Returns an error if the daemon refuses or does not answer.
@@ -208,7 +210,7 @@ impl Client {
         Ok(answer.saved_states)
     }
 
-    /// Forgets a saved state.
+    /// Deletes a saved state.
     ///
     /// # Errors
     /// `SAVED_STATE_NOT_FOUND`, `OWNED_BY_ANOTHER`.
@@ -219,7 +221,7 @@ impl Client {
     }
 }
 
-/// Wall seconds that a request asks the daemon to wait, as a duration to wait here.
+/// Converts a request's wall seconds to the time that the client waits.
 pub(crate) fn wall_seconds(seconds: f64) -> Duration {
     Duration::try_from_secs_f64(seconds).unwrap_or(Duration::ZERO)
 }

@@ -1,4 +1,4 @@
-//! What a joint is asked to do, shorter than the messages.
+//! Targets of joints, in a shorter form than the messages.
 
 use simd_proto::v1::{
     EffortTarget, HoldTarget, JointTarget, PassiveTarget, PositionTarget, Quaternion, RobotTargets,
@@ -6,8 +6,8 @@ use simd_proto::v1::{
     joint_target::Target as Wire,
 };
 
-/// What a joint's actuator is to do. Radians, newton metres and seconds for
-/// joints that turn; metres, newtons and seconds for joints that slide.
+/// Target of a joint's actuator. Radians, newton metres and seconds for joints that turn; metres, newtons and
+/// seconds for joints that slide.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Target {
     /// Go to a position and stay there.
@@ -22,9 +22,9 @@ pub enum Target {
         damping: Option<f64>,
         /// Added to the actuator's effort, N m or N.
         feed_forward: f64,
-        /// N m or N: the most for this target; `None` is the joint's limit.
+        /// N m or N: maximum for this target; `None` is the joint's limit.
         max_effort: Option<f64>,
-        /// rad/s or m/s: the most on the way; `None` is the joint's limit.
+        /// rad/s or m/s: maximum of the setpoint; `None` is the joint's limit.
         max_velocity: Option<f64>,
     },
     /// Turn or slide at a velocity.
@@ -35,7 +35,7 @@ pub enum Target {
         damping: Option<f64>,
         /// Added to the actuator's effort, N m or N.
         feed_forward: f64,
-        /// N m or N: the most for this target; `None` is the joint's limit.
+        /// N m or N: maximum for this target; `None` is the joint's limit.
         max_effort: Option<f64>,
     },
     /// Apply an effort, N m or N, until the next target.
@@ -46,15 +46,15 @@ pub enum Target {
     Hold,
     /// Turn a spherical joint to an orientation and stay there.
     Orientation {
-        /// Of the child in the joint's frame: a quaternion x y z w, of any length but zero.
+        /// Orientation of the child in the joint's frame: a quaternion x y z w, of any length but zero.
         orientation: [f64; 4],
         /// N m/rad about each axis; `None` is the joint's default.
         stiffness: Option<f64>,
         /// N m s/rad about each axis; `None` is critical for a given stiffness, else the default.
         damping: Option<f64>,
-        /// N m: the most about each axis for this target; `None` is the joint's limit.
+        /// N m: maximum about each axis for this target; `None` is the joint's limit.
         max_effort: Option<f64>,
-        /// rad/s: the most about each axis on the way; `None` is the joint's limit.
+        /// rad/s: maximum of the setpoint about each axis; `None` is the joint's limit.
         max_velocity: Option<f64>,
     },
     /// Turn a spherical joint at a velocity, in the child's axes.
@@ -63,7 +63,7 @@ pub enum Target {
         velocity: [f64; 3],
         /// N m s/rad about each axis; `None` is stiff enough for 0.1 % under gravity.
         damping: Option<f64>,
-        /// N m: the most about each axis for this target; `None` is the joint's limit.
+        /// N m: maximum about each axis for this target; `None` is the joint's limit.
         max_effort: Option<f64>,
     },
     /// Apply a torque to a spherical joint, in the child's axes, N m, until the next target.
@@ -71,7 +71,7 @@ pub enum Target {
 }
 
 impl Target {
-    /// A position, with the joint's default gains.
+    /// Targets a position, with the joint's default gains.
     pub fn position(position: f64) -> Self {
         Self::Position {
             position,
@@ -84,7 +84,7 @@ impl Target {
         }
     }
 
-    /// An orientation of a spherical joint, a quaternion x y z w, with the joint's default gains.
+    /// Targets an orientation of a spherical joint, a quaternion x y z w, with the joint's default gains.
     pub fn orientation(orientation: [f64; 4]) -> Self {
         Self::Orientation {
             orientation,
@@ -95,7 +95,7 @@ impl Target {
         }
     }
 
-    /// A velocity, with the joint's default damping.
+    /// Targets a velocity, with the joint's default damping.
     pub fn velocity(velocity: f64) -> Self {
         Self::Velocity { velocity, damping: None, feed_forward: 0.0, max_effort: None }
     }
@@ -161,12 +161,12 @@ fn vector([x, y, z]: [f64; 3]) -> Vector3 {
     Vector3 { x, y, z }
 }
 
-/// A target for the joint of that name.
+/// Makes a target for the joint of that name.
 pub fn joint_target(joint: impl Into<String>, target: Target) -> JointTarget {
     JointTarget { joint: joint.into(), axis: 0, target: Some(target.into()) }
 }
 
-/// Targets for joints of one robot, whatever its layout.
+/// Makes targets for joints of one robot, for any layout.
 pub fn robot_targets(robot: &str, targets: impl IntoIterator<Item = JointTarget>) -> RobotTargets {
     RobotTargets { robot: robot.to_owned(), joints: targets.into_iter().collect(), ..RobotTargets::default() }
 }

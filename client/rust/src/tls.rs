@@ -1,5 +1,5 @@
-//! Certificates of TLS: the files that name them, and what is wrong where a connection does not come about. tonic and Zenoh
-//! alone say that the transport failed.
+//! Certificates of TLS: the files that options name, and explanations of failed connections. tonic and Zenoh
+//! only say that the transport failed.
 
 use std::path::Path;
 use std::time::Duration;
@@ -10,19 +10,19 @@ use tonic::transport::{Certificate, ClientTlsConfig, Endpoint, Identity};
 use crate::error::root_cause;
 use crate::{ConnectOptions, Error};
 
-/// The environment's name for the file of the authorities.
+/// Environment variable that names the file of the authorities.
 pub(crate) const AUTHORITIES: &str = "SIMD_TLS_CA";
-/// For the client's own certificate, and its key.
+/// Environment variables that name the client's own certificate, and its key.
 pub(crate) const CERTIFICATE: &str = "SIMD_TLS_CLIENT_CERT";
 pub(crate) const KEY: &str = "SIMD_TLS_CLIENT_KEY";
 
-/// What a probe says where each try ended after the handshake, and no certificate of this client was shown.
+/// Result of a probe if each try ended after the handshake, and this client showed no certificate.
 const CLOSED: &str =
     "the connection was closed after the handshake, in which this client showed no certificate";
-/// Of a probe.
+/// Number of tries of a probe.
 const TRIES: usize = 4;
 
-/// What is in the files that the options name.
+/// Contents of the files that the options name.
 #[derive(Debug, Default)]
 pub(crate) struct Pems {
     authorities: Option<String>,
@@ -33,7 +33,7 @@ pub(crate) struct Pems {
 /// Reads the files that the options name.
 ///
 /// # Errors
-/// [`Error::Certificate`] where one is not there, is not of its kind, or is without its other half.
+/// [`Error::Certificate`] if one does not exist, is of another kind, or lacks its counterpart.
 pub(crate) fn read(options: &ConnectOptions) -> Result<Pems, Error> {
     let ConnectOptions { tls_authorities, tls_certificate, tls_key, .. } = options;
     let authorities =
@@ -54,12 +54,12 @@ pub(crate) fn read(options: &ConnectOptions) -> Result<Pems, Error> {
 }
 
 impl Pems {
-    /// Whether there are authorities by which a daemon's certificate can be checked.
+    /// Returns whether there are authorities to check a daemon's certificate.
     pub(crate) fn has_authorities(&self) -> bool {
         self.authorities.is_some()
     }
 
-    /// For a connection of gRPC.
+    /// Returns the configuration of a gRPC connection.
     pub(crate) fn config(&self) -> ClientTlsConfig {
         let mut tls = ClientTlsConfig::new();
         if let Some(authorities) = &self.authorities {
@@ -76,7 +76,7 @@ fn refuse(reason: String) -> Error {
     Error::Certificate { reason }
 }
 
-/// The text of a file that has something of this kind.
+/// Reads a file that must have a part of this kind.
 fn pem(path: &Path, name: &str, kind: &str) -> Result<String, Error> {
     let shown = path.display();
     let text = match std::fs::read_to_string(path) {
@@ -107,8 +107,8 @@ fn pem(path: &Path, name: &str, kind: &str) -> Result<String, Error> {
     Err(refuse(format!("{shown} has no {what}: it must be a file of PEM")))
 }
 
-/// Why the daemon at an endpoint is not connected to, as a sentence; `None` where certificates are not the cause. `reason` is
-/// what rustls says.
+/// Explains in a sentence why the connection to an endpoint failed; `None` if certificates are not the cause.
+/// `reason` is the message of rustls.
 pub(crate) fn sentence(endpoint: &str, reason: &str) -> Option<String> {
     let daemon = format!("the daemon at {endpoint}");
     if reason.contains("invalid peer certificate") {
@@ -147,9 +147,12 @@ pub(crate) fn sentence(endpoint: &str, reason: &str) -> Option<String> {
     })
 }
 
-/// Why a connection of Zenoh with TLS did not come about, in the words of rustls: Zenoh itself says that time was over. A
-/// handshake of gRPC is made with the same files, and one call, since who asks for a certificate says so only after it. What it
-/// says is lost where the connection ends before it is read: so there are several tries.
+/// Returns why a Zenoh connection with TLS failed, in the words of rustls: Zenoh itself only reports a
+/// timeout.
+///
+/// The probe makes a gRPC handshake with the same files, and one call, since a server asks for a certificate
+/// only after the handshake. The alert is lost if the connection ends before it is read: so there are several
+/// tries.
 pub(crate) async fn probe(locator: &str, pems: &Pems, time: Duration) -> Option<String> {
     let address = locator.strip_prefix("tls/")?;
     if address.contains(['?', '#']) {
@@ -163,7 +166,7 @@ pub(crate) async fn probe(locator: &str, pems: &Pems, time: Duration) -> Option<
                 Ok(channel) => {
                     let mut client = SimulationServiceClient::new(channel);
                     let status = client.get_simulator_info(GetSimulatorInfoRequest {}).await.err()?;
-                    // What is answered has no cause of the transport's.
+                    // A status from the daemon has no source in the transport.
                     std::error::Error::source(&status)?;
                     root_cause(&status)
                 }
@@ -178,7 +181,7 @@ pub(crate) async fn probe(locator: &str, pems: &Pems, time: Duration) -> Option<
     tokio::time::timeout(time, asked).await.ok()?
 }
 
-/// Whether a connection ended after its handshake, and nothing was said of why.
+/// Returns whether a connection ended after its handshake without a reason.
 fn is_cut(reason: &str) -> bool {
     let reason = reason.to_lowercase();
     let words = ["connection reset", "broken pipe", "closed", "end of file", "eof"];

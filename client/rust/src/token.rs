@@ -1,4 +1,4 @@
-//! The token by which a daemon knows a client, and files that have one.
+//! The token of a client, and files that hold one.
 
 use std::{
     fmt,
@@ -7,27 +7,27 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// A longer file is none of a token.
+/// Maximum size of a token file.
 const MAX_FILE: u64 = 4096;
 
-/// A token, which nothing prints.
+/// A token. Its value is never printed.
 #[derive(Clone)]
 pub struct Token(pub(crate) String);
 
-/// Why a file gives no token.
+/// Reason why a file gives no token.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum TokenFileError {
-    /// It cannot be read.
+    /// The file cannot be read.
     #[error("cannot read the token in {}", path.display())]
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the system.
         #[source]
         error: io::Error,
     },
-    /// Its first line is empty, or it is too long.
+    /// The first line is empty, or the file is longer than a token.
     #[error("{} has no token: it must be the first line", path.display())]
     Empty {
         /// The file.
@@ -36,10 +36,10 @@ pub enum TokenFileError {
 }
 
 impl Token {
-    /// The token in the first line of a file.
+    /// Reads the token in the first line of a file.
     ///
     /// # Errors
-    /// Returns an error if the file cannot be read, and where it has none.
+    /// Returns an error if the file cannot be read, or has no token.
     pub fn from_file(path: &Path) -> Result<Self, TokenFileError> {
         let mut text = String::new();
         let read = File::open(path).and_then(|file| file.take(MAX_FILE + 1).read_to_string(&mut text));

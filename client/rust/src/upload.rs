@@ -1,4 +1,4 @@
-//! Sends a robot's URDF and what the daemon lacks of its files, then spawns it.
+//! Sends a robot's URDF and the files that the daemon lacks, then spawns it.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -15,15 +15,14 @@ use simd_proto::v1::{
 
 use crate::{Client, Error, NotFound, Package, Reloaded, Spawned};
 
-/// Of one message: far below the daemon's limit, and large enough that the
-/// number of round trips does not matter.
+/// Size of one message: far below the daemon's limit, and large enough that the number of round trips does
+/// not matter.
 const PART_BYTES: usize = 1024 * 1024;
 
-/// The way of a robot on this disk into the world.
+/// Spawning of robots from this disk.
 impl Client {
-    /// Uploads a robot and spawns it: a URDF file, or a package folder
-    /// that holds one. The request says all but the source. Files that are not
-    /// found are warnings in the report.
+    /// Uploads a robot and spawns it: a URDF file, or a package folder that holds one. The request has all
+    /// but the source. Missing files are warnings in the report.
     ///
     /// # Errors
     /// As [`Package::open`], [`upload`](Self::upload) and [`spawn`](Self::spawn).
@@ -45,18 +44,18 @@ impl Client {
         self.reload(ReloadEntityRequest { source: Some(source), ..request }).await
     }
 
-    /// Sends a URDF and those of its files that the daemon lacks. What comes back
-    /// is a source to spawn, validate or reload.
+    /// Sends a URDF and those of its files that the daemon lacks. Returns a source to spawn, validate or
+    /// reload.
     ///
     /// # Errors
-    /// `INVALID_DESCRIPTION` where the URDF cannot be read at all, `LIMIT_EXCEEDED`,
-    /// [`Error::File`] where a file of the robot cannot be read.
+    /// `INVALID_DESCRIPTION` if the URDF cannot be read at all, `LIMIT_EXCEEDED`, [`Error::File`] if a file
+    /// of the robot cannot be read.
     pub async fn upload(&self, package: &Package) -> Result<DescriptionSource, Error> {
         let mut files = Files::default();
         let mut sent = BTreeSet::new();
         let mut prepared = self.prepare(package, BTreeMap::new()).await?;
-        // What an SDF or MJCF includes names more, and so does a mesh: pictures, and materials. A file is looked for once, so
-        // that this ends.
+        // Included files of an SDF or MJCF name more files, and so do meshes: pictures, and materials. Each
+        // file is looked for once, so that this loop ends.
         loop {
             let named: Vec<String> = prepared.assets.iter().map(|asset| asset.uri.clone()).collect();
             let new: Vec<String> = named.into_iter().filter(|uri| !files.knows(uri)).collect();
@@ -88,11 +87,11 @@ impl Client {
         })
     }
 
-    /// Sends a mesh or a height field, for a primitive that names it. What comes back is the source of the primitive,
-    /// `uri` being how it names the file.
+    /// Sends a mesh or a height field for a primitive, which names it by `uri`. Returns the source of the
+    /// primitive.
     ///
     /// # Errors
-    /// `LIMIT_EXCEEDED`, [`Error::File`] where the file cannot be read.
+    /// `LIMIT_EXCEEDED`, [`Error::File`] if the file cannot be read.
     pub async fn upload_primitive(
         &self,
         path: &Path,
@@ -129,7 +128,7 @@ impl Client {
             let request = UploadAssetRequest { sha256: sha256.to_owned(), total_bytes, offset, data };
             self.unary(self.entity().upload_asset(request)).await?;
             offset += length;
-            // A file that shrank meanwhile ends early, and the daemon finds out by its hash.
+            // A file that shrank in the meantime ends early; the daemon notices it by the hash.
             if length == 0 || offset >= total_bytes {
                 return Ok(());
             }
@@ -137,13 +136,13 @@ impl Client {
     }
 }
 
-/// Whether a file of this name may name others that it is drawn with.
+/// Returns whether a file of this name may name others that it is drawn with.
 fn may_name_more(uri: &str) -> bool {
     let extension = uri.trim_end().rsplit_once('.').map(|(_, extension)| extension.to_ascii_lowercase());
     extension.is_some_and(|extension| ["obj", "mtl", "dae", "gltf", "glb"].contains(&extension.as_str()))
 }
 
-/// What was found for a robot's URIs.
+/// Files that were found for a robot's URIs.
 #[derive(Default)]
 struct Files {
     /// By URI.
@@ -157,7 +156,7 @@ struct Files {
 }
 
 impl Files {
-    /// Whether a URI was looked for.
+    /// Returns whether a URI was looked for.
     fn knows(&self, uri: &str) -> bool {
         self.hashes.contains_key(uri) || self.missing.contains_key(uri)
     }
@@ -181,8 +180,8 @@ impl Files {
     }
 }
 
-/// For people to read in the report, after "looked in". A file that may not be
-/// given away says so, or its owner would look for it where it is.
+/// Lists the places for the report, after "looked in". A file that may not be sent says so, or its owner
+/// would search for it in vain.
 fn places(not_found: NotFound) -> Vec<String> {
     let mut places: Vec<String> = not_found.places.iter().map(|place| place.display().to_string()).collect();
     match places.last_mut() {
@@ -193,7 +192,7 @@ fn places(not_found: NotFound) -> Vec<String> {
     places
 }
 
-/// Lower-case hexadecimal SHA-256 of a file.
+/// Returns the SHA-256 of a file, in lower-case hexadecimal.
 pub(crate) async fn hash_of(path: &Path) -> io::Result<String> {
     let path = path.to_path_buf();
     off_the_runtime(move || {
@@ -204,7 +203,7 @@ pub(crate) async fn hash_of(path: &Path) -> io::Result<String> {
     .await
 }
 
-/// In lower case.
+/// Returns lower-case hexadecimal.
 pub(crate) fn hexadecimal(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
@@ -221,7 +220,7 @@ async fn read_part(path: &Path, offset: u64) -> io::Result<Vec<u8>> {
     .await
 }
 
-/// Files may be slow, and a runtime's threads must not wait for them.
+/// Runs file operations outside of the runtime's threads, which must not wait for slow files.
 pub(crate) async fn off_the_runtime<T: Send + 'static>(
     work: impl FnOnce() -> io::Result<T> + Send + 'static,
 ) -> io::Result<T> {

@@ -1,4 +1,4 @@
-//! What programs draw in pages, where the cameras of pages are, and what people do there with keys and mouse.
+//! Markers and cameras of the viewer's pages, and input from their keys and mouse.
 
 use std::time::Duration;
 
@@ -11,21 +11,21 @@ use simd_proto::v1::{
 
 use crate::{Client, Error, simulation::wall_seconds};
 
-/// Straight lines from one point to another, metres; `width` in CSS pixels.
+/// Makes straight lines from one point to another, metres; `width` in CSS pixels.
 pub fn lines<'p>(ends: impl IntoIterator<Item = &'p [[f32; 3]; 2]>, width: f32) -> Marker {
     let points = ends.into_iter().flatten().flatten().copied().collect();
     let shape = Shape::Lines(MarkerLines { points, colors: Vec::new(), width });
     Marker { shape: Some(shape), ..Default::default() }
 }
 
-/// Dots, metres; `size` in CSS pixels.
+/// Makes dots, metres; `size` in CSS pixels.
 pub fn points<'p>(points: impl IntoIterator<Item = &'p [f32; 3]>, size: f32) -> Marker {
     let points = points.into_iter().flatten().copied().collect();
     let shape = Shape::Points(MarkerPoints { points, colors: Vec::new(), size });
     Marker { shape: Some(shape), ..Default::default() }
 }
 
-/// A text that faces the camera; position and height of a line in metres.
+/// Makes a text that faces the camera; position and height of a line in metres.
 pub fn text(text: impl Into<String>, position: Vector3, size: f64) -> Marker {
     let text = text.into();
     let shape = Shape::Text(MarkerText { text, position: Some(position), orientation: None, size });
@@ -34,7 +34,8 @@ pub fn text(text: impl Into<String>, position: Vector3, size: f64) -> Marker {
 
 /// `ViewService`.
 impl Client {
-    /// Draws markers, all of them or none. With `until_disconnect` they go when this connection ends. Their ids.
+    /// Adds markers, all of them or none. With `until_disconnect` they are deleted when this connection ends.
+    /// Returns their ids.
     ///
     /// # Errors
     /// `INVALID_VALUE`, `ROBOT_NOT_FOUND`, `LINK_NOT_FOUND`, `OWNED_BY_ANOTHER`, `LIMIT_EXCEEDED`.
@@ -48,7 +49,8 @@ impl Client {
         Ok(self.unary(self.view().add_markers(request)).await?.ids)
     }
 
-    /// Takes markers away; all that are not another's where none is named. The ids of those that went.
+    /// Deletes markers. Without ids, deletes all that have no other owner. Returns the ids of the deleted
+    /// ones.
     ///
     /// # Errors
     /// `OWNED_BY_ANOTHER`.
@@ -57,7 +59,7 @@ impl Client {
         Ok(self.unary(self.view().delete_markers(request)).await?.deleted)
     }
 
-    /// All markers, in the order in which they were added.
+    /// Returns all markers, in the order in which they were added.
     ///
     /// # Errors
     /// Returns an error if the daemon does not answer.
@@ -65,7 +67,8 @@ impl Client {
         Ok(self.unary(self.view().list_markers(ListMarkersRequest {})).await?.markers)
     }
 
-    /// What has changed for a page since a version (0: all of it), once something has or after `wait`, at most 60 s.
+    /// Returns the changes for a page since a version (0: all of it), once there are some, or after `wait`,
+    /// at most 60 s.
     ///
     /// # Errors
     /// Returns an error if the daemon does not answer.
@@ -75,7 +78,7 @@ impl Client {
         self.unary_for(wall_seconds(timeout), self.view().next_view(request)).await
     }
 
-    /// For pages: where the camera is, and what was done with keys and mouse.
+    /// For pages: reports the camera, and input from keys and mouse.
     ///
     /// # Errors
     /// `INVALID_VALUE`.
@@ -83,7 +86,8 @@ impl Client {
         self.unary(self.view().report_view(request)).await
     }
 
-    /// Moves the cameras of all pages: where to, and what they look at. Radians; without a field of view it stays as it is.
+    /// Moves the cameras of all pages to a position, looking at a target. The field of view is in radians;
+    /// `None` does not change it.
     ///
     /// # Errors
     /// `INVALID_VALUE`.
@@ -99,7 +103,7 @@ impl Client {
         Ok(self.unary(self.view().set_camera(request)).await?.version)
     }
 
-    /// Gives links other colours in pages than their descriptions have, or those of their descriptions where a colour is left out. All or none.
+    /// Overrides the colours of links in pages; without a colour, restores the description's. All or none.
     ///
     /// # Errors
     /// `ROBOT_NOT_FOUND`, `LINK_NOT_FOUND`, `INVALID_VALUE`, `LIMIT_EXCEEDED`.
@@ -108,7 +112,7 @@ impl Client {
         self.unary(self.view().set_link_colors(request)).await.map(|_| ())
     }
 
-    /// The cameras of the pages that are open, the one that moved last first.
+    /// Returns the cameras of the open pages; the one that moved last comes first.
     ///
     /// # Errors
     /// Returns an error if the daemon does not answer.
@@ -116,8 +120,8 @@ impl Client {
         self.unary(self.view().get_cameras(GetCamerasRequest {})).await
     }
 
-    /// Keys and mouse in pages after a sequence, once there are some or after `wait`, at most 60 s. Without a sequence: only the
-    /// newest sequence, from which to go on.
+    /// Returns key and mouse events in pages after a sequence, once there are some, or after `wait`, at most
+    /// 60 s. Without a sequence, returns only the newest sequence, from which to continue.
     ///
     /// # Errors
     /// Returns an error if the daemon does not answer.

@@ -1,4 +1,4 @@
-//! Takes the place of the way over Zenoh in a build without the feature `zenoh`.
+//! Replaces the connection over Zenoh in a build without the feature `zenoh`.
 
 use std::convert::Infallible;
 use std::future::Ready;
@@ -9,7 +9,7 @@ use tonic::codegen::{Service, http};
 
 use crate::{Client, ConnectOptions, Error};
 
-/// The daemons that are reached from one Zenoh locator, of which this build reaches none.
+/// The daemons behind one Zenoh locator, none of which this build can reach.
 #[derive(Clone, Debug)]
 pub struct Network(Infallible);
 
@@ -22,7 +22,7 @@ pub struct Presence {
     pub zid: String,
 }
 
-/// Carries calls over Zenoh, of which there are none.
+/// Carries calls over Zenoh; never exists in this build.
 #[derive(Clone, Debug)]
 pub(crate) enum ZenohChannel {}
 

@@ -1,5 +1,5 @@
-//! Carries calls of gRPC as queries of Zenoh: what the generated clients put into an
-//! HTTP request goes out as the payload of a query, and its reply comes back as a response.
+//! Carries gRPC calls as Zenoh queries. The HTTP request of a generated client goes out as the payload of a
+//! query, and its reply comes back as a response.
 
 use std::convert::Infallible;
 use std::pin::Pin;
@@ -26,14 +26,14 @@ use zenoh::session::ZenohId;
 
 use super::{MAX_MESSAGE_BYTES, Network, daemons, streams};
 
-/// Zenoh gives up on a query after this time. Calls have their own, shorter ones; a
-/// daemon that is gone ends its queries at once.
+/// Timeout of Zenoh queries. Calls have their own, shorter ones; a daemon that ends also ends its queries at
+/// once.
 const GIVE_UP: Duration = Duration::from_secs(3600);
 
 pub(super) type BoxFuture<T> = Pin<Box<dyn Future<Output = T> + Send>>;
 pub(super) type Answers = Pin<Box<dyn Stream<Item = Result<Bytes, Status>> + Send>>;
 
-/// The calls of one daemon.
+/// Carries the calls to one daemon.
 #[derive(Clone, Debug)]
 pub(crate) struct ZenohChannel {
     network: Network,
@@ -45,7 +45,7 @@ impl ZenohChannel {
         Self { network, name: name.into() }
     }
 
-    /// The only answer of a method that has one.
+    /// Returns the only answer of a unary method.
     pub(super) async fn ask(&self, method: &Method, asked: Asked) -> Result<Bytes, Status> {
         match self.query(method, asked, "").await?.next().await {
             Some(reply) => answer(reply),
@@ -53,7 +53,7 @@ impl ZenohChannel {
         }
     }
 
-    /// Whether the daemon takes the request of a stream; it gives no more of it than is there.
+    /// Checks that the daemon accepts the request of a stream, without waiting for further answers.
     pub(super) async fn check(&self, method: &Method, asked: Asked) -> Result<(), Status> {
         match self.query(method, asked, "?for=0").await?.next().await.map(answer) {
             Some(Ok(_answer)) => Ok(()),
@@ -63,13 +63,13 @@ impl ZenohChannel {
         }
     }
 
-    /// The session of the daemon, another after each start of it.
+    /// Returns the session of the daemon, which changes with each start.
     ///
     /// # Errors
-    /// If no daemon has the name, or several claim it.
+    /// Returns an error if no daemon has the name, or several claim it.
     pub(super) async fn daemon(&self) -> Result<ZenohId, Status> {
         let chosen = match self.chosen()? {
-            // It may have answered before its liveliness token was reported.
+            // The daemon may have answered before its liveliness token was reported.
             None => {
                 self.network
                     .look(&keys::daemons_named(&self.name))
@@ -87,7 +87,7 @@ impl ZenohChannel {
         chosen.map_err(|several| Status::failed_precondition(daemons::several(&self.name, &several)))
     }
 
-    /// All answers of a method that has many, as the daemon sends them.
+    /// Streams the answers of a method, as the daemon sends them.
     async fn stream(self, method: &'static Method, asked: Asked) -> Result<Answers, Status> {
         let replies = self.query(method, asked, &format!("?for={}", GIVE_UP.as_secs())).await?;
         let next = move |replies: Replies| {
@@ -97,7 +97,7 @@ impl ZenohChannel {
                     Some(Ok(answer)) => Ok(Some((answer, replies))),
                     Some(Err(status)) if status.code() == Code::Ok => Ok(None),
                     Some(Err(status)) => Err(status),
-                    // The last reply says how it ended; there was none.
+                    // The last reply says how the stream ended; here it is missing.
                     None => Err(no_daemon),
                 }
             }
@@ -109,12 +109,12 @@ impl ZenohChannel {
         let daemon = self.daemon().await?;
         let (service, name) = methods::parse_path(&method.path).unwrap_or_default();
         let key = keys::rpc(&self.name, service, name);
-        // The secret of a claim stays here.
+        // The secret of a claim is not sent.
         let (message, secret) = match proof::seal(&method.request, &asked.message) {
             Some((message, secret)) => (message.into(), Some(secret)),
             None => (asked.message, None),
         };
-        // What it claims or draws may be bound to the session.
+        // A claim or a marker may be bound to the session.
         let session = matches!(name, "ClaimJoints" | "AddMarkers")
             .then(|| self.network.tokens.declare(&self.network.session, &self.name));
         let session = session.transpose().map_err(|error| Status::unavailable(super::first_words(&error)))?;
@@ -129,7 +129,7 @@ impl ZenohChannel {
                 .payload(message.clone())
                 .encoding(keys::encoding(&method.request))
                 .attachment((!lines.is_empty()).then(|| lines.join("\n")))
-                // Else one session that says it has all answers would be asked alone.
+                // Without this, only one session that claims to have all answers would be asked.
                 .target(QueryTarget::All)
                 .consolidation(ConsolidationMode::None)
                 .express(true)
@@ -149,21 +149,21 @@ impl ZenohChannel {
     }
 }
 
-/// What comes in answer to a query.
+/// Replies to a query.
 struct Replies {
     replies: zenoh::handlers::FifoChannelHandler<Reply>,
-    /// Who was asked.
+    /// Session that was asked.
     daemon: ZenohId,
 }
 
 impl Replies {
-    /// The next of the daemon's own; what others answer is not read. None where no more come.
+    /// Returns the daemon's next reply and ignores replies of other sessions. `None` after the last one.
     async fn next(&self) -> Option<Reply> {
         loop {
             let reply = self.replies.recv_async().await.ok()?;
             match reply.replier_id() {
                 Some(from) if from.zid() == self.daemon => return Some(reply),
-                // Zenoh itself, within this process, where the time is over.
+                // A timeout of Zenoh itself, within this process.
                 None if reply.result().is_err_and(is_timeout) => return Some(reply),
                 Some(_) | None => {}
             }
@@ -171,27 +171,27 @@ impl Replies {
     }
 }
 
-/// Whether this is Zenoh's own error. A refusal of a daemon's has another encoding.
+/// Returns whether this is Zenoh's own timeout. A refusal of a daemon has another encoding.
 fn is_timeout(error: &ReplyError) -> bool {
     !error.encoding().to_string().starts_with("application/protobuf")
         && String::from_utf8_lossy(&error.payload().to_bytes()).contains("Timeout")
 }
 
-/// A request, and what goes with it.
+/// A request with its headers.
 #[derive(Clone, Debug)]
 pub(super) struct Asked {
     pub(super) message: Bytes,
-    /// What it says of the client, as the attachment has it.
+    /// Headers of the client, as lines of the attachment.
     pub(super) headers: Arc<str>,
 }
 
-/// Of a request's metadata what the daemon reads.
+/// Returns the part of a request's metadata that the daemon reads.
 fn headers(metadata: &MetadataMap) -> Arc<str> {
     let read = |name| Some((name, metadata.get(name)?.to_str().ok()?));
     keys::attachment([API_VERSION_HEADER, CLIENT_HEADER, TOKEN_HEADER].into_iter().filter_map(read)).into()
 }
 
-/// What a reply says.
+/// Converts a reply to an answer or a status.
 fn answer(reply: Reply) -> Result<Bytes, Status> {
     match reply.into_result() {
         Ok(sample) => Ok(Bytes::from(sample.payload().to_bytes().into_owned())),
@@ -199,7 +199,7 @@ fn answer(reply: Reply) -> Result<Bytes, Status> {
     }
 }
 
-/// A refusal of the daemon's, or what Zenoh itself says.
+/// Converts a refusal of the daemon, or an error of Zenoh itself.
 fn refusal(error: &ReplyError) -> Status {
     let payload = error.payload().to_bytes();
     if error.encoding().to_string().starts_with("application/protobuf")

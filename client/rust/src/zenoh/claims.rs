@@ -1,16 +1,16 @@
-//! Proves with each message that its sender has the secret of the claim that it acts for.
+//! Proves with each message that its sender has the secret of its claim.
 
 use std::sync::{Mutex, PoisonError};
 
 use simd_proto::proof::{self, PROOF_HEADER, Proof};
 
-/// Numbers proofs of one session.
+/// Numbers the proofs of one session.
 #[derive(Debug, Default)]
 pub(super) struct Counter(Mutex<u64>);
 
 impl Counter {
-    /// Has a message sent with what proves that its sender has the secret, as a line of the attachment. One is
-    /// sent after the other, since the daemon takes no number after a larger one.
+    /// Sends a message with a proof that its sender has the secret, as a line of the attachment. Messages are
+    /// sent one after the other, since the daemon takes no counter after a larger one.
     pub(super) fn prove<T>(
         &self,
         secret: &str,

@@ -1,9 +1,9 @@
-//! Which session is the daemon of which name, as its token says, so that another's answers are not
-//! taken for the daemon's.
+//! Maps names of daemons to sessions, as their tokens say, so that other sessions' answers are not taken for
+//! the daemon's.
 //!
-//! A client stays with the session that it began with for as long as that one's token is there, whichever other
-//! session says that it has the name. Once it is gone, the only one that has the name is the daemon, started again; and
-//! where there are several, none is taken.
+//! A client stays with its first session as long as that session's token exists, even if another session
+//! claims the name. When the token is gone, the only session with the name is the restarted daemon; if there
+//! are several, none is chosen.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -14,24 +14,24 @@ use zenoh::session::ZenohId;
 
 use super::Presence;
 
-/// Tokens that are remembered; more are not read.
+/// Maximum number of remembered tokens; further ones are ignored.
 const KEPT: usize = 4096;
 
-/// What tokens said so far. Clones are the same.
+/// State of the tokens so far. Clones share it.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Daemons(Arc<Mutex<BTreeMap<String, Named>>>);
 
-/// The sessions that say that they have one name.
+/// The sessions that claim one name.
 #[derive(Debug, Default)]
 struct Named {
-    /// Whose tokens are there.
+    /// Sessions whose tokens exist.
     here: BTreeSet<ZenohId>,
-    /// Whom calls are meant for.
+    /// Session that calls go to.
     chosen: Option<ZenohId>,
 }
 
 impl Daemons {
-    /// Takes in that a token is there, or is no more.
+    /// Records that a token was declared or removed.
     pub(super) fn update(&self, sample: &Sample) {
         self.token(sample.key_expr().as_str(), sample.kind());
     }
@@ -56,17 +56,17 @@ impl Daemons {
         }
     }
 
-    /// Whom calls to the daemon of this name are meant for; none where no token was ever heard of.
+    /// Returns the session that calls to the daemon of this name go to; `None` if no token was ever seen.
     ///
     /// # Errors
-    /// Returns an error if several sessions say that they have the name: all of them.
+    /// Returns all sessions that claim the name, if there are several.
     pub(super) fn choose(&self, name: &str) -> Result<Option<ZenohId>, Vec<ZenohId>> {
         let mut daemons = self.lock();
         let Some(named) = daemons.get_mut(name) else { return Ok(None) };
         if named.chosen.is_none_or(|chosen| !named.here.contains(&chosen)) {
             let mut here = named.here.iter();
             match (here.next(), here.next()) {
-                // The last one may still say its last words.
+                // The last session may still send its last answers.
                 (None, _) => {}
                 (Some(only), None) => named.chosen = Some(*only),
                 (Some(_), Some(_)) => return Err(named.here.iter().copied().collect()),
@@ -75,7 +75,7 @@ impl Daemons {
         Ok(named.chosen)
     }
 
-    /// All whose tokens are there, by name.
+    /// Returns all daemons whose tokens exist, by name.
     pub(super) fn list(&self) -> Vec<Presence> {
         let daemons = self.lock();
         let each = daemons.iter().flat_map(|(name, named)| named.here.iter().map(move |zid| (name, zid)));
@@ -87,7 +87,7 @@ impl Daemons {
     }
 }
 
-/// Why none of several is taken.
+/// Explains why none of several sessions is chosen.
 pub(super) fn several(name: &str, sessions: &[impl std::fmt::Display]) -> String {
     let listed: Vec<String> = sessions.iter().map(ToString::to_string).collect();
     let listed = listed.join(" and ");
@@ -118,7 +118,7 @@ mod tests {
         assert_eq!(daemons.choose("lab"), Ok(None));
         put(&daemons, "lab", "a1");
         assert_eq!(daemons.choose("lab"), Ok(Some(id("a1"))));
-        // Another session with the same name changes nothing while the daemon is there.
+        // Another session with the same name changes nothing while the daemon's token exists.
         put(&daemons, "lab", "1");
         assert_eq!(daemons.choose("lab"), Ok(Some(id("a1"))));
         delete(&daemons, "lab", "1");

@@ -1,10 +1,11 @@
-//! The way to daemons over Zenoh.
+//! Connections to daemons over Zenoh.
 //!
-//! * Here: a network of daemons, joined at one place.
-//! * `channel`: carries gRPC's calls as queries, so that the generated clients work on it.
-//! * `daemons`: which session is which daemon. `claims`: what proves that this client holds a claim.
-//! * `tokens`: what says that this client is there.
-//! * `streams`: calls of many messages, of which Zenoh has none.
+//! * This file: a network of daemons, joined at one locator.
+//! * `channel`: carries gRPC calls as queries, so that the generated clients work on it.
+//! * `daemons`: maps names of daemons to sessions.
+//! * `claims`: proves that this client holds a claim.
+//! * `tokens`: tells daemons that this client is active.
+//! * `streams`: calls of many messages, which Zenoh lacks.
 
 mod channel;
 mod claims;
@@ -27,14 +28,13 @@ use self::tokens::Tokens;
 use crate::endpoint::DaemonEndpoint;
 use crate::{Client, ConnectOptions, Error, tls};
 
-/// Answers larger than this are refused before they are read.
+/// Larger answers are refused before they are read.
 const MAX_MESSAGE_BYTES: usize = 64 * 1024 * 1024;
-/// A session that says nothing for so long is taken for gone.
+/// A session that is silent for this long counts as closed.
 const LEASE: Duration = Duration::from_secs(5);
 
-/// The daemons that are reached from one Zenoh locator: that of a daemon, or of a
-/// router with many behind it. Cheap to clone; clones share the connection, which is made
-/// again by itself after it broke.
+/// The daemons behind one Zenoh locator, which belongs to a daemon or to a router. Cheap to clone; clones
+/// share the connection, which reconnects automatically after a break.
 #[derive(Clone, Debug)]
 pub struct Network {
     session: Session,
@@ -45,12 +45,12 @@ pub struct Network {
     options: ConnectOptions,
 }
 
-/// A daemon that says it is there.
+/// A daemon that announces itself.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Presence {
-    /// What it is called; there is one of each name on a network.
+    /// Name of the daemon, unique on a network.
     pub name: String,
-    /// The id of its Zenoh session, another after each start.
+    /// Id of its Zenoh session, which changes with each start.
     pub zid: String,
 }
 
@@ -58,9 +58,8 @@ impl Network {
     /// Joins the network at a locator such as `tcp/127.0.0.1:7447`.
     ///
     /// # Errors
-    /// [`Error::Endpoint`] where the text is no locator, [`Error::Unreachable`] where
-    /// no process listens there, [`Error::Certificate`] and [`Error::Untrusted`] as
-    /// [`Client::connect`].
+    /// [`Error::Endpoint`] if the text is no locator, [`Error::Unreachable`] if no process listens there,
+    /// [`Error::Certificate`] and [`Error::Untrusted`] as [`Client::connect`].
     pub async fn join(locator: &str, options: ConnectOptions) -> Result<Self, Error> {
         match crate::endpoint::read(locator)? {
             DaemonEndpoint::Zenoh { locator, name: _ } => Self::open(&locator, options).await,
@@ -71,10 +70,10 @@ impl Network {
         }
     }
 
-    /// Joins at a locator that was read already.
+    /// Joins at a parsed locator.
     pub(crate) async fn open(locator: &str, options: ConnectOptions) -> Result<Self, Error> {
         let refuse = |reason: String| Error::Endpoint { endpoint: locator.to_owned(), reason };
-        // Zenoh would panic.
+        // Otherwise Zenoh would panic.
         if Handle::current().runtime_flavor() == RuntimeFlavor::CurrentThread {
             return Err(refuse("Zenoh needs a tokio runtime of the multi-thread flavor".to_owned()));
         }
@@ -90,7 +89,7 @@ impl Network {
         let session = match failed {
             Ok(session) => session,
             Err(reason) => {
-                // Zenoh does not say what TLS said.
+                // Zenoh does not report the message of TLS.
                 let found = tls::probe(locator, &pems, options.connect_timeout).await;
                 return Err(Error::unreachable(locator, found.unwrap_or(reason)));
             }
@@ -103,7 +102,7 @@ impl Network {
             locator: locator.into(),
             options,
         };
-        // Before the subscriber: a query does not return what is being delivered to a subscription.
+        // Before the subscriber: a query does not return tokens that are being delivered to a subscription.
         network.look(&keys::every_daemon()).await.map_err(|error| unreachable(first_words(&error)))?;
         let heard = network.daemons.clone();
         let tokens = network.session.liveliness().declare_subscriber(keys::every_daemon()).history(true);
@@ -112,10 +111,10 @@ impl Network {
         Ok(network)
     }
 
-    /// The daemons that are there now, by name.
+    /// Returns the daemons that are there now, by name.
     ///
     /// # Errors
-    /// [`Error::Unreachable`] where the network cannot be asked.
+    /// [`Error::Unreachable`] if the network cannot be asked.
     pub async fn daemons(&self) -> Result<Vec<Presence>, Error> {
         let unreachable = |error: zenoh::Error| Error::Unreachable {
             endpoint: self.locator.to_string(),
@@ -125,7 +124,7 @@ impl Network {
         Ok(self.daemons.list())
     }
 
-    /// Takes in the tokens that are there now.
+    /// Reads the present tokens.
     async fn look(&self, key: &str) -> Result<(), zenoh::Error> {
         let tokens = self.session.liveliness().get(key).timeout(self.options.connect_timeout).await?;
         let all = async {
@@ -135,19 +134,19 @@ impl Network {
                 }
             }
         };
-        // Zenoh's own time limit does not always end it.
+        // Zenoh's own timeout does not always end it.
         let _ = tokio::time::timeout(self.options.connect_timeout, all).await;
         Ok(())
     }
 
-    /// A client of the daemon of this name, be it there yet or not.
+    /// Returns a client of the daemon of this name, which need not run yet.
     pub fn client(&self, name: &str) -> Client {
         let endpoint = format!("{}#{name}", self.locator);
         let channel = ZenohChannel::new(self.clone(), name);
         Client::over(channel.into(), endpoint.into(), &self.options)
     }
 
-    /// A client of the daemon of this name, which must be there; without a name, of the only one.
+    /// Returns a client of the daemon of this name, which must run; without a name, of the only daemon.
     pub(crate) fn find(&self, name: Option<&str>) -> Result<Client, Error> {
         let there = self.daemons.list();
         let mut names: Vec<&str> = there.iter().map(|daemon| daemon.name.as_str()).collect();
@@ -180,13 +179,13 @@ impl Network {
     }
 }
 
-/// As closed as the daemon's: no looking around, and no memory shared.
+/// Returns settings as strict as the daemon's: no scouting, and no shared memory.
 fn settings(locator: &str, options: &ConnectOptions) -> Result<zenoh::Config, zenoh::Error> {
     let mut settings = zenoh::Config::default();
     let text = |text: &str| format!("{text:?}");
     settings.insert_json5("mode", &text("client"))?;
     settings.insert_json5("connect/endpoints", &format!("[{}]", text(locator)))?;
-    // The first try decides; later ones are Zenoh's, after the connection broke.
+    // The first try decides whether the connection succeeds; later tries follow a break.
     settings.insert_json5("connect/timeout_ms", "0")?;
     settings.insert_json5("connect/retry", "{ period_init_ms: 100, period_max_ms: 1000 }")?;
     for off in ["scouting/multicast", "scouting/gossip", "adminspace", "transport/shared_memory"] {
@@ -211,7 +210,7 @@ fn settings(locator: &str, options: &ConnectOptions) -> Result<zenoh::Config, ze
     Ok(settings)
 }
 
-/// Zenoh's errors go on with the file and line where they were made.
+/// Cuts the source file and line off a Zenoh error.
 fn first_words(error: &zenoh::Error) -> String {
     let text = error.to_string();
     let words = text.split(" at /").next().unwrap_or(&text);

@@ -1,6 +1,5 @@
-//! Calls of many messages. Zenoh's queries know none that a slow reader cannot fall
-//! behind of, so that each is asked for message by message: the reader that asks again gets
-//! the newest, however long it looked away.
+//! Calls of many messages. A Zenoh query with many replies would let a slow reader fall behind. So each
+//! message is a separate query: a reader that asks again gets the newest message, however long it paused.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -26,14 +25,14 @@ use zenoh::session::ZenohId;
 
 use super::channel::{Answers, Asked, ZenohChannel};
 
-/// How long the daemon holds a question before it is asked again.
+/// Time that the daemon holds a query before it is repeated.
 const WAIT: Duration = Duration::from_secs(5);
-/// States a second where the request does not say, as the schema has it.
+/// Default rate of states per second, as in the schema.
 const DEFAULT_RATE: f64 = 30.0;
-/// Messages with readings of sensors a second where the request does not say, as the schema has it.
+/// Default rate of messages with sensor readings per second, as in the schema.
 const DEFAULT_READINGS_RATE: f64 = 50.0;
 
-/// Asks a method that has one answer.
+/// Calls a unary method.
 async fn ask<R: Message, A: Message + Default>(
     channel: &ZenohChannel,
     method: &'static Method,
@@ -53,7 +52,7 @@ fn read<R: Message + Default>(message: Bytes) -> Result<R, Status> {
     R::decode(message).map_err(|error| Status::internal(format!("the request is no message: {error}")))
 }
 
-/// The end of a stream is no failure where the daemon drains.
+/// Ends the stream without an error if the daemon drains.
 fn ended<T>(result: Result<T, Status>) -> Result<Option<T>, Status> {
     match result {
         Ok(answer) => Ok(Some(answer)),
@@ -66,13 +65,13 @@ fn ended<T>(result: Result<T, Status>) -> Result<Option<T>, Status> {
     }
 }
 
-/// `WatchJointStates`: by `NextJointStates`, at the rate that is asked for.
+/// `WatchJointStates` by `NextJointStates`, at the requested rate.
 pub(super) async fn joint_states(
     channel: ZenohChannel,
     watch: &'static Method,
     asked: Asked,
 ) -> Result<Answers, Status> {
-    // The daemon says what is wrong with the rate and the selections.
+    // The daemon checks the rate and the selections.
     channel.check(watch, asked.clone()).await?;
     let request: WatchJointStatesRequest = read(asked.message)?;
     let rate = if request.rate > 0.0 { request.rate } else { DEFAULT_RATE };
@@ -91,11 +90,11 @@ struct StateWatch {
     headers: Arc<str>,
     ticks: Interval,
     selections: Vec<JointSelection>,
-    /// Whose newest readings come beside the states.
+    /// Sensors whose newest readings come beside the states.
     sensors: Vec<SensorSelection>,
-    /// Who was asked before.
+    /// Session that was asked before.
     daemon: Option<ZenohId>,
-    /// Sequence of the state before. Each start of a daemon counts anew.
+    /// Sequence of the last state. It restarts with the daemon.
     seen: u64,
 }
 
@@ -119,7 +118,7 @@ impl StateWatch {
                 return Ok(None);
             };
             let sequence = states.as_ref().and_then(|states| states.stamp).map_or(0, |stamp| stamp.sequence);
-            // A smaller number is not older, but of a daemon that was started again meanwhile.
+            // A smaller sequence is not older: the daemon was restarted in the meantime.
             if sequence != self.seen {
                 self.seen = sequence;
                 let answer = WatchJointStatesResponse { states, sensors };
@@ -129,11 +128,11 @@ impl StateWatch {
     }
 }
 
-/// `WatchEvents`: by `NextEvents`, so that what is not read lies in the daemon's log alone.
+/// `WatchEvents` by `NextEvents`, so that unread events are only in the daemon's log.
 pub(super) async fn events(channel: ZenohChannel, asked: Asked) -> Result<Answers, Status> {
     let next = method("EventService", "NextEvents")?;
     let WatchEventsRequest { after_sequence } = read(asked.message)?;
-    // A number that lies ahead reads nothing but the last number.
+    // A sequence in the future returns only the newest sequence.
     let request = NextEventsRequest { after_sequence: u64::MAX, timeout: 0.0 };
     let now: NextEventsResponse = ask(&channel, next, &request, &asked.headers).await?;
     let after = match after_sequence {
@@ -150,8 +149,8 @@ struct EventWatch {
     channel: ZenohChannel,
     next: &'static Method,
     headers: Arc<str>,
-    /// The question for what comes next. It is asked before the reader wants it, so that
-    /// a daemon that drains can notify it.
+    /// The query for the next events. It is sent before the reader needs it, so that a daemon that drains can
+    /// end it.
     asking: Option<JoinHandle<Result<NextEventsResponse, Status>>>,
     ready: VecDeque<WatchEventsResponse>,
 }
@@ -181,13 +180,13 @@ impl EventWatch {
     }
 }
 
-/// `WatchSensorReadings`: by `NextSensorReadings`, at the rate that is asked for.
+/// `WatchSensorReadings` by `NextSensorReadings`, at the requested rate.
 pub(super) async fn sensor_readings(
     channel: ZenohChannel,
     watch: &'static Method,
     asked: Asked,
 ) -> Result<Answers, Status> {
-    // The daemon says what is wrong with the rate and the selections.
+    // The daemon checks the rate and the selections.
     channel.check(watch, asked.clone()).await?;
     let WatchSensorReadingsRequest { selections, rate } = read(asked.message)?;
     let rate = if rate > 0.0 { rate } else { DEFAULT_READINGS_RATE };
@@ -219,7 +218,7 @@ struct SensorWatch {
     next: &'static Method,
     headers: Arc<str>,
     ticks: Interval,
-    /// What was seen. A daemon that was started again reads a number that lies ahead as none.
+    /// Cursors of the reader. A restarted daemon treats a sequence in the future as none.
     sensors: Vec<SensorCursor>,
 }
 
@@ -242,7 +241,7 @@ impl SensorWatch {
     }
 }
 
-/// `WatchParameters`: by `NextParameters`.
+/// `WatchParameters` by `NextParameters`.
 pub(super) async fn parameters(channel: ZenohChannel, asked: Asked) -> Result<Answers, Status> {
     let next = method("ParameterService", "NextParameters")?;
     let watcher = ParameterWatch { channel, next, headers: asked.headers, daemon: None, seen: 0 };
@@ -253,9 +252,9 @@ struct ParameterWatch {
     channel: ZenohChannel,
     next: &'static Method,
     headers: Arc<str>,
-    /// Who was asked before.
+    /// Session that was asked before.
     daemon: Option<ZenohId>,
-    /// Version of the list before; 0 for none.
+    /// Version of the last list; 0 for none.
     seen: u64,
 }
 
@@ -279,7 +278,7 @@ impl ParameterWatch {
     }
 }
 
-/// `Control`: each request is a query. What a stream of gRPC remembers is remembered here.
+/// `Control`: each request is a query. This keeps the state that a gRPC stream keeps in the daemon.
 pub(super) fn control(
     channel: ZenohChannel,
     method: &'static Method,
@@ -298,11 +297,11 @@ struct Control {
     requests: Streaming<Bytes>,
     headers: Arc<str>,
     selections: Vec<JointSelection>,
-    /// Whose newest readings come beside the states.
+    /// Sensors whose newest readings come beside the states.
     sensors: Vec<SensorSelection>,
-    /// Who was asked before.
+    /// Session that was asked before.
     daemon: Option<ZenohId>,
-    /// Sequence of the state in the last answer. Each start of a daemon counts anew.
+    /// Sequence of the state in the last answer. It restarts with the daemon.
     answered: u64,
 }
 
@@ -323,7 +322,7 @@ impl Control {
         let after = request.after_sequence;
         let waits_for_ever = request.wait() != ControlWait::None && request.timeout == 0.0;
         if waits_for_ever {
-            // A daemon does not learn that the asker is gone, so it is not asked to wait for ever.
+            // A daemon does not notice that the client is gone, so each wait is bounded.
             request.timeout = WAIT.as_secs_f64();
         }
         loop {
@@ -336,10 +335,10 @@ impl Control {
             let Some(answer): Option<ControlResponse> = ended(answer)? else { return Ok(None) };
             let states = answer.states.as_ref();
             let sequence = states.and_then(|states| states.stamp).map_or(0, |stamp| stamp.sequence);
-            // A smaller number than before is not older, but of a daemon that was started again meanwhile.
+            // A smaller sequence than before is not older: the daemon was restarted in the meantime.
             let is_old = (self.answered..=request.after_sequence).contains(&sequence);
             if waits_for_ever && answer.refusal.is_none() && is_old {
-                // The targets hold, but nothing happened since.
+                // The targets hold, but the state has not changed since.
                 request.robots.clear();
                 continue;
             }

@@ -1,4 +1,4 @@
-//! Liveliness tokens by which daemons know that this client is there, one for each daemon.
+//! Liveliness tokens by which daemons know that this client is active, one for each daemon.
 
 use std::collections::HashMap;
 use std::fmt;
@@ -8,12 +8,12 @@ use simd_proto::{SESSION_HEADER, keys};
 use zenoh::liveliness::LivelinessToken;
 use zenoh::{Session, Wait as _};
 
-/// Those of one session: they end with it.
+/// Tokens of one session; they end with it.
 #[derive(Default)]
 pub(super) struct Tokens(Mutex<HashMap<String, LivelinessToken>>);
 
 impl Tokens {
-    /// Puts up the token for a daemon, where it is not yet: the line of an attachment that names it.
+    /// Declares the token for a daemon, unless it exists. Returns the line of an attachment that names it.
     pub(super) fn declare(&self, session: &Session, daemon: &str) -> Result<String, zenoh::Error> {
         let zid = session.zid().to_string();
         let mut tokens = self.0.lock().unwrap_or_else(PoisonError::into_inner);
