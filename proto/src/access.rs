@@ -1,9 +1,11 @@
-//! Tokens: how a client says who it is, and how the daemon's file has them.
+//! Tokens: how a client identifies itself, and the format of the daemon's token file.
 //!
-//! A token is `simd_` and 64 hexadecimal digits, which are 32 random bytes. A client sends it as `authorization: Bearer
-//! TOKEN`, in the header of that name or, over Zenoh, in a line of the attachment. The file has no token, but the SHA-256 of
-//! each: since a token is random, its hash can be looked up as it is, and a reader of the file cannot find the token.
-//! The file is text, one token a line:
+//! A token is `simd_` and 64 hexadecimal digits, which are 32 random bytes. A client sends it as
+//! `authorization: Bearer TOKEN`, in the header of that name or, over Zenoh, in a line of the attachment. The
+//! file has only the SHA-256 of each token. Tokens are random: their hashes can be looked up directly, and a
+//! reader of the file cannot recover a token.
+//!
+//! The file is text, one token per line:
 //!
 //! ```text
 //! # NAME ROLE SHA256 EXPIRES [robots=A,B]
@@ -20,28 +22,28 @@ use sha2::{Digest as _, Sha256};
 
 use crate::hex;
 
-/// The header (gRPC metadata, a line of Zenoh's attachment) that has the token after `Bearer `.
+/// Header (gRPC metadata, a line of Zenoh's attachment) that has the token after `Bearer `.
 pub const TOKEN_HEADER: &str = "authorization";
 
-/// The cookie in which the page in the browser has it.
+/// Cookie in which the page in the browser keeps the token.
 pub const TOKEN_COOKIE: &str = "simd_token";
 
-/// What each token begins with.
+/// Prefix of each token.
 const PREFIX: &str = "simd_";
 
 /// Random bytes of a token.
 pub const TOKEN_BYTES: usize = 32;
 
-/// Tokens of one file.
+/// Maximum number of tokens in a file.
 pub const MAX_TOKENS: usize = 1_000;
 
-/// Before the robots that a token is for.
+/// Prefix of the list of robots that a token is limited to.
 const ROBOTS: &str = "robots=";
 
-/// Characters of a token's name.
+/// Maximum number of characters of a token's name.
 const MAX_NAME: usize = 64;
 
-/// What the owner of a token may do. Each may do what those before it may.
+/// Rights of a token. Each role includes the roles before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Role {
     /// Reads states and descriptions.
@@ -53,10 +55,10 @@ pub enum Role {
 }
 
 impl Role {
-    /// All of them.
+    /// All roles, in ascending order.
     pub const ALL: [Self; 3] = [Self::Viewer, Self::Operator, Self::Admin];
 
-    /// Its name in the file and in sentences.
+    /// Returns its name in the file and in sentences.
     pub fn name(self) -> &'static str {
         match self {
             Self::Viewer => "viewer",
@@ -81,34 +83,34 @@ impl fmt::Display for Role {
     }
 }
 
-/// A token's line in the file.
+/// A line of the token file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TokenEntry {
-    /// Whose it is: 1 to 64 of `A-Z a-z 0-9 _ - . @`.
+    /// Name of the holder: 1 to 64 of `A-Z a-z 0-9 _ - . @`.
     pub name: String,
-    /// What it allows.
+    /// Rights of the token.
     pub role: Role,
     /// SHA-256 of the token as text.
     pub hash: [u8; 32],
-    /// It is refused from then on; `None` is never.
+    /// Time from which it is refused; `None` is never.
     pub expires: Option<Timestamp>,
-    /// The robots that it may change; none is all, and the world.
+    /// Robots that it may change; empty means all of them, and the world.
     pub robots: Vec<String>,
 }
 
 impl TokenEntry {
-    /// Whether a token may be called that.
+    /// Returns whether the text is a valid name of a token.
     pub fn is_name(text: &str) -> bool {
         let is_part = |byte: u8| byte.is_ascii_alphanumeric() || b"_-.@".contains(&byte);
         (1..=MAX_NAME).contains(&text.len()) && text.bytes().all(is_part)
     }
 
-    /// Whether a token can be for a robot of this name: a line of the file is words.
+    /// Returns whether a token can be limited to a robot of this name, which may have no spaces or commas.
     pub fn is_robot(text: &str) -> bool {
         !text.is_empty() && !text.contains([' ', ',']) && text.chars().all(|part| part.is_ascii_graphic())
     }
 
-    /// Whether it is refused at this time, in seconds since 1970.
+    /// Returns whether it has expired at this time, in seconds since 1970.
     pub fn is_expired(&self, now: i64) -> bool {
         self.expires.is_some_and(|expires| expires.seconds <= now)
     }
@@ -158,7 +160,7 @@ impl FromStr for TokenEntry {
     }
 }
 
-/// Reads a file's text. The error is the rest of a sentence that begins with the file's name.
+/// Parses the text of a token file. The error is the rest of a sentence that begins with the file's name.
 pub fn parse_tokens(text: &str) -> Result<Vec<TokenEntry>, String> {
     let mut entries: Vec<TokenEntry> = Vec::new();
     for (number, line) in (1..).zip(text.lines()) {
@@ -178,36 +180,36 @@ pub fn parse_tokens(text: &str) -> Result<Vec<TokenEntry>, String> {
     Ok(entries)
 }
 
-/// A file's text.
+/// Returns the text of a token file.
 pub fn write_tokens(entries: &[TokenEntry]) -> String {
     let mut text = "# NAME ROLE SHA256 EXPIRES [robots=A,B]\n".to_owned();
     entries.iter().for_each(|entry| text.push_str(&format!("{entry}\n")));
     text
 }
 
-/// The token of these random bytes.
+/// Returns the token of these random bytes.
 pub fn token(random: &[u8; TOKEN_BYTES]) -> String {
     format!("{PREFIX}{}", hex::text(random))
 }
 
-/// What a file has of a token. `None` where the text is no token.
+/// Returns the hash of a token, as in the file. `None` if the text is no token.
 pub fn token_hash(token: &str) -> Option<[u8; 32]> {
     hex::bytes::<TOKEN_BYTES>(token.strip_prefix(PREFIX)?)?;
     Some(Sha256::digest(token.as_bytes()).into())
 }
 
-/// The value of [`TOKEN_HEADER`].
+/// Returns the value of [`TOKEN_HEADER`].
 pub fn bearer(token: &str) -> String {
     format!("Bearer {token}")
 }
 
-/// The token in a value of [`TOKEN_HEADER`].
+/// Returns the token in a value of [`TOKEN_HEADER`].
 pub fn parse_bearer(value: &str) -> Option<&str> {
     let (scheme, token) = value.trim().split_once(' ')?;
     scheme.eq_ignore_ascii_case("bearer").then(|| token.trim())
 }
 
-/// The token in the values of a `cookie` header.
+/// Returns the token in the values of a `cookie` header.
 pub fn parse_cookie(value: &str) -> Option<&str> {
     value.split(';').find_map(|pair| pair.trim().strip_prefix(TOKEN_COOKIE)?.strip_prefix('='))
 }

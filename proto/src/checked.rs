@@ -1,8 +1,8 @@
-//! What a message takes in memory, before it is decoded.
+//! Checks how much memory a message needs before it is decoded.
 //!
-//! Two bytes on the wire may become hundreds: an empty message in a list is a struct of all its fields. A request is
-//! therefore walked through first, with the schema at hand and without allocating, and what its lists, maps and
-//! texts would take is added up. Decoding then takes no more than [`most`] bytes.
+//! Two bytes on the wire may become hundreds: an empty message in a list is a struct of all its fields. So a
+//! request is first walked through by its schema, without allocating, to sum the memory of its lists, maps
+//! and texts. Decoding then takes at most [`most`] bytes.
 
 use std::marker::PhantomData;
 
@@ -17,32 +17,32 @@ use tonic_prost::{ProstDecoder, ProstEncoder};
 const FACTOR: usize = 4;
 /// Bytes of memory that every request may take: targets for some fifty thousand joints in one call.
 const FREE: usize = 32 << 20;
-/// Messages inside one another. The schema has fewer.
+/// Maximum depth of nested messages. The schema needs less.
 const MOST_DEPTH: usize = 16;
-/// A list doubles, holds at least four and is copied when it grows: what it takes at the worst moment
-/// is at most four times what is in it.
+/// A list doubles, holds at least four and is copied when it grows. At the worst moment it takes at most four
+/// times the size of its elements.
 const LIST: usize = 4;
-/// A map is made of nodes of eleven entries, the first of which may hold one.
+/// A map consists of nodes of eleven entries; the first of them may hold one.
 const MAP: usize = 12;
-/// What an allocation takes beside what was asked for.
+/// Overhead of an allocation beside the requested size.
 const ALLOCATION: usize = 32;
 
-/// What is known of a message of the schema.
+/// A message of the schema with its shape.
 pub trait Known: Message + Default {
-    /// Its name, without its package.
+    /// Name of the message, without its package.
     const NAME: &'static str;
-    /// What it is made of.
+    /// Fields of the message.
     const SHAPE: &'static Shape;
-    /// Whether a method takes it: requests are checked, and a daemon's answers are not.
+    /// Whether the message is a request: requests are checked, and a daemon's answers are not.
     const IS_REQUEST: bool;
 }
 
-/// A request that may say by an id that it is the same as one before.
+/// A request that may carry an id, by which a repetition of it is recognised.
 pub trait Identified: Known {
-    /// Empty for none.
+    /// Returns the request's id; empty for none.
     fn request_id(&self) -> &str;
 
-    /// The claim that it acts for; empty for none.
+    /// Claim that the request acts for; empty for none.
     fn claim(&self) -> &str {
         ""
     }
@@ -51,7 +51,7 @@ pub trait Identified: Known {
 /// The fields of a message.
 #[derive(Debug)]
 pub struct Shape {
-    /// By number.
+    /// Sorted by number.
     fields: &'static [Field],
 }
 
@@ -59,14 +59,14 @@ pub struct Shape {
 struct Field {
     number: u32,
     kind: Kind,
-    /// Of one value, or of a key and a value, without what they point to.
+    /// Size of one value, or of a key and a value, without the memory that they point to.
     size: usize,
     inside: Inside,
 }
 
 #[derive(Clone, Copy, Debug)]
 enum Kind {
-    /// Lies in its message.
+    /// A single value, stored in its message.
     One,
     List,
     Map,
@@ -74,7 +74,7 @@ enum Kind {
 
 #[derive(Debug)]
 enum Inside {
-    /// Of so many bytes each where all have the same.
+    /// Numbers with this many bytes each, or of variable length.
     Numbers(Option<usize>),
     Bytes,
     Message(&'static Shape),
@@ -82,39 +82,39 @@ enum Inside {
 
 include!("generated/shapes.rs");
 
-/// A request's name, and what decodes it.
+/// A request's name and its decoder.
 pub type Request = (&'static str, fn(&[u8]) -> Result<(), Refused>);
 
-/// Every request of the schema.
+/// Returns every request of the schema.
 pub fn requests() -> &'static [Request] {
     REQUESTS
 }
 
-/// Why a message is not decoded.
+/// Reason why a message is not decoded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Refused {
-    /// It is no message.
+    /// The bytes are no message.
     #[error("the bytes are no message")]
     Malformed,
-    /// Decoding it would take too much memory.
+    /// Decoding it would take more memory than it may.
     #[error("{bytes} bytes would take more than {most} bytes of memory; send fewer elements in one message")]
     TooMuch {
-        /// Of the message.
+        /// Size of the message.
         bytes: usize,
-        /// What it may take.
+        /// Maximum memory for a message of this size.
         most: usize,
     },
 }
 
-/// The most memory that decoding a message of so many bytes takes.
+/// Returns the maximum memory that decoding a message of `bytes` may take.
 pub fn most(bytes: usize) -> usize {
     bytes.saturating_mul(FACTOR).saturating_add(FREE)
 }
 
-/// Looks whether a message is well-formed, and decoding it takes no more than [`most`].
+/// Checks that a message is well-formed, and that decoding it takes at most [`most`].
 ///
 /// # Errors
-/// Returns an error if it does not.
+/// Returns an error if it is not, or takes more.
 pub fn check(shape: &Shape, bytes: &[u8]) -> Result<(), Refused> {
     let most = most(bytes.len());
     let mut scales = Scales { left: most };
@@ -128,13 +128,13 @@ pub fn check(shape: &Shape, bytes: &[u8]) -> Result<(), Refused> {
 /// Decodes an untrusted message.
 ///
 /// # Errors
-/// Returns an error if it is none, or would take too much memory.
+/// Returns an error if the bytes are no message, or decoding them could take more than [`most`].
 pub fn decode<M: Known>(bytes: &[u8]) -> Result<M, Refused> {
     check(M::SHAPE, bytes)?;
     M::decode(bytes).map_err(|_| Refused::Malformed)
 }
 
-/// What of the memory is left.
+/// Memory that remains for a message.
 struct Scales {
     left: usize,
 }
@@ -150,8 +150,8 @@ impl Scales {
         Ok(())
     }
 
-    /// Bytes that are no message are refused here and not left to the decoder, which reads what a length claims
-    /// before it finds that it reaches too far.
+    /// Refuses bytes that are no message. The decoder cannot do this: it reads the length of a field before
+    /// it finds that the field is cut off.
     fn message(&mut self, shape: &Shape, mut rest: &[u8], depth: usize) -> Result<(), Stop> {
         let depth = depth.checked_sub(1).ok_or(Stop::Malformed)?;
         while !rest.is_empty() {
@@ -169,7 +169,7 @@ impl Scales {
                     let length = decode_varint(&mut rest).map_err(|_| Stop::Malformed)?;
                     usize::try_from(length).map_err(|_| Stop::Malformed)?
                 }
-                // Gone since the third version of the language.
+                // Groups were removed in the third version of the language.
                 WireType::StartGroup | WireType::EndGroup => return Err(Stop::Malformed),
             };
             let (value, behind) = rest.split_at_checked(length).ok_or(Stop::Malformed)?;
@@ -185,7 +185,7 @@ impl Scales {
         let is_packed = wire == WireType::LengthDelimited;
         let count = match &field.inside {
             Inside::Numbers(Some(size)) if is_packed => value.len() / size,
-            // The last byte of a number of any length is the one without its highest bit.
+            // The last byte of a varint is the one without its highest bit.
             Inside::Numbers(None) if is_packed => value.iter().filter(|byte| **byte < 0x80).count(),
             Inside::Numbers(_) | Inside::Bytes | Inside::Message(_) => 1,
         };
@@ -231,7 +231,7 @@ where
     }
 }
 
-/// The half of [`CheckedCodec`] that reads.
+/// The decoder of [`CheckedCodec`].
 #[derive(Clone, Debug)]
 pub struct CheckedDecoder<U>(ProstDecoder<U>);
 

@@ -1,18 +1,18 @@
-//! Lowercase hexadecimal, and nothing else: no sign, no capitals.
+//! Lowercase hexadecimal only: no sign, no capitals.
 
 use std::fmt::Write as _;
 
-/// Two digits for each byte.
+/// Returns two digits for each byte.
 pub(crate) fn text(bytes: &[u8]) -> String {
     let mut text = String::with_capacity(2 * bytes.len());
     for byte in bytes {
-        // Writing to a string does not fail.
+        // Writing to a string cannot fail.
         let _ = write!(text, "{byte:02x}");
     }
     text
 }
 
-/// Just so many bytes.
+/// Parses exactly `N` bytes.
 pub(crate) fn bytes<const N: usize>(text: &str) -> Option<[u8; N]> {
     let is_digit = |byte: u8| byte.is_ascii_digit() || (b'a'..=b'f').contains(&byte);
     if text.len() != 2 * N || !text.bytes().all(is_digit) {

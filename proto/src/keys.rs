@@ -10,26 +10,26 @@
 //! | `simd/NAME/world_statistics` | publications, ten a second |
 //! | `simd/NAME/events` | publications |
 //! | `simd/NAME/parameters` | publications |
-//! | `simd/NAME/joint_targets` | what the daemon subscribes to |
+//! | `simd/NAME/joint_targets` | targets that the daemon subscribes to |
 //! | `@simd/daemons/NAME/ZID` | a liveliness token for each daemon |
 //!
-//! NAME is the daemon's, ROBOT a robot's, SENSOR a sensor's: all `[A-Za-z0-9_-]+`, so that none can
-//! reach into another's keys. Wildcards never match a chunk that begins with `@`:
-//! a subscription to everything gets no tokens.
+//! NAME is the daemon's, ROBOT a robot's, SENSOR a sensor's: all `[A-Za-z0-9_-]+`, so that none can reach
+//! into another's keys. Wildcards never match a chunk that begins with `@`: a subscription to everything does
+//! not receive the tokens.
 
-/// The name of a daemon that was not given one.
+/// Default name of a daemon.
 pub const DEFAULT_NAME: &str = "simd";
 
-/// Where a daemon listens for Zenoh where nothing else is said.
+/// Default locator at which a daemon listens for Zenoh.
 pub const DEFAULT_LOCATOR: &str = "tcp/127.0.0.1:7447";
 
-/// Of a `google.rpc.Status`, in which a refusal comes.
+/// Encoding of a refusal, which is a `google.rpc.Status`.
 pub const STATUS_ENCODING: &str = "application/protobuf;google.rpc.Status";
 
-/// The longest name of a daemon.
+/// Maximum length of a daemon's name.
 const MAX_NAME: usize = 64;
 
-/// Whether a daemon can be called so: 1 to 64 of `A-Z a-z 0-9 _ -`.
+/// Returns whether the text is a valid name of a daemon: 1 to 64 of `A-Z a-z 0-9 _ -`.
 pub fn is_daemon_name(text: &str) -> bool {
     text.len() <= MAX_NAME && is_word(text)
 }
@@ -38,17 +38,17 @@ fn is_word(text: &str) -> bool {
     !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_alphanumeric() || matches!(byte, b'_' | b'-'))
 }
 
-/// The key of one method, by the names that the schema has: `JointService`, `GetJointStates`.
+/// Returns the key of one method, by its names in the schema: `JointService`, `GetJointStates`.
 pub fn rpc(daemon: &str, service: &str, method: &str) -> String {
     format!("simd/{daemon}/rpc/{service}/{method}")
 }
 
-/// Matches the keys of all methods.
+/// Returns a key expression that matches all methods.
 pub fn every_rpc(daemon: &str) -> String {
     rpc(daemon, "*", "*")
 }
 
-/// Service and method of a key; none where it is no method's, or has a wildcard.
+/// Returns service and method of a key. `None` if it is not the key of a method, or has a wildcard.
 pub fn parse_rpc(key: &str) -> Option<(&str, &str)> {
     let mut chunks = key.split('/');
     if chunks.next() != Some("simd") || !chunks.next().is_some_and(is_word) || chunks.next() != Some("rpc") {
@@ -59,102 +59,103 @@ pub fn parse_rpc(key: &str) -> Option<(&str, &str)> {
     chunks.next().is_none().then_some((service, method))
 }
 
-/// Joint states of one robot.
+/// Returns the key of one robot's joint states.
 pub fn joint_states(daemon: &str, robot: &str) -> String {
     format!("simd/{daemon}/joint_states/{robot}")
 }
 
-/// Link poses of one robot.
+/// Returns the key of one robot's link poses.
 pub fn link_poses(daemon: &str, robot: &str) -> String {
     format!("simd/{daemon}/link_poses/{robot}")
 }
 
-/// Readings of one sensor of one robot.
+/// Returns the key of one sensor's readings.
 pub fn sensor_readings(daemon: &str, robot: &str, sensor: &str) -> String {
     format!("simd/{daemon}/sensor_readings/{robot}/{sensor}")
 }
 
-/// Pictures of one camera of one robot.
+/// Returns the key of one camera's pictures.
 pub fn pictures(daemon: &str, robot: &str, sensor: &str) -> String {
     format!("simd/{daemon}/pictures/{robot}/{sensor}")
 }
 
-/// How well the world keeps time.
+/// Returns the key of the world's statistics.
 pub fn world_statistics(daemon: &str) -> String {
     format!("simd/{daemon}/world_statistics")
 }
 
-/// What happens.
+/// Returns the key of the daemon's events.
 pub fn events(daemon: &str) -> String {
     format!("simd/{daemon}/events")
 }
 
-/// Sliders and buttons.
+/// Returns the key of sliders and buttons.
 pub fn parameters(daemon: &str) -> String {
     format!("simd/{daemon}/parameters")
 }
 
-/// Where the daemon takes joint targets without an answer.
+/// Returns the key at which the daemon takes joint targets without an answer.
 pub fn joint_targets(daemon: &str) -> String {
     format!("simd/{daemon}/joint_targets")
 }
 
-/// The liveliness token of a daemon, whose session has this id.
+/// Returns the key of a daemon's liveliness token; `zid` is the id of its session.
 pub fn daemon(name: &str, zid: &str) -> String {
     format!("@simd/daemons/{name}/{zid}")
 }
 
-/// Matches the tokens of all daemons.
+/// Returns a key expression that matches the tokens of all daemons.
 pub fn every_daemon() -> String {
     daemon("*", "*")
 }
 
-/// Matches the tokens of the daemons of one name, of which there should be one.
+/// Returns a key expression that matches the tokens of all daemons with one name; there should be one.
 pub fn daemons_named(name: &str) -> String {
     daemon(name, "*")
 }
 
-/// A daemon's name and its session's id; none where the key is no token's.
+/// Parses a daemon's name and its session's id. `None` if the key is not a daemon's token.
 pub fn parse_daemon(key: &str) -> Option<(&str, &str)> {
     let (name, zid) = key.strip_prefix("@simd/daemons/")?.split_once('/')?;
     (is_daemon_name(name) && is_session_id(zid)).then_some((name, zid))
 }
 
-/// The liveliness token by which a client of a daemon, whose session has this id, says that it is there.
+/// Returns the key of the liveliness token of a daemon's client; `zid` is the id of the client's session.
 pub fn client(daemon: &str, zid: &str) -> String {
     format!("@simd/clients/{daemon}/{zid}")
 }
 
-/// Matches the tokens of all clients of a daemon.
+/// Returns a key expression that matches the tokens of all clients of a daemon.
 pub fn every_client(daemon: &str) -> String {
     client(daemon, "*")
 }
 
-/// The session's id of a client of this daemon; none where the key is no token's.
+/// Returns the session id of a client of this daemon. `None` if the key is no token of a client.
 pub fn parse_client<'a>(daemon: &str, key: &'a str) -> Option<&'a str> {
     let zid = key.strip_prefix("@simd/clients/")?.strip_prefix(daemon)?.strip_prefix('/')?;
     is_session_id(zid).then_some(zid)
 }
 
-/// Whether this is the id of a session as Zenoh writes it: up to 16 bytes in lowercase hexadecimal, and not zero.
+/// Returns whether the text is a session id as Zenoh writes it: up to 16 bytes in lowercase hexadecimal, and
+/// not zero.
 fn is_session_id(text: &str) -> bool {
     let is_digit = |byte: u8| matches!(byte, b'0'..=b'9' | b'a'..=b'f');
     (1..=32).contains(&text.len()) && !text.starts_with('0') && text.bytes().all(is_digit)
 }
 
-/// The encoding of a message of `simd.v1`, by its name without the package.
+/// Returns the encoding of a message of `simd.v1`, by its name without the package.
 pub fn encoding(message: &str) -> String {
     format!("application/protobuf;simd.v1.{message}")
 }
 
-/// The attachment of a query or a publication, which has what gRPC has in headers: lines of
-/// `NAME: VALUE`.
+/// Returns the attachment of a query or a publication: lines of `NAME: VALUE`, for the contents of gRPC
+/// headers.
 pub fn attachment<'a>(headers: impl IntoIterator<Item = (&'a str, &'a str)>) -> String {
     let lines: Vec<String> = headers.into_iter().map(|(name, value)| format!("{name}: {value}")).collect();
     lines.join("\n")
 }
 
-/// What an attachment says in a line of this name: all after the colon.
+/// Returns the value of an attachment's line with this name: all after the colon.
 pub fn parse_attachment<'a>(text: &'a str, header: &str) -> Option<&'a str> {
     let mut lines = text.lines().filter_map(|line| line.split_once(':'));
     lines.find_map(|(name, said)| name.trim().eq_ignore_ascii_case(header).then_some(said.trim()))

@@ -1,5 +1,4 @@
-//! The methods of `simd.v1` as the schema has them, for transports that carry
-//! messages without knowing them.
+//! Methods of `simd.v1` from the schema, for transports that carry messages without knowing them.
 
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
@@ -12,41 +11,41 @@ use crate::v1::FILE_DESCRIPTOR_SET;
 /// One method.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Method {
-    /// `/simd.v1.SERVICE/METHOD`, as gRPC calls it.
+    /// `/simd.v1.SERVICE/METHOD`, as in gRPC.
     pub path: String,
-    /// The name of the request's message, without its package.
+    /// Name of the request's message, without its package.
     pub request: String,
-    /// The name of the answer's message.
+    /// Name of the answer's message, without its package.
     pub answer: String,
-    /// It takes any number of requests.
+    /// Whether it takes a stream of requests.
     pub takes_many: bool,
-    /// It gives any number of answers.
+    /// Whether it returns a stream of answers.
     pub gives_many: bool,
 }
 
 static METHODS: LazyLock<BTreeMap<(String, String), Method>> = LazyLock::new(read);
 
-/// The method of these names, for instance `JointService` and `GetJointStates`.
+/// Returns the method of these names, for instance `JointService` and `GetJointStates`.
 pub fn find(service: &str, method: &str) -> Option<&'static Method> {
     METHODS.get(&(service.to_owned(), method.to_owned()))
 }
 
-/// Whether the schema has a service of this name, for instance `JointService`.
+/// Returns whether the schema has a service of this name, for instance `JointService`.
 pub fn is_service(name: &str) -> bool {
     all().any(|(service, _, _)| service == name)
 }
 
-/// Service and method of `/simd.v1.SERVICE/METHOD`.
+/// Returns service and method of `/simd.v1.SERVICE/METHOD`.
 pub fn parse_path(path: &str) -> Option<(&str, &str)> {
     path.strip_prefix("/simd.v1.")?.split_once('/')
 }
 
-/// All of them, by service and method.
+/// Returns all methods, by service and method.
 pub fn all() -> impl Iterator<Item = (&'static str, &'static str, &'static Method)> {
     METHODS.iter().map(|((service, method), entry)| (service.as_str(), method.as_str(), entry))
 }
 
-/// From the compiled schema; empty where that is broken, which a test would show.
+/// Reads the compiled schema; returns nothing if it is broken, which a test would show.
 fn read() -> BTreeMap<(String, String), Method> {
     let schema = FileDescriptorSet::decode(FILE_DESCRIPTOR_SET).unwrap_or_default();
     let services = schema.file.into_iter().flat_map(|file| file.service);

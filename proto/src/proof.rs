@@ -1,17 +1,17 @@
-//! How a client proves over Zenoh that it holds a claim without sending the claim's secret: a
-//! publication or a query that any session may read carries the claim's id, a counter, and a keyed
-//! hash of both and of what is sent.
+//! Proof over Zenoh that a client holds a claim, without sending the claim's secret. Any session may read
+//! publications and queries. So they carry the claim's id, a counter, and a keyed hash of both and of the
+//! payload.
 //!
-//! `ClaimJoints` answers with a secret such as `7.9f86d081884c7d65`: the claim's id is before the dot. Over
-//! Zenoh the field `claim` of a request has the id alone, and the attachment has a line
+//! `ClaimJoints` answers with a secret such as `7.9f86d081884c7d65`, whose part before the dot is the claim's
+//! id. Over Zenoh the field `claim` of a request has only the id, and the attachment has a line
 //!
 //! ```text
 //! simd-claim: ID COUNTER CODE
 //! ```
 //!
-//! CODE is HMAC-SHA256 in lowercase hexadecimal, keyed with the secret as text, of the lines
-//! `simd.v1 claim`, KEY and COUNTER, each ended by a line feed, and of the payload. KEY is the key expression that
-//! is queried or published to, COUNTER a decimal number that is larger than that of the message before.
+//! CODE is HMAC-SHA256 in lowercase hexadecimal, keyed with the secret as text. It covers the lines `simd.v1
+//! claim`, KEY and COUNTER, each ended by a line feed, and the payload. KEY is the key expression of the
+//! query or publication. COUNTER is a decimal number that is larger than in the message before.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -21,34 +21,34 @@ use sha2::Sha256;
 
 use crate::hex;
 
-/// The line of the attachment.
+/// Name of the line in the attachment.
 pub const PROOF_HEADER: &str = "simd-claim";
 
 /// Domain separation: no other hash is made with the same secret.
 const DOMAIN: &str = "simd.v1 claim\n";
 
-/// The bytes of a code.
+/// Length of a code in bytes.
 const CODE_BYTES: usize = 32;
 
-/// What a message says to prove that its sender holds a claim.
+/// Proof in a message that its sender holds a claim.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Proof {
-    /// Which claim.
+    /// Id of the claim.
     pub claim: u64,
-    /// Larger than that of the message before.
+    /// Larger than in the message before.
     pub counter: u64,
     code: [u8; CODE_BYTES],
 }
 
 impl Proof {
-    /// Proves that its caller has the secret. None where the text is no secret that a daemon gives.
+    /// Makes a proof with the secret. `None` if the text is no secret of a daemon.
     pub fn new(secret: &str, counter: u64, key: &str, payload: &[u8]) -> Option<Self> {
         let claim = id_of(secret)?.parse().ok()?;
         let code = hashed(secret, counter, key, payload)?.finalize().into_bytes().into();
         Some(Self { claim, counter, code })
     }
 
-    /// Reads what comes after the header's name.
+    /// Parses the text after the header's name.
     pub fn parse(text: &str) -> Option<Self> {
         let mut words = text.split(' ');
         let (claim, counter, code) = (words.next()?, words.next()?, words.next()?);
@@ -58,8 +58,7 @@ impl Proof {
         Some(Self { claim: number(claim)?, counter: number(counter)?, code: hex::bytes(code)? })
     }
 
-    /// Whether it was made with the secret, for this key and payload. Takes
-    /// as long wherever a wrong code differs.
+    /// Returns whether it was made with the secret, for this key and payload. Compares in constant time.
     pub fn holds(&self, secret: &str, key: &str, payload: &[u8]) -> bool {
         let hash = hashed(secret, self.counter, key, payload);
         hash.is_some_and(|hash| hash.verify_slice(&self.code).is_ok())
@@ -74,44 +73,44 @@ impl std::fmt::Display for Proof {
 
 /// A request that may act for a claim.
 pub trait Claiming: Message + Default {
-    /// The claim's secret, or its id where others read the request; empty for none.
+    /// Returns the claim's secret, or its id if others can read the request; empty for none.
     fn claim_mut(&mut self) -> &mut String;
 }
 
-/// A request with the id of its claim in place of the secret, and the secret.
+/// Replaces the secret of a request with the id of its claim. Returns the request and the secret.
 type Seal = fn(&[u8]) -> Option<(Vec<u8>, String)>;
 
 include!("generated/claiming.rs");
 
-/// Takes the secret out of a request, given by the name of its message and its bytes: the request as others may read
-/// it, and the secret that is to be proven with it. None where there is no secret in it.
+/// Takes the secret out of a request, given by the name of its message and its bytes. Returns the request as
+/// others may read it, and the secret that the proof needs. `None` if it has no secret.
 pub fn seal(name: &str, message: &[u8]) -> Option<(Vec<u8>, String)> {
     let (_, seal) = CLAIMING.iter().find(|(of, _)| *of == name)?;
     seal(message)
 }
 
 fn seal_in<R: Claiming>(message: &[u8]) -> Option<(Vec<u8>, String)> {
-    // What is no message has no claim, and is refused by the daemon.
+    // Bytes that are no message have no claim; the daemon refuses them.
     let mut request = R::decode(message).ok()?;
     let id = id_of(request.claim_mut())?.to_owned();
     let secret = std::mem::replace(request.claim_mut(), id);
     Some((request.encode_to_vec(), secret))
 }
 
-/// The id within a claim's secret, which is no secret; none where the text has none.
+/// Returns the id in a claim's secret, which is no secret; `None` if the text has none.
 pub fn id_of(secret: &str) -> Option<&str> {
     let (id, _rest) = secret.split_once('.')?;
     number(id).map(|_| id)
 }
 
-/// The counter of the message after one with `last`: the time in nanoseconds, so that a program that is
-/// started again and has kept its secret goes on beyond what it sent before.
+/// Returns the counter of the message after one with `last`: the time in nanoseconds. A restarted program
+/// that has kept its secret continues above its earlier counters.
 pub fn next_counter(last: u64) -> u64 {
     let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     u64::try_from(now.as_nanos()).unwrap_or(0).max(last.saturating_add(1))
 }
 
-/// Digits and nothing else: `parse` alone would take a sign.
+/// Parses digits only: `parse` alone would accept a sign.
 fn number(text: &str) -> Option<u64> {
     text.bytes().all(|byte| byte.is_ascii_digit()).then(|| text.parse().ok())?
 }
@@ -145,7 +144,7 @@ mod tests {
         assert!(!Proof { counter: 13, ..read }.holds(SECRET, KEY, b"targets"));
     }
 
-    /// The figure is of Python's `hmac.new(secret, lines, "sha256")`: the clients agree.
+    /// The expected code is from Python's `hmac.new(secret, lines, "sha256")`: the clients agree.
     #[test]
     fn the_code_is_hmac_sha256_of_the_lines_and_the_payload() {
         let proof = Proof::new("1.00", 2, "simd/simd/joint_targets", b"abc").unwrap();
@@ -199,7 +198,7 @@ mod tests {
         ];
         let named =
             schema.iter().flat_map(|file| file.lines()).filter(|line| line.starts_with("  string claim = "));
-        // And in the answer to ClaimJoints, which has the secret.
+        // The answer to ClaimJoints also has the secret.
         assert_eq!(named.count(), CLAIMING.len() + 1);
     }
 

@@ -4,7 +4,7 @@ use bytes::{Buf as _, BufMut as _, Bytes};
 use tonic::Status;
 use tonic::codec::{BufferSettings, Codec, DecodeBuf, Decoder, EncodeBuf, Encoder};
 
-/// Takes each message as the bytes that it is encoded in.
+/// Passes each message as its encoded bytes.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RawCodec;
 

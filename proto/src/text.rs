@@ -1,9 +1,9 @@
-//! Names as people see them. They come from untrusted files and programs, and a terminal, a log or a page
-//! would obey a control character in them, show them backwards, or not show them at all.
+//! Printable names. Names come from untrusted files and programs. A terminal, a log or a page would obey a
+//! control character in them, show them backwards, or not show them at all.
 
 use std::borrow::Cow;
 
-/// Unicode's category Cf ("format"): zero-width characters, and those that turn the direction of text.
+/// Unicode's category Cf ("format"): zero-width characters, and characters that change the direction of text.
 const FORMAT: &[(char, char)] = &[
     ('\u{ad}', '\u{ad}'),
     ('\u{600}', '\u{605}'),
@@ -28,24 +28,24 @@ const FORMAT: &[(char, char)] = &[
     ('\u{e0020}', '\u{e007f}'),
 ];
 
-/// Whether it is shown as it is: all but Unicode's categories Cc (control), Cf (format), Zl and Zp (line and
-/// paragraph separators).
+/// Returns whether the character is printable: in none of Unicode's categories Cc (control), Cf (format), Zl
+/// and Zp (line and paragraph separators).
 pub fn is_printable(c: char) -> bool {
     let is_format = || FORMAT.iter().any(|&(first, last)| (first..=last).contains(&c));
     !c.is_control() && !matches!(c, '\u{2028}' | '\u{2029}') && (c.is_ascii() || !is_format())
 }
 
-/// With whatever is not printable as `\u{202e}`.
+/// Escapes characters that are not printable, as `\u{202e}`.
 pub fn printable(text: &str) -> Cow<'_, str> {
     escaped(text, is_printable)
 }
 
-/// The same for text of several lines: line breaks stay.
+/// Like [`printable`], for text of several lines: line breaks stay.
 pub fn printable_lines(text: &str) -> Cow<'_, str> {
     escaped(text, |c| c == '\n' || is_printable(c))
 }
 
-/// With a character as `\u{202e}` where it may not stay.
+/// Escapes characters that may not stay, as `\u{202e}`.
 pub fn escaped(text: &str, may_stay: impl Fn(char) -> bool) -> Cow<'_, str> {
     if text.chars().all(&may_stay) {
         return Cow::Borrowed(text);

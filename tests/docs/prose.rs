@@ -14,7 +14,6 @@ const CRATES_LEFT: &[&str] = &[
     "client/camera/",
     "client/embedded/",
     "client/xacro/",
-    "proto/",
     "server/api/",
     "server/core/",
     "server/mcap/",

@@ -30,15 +30,15 @@ fn main() -> Result<(), Box<dyn Error>> {
         .build_transport(false)
         // Ordered maps, so that equal messages have equal bytes.
         .btree_map(".")
-        // Requests are weighed before they are decoded.
+        // Requests are checked before they are decoded.
         .codec_path("crate::checked::CheckedCodec")
         .compile_fds(descriptors)?;
     fs::write(generated.join("digest"), digest(proto)? + "\n")?;
     Ok(())
 }
 
-/// Returns the SHA-256, in hexadecimal, of the schema, of this generator and of what it wrote. `proto/src/lib.rs`
-/// computes the same in a test.
+/// Returns the SHA-256, in hexadecimal, of the schema, of this generator and of its output.
+/// `proto/src/lib.rs` computes the same in a test.
 fn digest(proto: &Path) -> Result<String, Box<dyn Error>> {
     let mut files = Vec::new();
     for folder in ["simd/v1", "generate/src", "src/generated"] {

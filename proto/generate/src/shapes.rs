@@ -1,5 +1,5 @@
-//! What `src/checked.rs` knows of each message: generated from the compiled schema, and from the sizes that
-//! the compiler gives the generated types.
+//! Shapes of all messages for `src/checked.rs`, generated from the compiled schema. The compiler provides the
+//! sizes of the generated types.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
@@ -11,12 +11,12 @@ use prost_types::{DescriptorProto, FieldDescriptorProto, FileDescriptorSet};
 const PACKAGE: &str = ".simd.v1.";
 /// The only message of another package.
 const TIMESTAMP: &str = ".google.protobuf.Timestamp";
-/// The field by which a request is known again.
+/// Field by which a repeated request is recognised.
 const REQUEST_ID: &str = "request_id";
-/// The field with the claim that a request acts for.
+/// Field with the claim that a request acts for.
 const CLAIM: &str = "claim";
 
-/// Rust text: a `Shape` for each message, what implements `Known` and `Identified`.
+/// Returns Rust text: a `Shape` for each message, and implementations of `Known` and `Identified`.
 pub(crate) fn generate(schema: &FileDescriptorSet) -> String {
     let files = || schema.file.iter().filter(|file| file.package() == PACKAGE.trim_matches('.'));
     let requests = requests(schema);
@@ -31,7 +31,7 @@ pub(crate) fn generate(schema: &FileDescriptorSet) -> String {
     text
 }
 
-/// Rust text: what implements `Claiming`, and the table of the requests that do.
+/// Returns Rust text: implementations of `Claiming`, and the table of their requests.
 pub(crate) fn generate_claiming(schema: &FileDescriptorSet) -> String {
     let files = || schema.file.iter().filter(|file| file.package() == PACKAGE.trim_matches('.'));
     let is_request = |message: &DescriptorProto| requests(schema).contains(message.name());
@@ -50,7 +50,7 @@ pub(crate) fn generate_claiming(schema: &FileDescriptorSet) -> String {
     text
 }
 
-/// Names of the messages that methods take.
+/// Returns the names of the messages that methods take.
 fn requests(schema: &FileDescriptorSet) -> BTreeSet<&str> {
     let files = schema.file.iter().filter(|file| file.package() == PACKAGE.trim_matches('.'));
     let services = files.flat_map(|file| &file.service);
@@ -97,7 +97,7 @@ fn plain(field: &FieldDescriptorProto) -> String {
     entry(field.number(), kind, &size(field), &inside(field))
 }
 
-/// A map's entry is a message of a key and a value.
+/// Returns the field of a map. A map's entry is a message of a key and a value.
 fn map(field: &FieldDescriptorProto, of: &DescriptorProto) -> String {
     let fields = sorted(of);
     let sizes: Vec<String> = fields.iter().map(|field| size(field)).collect();
@@ -110,7 +110,7 @@ fn entry(number: i32, kind: &str, size: &str, inside: &str) -> String {
     format!("Field {{ number: {number}, kind: Kind::{kind}, size: {size}, inside: {inside} }}, ")
 }
 
-/// What a value takes where it lies in its message, list or map.
+/// Returns the size of a value within its message, list or map.
 fn size(field: &FieldDescriptorProto) -> String {
     match field.r#type() {
         Type::Message | Type::Group => match field.type_name() {
@@ -135,7 +135,7 @@ fn size(field: &FieldDescriptorProto) -> String {
 fn inside(field: &FieldDescriptorProto) -> String {
     match field.r#type() {
         Type::Message | Type::Group => match field.type_name() {
-            // Two numbers.
+            // A timestamp has two numbers.
             TIMESTAMP => "Inside::Message(&Shape { fields: &[] })".to_owned(),
             name => format!("Inside::Message(&{})", shape(bare(name))),
         },

@@ -1,4 +1,4 @@
-//! What is decoded, and what is refused before that.
+//! Messages that are decoded, and messages that are refused before.
 
 use prost::Message as _;
 
@@ -44,12 +44,12 @@ fn files_and_names_of_many_files_are_decoded() {
 #[test]
 fn millions_of_empty_elements_are_refused_before_they_are_decoded() {
     let mebibytes = 14 << 20;
-    // Field 1 of each is a list: of messages, or of texts.
+    // Field 1 of each is a list of messages or of texts.
     let elements = [1 << 3 | 2, 0].repeat(mebibytes / 2);
     let refused = Err(Refused::TooMuch { bytes: mebibytes, most: most(mebibytes) });
     assert_eq!(decode::<v1::SetJointTargetsRequest>(&elements).map(drop), refused);
     assert_eq!(decode::<v1::GetLinkPosesRequest>(&elements).map(drop), refused);
-    // The same inside one robot's targets.
+    // The same list within one robot's targets.
     let mut nested = vec![1 << 3 | 2];
     prost::encoding::encode_varint(elements.len() as u64 - 6, &mut nested);
     nested.extend([4 << 3 | 2, 0].repeat(mebibytes / 2 - 3));
@@ -76,7 +76,7 @@ fn a_map_of_empty_entries_is_weighed_by_its_nodes() {
 fn what_is_no_message_is_refused_before_it_is_decoded() {
     let malformed: [&[u8]; 6] = [
         &[0x0a, 0xff, 0xff, 0xff, 0xff, 0x0f],
-        // A list's element that claims more than its message has, with the rest behind it.
+        // A list element that claims more bytes than its message has, with the rest behind it.
         &[0x0a, 2, 0x12, 100, 0, 0, 0, 0],
         &[0x0b, 0x0c],
         &[0x0f],
@@ -104,7 +104,7 @@ fn fields_of_a_newer_schema_are_skipped() {
     assert_eq!(decode(&bytes), Ok(v1::SetJointTargetsRequest::default()));
 }
 
-/// Else prost would put it into an allocation of its own, which is not weighed.
+/// Prost would put such a message into a separate allocation, whose size is not counted.
 #[test]
 fn no_message_contains_itself() {
     fn depth(shape: &Shape, left: usize) -> usize {
