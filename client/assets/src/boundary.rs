@@ -1,34 +1,34 @@
-//! Whether a path stays inside a folder, by its text and by the disk.
+//! Containment of paths in folders, by their text and on the disk.
 
 use std::collections::VecDeque;
 use std::ffi::OsString;
 use std::path::{Component, Path, PathBuf};
 
-/// The real path of `path`, if that lies in `folder` or below it once all
-/// symbolic links are resolved. `None` where it does not, or does not exist.
+/// Returns the real path of `path`, if that lies in `folder` or below it once all symbolic links are
+/// resolved. `None` if it does not, or does not exist.
 pub fn below(folder: &Path, path: &Path) -> Option<PathBuf> {
     let folder = folder.canonicalize().ok()?;
     let path = path.canonicalize().ok()?;
     path.starts_with(&folder).then_some(path)
 }
 
-/// What a path in a folder turns out to be.
+/// Result of following a path in a folder.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Inside {
-    /// There is something, and this is its real path.
+    /// A file or folder exists; this is its real path.
     There(PathBuf),
-    /// There is nothing.
+    /// No file or folder exists.
     Missing,
-    /// A symbolic link leads out of the folder, be there anything at its end or not.
+    /// A symbolic link leads out of the folder, whether or not its target exists.
     LeadsOut,
 }
 
-/// Follows `rest` from `folder`, link by link, and looks at nothing outside of it: a caller
-/// learns of no path outside whether it exists. `..` goes where links have led.
+/// Follows `rest` from `folder`, link by link, without looking at anything outside: a caller does not learn
+/// whether a path outside exists. `..` applies to the targets of links.
 ///
-/// `folder` is a real path, as [`Path::canonicalize`] gives it.
+/// `folder` is a real path, as from [`Path::canonicalize`].
 pub fn inside(folder: &Path, rest: &Path) -> Inside {
-    /// More than the system itself follows.
+    /// More than the system follows.
     const MOST_LINKS: usize = 64;
     let mut links = 0;
     let mut at = folder.to_path_buf();
@@ -41,7 +41,7 @@ pub fn inside(folder: &Path, rest: &Path) -> Inside {
             Step::Down(name) if !at.starts_with(folder) => at.push(name),
             Step::Down(name) => {
                 let next = at.join(name);
-                // What has just come back in from outside is the folder, which is real.
+                // A path that returns from outside is at the folder, which is real.
                 let Ok(metadata) = next.symlink_metadata() else { return Inside::Missing };
                 if !metadata.is_symlink() {
                     at = next;
@@ -80,8 +80,8 @@ fn steps(path: &Path) -> impl Iterator<Item = Step> {
     })
 }
 
-/// Joins without asking the disk, so that a path that climbs out is refused
-/// before the caller learns whether it exists.
+/// Joins paths without reading the disk, so that a path that climbs out is refused before the caller learns
+/// whether it exists.
 pub(crate) fn join_within(folder: &Path, boundary: &Path, rest: &str) -> Option<PathBuf> {
     let mut joined = folder.to_path_buf();
     for component in Path::new(rest).components() {

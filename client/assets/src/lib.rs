@@ -1,14 +1,14 @@
-//! Finds the files that a URDF names, in ROS package folders, and writes files that take the place of others.
+//! Finds the files that a URDF names, in ROS package folders, and replaces files atomically.
 //!
-//! One function for paths: clients call it for what they upload, the daemon
-//! calls it below its own asset roots. A URDF may be untrusted, so what
-//! it names is only ever a mesh or an image, below the folder of a package, with
-//! symbolic links resolved. Nothing is fetched and no ROS tool is executed.
+//! Clients use it to find the files that they upload, and the daemon uses it below its own asset roots. A
+//! URDF may be untrusted. So it can only name meshes and images, below the folder of a package, with symbolic
+//! links resolved. Nothing is fetched and no ROS tool is executed.
 //!
-//! * [`Locator`]: from a URI to a file.
-//! * [`find_urdf`]: from the path of a robot to its URDF.
-//! * [`inside`]: what a path in a folder turns out to be once symbolic links are followed.
-//! * [`Replacement`], [`replace_file`]: a file that is whole or not there, however its program ends.
+//! * [`Locator`]: finds the file of a URI.
+//! * [`find_urdf`]: finds the URDF of a robot's path.
+//! * [`inside`]: follows a path in a folder through symbolic links.
+//! * [`Replacement`], [`replace_file`]: files that are either complete or absent, even if the program is
+//!   killed.
 
 mod boundary;
 mod locator;

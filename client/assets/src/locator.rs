@@ -1,4 +1,4 @@
-//! From a URI that a URDF names to a file on this disk.
+//! Finds the file on this disk for a URI in a URDF.
 
 mod search;
 
@@ -12,21 +12,21 @@ use crate::{
     uri::{self, Uri},
 };
 
-/// Extensions of what a URDF may name. Without this list, `package://.ssh/id_rsa`
-/// in an untrusted URDF would have a client upload its owner's key.
+/// Extensions of the files that a URDF may name. Without this list, `package://.ssh/id_rsa` in an untrusted
+/// URDF would make a client upload its owner's key.
 const EXTENSIONS: &[&str] = &[
     "stl", "obj", "dae", "ply", "off", "gltf", "glb", "bin", "mtl", "3ds", "3mf", "fbx", "wrl", "x3d", "msh",
     "usd", "usda", "usdc", "usdz", "step", "stp", "iges", "igs", "png", "jpg", "jpeg", "bmp", "tga", "tif",
     "tiff", "gif", "webp", "dds", "hdr",
 ];
 
-/// Extensions of what an SDF or MJCF may include: such text becomes a part of a robot that is sent.
+/// Extensions of the files that an SDF or MJCF may include: their text becomes a part of an uploaded robot.
 const DESCRIPTIONS: &[&str] = &["sdf", "world", "xml", "mjcf", "config"];
 
-/// Extensions of what a xacro file may name: its text ends up in a URDF that is sent.
+/// Extensions of the files that a xacro file may name: their text becomes a part of an uploaded URDF.
 const SOURCES: &[&str] = &["xacro", "urdf", "xml", "gazebo", "yaml", "yml"];
 
-/// The variables by which Gazebo finds models, of all of its ages.
+/// Environment variables of all versions of Gazebo that list folders of models.
 const MODEL_PATHS: [&str; 5] = [
     "GZ_SIM_RESOURCE_PATH",
     "IGN_GAZEBO_RESOURCE_PATH",
@@ -46,19 +46,19 @@ const MODEL_PATHS: [&str; 5] = [
 /// ```
 #[derive(Clone, Debug)]
 pub struct Locator {
-    /// Where relative paths begin.
+    /// Folder of relative paths.
     folder: PathBuf,
-    /// Folders by package name, which come before all else.
+    /// Folders by package name, which come before all others.
     packages: Vec<(String, PathBuf)>,
     ros: RosPaths,
-    /// Nothing outside of it is found.
+    /// Folder outside of which no file is found.
     root: Option<PathBuf>,
-    /// It is an SDF or MJCF, which may include others.
+    /// Whether it is an SDF or MJCF, which may include other files.
     includes: bool,
 }
 
 impl Locator {
-    /// For a URDF file, whose packages are looked for in the folders above it.
+    /// Makes a locator for a URDF file, whose packages are looked for in the folders above it.
     pub fn new(urdf: &Path) -> Self {
         let folder = match urdf.parent() {
             Some(folder) if folder.as_os_str().is_empty() => PathBuf::from("."),
@@ -74,31 +74,31 @@ impl Locator {
         }
     }
 
-    /// Says where a package is, before any search.
+    /// Sets the folder of a package, which comes before any search.
     #[must_use]
     pub fn with_package(mut self, name: &str, folder: &Path) -> Self {
         self.packages.push((name.to_owned(), folder.to_path_buf()));
         self
     }
 
-    /// Refuses what lies outside of `root` once symbolic links are resolved, and
-    /// searches no folder outside of it. Relative and absolute paths may then name
-    /// whatever lies in `root`.
+    /// Refuses files outside of `root` once symbolic links are resolved, and searches no folder outside of
+    /// it. Relative and absolute paths may then name any file in `root`.
     #[must_use]
     pub fn within(mut self, root: &Path) -> Self {
         self.root = Some(root.to_path_buf());
         self
     }
 
-    /// Looks in the packages of a ROS installation too, before the folders above the
-    /// URDF: `ROS_PACKAGE_PATH` and `AMENT_PREFIX_PATH`, as lists of folders.
+    /// Also looks in the packages of a ROS installation, before the folders above the URDF:
+    /// `ROS_PACKAGE_PATH` and `AMENT_PREFIX_PATH`, as lists of folders.
     #[must_use]
     pub fn with_ros_paths(mut self, package_path: Vec<PathBuf>, prefixes: Vec<PathBuf>) -> Self {
         self.ros = RosPaths::new(package_path, prefixes);
         self
     }
 
-    /// The same by the variables of this process, and by those of Gazebo for models.
+    /// Like [`with_ros_paths`](Self::with_ros_paths), from the environment variables of this process, with
+    /// Gazebo's for models.
     #[must_use]
     pub fn with_environment(self) -> Self {
         let folders = |name: &str| std::env::var_os(name).map(|list| std::env::split_paths(&list).collect());
@@ -111,18 +111,18 @@ impl Locator {
             .with_model_paths(models)
     }
 
-    /// Looks for models in these folders too, by their folders' names.
+    /// Also looks for models in these folders, by their folders' names.
     #[must_use]
     pub fn with_model_paths(mut self, models: Vec<PathBuf>) -> Self {
         self.ros = self.ros.with_models(models);
         self
     }
 
-    /// The real path of the file that `uri` names.
+    /// Returns the real path of the file that `uri` names.
     ///
     /// # Errors
-    /// [`NotFound`] where there is no such file, where it lies outside of its
-    /// package or of the root, or where it is not a mesh or an image by its name.
+    /// [`NotFound`] if there is no such file, or it lies outside of its package or of the root. Also if its
+    /// name has no extension of a mesh or an image.
     pub fn find(&self, uri: &str) -> Result<PathBuf, NotFound> {
         self.search(uri, self.kind()).map(|(path, _aside)| path)
     }
@@ -131,15 +131,15 @@ impl Locator {
         if self.includes { Kind::MeshOrDescription } else { Kind::Mesh }
     }
 
-    /// Where the file was found that `uri` names, as a fragment of a sentence, if that is not where `uri` says; `None`
-    /// also where there is none.
+    /// Returns, as a fragment of a sentence, the folder in which the file of `uri` was found, if it differs
+    /// from `uri`. `None` also if there is no file.
     pub fn note(&self, uri: &str) -> Option<String> {
         let (_, aside) = self.search(uri, self.kind()).ok()?;
         aside.map(|folder| format!("it is found from the package's folder {}", folder.display()))
     }
 
-    /// The real path of a xacro file or of a YAML file that a xacro file names, below the
-    /// same bounds.
+    /// Returns the real path of a xacro file, or of a YAML file that a xacro file names, within the same
+    /// bounds.
     ///
     /// # Errors
     /// As [`find`](Self::find).
@@ -147,7 +147,7 @@ impl Locator {
         self.search(uri, Kind::Source).map(|(path, _aside)| path)
     }
 
-    /// The folder of a package.
+    /// Returns the folder of a package.
     pub fn package(&self, name: &str) -> Option<PathBuf> {
         let ancestors = package::ancestors(&self.folder, self.root.as_deref());
         let all = self.folders_of(&ancestors, name);
@@ -156,14 +156,14 @@ impl Locator {
         named.into_iter().chain(others).next().map(|folder| folder.path)
     }
 
-    /// The file, and the folder that it was found from where `uri` names another one or none.
+    /// Returns the file. Also returns the folder in which it was found, if `uri` names another one or none.
     fn search(&self, uri: &str, kind: Kind) -> Result<(PathBuf, Option<PathBuf>), NotFound> {
         let not_found = |why, places| NotFound { uri: uri.to_owned(), why, places };
         let readings = uri::readings(uri).map_err(|why| not_found(why, Vec::new()))?;
         let ancestors = package::ancestors(&self.folder, self.root.as_deref());
         let mut search =
             Search { root: self.root.as_deref(), kind, any_case: false, places: Vec::new(), why: None };
-        // Files in other case only where there is none as it is written.
+        // Other letter cases are tried only if no file has the exact name.
         for any_case in [false, true] {
             search.any_case = any_case;
             for reading in &readings {
@@ -181,7 +181,7 @@ impl Locator {
                     Uri::Package { .. } | Uri::Absolute(_) => continue,
                 };
                 for folder in Self::roots(&ancestors) {
-                    // A path that climbs out of a package is not named from its folder.
+                    // A path that climbs out of a package is not looked up from its folder.
                     if join_within(&folder, &folder, rest).is_none() {
                         continue;
                     }
@@ -207,7 +207,7 @@ impl Locator {
         })
     }
 
-    /// Where a package may be, in the order in which it is looked for there.
+    /// Returns the folders in which a package may be, in the order of the search.
     fn folders_of(&self, ancestors: &[PathBuf], name: &str) -> Vec<Folder> {
         let folder = |path| Folder { path, is_named: true, is_installed: false };
         let mapped = self.packages.iter().filter(|(known, _)| known == name);
@@ -221,14 +221,14 @@ impl Locator {
                     all.push(folder(above.clone()));
                 }
                 all.push(folder(above.join(name)));
-                // Folder of models beside the one of worlds: `models/NAME` for `worlds/w.sdf`.
+                // A folder of models beside the folder of worlds: `models/NAME` for `worlds/w.sdf`.
                 all.push(folder(above.join("models").join(name)));
             }
         }
         if name.is_empty() {
             return all;
         }
-        // The folder of an export is often renamed, and the URDF in it is not.
+        // The folder of an export is often renamed, but the URDF in it is not.
         let renamed = ancestors.iter().filter(|above| package::looks_like_one(above));
         all.extend(renamed.map(|above| Folder { is_named: false, ..folder(above.clone()) }));
         all
@@ -238,13 +238,13 @@ impl Locator {
         let folder = std::path::absolute(&self.folder).ok()?;
         let boundary = match &self.root {
             Some(_) => self.boundary(ancestors)?,
-            // As every other reader of this machine's user follows it.
+            // Other programs of this user would also read it.
             None => folder.ancestors().last()?.to_path_buf(),
         };
         if let Some(found) = search.look(&folder, &boundary, path, None) {
             return Some(found);
         }
-        // Again from the real folder, in which `..` may mean something else.
+        // Try again from the real folder, in which `..` may mean another folder.
         let real = folder.canonicalize().ok()?;
         if real == folder {
             return None;
@@ -278,7 +278,8 @@ impl Locator {
         None
     }
 
-    /// Folders above the URDF that are a package's: exports name files from there, also where the URDF lies deeper.
+    /// Returns the folders above the URDF that belong to a package: exports name files from there, even if
+    /// the URDF lies deeper.
     fn roots(ancestors: &[PathBuf]) -> Vec<PathBuf> {
         let mut roots: Vec<PathBuf> =
             ancestors.iter().filter(|above| package::looks_like_one(above)).cloned().collect();
@@ -286,7 +287,7 @@ impl Locator {
         roots
     }
 
-    /// Folder that absolute paths, and relative ones below a root, must stay in.
+    /// Returns the folder that absolute paths, and relative ones below a root, must stay in.
     fn boundary(&self, ancestors: &[PathBuf]) -> Option<PathBuf> {
         match &self.root {
             Some(root) => std::path::absolute(root).ok(),
@@ -295,20 +296,20 @@ impl Locator {
     }
 }
 
-/// A folder that may be a package's.
+/// A folder that may belong to a package.
 struct Folder {
     path: PathBuf,
-    /// By its name, its manifest or the map; else it only looks like some package.
+    /// Known by its name, its manifest or the map; else it only looks like some package.
     is_named: bool,
-    /// By ROS: its files may be links into the package's source.
+    /// Installed by ROS: its files may be links into the package's source.
     is_installed: bool,
 }
 
-/// What a file must be.
+/// Required type of a file.
 #[derive(Clone, Copy)]
 enum Kind {
     Mesh,
-    /// Of an SDF or MJCF.
+    /// For an SDF or MJCF.
     MeshOrDescription,
     Source,
 }
@@ -325,7 +326,7 @@ impl Kind {
     }
 }
 
-/// Whether a file is an SDF or MJCF by its name.
+/// Returns whether a file is an SDF or MJCF by its name.
 fn is_including(file: &Path) -> bool {
     let extension = file.extension().and_then(|extension| extension.to_str()).map(str::to_ascii_lowercase);
     extension.is_some_and(|extension| DESCRIPTIONS.contains(&extension.as_str()))

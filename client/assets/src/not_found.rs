@@ -1,27 +1,27 @@
-//! Why a URI leads to no file.
+//! Reasons why a URI leads to no file.
 
 use std::path::PathBuf;
 
-/// Why there is no file for a URI.
+/// Reason why there is no file for a URI, with the searched places.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}{}", self.reason(), Searched(places))]
 pub struct NotFound {
-    /// As the URDF writes it.
+    /// URI as the URDF writes it.
     pub uri: String,
-    /// In one word for programs, in a phrase for people.
+    /// Reason: a word for programs, a phrase for people.
     pub why: Why,
-    /// The files that would have been it, in the order in which they were looked for.
+    /// Candidates, in the order of the search.
     pub places: Vec<PathBuf>,
 }
 
 impl NotFound {
-    /// The URI means nothing here, or what it means may not be given away: the
-    /// reason says so. Else there simply is no such file.
+    /// Returns whether the URI is invalid or its file may not be sent; the reason says so. Otherwise the file
+    /// is missing.
     pub fn is_refused(&self) -> bool {
         self.why != Why::Missing
     }
 
-    /// A sentence that names the URI, without the places.
+    /// Returns a sentence that names the URI, without the places.
     pub fn reason(&self) -> String {
         match self.why {
             Why::Missing => format!("no file for `{}`", self.uri),
@@ -30,22 +30,22 @@ impl NotFound {
     }
 }
 
-/// What is the matter with a URI, as a phrase that follows it.
+/// Fault of a URI, as a phrase that follows it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Why {
-    /// Nowhere on this disk.
+    /// No such file on this disk.
     #[error("names no file that is there")]
     Missing,
-    /// Nothing but blanks.
+    /// Only blanks.
     #[error("is empty")]
     Empty,
     /// `$(...)` or `${...}`.
     #[error("is an unexpanded xacro expression: load the .xacro file itself")]
     Xacro,
-    /// A character that no path holds.
+    /// A character that no path may have.
     #[error("holds a null character")]
     Null,
-    /// `http://` and its like.
+    /// `http://` and similar.
     #[error("is a network address, and nothing is fetched from the network")]
     Network,
     /// Any other scheme.
@@ -60,28 +60,28 @@ pub enum Why {
     /// `C:\a.stl`.
     #[error("is a path of a Windows disk, which means nothing to others")]
     Windows,
-    /// By `..`.
+    /// Through `..`.
     #[error("climbs out of the robot's package with `..`")]
     ClimbsOut,
-    /// Outside of every package that is known.
+    /// Outside of every known package.
     #[error("is an absolute path outside of the robot's package")]
     AbsoluteOutside,
-    /// By a symbolic link, whether or not there is anything at its end.
+    /// Through a symbolic link, whether or not its target exists.
     #[error("leads out of the robot's package through a symbolic link")]
     LinkLeadsOut,
-    /// Not by its extension.
+    /// Judged by its extension.
     #[error("is not a mesh or an image by its name")]
     NotAMesh,
-    /// The same of what a xacro file names.
+    /// Likewise for the files that a xacro file names.
     #[error("is not a xacro or YAML file by its name")]
     NotASource,
-    /// Only by letters' case, and more than one.
+    /// Several files, which differ only in capital letters.
     #[error("fits several files that differ in capital letters alone")]
     Ambiguous,
 }
 
 impl Why {
-    /// The word that test vectors and other clients know it by.
+    /// Returns its word in test vectors and other clients.
     pub fn word(self) -> &'static str {
         match self {
             Self::Missing => "missing",
@@ -103,7 +103,7 @@ impl Why {
     }
 }
 
-/// The end of the sentence, where there were any places.
+/// End of the sentence: the searched places, if any.
 struct Searched<'a>(&'a [PathBuf]);
 
 impl std::fmt::Display for Searched<'_> {

@@ -1,4 +1,4 @@
-//! What makes a folder a package: its name, its `package.xml`, what is in it.
+//! Recognises the folders of packages by name, `package.xml` and contents.
 
 use std::{
     fs::File,
@@ -6,12 +6,11 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// How many folders above the URDF are looked at.
+/// Maximum number of folders above the URDF that are searched.
 const MAX_ANCESTORS: usize = 8;
 
-/// The folder of the URDF and those above it, nearest first, stopping at `top`.
-/// Both by the path as it was given and by the real one, since either may hold
-/// the package where the URDF was reached through a symbolic link.
+/// Returns the folder of the URDF and the folders above it, nearest first, up to `top`. Includes both the
+/// given and the real path: either may hold the package if the URDF was reached through a symbolic link.
 pub(crate) fn ancestors(urdf_folder: &Path, top: Option<&Path>) -> Vec<PathBuf> {
     let mut found: Vec<PathBuf> = Vec::new();
     let given = std::path::absolute(urdf_folder).ok();
@@ -30,25 +29,24 @@ pub(crate) fn ancestors(urdf_folder: &Path, top: Option<&Path>) -> Vec<PathBuf> 
     found
 }
 
-/// Whether the folder is the package of this name, by its own name or by its manifest.
+/// Returns whether the folder is the package of this name, by its own name or by its manifest.
 pub(crate) fn is_named(folder: &Path, name: &str) -> bool {
     folder.file_name().is_some_and(|own| own == name) || manifest_name(folder).is_some_and(|own| own == name)
 }
 
-/// Whether the folder looks like some package.
+/// Returns whether the folder looks like any package.
 pub(crate) fn looks_like_one(folder: &Path) -> bool {
     folder.join("package.xml").is_file() || folder.join("urdf").is_dir()
 }
 
-/// The package that the URDF is part of, as far as it is known: what relative and
-/// absolute paths may name lies in it.
+/// Returns the package of the URDF, if known. Relative and absolute paths may only name files in it.
 pub(crate) fn home(ancestors: &[PathBuf]) -> Option<PathBuf> {
     let manifest = ancestors.iter().find(|folder| folder.join("package.xml").is_file());
     let by_layout = || {
         let is_urdf = |folder: &&PathBuf| {
             folder.file_name().is_some_and(|name| name == "urdf" || name == "robots" || name == "robot")
         };
-        // No deeper than `NAME/urdf/arm/arm.urdf`: farther up, a folder of that name means little.
+        // At most as deep as `NAME/urdf/arm/arm.urdf`: farther up, a folder of that name is no evidence.
         ancestors.iter().take(2).find(is_urdf)?.parent()
     };
     manifest
@@ -58,7 +56,7 @@ pub(crate) fn home(ancestors: &[PathBuf]) -> Option<PathBuf> {
         .map(Path::to_path_buf)
 }
 
-/// `<name>` of the folder's `package.xml`, found by its text: no more is needed of it.
+/// Returns `<name>` of the folder's `package.xml`, found by its text: nothing else of it is needed.
 pub(crate) fn manifest_name(folder: &Path) -> Option<String> {
     let path = folder.join("package.xml");
     if !path.is_file() {
@@ -72,8 +70,7 @@ pub(crate) fn manifest_name(folder: &Path) -> Option<String> {
     Some(name.trim().to_owned())
 }
 
-/// The folders in a folder, in the order of their names. Not hidden ones, and not links:
-/// those may lead in circles.
+/// Returns the folders in a folder, by name. Leaves out hidden ones, and links, which may form cycles.
 pub(crate) fn folders_in(folder: &Path) -> Vec<PathBuf> {
     let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
     let is_folder = |entry: &std::fs::DirEntry| entry.file_type().is_ok_and(|kind| kind.is_dir());

@@ -1,5 +1,5 @@
-//! Files that take the place of others once they are whole: a program that is killed meanwhile, and a disk that is full, leave those
-//! before, but for those that have to be written in place.
+//! Atomic replacement of files. If the program is killed or the disk is full, the old file stays; files that
+//! must be written in place are an exception.
 
 #[cfg(test)]
 mod tests;
@@ -9,35 +9,41 @@ use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// A file that is written beside the one that it replaces. Where it is dropped before [`finish`](Self::finish), it goes again, and
-/// the one before stays as it was.
+/// A file that is written beside the one that it replaces. If it is dropped before [`finish`](Self::finish),
+/// it is deleted, and the old file does not change.
 #[derive(Debug)]
 pub struct Replacement {
     file: File,
-    /// What it replaces, with links followed: a link goes on leading to the file.
+    /// Path of the old file, with links followed: a link continues to point to the file.
     path: PathBuf,
-    /// Where it is until then; none of what can be written in place alone.
+    /// Temporary path; `None` if the file is written in place.
     beside: Option<PathBuf>,
-    /// Whether there must be none before.
+    /// Whether no old file may exist.
     is_new: bool,
 }
 
 impl Replacement {
-    /// Begins a file in place of the one there, or of none. It has the owner and the permissions of the one before, else those that
-    /// the process gives its files. Written in place is what is no file, such as a pipe or `/dev/full`; what a standard stream
-    /// goes to; what a link without an end leads to; and a file that may be written where another one of its owner may not
-    /// be put beside it.
+    /// Begins a file that replaces the one at `path`, or is new. It gets the owner and the permissions of the
+    /// old file, or the process's defaults.
+    ///
+    /// The file is written in place if `path` is
+    ///
+    /// * no regular file, such as a pipe or `/dev/full`;
+    /// * the target of a standard stream;
+    /// * a link whose target does not exist;
+    /// * a writable file whose folder allows no other file with its owner.
     ///
     /// # Errors
-    /// Returns an error if the one before may not be written, and where there is none and the folder takes none.
+    /// Returns an error if the old file is not writable, or if there is none and the folder is not writable.
     pub fn begin(path: &Path) -> io::Result<Self> {
         static NUMBER: AtomicU64 = AtomicU64::new(0);
-        /// Names that programs with the same number, as each has in a container, may have left when they were killed.
+        /// Maximum number of tries. Killed programs may have left files of these names: in containers,
+        /// programs often have the same process number.
         const TRIES: usize = 1_000;
         let mut begun = Err(there_already());
         for _ in 0..TRIES {
             let number = NUMBER.fetch_add(1, Ordering::Relaxed);
-            // Without the file's own name, to which nothing may fit.
+            // The name leaves out the file's own name, which may already have the maximum length.
             let name = format!(".simd-{}-{number}.new", std::process::id());
             begun = Self::beside(path, |path| path.with_file_name(&name));
             if !matches!(&begun, Err(error) if error.kind() == ErrorKind::AlreadyExists) {
@@ -47,10 +53,10 @@ impl Replacement {
         begun
     }
 
-    /// The same for a path at which there is nothing, also once it is finished.
+    /// Begins a file at a path at which nothing exists, and nothing may exist when it is finished.
     ///
     /// # Errors
-    /// Returns an error if something is there, and where the folder takes no file.
+    /// Returns an error if something exists there, or if the folder is not writable.
     pub fn begin_new(path: &Path) -> io::Result<Self> {
         if fs::symlink_metadata(path).is_ok() {
             return Err(there_already());
@@ -60,11 +66,11 @@ impl Replacement {
         Ok(file)
     }
 
-    /// The same as [`begin`](Self::begin) for a file that no other program writes, and this one on one thread at a time: it is
-    /// `FILE.new` until it is finished, and what a program that was killed has left there goes.
+    /// Like [`begin`](Self::begin), for a file that only this program writes, on one thread at a time. The
+    /// temporary file is `FILE.new`; one that a killed program left there is deleted.
     ///
     /// # Errors
-    /// As there.
+    /// As [`begin`](Self::begin).
     pub fn begin_alone(path: &Path) -> io::Result<Self> {
         const SUFFIX: &str = ".new";
         match fs::remove_file(with_suffix(&followed(path), SUFFIX)) {
@@ -91,7 +97,7 @@ impl Replacement {
             return Self::in_place(path);
         }
         let path = followed(path);
-        // A file that may not be written may not be replaced either, though its folder would allow it.
+        // A file without write permission must not be replaced, even if its folder would allow it.
         OpenOptions::new().write(true).open(&path)?;
         let beside = beside(&path);
         let file = match created(&beside, Some(&before)) {
@@ -106,7 +112,7 @@ impl Replacement {
         if give_owner(&replacement.file, &before).is_err() {
             return Self::in_place(&replacement.path);
         }
-        // After the owner, whom they are lost with.
+        // Permissions come after the owner: a change of the owner clears some of them.
         replacement.file.set_permissions(before.permissions())?;
         Ok(replacement)
     }
@@ -116,29 +122,29 @@ impl Replacement {
         Ok(Self { file, path: path.to_owned(), beside: None, is_new: false })
     }
 
-    /// Puts it in its place, once all of it is on the disk.
+    /// Puts the file in its place, once it is completely on the disk.
     ///
     /// # Errors
-    /// Returns an error if the disk takes no more, and where it may not be put there: then the one before stays as it was, unless it was
-    /// written in place.
+    /// Returns an error if the disk is full, or if the file cannot be put there. The old file does not change
+    /// then, unless it was written in place.
     pub fn finish(mut self) -> io::Result<()> {
         let Some(beside) = self.beside.clone() else {
             return if self.file.metadata()?.is_file() { self.file.sync_all() } else { Ok(()) };
         };
         self.file.sync_all()?;
-        // To link fails where something is there, which to rename does not.
+        // Linking fails if something exists there; renaming would not.
         let is_linked = self.is_new
             && match fs::hard_link(&beside, &self.path) {
                 Ok(()) => true,
                 Err(_) if fs::symlink_metadata(&self.path).is_ok() => return Err(there_already()),
-                // The file system has no links.
+                // The file system does not support links.
                 Err(_) => false,
             };
         if is_linked {
             fs::remove_file(&beside)?;
         } else {
             match fs::rename(&beside, &self.path) {
-                // A file that is mounted by itself, as into a container.
+                // A file that is itself a mount point, as in a container.
                 Err(error) if error.kind() == ErrorKind::ResourceBusy => {
                     fs::copy(&beside, &self.path)?;
                     File::open(&self.path)?.sync_all()?;
@@ -148,7 +154,7 @@ impl Replacement {
             }
         }
         self.beside = None;
-        // The name is on the disk too, where the system can say so of a folder.
+        // Syncs the folder too, so that the name is on the disk, if the system supports it.
         let folder = self.path.parent().filter(|folder| !folder.as_os_str().is_empty());
         if let Ok(folder) = File::open(folder.unwrap_or(Path::new("."))) {
             let _ = folder.sync_all();
@@ -170,23 +176,25 @@ impl Write for Replacement {
 impl Drop for Replacement {
     fn drop(&mut self) {
         if let Some(beside) = &self.beside {
-            // What is there takes room on a disk that is full.
+            // The rest would take space on a full disk.
             let _ = fs::remove_file(beside);
         }
     }
 }
 
-/// Writes a whole file in place of the one there, or of none: see [`Replacement::begin`].
+/// Replaces a file, or writes a new one: see [`Replacement::begin`].
 ///
 /// # Errors
-/// Returns an error if it cannot be written; the one before stays as it was then, unless it is one of those that are written in place.
+/// Returns an error if it cannot be written. The old file does not change then, unless it is written in
+/// place.
 pub fn replace_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let mut file = Replacement::begin(path)?;
     file.write_all(bytes)?;
     file.finish()
 }
 
-/// A new file, which allows its owner alone what the one before does until it has that one's owner and permissions.
+/// Returns a new file. Until it has the owner and permissions of the old file, only its owner has
+/// permissions, and no more than before.
 #[cfg_attr(not(unix), allow(unused_variables, reason = "only Unix has modes"))]
 fn created(path: &Path, before: Option<&Metadata>) -> io::Result<File> {
     let mut options = OpenOptions::new();
@@ -199,7 +207,7 @@ fn created(path: &Path, before: Option<&Metadata>) -> io::Result<File> {
     options.open(path)
 }
 
-/// Whether standard input, output or error is this file: then it is another program's to replace.
+/// Returns whether standard input, output or error is this file: then another program may replace it.
 fn is_stream(file: &Metadata) -> bool {
     #[cfg(unix)]
     {
@@ -218,7 +226,7 @@ fn is_stream(file: &Metadata) -> bool {
     }
 }
 
-/// Gives a file the owner and the group of another.
+/// Gives a file the owner and the group of another file.
 #[cfg_attr(not(unix), allow(unused_variables, clippy::unnecessary_wraps, reason = "only Unix has owners"))]
 fn give_owner(file: &File, before: &Metadata) -> io::Result<()> {
     #[cfg(unix)]
@@ -232,12 +240,12 @@ fn give_owner(file: &File, before: &Metadata) -> io::Result<()> {
     Ok(())
 }
 
-/// Where a path leads to; the path itself where there is nothing.
+/// Returns the target of a path, or the path itself if nothing exists there.
 fn followed(path: &Path) -> PathBuf {
     fs::canonicalize(path).unwrap_or_else(|_| path.to_owned())
 }
 
-/// A path with more at its end.
+/// Returns a path with `suffix` appended.
 pub fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(suffix);

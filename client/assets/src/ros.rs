@@ -1,4 +1,4 @@
-//! The packages of a ROS installation and the models of Gazebo, by the variables that tell where they are.
+//! Packages of a ROS installation and models of Gazebo, from environment variables.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::path::{Path, PathBuf};
@@ -6,35 +6,34 @@ use std::sync::{Arc, OnceLock};
 
 use crate::package;
 
-/// How deep below an entry of `ROS_PACKAGE_PATH` packages are looked for, and how many
-/// folders are looked at.
+/// Maximum depth of the search below an entry of `ROS_PACKAGE_PATH`, and maximum number of folders.
 const MAX_DEPTH: usize = 4;
 const MAX_FOLDERS: usize = 5_000;
 
-/// Where ROS keeps packages. Looked through once, when it is first asked.
+/// Folders in which ROS keeps packages. Searched once, at the first use.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct RosPaths {
     /// `ROS_PACKAGE_PATH`: folders with packages somewhere below.
     package_path: Vec<PathBuf>,
     /// `AMENT_PREFIX_PATH`: packages are in `share`.
     prefixes: Vec<PathBuf>,
-    /// Gazebo's: folders with models by their folders' names.
+    /// Gazebo's folders, with models by their folders' names.
     models: Vec<PathBuf>,
     crawled: Arc<OnceLock<BTreeMap<String, PathBuf>>>,
 }
 
 impl RosPaths {
-    /// Of lists of folders, as the variables hold them.
+    /// Makes it from lists of folders, as in the variables.
     pub(crate) fn new(package_path: Vec<PathBuf>, prefixes: Vec<PathBuf>) -> Self {
         Self { package_path, prefixes, models: Vec::new(), crawled: Arc::default() }
     }
 
-    /// With folders of Gazebo's models.
+    /// Adds folders of Gazebo's models.
     pub(crate) fn with_models(self, models: Vec<PathBuf>) -> Self {
         Self { models, ..self }
     }
 
-    /// The folders of a package, the likeliest first.
+    /// Returns the folders of a package, the likeliest first.
     pub(crate) fn folders(&self, name: &str) -> Vec<PathBuf> {
         let crawled = self.crawled().get(name).cloned();
         let installed = self.prefixes.iter().map(|prefix| prefix.join("share").join(name));
@@ -42,7 +41,7 @@ impl RosPaths {
         crawled.into_iter().chain(installed.chain(models).filter(|folder| folder.is_dir())).collect()
     }
 
-    /// The folder of the package that a path lies in.
+    /// Returns the folder of the package that a path lies in.
     pub(crate) fn package_of(&self, path: &Path) -> Option<PathBuf> {
         let crawled = self.crawled().values().find(|folder| path.starts_with(folder)).cloned();
         crawled.or_else(|| {
@@ -54,7 +53,7 @@ impl RosPaths {
         })
     }
 
-    /// As `rospack` does: breadth first, not into packages, the first of a name counts.
+    /// Searches like `rospack`: breadth first, not inside packages, and the first of a name counts.
     fn crawled(&self) -> &BTreeMap<String, PathBuf> {
         self.crawled.get_or_init(|| {
             let mut found = BTreeMap::new();

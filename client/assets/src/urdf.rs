@@ -1,39 +1,38 @@
-//! Which file is meant by the path of a robot.
+//! Finds the description file of a robot's path.
 
 use std::path::{Path, PathBuf};
 
-/// Why a path stands for no URDF, as a sentence that names it.
+/// Reason why a path has no URDF, as a sentence that names it.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NoUrdf {
-    /// There is nothing there, or nothing that can be read.
+    /// Nothing exists there, or it is not readable.
     #[error("cannot read {path}: {reason}", path = path.display())]
     Unreadable {
-        /// What was asked for.
+        /// Requested path.
         path: PathBuf,
-        /// The system's words.
+        /// Message of the system.
         reason: String,
     },
-    /// There is something else.
+    /// Something else exists there.
     #[error("{path} {reason}", path = path.display())]
     Unfit {
-        /// What was asked for.
+        /// Requested path.
         path: PathBuf,
-        /// What it is instead, as the rest of the sentence.
+        /// Description of what exists there, as the rest of the sentence.
         reason: String,
     },
 }
 
-/// The URDF file that a path stands for: the file itself, or the only `.urdf` of
-/// a folder or, where the folder has none, of its folder `urdf`.
+/// Returns the URDF file of a path: the file itself, or the only `.urdf` in a folder. If the folder has none,
+/// its folder `urdf` is searched.
 ///
 /// # Errors
-/// [`NoUrdf`] where there is none, or several to choose from, or where the file
-/// needs xacro first.
+/// [`NoUrdf`] if there is none, if there are several, or if the file needs xacro first.
 pub fn find_urdf(path: &Path) -> Result<PathBuf, NoUrdf> {
     find(path, None).and_then(no_xacro)
 }
 
-/// The same below a folder: a folder `urdf` that is a link out of it is passed by.
+/// Like [`find_urdf`], below a folder: a folder `urdf` that is a link out of it is ignored.
 ///
 /// # Errors
 /// As [`find_urdf`].
@@ -41,22 +40,22 @@ pub fn find_urdf_within(root: &Path, path: &Path) -> Result<PathBuf, NoUrdf> {
     find(path, Some(root)).and_then(no_xacro)
 }
 
-/// The description that a path stands for: as [`find_urdf`], or a `.xacro` file, or the
-/// only `.urdf.xacro` where there is no `.urdf`.
+/// Returns the description file of a path: as [`find_urdf`], or a `.xacro` file, or the only `.urdf.xacro` if
+/// there is no `.urdf`.
 ///
 /// # Errors
-/// [`NoUrdf`] where there is none, or several to choose from.
+/// [`NoUrdf`] if there is none, or if there are several.
 pub fn find_description(path: &Path) -> Result<PathBuf, NoUrdf> {
     find(path, None)
 }
 
-/// Whether a file is to be expanded before it is a URDF, by its name.
+/// Returns whether a file must be expanded to a URDF, by its name.
 pub fn is_xacro(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("xacro"))
 }
 
-/// Whether a text has elements that xacro itself knows, outside of comments: it is to be expanded, whatever the file's name
-/// ends in. Calls of macros alone do not count, which xacro leaves where it knows no macro of the name.
+/// Returns whether a text must be expanded, whatever the file's extension: it has xacro's own elements
+/// outside of comments. Calls of macros do not count: xacro leaves an unknown macro unchanged.
 pub fn has_xacro(text: &[u8]) -> bool {
     const DIRECTIVES: [&str; 10] = [
         "arg",
@@ -130,8 +129,8 @@ fn only_urdf(folder: &Path, root: Option<&Path>) -> Result<PathBuf, NoUrdf> {
     Err(unfit(folder, "holds no .urdf file, and neither does a folder `urdf` in it"))
 }
 
-/// Sorted, so that the sentence that lists them is the same each time. A link counts, be
-/// there anything at its end or not.
+/// Lists the files in a folder with an ending, sorted, so that error messages are the same each time. A link
+/// counts, whether or not its target exists.
 fn files_in(folder: &Path, ending: &str) -> Result<Vec<PathBuf>, NoUrdf> {
     let mut found = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(|error| unreadable(folder, &error))? {

@@ -1,8 +1,8 @@
-//! Parses what a URDF writes in `filename`.
+//! Parses the `filename` attributes of a URDF.
 
 use crate::Why;
 
-/// A URI, by the way it is looked up.
+/// A URI, by its kind of lookup.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Uri {
     /// `package://NAME/rest` and `model://NAME/rest`.
@@ -13,8 +13,8 @@ pub(crate) enum Uri {
     Relative(String),
 }
 
-/// The readings of a URI, the literal one first: a `%20` is rarely, but
-/// sometimes, part of a file's real name. The error is a phrase about the URI.
+/// Returns the readings of a URI, the literal one first: a `%20` is sometimes part of a file's real name. The
+/// error is a phrase about the URI.
 pub(crate) fn readings(uri: &str) -> Result<Vec<Uri>, Why> {
     let text = uri.trim().replace('\\', "/");
     if text.is_empty() {
@@ -25,7 +25,7 @@ pub(crate) fn readings(uri: &str) -> Result<Vec<Uri>, Why> {
     }
     let mut readings = vec![parse(&text)?];
     if let Some(decoded) = percent_decoded(&text) {
-        // Decoding may have brought in characters with a meaning.
+        // Decoding may have added characters with a meaning.
         let decoded = parse(&decoded.replace('\\', "/"))?;
         if !readings.contains(&decoded) {
             readings.push(decoded);
@@ -55,7 +55,7 @@ fn parse(text: &str) -> Result<Uri, Why> {
         }
         "file" => {
             let path = path.strip_prefix("localhost").filter(|p| p.starts_with('/')).unwrap_or(path);
-            // Two slashes instead of three are a common slip, meant as a relative path.
+            // Two slashes instead of three are a common mistake for a relative path.
             if path.is_empty() { Err(Why::NoFile) } else { path_of(path) }
         }
         "http" | "https" | "ftp" => Err(Why::Network),
@@ -63,7 +63,7 @@ fn parse(text: &str) -> Result<Uri, Why> {
     }
 }
 
-/// What stands behind a scheme, or without one.
+/// Parses the part after a scheme, or a path without one.
 fn path_of(path: &str) -> Result<Uri, Why> {
     let bytes = path.trim_start_matches('/').as_bytes();
     if matches!(bytes, [drive, b':', b'/', ..] if drive.is_ascii_alphabetic()) {
@@ -73,7 +73,7 @@ fn path_of(path: &str) -> Result<Uri, Why> {
     Ok(if path.starts_with('/') { Uri::Absolute(path) } else { Uri::Relative(path) })
 }
 
-/// `None` where there is nothing to decode or the result is not text.
+/// Returns the decoded text. `None` if there is nothing to decode or the result is not text.
 fn percent_decoded(text: &str) -> Option<String> {
     if !text.contains('%') {
         return None;

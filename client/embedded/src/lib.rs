@@ -1,8 +1,8 @@
-//! The Python module `simd_embedded`: a world within a Python program. Calls are a method's name and the bytes of its
-//! request; `simd_client` has the messages, and everything that people use.
+//! The Python module `simd_embedded`: a world within a Python program. A call is a method's name and the
+//! bytes of its request. `simd_client` has the messages and the API for people.
 //!
-//! No function holds Python's lock while it waits or steps. Threads of Rust never call Python: a thread of Python's
-//! asks what became of the calls that were begun, so that nothing of ours is in the way when the interpreter ends.
+//! No function holds Python's lock while it waits or steps. Threads of Rust never call Python. A thread of
+//! Python asks for the results of pending calls, so that no thread of Rust blocks the end of the interpreter.
 
 use std::ffi::OsString;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -23,10 +23,10 @@ create_exception!(
     "A call was refused. Its one argument is a google.rpc.Status, as bytes."
 );
 
-/// The longest time limit, in seconds: a year.
+/// Maximum time limit, in seconds: a year.
 const LONGEST: f64 = 365.0 * 24.0 * 3600.0;
 
-/// A world, and the services that a daemon has for it. May be used from several threads.
+/// A world with the services of a daemon. May be used from several threads.
 #[pyclass(frozen, module = "simd_embedded")]
 struct World {
     /// `None` once it is closed.
@@ -36,11 +36,11 @@ struct World {
 
 #[pymethods]
 impl World {
-    /// Opens a world. `arguments` are flags of the program `simd`, such as `--paused` and `--set service.robots=50`; what
-    /// they say of addresses, TLS and tokens is not used. `version` is that of the schema which the caller speaks, as
-    /// MAJOR.MINOR, and `client` the caller's name.
+    /// Opens a world. `arguments` are flags of the program `simd`, such as `--paused` and `--set
+    /// service.robots=50`; flags for addresses, TLS and tokens are ignored. `version` is the caller's schema
+    /// version, as MAJOR.MINOR, and `client` the caller's name.
     ///
-    /// Raises `ValueError` for a mistake in the arguments, `OSError` where a file is not as they say.
+    /// Raises `ValueError` for a mistake in the arguments, `OSError` if a file does not match them.
     #[new]
     fn new(py: Python<'_>, arguments: Vec<OsString>, version: &str, client: &str) -> PyResult<Self> {
         let words = std::iter::once(OsString::from("simd")).chain(arguments);
@@ -55,20 +55,20 @@ impl World {
         Ok(Self { embedded: Mutex::new(Some(Arc::new(embedded))), name })
     }
 
-    /// The world's name, as a daemon has one.
+    /// Returns the world's name, as of a daemon.
     #[getter]
     fn name(&self) -> &str {
         &self.name
     }
 
-    /// Whether `close` was called.
+    /// Returns whether `close` was called.
     #[getter]
     fn is_closed(&self) -> bool {
         self.embedded.lock().unwrap_or_else(PoisonError::into_inner).is_none()
     }
 
-    /// Makes a call of `SERVICE/METHOD` with the bytes of its request, and returns those of its answer, within
-    /// `time_limit` seconds. Raises `Refused`. A signal, such as that of Ctrl-C, is looked for while it waits.
+    /// Calls `SERVICE/METHOD` with the bytes of its request, and returns the bytes of its answer, within
+    /// `time_limit` seconds. Raises `Refused`. Checks for signals, such as Ctrl-C, while it waits.
     fn call<'py>(
         &self,
         py: Python<'py>,
@@ -92,7 +92,8 @@ impl World {
         }
     }
 
-    /// Begins a call; returns its ticket. `next_notices` says what becomes of it. Raises `Refused` where too many are under way.
+    /// Begins a call; returns its ticket. `next_notices` reports its result. Raises `Refused` above the
+    /// maximum number of pending calls.
     fn begin(&self, py: Python<'_>, method: &str, request: &[u8], time_limit: f64) -> PyResult<u64> {
         let (embedded, time_limit) = (self.open()?, seconds(time_limit)?);
         let request = Bytes::copy_from_slice(request);
@@ -100,8 +101,8 @@ impl World {
         begun.map_err(|status| refused(py, &embedded.refusal(&status)))
     }
 
-    /// Subscribes to what is published under a key, which is that of Zenoh; returns its ticket. Raises `ValueError` where
-    /// nothing is published under it.
+    /// Subscribes to the publications under a Zenoh key; returns a ticket. Raises `ValueError` if nothing is
+    /// published under it.
     fn subscribe(&self, py: Python<'_>, key: &str) -> PyResult<u64> {
         let topic = Topic::parse(key)
             .ok_or_else(|| PyValueError::new_err(format!("nothing is published under `{key}`")))?;
@@ -109,15 +110,16 @@ impl World {
         embedded.subscribe(topic).map_err(|status| refused(py, &embedded.refusal(&status)))
     }
 
-    /// Ends what has this ticket.
+    /// Ends the call or subscription with this ticket.
     fn end(&self, ticket: u64) {
         if let Ok(embedded) = self.open() {
             embedded.end(ticket);
         }
     }
 
-    /// Waits for notices at most `time_limit` seconds: a list of (ticket, kind, key, payload), where kind is `answer`,
-    /// `refused`, `ended` or `published`. `None` once the world is closed. One thread asks at a time.
+    /// Waits at most `time_limit` seconds for notices: a list of (ticket, kind, key, payload), where kind is
+    /// `answer`, `refused`, `ended` or `published`. `None` once the world is closed. Only one thread may call
+    /// it at a time.
     fn next_notices<'py>(&self, py: Python<'py>, time_limit: f64) -> PyResult<Option<Bound<'py, PyList>>> {
         let Ok(embedded) = self.open() else { return Ok(None) };
         let time_limit = seconds(time_limit)?;
@@ -132,7 +134,7 @@ impl World {
         PyList::new(py, tuples.collect::<Vec<_>>()).map(Some)
     }
 
-    /// Ends the world. Calls that wait are refused.
+    /// Ends the world. Pending calls are refused.
     fn close(&self, py: Python<'_>) {
         let taken = self.embedded.lock().unwrap_or_else(PoisonError::into_inner).take();
         if let Some(embedded) = taken {
@@ -161,7 +163,7 @@ fn refused(py: Python<'_>, status: &[u8]) -> PyErr {
     Refused::new_err(PyBytes::new(py, status).unbind())
 }
 
-/// A world of simd in this program: what `simd_client.connect("embedded")` uses.
+/// A simd world in this program, which `simd_client.connect("embedded")` uses.
 #[pymodule]
 mod simd_embedded {
     use pyo3::prelude::*;

@@ -1,16 +1,16 @@
-//! Why a file is not expanded.
+//! Errors of an expansion.
 
 use std::path::PathBuf;
 
-/// A sentence with the file and the line.
+/// An error with its file and line. Displays as a sentence.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}{message}", location(file, *line))]
 pub struct Error {
-    /// What was wrong.
+    /// Fault, as a fragment or a sentence.
     pub message: String,
-    /// The file, where there is one.
+    /// File, if any.
     pub file: Option<PathBuf>,
-    /// From 1; 0 where it does not apply.
+    /// Line, from 1; 0 if it does not apply.
     pub line: u32,
 }
 
@@ -23,15 +23,15 @@ fn location(file: &Option<PathBuf>, line: u32) -> String {
     }
 }
 
-/// What is wrong, before it is known where. A fragment or a sentence.
+/// Fault before its place is known, as a fragment or a sentence.
 pub(crate) type Fault = String;
 
-/// Of what Python and xacro have and this does not.
+/// Makes the fault for a feature of Python or xacro that is not supported.
 pub(crate) fn not_supported(what: &str) -> Fault {
     format!("not supported: {what}")
 }
 
-/// A word of a file as an error shows it: quoted, and not long.
+/// Quotes a word of a file for an error, and shortens it.
 pub(crate) fn shown(word: &str) -> String {
     const MOST: usize = 60;
     match word.char_indices().nth(MOST) {

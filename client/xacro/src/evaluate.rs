@@ -1,4 +1,4 @@
-//! Texts and expressions to values.
+//! Evaluates texts and expressions to values.
 
 mod call;
 
@@ -14,7 +14,7 @@ use crate::text::{Part, parts};
 use crate::value::{Closure, Value, put, too_long};
 
 impl Expansion<'_> {
-    /// A text with its expressions computed. A text that is one expression keeps its type.
+    /// Evaluates the expressions in a text. A text that is a single expression keeps its type.
     pub(crate) fn value(&mut self, text: &str, level: usize) -> Result<Value, Fault> {
         let parts = parts(text)?;
         if let [only] = parts.as_slice() {
@@ -30,7 +30,7 @@ impl Expansion<'_> {
         Ok(Value::text(&whole))
     }
 
-    /// The same as a text.
+    /// Like [`value`](Self::value), as a text.
     pub(crate) fn text(&mut self, text: &str, level: usize) -> Result<String, Fault> {
         let text = self.value(text, level)?.show()?;
         self.step(text.len() / 16)?;
@@ -47,7 +47,8 @@ impl Expansion<'_> {
         }
     }
 
-    /// What stands in `${}`. Commands in it are put in as text first, in quotes too: `${'$(arg side)' == 'left'}`.
+    /// Evaluates the content of `${}`. Commands in it are first replaced by their text, also within quotes:
+    /// `${'$(arg side)' == 'left'}`.
     fn expression(&mut self, text: &str, level: usize) -> Result<Value, Fault> {
         let expression = if text.contains('$') {
             expression::parse(&self.inner_text(text, level)?)?
@@ -57,7 +58,7 @@ impl Expansion<'_> {
         self.evaluate(&expression, level)
     }
 
-    /// The text of what stands in `${}` or `$()`, which may hold more of both.
+    /// Returns the content of `${}` or `$()` as text; it may contain more of both.
     fn inner_text(&mut self, text: &str, level: usize) -> Result<String, Fault> {
         self.enter()?;
         self.step(text.len() / 16)?;
@@ -66,7 +67,8 @@ impl Expansion<'_> {
         Ok(text)
     }
 
-    /// Counts how deep expressions stand in one another. An error ends the expansion of the element, which begins anew at 0.
+    /// Counts the nesting depth of expressions. An error ends the expansion of the element, which restarts at
+    /// 0.
     fn enter(&mut self) -> Result<(), Fault> {
         self.expression_depth += 1;
         if self.expression_depth > limits::EXPRESSION_DEPTH {
@@ -77,7 +79,7 @@ impl Expansion<'_> {
         Ok(())
     }
 
-    /// What stands in `$()`.
+    /// Evaluates the content of `$()`.
     fn command(&mut self, command: &str, level: usize) -> Result<Value, Fault> {
         // A name may itself be an expression: `$(find ${package})`.
         let command = self.inner_text(command, level)?;
@@ -99,7 +101,7 @@ impl Expansion<'_> {
         }
     }
 
-    /// `$(eval ...)`: an expression that sees arguments and no properties. It gives a text.
+    /// Evaluates `$(eval ...)`: an expression that sees arguments and no properties. The result is a text.
     fn eval(&mut self, expression: &str, level: usize) -> Result<Value, Fault> {
         if expression.contains("__") {
             return Err(not_supported("`__` in $(eval ...)"));
@@ -111,7 +113,7 @@ impl Expansion<'_> {
         Ok(Value::text(&value?.show()?))
     }
 
-    /// What an expression of a YAML file gives, which sees functions and no names of the robot.
+    /// Evaluates an expression of a YAML file, which sees functions but no names of the robot.
     pub(crate) fn number(&mut self, text: &str) -> Result<Value, Fault> {
         let outer = (std::mem::replace(&mut self.in_eval, true), std::mem::take(&mut self.locals));
         let value = expression::parse(text).and_then(|expression| self.evaluate(&expression, 0));
@@ -119,7 +121,7 @@ impl Expansion<'_> {
         value
     }
 
-    /// A variable of the environment, which the caller gives as an argument of that name.
+    /// Returns an environment variable, which the caller passes as an argument of that name.
     fn variable(&mut self, name: &str, default: Option<&str>) -> Result<Value, Fault> {
         if let Some(given) = self.given.get(name) {
             return Ok(Value::text(given));
@@ -141,7 +143,7 @@ impl Expansion<'_> {
         found.ok_or_else(|| format!("the argument {} is not given and has no default", shown(name)))
     }
 
-    /// A property, else what Python and xacro know by that name.
+    /// Returns the value of a name: a property, or a builtin of Python or xacro.
     fn name(&mut self, name: &str, from: usize) -> Result<Value, Fault> {
         if let Some((_, local)) = self.locals.iter().rev().find(|(known, _)| &**known == name) {
             return Ok(local.clone());
@@ -164,7 +166,7 @@ impl Expansion<'_> {
             Entry::Busy => Err(format!("the property {} is defined by itself", shown(name))),
             Entry::Lazy(text) => {
                 self.scopes.set(level, name, Entry::Busy);
-                // A property sees nothing of the comprehension that asks for it.
+                // A property does not see the variables of the comprehension that uses it.
                 let locals = std::mem::take(&mut self.locals);
                 let value = self.value(&text, level).map(Value::into_literal);
                 self.locals = locals;
@@ -270,7 +272,7 @@ impl Expansion<'_> {
         all.iter().map(|expression| self.evaluate(expression, level)).collect()
     }
 
-    /// An entry, which is looked for one by one.
+    /// Returns an entry; the search is linear.
     fn index(&mut self, of: &Value, index: &Value) -> Result<Value, Fault> {
         self.step(match of {
             Value::Map(map) => map.len() / 4,
@@ -280,7 +282,7 @@ impl Expansion<'_> {
         functions::index(of, index)
     }
 
-    /// What stands behind a dot: of a module, or an entry of a dictionary.
+    /// Returns the attribute after a dot: of a module, or an entry of a dictionary.
     fn attribute(&mut self, of: &Value, name: &str) -> Result<Value, Fault> {
         match of {
             Value::Module("xacro") => Ok(Value::Function(Rc::from(format!("xacro.{name}")))),
@@ -297,7 +299,7 @@ impl Expansion<'_> {
     }
 }
 
-/// An argument as `$(eval ...)` sees it: a number or a truth where it reads as one.
+/// Returns an argument as `$(eval ...)` sees it: a number or a boolean if it reads as one.
 fn automatic(value: &Value) -> Value {
     let Value::Text(text) = value else { return value.clone() };
     let number = match text.contains('.') {

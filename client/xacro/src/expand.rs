@@ -1,4 +1,4 @@
-//! The directives of xacro: what each element becomes.
+//! Expands xacro's directives to elements.
 
 mod call;
 mod declare;
@@ -22,38 +22,38 @@ use crate::{Expanded, limits};
 /// One expansion.
 pub(crate) struct Expansion<'l> {
     locator: &'l Locator,
-    /// Of the caller, then of the files' defaults.
+    /// Arguments of the caller, then the files' defaults.
     pub(crate) arguments: BTreeMap<String, String>,
-    /// Of the caller alone.
+    /// Arguments of the caller.
     pub(crate) given: BTreeMap<String, String>,
-    /// Names of comprehensions and lambdas, the innermost last.
+    /// Variables of comprehensions and lambdas, the innermost last.
     pub(crate) locals: Vec<(Rc<str>, Value)>,
-    /// Whether an expression of `$(eval ...)` is computed.
+    /// Whether an expression of `$(eval ...)` is evaluated.
     pub(crate) in_eval: bool,
     pub(crate) scopes: Scopes,
     pub(crate) expression_depth: usize,
     files: Vec<PathBuf>,
     namespaces: Namespaces,
     messages: Vec<String>,
-    /// The file that is being expanded.
+    /// Index of the file that is expanded.
     file: usize,
-    /// The file whose include is being expanded: in a macro that of the call.
+    /// Index of the file whose include is expanded: in a macro, the file of the call.
     including: usize,
     readings: usize,
     bytes: usize,
     steps: usize,
 }
 
-/// What elements became.
+/// Expanded content of an element.
 #[derive(Default)]
 struct Body {
     made: Vec<Made>,
-    /// Of `<xacro:attribute>`.
+    /// Attributes from `<xacro:attribute>`.
     attributes: Vec<(String, String)>,
 }
 
 impl<'l> Expansion<'l> {
-    /// With arguments as the caller gives them.
+    /// Begins an expansion with the caller's arguments.
     pub(crate) fn new(locator: &'l Locator, arguments: &BTreeMap<String, String>) -> Self {
         Self {
             locator,
@@ -92,7 +92,7 @@ impl<'l> Expansion<'l> {
         self.readings = 1;
         self.bytes = text.len();
         let root = self.parse(text, 0)?;
-        // The root's attributes may use what its content declares: `name="$(arg name)"`.
+        // The root's attributes may use declarations of its content: `name="$(arg name)"`.
         let body = self.children(&root, 1)?;
         let attributes = self.attributes(&root)?;
         let made = self.make(&root, root.name.clone(), attributes, body.made)?;
@@ -118,7 +118,7 @@ impl<'l> Expansion<'l> {
         Error { message, file, line: element.line }
     }
 
-    /// Counts what is done.
+    /// Counts steps and refuses too many.
     pub(crate) fn step(&mut self, by: usize) -> Result<(), Fault> {
         self.steps = self.steps.saturating_add(by);
         if self.steps <= limits::STEPS {
@@ -127,14 +127,14 @@ impl<'l> Expansion<'l> {
         Err(format!("expanding takes more than {} steps", limits::STEPS))
     }
 
-    /// Keeps what a file wants to say.
+    /// Keeps a message of a file.
     pub(crate) fn message(&mut self, message: String) {
         if self.messages.len() < limits::MESSAGES {
             self.messages.push(message);
         }
     }
 
-    /// The folder of the file that is being expanded.
+    /// Returns the folder of the file that is being expanded.
     pub(crate) fn folder(&self) -> String {
         self.folder_of(self.file)
     }
@@ -144,7 +144,7 @@ impl<'l> Expansion<'l> {
         folder.map_or_else(String::new, |folder| folder.to_string_lossy().into_owned())
     }
 
-    /// The content of an element, but for its attributes.
+    /// Expands the content of an element, without its attributes.
     fn children(&mut self, element: &Element, depth: usize) -> Result<Body, Error> {
         let mut body = Body::default();
         for item in &element.children {
@@ -159,7 +159,7 @@ impl<'l> Expansion<'l> {
         Ok(body)
     }
 
-    /// An element that is not of xacro.
+    /// Expands an element that is not xacro's.
     fn plain(&mut self, element: &Element, depth: usize) -> Result<MadeElement, Error> {
         let level = self.scopes.top();
         let mut attributes = self.attributes(element)?;
@@ -244,7 +244,7 @@ impl<'l> Expansion<'l> {
         }
     }
 
-    /// The content of an element, as if it stood there alone.
+    /// Expands the content of an element in place of the element.
     fn content(&mut self, element: &Element, depth: usize, body: &mut Body) -> Result<(), Error> {
         let mut inner = self.children(element, depth + 1)?;
         body.made.append(&mut inner.made);
@@ -305,7 +305,7 @@ impl<'l> Expansion<'l> {
     }
 }
 
-/// `file://$(find arm)/a.stl` is `package://arm/a.stl`: no path of this disk is written.
+/// Shortens `file://$(find arm)/a.stl` to `package://arm/a.stl`: no path of this disk is written.
 fn path(value: String) -> String {
     match value.strip_prefix("file://").filter(|rest| rest.starts_with("package://")) {
         Some(rest) => rest.to_owned(),
@@ -313,7 +313,7 @@ fn path(value: String) -> String {
     }
 }
 
-/// What is written as a name must be one.
+/// Checks that a text is a valid XML name.
 fn check_name(name: &str) -> Result<(), Fault> {
     let is_first = |c: char| c.is_alphabetic() || c == '_';
     let is_part = |c: char| c.is_alphanumeric() || matches!(c, '_' | '-' | '.');

@@ -1,4 +1,4 @@
-//! Expressions of Python, from text to tree.
+//! Parses expressions of Python to trees.
 
 mod token;
 
@@ -19,11 +19,11 @@ pub(crate) enum Expression {
     Not(Box<Expression>),
     Minus(Box<Expression>),
     Binary(Operator, Box<Expression>, Box<Expression>),
-    /// Each with the one before it: `a < b < c`.
+    /// Compares each with the one before it: `a < b < c`.
     Compare(Box<Expression>, Vec<(Comparison, Expression)>),
     And(Box<Expression>, Box<Expression>),
     Or(Box<Expression>, Box<Expression>),
-    /// Then, condition, else.
+    /// Value if true, condition, value if false.
     If(Box<[Expression; 3]>),
     Call(Box<Expression>, Vec<Argument>),
     Index(Box<Expression>, Box<Expression>),
@@ -37,20 +37,20 @@ pub(crate) enum Expression {
 /// `[value for name in all if condition]`, in any brackets.
 #[derive(Debug)]
 pub(crate) struct Comprehension {
-    /// Of a dictionary.
+    /// Key, for a dictionary.
     pub(crate) key: Option<Expression>,
     pub(crate) value: Expression,
     pub(crate) clauses: Vec<Clause>,
 }
 
-/// A part of a comprehension, which holds for all behind it.
+/// A part of a comprehension, which applies to all parts after it.
 #[derive(Debug)]
 pub(crate) enum Clause {
     For(Vec<Rc<str>>, Expression),
     If(Expression),
 }
 
-/// What a function is called with, by name or by place.
+/// An argument of a call, named or positional.
 #[derive(Debug)]
 pub(crate) struct Argument {
     pub(crate) name: Option<Rc<str>>,
@@ -87,7 +87,7 @@ pub(crate) enum Comparison {
     IsNot,
 }
 
-/// Reads the whole text.
+/// Parses the whole text.
 pub(crate) fn parse(text: &str) -> Result<Expression, Fault> {
     if text.len() > limits::VALUE_BYTES {
         return Err(format!("an expression is longer than {} bytes", limits::VALUE_BYTES));
@@ -147,7 +147,7 @@ impl Parser {
         }
     }
 
-    /// Each bracket and each sign before a value comes by here.
+    /// Counts nesting: called for each bracket and each sign before a value.
     fn deeper(&mut self) -> Result<(), Fault> {
         self.depth += 1;
         if self.depth > limits::BRACKETS {
@@ -236,7 +236,7 @@ impl Parser {
         Ok(if others.is_empty() { first } else { Expression::Compare(Box::new(first), others) })
     }
 
-    /// Operators on bits, the loosest first.
+    /// Parses bitwise operators, the loosest first.
     fn bits(&mut self, level: usize) -> Result<Expression, Fault> {
         const LEVELS: &[&[(&str, Operator)]] = &[
             &[("|", Operator::Or)],
@@ -326,7 +326,7 @@ impl Parser {
             Token::Int(int) => Value::Int(int),
             Token::Float(float) => Value::Float(float),
             Token::Text(mut text) => {
-                // Texts side by side are one.
+                // Adjacent texts are joined.
                 while let Some(Token::Text(more)) = self.tokens.get(self.at + 1) {
                     text.push_str(more);
                     self.at += 1;
@@ -377,7 +377,7 @@ impl Parser {
         Ok(Expression::Value(value))
     }
 
-    /// Names with commas between them, in brackets or not.
+    /// Parses names with commas between them, with or without brackets.
     fn names(&mut self) -> Result<Vec<Rc<str>>, Fault> {
         let bracket = self.take("(");
         let mut names = Vec::new();
@@ -397,7 +397,7 @@ impl Parser {
         if names.is_empty() { Err(self.unexpected()) } else { Ok(names) }
     }
 
-    /// `for a in b if c`, again and again, where it stands here.
+    /// Parses any number of `for a in b if c` at this place.
     fn clauses(&mut self) -> Result<Vec<Clause>, Fault> {
         let mut clauses = Vec::new();
         loop {
@@ -415,7 +415,7 @@ impl Parser {
         }
     }
 
-    /// Up to the closing bracket, which is taken too.
+    /// Parses up to the closing bracket, including it.
     fn items(&mut self, close: &str) -> Result<Items, Fault> {
         let mut all = Vec::new();
         while !self.take(close) {
@@ -435,7 +435,7 @@ impl Parser {
         Ok(Items::All(all))
     }
 
-    /// Of a call, up to its closing bracket.
+    /// Parses the arguments of a call, up to its closing bracket.
     fn arguments(&mut self) -> Result<Vec<Argument>, Fault> {
         let mut all = Vec::new();
         while !self.take(")") {
@@ -459,7 +459,7 @@ impl Parser {
         Ok(all)
     }
 
-    /// Behind `[`: an index or a slice.
+    /// Parses an index or a slice after `[`.
     fn index(&mut self, of: Expression) -> Result<Expression, Fault> {
         let mut parts = [None, None, None];
         let mut colons = 0;
@@ -483,7 +483,7 @@ impl Parser {
         }
     }
 
-    /// Behind `{`: a dictionary, or a set, which is read as a list.
+    /// Parses a dictionary after `{`, or a set, which becomes a list.
     fn map(&mut self) -> Result<Expression, Fault> {
         let mut all = Vec::new();
         let mut set = Vec::new();
@@ -515,7 +515,7 @@ impl Parser {
     }
 }
 
-/// What stands in brackets.
+/// Content of brackets.
 enum Items {
     All(Vec<Expression>),
     Comprehension(Expression),

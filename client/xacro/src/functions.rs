@@ -1,4 +1,4 @@
-//! The functions of Python that expressions may use.
+//! Functions of Python for expressions.
 
 mod format;
 mod methods;
@@ -15,7 +15,7 @@ use crate::value::{Value, float};
 pub(crate) use methods::method;
 pub(crate) use operators::{binary, compare, index};
 
-/// What a name means that no property has.
+/// Returns the builtin value of a name that no property has.
 pub(crate) fn builtin(name: &str) -> Option<Value> {
     Some(match name {
         "pi" => Value::Float(consts::PI),
@@ -37,7 +37,7 @@ pub(crate) fn builtin(name: &str) -> Option<Value> {
 
 type OfOne = fn(f64) -> f64;
 
-/// Functions from one number to a number.
+/// Functions of one number that return a number.
 const ONE_NUMBER: &[(&str, OfOne)] = &[
     ("sin", f64::sin),
     ("cos", f64::cos),
@@ -113,7 +113,7 @@ const FUNCTIONS: &[&str] = &[
     "frozenset",
 ];
 
-/// Calls one of them.
+/// Calls a builtin function.
 pub(crate) fn call(name: &str, arguments: &[Value]) -> Result<Value, Fault> {
     let wrong = || format!("{name}() cannot be called with {}", kinds(arguments));
     let number = |index: usize| arguments.get(index).and_then(Value::number).ok_or_else(wrong);
@@ -257,14 +257,14 @@ fn whole(float: f64) -> Result<Value, Fault> {
     if float.abs() < 9e15 { Ok(Value::Int(float as i64)) } else { Err(too_large()) }
 }
 
-/// Values that a set is made of at most: each is compared with each other one.
+/// Maximum number of values of a set: each is compared with each other one.
 const SET: usize = 1_000;
 
 fn pair(first: Value, second: Value) -> Value {
     Value::List(Rc::new(vec![first, second]))
 }
 
-/// Keys and values of a dictionary, or of a list of pairs.
+/// Returns the keys and values of a dictionary, or of a list of pairs.
 pub(crate) fn pairs(value: &Value) -> Option<Vec<(Value, Value)>> {
     if let Value::Map(map) = value {
         return Some(map.to_vec());
@@ -290,7 +290,7 @@ fn is_instance(value: &Value, kind: &str) -> bool {
     )
 }
 
-/// How two values are ordered.
+/// Returns the order of two values.
 pub(crate) fn order(a: &Value, b: &Value) -> Result<std::cmp::Ordering, Fault> {
     if compare(Comparison::Less, a, b)? {
         return Ok(std::cmp::Ordering::Less);
@@ -298,7 +298,7 @@ pub(crate) fn order(a: &Value, b: &Value) -> Result<std::cmp::Ordering, Fault> {
     Ok(if compare(Comparison::Less, b, a)? { std::cmp::Ordering::Greater } else { std::cmp::Ordering::Equal })
 }
 
-/// A part of a list or a text, as Python takes it.
+/// Returns a part of a list or a text, as Python's slices do.
 pub(crate) fn slice(of: &Value, [first, end, step]: [Option<i64>; 3]) -> Result<Value, Fault> {
     let all = match of {
         Value::Map(_) => None,
@@ -332,7 +332,7 @@ pub(crate) fn slice(of: &Value, [first, end, step]: [Option<i64>; 3]) -> Result<
     }
 }
 
-/// Entries, as `for` goes through them.
+/// Returns the entries that `for` iterates over.
 pub(crate) fn items(value: &Value) -> Option<Rc<Vec<Value>>> {
     match value {
         Value::List(list) => Some(list.clone()),

@@ -1,13 +1,14 @@
 //! Expands xacro files to URDF without ROS and without Python.
 //!
-//! What is understood is a subset that covers the robots people ship; the rest is refused as
-//! "not supported" with its file and line, never passed over. Nothing is executed: the
-//! expressions of Python that xacro has are read by a small evaluator of our own. A xacro
-//! file may be untrusted and what it says is sent to a daemon, so it reads xacro and
-//! YAML files of its own package and of known ones alone, and no variable of the environment.
-//! Everything is bounded: files, depth, steps, and what comes out.
+//! The supported subset covers common robots. Other features are refused as "not supported" with their file
+//! and line, never ignored. Nothing is executed: a small evaluator of our own computes xacro's Python
+//! expressions.
 //!
-//! * [`expand`]: from a file to a URDF, and from its lines back.
+//! A xacro file may be untrusted, and its result is sent to a daemon. So it may only read xacro and YAML
+//! files of its package and of known packages, and no environment variables. Files, depth, steps and output
+//! are bounded.
+//!
+//! * [`expand`]: expands a file to a URDF, and maps its lines back.
 
 mod error;
 mod evaluate;
@@ -33,32 +34,32 @@ use simd_assets::Locator;
 
 pub use error::Error;
 
-/// A URDF that was a xacro.
+/// A URDF that was expanded from a xacro file.
 #[derive(Clone, Debug)]
 pub struct Expanded {
-    /// The URDF, with each element on a line of its own.
+    /// The URDF, with each element on a separate line.
     pub urdf: String,
-    /// The files that it was made of, the first asked for first.
+    /// Files that it was made from, in the order of their first use.
     pub files: Vec<PathBuf>,
-    /// What the files say by `xacro.message` and `xacro.warning`.
+    /// Output of `xacro.message` and `xacro.warning`.
     pub messages: Vec<String>,
-    /// For each line of the URDF the file, as an index, and the line there.
+    /// File, as an index, and line there, for each line of the URDF.
     pub(crate) lines: Vec<(usize, u32)>,
 }
 
 impl Expanded {
-    /// Where a line of the URDF, from 1, comes from.
+    /// Returns the file and line from which a line of the URDF, from 1, comes.
     pub fn source(&self, line: u32) -> Option<(&Path, u32)> {
         let (file, line) = self.lines.get(usize::try_from(line).ok()?.checked_sub(1)?)?;
         Some((self.files.get(*file)?, *line))
     }
 }
 
-/// Expands a file. What it includes is found as what a URDF names; `$(arg NAME)` is taken
-/// from `arguments`, else from the file.
+/// Expands a file. Its includes are found like the files of a URDF. The values of `$(arg NAME)` come from
+/// `arguments`, or from the file's defaults.
 ///
 /// # Errors
-/// What cannot be read or understood, with its file and line.
+/// Returns an error for files that cannot be read or understood, with file and line.
 pub fn expand(
     path: &Path,
     arguments: &BTreeMap<String, String>,
@@ -76,8 +77,8 @@ pub fn expand_text(text: &str, arguments: &BTreeMap<String, String>) -> Result<E
     on_own_stack(|| expand::Expansion::new(&nowhere, arguments).run_text(text))
 }
 
-/// Runs an expansion on a thread whose stack holds the deepest recursion that the [limits] allow, whatever the caller's is
-/// and however the compiler optimises.
+/// Runs an expansion on a thread with a stack for the deepest recursion that the [limits] allow. So neither
+/// the caller's stack nor the compiler's optimisation matters.
 fn on_own_stack(expand: impl FnOnce() -> Result<Expanded, Error> + Send) -> Result<Expanded, Error> {
     std::thread::scope(|scope| {
         let thread = std::thread::Builder::new().stack_size(limits::STACK_BYTES).spawn_scoped(scope, expand);

@@ -10,11 +10,11 @@ use crate::source::Element;
 pub(crate) struct Macro {
     pub(crate) name: String,
     pub(crate) parameters: Vec<Parameter>,
-    /// Its content is the body.
+    /// Element whose content is the body.
     pub(crate) element: Rc<Element>,
 }
 
-/// What a macro is given.
+/// A parameter of a macro.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Parameter {
     Value {
@@ -23,11 +23,11 @@ pub(crate) enum Parameter {
         forward: bool,
         default: Option<String>,
     },
-    /// `*name`: an element, `**name`: the content of one.
+    /// `*name` takes an element, `**name` the content of one.
     Block { name: String, content: bool },
 }
 
-/// Reads `a b:=1 c:='two words' d:=^ e:=^|3 f:=${a + 1} *block **blocks`.
+/// Parses `a b:=1 c:='two words' d:=^ e:=^|3 f:=${a + 1} *block **blocks`.
 pub(crate) fn parameters(text: &str) -> Result<Vec<Parameter>, Fault> {
     let mut all = Vec::new();
     let mut rest = text.trim_start();
@@ -37,7 +37,7 @@ pub(crate) fn parameters(text: &str) -> Result<Vec<Parameter>, Fault> {
         if name.is_empty() {
             return Err(format!("{} is no list of parameters", shown(text)));
         }
-        // Blanks may stand around the sign.
+        // Blanks may surround the sign.
         let sign = after.trim_start();
         let value = sign.strip_prefix(":=").or_else(|| sign.strip_prefix('='));
         let Some(value) = value else {
@@ -64,7 +64,7 @@ pub(crate) fn parameters(text: &str) -> Result<Vec<Parameter>, Fault> {
     Ok(all)
 }
 
-/// Up to the blank that is in no quotes and no brackets.
+/// Returns the length up to the first blank outside of quotes and brackets.
 fn default_length(text: &str) -> usize {
     let mut depth = 0_usize;
     let mut quote = None;

@@ -1,13 +1,13 @@
-//! Names of files with `*`, `?` and `[...]`, as a shell has them.
+//! Matches file names with `*`, `?` and `[...]`, as a shell does.
 
-/// Whether a name fits a pattern. A leading dot is never fitted by a sign.
+/// Returns whether a name matches a pattern. A sign never matches a leading dot.
 pub(crate) fn fits(pattern: &str, name: &str) -> bool {
     if name.starts_with('.') && !pattern.starts_with('.') {
         return false;
     }
     let (pattern, name): (Vec<char>, Vec<char>) = (pattern.chars().collect(), name.chars().collect());
     let (mut p, mut n) = (0, 0);
-    // Where the last `*` stood, and how far its text goes.
+    // Position of the last `*`, and the end of its text.
     let mut star: Option<(usize, usize)> = None;
     while n < name.len() {
         let step = one(pattern.get(p..).unwrap_or_default(), name.get(n).copied().unwrap_or_default());
@@ -31,7 +31,7 @@ pub(crate) fn fits(pattern: &str, name: &str) -> bool {
     pattern.get(p..).unwrap_or_default().iter().all(|c| *c == '*')
 }
 
-/// How long the part of the pattern is that fits a character.
+/// Returns the length of the part of the pattern that matches a character.
 fn one(pattern: &[char], c: char) -> Option<usize> {
     match pattern {
         ['?', ..] => Some(1),

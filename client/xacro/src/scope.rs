@@ -1,4 +1,5 @@
-//! Properties and macros by name: those of a macro's call before those of its caller, and namespaces of includes.
+//! Properties and macros by name. A macro's call hides the names of its caller, and includes can have
+//! namespaces.
 
 use std::collections::HashMap;
 use std::rc::Rc;
@@ -8,57 +9,57 @@ use crate::source::Element;
 use crate::value::Value;
 use crate::write::Made;
 
-/// What a name stands for.
+/// Entry of a name.
 #[derive(Clone, Debug)]
 pub(crate) enum Entry {
     Value(Value),
-    /// Computed when it is first asked for, with what is known then.
+    /// Computed at its first use, with the names that are known then.
     Lazy(Rc<str>),
     /// Being computed: a request for it is a cycle.
     Busy,
 }
 
-/// What `insert_block` inserts.
+/// Content for `insert_block`.
 #[derive(Clone, Debug)]
 pub(crate) enum Block {
     /// The content of a property, expanded where it is inserted.
     Source(Rc<Element>),
-    /// What a call was given, expanded already.
+    /// An expanded argument of a call.
     Made(Rc<Vec<Made>>),
 }
 
 /// One level of names.
 #[derive(Debug, Default)]
 struct Scope {
-    /// An earlier one, which is asked next.
+    /// Index of the scope that is searched next.
     parent: Option<usize>,
-    /// Of an include with `ns`.
+    /// Whether it belongs to an include with `ns`.
     is_namespace: bool,
     entries: HashMap<String, Entry>,
     blocks: HashMap<String, Block>,
     macros: HashMap<String, Rc<Macro>>,
 }
 
-/// All levels, the file's own first.
+/// All scopes; the file's own is the first.
 #[derive(Debug)]
 pub(crate) struct Scopes {
     all: Vec<Scope>,
     current: usize,
 }
 
-/// What [`Scopes::leave`] goes back to.
+/// State that [`Scopes::leave`] restores.
 pub(crate) struct Mark {
     current: usize,
     length: usize,
 }
 
 impl Scopes {
-    /// The file's own level.
+    /// Makes the scope of a file.
     pub(crate) fn new() -> Self {
         Self { all: vec![Scope::default()], current: 0 }
     }
 
-    /// Begins the level of a macro's call.
+    /// Begins the scope of a macro's call.
     pub(crate) fn enter(&mut self, parent: usize) -> Mark {
         let mark = Mark { current: self.current, length: self.all.len() };
         self.current = mark.length;
@@ -66,13 +67,13 @@ impl Scopes {
         mark
     }
 
-    /// Ends it, and forgets its namespaces.
+    /// Ends the scope, with its namespaces.
     pub(crate) fn leave(&mut self, mark: &Mark) {
         self.all.truncate(mark.length);
         self.current = mark.current;
     }
 
-    /// Begins a namespace that the current level keeps under a name. Returns the level to come back to.
+    /// Begins a namespace that the current scope keeps under a name. Returns the scope to come back to.
     pub(crate) fn begin_namespace(&mut self, name: &str) -> usize {
         let (outer, level) = (self.current, self.all.len());
         self.set(outer, name, Entry::Value(Value::Namespace(level)));
@@ -86,12 +87,12 @@ impl Scopes {
         self.current = outer;
     }
 
-    /// The innermost level.
+    /// Returns the innermost scope.
     pub(crate) fn top(&self) -> usize {
         self.current
     }
 
-    /// The level that `scope="parent"` means: the caller's. Namespaces between a macro and its caller are passed by.
+    /// Returns the caller's scope, for `scope="parent"`. Skips namespaces between a macro and its caller.
     pub(crate) fn parent(&self, level: usize) -> usize {
         let parent = |level: usize| self.all.get(level).and_then(|scope| scope.parent);
         let is_namespace = |level: usize| self.all.get(level).is_some_and(|scope| scope.is_namespace);
@@ -102,7 +103,7 @@ impl Scopes {
         above
     }
 
-    /// From a level outwards.
+    /// Iterates from a scope outwards.
     fn outwards(&self, from: usize) -> impl Iterator<Item = (usize, &Scope)> {
         let mut next = Some(from);
         std::iter::from_fn(move || {
@@ -113,19 +114,19 @@ impl Scopes {
         })
     }
 
-    /// An entry seen from a level, and the level that has it.
+    /// Returns the entry that a scope sees, and the scope that has it.
     pub(crate) fn entry(&self, name: &str, from: usize) -> Option<(usize, Entry)> {
         self.outwards(from).find_map(|(level, scope)| Some((level, scope.entries.get(name)?.clone())))
     }
 
-    /// Sets an entry of a level.
+    /// Sets an entry of a scope.
     pub(crate) fn set(&mut self, level: usize, name: &str, entry: Entry) {
         if let Some(scope) = self.all.get_mut(level) {
             scope.entries.insert(name.to_owned(), entry);
         }
     }
 
-    /// Forgets a property, seen from a level, on all levels.
+    /// Removes a property from all scopes that a scope sees.
     pub(crate) fn remove(&mut self, name: &str, from: usize) {
         let levels: Vec<usize> = self.outwards(from).map(|(level, _)| level).collect();
         for level in levels {
@@ -135,19 +136,20 @@ impl Scopes {
         }
     }
 
-    /// A block seen from the innermost level.
+    /// Returns the block that the innermost scope sees.
     pub(crate) fn block(&self, name: &str) -> Option<Block> {
         self.outwards(self.current).find_map(|(_, scope)| scope.blocks.get(name)).cloned()
     }
 
-    /// Sets a block of a level.
+    /// Sets a block of a scope.
     pub(crate) fn set_block(&mut self, level: usize, name: &str, block: Block) {
         if let Some(scope) = self.all.get_mut(level) {
             scope.blocks.insert(name.to_owned(), block);
         }
     }
 
-    /// A macro seen from the innermost level, and the level that its call is in: that of its namespace for `namespace.name`.
+    /// Returns the macro that the innermost scope sees, and the scope of its call: for `namespace.name`, the
+    /// scope of its namespace.
     pub(crate) fn find_macro(&self, name: &str) -> Option<(Rc<Macro>, usize)> {
         let seen = |name: &str, from: usize| {
             self.outwards(from).find_map(|(_, scope)| scope.macros.get(name)).cloned()
@@ -166,7 +168,7 @@ impl Scopes {
         Some((seen(name, level)?, level))
     }
 
-    /// Sets a macro of the innermost level.
+    /// Sets a macro of the innermost scope.
     pub(crate) fn set_macro(&mut self, known: Macro) {
         if let Some(scope) = self.all.get_mut(self.current) {
             scope.macros.insert(known.name.clone(), Rc::new(known));

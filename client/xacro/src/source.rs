@@ -7,23 +7,23 @@ use roxmltree::{Document, Error as XmlError, Node, ParsingOptions};
 use crate::error::Fault;
 use crate::limits;
 
-/// Before the names of attributes of xacro.
+/// Prefix of xacro's attributes.
 pub(crate) const XACRO: &str = "xacro:";
 
 /// An element.
 #[derive(Debug)]
 pub(crate) struct Element {
-    /// With its prefix, but for those of xacro.
+    /// Name with its prefix, except for elements of xacro.
     pub(crate) name: String,
     pub(crate) is_xacro: bool,
     pub(crate) attributes: Vec<(String, String)>,
     pub(crate) children: Vec<Item>,
-    /// An index.
+    /// Index of its file.
     pub(crate) file: usize,
     pub(crate) line: u32,
 }
 
-/// What an element holds. Comments are left out.
+/// A child of an element. Comments are left out.
 #[derive(Debug)]
 pub(crate) enum Item {
     Element(Rc<Element>),
@@ -31,16 +31,16 @@ pub(crate) enum Item {
 }
 
 impl Element {
-    /// An attribute's text, as it is written.
+    /// Returns an attribute's text, as written.
     pub(crate) fn attribute(&self, name: &str) -> Option<&str> {
         self.attributes.iter().find(|(known, _)| known == name).map(|(_, value)| value.as_str())
     }
 }
 
-/// Prefixes and what they stand for.
+/// Prefixes with their namespaces.
 pub(crate) type Namespaces = Vec<(String, String)>;
 
-/// Reads a file's text: its root and the namespaces that it declares.
+/// Parses a file's text: its root and the namespaces that it declares.
 pub(crate) fn parse(text: &str, file: usize) -> Result<(Rc<Element>, Namespaces), (Fault, u32)> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     check_counts(text).map_err(|fault| (fault, 0))?;
@@ -85,7 +85,7 @@ fn element(
     }
     let mut is_xacro = false;
     let mut qualified = |namespace: Option<&str>, name: &str| {
-        // The address differs from file to file: wiki.ros.org, www.ros.org, ros.org/wiki.
+        // The address varies between files: wiki.ros.org, www.ros.org, ros.org/wiki.
         if namespace.is_some_and(|address| address.trim_end_matches('/').ends_with("xacro")) {
             return (name.to_owned(), true);
         }

@@ -1,5 +1,5 @@
-//! What each directive, expression and refusal of xacro comes to. Where Python's xacro
-//! (2.1.1) can be asked, the results were compared with its.
+//! Tests of each directive, expression and refusal of xacro. Results were compared with Python's xacro
+//! (2.1.1) where possible.
 
 mod files;
 
@@ -13,7 +13,7 @@ fn robot(content: &str) -> String {
     format!("<robot name=\"r\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\">\n{content}\n</robot>")
 }
 
-/// What the content of a robot becomes, without line ends.
+/// Expands the content of a robot; returns it without line ends.
 fn content(content: &str) -> Result<String, Error> {
     let expanded = expand_text(&robot(content), &BTreeMap::from([("given".to_owned(), "7".to_owned())]))?;
     let urdf = expanded.urdf.replace('\n', "");
@@ -23,7 +23,7 @@ fn content(content: &str) -> Result<String, Error> {
     Ok(inner.unwrap_or_default().to_owned())
 }
 
-/// What an expression gives.
+/// Evaluates an expression.
 fn value(expression: &str) -> String {
     let expression = expression.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");
     match content(&format!("<a b=\"${{{expression}}}\"/>")) {

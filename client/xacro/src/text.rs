@@ -6,9 +6,9 @@ use crate::error::{Fault, shown};
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Part<'t> {
     Plain(&'t str),
-    /// What stands in `${}`.
+    /// Content of `${}`.
     Expression(&'t str),
-    /// What stands in `$()`.
+    /// Content of `$()`.
     Command(&'t str),
 }
 
@@ -50,7 +50,7 @@ pub(crate) fn parts(text: &str) -> Result<Vec<Part<'_>>, Fault> {
     Ok(parts)
 }
 
-/// Where the bracket closes that stood before the text. Brackets in quotes do not count.
+/// Returns the position of the bracket that closes the one before the text. Brackets in quotes do not count.
 fn closing(text: &str, close: char, open: char) -> Option<usize> {
     let mut depth = 0_usize;
     let mut quote = None;

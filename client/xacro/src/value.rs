@@ -1,4 +1,4 @@
-//! What an expression gives: the types of Python that xacro files use.
+//! Values of expressions: the types of Python that xacro files use.
 
 use std::rc::Rc;
 
@@ -16,36 +16,36 @@ pub(crate) enum Value {
     Text(Rc<str>),
     /// Lists and tuples.
     List(Rc<Vec<Value>>),
-    /// In the order in which it was written.
+    /// Entries in the order in which they were written.
     Map(Rc<Vec<(Value, Value)>>),
-    /// `xacro`, `math`, `python`: what stands before a dot.
+    /// `xacro`, `math`, `python`: a module before a dot.
     Module(&'static str),
-    /// By its name.
+    /// A function, by its name.
     Function(Rc<str>),
-    /// Of `lambda`.
+    /// A `lambda`.
     Lambda(Rc<Closure>),
-    /// The names of an include with `ns`, by their level.
+    /// The names of an include with `ns`, by their scope.
     Namespace(usize),
 }
 
-/// A `lambda` with what stood around it.
+/// A `lambda` with its surrounding variables.
 #[derive(Debug)]
 pub(crate) struct Closure {
     pub(crate) parameters: Vec<Rc<str>>,
     pub(crate) body: Rc<Expression>,
-    /// Names of comprehensions and lambdas around it.
+    /// Variables of the comprehensions and lambdas around it.
     pub(crate) locals: Vec<(Rc<str>, Value)>,
-    /// Where it sees properties from.
+    /// Scope in which it looks up properties.
     pub(crate) level: usize,
 }
 
 impl Value {
-    /// A text.
+    /// Makes a text.
     pub(crate) fn text(text: &str) -> Self {
         Self::Text(Rc::from(text))
     }
 
-    /// What xacro makes of a literal: a quoted text, a number, a truth, else the text.
+    /// Parses a literal as xacro does: a quoted text, a number, a boolean, else the text.
     pub(crate) fn literal(text: &str) -> Self {
         if let Some(inner) = text.strip_prefix('\'').and_then(|text| text.strip_suffix('\'')) {
             return Self::text(inner);
@@ -67,7 +67,7 @@ impl Value {
         }
     }
 
-    /// The same of what an expression gave.
+    /// Parses a text as a literal; keeps other values.
     pub(crate) fn into_literal(self) -> Self {
         match self {
             Self::Text(text) => Self::literal(&text),
@@ -75,7 +75,7 @@ impl Value {
         }
     }
 
-    /// As Python takes it in `if`.
+    /// Returns its truth as in Python's `if`.
     pub(crate) fn truth(&self) -> bool {
         match self {
             Self::None => false,
@@ -89,7 +89,7 @@ impl Value {
         }
     }
 
-    /// As xacro takes the value of `<xacro:if>`.
+    /// Returns its truth as in `<xacro:if>`.
     pub(crate) fn condition(&self) -> Result<bool, Fault> {
         match self {
             Self::Text(text) => match text.trim() {
@@ -104,7 +104,7 @@ impl Value {
         }
     }
 
-    /// A number, where it is one.
+    /// Returns the value as a number, if it is one.
     pub(crate) fn number(&self) -> Option<f64> {
         match self {
             Self::Bool(is) => Some(f64::from(u8::from(*is))),
@@ -114,7 +114,7 @@ impl Value {
         }
     }
 
-    /// A whole number, where it is one.
+    /// Returns the value as an integer, if it is one.
     pub(crate) fn int(&self) -> Option<i64> {
         match self {
             Self::Bool(is) => Some(i64::from(*is)),
@@ -123,7 +123,8 @@ impl Value {
         }
     }
 
-    /// As Python's `==`. Values that share their parts may be huge, so the comparison ends after some steps.
+    /// Compares like Python's `==`. Values that share parts may be huge, so the comparison ends after some
+    /// steps.
     pub(crate) fn equals(&self, other: &Self) -> bool {
         const STEPS: usize = 100_000;
         self.same(other, &mut { STEPS })
@@ -147,7 +148,7 @@ impl Value {
         }
     }
 
-    /// What it is called in an error.
+    /// Returns the name of its type for errors.
     pub(crate) fn kind(&self) -> &'static str {
         match self {
             Self::None => "None",
@@ -162,7 +163,7 @@ impl Value {
         }
     }
 
-    /// As Python's `str`.
+    /// Formats like Python's `str`.
     pub(crate) fn show(&self) -> Result<String, Fault> {
         let mut out = String::new();
         self.write(&mut out, false, 0)?;
@@ -209,7 +210,7 @@ impl Value {
     }
 }
 
-/// Sets the value of a key, which keeps its place: the last one holds.
+/// Sets the value of a key. A repeated key keeps its place and gets the last value.
 pub(crate) fn put(map: &mut Vec<(Value, Value)>, key: Value, value: Value) {
     match map.iter_mut().find(|(known, _)| known.equals(&key)) {
         Some((_, known)) => *known = value,
@@ -217,22 +218,22 @@ pub(crate) fn put(map: &mut Vec<(Value, Value)>, key: Value, value: Value) {
     }
 }
 
-/// The value of a key.
+/// Returns the value of a key.
 pub(crate) fn find<'m>(map: &'m [(Value, Value)], key: &Value) -> Option<&'m Value> {
     map.iter().find(|(known, _)| known.equals(key)).map(|(_, value)| value)
 }
 
-/// What is longer than a value may be.
+/// Makes the fault of a value that is too long.
 pub(crate) fn too_long() -> Fault {
     format!("a value is longer than {} bytes", limits::VALUE_BYTES)
 }
 
-/// As Python's `float` reads it.
+/// Parses a number like Python's `float`.
 pub(crate) fn float(text: &str) -> Option<f64> {
     text.trim().parse().ok()
 }
 
-/// As Python's `repr`.
+/// Formats like Python's `repr`.
 fn show_float(float: f64) -> String {
     let size = float.abs();
     if float.is_nan() {

@@ -1,4 +1,4 @@
-//! From the expanded tree to text, with where each line comes from.
+//! Writes the expanded tree as text, with the origin of each line.
 
 use std::rc::Rc;
 
@@ -6,7 +6,7 @@ use crate::error::Fault;
 use crate::limits;
 use crate::source::Namespaces;
 
-/// What was expanded.
+/// A part of the expanded tree.
 #[derive(Clone, Debug)]
 pub(crate) enum Made {
     Element(Rc<MadeElement>),
@@ -19,14 +19,14 @@ pub(crate) struct MadeElement {
     pub(crate) name: String,
     pub(crate) attributes: Vec<(String, String)>,
     pub(crate) children: Vec<Made>,
-    /// Elements inside one another, itself counted.
+    /// Nesting depth of its elements, including itself.
     pub(crate) depth: usize,
     pub(crate) file: usize,
     pub(crate) line: u32,
 }
 
 impl MadeElement {
-    /// How deep some children are.
+    /// Returns the nesting depth of children.
     pub(crate) fn depth_of(children: &[Made]) -> usize {
         let depth = |made: &Made| match made {
             Made::Element(element) => element.depth,
@@ -36,7 +36,7 @@ impl MadeElement {
     }
 }
 
-/// The text and the origin of each line.
+/// The text, and the origin of each line.
 pub(crate) struct Written {
     pub(crate) text: String,
     pub(crate) lines: Vec<(usize, u32)>,

@@ -1,7 +1,8 @@
-//! The part of YAML that robots' configurations are written in: maps and lists by indentation or in brackets, texts,
-//! numbers, anchors and aliases, and xacro's tags of units.
+//! The part of YAML that robots' configurations use: maps and lists by indentation or in brackets, texts,
+//! numbers, anchors and aliases, and xacro's unit tags.
 //!
-//! Values that an alias names again are counted again: so no short file becomes a huge one. A second document is refused.
+//! The values of an alias are counted each time, so that no short file becomes a huge one. A second document
+//! is refused.
 
 mod flow;
 
@@ -13,17 +14,17 @@ use crate::error::{Fault, not_supported, shown};
 use crate::limits;
 use crate::value::{Value, find, put};
 
-/// Computes the number behind a tag of a unit.
+/// Computes the number behind a unit tag.
 pub(crate) type Evaluate<'e> = dyn FnMut(&str) -> Result<f64, Fault> + 'e;
 
-/// A line that says something.
+/// A line with content.
 struct Line<'t> {
     number: usize,
     indent: usize,
     text: &'t str,
 }
 
-/// The value of a file, and how many values are in it.
+/// Returns the value of a file, and the number of values in it.
 pub(crate) fn read(text: &str, evaluate: &mut Evaluate) -> Result<(Value, usize), Fault> {
     let raw: Vec<&str> = text.strip_prefix('\u{feff}').unwrap_or(text).lines().collect();
     let mut lines = Vec::new();
@@ -50,7 +51,7 @@ pub(crate) fn read(text: &str, evaluate: &mut Evaluate) -> Result<(Value, usize)
     }
 }
 
-/// Up to a `#` that stands alone and in no quotes.
+/// Returns the part of a line before a comment: a `#` after a blank and outside of quotes.
 fn without_comment(line: &str) -> &str {
     let mut quote = None;
     let mut before = ' ';
@@ -69,12 +70,12 @@ fn without_comment(line: &str) -> &str {
 }
 
 struct Reader<'t, 'e> {
-    /// All lines, as they are.
+    /// All lines, unchanged.
     raw: Vec<&'t str>,
     lines: Vec<Line<'t>>,
     at: usize,
     values: usize,
-    /// Values by the names of their anchors, and how many values each holds.
+    /// Values by the names of their anchors, each with the number of its values.
     anchors: HashMap<String, (Value, usize)>,
     evaluate: &'e mut Evaluate<'e>,
 }
@@ -88,7 +89,7 @@ impl<'t> Reader<'t, '_> {
         Ok(())
     }
 
-    /// The lines from here that are indented by at least `indent`.
+    /// Parses the lines from here that are indented by at least `indent`.
     fn block(&mut self, indent: usize, depth: usize) -> Result<Value, Fault> {
         let Some(first) = self.lines.get(self.at).filter(|line| line.indent >= indent) else {
             return Ok(Value::None);
@@ -125,7 +126,7 @@ impl<'t> Reader<'t, '_> {
         self.anchors.insert(name.to_owned(), (value.clone(), self.values.saturating_sub(before).max(1)));
     }
 
-    /// What an alias stands for.
+    /// Returns the value of an alias.
     fn alias(&mut self, name: &str, number: usize) -> Result<Value, Fault> {
         let found = self.anchors.get(name).cloned();
         let (value, size) =
@@ -148,7 +149,7 @@ impl<'t> Reader<'t, '_> {
                 list.push(self.block(indent + 1, depth + 1)?);
                 continue;
             }
-            // What stands behind the dash begins a block of its own there.
+            // The content after the dash begins a separate block at its own column.
             line.indent += line.text.len() - inner.len();
             line.text = inner;
             let inner_indent = line.indent;
@@ -170,7 +171,7 @@ impl<'t> Reader<'t, '_> {
             let before = self.values;
             let (name, rest) = anchor(rest).map_or((None, rest), |(name, rest)| (Some(name), rest));
             let value = if rest.is_empty() {
-                // A list may stand under its key without indentation.
+                // A list may be below its key without indentation.
                 let dashed =
                     |line: &&Line| line.indent == indent && (line.text == "-" || line.text.starts_with("- "));
                 match self.lines.get(self.at).filter(dashed) {
@@ -185,7 +186,7 @@ impl<'t> Reader<'t, '_> {
             }
             match &key {
                 Value::Text(key) if &**key == "<<" => merged.push(value),
-                // The last one of the same key holds.
+                // The last value of a repeated key counts.
                 _ => put(&mut map, key, value),
             }
         }
@@ -195,7 +196,7 @@ impl<'t> Reader<'t, '_> {
         Ok(Value::Map(Rc::new(map)))
     }
 
-    /// A value on the key's line; brackets, quotes and texts may go on over the next lines.
+    /// Parses a value on the key's line; brackets, quotes and texts may continue on the next lines.
     fn flowing(&mut self, rest: &str, number: usize, indent: usize) -> Result<Value, Fault> {
         if rest.starts_with(['|', '>']) {
             return self.block_text(rest, number, indent);
@@ -206,7 +207,7 @@ impl<'t> Reader<'t, '_> {
             let line = self.lines.get(self.at);
             let goes_on = match is_open {
                 true => !is_closed(&text),
-                // A plain text goes on where it is indented and begins nothing else.
+                // A plain text continues if the line is indented and begins nothing else.
                 false => line.is_some_and(|line| line.indent > indent && key_of(line.text).is_none()),
             };
             match line {
@@ -224,7 +225,7 @@ impl<'t> Reader<'t, '_> {
         }
     }
 
-    /// A text behind `|` or `>`: all lines that are indented deeper.
+    /// Parses a text after `|` or `>`: all lines that are indented deeper.
     fn block_text(&mut self, head: &str, number: usize, indent: usize) -> Result<Value, Fault> {
         let is_folded = head.starts_with('>');
         let chomping = head.get(1..).unwrap_or_default();
@@ -271,13 +272,13 @@ impl<'t> Reader<'t, '_> {
     }
 }
 
-/// `&name`, and what stands behind it.
+/// Returns `name` of `&name`, and the text after it.
 fn anchor(text: &str) -> Option<(&str, &str)> {
     let (name, rest) = text.strip_prefix('&')?.split_once(' ').unwrap_or((text.get(1..)?, ""));
     (!name.is_empty()).then_some((name, rest.trim_start()))
 }
 
-/// What `<<` brings: entries that the map lacks.
+/// Merges the entries of `<<` that the map lacks.
 fn merge(map: &mut Vec<(Value, Value)>, from: &Value) {
     match from {
         Value::Map(other) => {
@@ -296,7 +297,7 @@ fn merge(map: &mut Vec<(Value, Value)>, from: &Value) {
     }
 }
 
-/// A key and what stands behind its colon.
+/// Returns a key and the text after its colon.
 fn key_of(text: &str) -> Option<(&str, &str)> {
     if text.starts_with(['[', '{']) {
         return None;

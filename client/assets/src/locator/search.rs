@@ -1,4 +1,4 @@
-//! One search for a file, from place to place.
+//! Search for one file, from folder to folder.
 
 use std::path::{Path, PathBuf};
 
@@ -6,7 +6,7 @@ use super::Kind;
 use crate::boundary::join_within;
 use crate::{Inside, Why, inside, package};
 
-/// One search: where it looked, and why it passed by what it saw.
+/// One search: the places that it tried, and the first reason for passing a file by.
 pub(super) struct Search<'a> {
     pub(super) root: Option<&'a Path>,
     pub(super) kind: Kind,
@@ -16,8 +16,8 @@ pub(super) struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// The real path of `folder/rest`, if it is a file to be given away. Links of an
-    /// `installed` package may lead into the source of the package of that name.
+    /// Returns the real path of `folder/rest`, if it is a file that may be sent. Links of an `installed`
+    /// package may lead into the source of the package of that name.
     pub(super) fn look(
         &mut self,
         folder: &Path,
@@ -73,8 +73,8 @@ impl Search<'_> {
         Some(real)
     }
 
-    /// The real folder to start from, the real folder to stay in, and the way from the one
-    /// to the candidate. With a root, nothing outside of it is so much as looked at.
+    /// Returns the real folder to start from, the real folder to stay in, and the path from the first to the
+    /// candidate. With a root, nothing outside of it is looked at.
     fn real(&self, boundary: &Path, candidate: &Path) -> Option<(PathBuf, PathBuf, PathBuf)> {
         let Some(root) = self.root else {
             let real = boundary.canonicalize().ok()?;
@@ -90,13 +90,13 @@ impl Search<'_> {
         Some((real, boundary, rest))
     }
 
-    /// The first reason is kept: it is of the likeliest place.
+    /// Keeps the first reason: it belongs to the likeliest place.
     pub(super) fn pass_by(&mut self, why: Why) {
         self.why.get_or_insert(why);
     }
 }
 
-/// The one path that differs from `rest` in capital letters alone.
+/// Returns the one path that differs from `rest` only in capital letters.
 fn in_other_case(top: &Path, rest: &Path) -> Result<Option<PathBuf>, Why> {
     let mut at = PathBuf::new();
     for component in rest.components() {

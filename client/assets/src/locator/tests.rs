@@ -6,7 +6,7 @@ use tempfile::TempDir;
 
 use super::*;
 
-/// A folder with files in it, by their paths.
+/// Returns a folder with files in it, by their paths.
 fn tree(files: &[&str]) -> TempDir {
     let dir = TempDir::new().unwrap();
     for file in files {

@@ -1,4 +1,4 @@
-//! The test vectors that all clients share: `client/assets/vectors`.
+//! Test vectors that all clients share: `client/assets/vectors`.
 
 use std::collections::BTreeMap;
 use std::fs;

@@ -1,4 +1,4 @@
-//! Files that are replaced, and some that are not.
+//! Files that are replaced, and files that are not.
 
 use super::*;
 
@@ -67,7 +67,7 @@ fn modes_and_links_are_kept() {
         assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
         assert_eq!((fs::read(&real).unwrap(), mode(&real)), (b"after".to_vec(), kept));
     }
-    // Of a new one they are those of any file that the process makes.
+    // A new file has the permissions of any file that the process makes.
     let (new, written) = (folder.path().join("new"), folder.path().join("written"));
     replace_file(&new, b"").unwrap();
     fs::write(&written, "").unwrap();
@@ -77,7 +77,7 @@ fn modes_and_links_are_kept() {
 #[test]
 fn a_name_that_is_as_long_as_can_be_is_replaced_whatever_others_have_left() {
     let folder = tempfile::tempdir().unwrap();
-    // A program of the same number was killed: numbers begin at 0 again.
+    // A program with the same process number was killed: numbers begin at 0 again.
     for number in 0..20 {
         fs::write(folder.path().join(format!(".simd-{}-{number}.new", std::process::id())), "a part")
             .unwrap();
@@ -97,7 +97,7 @@ fn the_owner_stays_and_a_file_is_written_in_place_where_no_other_can_be_made() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("file");
     fs::write(&path, "before").unwrap();
-    // Only root may give files away, and only root makes files in any folder.
+    // Only root may give files away, and only root may make files in any folder.
     let is_root = chown(&path, Some(65_534), Some(65_534)).is_ok();
     if !is_root {
         fs::set_permissions(folder.path(), fs::Permissions::from_mode(0o555)).unwrap();

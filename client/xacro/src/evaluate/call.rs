@@ -1,4 +1,4 @@
-//! Calls in expressions: functions, methods, lambdas, and what xacro itself offers.
+//! Calls in expressions: functions, methods, lambdas, and functions of xacro.
 
 use std::rc::Rc;
 
@@ -9,13 +9,13 @@ use crate::functions;
 use crate::limits;
 use crate::value::{Closure, Value, put};
 
-/// The argument of a name, which is taken out.
+/// Removes and returns the argument of a name.
 fn take(named: &mut Vec<(Rc<str>, Value)>, wanted: &str) -> Option<Value> {
     let at = named.iter().position(|(name, _)| &**name == wanted)?;
     Some(named.swap_remove(at).1)
 }
 
-/// Arguments by place and by name.
+/// Positional and named arguments.
 type Given = (Vec<Value>, Vec<(Rc<str>, Value)>);
 
 impl Expansion<'_> {
@@ -38,7 +38,7 @@ impl Expansion<'_> {
             return self.call_value(&function, arguments, level);
         }
         let function = match function {
-            // A name that is nothing at all is a function that is not there.
+            // An unknown name is reported as an unknown function.
             Expression::Name(name) => {
                 self.name(name, level).map_err(|fault| match self.scopes.entry(name, level) {
                     Some(_) => fault,
@@ -118,7 +118,7 @@ impl Expansion<'_> {
                 }
                 most.ok_or_else(|| format!("{name}() of nothing"))?.1
             }
-            // What is printed beside a message is our own matter.
+            // Options for the output of messages are ignored.
             (name, _) if name.starts_with("xacro.") => {
                 named.clear();
                 self.apply(function, given)?
@@ -131,7 +131,7 @@ impl Expansion<'_> {
         }
     }
 
-    /// Values of a list, each with what a function makes of it.
+    /// Returns the values of a list, each with the result of a function.
     fn keyed(&mut self, all: &Value, key: &Value) -> Result<Vec<(Value, Value)>, Fault> {
         let all = functions::items(all).ok_or_else(|| format!("{} has no entries", all.kind()))?;
         self.step(all.len())?;
@@ -143,7 +143,7 @@ impl Expansion<'_> {
             .collect()
     }
 
-    /// Calls with arguments by place.
+    /// Calls a function with positional arguments.
     fn apply(&mut self, function: &Value, given: Vec<Value>) -> Result<Value, Fault> {
         let message = |given: &[Value]| {
             let words: Result<Vec<String>, Fault> = given.iter().map(Value::show).collect();
@@ -222,7 +222,7 @@ impl Expansion<'_> {
         value
     }
 
-    /// All that a comprehension gives.
+    /// Evaluates a comprehension.
     pub(super) fn comprehend(&mut self, of: &Comprehension, level: usize) -> Result<Value, Fault> {
         let known = self.locals.len();
         let mut made = Vec::new();

@@ -1,4 +1,4 @@
-//! The call of a macro: its parameters and blocks, and what it becomes.
+//! Calls of macros: parameters, blocks, and their expansion.
 
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -38,7 +38,7 @@ impl Expansion<'_> {
             let value = self.value(text, top).map_err(|fault| self.at(element, fault))?;
             values.insert(key.clone(), value.into_literal());
         }
-        // Blocks are the elements in the call, expanded for the caller.
+        // Blocks are the elements in the call, expanded in the scope of the caller.
         let mut blocks = Vec::new();
         let given = self.children(element, depth + 1)?;
         let mut given = given.made.into_iter().filter_map(|made| match made {

@@ -1,4 +1,4 @@
-//! What a file declares for later: properties, arguments, macros.
+//! Declarations of a file: properties, arguments, macros.
 
 use std::rc::Rc;
 

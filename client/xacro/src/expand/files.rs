@@ -1,4 +1,4 @@
-//! Files that files name: includes and YAML, by the locator alone and within limits.
+//! Includes and YAML files, found by the locator and within limits.
 
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
@@ -71,7 +71,8 @@ impl Expansion<'_> {
         Ok(())
     }
 
-    /// Files that a pattern in the last part of a name means, in their order. Files that may not be read are none of them.
+    /// Returns the files that match a pattern in the last part of a name, in order. Files that may not be
+    /// read are left out.
     fn matching(&mut self, pattern: &str) -> Result<Vec<String>, Fault> {
         let name = path(pattern.to_owned());
         let (folder, pattern) = name.rsplit_once('/').unwrap_or((".", &name));
@@ -111,7 +112,7 @@ impl Expansion<'_> {
         Ok(value)
     }
 
-    /// A name as an absolute path, from the folder of the file whose include is expanded.
+    /// Returns a name as an absolute path, from the folder of the file whose include is expanded.
     pub(crate) fn absolute(&self, name: &str) -> String {
         if name.contains("://") {
             return name.to_owned();
@@ -119,7 +120,8 @@ impl Expansion<'_> {
         normal(&Path::new(&self.folder_of(self.including)).join(name)).to_string_lossy().into_owned()
     }
 
-    /// The file of a name: in a macro from the folder of the call, as the official package has it, then from that of the macro.
+    /// Finds the file of a name. In a macro, searches the folder of the call first, like the official
+    /// package, then the folder of the macro.
     fn find(&self, name: &str) -> Result<PathBuf, Fault> {
         let found = self.locator.find_source(&self.absolute(name));
         if self.including == self.file || name.contains("://") {
@@ -131,7 +133,7 @@ impl Expansion<'_> {
         })
     }
 
-    /// A file that a file names: by its package, else from the folder of the file.
+    /// Reads a file that a file names: by its package, or from the folder of the file.
     fn open(&mut self, name: &str, most: u64) -> Result<(PathBuf, String), Fault> {
         self.readings += 1;
         if self.readings > limits::FILES {
@@ -147,7 +149,7 @@ impl Expansion<'_> {
     }
 }
 
-/// Without `.` and `..`, by the text alone.
+/// Removes `.` and `..` by the text alone.
 fn normal(path: &Path) -> PathBuf {
     let mut normal = PathBuf::new();
     for component in path.components() {

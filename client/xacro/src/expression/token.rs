@@ -1,4 +1,4 @@
-//! The words of an expression.
+//! Splits an expression into tokens.
 
 use crate::error::{Fault, shown};
 use crate::limits;
@@ -12,7 +12,7 @@ pub(super) enum Token {
     Sign(&'static str),
 }
 
-/// Longer ones first.
+/// Longer signs come first.
 const SIGNS: &[&str] = &[
     "**", "//", "==", "!=", "<=", ">=", "<<", ">>", "<", ">", "+", "-", "*", "/", "%", "(", ")", "[", "]",
     "{", "}", ",", ":", ".", "=", "&", "|", "^", "~", "@",
@@ -57,7 +57,7 @@ pub(super) fn tokens(text: &str) -> Result<Vec<Token>, Fault> {
     Ok(tokens)
 }
 
-/// A text in quotes, and how long it is with them.
+/// Returns a quoted text, and its length including the quotes.
 fn quoted(rest: &str, quote: char) -> Result<(String, usize), Fault> {
     let mut inner = String::new();
     let mut chars = rest.char_indices().skip(1);

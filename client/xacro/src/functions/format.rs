@@ -1,10 +1,10 @@
-//! Texts with `%`, as Python fills them.
+//! Formats texts with `%`, as Python does.
 
 use crate::error::{Fault, not_supported, shown};
 use crate::limits;
 use crate::value::{Value, find, too_long};
 
-/// `'%d %s %.3f' % (1, 'a', 2.0)`.
+/// Formats such as `'%d %s %.3f' % (1, 'a', 2.0)`.
 pub(super) fn percent(text: &str, values: &Value) -> Result<String, Fault> {
     let mut by_place = match values {
         Value::List(list) => list.to_vec(),

@@ -1,4 +1,4 @@
-//! The methods of Python that expressions may use.
+//! Methods of Python for expressions.
 
 use std::rc::Rc;
 
@@ -7,7 +7,7 @@ use crate::error::{Fault, not_supported};
 use crate::limits;
 use crate::value::{Value, find, too_long};
 
-/// A method, called.
+/// Calls a method.
 pub(crate) fn method(of: &Value, name: &str, arguments: &[Value]) -> Result<Value, Fault> {
     let text = |text: String| {
         if text.len() > limits::VALUE_BYTES { Err(too_long()) } else { Ok(Value::text(&text)) }

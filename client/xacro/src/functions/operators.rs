@@ -1,4 +1,4 @@
-//! The operators of Python that expressions may use, and entries of lists, dictionaries and texts.
+//! Operators of Python for expressions, and entries of lists, dictionaries and texts.
 
 use std::rc::Rc;
 
@@ -8,7 +8,7 @@ use crate::expression::{Comparison, Operator};
 use crate::limits;
 use crate::value::{Value, find, put, too_long};
 
-/// One operator.
+/// Applies a binary operator.
 pub(crate) fn binary(operator: Operator, a: &Value, b: &Value) -> Result<Value, Fault> {
     use Operator::{
         Add, And, Divide, ExclusiveOr, FloorDivide, Modulo, Multiply, Or, Power, ShiftLeft, ShiftRight,
@@ -110,7 +110,7 @@ pub(crate) fn binary(operator: Operator, a: &Value, b: &Value) -> Result<Value, 
     Ok(Value::Float(float))
 }
 
-/// One comparison.
+/// Applies a comparison.
 pub(crate) fn compare(comparison: Comparison, a: &Value, b: &Value) -> Result<bool, Fault> {
     use std::cmp::Ordering::{Equal, Greater, Less};
     let order = match comparison {
@@ -136,7 +136,8 @@ pub(crate) fn compare(comparison: Comparison, a: &Value, b: &Value) -> Result<bo
     })
 }
 
-/// As Python's `is`, where that does not depend on the objects: of None, truths, numbers and texts.
+/// Compares like Python's `is`, for values whose result does not depend on objects: None, booleans, numbers
+/// and texts.
 fn is_same(a: &Value, b: &Value) -> bool {
     std::mem::discriminant(a) == std::mem::discriminant(b) && a.equals(b)
 }
@@ -150,7 +151,7 @@ fn contains(all: &Value, one: &Value) -> Result<bool, Fault> {
     }
 }
 
-/// An entry of a list, a dictionary or a text.
+/// Returns an entry of a list, a dictionary or a text.
 pub(crate) fn index(of: &Value, index: &Value) -> Result<Value, Fault> {
     if let Value::Map(map) = of {
         let found = find(map, index).cloned();

@@ -1,8 +1,8 @@
-//! Files that a xacro includes and reads.
+//! Files that a xacro file includes and reads.
 
 use super::*;
 
-/// A package with a robot that includes and reads what it needs.
+/// Returns a package with a robot and the files that it includes and reads.
 fn package(files: &[(&str, &str)]) -> TempDir {
     let dir = TempDir::new().unwrap();
     for (path, text) in files {
@@ -98,7 +98,7 @@ fn read_yaml(text: &str) -> Result<(value::Value, usize), String> {
     yaml::read(text, &mut |text| text.parse().map_err(|_| format!("{text} is not a number")))
 }
 
-/// What a YAML file comes to, as Python shows it.
+/// Reads a YAML file; returns it as Python shows it.
 fn yaml_of(text: &str) -> String {
     read_yaml(text).unwrap().0.show().unwrap()
 }

@@ -1,4 +1,4 @@
-//! Values of YAML on one line: words, quoted texts, and what stands in brackets.
+//! YAML values on one line: words, quoted texts, and values in brackets.
 
 use std::rc::Rc;
 
@@ -7,7 +7,7 @@ use crate::error::{Fault, not_supported, shown};
 use crate::limits;
 use crate::value::{Value, float, put};
 
-/// Tags of units of angles and lengths, in radians and metres.
+/// Unit tags of angles and lengths, in radians and metres.
 const UNITS: &[(&str, f64)] = &[
     ("radians", 1.0),
     ("degrees", std::f64::consts::PI / 180.0),
@@ -17,7 +17,7 @@ const UNITS: &[(&str, f64)] = &[
     ("inches", 0.0254),
 ];
 
-/// Whether all brackets and quotes are closed.
+/// Returns whether all brackets and quotes are closed.
 pub(super) fn is_closed(text: &str) -> bool {
     let mut depth = 0_usize;
     let mut quote = None;
@@ -43,7 +43,7 @@ pub(super) fn is_closed(text: &str) -> bool {
     depth == 0 && quote.is_none()
 }
 
-/// Values in brackets, or one.
+/// Parser of one value, or of values in brackets.
 pub(super) struct Flow<'t> {
     pub(super) rest: &'t str,
     pub(super) number: usize,
@@ -167,7 +167,7 @@ impl<'t> Flow<'t> {
                         }
                     });
                 }
-                // Two of them stand for one.
+                // A doubled quote is one quote.
                 '\'' if quote == '\'' && chars.peek().is_some_and(|(_, next)| *next == '\'') => {
                     chars.next();
                     text.push('\'');
@@ -183,7 +183,7 @@ impl<'t> Flow<'t> {
     }
 }
 
-/// A word without quotes.
+/// Parses a word without quotes.
 fn scalar(word: &str) -> Value {
     match word {
         "" | "~" | "null" | "Null" | "NULL" => Value::None,
