@@ -1,4 +1,5 @@
-//! What robots look like: their shapes and meshes, asked of the daemon once and kept on the GPU while there is room.
+//! Appearance of robots: their shapes and meshes, fetched from the daemon once and kept on the GPU within a
+//! bound.
 
 mod surfaces;
 
@@ -15,28 +16,28 @@ use crate::primitives::segments;
 
 use surfaces::{Key, Surfaces};
 
-/// The colour of shapes without one, as on the page (`UNCOLOURED`).
+/// Colour of shapes without one, as on the page (`UNCOLOURED`).
 const UNCOLORED: [f32; 4] = [0.639, 0.678, 0.729, 1.0];
-/// The colour of shapes without one that have a picture.
+/// Colour of shapes that have a picture but no colour.
 const WHITE: [f32; 4] = [1.0; 4];
-/// The colour of planes without one.
+/// Colour of planes without one.
 const GROUND: [f32; 4] = [0.875, 0.890, 0.910, 1.0];
-/// Pictures after which a robot that was in none of them is forgotten.
+/// Number of pictures after which an absent robot is forgotten.
 const FORGOTTEN: u64 = 256;
 
-/// Why the appearance of a robot is not known.
+/// Reason why the appearance of a robot is unknown.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum AppearanceError {
     /// The daemon did not answer, or refused.
     #[error(transparent)]
     Daemon(#[from] Error),
-    /// The GPU did not take a mesh.
+    /// The GPU refused a mesh.
     #[error(transparent)]
     Draw(#[from] DrawError),
-    /// The task is of robots that are no longer there.
+    /// A robot of the task no longer exists.
     #[error("robot `{0}` was reloaded or deleted meanwhile")]
     Changed(String),
-    /// All of it is too much.
+    /// The meshes need more memory than the renderer may use.
     #[error(
         "the meshes of this world take {wanted} MiB, more than the {most} MiB that the renderer may use: start it with \
          a larger --memory"
@@ -44,27 +45,27 @@ pub(crate) enum AppearanceError {
     Memory { wanted: u64, most: u64 },
 }
 
-/// One shape of a robot, on the GPU.
+/// A shape of a robot, on the GPU.
 #[derive(Clone, Debug)]
 pub(crate) struct PlacedSurface {
-    /// Of the robot.
+    /// Index of the robot's link.
     pub(crate) link: usize,
-    /// With the scale of the mesh.
+    /// Includes the scale of the mesh.
     pub(crate) link_from_mesh: DAffine3,
     pub(crate) surface: Arc<Surface>,
-    /// Where the mesh has none of its own.
+    /// Colour of parts without their own.
     pub(crate) color: [f32; 4],
 }
 
 /// All shapes of a robot.
 pub(crate) type Appearance = Arc<[PlacedSurface]>;
 
-/// A robot as it was from one load to the next.
+/// A robot's name and layout version.
 type RobotKey = (String, u64);
 
 struct Known {
     appearance: Appearance,
-    /// The picture that it was last in.
+    /// Number of the last picture that it was in.
     picture: u64,
 }
 
@@ -77,21 +78,21 @@ pub(crate) struct Appearances {
 }
 
 impl Appearances {
-    /// `most_bytes` is what meshes may take on the GPU.
+    /// Makes it with the GPU memory that meshes may use.
     pub(crate) fn new(client: Client, drawing: Drawing, most_bytes: u64) -> Self {
         Self { client, surfaces: Surfaces::new(drawing, most_bytes), robots: HashMap::new(), picture: 0 }
     }
 
-    /// Forgets robots: after a daemon was started anew the same names and versions may be others. Meshes are known by what is
-    /// in them, and stay.
+    /// Forgets robots: after a restart of the daemon, the same names and versions may mean others. Meshes are
+    /// keyed by their contents, and stay.
     pub(crate) fn forget_robots(&mut self) {
         self.robots.clear();
     }
 
-    /// The appearances of robots, in their order. What is not known yet is asked for.
+    /// Returns the appearances of robots, in their order. Fetches the unknown ones.
     ///
     /// # Errors
-    /// Returns an error if one of them is not what the daemon shows now, where it does not answer, or where the GPU has no room.
+    /// Returns an error if a robot changed in the daemon, the daemon does not answer, or the GPU has no room.
     pub(crate) async fn of(&mut self, robots: &[RobotLinkPoses]) -> Result<Vec<Appearance>, AppearanceError> {
         self.picture += 1;
         let key = |robot: &RobotLinkPoses| (robot.robot.clone(), robot.layout_version);
@@ -102,7 +103,7 @@ impl Appearances {
             .collect();
         if !unknown.is_empty() {
             if self.surfaces.is_half_full() {
-                // Those of other pictures make room, and then what only they showed.
+                // Robots of other pictures make room first, then meshes that only they used.
                 self.robots.retain(|(name, version), _| {
                     robots.iter().any(|robot| robot.robot == *name && robot.layout_version == *version)
                 });
@@ -126,7 +127,7 @@ impl Appearances {
         let scene = self.client.scene(robots).await?;
         for robot in scene.robots {
             let appearance = self.appearance(&robot).await?;
-            // Another version of it is not drawn again.
+            // Other versions of the robot are not drawn again.
             self.robots.retain(|(name, _), _| *name != robot.robot);
             let known = Known { appearance, picture: self.picture };
             self.robots.insert((robot.robot, robot.layout_version), known);
@@ -134,7 +135,8 @@ impl Appearances {
         Ok(())
     }
 
-    /// A robot without visuals is drawn by its collision shapes, as in the page.
+    /// Returns the appearance of a robot. Without visuals, it consists of the collision shapes, as in the
+    /// page.
     async fn appearance(&mut self, robot: &RobotScene) -> Result<Appearance, AppearanceError> {
         let drawn = if robot.visuals.is_empty() { &robot.collisions } else { &robot.visuals };
         let mut appearance = Vec::with_capacity(drawn.len());
@@ -157,7 +159,7 @@ struct Placed {
     color: [f32; 4],
 }
 
-/// What is drawn of a shape; `None` where its file is missing, which the load report says.
+/// Returns the drawing of a shape; `None` if its file is missing, which the load report says.
 fn placed(shape: &Shape) -> Option<Placed> {
     let mut link_from_mesh = affine(shape.pose.as_ref());
     let texture = &shape.texture;
@@ -180,7 +182,7 @@ fn placed(shape: &Shape) -> Option<Placed> {
         }
         Geometry::Mesh(mesh) if mesh.look.is_empty() => return None,
         Geometry::Mesh(mesh) => (Key::Mesh(mesh.look.clone()), vector(mesh.scale.as_ref(), DVec3::ONE)),
-        // Of colliders alone, which are not drawn.
+        // Only colliders have it, and they are not drawn.
         Geometry::Convex(_) => return None,
     };
     link_from_mesh.matrix3 *= DMat3::from_diagonal(scale);

@@ -1,11 +1,12 @@
-//! The thread that draws. A picture and a mesh are given to it, and it answers when they are done; all waiting for the GPU is here.
+//! The thread that draws. It takes pictures and meshes, and answers when they are done; all waits for the GPU
+//! happen here.
 
 use tokio::sync::{mpsc, oneshot};
 
 use crate::draw::{DrawError, Renderer, Surface};
 use crate::scene::{Mesh, Picture, Scene};
 
-/// What waits at the most; who gives it more waits itself.
+/// Maximum number of waiting jobs; the sender of another one waits.
 const WAITING: usize = 16;
 
 enum Job {
@@ -13,7 +14,7 @@ enum Job {
     Draw { scene: Box<Scene>, answer: oneshot::Sender<Result<Picture, DrawError>> },
 }
 
-/// The way to it. Cheap to clone; the thread ends with the last one.
+/// Handle of the thread. Cheap to clone; the thread ends with the last handle.
 #[derive(Clone)]
 pub(crate) struct Drawing(mpsc::Sender<Job>);
 
@@ -21,12 +22,12 @@ impl Drawing {
     /// Starts the thread.
     ///
     /// # Errors
-    /// Returns an error if the system has no thread left.
+    /// Returns an error if the system cannot start a thread.
     pub(crate) fn start(mut renderer: Renderer) -> std::io::Result<Self> {
         let (jobs, mut waiting) = mpsc::channel(WAITING);
         std::thread::Builder::new().name("drawing".to_owned()).spawn(move || {
             while let Some(job) = waiting.blocking_recv() {
-                // Who asked may have gone: then it is drawn for none.
+                // The sender may be gone; then the result is dropped.
                 match job {
                     Job::Upload { mesh, answer } => drop(answer.send(renderer.upload(&mesh))),
                     Job::Draw { scene, answer } => drop(answer.send(renderer.draw(&scene))),
@@ -36,7 +37,7 @@ impl Drawing {
         Ok(Self(jobs))
     }
 
-    /// Brings a mesh to the GPU.
+    /// Uploads a mesh to the GPU.
     pub(crate) async fn upload(&self, mesh: Mesh) -> Result<Surface, DrawError> {
         let (answer, answered) = oneshot::channel();
         self.ask(Job::Upload { mesh: Box::new(mesh), answer }, answered).await

@@ -1,5 +1,5 @@
-//! Binary glTF 2.0 as the daemon writes it (`GetMesh`): triangles in the mesh's own frame, without nodes that move them. What it
-//! says of itself is not trusted: each index is looked up within what there is.
+//! Reads binary glTF 2.0 from the daemon (`GetMesh`): triangles in the mesh's own frame, without moving
+//! nodes. Its contents are not trusted: each index is checked.
 
 use std::collections::HashMap;
 
@@ -17,7 +17,7 @@ const SHORT: u64 = 5123;
 const INT: u64 = 5125;
 const TRIANGLES: u64 = 4;
 
-/// Reads a file, or says in a fragment of a sentence what is wrong with it.
+/// Reads a file. The error is a fragment of a sentence.
 pub(crate) fn read(file: &[u8]) -> Result<Mesh, String> {
     let (json, binary) = chunks(file).ok_or("it is not binary glTF 2.0")?;
     let json = serde_json::from_slice(json).map_err(|error| format!("its JSON cannot be read: {error}"))?;
@@ -38,7 +38,7 @@ pub(crate) fn read(file: &[u8]) -> Result<Mesh, String> {
     Ok(reading.mesh)
 }
 
-/// The two chunks after the header.
+/// Returns the two chunks after the header.
 fn chunks(file: &[u8]) -> Option<(&[u8], &[u8])> {
     let word = |at: usize| Some(u32::from_le_bytes(file.get(at..at + 4)?.try_into().ok()?));
     if file.get(..4)? != MAGIC || word(4)? != 2 {
@@ -50,7 +50,7 @@ fn chunks(file: &[u8]) -> Option<(&[u8], &[u8])> {
         return None;
     }
     let next = 20 + length;
-    // A file of nothing has no second chunk.
+    // An empty file has no second chunk.
     let Some(length) = word(next) else { return Some((json, &[])) };
     let begin = next + 8;
     let binary = file.get(begin..begin.checked_add(length as usize)?)?;
@@ -65,7 +65,7 @@ struct Document<'a> {
 /// Numbers of an accessor.
 struct Numbers<'a> {
     bytes: &'a [u8],
-    /// From the beginning of one to that of the next.
+    /// Bytes from the beginning of one element to the next.
     stride: usize,
     count: usize,
     component: u64,
@@ -90,7 +90,7 @@ impl<'a> Document<'a> {
         Some((bytes, number("byteStride")))
     }
 
-    /// An accessor of so many components each, of which all are there.
+    /// Returns an accessor with `components` components each, after checking that all are present.
     fn numbers(&self, index: &Value, components: usize) -> Option<Numbers<'a>> {
         let accessor = self.entry("accessors", index)?;
         let number = |name: &str| accessor.get(name).and_then(Value::as_u64);
@@ -122,7 +122,7 @@ impl<'a> Document<'a> {
 }
 
 impl Numbers<'_> {
-    /// Entry `index`, of floats.
+    /// Returns element `index`, of floats.
     fn floats<const N: usize>(&self, index: usize) -> [f32; N] {
         let mut floats = [0.0; N];
         if self.component == FLOAT {
@@ -135,7 +135,7 @@ impl Numbers<'_> {
         floats
     }
 
-    /// Entry `index`, of whole numbers.
+    /// Returns element `index`, of integers.
     fn whole(&self, index: usize) -> Option<u32> {
         let at = index * self.stride;
         match self.component {
@@ -147,13 +147,13 @@ impl Numbers<'_> {
     }
 }
 
-/// A mesh that is put together.
+/// A mesh while it is read.
 struct Reading<'a> {
     document: &'a Document<'a>,
     mesh: Mesh,
-    /// Where corners begin that were read, and how many there are, by their three accessors: primitives share them.
+    /// First index and number of vertices that were read, by their three accessors: primitives share them.
     vertices: HashMap<[Option<u64>; 3], (u32, usize)>,
-    /// Images that were read, by their index; `None` where that failed.
+    /// Images that were read, by their index; `None` if that failed.
     images: HashMap<u64, Option<usize>>,
 }
 
@@ -184,7 +184,7 @@ impl Reading<'_> {
         Ok(())
     }
 
-    /// Where the corners of a primitive begin, and how many there are.
+    /// Returns the first index and the number of a primitive's vertices.
     fn corners(&mut self, attributes: &Value) -> Option<(u32, usize)> {
         let accessor = |name: &str| attributes.get(name).filter(|index| index.is_u64());
         let [position, normal, uv] = ["POSITION", "NORMAL", "TEXCOORD_0"].map(accessor);
@@ -206,7 +206,7 @@ impl Reading<'_> {
         Some((begin, positions.count))
     }
 
-    /// Colour and image. Without a name it has no colour of its own.
+    /// Returns colour and image. A material without a name has no colour.
     fn material(&mut self, material: &Value) -> (Option<[f32; 4]>, Option<usize>) {
         let surface = material.get("pbrMetallicRoughness");
         let factor = surface.and_then(|surface| surface.get("baseColorFactor")).and_then(Value::as_array);
@@ -222,7 +222,8 @@ impl Reading<'_> {
         (is_named.then_some(color), image)
     }
 
-    /// An image's index among those of the mesh. One that cannot be read is left out: the colour is drawn alone.
+    /// Returns an image's index in the mesh. An unreadable image is left out, so that only the colour is
+    /// drawn.
     fn image(&mut self, index: &Value) -> Option<usize> {
         let number = index.as_u64()?;
         if let Some(known) = self.images.get(&number) {
@@ -249,7 +250,7 @@ impl Reading<'_> {
     }
 }
 
-/// A part of a colour as screens have it, of what light adds up to (IEC 61966-2-1): glTF has the latter.
+/// Converts a linear colour component, as in glTF, to sRGB (IEC 61966-2-1).
 fn screen(part: f64) -> f32 {
     let part = part.clamp(0.0, 1.0);
     let part = if part <= 0.003_130_8 { 12.92 * part } else { 1.055 * part.powf(1.0 / 2.4) - 0.055 };
@@ -260,7 +261,7 @@ fn screen(part: f64) -> f32 {
 mod tests {
     use super::*;
 
-    /// A file of two triangles over four corners: the first painted red, the other one without a colour.
+    /// Returns a file of two triangles over four vertices: the first is red, the other one has no colour.
     fn file() -> Vec<u8> {
         let mut binary = Vec::new();
         for corner in [[0.0_f32, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]] {
@@ -319,7 +320,7 @@ mod tests {
     fn a_file_that_is_cut_or_changed_anywhere_is_refused_or_read_and_never_ends_the_program() {
         let whole = file();
         for length in 0..whole.len() {
-            // What is left may still be a file; an index beyond its corners is none.
+            // A truncated file may still be readable, but must have no index above its vertices.
             if let Ok(mesh) = read(&whole[..length]) {
                 assert!(mesh.indices.iter().all(|index| (*index as usize) < mesh.vertices.len()));
             }

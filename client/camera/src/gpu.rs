@@ -1,30 +1,30 @@
-//! Which GPU draws, and how it is opened. Only Vulkan is asked: drivers of GPUs bring it, and Mesa has it in software.
+//! Selects and opens a GPU. Only Vulkan is used: GPU drivers and Mesa's software renderer support it.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Why nothing can be drawn.
+/// Reason why no GPU can be used.
 #[derive(Clone, Debug, thiserror::Error, PartialEq, Eq)]
 pub(crate) enum GpuError {
-    /// There is none at all.
+    /// The machine has none.
     #[error(
         "no Vulkan device is here: install the driver of this machine's GPU, or Mesa's software renderer \
          (Debian: apt-get install mesa-vulkan-drivers)"
     )]
     NoDevice,
-    /// None has the name that was asked for.
+    /// None has the requested name.
     #[error("no Vulkan device has {wanted:?} in its name; there is {}", names.join(", "))]
     NotNamed {
-        /// As it was given.
+        /// Requested name.
         wanted: String,
-        /// Of those that are there.
+        /// Names of the present devices.
         names: Vec<String>,
     },
-    /// It is there, and cannot be used.
+    /// The device cannot be opened.
     #[error("the Vulkan device {name} cannot be used: {reason}")]
     Unusable {
-        /// Its own.
+        /// Name of the device.
         name: String,
-        /// What the driver said.
+        /// Message of the driver.
         reason: String,
     },
 }
@@ -34,18 +34,18 @@ pub(crate) enum GpuError {
 pub(crate) struct Gpu {
     pub(crate) device: wgpu::Device,
     pub(crate) queue: wgpu::Queue,
-    /// Of the device, for people.
+    /// Name of the device, for people.
     pub(crate) name: String,
-    /// Whether it is a processor that acts as one.
+    /// Whether it is a software renderer.
     pub(crate) is_software: bool,
     /// Whether it smooths edges.
     pub(crate) smooths: bool,
     pub(crate) limits: wgpu::Limits,
-    /// What the driver complained of since it was last looked at.
+    /// Errors of the driver since the last check.
     faults: Arc<Faults>,
 }
 
-/// The first complaint counts: others follow from it.
+/// Keeps the first error: others follow from it.
 #[derive(Debug, Default)]
 struct Faults(Mutex<Option<String>>);
 
@@ -59,7 +59,7 @@ impl Faults {
     }
 }
 
-/// Samples of a pixel where edges are smoothed.
+/// Samples per pixel with smoothed edges.
 pub(crate) const SAMPLES: u32 = 4;
 
 impl Gpu {
@@ -87,7 +87,8 @@ impl Gpu {
 
     fn of(adapter: &wgpu::Adapter) -> Result<Self, GpuError> {
         let info = adapter.get_info();
-        // All that it has: pictures and meshes are bounded by what they take, and not by what WebGPU promises everywhere.
+        // All limits of the device: pictures and meshes are bounded by its memory, and not by the minimum
+        // that WebGPU guarantees.
         let limits = adapter.limits();
         let opened = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
             label: Some("simd-camera"),
@@ -107,13 +108,13 @@ impl Gpu {
         Ok(Self { device, queue, name: info.name, is_software, smooths, limits, faults })
     }
 
-    /// What the driver complained of since this was last asked.
+    /// Returns the error of the driver since the last check, if any.
     pub(crate) fn fault(&self) -> Option<String> {
         self.faults.take()
     }
 }
 
-/// For people, on one line.
+/// Formats an error for people, on one line.
 fn sentence(error: &wgpu::Error) -> String {
     match error {
         wgpu::Error::OutOfMemory { .. } => "the GPU has no memory left".to_owned(),
@@ -123,13 +124,13 @@ fn sentence(error: &wgpu::Error) -> String {
     }
 }
 
-/// The index of the name that is meant: the first where none is.
+/// Returns the index of the requested name; of the first one without a request.
 fn chosen(names: &[String], wanted: Option<&str>) -> Option<usize> {
     let wanted = wanted.unwrap_or_default().to_lowercase();
     names.iter().position(|name| name.to_lowercase().contains(&wanted))
 }
 
-/// The fastest first.
+/// Returns the rank of a device type: the fastest is 0.
 fn rank(kind: wgpu::DeviceType) -> u8 {
     match kind {
         wgpu::DeviceType::DiscreteGpu => 0,

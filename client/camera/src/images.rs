@@ -1,13 +1,13 @@
-//! PNG and JPEG files of textures to pixels.
+//! Decodes PNG and JPEG files of textures.
 
 use jpeg_decoder::PixelFormat;
 
 use crate::scene::Image;
 
-/// Pixels of an image at the most; the daemon has a limit of its own, which is smaller.
+/// Maximum number of pixels of an image; the daemon has a separate, smaller limit.
 const MOST_PIXELS: u64 = 32 << 20;
 
-/// Reads an image by what its first bytes say, or says in a fragment of a sentence what is wrong with it.
+/// Reads an image by its first bytes. The error is a fragment of a sentence.
 pub(crate) fn read(bytes: &[u8]) -> Result<Image, String> {
     if bytes.starts_with(b"\x89PNG") {
         png(bytes)
@@ -51,7 +51,7 @@ fn jpeg(bytes: &[u8]) -> Result<Image, String> {
         PixelFormat::RGB24 => pixels.chunks_exact(3).flat_map(|at| [at[0], at[1], at[2], opaque]).collect(),
         PixelFormat::L8 => pixels.iter().flat_map(|at| [*at, *at, *at, opaque]).collect(),
         PixelFormat::L16 => pixels.chunks_exact(2).flat_map(|at| [at[1], at[1], at[1], opaque]).collect(),
-        // As programs of Adobe write it: inverted.
+        // Adobe's programs write it inverted.
         PixelFormat::CMYK32 => pixels
             .chunks_exact(4)
             .flat_map(|at| {
@@ -112,7 +112,7 @@ mod tests {
         }
         assert!(read(b"\xff\xd8\xff").unwrap_err().starts_with("its JPEG cannot be read"));
         let mut large = file;
-        // Width of its header.
+        // Width in its header.
         large[16..20].copy_from_slice(&[0, 1, 0, 0]);
         large[20..24].copy_from_slice(&[0, 1, 0, 0]);
         assert!(read(&large).is_err());

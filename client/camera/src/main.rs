@@ -1,10 +1,13 @@
-//! simd-camera: draws the pictures of a world's cameras. A client of the daemon like any other, so that it may run on another
-//! machine, and that several share the work. This file is the way from options to an exit code.
+//! simd-camera: draws the pictures of a world's cameras. It is a client of the daemon. So it may run on
+//! another machine, and several share the work. This file goes from options to an exit code.
 //!
-//! * `options`: what can be said on the command line.
-//! * `work`: the loop, which asks for pictures to draw. `task`: from what is asked for to a scene, and back.
-//! * `appearance`: what robots look like, from the daemon. `glb`, `images`: the files that it sends. `primitives`: triangles of the rest.
-//! * `scene`: what a picture is made of. `drawing`: the thread that draws it. `draw`: how, and `gpu`: with what. These know no daemon.
+//! * `options`: the command line.
+//! * `work`: the loop, which asks for pictures to draw. `task`: converts tasks to scenes, and pictures to
+//!   answers.
+//! * `appearance`: appearance of robots, from the daemon. `glb`, `images`: readers of its files.
+//!   `primitives`: triangles of primitives.
+//! * `scene`: contents of a picture. `drawing`: the thread that draws it. `draw`: the renderer. `gpu`: the
+//!   device. None of them knows the daemon.
 
 mod appearance;
 mod draw;
@@ -37,7 +40,7 @@ const MIB: u64 = 1 << 20;
 fn main() -> ExitCode {
     let options = Options::parse();
     if options.man {
-        // There is no way to report it where stdout is gone.
+        // If stdout is closed, the error cannot be reported.
         let _ = options::write_manual(&mut std::io::stdout());
         return ExitCode::SUCCESS;
     }
@@ -46,24 +49,24 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             let sentence = format!("{error:#}");
-            // There is no way to report it where stderr is gone.
+            // If stderr is closed, the error cannot be reported.
             let _ = writeln!(std::io::stderr(), "simd-camera: {}", simd_client::printable_lines(&sentence));
             ExitCode::FAILURE
         }
     }
 }
 
-/// To stderr. `RUST_LOG` says how much.
+/// Logs to stderr, at the level in `RUST_LOG`.
 fn log() {
     let filter =
         EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("warn,simd_camera=info"));
     let log = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr);
-    // Colours are for people.
+    // Colours only for terminals.
     log.with_ansi(std::io::stderr().is_terminal()).init();
 }
 
 fn run(options: &Options) -> anyhow::Result<()> {
-    // Before the daemon is asked: who has no GPU learns of it in the first second.
+    // Before the connection: users without a GPU learn of it at once.
     let mut gpu = Gpu::open(options.adapter.as_deref())?;
     gpu.smooths = gpu.smooths && options.smooth.unwrap_or(!gpu.is_software);
     tracing::info!("drawing with {}", gpu.name);
@@ -77,7 +80,7 @@ fn run(options: &Options) -> anyhow::Result<()> {
         mesh_bytes: u64::from(options.memory) * MIB,
         once: options.once,
     };
-    // Zenoh needs this flavor; what takes long is on threads of its own.
+    // Zenoh needs this flavor; long work runs on separate threads.
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build();
     runtime.context("no runtime")?.block_on(async {
         tokio::select! {

@@ -1,61 +1,62 @@
-//! What can be said on the command line. Where the daemon is and with which token and certificates it is asked is said as for
-//! `simctl`.
+//! The command line. The daemon's address, token and certificates are given as for `simctl`.
 
 use std::path::PathBuf;
 
 use clap::{CommandFactory as _, Parser};
 use simd_client::{ConnectOptions, DEFAULT_PORT, Token};
 
-/// Characters of a renderer's name, as the daemon takes it.
+/// Maximum number of characters of a renderer's name, as in the daemon.
 const NAME: usize = 128;
 
 /// Draws the pictures of a world's cameras
 ///
-/// A client of simd: it asks the daemon which pictures are wanted, draws them with a GPU by way of Vulkan, and sends them. Without a
-/// GPU it draws with Mesa's software renderer (Debian: mesa-vulkan-drivers). Several of it share the pictures of one world, also
-/// from other machines.
+/// A client of simd: it asks the daemon for tasks, draws pictures with a GPU through Vulkan, and sends them.
+/// Without a GPU it draws with Mesa's software renderer (Debian: mesa-vulkan-drivers). Several renderers can
+/// share the pictures of one world, also from other machines.
 #[derive(Debug, Parser)]
 #[command(name = "simd-camera", version)]
 pub(crate) struct Options {
-    /// The daemon: host, host:port, http://host:port, or for Zenoh tcp/host:port[#NAME]; else $SIMD_ENDPOINT, else 127.0.0.1:7400
+    /// Address of the daemon: host, host:port, http://host:port, or for Zenoh tcp/host:port[#NAME]; else
+    /// $SIMD_ENDPOINT, else 127.0.0.1:7400
     #[arg(short, long, value_name = "ADDRESS")]
     endpoint: Option<String>,
-    /// The name of this renderer, which others see; that of the machine with a number where it is left out
+    /// Name of this renderer, which other clients see [default: name of the machine and a number]
     #[arg(long)]
     name: Option<String>,
-    /// For https and tls/: the authority that signed the daemon's certificate (PEM), else $SIMD_TLS_CA
+    /// For https and tls/: authority that signed the daemon's certificate (PEM), else $SIMD_TLS_CA
     #[arg(long, value_name = "PATH")]
     tls_ca: Option<PathBuf>,
-    /// For a daemon that asks its clients for certificates: that of this client (PEM), else $SIMD_TLS_CLIENT_CERT
+    /// Certificate of this client (PEM), for a daemon that asks its clients for one, else
+    /// $SIMD_TLS_CLIENT_CERT
     #[arg(long, value_name = "PATH")]
     tls_client_cert: Option<PathBuf>,
-    /// The private key of that certificate (PEM), else $SIMD_TLS_CLIENT_KEY
+    /// Private key of that certificate (PEM), else $SIMD_TLS_CLIENT_KEY
     #[arg(long, value_name = "PATH")]
     tls_client_key: Option<PathBuf>,
-    /// For a daemon that asks for a token: a file with it in its first line, else $SIMD_TOKEN
+    /// File with a token in its first line, for a daemon that asks for one, else $SIMD_TOKEN
     #[arg(long, value_name = "PATH")]
     token_file: Option<PathBuf>,
-    /// The Vulkan device: a part of its name. Where it is left out, a GPU comes before a processor
+    /// Vulkan device, by a part of its name [default: a GPU before a software renderer]
     #[arg(long, value_name = "NAME")]
     pub(crate) adapter: Option<String>,
-    /// Pictures that are worked on at one time
+    /// Number of pictures in work at the same time
     #[arg(long, value_name = "COUNT", default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=16))]
     pub(crate) at_once: u8,
-    /// MiB that meshes may take on the GPU
+    /// GPU memory for meshes, MiB
     #[arg(long, value_name = "MIB", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(16..))]
     pub(crate) memory: u32,
-    /// Smooth the edges of colours. Where it is left out, a GPU does and a processor does not
+    /// Smooth the edges of colours [default: true on a GPU, false on a software renderer]
     #[arg(long, value_name = "true|false")]
     pub(crate) smooth: Option<bool>,
-    /// End after one picture
+    /// Exit after one picture
     #[arg(long)]
     pub(crate) once: bool,
-    /// Writes the manual page, as roff, to stdout
+    /// Write the manual page, as roff, to stdout
     #[arg(long, exclusive = true, hide = true)]
     pub(crate) man: bool,
 }
 
-/// The manual page, as roff.
+/// Writes the manual page, as roff.
 ///
 /// # Errors
 /// Returns an error if it cannot be written.
@@ -64,16 +65,16 @@ pub(crate) fn write_manual(to: &mut impl std::io::Write) -> std::io::Result<()> 
 }
 
 impl Options {
-    /// The daemon's address.
+    /// Returns the daemon's address.
     pub(crate) fn endpoint(&self) -> String {
         let environment = || std::env::var("SIMD_ENDPOINT").ok().filter(|endpoint| !endpoint.is_empty());
         self.endpoint.clone().or_else(environment).unwrap_or_else(|| format!("127.0.0.1:{DEFAULT_PORT}"))
     }
 
-    /// With which token and certificates: what is said here beats the environment.
+    /// Returns the token and certificates; options come before environment variables.
     ///
     /// # Errors
-    /// Returns an error if the file of the token has none.
+    /// Returns an error if the token file has no token.
     pub(crate) fn connect(&self) -> anyhow::Result<ConnectOptions> {
         let default = ConnectOptions::default();
         let token = self.token_file.as_deref().map(Token::from_file).transpose()?;
@@ -86,7 +87,7 @@ impl Options {
         })
     }
 
-    /// The name of this renderer.
+    /// Returns the name of this renderer.
     pub(crate) fn name(&self) -> String {
         let machine = std::fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
         let made_up = || format!("{}-{}", machine.trim(), std::process::id());
@@ -94,7 +95,7 @@ impl Options {
     }
 }
 
-/// As much of a name as the daemon takes.
+/// Returns the name without invisible characters, cut to the daemon's limit.
 fn visible(name: &str) -> String {
     let visible: String = name.chars().filter(char::is_ascii_graphic).take(NAME).collect();
     if visible.is_empty() { format!("simd-camera-{}", std::process::id()) } else { visible }

@@ -1,6 +1,7 @@
-//! Triangles of boxes, balls, cylinders, capsules, cones and planes, about z as in URDF. Round ones have so many triangles that depth errs
-//! by little more than [`ROUND`]. Boxes, balls and cylinders are of unit size, so that those of all sizes are one mesh. Coordinates in a
-//! picture are those of three.js, which the page draws with.
+//! Triangles of boxes, balls, cylinders, capsules, cones and planes, about z as in URDF. Round ones have
+//! enough triangles that the depth error is little more than [`ROUND`]. Boxes, balls and cylinders have unit
+//! size, so that all sizes share one mesh. Texture coordinates are those of three.js, which the page draws
+//! with.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -8,19 +9,19 @@ use glamx::DVec3;
 
 use crate::scene::{Mesh, Vertex};
 
-/// Metres between a round surface and its triangles, as far as [`MOST_SEGMENTS`] allow.
+/// Metres between a round surface and its triangles, as far as [`MOST_SEGMENTS`] allows.
 const ROUND: f64 = 1e-4;
-/// About an axis.
+/// Number of segments about an axis.
 const LEAST_SEGMENTS: u32 = 24;
 const MOST_SEGMENTS: u32 = 256;
-/// Radius of a drawn plane, metres: beyond it nothing is seen of one.
+/// Radius of a drawn plane, metres: a plane is not visible beyond it.
 pub(crate) const PLANE_RADIUS: f64 = 1000.0;
 
-/// Sides are 1 m long.
+/// Makes a cube with sides of 1 m.
 pub(crate) fn cube() -> Mesh {
     let mut made = Made::default();
     let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z];
-    // Where a picture's right side and its upper side are.
+    // Directions of a picture's right side and its upper side.
     let faces = [(x, -z, y), (-x, z, y), (y, x, -z), (-y, x, z), (z, x, y), (-z, -x, y)];
     for (normal, across, up) in faces {
         let corners = [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)];
@@ -34,7 +35,7 @@ pub(crate) fn cube() -> Mesh {
     made.mesh()
 }
 
-/// A radius of 1 m, with so many segments about its axis.
+/// Makes a ball with a radius of 1 m and `around` segments about its axis.
 pub(crate) fn ball(around: u32) -> Mesh {
     let mut ball = capsule(around, 1.0, 0.0);
     for Vertex { position, normal, .. } in &mut ball.vertices {
@@ -47,7 +48,7 @@ pub(crate) fn ball(around: u32) -> Mesh {
     ball
 }
 
-/// Metres; without the caps `length` long.
+/// Makes a capsule; metres, `length` without the caps.
 pub(crate) fn capsule(around: u32, radius: f64, length: f64) -> Mesh {
     let rings = (around / 2).next_multiple_of(2);
     let mut made = Made::default();
@@ -55,7 +56,7 @@ pub(crate) fn capsule(around: u32, radius: f64, length: f64) -> Mesh {
     for ring in 0..=rings {
         let polar = PI * f64::from(ring) / f64::from(rings);
         let normal = DVec3::new(polar.sin(), 0.0, polar.cos());
-        // The equator is twice there: above and below the cylinder.
+        // The equator appears twice: above and below the cylinder.
         let shifts: &[f64] = match (ring * 2).cmp(&rings) {
             std::cmp::Ordering::Less => &[0.5],
             std::cmp::Ordering::Equal => &[0.5, -0.5],
@@ -72,7 +73,7 @@ pub(crate) fn capsule(around: u32, radius: f64, length: f64) -> Mesh {
     made.mesh()
 }
 
-/// A radius and a length of 1 m, with so many segments.
+/// Makes a cylinder with a radius and a length of 1 m and `around` segments.
 pub(crate) fn cylinder(around: u32) -> Mesh {
     let mut made = Made::default();
     for (shift, v) in [(0.5, 0.0), (-0.5, 1.0)] {
@@ -85,7 +86,8 @@ pub(crate) fn cylinder(around: u32) -> Mesh {
     made.mesh()
 }
 
-/// Metres, with so many segments. The normals of its side are of its slant, so that one that is stretched is another mesh.
+/// Makes a cone; metres, `around` segments. The normals of its side depend on its slope, so that a stretched
+/// one is another mesh.
 pub(crate) fn cone(around: u32, radius: f64, length: f64) -> Mesh {
     let mut made = Made::default();
     let normal = DVec3::new(length, 0.0, radius).normalize_or(DVec3::X);
@@ -98,21 +100,22 @@ pub(crate) fn cone(around: u32, radius: f64, length: f64) -> Mesh {
     made.mesh()
 }
 
-/// The plane of x and y, as far as one is drawn.
+/// Makes the plane of x and y, up to its drawn radius.
 pub(crate) fn plane() -> Mesh {
     let mut made = Made::default();
     made.disc(64, PLANE_RADIUS, DVec3::ZERO, DVec3::Z);
     made.mesh()
 }
 
-/// So many segments that the middle of one is [`ROUND`] inside of the circle; few numbers, so that meshes are shared.
+/// Returns the number of segments with which their middle is [`ROUND`] inside of the circle. Only a few
+/// numbers occur, so that meshes are shared.
 pub(crate) fn segments(radius: f64) -> u32 {
     let half_angle = (1.0 - ROUND / radius.max(ROUND)).clamp(-1.0, 1.0).acos();
     let wanted = (PI / half_angle.max(PI / f64::from(MOST_SEGMENTS))).ceil();
     (wanted as u32).clamp(LEAST_SEGMENTS, MOST_SEGMENTS).next_multiple_of(8)
 }
 
-/// A mesh that grows.
+/// A mesh while it is made.
 #[derive(Default)]
 struct Made {
     vertices: Vec<Vertex>,
@@ -131,7 +134,8 @@ impl Made {
         self.indices.extend(corners);
     }
 
-    /// Corners about z, the first one again at the end, of a point and its normal in the plane of x and z.
+    /// Adds a ring of vertices about z, from a point and its normal in the plane of x and z. The first vertex
+    /// is repeated at the end.
     fn ring(&mut self, around: u32, point: DVec3, normal: DVec3, v: f32) {
         for step in 0..=around {
             let part = f64::from(step) / f64::from(around);
@@ -142,7 +146,7 @@ impl Made {
         }
     }
 
-    /// Triangles between the first `rings` rings.
+    /// Adds triangles between the first `rings` rings.
     fn bands(&mut self, around: u32, rings: usize) {
         let rings = u32::try_from(rings).unwrap_or(u32::MAX);
         for ring in 1..rings {
@@ -177,7 +181,8 @@ impl Made {
 mod tests {
     use super::*;
 
-    /// Of the closed surface, by the divergence theorem: a sixth of the triple products, each triangle turned outwards.
+    /// Returns the volume of the closed surface by the divergence theorem: a sixth of the triple products,
+    /// each triangle turned outwards.
     fn volume(mesh: &Mesh) -> f64 {
         let corner = |index: u32| DVec3::from_array(mesh.vertices[index as usize].position.map(f64::from));
         let normal = |index: u32| DVec3::from_array(mesh.vertices[index as usize].normal.map(f64::from));

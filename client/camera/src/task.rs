@@ -1,4 +1,4 @@
-//! From what the daemon asks for to a scene, and from a picture to what it is sent.
+//! Converts the daemon's tasks to scenes, and pictures to answers.
 
 use std::io::Write as _;
 
@@ -15,7 +15,7 @@ use crate::scene::{Item, Light, Picture, Planes, Scene};
 /// Numbers of a link's pose: x y z, then the quaternion x y z w.
 const POSE: usize = 7;
 
-/// What is to be drawn, of robots that look so; or why it cannot be, as a fragment of a sentence.
+/// Returns the scene of a task with the robots' appearances. The error is a fragment of a sentence.
 pub(crate) fn scene(task: &PictureTask, appearances: &[Appearance]) -> Result<Scene, String> {
     let planes = task.planes.unwrap_or_default();
     let mut planes = Planes { color: planes.color, depth: planes.depth, segmentation: planes.segmentation };
@@ -72,7 +72,7 @@ fn matrix(numbers: &[f64], name: &str) -> Result<DMat4, String> {
     if matrix.is_finite() { Ok(matrix) } else { Err(format!("the task's {name} is not finite")) }
 }
 
-/// What is not said is as the schema has it.
+/// Returns the light of a task; missing values are the schema's defaults.
 fn light(light: Option<&PictureLight>) -> Light {
     let aside = DVec3::new(-0.5, 0.3, 1.0);
     let direction = light.and_then(|light| light.direction.as_ref());
@@ -88,14 +88,15 @@ fn light(light: Option<&PictureLight>) -> Light {
     }
 }
 
-/// White where there is none.
+/// Returns a colour; white if absent.
 fn rgb(color: Option<&Color>) -> [f32; 3] {
     color.map_or([1.0; 3], |color| {
         [color.red, color.green, color.blue].map(|part| part.clamp(0.0, 1.0) as f32)
     })
 }
 
-/// What the daemon is sent. Planes are packed only where they are more than it takes: that costs longer than to send them.
+/// Returns the answer for the daemon. Planes are compressed only if they exceed its limit: compression takes
+/// longer than sending.
 pub(crate) fn answer(task: &PictureTask, renderer: &str, picture: Picture) -> PutPictureRequest {
     let planes = [picture.color, picture.depth, picture.segmentation];
     let bytes = |planes: &[Option<PicturePlane>; 3]| -> u64 {
@@ -118,7 +119,7 @@ pub(crate) fn answer(task: &PictureTask, renderer: &str, picture: Picture) -> Pu
     PutPictureRequest { id: task.id, renderer, color, depth, segmentation, error: String::new() }
 }
 
-/// Why there is no picture.
+/// Returns the answer for a picture that was not drawn.
 pub(crate) fn refusal(task: &PictureTask, renderer: &str, reason: String) -> PutPictureRequest {
     PutPictureRequest {
         id: task.id,
@@ -132,7 +133,7 @@ fn packed(plane: PicturePlane) -> PicturePlane {
     let mut encoder = ZlibEncoder::new(Vec::new(), Compression::fast());
     match encoder.write_all(&plane.data).and_then(|()| encoder.finish()) {
         Ok(data) => PicturePlane { compression: PlaneCompression::Zlib.into(), data },
-        // A list in memory takes all that is written.
+        // Writing to a list in memory cannot fail.
         Err(_) => plane,
     }
 }

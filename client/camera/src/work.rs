@@ -1,5 +1,5 @@
-//! The loop: ask the daemon for a picture to draw, draw it, send it. Several workers do so at one time, so that one picture is drawn
-//! while another one is on its way.
+//! The loop: ask the daemon for a picture to draw, draw it, send it. Several workers run at the same time, so
+//! that one picture is drawn while another is sent.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -16,43 +16,44 @@ use crate::draw::DrawError;
 use crate::drawing::Drawing;
 use crate::task;
 
-/// How long the daemon is to wait for work: less than the five seconds after which it forgets a renderer.
+/// Time that the daemon waits for work: less than the five seconds after which it forgets a renderer.
 const WAIT: Duration = Duration::from_secs(2);
-/// Between tries while there is no daemon.
+/// Pause between tries while no daemon answers.
 const FIRST_PAUSE: Duration = Duration::from_millis(250);
 const LONGEST_PAUSE: Duration = Duration::from_secs(5);
-/// Pictures in a row that the driver may fail at before the program ends. A service manager then starts it anew.
+/// Number of pictures in a row that the driver may fail at before the program ends. A service manager then
+/// restarts it.
 const MOST_FAILURES: u32 = 3;
 
-/// What the loop needs to know.
+/// Settings of the loop.
 #[derive(Clone, Debug)]
 pub(crate) struct Work {
     pub(crate) endpoint: String,
     pub(crate) connect: ConnectOptions,
-    /// Of this renderer.
+    /// Name of this renderer.
     pub(crate) name: String,
-    /// Pictures at one time.
+    /// Pictures at the same time.
     pub(crate) workers: usize,
-    /// That meshes may take on the GPU.
+    /// GPU memory for meshes, bytes.
     pub(crate) mesh_bytes: u64,
     /// End after one picture.
     pub(crate) once: bool,
 }
 
-/// What the workers share.
+/// State that the workers share.
 struct Shared {
     work: Work,
     client: Client,
     drawing: Drawing,
-    /// One worker asks for what is new; the others need it most likely too.
+    /// One worker fetches new robots; the others most likely need them too.
     appearances: Mutex<Appearances>,
     failures: AtomicU32,
 }
 
-/// Draws until something fails that no waiting helps against; with `once` one picture.
+/// Draws until an error that waiting cannot solve; with `once`, one picture.
 ///
 /// # Errors
-/// Returns an error if the daemon refuses this client, or the GPU failed again and again.
+/// Returns an error if the daemon refuses this client, or the GPU failed repeatedly.
 pub(crate) async fn run(work: Work, drawing: Drawing) -> anyhow::Result<()> {
     let client = connect(&work).await?;
     tracing::info!("{} draws for the daemon at {}", work.name, work.endpoint);
@@ -69,7 +70,7 @@ pub(crate) async fn run(work: Work, drawing: Drawing) -> anyhow::Result<()> {
     }
 }
 
-/// Connects; waits for a daemon that is not there yet.
+/// Connects; waits until a daemon answers.
 async fn connect(work: &Work) -> anyhow::Result<Client> {
     let mut pause = Pause::default();
     loop {
@@ -81,7 +82,7 @@ async fn connect(work: &Work) -> anyhow::Result<Client> {
     }
 }
 
-/// One picture after the other.
+/// Draws one picture after the other.
 async fn worker(shared: Arc<Shared>) -> anyhow::Result<()> {
     let mut pause = Pause::default();
     loop {
@@ -95,7 +96,7 @@ async fn worker(shared: Arc<Shared>) -> anyhow::Result<()> {
             }
             Ok(None) => pause = Pause::default(),
             Err(error) if is_passing(&error) => {
-                // Perhaps it is started anew, with other robots of the same names.
+                // The daemon may be restarting, with other robots of the same names.
                 shared.appearances.lock().await.forget_robots();
                 pause.after(&error).await;
             }
@@ -105,7 +106,8 @@ async fn worker(shared: Arc<Shared>) -> anyhow::Result<()> {
 }
 
 impl Shared {
-    /// Draws a picture and sends it, or says why not. What goes wrong with one picture alone is no error.
+    /// Draws a picture and sends it, or the reason why not. A failure that concerns only this picture is no
+    /// error.
     async fn draw(&self, task: PictureTask) -> anyhow::Result<()> {
         let name = &self.work.name;
         let answer = match self.drawn(&task).await {
@@ -146,7 +148,7 @@ impl Shared {
     }
 }
 
-/// Whether waiting may help.
+/// Returns whether waiting may help.
 fn is_passing(error: &Error) -> bool {
     let Some(code) = error.code() else { return false };
     match error {
@@ -158,7 +160,7 @@ fn is_passing(error: &Error) -> bool {
     }
 }
 
-/// Waits longer from time to time, up to a bound.
+/// A pause that grows with each use, up to a bound.
 struct Pause(Duration);
 
 impl Default for Pause {

@@ -1,4 +1,4 @@
-//! Meshes on the GPU, each once: made here for primitives, fetched from the daemon for files.
+//! Meshes on the GPU, each once: generated for primitives, fetched from the daemon for files.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -15,20 +15,20 @@ use super::AppearanceError;
 
 const MIB: u64 = 1 << 20;
 
-/// What a mesh is of.
+/// Key of a mesh.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Key {
     Cube,
-    /// With so many segments.
+    /// Number of segments.
     Ball(u32),
     Cylinder(u32),
-    /// Bits of its radius and length: stretching one does not give another.
+    /// Bits of its radius and length: a stretched one has another shape.
     Capsule(u64, u64),
     Cone(u64, u64),
     Plane,
-    /// What it looks like: SHA-256 of its file and of those that it names.
+    /// SHA-256 of its file and of the files that it names.
     Mesh(String),
-    /// A primitive with a picture, of which this is the SHA-256.
+    /// A primitive with a picture, whose SHA-256 this is.
     Pictured(Box<Key>, String),
 }
 
@@ -45,9 +45,9 @@ impl Key {
 }
 
 struct Kept {
-    /// `None`: it cannot be drawn, which was said once.
+    /// `None`: it cannot be drawn, which was logged once.
     surface: Option<Arc<Surface>>,
-    /// When it was last asked for.
+    /// Time of its last use.
     asked: u64,
 }
 
@@ -64,7 +64,7 @@ impl Surfaces {
         Self { drawing, most_bytes, kept: HashMap::new(), asked: 0 }
     }
 
-    /// A mesh; `None` where it cannot be drawn.
+    /// Returns a mesh; `None` if it cannot be drawn.
     pub(super) async fn get(
         &mut self,
         client: &Client,
@@ -95,7 +95,7 @@ impl Surfaces {
         Ok(surface)
     }
 
-    /// Whether they take more than half of what they may.
+    /// Returns whether the meshes take more than half of the bound.
     pub(super) fn is_half_full(&self) -> bool {
         self.bytes() > self.most_bytes / 2
     }
@@ -104,10 +104,10 @@ impl Surfaces {
         self.bytes() > self.most_bytes
     }
 
-    /// Gives back those that no robot shows, the longest unused first, until the rest is within the bound.
+    /// Releases meshes that no robot uses, in order of their last use, until the rest is within the bound.
     ///
     /// # Errors
-    /// Returns an error if what robots show is beyond it.
+    /// Returns an error if the used meshes exceed the bound.
     fn shrink(&mut self) -> Result<(), AppearanceError> {
         let mut unused: Vec<(u64, Key)> = self
             .kept
@@ -133,7 +133,7 @@ impl Surfaces {
     }
 }
 
-/// A primitive.
+/// Generates a primitive.
 fn made(key: &Key) -> Option<Mesh> {
     match key {
         Key::Cube => Some(primitives::cube()),
@@ -152,7 +152,7 @@ fn made(key: &Key) -> Option<Mesh> {
     }
 }
 
-/// A primitive with a picture of the daemon; without one where that cannot be read.
+/// Adds a picture from the daemon to a primitive; leaves it out if it cannot be read.
 async fn pictured(client: &Client, mut mesh: Mesh, sha256: &str) -> Result<Mesh, AppearanceError> {
     let file = match client.asset(sha256).await {
         Ok(file) => file,
@@ -175,12 +175,12 @@ async fn pictured(client: &Client, mut mesh: Mesh, sha256: &str) -> Result<Mesh,
     Ok(mesh)
 }
 
-/// Whether the daemon does not have what was asked for.
+/// Returns whether the daemon does not have the file.
 fn is_gone(refusal: &Refusal) -> bool {
     matches!(refusal.code, Code::NotFound | Code::FailedPrecondition)
 }
 
-/// A mesh of the daemon; `None` where it has none that can be read. The connection's failures are errors.
+/// Fetches a mesh from the daemon; `None` if it has no readable one. Failures of the connection are errors.
 async fn fetched(client: &Client, look: &str) -> Result<Option<Mesh>, AppearanceError> {
     let file = match client.mesh(look).await {
         Ok(file) => file,
@@ -190,7 +190,7 @@ async fn fetched(client: &Client, look: &str) -> Result<Option<Mesh>, Appearance
         }
         Err(error) => return Err(error.into()),
     };
-    // Large ones take a while.
+    // Reading large meshes takes long.
     let read = tokio::task::spawn_blocking(move || glb::read(&file)).await;
     match read.unwrap_or_else(|_| Err("it cannot be read".to_owned())) {
         Ok(mesh) => Ok(Some(mesh)),

@@ -1,11 +1,12 @@
-//! Draws scenes. A picture has up to two passes over the same triangles: one for colours, and one for distances and numbers, whose
-//! pixels belong to one surface each. Where colours are neither smoothed nor blended, one pass draws all.
+//! Draws scenes. A picture has up to two passes over the same triangles: one for colours, and one for
+//! distances and segmentation. Each pixel of the second belongs to one surface. If colours are neither
+//! smoothed nor blended, one pass draws all.
 //!
 //! * `surface`: meshes on the GPU.
-//! * `rows`: where things are, as the GPU reads it; in `f64` up to the camera's frame, so that a picture far from the origin is as
-//!   exact as one at it.
-//! * `pipelines`, `targets`: how triangles become pixels, and what they are drawn into.
-//! * `shadow`: what keeps the light from what, in a pass before those.
+//! * `rows`: positions of items for the GPU. They are `f64` up to the camera's frame, so that a picture far
+//!   from the origin is exact.
+//! * `pipelines`, `targets`: the pipelines of triangles, and their targets.
+//! * `shadow`: the shadow map, drawn in an earlier pass.
 
 mod pipelines;
 mod rows;
@@ -28,21 +29,21 @@ use shadow::{LightView, Shadows};
 pub(crate) use surface::Surface;
 use targets::{KeptTargets, Readback, Targets};
 
-/// Pixels of a side at the most.
+/// Maximum number of pixels of a side.
 pub(crate) const MOST_PIXELS: u32 = 4096;
-/// Wall time that a picture may take. A driver that takes longer hangs.
+/// Maximum wall time of a picture. A driver that takes longer hangs.
 const LONGEST: Duration = Duration::from_secs(60);
 
-/// Why a picture was not drawn, as a fragment of a sentence.
+/// Reason why a picture was not drawn, as a fragment of a sentence.
 #[derive(Clone, Debug, thiserror::Error, PartialEq, Eq)]
 pub(crate) enum DrawError {
-    /// It has no pixels, or too many.
+    /// The size of the picture is invalid.
     #[error("a picture of {width} x {height} pixels is not drawn: sides have 1 to {most} pixels")]
     Size { width: u32, height: u32, most: u32 },
     /// A mesh is too large.
     #[error("a mesh of {triangles} triangles is not drawn: the GPU takes {most} bytes at one time")]
     TooManyTriangles { triangles: usize, most: u64 },
-    /// There are too many things.
+    /// The scene has too many items.
     #[error("{items} things are not drawn: the GPU takes {most} bytes at one time")]
     TooManyItems { items: usize, most: u64 },
     /// The driver failed.
@@ -56,12 +57,12 @@ pub(crate) struct Renderer {
     gpu: Gpu,
     pipelines: Pipelines,
     targets: KeptTargets,
-    /// What all triangles of a picture share.
+    /// Data that all triangles of a picture share.
     camera: wgpu::Buffer,
     camera_group: wgpu::BindGroup,
     /// Grows with the largest scene.
     items: wgpu::Buffer,
-    /// Of surfaces without an image.
+    /// Image of surfaces without one.
     white: wgpu::BindGroup,
     rows: Rows,
     shadows: Shadows,
@@ -93,7 +94,7 @@ impl Renderer {
         Ok(Self { gpu, pipelines, targets, camera, camera_group, items, white, rows, shadows })
     }
 
-    /// Brings a mesh to the GPU.
+    /// Uploads a mesh to the GPU.
     ///
     /// # Errors
     /// Returns an error if the GPU has no room for it.
@@ -156,14 +157,14 @@ impl Renderer {
             (None, Err(error), _) => format!("the GPU did not end the picture: {error}"),
             (None, Ok(_), None) => "the GPU did not give the picture back".to_owned(),
         };
-        // Perhaps memory was short: what is kept for other sizes is given back.
+        // Memory may have been short: release the targets of other sizes.
         self.targets.clear();
         self.shadows.clear();
         Err(DrawError::Driver(failed))
     }
 }
 
-/// Writes rows of a scene's items into the GPU's memory, which grows with them.
+/// Writes the rows of a scene's items into GPU memory, which grows with them.
 fn bring_rows(gpu: &Gpu, items: &mut wgpu::Buffer, rows: &Rows, scene: &Scene) -> Result<(), DrawError> {
     let bytes = rows.bytes();
     let wanted = bytes.len() as u64;
@@ -189,7 +190,7 @@ fn items_buffer(gpu: &Gpu, size: u64) -> wgpu::Buffer {
     })
 }
 
-/// Where the planes that are asked for come back: colour, distance, number.
+/// Returns the readbacks of the requested planes: colour, distance, segmentation.
 fn backs(targets: &Targets, planes: Planes) -> [Option<&Readback>; 3] {
     let exact = targets.exact.as_ref();
     [
@@ -199,7 +200,7 @@ fn backs(targets: &Targets, planes: Planes) -> [Option<&Readback>; 3] {
     ]
 }
 
-/// The planes; `None` where one of them did not come.
+/// Reads the planes; `None` if one of them is missing.
 fn taken(backs: [Option<&Readback>; 3], width: u32, height: u32) -> Option<Picture> {
     let pixels = width as usize * height as usize;
     let [color, distance, number] = backs;
@@ -218,13 +219,13 @@ fn taken(backs: [Option<&Readback>; 3], width: u32, height: u32) -> Option<Pictu
             to.copy_from_slice(&from[..3]);
         }
     });
-    // A float and an integer of a GPU are little-endian wherever there is Vulkan.
+    // Floats and integers of a GPU with Vulkan are little-endian.
     let depth = read(distance, 4, |plane, row| plane.extend_from_slice(row));
     let segmentation = read(number, 4, |plane, row| plane.extend_from_slice(row));
     is_whole.then_some(Picture { color, depth, segmentation })
 }
 
-/// As the shader's `Camera`.
+/// Returns the bytes of the shader's `Camera`.
 fn camera_bytes(scene: &Scene, shadows: Option<&LightView>) -> Vec<u8> {
     let clip = reversed(scene.projection);
     let is_perspective = scene.projection.w_axis.w.abs() < 0.5;
@@ -241,15 +242,15 @@ fn camera_bytes(scene: &Scene, shadows: Option<&LightView>) -> Vec<u8> {
     bytes
 }
 
-/// From OpenGL's depth, -1 at the near plane and 1 at the far one, to 1 and 0: floats are dense where depths of a projection
-/// in perspective are.
+/// Maps OpenGL's depth, -1 at the near plane and 1 at the far one, to 1 and 0. Floats are dense near 0, where
+/// the depths of a perspective projection are.
 fn reversed(projection: DMat4) -> DMat4 {
     let rows = projection.transpose();
     let depth: DVec4 = (rows.w_axis - rows.z_axis) / 2.0;
     DMat4::from_cols(rows.x_axis, rows.y_axis, depth, rows.w_axis).transpose()
 }
 
-/// What the passes of one picture draw.
+/// Data for the passes of one picture.
 struct Passes<'a> {
     pipelines: &'a Pipelines,
     camera: &'a wgpu::BindGroup,
@@ -266,7 +267,7 @@ impl Passes<'_> {
         let [r, g, b] = self.scene.background.map(f64::from);
         let clear = wgpu::LoadOp::Clear(wgpu::Color { r, g, b, a: 1.0 });
         let (view, resolve_target, store) = match &color.smooth {
-            // Of the samples nothing but their mean is needed.
+            // Only the mean of the samples is needed.
             Some(smooth) => (smooth, Some(&color.view), wgpu::StoreOp::Discard),
             None => (&color.view, None, wgpu::StoreOp::Store),
         };
@@ -286,7 +287,7 @@ impl Passes<'_> {
         self.draw(&mut pass, self.rows.translucent(), true);
     }
 
-    /// All in one pass, where colours are neither smoothed nor blended; false where they are.
+    /// Draws all in one pass, if colours are neither smoothed nor blended; otherwise returns false.
     fn whole(&self, encoder: &mut wgpu::CommandEncoder, targets: &Targets) -> bool {
         let (Some(color), Some(exact)) = (&targets.color, &targets.exact) else { return false };
         if color.smooth.is_some() || !self.rows.translucent().is_empty() {
@@ -321,7 +322,7 @@ impl Passes<'_> {
         });
         pass.set_pipeline(&self.pipelines.exact);
         self.draw(&mut pass, self.rows.opaque(), false);
-        // What is translucent is there too.
+        // The measured planes include translucent items.
         self.draw(&mut pass, self.rows.translucent(), false);
     }
 
@@ -334,7 +335,7 @@ impl Passes<'_> {
     }
 }
 
-/// Draws rows of items; with the images of parts, or this one, where it is given.
+/// Draws rows of items, with the images of their parts or with the given one.
 fn draw_rows(
     pass: &mut wgpu::RenderPass<'_>,
     items: &wgpu::Buffer,
@@ -355,16 +356,16 @@ fn draw_rows(
     }
 }
 
-/// The distance where nothing is seen. WebGPU's colours of clearing are f64, also for numbers.
+/// Distance where no surface is seen. WebGPU's clear colours are f64, even for integers.
 const NOTHING: wgpu::Color = wgpu::Color { r: f64::INFINITY, g: 0.0, b: 0.0, a: 0.0 };
 
-/// A plane that is drawn into, and kept.
+/// Returns an attachment of a plane that is cleared and kept.
 fn cleared(view: &wgpu::TextureView, color: wgpu::Color) -> wgpu::RenderPassColorAttachment<'_> {
     let ops = wgpu::Operations { load: wgpu::LoadOp::Clear(color), store: wgpu::StoreOp::Store };
     wgpu::RenderPassColorAttachment { view, depth_slice: None, resolve_target: None, ops }
 }
 
-/// A depth buffer in which all is far away; it is not needed after the pass.
+/// Returns an attachment of a depth buffer, cleared to the far end and discarded after the pass.
 fn far(view: &wgpu::TextureView) -> wgpu::RenderPassDepthStencilAttachment<'_> {
     let ops = wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Discard };
     wgpu::RenderPassDepthStencilAttachment { view, depth_ops: Some(ops), stencil_ops: None }

@@ -1,5 +1,7 @@
-//! How triangles become pixels: one pipeline for colours, one for colours of what is translucent, one for what is measured, one for
-//! all of it, and one for the map of shadows.
+//! Render pipelines.
+//!
+//! There is one each for opaque colours, translucent colours, measured planes, all of these together, and the
+//! shadow map.
 
 use crate::gpu::Gpu;
 
@@ -8,49 +10,49 @@ pub(super) const BUFFERED_DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Dept
 pub(super) const DISTANCE: wgpu::TextureFormat = wgpu::TextureFormat::R32Float;
 pub(super) const NUMBER: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
 
-/// Bytes of a corner: position, normal, texture coordinates.
+/// Bytes of a vertex: position, normal, texture coordinates.
 pub(super) const CORNER_BYTES: u64 = 32;
-/// Bytes of an item: rows of a position, rows of a rotation, colour, number.
+/// Bytes of an item: rows of a position, rows of a rotation, colour, segmentation number.
 pub(super) const ITEM_BYTES: u64 = 104;
-/// Bytes of what all triangles of a picture share.
+/// Bytes of the data that all triangles of a picture share.
 pub(super) const CAMERA_BYTES: u64 = 176;
 
-/// For one number of samples.
+/// Pipelines for one number of samples.
 #[derive(Debug)]
 pub(super) struct ColorPipelines {
     pub(super) opaque: wgpu::RenderPipeline,
     pub(super) translucent: wgpu::RenderPipeline,
 }
 
-/// All of them.
+/// All pipelines, with their layouts.
 #[derive(Debug)]
 pub(super) struct Pipelines {
     pub(super) plain: ColorPipelines,
-    /// Where the GPU smooths edges.
+    /// Present if the GPU smooths edges.
     pub(super) smooth: Option<ColorPipelines>,
     pub(super) exact: wgpu::RenderPipeline,
-    /// Colours and what is measured, in one pass.
+    /// Colours and measured planes in one pass.
     pub(super) whole: wgpu::RenderPipeline,
-    /// The map of what is nearest to the light.
+    /// Shadow map.
     pub(super) shadow: wgpu::RenderPipeline,
-    /// Of what all triangles of a picture share.
+    /// Layout of the data that all triangles of a picture share.
     pub(super) camera: wgpu::BindGroupLayout,
-    /// Of an image.
+    /// Layout of an image.
     pub(super) image: wgpu::BindGroupLayout,
     pub(super) sampler: wgpu::Sampler,
-    /// Of the map of shadows.
+    /// Layout of the shadow map.
     pub(super) shade: wgpu::BindGroupLayout,
     pub(super) shade_sampler: wgpu::Sampler,
 }
 
-/// What a pipeline differs in.
+/// Differences between pipelines.
 struct Kind {
     label: &'static str,
     corner: &'static str,
-    /// None where nothing but the depth buffer is drawn into.
+    /// `None` if only the depth buffer is drawn.
     pixel: Option<&'static str>,
     samples: u32,
-    /// Whether it hides what is behind.
+    /// Whether it hides the surfaces behind.
     hides: bool,
 }
 
@@ -68,7 +70,7 @@ impl Pipelines {
             bind_group_layouts: &[Some(&camera), Some(&image), Some(&shade)],
             immediate_size: 0,
         });
-        // Distances and numbers take nothing from an image.
+        // Distances and segmentation need no image.
         let bare = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some("exact"),
             bind_group_layouts: &[Some(&camera)],
@@ -173,13 +175,13 @@ fn shade_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     })
 }
 
-/// Compares before it smooths.
+/// Returns a sampler that compares before it filters.
 fn shade_sampler(device: &wgpu::Device) -> wgpu::Sampler {
     device.create_sampler(&wgpu::SamplerDescriptor {
         label: Some("shadow"),
         mag_filter: wgpu::FilterMode::Linear,
         min_filter: wgpu::FilterMode::Linear,
-        // Lit is what is at least as near to the light as what the map has.
+        // A surface is lit if it is at least as near to the light as the map's depth.
         compare: Some(wgpu::CompareFunction::GreaterEqual),
         ..wgpu::SamplerDescriptor::default()
     })
@@ -197,7 +199,7 @@ fn sampler(device: &wgpu::Device) -> wgpu::Sampler {
     })
 }
 
-/// Both sides of a triangle are drawn: shells of one layer are common, and files wind them either way.
+/// Draws both sides of triangles: single-layer shells are common, and files wind them either way.
 fn pipeline(
     device: &wgpu::Device,
     layout: &wgpu::PipelineLayout,
@@ -236,7 +238,7 @@ fn pipeline(
         depth_stencil: Some(wgpu::DepthStencilState {
             format: BUFFERED_DEPTH,
             depth_write_enabled: Some(kind.hides),
-            // Reversed, which keeps what is far apart as well as what is near.
+            // Reversed depth, which is as precise for far surfaces as for near ones.
             depth_compare: Some(wgpu::CompareFunction::Greater),
             stencil: wgpu::StencilState::default(),
             bias: wgpu::DepthBiasState::default(),

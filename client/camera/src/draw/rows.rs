@@ -1,4 +1,4 @@
-//! Where things are, as the GPU reads it: a row for each item and material, and which of them are drawn by one call.
+//! Rows of items and materials for the GPU, and the draw calls that cover them.
 
 use std::cmp::Reverse;
 use std::ops::Range;
@@ -10,50 +10,50 @@ use crate::scene::{Item, Scene};
 
 use super::pipelines::ITEM_BYTES;
 
-/// One call: neighbours in the rows with the same triangles.
+/// A draw call: neighbouring rows with the same triangles.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Drawn {
-    /// Any of the items.
+    /// Index of one of the items.
     pub(super) item: usize,
     pub(super) part: usize,
     pub(super) rows: Range<u32>,
 }
 
-/// Of one picture; its memory is kept for the next one.
+/// Rows of one picture; their memory is reused for the next one.
 #[derive(Debug, Default)]
 pub(super) struct Rows {
     bytes: Vec<u8>,
-    /// Those that hide what is behind first.
+    /// Opaque ones come first.
     drawn: Vec<Drawn>,
     opaque: usize,
     order: Vec<Entry>,
 }
 
-/// A part of an item that may be seen.
+/// A part of an item that may be visible.
 #[derive(Clone, Copy, Debug)]
 struct Entry {
     item: usize,
     part: usize,
     is_translucent: bool,
-    /// Of translucent ones: how far away, as bits that sort as the number does.
+    /// For translucent parts: their distance, as bits that sort like the number.
     depth: u64,
-    /// Of the surface: those of one are drawn together.
+    /// Identity of the surface: parts of the same surface are drawn together.
     surface: usize,
 }
 
 impl Rows {
-    /// Takes those items of a scene that may be seen. Translucent ones come after the others, the farthest first.
+    /// Takes the items of a scene that may be visible. Translucent ones come last, the farthest first.
     pub(super) fn fill(&mut self, scene: &Scene) {
         let bounds = Bounds::new(scene.projection);
         self.fill_with(scene, |center, radius, _| bounds.may_show(center, radius));
     }
 
-    /// Takes those that cast shadows, wherever they are.
+    /// Takes the items that cast shadows, wherever they are.
     pub(super) fn fill_casters(&mut self, scene: &Scene, casts: fn(&Item) -> bool) {
         self.fill_with(scene, |_, _, item| casts(item));
     }
 
-    /// Takes items by the balls about them, in the camera's frame.
+    /// Takes items by their bounding balls, in the camera's frame.
     fn fill_with(&mut self, scene: &Scene, takes: impl Fn(DVec3, f64, &Item) -> bool) {
         self.bytes.clear();
         self.drawn.clear();
@@ -87,17 +87,17 @@ impl Rows {
         self.order = order;
     }
 
-    /// Those that hide what is behind.
+    /// Returns the opaque ones.
     pub(super) fn opaque(&self) -> &[Drawn] {
         self.drawn.get(..self.opaque).unwrap_or_default()
     }
 
-    /// Those that do not, the farthest first.
+    /// Returns the translucent ones, the farthest first.
     pub(super) fn translucent(&self) -> &[Drawn] {
         self.drawn.get(self.opaque..).unwrap_or_default()
     }
 
-    /// For the GPU.
+    /// Returns the bytes for the GPU.
     pub(super) fn bytes(&self) -> &[u8] {
         &self.bytes
     }
@@ -116,7 +116,7 @@ impl Rows {
         }
     }
 
-    /// Appends a row, and gives its number.
+    /// Appends a row, and returns its number.
     fn write(&mut self, item: &Item, part: usize, camera_from_mesh: DAffine3) -> u32 {
         let row = u32::try_from(self.bytes.len() as u64 / ITEM_BYTES).unwrap_or(u32::MAX);
         let linear = camera_from_mesh.matrix3.transpose();
@@ -138,11 +138,11 @@ impl Rows {
     }
 }
 
-/// A ball about an item, in some frame.
+/// Returns the bounding ball of an item, in a frame.
 pub(super) fn ball_of(item: &Item, frame_from_world: &DAffine3) -> (DVec3, f64) {
     let frame_from_mesh = *frame_from_world * item.world_from_mesh;
     let matrix = frame_from_mesh.matrix3;
-    // No direction is stretched by more than the Frobenius norm.
+    // The Frobenius norm bounds the stretch in every direction.
     let stretch =
         (matrix.x_axis.length_squared() + matrix.y_axis.length_squared() + matrix.z_axis.length_squared())
             .sqrt();
@@ -150,35 +150,36 @@ pub(super) fn ball_of(item: &Item, frame_from_world: &DAffine3) -> (DVec3, f64) 
     (center, stretch * item.surface.radius)
 }
 
-/// Whether any part of it hides what is behind.
+/// Returns whether any part of it hides the surfaces behind.
 pub(super) fn hides(item: &Item) -> bool {
     (0..item.surface.parts.len()).any(|part| !shows_through(item, part))
 }
 
-/// The part's own colour, else the item's.
+/// Returns the part's own colour, or the item's.
 fn color_of(item: &Item, part: usize) -> Option<[f32; 4]> {
     item.surface.parts.get(part).map(|part| part.color.unwrap_or(item.color))
 }
 
-/// Whether what is behind is seen through it.
+/// Returns whether surfaces behind it are visible through it.
 fn shows_through(item: &Item, part: usize) -> bool {
     let has_holes = item.surface.parts.get(part).is_some_and(|part| part.is_translucent);
     has_holes || color_of(item, part).is_some_and(|[.., alpha]| alpha < 1.0)
 }
 
-/// Normals are turned by the transpose of the inverse, so that they stay upright on what is stretched; of what is flattened,
-/// by the matrix itself.
+/// Returns the matrix for normals: the transpose of the inverse, which keeps them perpendicular on stretched
+/// surfaces. For flattened ones, returns the matrix itself.
 fn turn_of_normals(matrix: DMat3) -> DMat3 {
     let turn = matrix.inverse().transpose();
     if turn.is_finite() { turn } else { matrix }
 }
 
-/// The planes that bound what a camera sees, in its frame: what is seen has `n . x + d` of at least 0 for each.
+/// Planes that bound the camera's view, in its frame: visible points have `n . x + d` of at least 0 for each.
 #[derive(Debug)]
 struct Bounds([(DVec3, f64); 6]);
 
 impl Bounds {
-    /// From the rows of the projection (Gribb and Hartmann, *Fast extraction of viewing frustum planes*, 2001).
+    /// Computes them from the rows of the projection (Gribb and Hartmann, *Fast extraction of viewing frustum
+    /// planes*, 2001).
     fn new(projection: DMat4) -> Self {
         let rows = projection.transpose();
         let (x, y, z, w) = (rows.x_axis, rows.y_axis, rows.z_axis, rows.w_axis);
@@ -189,7 +190,8 @@ impl Bounds {
         }))
     }
 
-    /// Whether a part of a ball may be seen. A plane that is none (as the far one of an endless projection) bounds nothing.
+    /// Returns whether a part of a ball may be visible. A degenerate plane, such as the far one of an endless
+    /// projection, bounds nothing.
     fn may_show(&self, center: DVec3, radius: f64) -> bool {
         self.0.iter().all(|(normal, shift)| {
             let distance = normal.dot(center) + shift;
@@ -225,7 +227,7 @@ mod tests {
     #[test]
     fn normals_of_what_is_stretched_stay_upright() {
         let matrix = DMat3::from_diagonal(DVec3::new(2.0, 1.0, 1.0));
-        // Of the plane x + y = 1, which becomes x / 2 + y = 1.
+        // The normal of the plane x + y = 1, which becomes x / 2 + y = 1.
         let normal = (turn_of_normals(matrix) * DVec3::new(1.0, 1.0, 0.0)).normalize();
         assert!(normal.distance(DVec3::new(0.5, 1.0, 0.0).normalize()) < 1e-12);
         let flat = DMat3::from_diagonal(DVec3::new(1.0, 1.0, 0.0));

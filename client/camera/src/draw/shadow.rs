@@ -1,5 +1,5 @@
-//! Shadows of the directional light: which part of a scene is looked at from there, and the map of what is nearest to the light
-//! (Williams, *Casting curved shadows on curved surfaces*, 1978).
+//! Shadows of the directional light: the part of a scene that the light sees, and the shadow map of its
+//! nearest surfaces. Source: Williams, *Casting curved shadows on curved surfaces*, 1978.
 
 use glamx::{DAffine3, DMat4, DQuat, DVec3, DVec4};
 
@@ -12,30 +12,30 @@ use super::{DrawError, bring_rows, draw_rows, far, items_buffer};
 
 /// Pixels of a side of the map.
 const SIDE: u32 = 2048;
-/// What is larger casts no shadow: planes, which would make the map too coarse for all else. Metres.
+/// Largest radius of items that cast shadows, metres. Planes would make the map too coarse for all others.
 const LARGEST: f64 = 500.0;
-/// The map is wider than what casts shadows by this part.
+/// Relative margin of the map around the items that cast shadows.
 const MARGIN: f64 = 0.01;
-/// Pixels of the map that its filter reaches, rounded up: surfaces are looked for so far above themselves, or they would shade
-/// themselves.
+/// Reach of the map's filter in pixels, rounded up. Surfaces are looked up this far above themselves, or they
+/// would shade themselves.
 const REACH: f64 = 2.5;
-/// Metres beside that, against rounding.
+/// Additional distance against rounding, metres.
 const LEAST_SHIFT: f64 = 1e-4;
 
-/// What the light sees.
+/// View of the light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct LightView {
-    /// From the camera's axes to x and y of -1 to 1, and a depth of 1 next to the light and 0 away from it.
+    /// Maps the camera's axes to x and y of -1 to 1. The depth is 1 next to the light and 0 away from it.
     pub(super) map_from_camera: DMat4,
-    /// Metres above a surface at which it is looked for.
+    /// Metres above a surface at which the map is looked up.
     pub(super) shift: f64,
 }
 
-/// The map, and what is drawn into it. Its memory is taken with the first shadow that is asked for.
+/// The shadow map, with its rows. Its memory is allocated with the first shadow.
 #[derive(Debug)]
 pub(super) struct Shadows {
     map: Option<(wgpu::TextureView, wgpu::BindGroup)>,
-    /// Instead of the map where there is no shadow.
+    /// Replaces the map if there is no shadow.
     none: wgpu::BindGroup,
     rows: Rows,
     items: wgpu::Buffer,
@@ -47,7 +47,7 @@ impl Shadows {
         Self { map: None, none, rows: Rows::default(), items: items_buffer(gpu, 4) }
     }
 
-    /// Makes ready what casts shadows in a scene; `None` where none is asked for, or none falls on what is seen.
+    /// Prepares the items that cast shadows; `None` if no shadows are requested, or none is visible.
     ///
     /// # Errors
     /// Returns an error if the GPU has no room for it.
@@ -67,7 +67,7 @@ impl Shadows {
         Ok(Some(view))
     }
 
-    /// What colours are drawn with.
+    /// Returns the bind group for drawing colours.
     pub(super) fn group(&self, is_shaded: bool) -> &wgpu::BindGroup {
         self.map.as_ref().filter(|_| is_shaded).map_or(&self.none, |(_, group)| group)
     }
@@ -94,13 +94,13 @@ impl Shadows {
         draw_rows(&mut pass, &self.items, scene, self.rows.opaque(), None);
     }
 
-    /// Gives the map's memory back.
+    /// Releases the map's memory.
     pub(super) fn clear(&mut self) {
         self.map = None;
     }
 }
 
-/// A map of so many pixels a side, and the group that colours are drawn with.
+/// Returns a map with `side` pixels a side, and its bind group for drawing colours.
 fn map(gpu: &Gpu, pipelines: &Pipelines, side: u32) -> (wgpu::TextureView, wgpu::BindGroup) {
     let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
         label: Some("shadow"),
@@ -127,23 +127,24 @@ fn map(gpu: &Gpu, pipelines: &Pipelines, side: u32) -> (wgpu::TextureView, wgpu:
     (view, group)
 }
 
-/// Whether it can keep light from others.
+/// Returns whether it can cast shadows.
 fn casts(item: &Item) -> bool {
     let (_, radius) = ball_of(item, &DAffine3::IDENTITY);
     hides(item) && radius > 0.0 && radius <= LARGEST
 }
 
-/// From the light to all that casts shadows, as far as what is seen may lie in them; `None` where nothing does.
+/// Returns the light's view of all items that cast shadows, limited to the visible region; `None` if there
+/// are none.
 fn light_view(scene: &Scene) -> Option<LightView> {
     let towards = scene.light.direction.normalize_or(DVec3::Z);
-    // With z towards the light.
+    // Its z axis points towards the light.
     let light_from_world = DAffine3::from_quat(DQuat::from_rotation_arc(towards, DVec3::Z));
     let (mut least, mut most) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     for item in scene.items.iter().filter(|item| casts(item)) {
         let (center, radius) = ball_of(item, &light_from_world);
         (least, most) = (least.min(center - radius), most.max(center + radius));
     }
-    // Light falls along z: beside what is seen no shadow is of interest, but nothing is too high or too low.
+    // Light falls along z: shadows beside the visible region do not matter, but casters may be at any height.
     if let Some((seen_least, seen_most)) = seen(scene, &light_from_world) {
         least = seen_least.with_z(least.z).max(least);
         most = seen_most.with_z(most.z).min(most);
@@ -166,7 +167,7 @@ fn light_view(scene: &Scene) -> Option<LightView> {
     map_from_camera.is_finite().then_some(LightView { map_from_camera, shift: REACH * pixel + LEAST_SHIFT })
 }
 
-/// The bounds of what the camera sees, in the light's axes; `None` where it sees endlessly far.
+/// Returns the bounds of the camera's view, in the light's axes; `None` if the view is endless.
 fn seen(scene: &Scene, light_from_world: &DAffine3) -> Option<(DVec3, DVec3)> {
     let world_from_clip = (scene.projection * scene.view).inverse();
     let (mut least, mut most) = (DVec3::INFINITY, DVec3::NEG_INFINITY);

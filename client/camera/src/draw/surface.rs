@@ -6,13 +6,13 @@ use crate::scene::{Image, Mesh, Vertex};
 use super::DrawError;
 use super::pipelines::{CORNER_BYTES, Pipelines};
 
-/// A mesh that the GPU has. It goes from there with the last item that shows it.
+/// A mesh on the GPU. It is released with the last item that uses it.
 #[derive(Debug)]
 pub(crate) struct Surface {
     pub(super) vertices: wgpu::Buffer,
     pub(super) indices: wgpu::Buffer,
     pub(super) parts: Vec<SurfacePart>,
-    /// The ball about all corners, in the mesh's frame.
+    /// Centre of the ball about all vertices, in the mesh's frame.
     pub(super) center: [f64; 3],
     pub(super) radius: f64,
     bytes: u64,
@@ -23,16 +23,16 @@ pub(crate) struct Surface {
 pub(super) struct SurfacePart {
     pub(super) first: u32,
     pub(super) count: u32,
-    /// `None`: as the item says.
+    /// `None`: the item's colour.
     pub(super) color: Option<[f32; 4]>,
-    /// `None`: that of plain white.
+    /// `None`: plain white.
     pub(super) image: Option<wgpu::BindGroup>,
-    /// Its image lets through what is behind, at least somewhere.
+    /// Whether its image is transparent anywhere.
     pub(super) is_translucent: bool,
 }
 
 impl Surface {
-    /// Brings a mesh to the GPU.
+    /// Uploads a mesh to the GPU.
     pub(super) fn new(gpu: &Gpu, pipelines: &Pipelines, mesh: &Mesh) -> Result<Self, DrawError> {
         let wanted = CORNER_BYTES * mesh.vertices.len() as u64;
         let most = gpu.limits.max_buffer_size;
@@ -73,13 +73,13 @@ impl Surface {
         })
     }
 
-    /// Bytes that it takes on the GPU.
+    /// Returns the bytes that it takes on the GPU.
     pub(crate) fn bytes(&self) -> u64 {
         self.bytes
     }
 }
 
-/// A group of an image with the sampler.
+/// Returns a bind group of an image with the sampler.
 pub(super) fn texture(gpu: &Gpu, pipelines: &Pipelines, image: &Image) -> wgpu::BindGroup {
     let most = gpu.limits.max_texture_dimension_2d;
     let mut level = Level { width: image.width, height: image.height, rgba: image.rgba.clone() };
@@ -119,7 +119,7 @@ pub(super) fn texture(gpu: &Gpu, pipelines: &Pipelines, image: &Image) -> wgpu::
     })
 }
 
-/// An image and what it becomes from afar, so that far surfaces do not flicker.
+/// A mipmap level of an image, so that far surfaces do not flicker.
 struct Level {
     width: u32,
     height: u32,
@@ -127,7 +127,8 @@ struct Level {
 }
 
 impl Level {
-    /// Means of two by two pixels; of an odd row or column the last one is left out, unless it is the only one.
+    /// Averages two by two pixels. The last pixel of an odd row or column is left out, unless it is the only
+    /// one.
     fn half(&self) -> Self {
         let (width, height) = ((self.width / 2).max(1), (self.height / 2).max(1));
         let at = |x: u32, y: u32, part: usize| {
@@ -152,7 +153,7 @@ impl Level {
     }
 }
 
-/// Whether something is seen through it.
+/// Returns whether any pixel is transparent.
 fn has_holes(image: &Image) -> bool {
     image.rgba.iter().skip(3).step_by(4).any(|alpha| *alpha < u8::MAX)
 }
@@ -160,7 +161,7 @@ fn has_holes(image: &Image) -> bool {
 fn buffer(gpu: &Gpu, label: &str, usage: wgpu::BufferUsages, bytes: &[u8]) -> wgpu::Buffer {
     let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
         label: Some(label),
-        // A buffer of nothing is refused.
+        // Empty buffers are refused.
         size: (bytes.len() as u64).max(4),
         usage: usage | wgpu::BufferUsages::COPY_DST,
         mapped_at_creation: false,
@@ -171,7 +172,7 @@ fn buffer(gpu: &Gpu, label: &str, usage: wgpu::BufferUsages, bytes: &[u8]) -> wg
     buffer
 }
 
-/// About the middle of the bounds.
+/// Returns a ball about the middle of the bounds.
 fn ball(vertices: &[Vertex]) -> ([f64; 3], f64) {
     let (mut least, mut most) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for vertex in vertices {

@@ -1,15 +1,15 @@
-//! What is drawn into, and how it comes back. Both are kept for the next picture of the same size.
+//! Render targets, and their readback. Both are kept for the next picture of the same size.
 
 use crate::gpu::{Gpu, SAMPLES};
 
 use super::pipelines::{BUFFERED_DEPTH, COLOR, DISTANCE, NUMBER};
 
-/// Pixels of the largest picture whose edges are smoothed: four samples of more would fill a small GPU.
+/// Pixels of the largest picture with smoothed edges: more would fill a small GPU with four samples each.
 const MOST_SMOOTHED: u64 = 2048 * 2048;
-/// Bytes that are kept for sizes that were drawn before.
+/// Maximum bytes that are kept for earlier sizes.
 const MOST_KEPT: u64 = 128 << 20;
 
-/// For pictures of one size.
+/// Targets of pictures of one size.
 #[derive(Debug)]
 pub(super) struct Targets {
     pub(super) width: u32,
@@ -18,17 +18,17 @@ pub(super) struct Targets {
     pub(super) exact: Option<ExactTargets>,
 }
 
-/// For colours.
+/// Targets of colours.
 #[derive(Debug)]
 pub(super) struct ColorTargets {
-    /// With several samples a pixel, where edges are smoothed.
+    /// Texture with several samples per pixel, if edges are smoothed.
     pub(super) smooth: Option<wgpu::TextureView>,
     pub(super) view: wgpu::TextureView,
     pub(super) depth: wgpu::TextureView,
     pub(super) back: Readback,
 }
 
-/// For distances and numbers.
+/// Targets of distances and segmentation.
 #[derive(Debug)]
 pub(super) struct ExactTargets {
     pub(super) distance_view: wgpu::TextureView,
@@ -38,21 +38,21 @@ pub(super) struct ExactTargets {
     pub(super) number: Readback,
 }
 
-/// A texture of 4 bytes a pixel, and the memory that it is copied to.
+/// A texture of 4 bytes per pixel, and the buffer that it is copied to.
 #[derive(Debug)]
 pub(super) struct Readback {
     texture: wgpu::Texture,
     buffer: wgpu::Buffer,
-    /// In the buffer; a multiple of 256.
+    /// Bytes of a row in the buffer; a multiple of 256.
     row_bytes: u32,
 }
 
-/// Those that were used last, the newest first.
+/// Targets by their last use, the newest first.
 #[derive(Debug, Default)]
 pub(super) struct KeptTargets(Vec<Targets>);
 
 impl KeptTargets {
-    /// Those of a size; what is missing of them is made.
+    /// Returns the targets of a size; makes missing ones.
     pub(super) fn of_size(
         &mut self,
         gpu: &Gpu,
@@ -78,11 +78,11 @@ impl KeptTargets {
             bytes <= MOST_KEPT
         });
         self.0.insert(0, targets);
-        // There is one: it was put in above.
+        // Never empty: the targets were inserted above.
         &self.0[0]
     }
 
-    /// Forgets all, which gives the memory back.
+    /// Releases all targets.
     pub(super) fn clear(&mut self) {
         self.0.clear();
     }
@@ -141,7 +141,7 @@ impl Readback {
         Self { texture: texture(gpu, format, width, height, 1, usage), buffer, row_bytes }
     }
 
-    /// Copies what was drawn, after it was.
+    /// Copies the drawn picture to the buffer.
     pub(super) fn copy(&self, encoder: &mut wgpu::CommandEncoder) {
         let layout = wgpu::TexelCopyBufferLayout {
             offset: 0,
@@ -152,13 +152,13 @@ impl Readback {
         encoder.copy_texture_to_buffer(self.texture.as_image_copy(), to, self.texture.size());
     }
 
-    /// Asks for the memory; the device is to be polled before it is read.
+    /// Requests the mapping of the buffer; the device must be polled before it is read.
     pub(super) fn ask(&self) {
-        // What goes wrong is found by who reads it.
+        // The reader detects failures.
         self.buffer.map_async(wgpu::MapMode::Read, .., |_| {});
     }
 
-    /// Gives each row of the picture to `take`, without what fills it up. False where the memory did not come.
+    /// Passes each row of the picture to `take`, without padding. Returns false if the mapping failed.
     pub(super) fn read(&self, mut take: impl FnMut(&[u8])) -> bool {
         let Ok(mapped) = self.buffer.get_mapped_range(..) else {
             self.buffer.unmap();

@@ -1,4 +1,4 @@
-//! Small scenes with known answers, drawn by whatever Vulkan device is here: Mesa's in software will do.
+//! Small scenes with known results, drawn by any Vulkan device: Mesa's software renderer suffices.
 
 use std::sync::Arc;
 
@@ -21,7 +21,7 @@ fn item(surface: &Arc<Surface>, at: DVec3, id: u32) -> Item {
     Item { surface: Arc::clone(surface), world_from_mesh: DAffine3::from_translation(at), color: BOX, id }
 }
 
-/// From the origin along -z, with a light from behind the camera.
+/// Returns a scene seen from the origin along -z, with a light from behind the camera.
 fn scene(items: Vec<Item>) -> Scene {
     Scene {
         width: SIDE,
@@ -42,7 +42,7 @@ fn scene(items: Vec<Item>) -> Scene {
     }
 }
 
-/// Of a plane with 4 bytes a pixel.
+/// Returns a pixel of a plane with 4 bytes per pixel.
 fn word(plane: &Option<Vec<u8>>, x: u32, y: u32) -> [u8; 4] {
     let index = 4 * (y * SIDE + x) as usize;
     plane.as_ref().unwrap()[index..index + 4].try_into().unwrap()
@@ -72,7 +72,7 @@ fn a_box_has_its_distance_its_number_and_its_colour_and_all_else_the_background(
     let mut renderer = renderer();
     let surface = Arc::new(renderer.upload(&primitives::cube()).unwrap());
     let picture = renderer.draw(&scene(vec![item(&surface, DVec3::new(0.0, 0.0, -3.0), 7)])).unwrap();
-    // The face is 2.5 m ahead and 1 m wide: of a field of 5 m a fifth, from pixel 25.6 to 38.4.
+    // The face is 2.5 m ahead and 1 m wide: a fifth of the 5 m wide view, from pixel 25.6 to 38.4.
     for (x, y) in [(27, 27), (32, 32), (37, 37), (27, 37)] {
         assert!((depth(&picture, x, y) - 2.5).abs() < 1e-5, "{}", depth(&picture, x, y));
         assert_eq!(id(&picture, x, y), 7);
@@ -135,7 +135,7 @@ fn what_is_translucent_shows_what_is_behind_and_is_measured_itself() {
     let behind = Item { color: [1.0, 0.0, 0.0, 1.0], ..item(&surface, DVec3::new(0.0, 0.0, -5.0), 2) };
     let none = Item { color: [1.0; 4].map(|_| 0.0), ..item(&surface, DVec3::new(0.0, 0.0, -1.8), 3) };
     let picture = renderer.draw(&scene(vec![glass, behind, none])).unwrap();
-    // Front and back of the glass are seen, both lit: a quarter is left of what is behind.
+    // Front and back of the glass are both visible and lit: a quarter of the colour behind remains.
     let [red, green, _] = color(&picture, 32, 32);
     assert!(red.abs_diff(48) <= 2 || red.abs_diff(96) <= 2, "{red}");
     assert!(green > 90, "{green}");
@@ -170,7 +170,7 @@ fn the_ground_is_measured_to_a_tenth_of_a_millimetre() {
     let mut renderer = renderer();
     let surface = Arc::new(renderer.upload(&primitives::plane()).unwrap());
     let mut scene = scene(vec![item(&surface, DVec3::ZERO, 1)]);
-    // 1.5 m above it, looking 45 degrees down.
+    // The camera is 1.5 m above it, looking 45 degrees down.
     let eye = DVec3::new(3.0, -2.0, 1.5);
     let world_from_camera =
         DAffine3::from_rotation_translation(DQuat::from_rotation_x(std::f64::consts::FRAC_PI_4), eye);
@@ -199,7 +199,8 @@ fn a_parallel_projection_has_depth_too() {
     assert_near(color(&picture, 32, 32), [0.75, 0.375, 0.1875]);
 }
 
-/// A wall 10 m ahead and a box of 1 m half way there, with light from aside: the box's shadow lies on the wall from x = -6 m to -4 m.
+/// A wall 10 m ahead and a box of 1 m half way there, with light from the side. The box's shadow lies on the
+/// wall from x = -6 m to -4 m.
 #[test]
 fn what_is_in_the_shadow_of_another_has_the_ambient_light_alone() {
     for smooths in [true, false] {
@@ -218,7 +219,7 @@ fn what_is_in_the_shadow_of_another_has_the_ambient_light_alone() {
         // A pixel of the wall is 5 / 16 m.
         assert_near(color(&shaded, 16, 32), [0.5, 0.25, 0.125]);
         assert_near(color(&bright, 16, 32), lit);
-        // On the box, on the wall beside it, and on the wall beyond the shadow: nothing shades itself.
+        // On the box, on the wall beside it, and on the wall beyond the shadow: no surface shades itself.
         for (x, y) in [(32, 32), (48, 32), (8, 32), (24, 32), (16, 28), (16, 36)] {
             assert_near(color(&shaded, x, y), lit);
         }
@@ -229,13 +230,14 @@ fn what_is_in_the_shadow_of_another_has_the_ambient_light_alone() {
     }
 }
 
-/// A plane is too large for the map of shadows, and lies below all that is in it.
+/// A plane is too large for the shadow map, and lies below all items in it.
 #[test]
 fn the_ground_takes_shadows_and_what_is_beside_the_picture_casts_them() {
     let mut renderer = renderer();
     let ground = Arc::new(renderer.upload(&primitives::plane()).unwrap());
     let ball = Arc::new(renderer.upload(&primitives::ball(64)).unwrap());
-    // From above, 20 m wide, with a ball of 1 m out of sight on the left whose shadow falls 3 m to the right of it.
+    // Seen from above, 20 m wide, with a ball of 1 m out of sight on the left. Its shadow falls 3 m to the
+    // right of it.
     let mut scene = scene(vec![item(&ground, DVec3::ZERO, 1), item(&ball, DVec3::new(-12.0, 0.0, 3.0), 2)]);
     scene.view = DMat4::from_translation(DVec3::new(0.0, 0.0, -20.0));
     scene.projection = opengl::orthographic(-10.0, 10.0, -10.0, 10.0, 0.1, 100.0);
