@@ -1,10 +1,12 @@
-//! [MCAP](https://mcap.dev/spec), the container of robot recordings: as much of it as simd writes, and as it takes to read
-//! that back from an untrusted file.
+//! [MCAP](https://mcap.dev/spec), the container format of robot recordings: the parts that simd writes, and a
+//! reader of these for untrusted files.
 //!
-//! * [`Writer`]: chunks compressed with LZ4, each whole in the file once it is flushed; indexes and statistics at the end.
-//! * [`Reader`]: from the first byte to the last, within [`ReadLimits`], also where the file ends early.
+//! * [`Writer`]: chunks compressed with LZ4, each complete in the file once it is flushed; indexes and
+//!   statistics at the end.
+//! * [`Reader`]: reads from the first byte to the last, within [`ReadLimits`], including files that end
+//!   early.
 //!
-//! Not here: attachments, compression with zstd, and reading by an index.
+//! Not supported: attachments, compression with zstd, and reading by an index.
 
 mod read;
 mod record;

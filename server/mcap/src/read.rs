@@ -1,5 +1,5 @@
-//! Reads a file from its first byte to its last. Nothing in it is trusted: what it takes in memory is bounded before it is
-//! taken, and a file that was not completed is read as far as it goes.
+//! Reads a file from its first byte to its last. Its contents are not trusted: memory is bounded before it is
+//! allocated. An incomplete file is read up to its end.
 
 use std::collections::BTreeMap;
 use std::io::{self, Read};
@@ -9,7 +9,7 @@ use lz4_flex::frame::FrameDecoder;
 
 use crate::record::{Fields, LZ4, MAGIC, op};
 
-/// What a file must stay within.
+/// Limits of a file.
 #[derive(Clone, Copy, Debug)]
 pub struct ReadLimits {
     /// Bytes of one record.
@@ -21,108 +21,108 @@ pub struct ReadLimits {
 }
 
 impl Default for ReadLimits {
-    /// Many times of what is written.
+    /// Limits far above what the writer writes.
     fn default() -> Self {
         Self { record: 32 << 20, chunk: 64 << 20, definitions: 16 << 20 }
     }
 }
 
-/// Why a file cannot be read on.
+/// Reason why a file cannot be read further.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// It is another kind of file.
     #[error("it does not begin as a file of MCAP")]
     NotMcap,
-    /// It was not completed, or lost its end.
+    /// It was not completed, or its end is lost.
     #[error("it ends at byte {at}, before it is complete")]
     EndsEarly {
-        /// Where the last whole record ends.
+        /// End of the last whole record.
         at: u64,
     },
-    /// What is there cannot be.
+    /// Its contents are invalid.
     #[error("it is damaged at byte {at}: {what}")]
     Damaged {
-        /// Where the record begins, or the chunk that it is in.
+        /// Beginning of the record, or of its chunk.
         at: u64,
-        /// "the checksum of a chunk is wrong".
+        /// For instance "the checksum of a chunk is wrong".
         what: String,
     },
-    /// More than it may have.
+    /// A size is above its limit.
     #[error("at byte {at}, {what} would be {value} bytes, and the limit is {limit}")]
     TooLarge {
-        /// Where the record begins.
+        /// Beginning of the record.
         at: u64,
-        /// "a chunk".
+        /// For instance "a chunk".
         what: &'static str,
-        /// What it would be.
+        /// Size in the file.
         value: u64,
-        /// What it may be.
+        /// Limit.
         limit: usize,
     },
-    /// The system does not give it.
+    /// The system failed to read it.
     #[error("it cannot be read: {0}")]
     Io(io::Error),
 }
 
-/// How the messages of a channel are to be read.
+/// Format of a channel's messages.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Schema {
     /// For instance `sensor_msgs/msg/JointState`.
     pub name: String,
     /// For instance `ros2msg`.
     pub encoding: String,
-    /// In that encoding.
+    /// Contents in that encoding.
     pub data: Vec<u8>,
 }
 
-/// Where messages belong.
+/// A channel of messages.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Channel {
-    /// Its number.
+    /// Number of the channel.
     pub id: u16,
     /// For instance `/joint_states`.
     pub topic: String,
     /// For instance `cdr`.
     pub encoding: String,
-    /// Anything more.
+    /// Further metadata.
     pub metadata: BTreeMap<String, String>,
-    /// None where the file has none.
+    /// `None` if the file has none.
     pub schema: Option<Arc<Schema>>,
 }
 
-/// What comes next in a file.
+/// Next item of a file.
 #[derive(Debug)]
 pub enum Item<'r> {
     /// A message.
     Message {
-        /// Of which channel.
+        /// Channel of the message.
         channel: &'r Arc<Channel>,
         /// Nanoseconds since 1970.
         time: u64,
         /// In the channel's encoding.
         data: &'r [u8],
     },
-    /// What is said of the file.
+    /// Metadata of the file.
     Metadata {
-        /// What it is called.
+        /// Name of the record.
         name: String,
-        /// What is said.
+        /// Its entries.
         metadata: BTreeMap<String, String>,
     },
 }
 
-/// A file that is being read.
+/// Reader of a file.
 #[derive(Debug)]
 pub struct Reader<R> {
     input: R,
     limits: ReadLimits,
     /// Bytes that were read.
     position: u64,
-    /// Where the record that is being read begins.
+    /// Beginning of the present record.
     start: u64,
     record: Vec<u8>,
     chunk: Vec<u8>,
-    /// Where the next record in the chunk begins.
+    /// Beginning of the next record in the chunk.
     in_chunk: usize,
     schemas: BTreeMap<u16, Arc<Schema>>,
     channels: BTreeMap<u16, Arc<Channel>>,
@@ -135,7 +135,7 @@ pub struct Reader<R> {
 struct Found {
     channel: u16,
     time: u64,
-    /// Where its data begins.
+    /// Beginning of its data.
     data: usize,
     end: usize,
     is_in_chunk: bool,
@@ -145,7 +145,7 @@ impl<R: Read> Reader<R> {
     /// Begins with a file's first byte.
     ///
     /// # Errors
-    /// Returns an error if it is no file of MCAP.
+    /// Returns an error if it is no MCAP file.
     pub fn new(input: R, limits: ReadLimits) -> Result<Self, Error> {
         let mut reader = Self {
             input,
@@ -168,20 +168,20 @@ impl<R: Read> Reader<R> {
         }
     }
 
-    /// Bytes that were read.
+    /// Returns the number of bytes that were read.
     pub fn position(&self) -> u64 {
         self.position
     }
 
-    /// Whether the file was read to the end of its data, which it says itself.
+    /// Returns whether the file was read to its end-of-data record.
     pub fn is_complete(&self) -> bool {
         self.is_complete
     }
 
-    /// The next message, or what else there is; nothing more after the last.
+    /// Returns the next message or metadata; `None` after the last.
     ///
     /// # Errors
-    /// Returns an error if the file cannot be read on; then it never can.
+    /// Returns an error if the file cannot be read further; later calls fail too.
     #[expect(clippy::should_implement_trait, reason = "what it gives borrows from it")]
     pub fn next(&mut self) -> Result<Option<Item<'_>>, Error> {
         let found = loop {
@@ -198,7 +198,7 @@ impl<R: Read> Reader<R> {
             match opcode {
                 op::DATA_END => self.is_complete = true,
                 op::FOOTER => return Err(self.damaged("a footer comes before the end of the data")),
-                // Those from 0x80 on are for private use.
+                // Kinds from 0x80 on are for private use.
                 0 | 0x10..0x80 => return Err(self.damaged("there is no such kind of record")),
                 op::CHUNK => self.open_chunk()?,
                 op::METADATA => {
@@ -239,7 +239,7 @@ impl<R: Read> Reader<R> {
         Ok(())
     }
 
-    /// Into the record's memory, which grows as bytes come and not as the file claims.
+    /// Reads into the record's memory, which grows with the bytes and not with the claimed length.
     fn read_record(&mut self) -> Result<u8, Error> {
         self.start = self.position;
         let mut head = [0; 9];
@@ -279,7 +279,7 @@ impl<R: Read> Reader<R> {
         let mut chunk = std::mem::take(&mut self.chunk);
         let read = match compression {
             "" => records.take(size + 1).read_to_end(&mut chunk),
-            // One byte more than it says shows that it has more.
+            // Reads one byte more than the claimed size, to detect a larger chunk.
             LZ4 => FrameDecoder::new(records).take(size + 1).read_to_end(&mut chunk),
             other => {
                 let other: String = other.chars().take(40).collect();

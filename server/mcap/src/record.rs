@@ -1,11 +1,11 @@
-//! How records are laid out: little-endian numbers, and texts, lists and maps behind their length in bytes.
+//! Layout of records: little-endian numbers, and texts, lists and maps after their length in bytes.
 
 use std::collections::BTreeMap;
 
-/// What a file begins and ends with.
+/// First and last bytes of a file.
 pub(crate) const MAGIC: &[u8; 8] = b"\x89MCAP0\r\n";
 
-/// What kind of record follows.
+/// Kinds of records.
 pub(crate) mod op {
     pub(crate) const HEADER: u8 = 0x01;
     pub(crate) const FOOTER: u8 = 0x02;
@@ -22,10 +22,10 @@ pub(crate) mod op {
     pub(crate) const DATA_END: u8 = 0x0f;
 }
 
-/// The compression of chunks that are written.
+/// Compression of written chunks.
 pub(crate) const LZ4: &str = "lz4";
 
-/// A record that is put together.
+/// A record while it is built.
 #[derive(Debug, Default)]
 pub(crate) struct Builder(pub(crate) Vec<u8>);
 
@@ -50,7 +50,7 @@ impl Builder {
         self
     }
 
-    /// Behind their length in 32 bits. Nothing that is written is as long as that cannot say.
+    /// Appends bytes after their length in 32 bits. No written value is longer than that.
     pub(crate) fn bytes(self, bytes: &[u8]) -> Self {
         let mut this = self.u32(u32::try_from(bytes.len()).unwrap_or(u32::MAX));
         this.0.extend(bytes);
@@ -66,7 +66,7 @@ impl Builder {
         self.bytes(&entries.0)
     }
 
-    /// With what it is and how long.
+    /// Returns the record with its kind and length.
     pub(crate) fn record(self, opcode: u8) -> Vec<u8> {
         let mut record = Self::default().u8(opcode).u64(self.0.len() as u64).0;
         record.extend(self.0);
@@ -74,7 +74,7 @@ impl Builder {
     }
 }
 
-/// What is left of a record that is read; `None` where it ends too soon.
+/// Rest of a record while it is read; `None` if it ends too soon.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Fields<'a>(pub(crate) &'a [u8]);
 

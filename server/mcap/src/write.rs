@@ -7,31 +7,31 @@ use lz4_flex::frame::FrameEncoder;
 
 use crate::record::{Builder, LZ4, MAGIC, op};
 
-/// A chunk ends once it has so many bytes.
+/// Size in bytes at which a chunk ends.
 const CHUNK: usize = 1 << 20;
-/// Chunks of one file, each of which the index at the end has an entry of some hundred bytes for.
+/// Maximum number of chunks in a file: the index at the end has some hundred bytes for each.
 const MOST_CHUNKS: usize = 1_000_000;
 
-/// A file that is being written. What was flushed can be read whatever becomes of the rest.
+/// Writer of a file. Flushed data can be read even if the file is never completed.
 #[derive(Debug)]
 pub struct Writer<W> {
     out: W,
     /// Bytes that were written.
     written: u64,
-    /// Records of the chunk that is being filled.
+    /// Records of the current chunk.
     chunk: Vec<u8>,
-    /// Of its messages; `None` while it has none.
+    /// First and last time of its messages; `None` while it has none.
     times: Option<(u64, u64)>,
-    /// Of its messages, by channel: their times, and where they are in the chunk.
+    /// Messages of the chunk by channel: their times, and positions in the chunk.
     index: BTreeMap<u16, Vec<(u64, u64)>>,
-    /// Records, as they are in the chunks, for the end.
+    /// Records, as in the chunks, for the end.
     schemas: Vec<Vec<u8>>,
     channels: Vec<Vec<u8>>,
-    /// Of each channel.
+    /// Number of messages of each channel.
     messages: Vec<u64>,
     chunks: Vec<ChunkIndex>,
     metadata: Vec<(u64, u64, String)>,
-    /// Of all messages.
+    /// First and last time of all messages.
     span: Option<(u64, u64)>,
 }
 
@@ -40,7 +40,7 @@ struct ChunkIndex {
     times: (u64, u64),
     start: u64,
     length: u64,
-    /// Where the index of each channel's messages begins.
+    /// Beginning of the index of each channel's messages.
     indexes: BTreeMap<u16, u64>,
     indexes_length: u64,
     compressed: u64,
@@ -48,7 +48,7 @@ struct ChunkIndex {
 }
 
 impl<W: Write> Writer<W> {
-    /// Begins a file; `profile` says what kind of recording it is (`ros2`), `library` what wrote it.
+    /// Begins a file; `profile` is the kind of recording (`ros2`), `library` the writing program.
     ///
     /// # Errors
     /// Returns an error if it cannot be written.
@@ -77,20 +77,20 @@ impl<W: Write> Writer<W> {
         Ok(())
     }
 
-    /// Bytes that were written so far, without the chunk that is being filled.
+    /// Returns the bytes that were written so far, without the current chunk.
     pub fn written(&self) -> u64 {
         self.written
     }
 
-    /// Messages of each channel so far, by its number less 1.
+    /// Returns the number of messages of each channel so far, by its number less 1.
     pub fn messages(&self) -> &[u64] {
         &self.messages
     }
 
-    /// Adds a schema; gives its number. There may be 65,535.
+    /// Adds a schema; returns its number. The maximum is 65,535.
     ///
     /// # Errors
-    /// Returns an error if there are as many already.
+    /// Returns an error above the maximum.
     pub fn add_schema(&mut self, name: &str, encoding: &str, data: &[u8]) -> io::Result<u16> {
         let id = next_id(self.schemas.len(), "schemas")?;
         let record = Builder::default().u16(id).text(name).text(encoding).bytes(data).record(op::SCHEMA);
@@ -99,10 +99,10 @@ impl<W: Write> Writer<W> {
         Ok(id)
     }
 
-    /// Adds a channel; gives its number. `schema` 0 is none.
+    /// Adds a channel; returns its number. `schema` 0 is none.
     ///
     /// # Errors
-    /// Returns an error if there are 65,535 already.
+    /// Returns an error above the maximum of 65,535.
     pub fn add_channel(
         &mut self,
         schema: u16,
@@ -122,7 +122,7 @@ impl<W: Write> Writer<W> {
     /// Adds a message of a channel; `time` in nanoseconds since 1970.
     ///
     /// # Errors
-    /// Returns an error if there is no such channel, and where the chunk that it fills cannot be written.
+    /// Returns an error if there is no such channel, or if the chunk that it fills cannot be written.
     pub fn write(&mut self, channel: u16, time: u64, data: &[u8]) -> io::Result<()> {
         let count = channel.checked_sub(1).and_then(|index| self.messages.get_mut(usize::from(index)));
         let Some(count) = count else {
@@ -142,7 +142,7 @@ impl<W: Write> Writer<W> {
         if self.chunk.len() >= CHUNK { self.end_chunk() } else { Ok(()) }
     }
 
-    /// Writes what was added, so that it can be read whatever becomes of the rest.
+    /// Writes all that was added, so that it can be read even if the file is never completed.
     ///
     /// # Errors
     /// Returns an error if it cannot be written.
@@ -194,7 +194,7 @@ impl<W: Write> Writer<W> {
         Ok(())
     }
 
-    /// Adds what is said of the file.
+    /// Adds metadata of the file.
     ///
     /// # Errors
     /// Returns an error if it cannot be written.
@@ -205,7 +205,7 @@ impl<W: Write> Writer<W> {
         self.put(&record)
     }
 
-    /// Completes the file, and gives back what it was written to.
+    /// Completes the file, and returns its output.
     ///
     /// # Errors
     /// Returns an error if it cannot be written.
@@ -232,7 +232,7 @@ impl<W: Write> Writer<W> {
         }
         let offsets_start = summary_start + summary.len() as u64;
         groups.iter().for_each(|record| summary.extend(record));
-        // Its checksum is of the summary and of the footer up to here.
+        // The checksum covers the summary and the footer up to here.
         let footer = Builder::default().u8(op::FOOTER).u64(20).u64(summary_start).u64(offsets_start);
         summary.extend(footer.0);
         let checksum = crc32fast::hash(&summary);

@@ -1,22 +1,25 @@
-//! Plain CDR of XTypes 1.0, little-endian: the encoding that all `rmw` implementations use by default.
+//! Plain CDR of XTypes 1.0, little-endian: the default encoding of all `rmw` implementations.
 //!
-//! A payload is four bytes that name the encoding, then the fields one after the other. A number is aligned to its own size,
-//! counted from the byte after those four; a string is its length with the zero at its end, then its bytes; a sequence
-//! its length, then its elements; an array its elements.
+//! A payload is four bytes that name the encoding, then the fields in order.
+//!
+//! * A number is aligned to its own size, counted from the byte after those four.
+//! * A string is its length with the zero at its end, then its bytes.
+//! * A sequence is its length, then its elements.
+//! * An array is its elements.
 
-/// Names plain CDR, little-endian.
+/// Header of plain CDR, little-endian.
 pub const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
 
-/// How many bytes more than its message a payload may have: some writers pad it to a multiple of four.
+/// Maximum padding after a message: some writers pad payloads to a multiple of four.
 const MAX_PADDING: usize = 3;
 
-/// Why bytes are not the message that they should be.
+/// Reason why bytes are not a message of the expected type.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{path}: {what}")]
 pub struct Malformed {
-    /// Of the field, from the type on: `sensor_msgs/msg/JointState.position`.
+    /// Path of the field, from the type on: `sensor_msgs/msg/JointState.position`.
     pub path: String,
-    /// What is wrong there.
+    /// Fault of the field.
     pub what: String,
 }
 
@@ -25,7 +28,7 @@ impl Malformed {
         Self { path: String::new(), what: what.into() }
     }
 
-    /// The same fault, seen from what contains it.
+    /// Adds the name of the containing field or type.
     #[must_use]
     pub fn within(mut self, name: &str) -> Self {
         let dot = if self.path.is_empty() || self.path.starts_with('[') { "" } else { "." };
@@ -35,35 +38,36 @@ impl Malformed {
     }
 }
 
-/// Takes values, and has their bytes.
+/// Writes values as bytes.
 #[derive(Debug)]
 pub struct Writer<'a> {
     bytes: &'a mut Vec<u8>,
-    /// Where alignment is counted from.
+    /// Position from which alignment is counted.
     origin: usize,
 }
 
 impl<'a> Writer<'a> {
-    /// Appends a payload to what is there.
+    /// Appends a payload to `bytes`.
     pub fn new(bytes: &'a mut Vec<u8>) -> Self {
         bytes.extend_from_slice(&ENCAPSULATION);
         let origin = bytes.len();
         Self { bytes, origin }
     }
 
-    /// A number of as many bytes as its alignment.
+    /// Writes a number, aligned to its size.
     pub fn number<const N: usize>(&mut self, bytes: [u8; N]) {
         let past = self.bytes.len() - self.origin;
         self.bytes.resize(self.origin + past.next_multiple_of(N), 0);
         self.bytes.extend_from_slice(&bytes);
     }
 
-    /// The length of a sequence, or of a string with its zero. What would not fit in 32 bits does not fit in a message.
+    /// Writes the length of a sequence, or of a string with its zero. A length above 32 bits does not fit in
+    /// a message.
     pub fn length(&mut self, length: usize) {
         self.number(u32::try_from(length).unwrap_or(u32::MAX).to_le_bytes());
     }
 
-    /// Text, and the zero after it.
+    /// Writes a text, and the zero after it.
     pub fn text(&mut self, text: &str) {
         self.length(text.len() + 1);
         self.bytes.extend_from_slice(text.as_bytes());
@@ -71,7 +75,7 @@ impl<'a> Writer<'a> {
     }
 }
 
-/// Has untrusted bytes, and gives values.
+/// Reads values from untrusted bytes.
 #[derive(Debug)]
 pub struct Reader<'a> {
     body: &'a [u8],
@@ -79,14 +83,14 @@ pub struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    /// Of a payload.
+    /// Reads a payload.
     ///
     /// # Errors
     ///
-    /// If it is of another encoding.
+    /// Returns an error if it has another encoding.
     pub fn new(payload: &'a [u8]) -> Result<Self, Malformed> {
         match payload.split_first_chunk::<4>() {
-            // The last two bytes are options, which plain CDR has none of.
+            // The last two bytes are options, which plain CDR does not have.
             Some((&[0, 1, _, _], body)) => Ok(Self { body, at: 0 }),
             Some(([first, second, ..], _)) => Err(Malformed::new(format!(
                 "the encoding is {first:#04x} {second:#04x}, and only little-endian plain CDR, 0x00 0x01, is read"
@@ -108,23 +112,23 @@ impl<'a> Reader<'a> {
         Ok(taken)
     }
 
-    /// A number of as many bytes as its alignment. Padding is skipped, not looked at.
+    /// Reads a number, aligned to its size. Skips padding without a check.
     ///
     /// # Errors
     ///
-    /// If there are no more bytes.
+    /// Returns an error if no bytes are left.
     pub fn number<const N: usize>(&mut self) -> Result<[u8; N], Malformed> {
         self.at = self.at.next_multiple_of(N);
         let taken = self.take(N)?;
         <[u8; N]>::try_from(taken).map_err(|_| Malformed::new("bytes are missing"))
     }
 
-    /// The length of a sequence whose elements take at least `smallest` bytes each: no more than there can be, so that
-    /// memory may be taken for it.
+    /// Reads the length of a sequence whose elements take at least `smallest` bytes each. The rest of the
+    /// payload bounds the length, so that memory may be allocated for it.
     ///
     /// # Errors
     ///
-    /// If there are not that many.
+    /// Returns an error if the rest is too short.
     pub fn length(&mut self, smallest: usize) -> Result<usize, Malformed> {
         let length = u32::from_le_bytes(self.number()?) as usize;
         if length.saturating_mul(smallest) > self.left() {
@@ -136,11 +140,12 @@ impl<'a> Reader<'a> {
         Ok(length)
     }
 
-    /// Text, up to the zero after it.
+    /// Reads a text, up to the zero after it.
     ///
     /// # Errors
     ///
-    /// If it is longer than the bytes left, has no zero at its end or one before it, or is not UTF-8.
+    /// Returns an error if it is longer than the rest, has no zero at its end or one before it, or is not
+    /// UTF-8.
     pub fn text(&mut self) -> Result<&'a str, Malformed> {
         let length = u32::from_le_bytes(self.number()?) as usize;
         // Some writers leave out the zero of an empty string.
@@ -154,11 +159,11 @@ impl<'a> Reader<'a> {
         std::str::from_utf8(bytes).map_err(|_| Malformed::new("the text is not UTF-8"))
     }
 
-    /// A truth value.
+    /// Reads a boolean.
     ///
     /// # Errors
     ///
-    /// If it is neither 0 nor 1.
+    /// Returns an error if it is neither 0 nor 1.
     pub fn truth(&mut self) -> Result<bool, Malformed> {
         match self.number::<1>()? {
             [0] => Ok(false),
@@ -167,11 +172,11 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// That nothing follows but padding.
+    /// Checks that only padding follows.
     ///
     /// # Errors
     ///
-    /// If more does.
+    /// Returns an error if more follows.
     pub fn end(&self) -> Result<(), Malformed> {
         if self.left() > MAX_PADDING {
             return Err(Malformed::new(format!("{} bytes follow the message", self.left())));

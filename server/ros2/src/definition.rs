@@ -1,25 +1,26 @@
-//! The text of a type: its own fields, then those of each type in it, as `rosbag2` writes them beside messages.
+//! The text definition of a type: its own fields, then the fields of each type in it, as `rosbag2` writes
+//! them beside messages.
 
 use std::fmt::Write as _;
 
 use crate::message::{Base, Count, Description, FieldType};
 
-/// Between two types, as MCAP's registry of encodings says for `ros2msg`.
+/// Separator between two types, as MCAP's registry of encodings specifies for `ros2msg`.
 const SEPARATOR: &str = "================================================================================";
 
-/// A type and all that are in it, each once, in the order in which they are met.
+/// Returns the definition of a type and of all types in it, each once, in order of their first use.
 pub fn text(description: &Description) -> String {
     let mut met = Vec::new();
     collect(description, &mut met);
     let mut text = own(description);
     for other in met {
-        // Writing to a string does not fail.
+        // Writing to a string cannot fail.
         let _ = write!(text, "{SEPARATOR}\nMSG: {}\n{}", short(&other.name), own(other));
     }
     text
 }
 
-/// The types in one, without itself.
+/// Collects the types in a type, without itself.
 fn collect<'a>(description: &'a Description, met: &mut Vec<&'a Description>) {
     for (_, field) in &description.fields {
         if let Base::Message(inner) = &field.base
@@ -55,7 +56,7 @@ fn spelled(field: &FieldType) -> String {
     }
 }
 
-/// `geometry_msgs/Vector3` of `geometry_msgs/msg/Vector3`.
+/// Shortens `geometry_msgs/msg/Vector3` to `geometry_msgs/Vector3`.
 fn short(name: &str) -> String {
     name.replacen("/msg/", "/", 1)
 }

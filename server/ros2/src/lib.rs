@@ -1,10 +1,10 @@
-//! ROS 2 messages as bytes and as text, and the names that `rmw_zenoh` gives to what carries them. Does no IO of any
-//! kind: the caller has the network or the file.
+//! ROS 2 messages as bytes and as text, and the names that `rmw_zenoh` uses to carry them. Does no IO: the
+//! caller has the network or the file.
 //!
-//! * [`message`]: what a message, a service and a field are, and the macro that makes them.
-//! * [`messages`]: the types themselves, a module a ROS package.
-//! * [`cdr`]: how values become bytes and come back, as `rmw` implementations write them.
-//! * [`definition`]: the text of a type, as MCAP's `ros2msg` schemas have it.
+//! * [`message`]: traits of messages, services and fields, and the macro that declares them.
+//! * [`messages`]: the types, one module per ROS package.
+//! * [`cdr`]: encoding and decoding of values, as in `rmw` implementations.
+//! * [`definition`]: the text of a type, as in MCAP's `ros2msg` schemas.
 //! * [`type_hash`][]: RIHS01.
 //! * [`wire`]: keys, liveliness tokens, quality of service and attachments of `rmw_zenoh`.
 

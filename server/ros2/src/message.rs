@@ -1,5 +1,5 @@
-//! What a message, a service and a field are. All that is said about a type, its bytes, its text and its hash, comes from the
-//! one list of fields that the macro `messages!` is given.
+//! Traits of messages, services and fields. A type's bytes, text and hash all come from one list of its
+//! fields in the macro `messages!`.
 
 mod field;
 
@@ -7,39 +7,40 @@ pub use self::field::{Base, Char, Count, Field, FieldType};
 use crate::cdr::{Malformed, Reader, Writer};
 use crate::{definition, type_hash};
 
-/// A type of ROS 2 that has a name.
+/// A named type of ROS 2.
 pub trait Message: Field + Default {
     /// `sensor_msgs/msg/JointState`.
     const NAME: &'static str;
 
-    /// Its fields, and those of the types that it has.
+    /// Returns its fields, and the fields of its types.
     fn description() -> Description;
 
-    /// RIHS01: `RIHS01_` and 64 hexadecimal digits.
+    /// Returns its RIHS01: `RIHS01_` and 64 hexadecimal digits.
     fn type_hash() -> &'static str;
 
-    /// The text that MCAP has as a schema of the encoding `ros2msg`: its own fields, then those of each type in it.
+    /// Returns its definition as an MCAP schema of the encoding `ros2msg`: its own fields, then the fields of
+    /// each type in it.
     fn definition() -> String {
         definition::text(&Self::description())
     }
 
-    /// Its payload.
+    /// Returns its payload.
     fn to_cdr(&self) -> Vec<u8> {
         let mut bytes = Vec::new();
         self.append_cdr(&mut bytes);
         bytes
     }
 
-    /// Its payload after what is there already.
+    /// Appends its payload to `bytes`.
     fn append_cdr(&self, bytes: &mut Vec<u8>) {
         self.write(&mut Writer::new(bytes));
     }
 
-    /// What a payload says. Takes memory of a small multiple of its length at most.
+    /// Decodes a payload. The memory is at most a small multiple of its length.
     ///
     /// # Errors
     ///
-    /// If it is no message of this type.
+    /// Returns an error if it is no message of this type.
     fn from_cdr(payload: &[u8]) -> Result<Self, Malformed> {
         let read = || {
             let mut reader = Reader::new(payload)?;
@@ -51,19 +52,19 @@ pub trait Message: Field + Default {
     }
 }
 
-/// A pair of messages, asked and answered.
+/// A pair of messages: request and response.
 pub trait Service {
     /// `simulation_interfaces/srv/GetEntities`.
     const NAME: &'static str;
-    /// What is asked.
+    /// Type of the request.
     type Request: Message;
-    /// What is answered.
+    /// Type of the response.
     type Response: Message;
 
-    /// RIHS01 of the service, which its keys have.
+    /// Returns the RIHS01 of the service, which its keys contain.
     fn type_hash() -> &'static str;
 
-    /// The service as RIHS01 sees it: a type of request, response and event.
+    /// Returns the service as RIHS01 sees it: a type of request, response and event.
     fn description() -> Description {
         let bounded = |message| FieldType { base: Base::Message(Box::new(message)), count: Count::UpTo(1) };
         let one = |message| FieldType { base: Base::Message(Box::new(message)), count: Count::One };
@@ -88,19 +89,19 @@ pub trait Service {
     }
 }
 
-/// Of what a message consists.
+/// Structure of a message.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Description {
     /// `sensor_msgs/msg/JointState`.
     pub name: String,
     /// Type, name and value of each constant.
     pub constants: Vec<(&'static str, &'static str, String)>,
-    /// In their order.
+    /// Fields in their order.
     pub fields: Vec<(&'static str, FieldType)>,
 }
 
 impl Description {
-    /// Its fields as they are on the wire: a type without any has one that means nothing.
+    /// Returns its fields on the wire: a type without fields has one dummy field.
     pub(crate) fn wire_fields(&self) -> Vec<(&'static str, FieldType)> {
         if self.fields.is_empty() {
             return vec![("structure_needs_at_least_one_member", u8::field_type())];
@@ -109,7 +110,7 @@ impl Description {
     }
 }
 
-/// The name of a field as ROS has it, where it is a word of Rust.
+/// Returns the ROS name of a field whose name is a keyword of Rust.
 pub(crate) const fn plain_name(name: &'static str) -> &'static str {
     match name.as_bytes() {
         [b'r', b'#', ..] => name.split_at(2).1,
@@ -117,14 +118,14 @@ pub(crate) const fn plain_name(name: &'static str) -> &'static str {
     }
 }
 
-/// A hash, once it was asked for: each endpoint asks.
+/// A hash, computed once: each endpoint needs it.
 pub(crate) type HashCache = std::sync::OnceLock<String>;
 
 pub(crate) fn hash_of(cache: &'static HashCache, of: fn() -> Description) -> &'static str {
     cache.get_or_init(|| type_hash::rihs01(&of()))
 }
 
-/// Declares messages: the name of the Rust type, that of ROS, constants, fields.
+/// Declares messages: Rust type, ROS name, constants, fields.
 macro_rules! messages {
     ($(
         $(#[$meta:meta])*
@@ -206,7 +207,7 @@ macro_rules! messages {
     )*};
 }
 
-/// Declares services: the name of the Rust type, that of ROS, request and response.
+/// Declares services: Rust type, ROS name, request and response.
 macro_rules! services {
     ($($(#[$meta:meta])* $type:ident = $name:literal ($request:ty, $response:ty);)*) => {$(
         $(#[$meta])*
@@ -226,7 +227,7 @@ macro_rules! services {
     )*};
 }
 
-/// As ROS writes the type of a constant.
+/// Returns the ROS name of a constant's type.
 pub(crate) fn primitive_name<T: Field>() -> &'static str {
     match T::field_type().base {
         Base::Primitive(name, _) => name,

@@ -1,5 +1,5 @@
-//! The types, a module a ROS package. Definitions are those of ROS 2 Jazzy and later, of `control_msgs` 6 and of
-//! `simulation_interfaces` 2.
+//! The types, one module per ROS package. The definitions come from ROS 2 Jazzy and later, `control_msgs` 6
+//! and `simulation_interfaces` 2.
 
 pub mod action_msgs;
 pub mod builtin_interfaces;
@@ -17,7 +17,7 @@ pub mod unique_identifier_msgs;
 
 use crate::message::{Message as _, Service as _};
 
-/// Name, hash and text of every type, messages first.
+/// Returns name, hash and text of every type, messages first.
 pub fn all() -> Vec<(&'static str, &'static str, String)> {
     macro_rules! listed {
         ($($message:path),* ; $($service:path),*) => {

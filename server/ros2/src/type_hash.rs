@@ -1,4 +1,5 @@
-//! RIHS01, the hash of a type in ROS 2 (REP-2016): SHA-256 of a JSON text that names all fields, and those of all types in it.
+//! RIHS01, the hash of a type in ROS 2 (REP-2016). It is the SHA-256 of a JSON text with all fields of the
+//! type and of the types in it.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -7,19 +8,19 @@ use sha2::{Digest as _, Sha256};
 
 use crate::message::{Base, Count, Description, FieldType};
 
-/// Says another message, in type_description_interfaces/msg/FieldType.
+/// Number of a message type in type_description_interfaces/msg/FieldType.
 const NESTED: u8 = 1;
-/// What is added to the number of an element's type for arrays, bounded sequences and sequences.
+/// Offsets on the number of an element's type for arrays, bounded sequences and sequences.
 const ARRAY: u8 = 48;
 const BOUNDED_SEQUENCE: u8 = 96;
 const SEQUENCE: u8 = 144;
 
-/// `RIHS01_` and 64 hexadecimal digits.
+/// Returns `RIHS01_` and 64 hexadecimal digits.
 pub fn rihs01(description: &Description) -> String {
     let mut inner = BTreeMap::new();
     collect(description, &mut inner);
     let referenced: Vec<String> = inner.values().map(|inner| json(inner)).collect();
-    // Written as Python's `json.dumps` does. No name needs escapes.
+    // Format of Python's `json.dumps`. No name needs escapes.
     let text = format!(
         "{{\"type_description\": {}, \"referenced_type_descriptions\": [{}]}}",
         json(description),

@@ -1,15 +1,16 @@
-//! How `rmw_zenoh` names what it carries: keys of data, liveliness tokens, quality of service, attachments. After
-//! `docs/design.md` of `rmw_zenoh` and its `liveliness_utils.cpp`, `qos.cpp` and `attachment_helpers.cpp`.
+//! Names and formats of `rmw_zenoh`: keys of data, liveliness tokens, quality of service, attachments.
+//! Sources: `docs/design.md` of `rmw_zenoh` and its `liveliness_utils.cpp`, `qos.cpp` and
+//! `attachment_helpers.cpp`.
 
 use crate::message::{Message, Service};
 
-/// The longest name of a topic or service that is taken: far more than anyone has.
+/// Maximum length of a topic's or service's name: far more than any real one.
 pub const MAX_NAME: usize = 255;
 
-/// What ROS 2 Humble has instead of a hash.
+/// Text that replaces the hash in ROS 2 Humble.
 pub const NO_HASH: &str = "TypeHashNotSupported";
 
-/// A type as keys have it.
+/// A type, as in keys.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TypeInfo {
     /// `sensor_msgs/msg/JointState`.
@@ -19,17 +20,17 @@ pub struct TypeInfo {
 }
 
 impl TypeInfo {
-    /// Of a message. `hashed` says whether the distribution has hashes.
+    /// Makes the type of a message. `hashed` says whether the distribution has hashes.
     pub fn of<M: Message>(hashed: bool) -> Self {
         Self { name: M::NAME, hash: if hashed { M::type_hash() } else { NO_HASH } }
     }
 
-    /// Of a service.
+    /// Makes the type of a service.
     pub fn of_service<S: Service>(hashed: bool) -> Self {
         Self { name: S::NAME, hash: if hashed { S::type_hash() } else { NO_HASH } }
     }
 
-    /// `sensor_msgs::msg::dds_::JointState_`.
+    /// Returns the DDS name, such as `sensor_msgs::msg::dds_::JointState_`.
     fn dds(&self) -> String {
         let mut words = self.name.split('/');
         let [package, kind, name] = [(); 3].map(|()| words.next().unwrap_or_default());
@@ -37,26 +38,26 @@ impl TypeInfo {
     }
 }
 
-/// How a topic is carried, as far as it is shown.
+/// Quality of service of a topic, as far as tokens show it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Qos {
-    /// Nothing is dropped on the way but what is old.
+    /// Messages are not dropped, except old ones.
     pub reliable: bool,
-    /// Who comes later gets the last messages.
+    /// Late subscribers get the last messages.
     pub transient_local: bool,
-    /// How many messages are kept.
+    /// Number of kept messages.
     pub depth: u32,
 }
 
 impl Qos {
-    /// For topics of which the newest message counts.
+    /// For topics of which only the newest message counts.
     pub const SENSOR: Self = Self { reliable: false, transient_local: false, depth: 5 };
-    /// For topics like any.
+    /// For ordinary topics.
     pub const DEFAULT: Self = Self { reliable: true, transient_local: false, depth: 10 };
-    /// For topics whose last message is for everyone who comes.
+    /// For topics whose last message is for every late subscriber.
     pub const LATCHED: Self = Self { reliable: true, transient_local: true, depth: 1 };
 
-    /// `reliability:durability:history,depth:deadline:lifespan:liveliness`: what is as by default is left out.
+    /// Returns `reliability:durability:history,depth:deadline:lifespan:liveliness`, with defaults left out.
     pub fn text(self) -> String {
         let reliability = if self.reliable { "" } else { "2" };
         let durability = if self.transient_local { "1" } else { "" };
@@ -64,12 +65,12 @@ impl Qos {
     }
 }
 
-/// What an endpoint is.
+/// Kind of an endpoint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EndpointKind {
-    /// Of a topic.
+    /// Publisher of a topic.
     Publisher,
-    /// Of a topic.
+    /// Subscription of a topic.
     Subscription,
     /// The server of a service.
     Server,
@@ -88,23 +89,23 @@ impl EndpointKind {
 /// A node of ROS 2 on a session of Zenoh.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Node {
-    /// Worlds of ROS 2 that do not see each other.
+    /// Id of a ROS 2 domain; domains do not see each other.
     pub domain_id: u32,
-    /// Of the session.
+    /// Id of the session.
     pub zid: String,
     /// `/`, or `/lab`.
     pub namespace: String,
-    /// Without a namespace.
+    /// Name without the namespace.
     pub name: String,
 }
 
 impl Node {
-    /// The token that shows the node.
+    /// Returns the liveliness token of the node.
     pub fn token(&self) -> String {
         format!("@ros2_lv/{}/{}/0/0/NN/{}", self.domain_id, self.zid, self.qualified_name())
     }
 
-    /// The token that shows an endpoint. `topic` begins with a slash.
+    /// Returns the liveliness token of an endpoint. `topic` begins with a slash.
     pub fn endpoint_token(
         &self,
         id: u32,
@@ -126,44 +127,44 @@ impl Node {
         )
     }
 
-    /// The key on which the messages of a topic, or the calls of a service, go.
+    /// Returns the key of a topic's messages, or of a service's calls.
     pub fn data_key(&self, topic: &str, kind_of_message: TypeInfo) -> String {
         let topic = topic.trim_matches('/');
         format!("{}/{topic}/{}/{}", self.domain_id, kind_of_message.dds(), kind_of_message.hash)
     }
 
-    /// Enclave, namespace and name. An enclave is of DDS security: there is none.
+    /// Returns enclave, namespace and name. The enclave, of DDS security, is empty.
     fn qualified_name(&self) -> String {
         format!("%/{}/{}", mangled(&self.namespace), mangled(&self.name))
     }
 }
 
-/// Slashes as `%`. The root namespace is one, and an empty one is alike.
+/// Replaces slashes by `%`. The root namespace, and an empty one, become `%`.
 fn mangled(name: &str) -> String {
     if name.is_empty() { "%".to_owned() } else { name.replace('/', "%") }
 }
 
-/// Who an endpoint is to those that get its messages: XXH3-128 of its own token, the low half first.
+/// Returns the id of an endpoint for its subscribers: XXH3-128 of its token, the low half first.
 pub fn gid(token: &str) -> [u8; 16] {
     xxhash_rust::xxh3::xxh3_128(token.as_bytes()).to_le_bytes()
 }
 
-/// What goes with each message, request and reply. Who gets one without it drops it.
+/// Attachment of each message, request and reply. Receivers drop messages without it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Attachment {
-    /// Counts what its source has sent, from 1.
+    /// Counts the messages of its source, from 1.
     pub sequence: i64,
-    /// When it was sent, in nanoseconds since 1970.
+    /// Time of sending, in nanoseconds since 1970.
     pub source_time: i64,
-    /// Of its source.
+    /// Id of its source.
     pub gid: [u8; 16],
 }
 
-/// The bytes of an attachment: two numbers, the length of a gid, and it.
+/// Bytes of an attachment: two numbers, the length of a gid, and the gid.
 const ATTACHMENT: usize = 8 + 8 + 1 + 16;
 
 impl Attachment {
-    /// As `zenoh-ext` serialises the three.
+    /// Returns its bytes, as `zenoh-ext` serialises the three.
     pub fn bytes(&self) -> [u8; ATTACHMENT] {
         let mut bytes = [0; ATTACHMENT];
         let (numbers, gid) = bytes.split_at_mut(16);
@@ -174,7 +175,7 @@ impl Attachment {
         bytes
     }
 
-    /// What bytes say, if they are an attachment.
+    /// Parses an attachment.
     pub fn parse(bytes: &[u8]) -> Option<Self> {
         let bytes: &[u8; ATTACHMENT] = bytes.try_into().ok()?;
         let (sequence, rest) = bytes.split_first_chunk::<8>()?;
@@ -190,8 +191,8 @@ impl Attachment {
     }
 }
 
-/// A name as one word of a topic: letters, digits and single underscores, with a letter or an underscore at the front, as
-/// `rmw_validate_full_topic_name` asks. What no topic can have becomes an underscore.
+/// Returns a name as one word of a topic, as `rmw_validate_full_topic_name` requires: letters, digits and
+/// single underscores, beginning with a letter or an underscore. Invalid characters become underscores.
 pub fn word(name: &str) -> String {
     let mut word = String::new();
     for letter in name.chars() {
@@ -199,7 +200,7 @@ pub fn word(name: &str) -> String {
         if word.is_empty() && letter.is_ascii_digit() {
             word.push('_');
         }
-        // Two in a row are reserved.
+        // Repeated underscores are reserved.
         if letter != '_' || !word.ends_with('_') {
             word.push(letter);
         }
@@ -210,7 +211,7 @@ pub fn word(name: &str) -> String {
     if word.is_empty() { "_".to_owned() } else { word }
 }
 
-/// Whether a text is a namespace: `/`, or words with a slash before each.
+/// Returns whether a text is a namespace: `/`, or words with a slash before each.
 pub fn is_namespace(text: &str) -> bool {
     text == "/"
         || text.len() <= MAX_NAME / 2

@@ -1,4 +1,4 @@
-//! Bytes, hashes and texts are those of rosbags. `tests/reference/make_ros2.py` makes the file.
+//! Compares bytes, hashes and texts with rosbags'. `tests/reference/make_ros2.py` makes the file.
 #![cfg(test)]
 
 use std::collections::BTreeMap;
@@ -19,7 +19,7 @@ struct Type {
     name: String,
     hash: String,
     definition: Option<String>,
-    /// With three elements in each sequence, with one, and with nothing.
+    /// With three elements in each sequence, with one, and with none.
     payloads: Vec<String>,
 }
 
@@ -67,7 +67,7 @@ fn a_gid_is_xxh3_with_its_low_half_first() {
     }
 }
 
-/// Comes back as the same bytes, and as nothing else: what is cut off or has more is refused.
+/// Checks that a message is written back as the same bytes, and that truncated or extended bytes are refused.
 fn check<M: Message + std::fmt::Debug + PartialEq>() {
     for payload in payloads(M::NAME) {
         let message = M::from_cdr(&payload).unwrap_or_else(|error| panic!("{error}"));
@@ -81,7 +81,7 @@ fn check<M: Message + std::fmt::Debug + PartialEq>() {
         assert!(M::from_cdr(&[padded.as_slice(), &[0]].concat()).is_err(), "four bytes more");
     }
     assert_eq!(M::default().to_cdr(), payloads(M::NAME)[2], "the default of {} is nothing", M::NAME);
-    // Flipped bytes never panic, and what is read is written again.
+    // Flipped bytes never panic, and a message that is read can be written again.
     let mut random = fastrand::Rng::with_seed(1);
     for payload in payloads(M::NAME) {
         for _ in 0..500 {
@@ -92,7 +92,7 @@ fn check<M: Message + std::fmt::Debug + PartialEq>() {
             }
             if let Ok(message) = M::from_cdr(&payload) {
                 let again = message.to_cdr();
-                // Not by value: there may be numbers that are none.
+                // Not by value: there may be NaNs.
                 assert_eq!(M::from_cdr(&again).unwrap().to_cdr(), again);
             }
         }
@@ -159,7 +159,7 @@ fn every_message_is_written_as_rosbags_writes_it() {
 
 #[test]
 fn fields_are_read_in_their_places() {
-    // The rule of make_ros2.py: integers and texts count on, decimal numbers are 1.25 n - 7.
+    // The rule of make_ros2.py: integers and texts count up, decimal numbers are 1.25 n - 7.
     let state = sensor_msgs::JointState::from_cdr(&payloads("sensor_msgs/msg/JointState")[0]).unwrap();
     assert_eq!(state.header.stamp, builtin_interfaces::Time { sec: 1, nanosec: 2 });
     assert_eq!(state.header.frame_id, "text 3 ä");
@@ -178,7 +178,7 @@ fn fields_are_read_in_their_places() {
 
 #[test]
 fn a_length_that_nothing_backs_takes_no_memory() {
-    // Names: 2^32 - 1 of them, in 24 bytes.
+    // The number of names: 2^32 - 1 of them, in 24 bytes.
     let mut payload = sensor_msgs::JointState::default().to_cdr();
     let names = 4 + 8 + 8;
     payload[names..names + 4].copy_from_slice(&[255; 4]);

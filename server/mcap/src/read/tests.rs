@@ -1,9 +1,9 @@
-//! What is written is read again, and no file that is broken does more than be refused.
+//! Written files are read back, and broken files are refused without harm.
 
 use super::*;
 use crate::Writer;
 
-/// Two channels and metadata, in several chunks.
+/// Returns a file with two channels and metadata, in several chunks.
 fn file() -> Vec<u8> {
     let mut writer = Writer::new(Vec::new(), "ros2", "tests").unwrap();
     let schema = writer.add_schema("a/msg/B", "ros2msg", b"float64 x").unwrap();
@@ -26,7 +26,7 @@ fn file() -> Vec<u8> {
 /// Topic, time and data.
 type Read = (String, u64, Vec<u8>);
 
-/// All messages, and how it ended.
+/// Returns all messages, and the error at the end, if any.
 fn read(file: &[u8]) -> (Vec<Read>, Result<(), Error>) {
     let mut messages = Vec::new();
     let ended = (|| {
@@ -86,7 +86,8 @@ fn most_flipped_bits_are_noticed() {
         let mut file = file.clone();
         file[byte] ^= 1 << (byte % 8);
         let (_, ended) = read(&file);
-        // Indexes are not read, and kinds and lengths of records have no checksum: what is in chunks has one.
+        // Indexes are not read, and kinds and lengths of records have no checksum: only the contents of
+        // chunks have one.
         noticed += usize::from(ended.is_err());
     }
     assert!(noticed > 500, "{noticed} of {}", file.len());

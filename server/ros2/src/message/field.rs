@@ -1,4 +1,4 @@
-//! What a field is: its type, its bytes, and those of the types that the language has.
+//! Fields: their types, their bytes, and the primitive types.
 
 use super::Description;
 use crate::cdr::{Malformed, Reader, Writer};
@@ -6,50 +6,50 @@ use crate::cdr::{Malformed, Reader, Writer};
 /// The type of a field.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FieldType {
-    /// Of one element.
+    /// Type of one element.
     pub base: Base,
-    /// How many there are.
+    /// Number of elements.
     pub count: Count,
 }
 
 /// The type of an element.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Base {
-    /// One that the language has, with the number that RIHS01 has for it.
+    /// A primitive type, with its number in RIHS01.
     Primitive(&'static str, u8),
     /// Another message.
     Message(Box<Description>),
 }
 
-/// How many elements a field has.
+/// Number of elements of a field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Count {
-    /// It is the element.
+    /// A single element.
     One,
-    /// Always that many.
+    /// A fixed number.
     Array(usize),
     /// Any number.
     Sequence,
-    /// That many at most.
+    /// At most this number.
     UpTo(usize),
 }
 
 /// A value within a message.
 pub trait Field: Sized {
-    /// The fewest bytes that one takes.
+    /// Minimum number of bytes.
     const SMALLEST: usize;
 
-    /// Its type.
+    /// Returns its type.
     fn field_type() -> FieldType;
 
-    /// To the end of a payload.
+    /// Appends it to a payload.
     fn write(&self, writer: &mut Writer<'_>);
 
-    /// The next of a payload.
+    /// Reads the next value of a payload.
     ///
     /// # Errors
     ///
-    /// If it is not there, or is something else.
+    /// Returns an error if it is missing or malformed.
     fn read(reader: &mut Reader<'_>) -> Result<Self, Malformed>;
 }
 
@@ -73,7 +73,7 @@ macro_rules! numbers {
     )*};
 }
 
-// The numbers are those of type_description_interfaces/msg/FieldType.
+// The numbers come from type_description_interfaces/msg/FieldType.
 numbers! {
     i8, "int8", 2;
     u8, "uint8", 3;

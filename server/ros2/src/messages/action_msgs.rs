@@ -1,17 +1,17 @@
-//! What all actions share.
+//! Types that all actions share.
 
 use super::builtin_interfaces::Time;
 use super::unique_identifier_msgs::UUID;
 use crate::message::{messages, services};
 
 messages! {
-    /// Which goal, and when it was accepted.
+    /// Id of a goal, and the time of its acceptance.
     GoalInfo = "action_msgs/msg/GoalInfo" {
         goal_id: UUID,
         stamp: Time,
     }
 
-    /// What has become of a goal.
+    /// Status of a goal.
     GoalStatus = "action_msgs/msg/GoalStatus" consts {
         STATUS_UNKNOWN: i8 = 0;
         STATUS_ACCEPTED: i8 = 1;
@@ -25,17 +25,17 @@ messages! {
         status: i8,
     }
 
-    /// Of all goals that the server remembers.
+    /// Status of all goals that the server remembers.
     GoalStatusArray = "action_msgs/msg/GoalStatusArray" {
         status_list: Vec<GoalStatus>,
     }
 
-    /// One goal by its id, those accepted before a time, both, or with zeros all.
+    /// Selects one goal by its id, goals accepted before a time, both, or with zeros all.
     CancelGoalRequest = "action_msgs/srv/CancelGoal_Request" {
         goal_info: GoalInfo,
     }
 
-    /// Which goals are being cancelled.
+    /// Goals that are being cancelled.
     CancelGoalResponse = "action_msgs/srv/CancelGoal_Response" consts {
         ERROR_NONE: i8 = 0;
         ERROR_REJECTED: i8 = 1;
@@ -48,6 +48,6 @@ messages! {
 }
 
 services! {
-    /// Ends goals before they are reached.
+    /// Cancels goals.
     CancelGoal = "action_msgs/srv/CancelGoal" (CancelGoalRequest, CancelGoalResponse);
 }

@@ -5,13 +5,13 @@ use crate::message::messages;
 const NANOSECONDS: u64 = 1_000_000_000;
 
 messages! {
-    /// A moment, since the clock's own start.
+    /// A time since the start of the clock.
     Time = "builtin_interfaces/msg/Time" {
         sec: i32,
         nanosec: u32,
     }
 
-    /// A length of time, also backwards: `nanosec` always counts forwards from `sec`.
+    /// A duration, possibly negative: `nanosec` always counts forwards from `sec`.
     Duration = "builtin_interfaces/msg/Duration" {
         sec: i32,
         nanosec: u32,
@@ -19,7 +19,7 @@ messages! {
 }
 
 impl Time {
-    /// That many nanoseconds from the start: the last moment that fits where it does not.
+    /// Makes a time from nanoseconds since the start; the last valid time if it does not fit.
     pub fn from_nanoseconds(nanoseconds: u64) -> Self {
         match i32::try_from(nanoseconds / NANOSECONDS) {
             Ok(sec) => Self { sec, nanosec: u32::try_from(nanoseconds % NANOSECONDS).unwrap_or_default() },
@@ -27,14 +27,14 @@ impl Time {
         }
     }
 
-    /// Nanoseconds from the start.
+    /// Returns the nanoseconds since the start.
     pub fn nanoseconds(&self) -> i64 {
         i64::from(self.sec) * 1_000_000_000 + i64::from(self.nanosec)
     }
 }
 
 impl Duration {
-    /// In seconds.
+    /// Returns the duration in seconds.
     pub fn seconds(&self) -> f64 {
         f64::from(self.sec) + f64::from(self.nanosec) * 1e-9
     }

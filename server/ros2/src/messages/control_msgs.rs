@@ -1,4 +1,4 @@
-//! The action by which controllers of `ros2_control` carry out trajectories.
+//! The action by which controllers of `ros2_control` follow trajectories.
 
 use super::builtin_interfaces::{Duration, Time};
 use super::std_msgs::Header;
@@ -9,7 +9,7 @@ use super::unique_identifier_msgs::UUID;
 use crate::message::{messages, services};
 
 messages! {
-    /// How far a joint may be from where it should be: 0 is the server's default, -1 any distance.
+    /// Tolerance of a joint: 0 is the server's default, -1 allows any distance.
     JointTolerance = "control_msgs/msg/JointTolerance" {
         name: String,
         position: f64,
@@ -17,7 +17,7 @@ messages! {
         acceleration: f64,
     }
 
-    /// As above, of a part of a joint with more than one degree of freedom.
+    /// Tolerance of a component of a joint with several degrees of freedom.
     JointComponentTolerance = "control_msgs/msg/JointComponentTolerance" consts {
         X_AXIS: u16 = 1;
         Y_AXIS: u16 = 2;
@@ -32,7 +32,7 @@ messages! {
         acceleration: f64,
     }
 
-    /// What is to be carried out.
+    /// A trajectory to follow, with tolerances.
     FollowJointTrajectoryGoal = "control_msgs/action/FollowJointTrajectory_Goal" {
         trajectory: JointTrajectory,
         multi_dof_trajectory: MultiDOFJointTrajectory,
@@ -43,7 +43,7 @@ messages! {
         goal_time_tolerance: Duration,
     }
 
-    /// What came of it.
+    /// Result of a trajectory.
     FollowJointTrajectoryResult = "control_msgs/action/FollowJointTrajectory_Result" consts {
         SUCCESSFUL: i32 = 0;
         INVALID_GOAL: i32 = -1;
@@ -56,7 +56,7 @@ messages! {
         error_string: String,
     }
 
-    /// How far it has come.
+    /// Progress of a trajectory.
     FollowJointTrajectoryFeedback = "control_msgs/action/FollowJointTrajectory_Feedback" {
         header: Header,
         joint_names: Vec<String>,
@@ -77,18 +77,18 @@ messages! {
         goal: FollowJointTrajectoryGoal,
     }
 
-    /// Whether it is being carried out.
+    /// Whether the goal was accepted.
     FollowJointTrajectorySendGoalResponse = "control_msgs/action/FollowJointTrajectory_SendGoal_Response" {
         accepted: bool,
         stamp: Time,
     }
 
-    /// Which goal's result.
+    /// Id of the goal whose result is requested.
     FollowJointTrajectoryGetResultRequest = "control_msgs/action/FollowJointTrajectory_GetResult_Request" {
         goal_id: UUID,
     }
 
-    /// It, once there is one.
+    /// Result of a goal, once it exists.
     FollowJointTrajectoryGetResultResponse = "control_msgs/action/FollowJointTrajectory_GetResult_Response" {
         status: i8,
         result: FollowJointTrajectoryResult,
@@ -105,7 +105,7 @@ services! {
     /// Begins a goal.
     FollowJointTrajectorySendGoal = "control_msgs/action/FollowJointTrajectory_SendGoal"
         (FollowJointTrajectorySendGoalRequest, FollowJointTrajectorySendGoalResponse);
-    /// Waits for its result.
+    /// Waits for the result of a goal.
     FollowJointTrajectoryGetResult = "control_msgs/action/FollowJointTrajectory_GetResult"
         (FollowJointTrajectoryGetResultRequest, FollowJointTrajectoryGetResultResponse);
 }

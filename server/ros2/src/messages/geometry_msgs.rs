@@ -4,7 +4,7 @@ use super::std_msgs::Header;
 use crate::message::messages;
 
 messages! {
-    /// A direction with a length.
+    /// A vector.
     Vector3 = "geometry_msgs/msg/Vector3" {
         x: f64,
         y: f64,
@@ -18,7 +18,7 @@ messages! {
         z: f64,
     }
 
-    /// A rotation. The default is all zeros, which is none: set `w` to 1.
+    /// A rotation. The default is all zeros, which is no rotation at all: set `w` to 1.
     Quaternion = "geometry_msgs/msg/Quaternion" {
         x: f64,
         y: f64,
@@ -32,13 +32,13 @@ messages! {
         orientation: Quaternion,
     }
 
-    /// One at a time, in a frame.
+    /// A pose at a time, in a frame.
     PoseStamped = "geometry_msgs/msg/PoseStamped" {
         header: Header,
         pose: Pose,
     }
 
-    /// From one frame's coordinates to another's.
+    /// A transform between the coordinates of two frames.
     Transform = "geometry_msgs/msg/Transform" {
         translation: Vector3,
         rotation: Quaternion,
@@ -51,13 +51,13 @@ messages! {
         transform: Transform,
     }
 
-    /// Velocities.
+    /// Linear and angular velocity.
     Twist = "geometry_msgs/msg/Twist" {
         linear: Vector3,
         angular: Vector3,
     }
 
-    /// Accelerations.
+    /// Linear and angular acceleration.
     Accel = "geometry_msgs/msg/Accel" {
         linear: Vector3,
         angular: Vector3,
@@ -69,7 +69,7 @@ messages! {
         torque: Vector3,
     }
 
-    /// One at a time, in a frame.
+    /// A wrench at a time, in a frame.
     WrenchStamped = "geometry_msgs/msg/WrenchStamped" {
         header: Header,
         wrench: Wrench,

@@ -4,7 +4,7 @@ use super::builtin_interfaces::Time;
 use crate::message::messages;
 
 messages! {
-    /// What nodes with `use_sim_time` take for the time.
+    /// Time for nodes with `use_sim_time`.
     Clock = "rosgraph_msgs/msg/Clock" {
         clock: Time,
     }

@@ -1,11 +1,11 @@
-//! What robots measure.
+//! Readings of sensors.
 
 use super::geometry_msgs::{Quaternion, Vector3};
 use super::std_msgs::Header;
 use crate::message::messages;
 
 messages! {
-    /// Joints by name. `position`, `velocity` and `effort` have a number for each, or are empty.
+    /// Joints by name. `position`, `velocity` and `effort` have a number for each joint, or are empty.
     JointState = "sensor_msgs/msg/JointState" {
         header: Header,
         name: Vec<String>,
@@ -14,7 +14,7 @@ messages! {
         effort: Vec<f64>,
     }
 
-    /// An inertial unit. A covariance of zeros is not known.
+    /// Reading of an inertial unit. A covariance of zeros is unknown.
     Imu = "sensor_msgs/msg/Imu" {
         header: Header,
         orientation: Quaternion,
@@ -64,7 +64,7 @@ messages! {
         data: Vec<u8>,
     }
 
-    /// A part of a picture. All zero: all of it.
+    /// A part of a picture. All zeros mean the whole picture.
     RegionOfInterest = "sensor_msgs/msg/RegionOfInterest" {
         x_offset: u32,
         y_offset: u32,
@@ -73,7 +73,7 @@ messages! {
         do_rectify: bool,
     }
 
-    /// What maps points to pixels.
+    /// Calibration that maps points to pixels.
     CameraInfo = "sensor_msgs/msg/CameraInfo" {
         header: Header,
         height: u32,
@@ -88,7 +88,7 @@ messages! {
         roi: RegionOfInterest,
     }
 
-    /// What lies where in the bytes of a point.
+    /// A field in the bytes of a point.
     PointField = "sensor_msgs/msg/PointField" consts {
         INT8: u8 = 1;
         UINT8: u8 = 2;

@@ -1,10 +1,10 @@
-//! What introspection says about calls: a part of every service's type.
+//! Introspection of calls: a part of every service's type.
 
 use super::builtin_interfaces::Time;
 use crate::message::{Char, messages};
 
 messages! {
-    /// Which call, and what became of it.
+    /// Id and stage of a call.
     ServiceEventInfo = "service_msgs/msg/ServiceEventInfo" consts {
         REQUEST_SENT: u8 = 0;
         REQUEST_RECEIVED: u8 = 1;

@@ -1,11 +1,11 @@
-//! How ROS 2 asks simulators for things, version 2.
+//! The interface of ROS 2 to simulators, version 2.
 
 use super::geometry_msgs::{Accel, Pose, PoseStamped, Twist, Vector3};
 use super::std_msgs::Header;
 use crate::message::{messages, services};
 
 messages! {
-    /// How a call went. Services have codes of their own above 100.
+    /// Result of a call. Services have their own codes above 100.
     Result = "simulation_interfaces/msg/Result" consts {
         RESULT_FEATURE_UNSUPPORTED: u8 = 0;
         RESULT_OK: u8 = 1;
@@ -17,7 +17,7 @@ messages! {
         error_message: String,
     }
 
-    /// What kind of thing an entity is.
+    /// Category of an entity.
     EntityCategory = "simulation_interfaces/msg/EntityCategory" consts {
         CATEGORY_OBJECT: u8 = 0;
         CATEGORY_ROBOT: u8 = 1;
@@ -28,7 +28,7 @@ messages! {
         category: u8,
     }
 
-    /// Which tags are asked for.
+    /// Filter by tags.
     TagsFilter = "simulation_interfaces/msg/TagsFilter" consts {
         FILTER_MODE_ANY: u8 = 0;
         FILTER_MODE_ALL: u8 = 1;
@@ -37,7 +37,7 @@ messages! {
         filter_mode: u8,
     }
 
-    /// A part of space.
+    /// A region of space.
     Bounds = "simulation_interfaces/msg/Bounds" consts {
         TYPE_EMPTY: u8 = 0;
         TYPE_BOX: u8 = 1;
@@ -48,7 +48,7 @@ messages! {
         points: Vec<Vector3>,
     }
 
-    /// Which entities are asked for.
+    /// Filter for entities.
     EntityFilters = "simulation_interfaces/msg/EntityFilters" {
         filter: String,
         categories: Vec<EntityCategory>,
@@ -56,7 +56,7 @@ messages! {
         bounds: Bounds,
     }
 
-    /// Where an entity is and how it moves.
+    /// Pose, twist and acceleration of an entity.
     EntityState = "simulation_interfaces/msg/EntityState" {
         header: Header,
         pose: Pose,
@@ -70,7 +70,7 @@ messages! {
         resource_string: String,
     }
 
-    /// Whether the simulation goes on.
+    /// State of the simulation.
     SimulationState = "simulation_interfaces/msg/SimulationState" consts {
         STATE_STOPPED: u8 = 0;
         STATE_PLAYING: u8 = 1;
@@ -82,7 +82,7 @@ messages! {
         state: u8,
     }
 
-    /// What a simulator can do.
+    /// Features of a simulator.
     SimulatorFeatures = "simulation_interfaces/msg/SimulatorFeatures" consts {
         SPAWNING: u8 = 0;
         DELETING: u8 = 1;
@@ -122,29 +122,29 @@ messages! {
         custom_info: String,
     }
 
-    /// Asks for names.
+    /// Requests the names of entities.
     GetEntitiesRequest = "simulation_interfaces/srv/GetEntities_Request" {
         filters: EntityFilters,
     }
 
-    /// They.
+    /// Names of entities.
     GetEntitiesResponse = "simulation_interfaces/srv/GetEntities_Response" {
         result: Result,
         entities: Vec<String>,
     }
 
-    /// Asks for an entity's state.
+    /// Requests an entity's state.
     GetEntityStateRequest = "simulation_interfaces/srv/GetEntityState_Request" {
         entity: String,
     }
 
-    /// It.
+    /// State of an entity.
     GetEntityStateResponse = "simulation_interfaces/srv/GetEntityState_Response" {
         result: Result,
         state: EntityState,
     }
 
-    /// Moves an entity.
+    /// Sets an entity's state.
     SetEntityStateRequest = "simulation_interfaces/srv/SetEntityState_Request" {
         entity: String,
         state: EntityState,
@@ -153,29 +153,29 @@ messages! {
         set_acceleration: bool,
     }
 
-    /// How it went.
+    /// Result of setting a state.
     SetEntityStateResponse = "simulation_interfaces/srv/SetEntityState_Response" consts {
         INVALID_POSE: u8 = 101;
     } {
         result: Result,
     }
 
-    /// Asks whether the simulation goes on.
+    /// Requests the state of the simulation.
     GetSimulationStateRequest = "simulation_interfaces/srv/GetSimulationState_Request" {
     }
 
-    /// Whether it does.
+    /// State of the simulation.
     GetSimulationStateResponse = "simulation_interfaces/srv/GetSimulationState_Response" {
         state: SimulationState,
         result: Result,
     }
 
-    /// Makes it go on, or not.
+    /// Plays, pauses or stops the simulation.
     SetSimulationStateRequest = "simulation_interfaces/srv/SetSimulationState_Request" {
         state: SimulationState,
     }
 
-    /// How it went.
+    /// Result of changing the state.
     SetSimulationStateResponse = "simulation_interfaces/srv/SetSimulationState_Response" consts {
         ALREADY_IN_TARGET_STATE: u8 = 101;
         STATE_TRANSITION_ERROR: u8 = 102;
@@ -184,7 +184,7 @@ messages! {
         result: Result,
     }
 
-    /// Goes back to the start.
+    /// Resets the simulation.
     ResetSimulationRequest = "simulation_interfaces/srv/ResetSimulation_Request" consts {
         SCOPE_DEFAULT: u8 = 0;
         SCOPE_TIME: u8 = 1;
@@ -195,22 +195,22 @@ messages! {
         scope: u8,
     }
 
-    /// How it went.
+    /// Result of a reset.
     ResetSimulationResponse = "simulation_interfaces/srv/ResetSimulation_Response" {
         result: Result,
     }
 
-    /// Takes steps of a paused simulation.
+    /// Steps a paused simulation.
     StepSimulationRequest = "simulation_interfaces/srv/StepSimulation_Request" {
         steps: u64,
     }
 
-    /// How it went.
+    /// Result of the steps.
     StepSimulationResponse = "simulation_interfaces/srv/StepSimulation_Response" {
         result: Result,
     }
 
-    /// Makes an entity.
+    /// Spawns an entity.
     SpawnEntityRequest = "simulation_interfaces/srv/SpawnEntity_Request" {
         name: String,
         allow_renaming: bool,
@@ -219,7 +219,7 @@ messages! {
         initial_pose: PoseStamped,
     }
 
-    /// How it is called.
+    /// Name of the new entity.
     SpawnEntityResponse = "simulation_interfaces/srv/SpawnEntity_Response" consts {
         NAME_NOT_UNIQUE: u8 = 101;
         NAME_INVALID: u8 = 102;
@@ -235,48 +235,48 @@ messages! {
         entity_name: String,
     }
 
-    /// Removes an entity.
+    /// Deletes an entity.
     DeleteEntityRequest = "simulation_interfaces/srv/DeleteEntity_Request" {
         entity: String,
     }
 
-    /// How it went.
+    /// Result of a deletion.
     DeleteEntityResponse = "simulation_interfaces/srv/DeleteEntity_Response" {
         result: Result,
     }
 
-    /// Asks what can be done.
+    /// Requests the features of the simulator.
     GetSimulatorFeaturesRequest = "simulation_interfaces/srv/GetSimulatorFeatures_Request" {
     }
 
-    /// It.
+    /// Features of the simulator.
     GetSimulatorFeaturesResponse = "simulation_interfaces/srv/GetSimulatorFeatures_Response" {
         features: SimulatorFeatures,
     }
 }
 
 services! {
-    /// Names of entities.
+    /// Returns the names of entities.
     GetEntities = "simulation_interfaces/srv/GetEntities" (GetEntitiesRequest, GetEntitiesResponse);
-    /// Where an entity is.
+    /// Returns an entity's state.
     GetEntityState = "simulation_interfaces/srv/GetEntityState" (GetEntityStateRequest, GetEntityStateResponse);
-    /// Moves an entity.
+    /// Sets an entity's state.
     SetEntityState = "simulation_interfaces/srv/SetEntityState" (SetEntityStateRequest, SetEntityStateResponse);
-    /// Whether the simulation goes on.
+    /// Returns the state of the simulation.
     GetSimulationState = "simulation_interfaces/srv/GetSimulationState"
         (GetSimulationStateRequest, GetSimulationStateResponse);
-    /// Makes it go on, or not.
+    /// Plays, pauses or stops the simulation.
     SetSimulationState = "simulation_interfaces/srv/SetSimulationState"
         (SetSimulationStateRequest, SetSimulationStateResponse);
-    /// Goes back to the start.
+    /// Resets the simulation.
     ResetSimulation = "simulation_interfaces/srv/ResetSimulation" (ResetSimulationRequest, ResetSimulationResponse);
-    /// Takes steps.
+    /// Steps the simulation.
     StepSimulation = "simulation_interfaces/srv/StepSimulation" (StepSimulationRequest, StepSimulationResponse);
-    /// Makes an entity.
+    /// Spawns an entity.
     SpawnEntity = "simulation_interfaces/srv/SpawnEntity" (SpawnEntityRequest, SpawnEntityResponse);
-    /// Removes one.
+    /// Deletes an entity.
     DeleteEntity = "simulation_interfaces/srv/DeleteEntity" (DeleteEntityRequest, DeleteEntityResponse);
-    /// What can be done.
+    /// Returns the features of the simulator.
     GetSimulatorFeatures = "simulation_interfaces/srv/GetSimulatorFeatures"
         (GetSimulatorFeaturesRequest, GetSimulatorFeaturesResponse);
 }

@@ -1,13 +1,13 @@
-//! What many packages share.
+//! Types that many packages share.
 
 use super::builtin_interfaces::Time;
 use crate::message::messages;
 
-/// The text of Rust, which `String` below hides.
+/// Rust's text type, which `String` below hides.
 type Text = std::string::String;
 
 messages! {
-    /// When and in which frame.
+    /// Time and frame of a message.
     Header = "std_msgs/msg/Header" {
         stamp: Time,
         frame_id: Text,
@@ -25,7 +25,7 @@ messages! {
         stride: u32,
     }
 
-    /// What the numbers of an array mean.
+    /// Meaning of the numbers of an array.
     MultiArrayLayout = "std_msgs/msg/MultiArrayLayout" {
         dim: Vec<MultiArrayDimension>,
         data_offset: u32,

@@ -4,7 +4,7 @@ use super::geometry_msgs::TransformStamped;
 use crate::message::messages;
 
 messages! {
-    /// Where frames are.
+    /// Transforms between frames.
     TFMessage = "tf2_msgs/msg/TFMessage" {
         transforms: Vec<TransformStamped>,
     }

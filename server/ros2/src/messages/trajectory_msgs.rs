@@ -6,7 +6,7 @@ use super::std_msgs::Header;
 use crate::message::messages;
 
 messages! {
-    /// Where joints are to be after a time. Each list has a number for each joint, or is empty.
+    /// Desired state of joints at a time. Each list has a number for each joint, or is empty.
     JointTrajectoryPoint = "trajectory_msgs/msg/JointTrajectoryPoint" {
         positions: Vec<f64>,
         velocities: Vec<f64>,
@@ -22,7 +22,7 @@ messages! {
         points: Vec<JointTrajectoryPoint>,
     }
 
-    /// As above, of joints with more than one degree of freedom.
+    /// Desired state of joints with several degrees of freedom.
     MultiDOFJointTrajectoryPoint = "trajectory_msgs/msg/MultiDOFJointTrajectoryPoint" {
         transforms: Vec<Transform>,
         velocities: Vec<Twist>,
@@ -30,7 +30,7 @@ messages! {
         time_from_start: Duration,
     }
 
-    /// As above, of joints with more than one degree of freedom.
+    /// Trajectory of joints with several degrees of freedom.
     MultiDOFJointTrajectory = "trajectory_msgs/msg/MultiDOFJointTrajectory" {
         header: Header,
         joint_names: Vec<String>,

@@ -3,7 +3,7 @@
 use crate::message::messages;
 
 messages! {
-    /// An identifier that no other chose.
+    /// A unique identifier.
     #[derive(Copy, Eq, PartialOrd, Ord)]
     UUID = "unique_identifier_msgs/msg/UUID" {
         uuid: [u8; 16],
