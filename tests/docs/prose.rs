@@ -12,7 +12,6 @@ const CRATES_LEFT: &[&str] = &[
     "cli/",
     "server/api/",
     "server/core/",
-    "server/model/",
     "server/src/",
     "server/world/",
     "tests/",

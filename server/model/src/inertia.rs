@@ -1,4 +1,4 @@
-//! Tensors of inertia: which are physical, and what shapes of a density have.
+//! Tensors of inertia: checks, and tensors of shapes with a density.
 
 use glamx::{DMat3, DPose3, DQuat, DSymmetricEigen3, DVec3};
 use parry3d_f64::mass_properties::MassProperties;
@@ -6,23 +6,21 @@ use parry3d_f64::mass_properties::MassProperties;
 use crate::report::short;
 use crate::robot::{Geometry, Inertial, MeshAsset};
 
-/// Of what is made of nothing in particular, kg/m^3: water, and most robots on
-/// average.
+/// Default density, kg/m^3: water, and the average of most robots.
 pub(crate) const DENSITY: f64 = 1000.0;
 
-/// How far a tensor may be from a physical one, relative to its largest
-/// principal moment: files print moments with four or five digits, and a flat
-/// or thin part lies on the border.
+/// Tolerance of a tensor, relative to its largest principal moment. Files print moments with four or five
+/// digits, and flat or thin parts are on the border.
 const ROUNDING: f64 = 1e-3;
 
-/// A tensor that is physical but for rounding, made positive semidefinite; or
-/// what is wrong with it, as a fragment of a sentence.
+/// Returns a tensor that is physical except for rounding, made positive semidefinite. The error is a fragment
+/// of a sentence.
 pub(crate) fn checked(tensor: DMat3) -> Result<DMat3, String> {
     let largest = tensor.to_cols_array().iter().fold(0.0_f64, |most, part| most.max(part.abs()));
     if largest == 0.0 {
         return Ok(tensor);
     }
-    // Moments are small numbers, whose cubes the eigenvalues need.
+    // Moments are small numbers, and the eigenvalues need their cubes.
     let unit = tensor * (1.0 / largest);
     let [a, b, c] = DSymmetricEigen3::eigenvalues(unit).to_array();
     if a.min(b).min(c) < -ROUNDING * c {
@@ -34,12 +32,12 @@ pub(crate) fn checked(tensor: DMat3) -> Result<DMat3, String> {
             "no body has the principal moments {a}, {b}, {c} (two must be at least the third)"
         ));
     }
-    // A hair below zero is lifted to it; what the eigenvalues' own rounding makes is left alone.
+    // Slightly negative moments are lifted to zero; rounding of the eigenvalues is left alone.
     let lift = if a < -1e-12 { -a * largest } else { 0.0 };
     Ok(tensor + DMat3::from_diagonal(DVec3::splat(lift)))
 }
 
-/// `R I R'`: a tensor in turned axes.
+/// Returns `R I R'`: a tensor in rotated axes.
 pub(crate) fn rotated(tensor: DMat3, rotation: DQuat) -> DMat3 {
     if rotation == DQuat::IDENTITY {
         return tensor;
@@ -52,8 +50,8 @@ fn symmetric(tensor: DMat3) -> DMat3 {
     (tensor + tensor.transpose()) * 0.5
 }
 
-/// Mass and inertia of shapes of one density, overlaps counted twice. `None`
-/// where they enclose nothing.
+/// Returns mass and inertia of shapes with one density; overlaps count twice. `None` if they enclose no
+/// volume.
 pub(crate) fn of_shapes<'a>(shapes: impl Iterator<Item = (&'a DPose3, &'a Geometry)>) -> Option<Inertial> {
     let all = shapes
         .filter_map(|(pose, shape)| Some(of_shape(shape)?.transform_by(pose)))
@@ -75,7 +73,7 @@ fn inertial(properties: &MassProperties) -> Inertial {
 }
 
 fn of_shape(shape: &Geometry) -> Option<MassProperties> {
-    // parry's cylinders and cones stand along y, URDF's along z.
+    // The axis of parry's cylinders and cones is y, of URDF's z.
     let y_to_z = DPose3::from_rotation(DQuat::from_rotation_x(std::f64::consts::FRAC_PI_2));
     Some(match shape {
         Geometry::Box { size } => MassProperties::from_cuboid(DENSITY, *size * 0.5),
@@ -90,13 +88,13 @@ fn of_shape(shape: &Geometry) -> Option<MassProperties> {
         Geometry::Cone { radius, length } => {
             MassProperties::from_cone(DENSITY, length * 0.5, *radius).transform_by(&y_to_z)
         }
-        // Without end, so without a mass of its own.
+        // Infinite, so without a mass.
         Geometry::Plane { .. } => return None,
         Geometry::Mesh { scale, asset, .. } => of_mesh(asset.as_ref()?, *scale)?,
     })
 }
 
-/// A mesh that is closed has a volume; one that is not gets its bounding box's.
+/// Returns mass and inertia of a closed mesh; for an open one, those of its bounding box.
 fn of_mesh(mesh: &MeshAsset, scale: DVec3) -> Option<MassProperties> {
     let vertices: Vec<DVec3> = mesh.vertices.iter().map(|vertex| *vertex * scale).collect();
     let low = vertices.iter().copied().reduce(DVec3::min)?;

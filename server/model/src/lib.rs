@@ -1,12 +1,12 @@
-//! URDF text and asset bytes to an immutable [`RobotModel`] and its
-//! [`LoadReport`]. Does no IO of any kind: the caller brings the bytes.
+//! Converts URDF text and asset bytes to an immutable [`RobotModel`] and its [`LoadReport`]. Does no IO: the
+//! caller provides the bytes.
 //!
-//! * [`robot`]: what a robot is; [`setup`]: how it begins; [`sensor`]: what it measures.
-//! * [`limits`]: how much a description may be.
-//! * [`report`]: what was done to a description on the way in.
-//! * [`urdf`]: from text to robot.
-//! * [`translation`]: SDF and MJCF, as URDF.
-//! * [`primitive`]: single shapes, as text. `number`: numbers that are given.
+//! * [`robot`]: the model of a robot; [`setup`]: its initial state; [`sensor`]: its sensors.
+//! * [`limits`]: limits of descriptions.
+//! * [`report`]: findings about a description.
+//! * [`urdf`]: reads text to a robot.
+//! * [`translation`]: translates SDF and MJCF to URDF.
+//! * [`primitive`]: writes single shapes as text. `number`: checks given numbers.
 
 mod inertia;
 pub mod limits;

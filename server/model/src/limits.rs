@@ -1,17 +1,16 @@
-//! The limits of untrusted descriptions and meshes; each refusal says the value and the limit.
+//! Limits of untrusted descriptions and meshes; each refusal names the value and the limit.
 
 use std::time::Duration;
 
-/// How much a description may be, so that no file hangs or bloats the process that reads
-/// it. The defaults are far above any real robot. What a mesh may be can be made
-/// less than the defaults, not more: its readers are built for those.
+/// Limits of a description, so that no file hangs or bloats the process that reads it. The defaults are far
+/// above any real robot. Limits of meshes can only be lowered: their readers are built for the defaults.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LoadLimits {
     /// Bytes of a URDF.
     pub urdf_bytes: usize,
-    /// XML nodes of a URDF: elements, texts and comments.
+    /// Nodes in the XML of a URDF: elements, texts and comments.
     pub xml_nodes: u32,
-    /// Elements inside one another, the root counted.
+    /// Nesting depth of elements, including the root.
     pub xml_depth: usize,
     /// `=` signs between two `<`, an upper bound of an element's attributes: the
     /// XML parser compares each attribute with each other one.
@@ -30,9 +29,9 @@ pub struct LoadLimits {
     pub mesh_triangles: usize,
     /// Triangles of all mesh files of a robot, each file counted once.
     pub robot_triangles: usize,
-    /// Findings of a report, of each severity; what goes beyond is counted.
+    /// Findings of a report, of each severity; further ones are only counted.
     pub findings: usize,
-    /// From the first byte to the finished robot, looked at between its parts.
+    /// Time from the first byte to the finished robot, checked between its parts.
     pub time: Duration,
 }
 
@@ -56,31 +55,30 @@ impl Default for LoadLimits {
     }
 }
 
-/// Links of the largest robot that can be asked for.
+/// Maximum number of links that can be configured.
 pub const MOST_LINKS: usize = 10_000;
 
-/// Elements inside one another, in a mesh file and by default in a URDF.
+/// Nesting depth of elements in a mesh file, and by default in a URDF.
 pub(crate) const XML_DEPTH: usize = 100;
-/// The same of `=` signs between two `<`.
+/// Number of `=` signs between two `<` in a mesh file.
 pub(crate) const XML_ATTRIBUTES: usize = 128;
-/// The same of declarations of namespaces.
+/// Declarations of namespaces in a mesh file.
 pub(crate) const XML_NAMESPACES: usize = 256;
 /// Bytes of a mesh file.
 pub(crate) const MESH_BYTES: usize = 128 << 20;
 /// Triangles of one mesh file.
 pub(crate) const MESH_TRIANGLES: usize = 2_000_000;
-/// Corners of one mesh file.
+/// Vertices of one mesh file.
 pub(crate) const MESH_VERTICES: usize = 3 * MESH_TRIANGLES;
-/// Bytes of a COLLADA file, which is text and takes room while it is read.
+/// Bytes of a COLLADA file, which needs much memory while it is read.
 pub(crate) const COLLADA_BYTES: usize = 64 << 20;
 /// XML nodes of a COLLADA file.
 pub(crate) const COLLADA_NODES: u32 = 500_000;
 /// Attributes of a COLLADA file, all together.
 pub(crate) const COLLADA_ATTRIBUTES: usize = 1_000_000;
-/// Bytes of a COLLADA file that may be walked over: what is referred to again and again
-/// is walked over as often.
+/// Bytes of a COLLADA file that may be visited: repeated references count each time.
 pub(crate) const COLLADA_WALK: usize = 128 << 20;
-/// Files beside a mesh that it names, and pictures of a description.
+/// Files that a mesh names, and pictures of a description.
 pub(crate) const FILES_BESIDE: usize = 128;
 /// Bytes of a file of materials.
 pub(crate) const MATERIAL_BYTES: usize = 4 << 20;
@@ -88,23 +86,22 @@ pub(crate) const MATERIAL_BYTES: usize = 4 << 20;
 pub(crate) const MATERIALS: usize = 10_000;
 /// Bytes of a picture.
 pub(crate) const IMAGE_BYTES: usize = 16 << 20;
-/// Pixels of a picture along a side: no browser's graphics take more everywhere.
+/// Pixels of a picture along a side: more is not supported by all browsers.
 pub(crate) const IMAGE_SIDE: u32 = 8192;
-/// Pixels of a picture. A viewer unpacks each to four bytes.
+/// Pixels of a picture. A viewer decodes each to four bytes.
 pub(crate) const IMAGE_PIXELS: u64 = 4096 * 4096;
 /// Bytes of all files beside one mesh, and of the pictures in it.
 pub(crate) const BESIDE_BYTES: usize = 64 << 20;
 /// Bytes of the JSON of a glTF.
 pub(crate) const GLTF_JSON_BYTES: usize = 32 << 20;
-/// Objects in it.
+/// Objects in the JSON of a glTF.
 pub(crate) const GLTF_OBJECTS: usize = 250_000;
 /// Parts of meshes that are visited in a glTF.
 pub(crate) const GLTF_VISITS: usize = 1_000_000;
-/// Elements of buffers that are read for a glTF: what is referred to again is read as often.
+/// Elements of buffers that are read for a glTF: repeated references count each time.
 pub(crate) const GLTF_WALK: usize = 50_000_000;
-/// Largest number that a description or a mesh may hold, in either direction:
-/// what is computed from such numbers (a tensor of inertia is the fifth power
-/// of a length) stays finite.
+/// Largest magnitude of a number in a description or a mesh. Results of such numbers stay finite: a tensor of
+/// inertia is the fifth power of a length.
 pub(crate) const MAGNITUDE: f64 = 1e18;
-/// Largest factor of size that a spawn may ask for.
+/// Largest factor of size for a spawn.
 pub(crate) const SCALE: f64 = 1000.0;

@@ -1,7 +1,7 @@
-//! Names as they go on the wire.
+//! Names on the wire.
 
-/// The name with every character outside `[A-Za-z0-9_-]` made `_`, which is
-/// what a Zenoh key takes. An empty name becomes `_`.
+/// Returns the name with every character outside `[A-Za-z0-9_-]` replaced by `_`, as Zenoh keys require. An
+/// empty name becomes `_`.
 pub fn wire_name(name: &str) -> String {
     if name.is_empty() {
         return "_".to_owned();

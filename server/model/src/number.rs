@@ -1,15 +1,16 @@
-//! Numbers that are given: how large they may be, and how sentences for people show them.
+//! Given numbers: their limits, and their form in sentences.
 
 use std::fmt::Display;
 
-/// Longest number that is written out: a double takes 24 characters with all of its digits.
+/// Length above which a number is shortened: a double takes 24 characters with all of its digits.
 const LONGEST: usize = 24;
 
-/// The largest size of a number that is given, in its unit: what follows it may go a million times as far and still be
+/// Largest magnitude of a given number, in its unit. Results may be a million times larger and can still be
 /// computed with.
 pub const LARGEST_GIVEN: f64 = 1e12;
 
-/// What was given, as a sentence shows it: a number with hundreds of zeros as `1e300`, also in a list of numbers, and all else as it is.
+/// Formats a given value for a sentence. Numbers with hundreds of zeros become `1e300`, also in lists; other
+/// values do not change.
 pub fn shown(value: impl Display) -> String {
     let text = value.to_string();
     match text.strip_prefix('[').and_then(|rest| rest.strip_suffix(']')) {

@@ -1,4 +1,4 @@
-//! A single shape, such as the ground or a box to push, or several that are one body, as the URDF that says the same.
+//! Single shapes, such as the ground or a box to push, or several as one body, as equivalent URDF.
 
 use std::fmt::Write as _;
 
@@ -6,25 +6,26 @@ use crate::inertia;
 use crate::robot::{Geometry, Inertial};
 use glamx::{DPose3, DQuat, DVec3};
 
-/// A robot of one link, `link`, with shapes that are seen and touched.
+/// A robot of one link, `link`, with shapes that are visuals and colliders.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Primitive {
-    /// `link_from_shape` and what it is of each, at least one. A mesh is named by its URI, and needs no content here.
+    /// `link_from_shape` and geometry of each shape, at least one. A mesh is named by its URI, without its
+    /// content.
     pub shapes: Vec<(DPose3, Geometry)>,
-    /// Kilograms, above 0; absent is that of water. A plane has none.
+    /// Kilograms, above 0; absent is the mass of water. A plane has none.
     pub mass: Option<f64>,
     /// Red, green, blue, alpha, each 0 to 1.
     pub color: Option<[f64; 4]>,
 }
 
 impl Primitive {
-    /// Of one shape, where the link is.
+    /// Makes it from one shape at the origin of the link.
     pub fn of(geometry: Geometry) -> Self {
         Self { shapes: vec![(DPose3::IDENTITY, geometry)], mass: None, color: None }
     }
 
-    /// Its description. The inertia is that of the shapes filled evenly; of a mesh, whose
-    /// content is not known here, it is left to the reader.
+    /// Returns its description. The inertia assumes evenly filled shapes. The reader computes a mesh's
+    /// inertia, since its content is unknown here.
     pub fn urdf(&self) -> String {
         let name = match &self.shapes[..] {
             [(_, geometry)] => element(geometry).0,
@@ -64,7 +65,7 @@ impl Primitive {
                 let mass = mass.unwrap_or(of_water);
                 let inertia = inertia * (mass / of_water);
                 let (x, y, z) = (inertia.x_axis, inertia.y_axis, inertia.z_axis);
-                // Of one shape in the middle the axes are the principal ones, but for rounding.
+                // For one shape at the origin, the axes are the principal ones, except for rounding.
                 let is_plain = matches!(&self.shapes[..], [(pose, _)] if *pose == DPose3::IDENTITY);
                 let [xy, xz, yz] = if is_plain { [0.0; 3] } else { [y.x, z.x, z.y] };
                 let at = DPose3::from_translation(center_of_mass);
@@ -85,7 +86,7 @@ impl Primitive {
     }
 }
 
-/// A line that says where something is; none where it is at the link's own place.
+/// Returns the line of a pose; empty for the identity.
 fn origin(pose: &DPose3) -> String {
     if *pose == DPose3::IDENTITY {
         return String::new();
@@ -95,7 +96,7 @@ fn origin(pose: &DPose3) -> String {
     format!("      <origin xyz=\"{x} {y} {z}\" quat_xyzw=\"{qx} {qy} {qz} {qw}\"/>\n")
 }
 
-/// A name for the robot, and the shape's element.
+/// Returns a name for the robot, and the shape's element.
 fn element(geometry: &Geometry) -> (&'static str, String) {
     match geometry {
         Geometry::Box { size } => ("box", format!("<box size=\"{} {} {}\"/>", size.x, size.y, size.z)),
@@ -119,7 +120,7 @@ fn element(geometry: &Geometry) -> (&'static str, String) {
     }
 }
 
-/// Text that stands in an attribute.
+/// Escapes text for an attribute.
 fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
 }
@@ -178,7 +179,7 @@ mod tests {
         assert!((normal - DVec3::new(0.6, 0.0, 0.8)).length() < 1e-12);
     }
 
-    /// A box filled evenly: m (y^2 + z^2) / 12.
+    /// An evenly filled box: m (y^2 + z^2) / 12.
     #[test]
     fn the_inertia_is_that_of_the_shape_filled_evenly() {
         let cuboid = Geometry::Box { size: DVec3::new(1.0, 2.0, 3.0) };
@@ -200,7 +201,8 @@ mod tests {
         );
     }
 
-    /// Two unit boxes of 3 kg each, a metre apart: 2 m (1 + 1) / 12 + 2 m (1 / 2)^2 across the line between them.
+    /// Two unit boxes of 3 kg each, a metre apart: 2 m (1 + 1) / 12 + 2 m (1 / 2)^2 across the line between
+    /// them.
     #[test]
     fn several_shapes_are_one_body_about_their_common_centre() {
         let unit = |x: f64| (DPose3::from_translation(DVec3::X * x), Geometry::Box { size: DVec3::ONE });
@@ -219,7 +221,7 @@ mod tests {
             let across = 1.0 / 6.0 + 0.25;
             assert!((moments - DVec3::new(1.0 / 6.0, across, across)).length() < 1e-9, "{moments}");
         }
-        // Turned, and with a mesh, whose inertia the reader finds.
+        // Rotated, and with a mesh, whose inertia the reader computes.
         let turn = DQuat::from_rotation_y(0.7);
         let turned = DPose3::from_parts(DVec3::new(0.1, 0.2, 0.3), turn);
         let mesh = Geometry::Mesh { uri: "a.stl".into(), scale: DVec3::ONE, asset: None };
@@ -231,7 +233,7 @@ mod tests {
         assert!(model.links[0].collisions[0].link_from_shape.rotation.angle_between(turn) < 1e-9);
     }
 
-    /// A cone filled evenly: 3 m r^2 / 10 about its axis, its centre a quarter of its length above the base.
+    /// An evenly filled cone: 3 m r^2 / 10 about its axis, its centre a quarter of its length above the base.
     #[test]
     fn a_cone_has_the_inertia_of_its_formula() {
         let (radius, length, mass) = (0.3, 0.8, 2.0);

@@ -1,4 +1,4 @@
-//! What was done to a description on the way into the world.
+//! Findings about a description.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -7,14 +7,14 @@ use crate::robot::RobotModel;
 /// The findings of one load, in the order of the file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LoadReport {
-    /// What was found.
+    /// The findings.
     pub findings: Vec<Finding>,
 }
 
-/// How much a finding matters.
+/// Importance of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
-    /// Nothing to do.
+    /// No action needed.
     Info,
     /// The robot loads, but perhaps not as its author meant.
     Warning,
@@ -22,14 +22,14 @@ pub enum Severity {
     Error,
 }
 
-/// What became of an element.
+/// Treatment of an element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Disposition {
-    /// Taken as it is.
+    /// Used as it is.
     Used,
-    /// Not given, or given as "not given".
+    /// Absent, or explicitly not given.
     Defaulted,
-    /// Wrong, and set right. Never less than a warning.
+    /// Wrong, and corrected. Always at least a warning.
     Repaired,
     /// Not used by simd.
     Ignored,
@@ -38,10 +38,10 @@ pub enum Disposition {
 }
 
 impl Disposition {
-    /// All, in the order in which a report counts them.
+    /// All dispositions, in the order in which a report counts them.
     pub const ALL: [Self; 5] = [Self::Used, Self::Defaulted, Self::Repaired, Self::Ignored, Self::Refused];
 
-    /// In a word, as reports write it.
+    /// Returns its word in reports.
     pub fn word(self) -> &'static str {
         match self {
             Self::Used => "used",
@@ -54,7 +54,7 @@ impl Disposition {
 }
 
 impl Severity {
-    /// In a word, as reports write it.
+    /// Returns its word in reports.
     pub fn word(self) -> &'static str {
         match self {
             Self::Info => "info",
@@ -64,39 +64,39 @@ impl Severity {
     }
 }
 
-/// One element and what was done with it.
+/// One element and its treatment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
-    /// How much it matters.
+    /// Importance of the finding.
     pub severity: Severity,
-    /// What became of it.
+    /// Treatment of the element.
     pub disposition: Disposition,
-    /// Where, for instance `joint "elbow" limit`.
+    /// Element, for instance `joint "elbow" limit`.
     pub element: String,
-    /// The mesh file that it is about, as the description writes its URI;
-    /// `None` where it is about the description itself.
+    /// URI of the mesh file that the finding concerns, as the description writes it; `None` if it concerns
+    /// the description itself.
     pub file: Option<String>,
-    /// Line of the element in the description, from 1; `None` where it does not apply.
+    /// Line of the element in the description, from 1; `None` if it does not apply.
     pub line: Option<u32>,
     /// A sentence: what was read, what was done, why.
     pub message: String,
 }
 
 impl LoadReport {
-    /// Findings of at least this severity.
+    /// Returns the findings of at least this severity.
     pub fn at_least(&self, severity: Severity) -> impl Iterator<Item = &Finding> {
         self.findings.iter().filter(move |finding| finding.severity >= severity)
     }
 
-    /// The same with one finding for those of a kind, where there are more than a few: the first of them, which says
-    /// how many there are and where the next ones stand. Of a kind is what says the same, names and numbers apart, of
-    /// elements of the same names.
+    /// Returns the report with many findings of a kind condensed to one: the first of them, with their number
+    /// and the next lines. Findings of a kind have the same text and element, apart from quoted names and
+    /// numbers.
     pub fn condensed(&self) -> Self {
-        /// So many of a kind are listed one by one.
+        /// Up to this number, findings of a kind are listed one by one.
         const FEW: usize = 3;
         let kind = |finding: &Finding| {
             let key = (finding.severity, finding.disposition, bare(&finding.element), bare(&finding.message));
-            // What was taken is of its element alone.
+            // Used elements are not condensed.
             (finding.disposition != Disposition::Used && finding.disposition != Disposition::Refused)
                 .then_some(key)
         };
@@ -127,7 +127,7 @@ impl LoadReport {
         Self { findings: condensed.collect() }
     }
 
-    /// What became of how many: `12 used, 3 defaulted, 1 ignored`.
+    /// Returns the number of each disposition: `12 used, 3 defaulted, 1 ignored`.
     pub fn counts(&self) -> String {
         let count = |what| self.findings.iter().filter(|finding| finding.disposition == what).count();
         let counts = Disposition::ALL.map(|what| (count(what), what.word()));
@@ -136,7 +136,7 @@ impl LoadReport {
         named.join(", ")
     }
 
-    /// One line for a log or a terminal: `arm: 2 links, 1 moving joint; no warnings`.
+    /// Returns one line for a log or a terminal: `arm: 2 links, 1 moving joint; no warnings`.
     pub fn summary(&self, model: &RobotModel) -> String {
         let moving = model.joints.iter().filter(|joint| joint.kind.moves()).count();
         let warnings = match self.at_least(Severity::Warning).count() {
@@ -148,24 +148,24 @@ impl LoadReport {
     }
 }
 
-/// Where a finding stands: `link "arm" (line 4)`.
+/// Returns the place of a finding: `link "arm" (line 4)`.
 fn location(finding: &Finding) -> String {
     let line = finding.line.map_or_else(String::new, |line| format!(" (line {line})"));
     format!("{}{line}", finding.element)
 }
 
-/// A text without what stands in quotes, and without digits.
+/// Returns a text without quoted parts and digits.
 fn bare(text: &str) -> String {
     let outside = text.split('"').step_by(2);
     outside.flat_map(str::chars).filter(|c| !c.is_ascii_digit()).collect()
 }
 
-/// `1 link`, `2 links`.
+/// Returns a counted noun: `1 link`, `2 links`.
 pub(crate) fn counted(n: usize, noun: &str) -> String {
     format!("{n} {noun}{}", if n == 1 { "" } else { "s" })
 }
 
-/// Six digits, without the zeros that say nothing.
+/// Formats a number with six digits, without trailing zeros.
 pub(crate) fn short(value: f64) -> String {
     let size = value.abs();
     if size != 0.0 && !(1e-4..1e7).contains(&size) {

@@ -1,4 +1,4 @@
-//! What a robot is: links, joints, shapes. Immutable once it is read.
+//! The model of a robot: links, joints, shapes. Immutable once it is read.
 
 mod sha256;
 
@@ -11,30 +11,30 @@ use crate::setup::Setup;
 
 pub use sha256::Sha256;
 
-/// A robot as its description gives it, checked: a tree of links with finite
-/// numbers, unit axes and ordered limits. SI units, radians.
+/// A checked robot from its description: a tree of links with finite numbers, unit axes and ordered limits.
+/// SI units, radians.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RobotModel {
-    /// `name` of the `<robot>`.
+    /// `name` of the `<robot>` element.
     pub name: String,
     /// Depth-first, children in the order of the file; the first is the root.
     pub links: Vec<Link>,
     /// Depth-first: joint `i` ends at link `i + 1`. Fixed joints are here too.
     pub joints: Vec<Joint>,
-    /// How it begins.
+    /// Initial state.
     pub setup: Setup,
 }
 
-/// A rigid part of a robot, in the frame of the joint that it hangs on.
+/// A rigid part of a robot, in the frame of its joint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Link {
     /// Unique among the robot's links.
     pub name: String,
-    /// What moves when the link moves.
+    /// Mass and inertia.
     pub inertial: Inertial,
-    /// What is drawn.
+    /// Shapes for drawing.
     pub visuals: Vec<Visual>,
-    /// What touches.
+    /// Shapes for collisions.
     pub collisions: Vec<Collision>,
 }
 
@@ -51,39 +51,39 @@ pub struct Inertial {
 }
 
 impl Inertial {
-    /// No mass.
+    /// Zero mass.
     pub const ZERO: Self = Self { mass: 0.0, center_of_mass: DVec3::ZERO, inertia: DMat3::ZERO };
 }
 
-/// Something to draw.
+/// A shape for drawing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Visual {
     /// `link_from_shape`.
     pub link_from_shape: DPose3,
-    /// What it is.
+    /// The shape.
     pub geometry: Geometry,
-    /// Red, green, blue, alpha, each 0 to 1; absent where the file gives none.
+    /// Red, green, blue, alpha, each 0 to 1; absent if the file gives none.
     pub color: Option<[f64; 4]>,
-    /// The picture of the description's material. Of a mesh it is among the paints of its asset, on the triangles that have
-    /// texture coordinates and no picture of their own file.
+    /// Picture of the description's material. On a mesh it is also among its asset's paints, for triangles
+    /// with texture coordinates but no picture in their file.
     pub texture: Option<Picture>,
 }
 
 /// The picture of a description's material.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
-    /// How the description names it.
+    /// Name in the description.
     pub uri: String,
-    /// What it is.
+    /// The picture.
     pub image: Arc<Image>,
-    /// How often it is there on one shape.
+    /// Repetitions on one shape.
     pub repeat: TextureRepeat,
 }
 
-/// How often a picture is repeated on a shape, across and up.
+/// Repetitions of a picture on a shape, across and up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TextureRepeat {
-    /// On each side of a box, and around what is round.
+    /// On each side of a box, and around round shapes.
     Times([f64; 2]),
     /// On each metre of a box or a plane. The middle of a picture is at the middle of the shape.
     PerMetre([f64; 2]),
@@ -95,31 +95,31 @@ impl Default for TextureRepeat {
     }
 }
 
-/// Something that touches.
+/// A shape for collisions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Collision {
     /// `link_from_shape`.
     pub link_from_shape: DPose3,
-    /// What it is.
+    /// The shape.
     pub geometry: Geometry,
-    /// What its surface is like.
+    /// Surface of the shape.
     pub material: Material,
 }
 
-/// What a surface is like; absent is the world's default.
+/// Surface of a shape; absent values are the world's defaults.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Material {
     /// Coulomb's coefficient, at least 0.
     pub friction: Option<f64>,
-    /// The part of the approach speed that is left after a hit, 0 to 1.
+    /// Fraction of the approach speed after an impact, 0 to 1.
     pub restitution: Option<f64>,
-    /// The torque against rolling, as a part of the normal force, metres, at least 0.
+    /// Rolling friction: torque per normal force, metres, at least 0.
     pub rolling_friction: Option<f64>,
-    /// The same against turning about the normal.
+    /// Likewise against turning about the normal.
     pub spinning_friction: Option<f64>,
-    /// Of the spring that a contact point is, N/m; 0 is rigid. Descriptions give none.
+    /// Stiffness of the spring at a contact point, N/m; 0 is rigid. Descriptions have none.
     pub contact_stiffness: Option<f64>,
-    /// Of the damper beside that spring, N s/m.
+    /// Damping beside that spring, N s/m.
     pub contact_damping: Option<f64>,
 }
 
@@ -147,52 +147,52 @@ pub enum Geometry {
     Capsule {
         /// Above 0.
         radius: f64,
-        /// Of the cylinder, without the caps.
+        /// Length of the cylinder, without the caps.
         length: f64,
     },
     /// About the z axis: the base at -`length` / 2, the apex at `length` / 2.
     Cone {
-        /// Of the base, above 0.
+        /// Radius of the base, above 0.
         radius: f64,
         /// From the base to the apex, above 0.
         length: f64,
     },
-    /// All that lies below a plane through the origin.
+    /// The half-space below a plane through the origin.
     Plane {
-        /// Of unit length; points out.
+        /// Unit vector; points out.
         normal: DVec3,
     },
     /// Triangles from a file.
     Mesh {
-        /// As the description writes it.
+        /// URI as in the description.
         uri: String,
         /// Factors on the file's coordinates; negative ones mirror.
         scale: DVec3,
-        /// The file's content; absent where it is missing or cannot be read.
+        /// Content of the file; absent if it is missing or cannot be read.
         asset: Option<Arc<MeshAsset>>,
     },
 }
 
-/// A mesh file, read.
+/// Content of a mesh file.
 #[derive(Debug, PartialEq)]
 pub struct MeshAsset {
     /// SHA-256 of the file.
     pub sha256: Sha256,
-    /// Corners in the file's own coordinates, each finite.
+    /// Vertices in the file's own coordinates, each finite.
     pub vertices: Vec<DVec3>,
-    /// Corners of each triangle, as indices into `vertices`, each in range.
+    /// Vertices of each triangle, as indices into `vertices`, each in range.
     pub triangles: Vec<[u32; 3]>,
-    /// Where the file gives colours or textures: in order, each up to the next. The physics knows none.
+    /// Colours and textures of the file: in order, each up to the next. The physics ignores them.
     pub paints: Vec<Paint>,
-    /// The files beside it that its look is made of too: materials of an OBJ, textures, buffers of a glTF.
+    /// Files beside it that belong to its look: materials of an OBJ, textures, buffers of a glTF.
     pub files: Vec<FileBeside>,
-    /// Set where the corners are heights above a grid.
+    /// Present if the vertices are heights above a grid.
     pub grid: Option<Grid>,
 }
 
-/// How the corners of a height field lie: row by row, and in each from the least x to the greatest. x and y go from
-/// -0.5 to 0.5, evenly; the first row is that of the greatest y, as a picture is looked at. Of each cell the triangles
-/// share the edge from the corner with the least x and y to the one with the greatest.
+/// Layout of the vertices of a height field: row by row, each from the least x to the greatest. x and y are
+/// spaced evenly from -0.5 to 0.5. The first row has the greatest y, as a picture is seen. The triangles of a
+/// cell share the edge from the vertex with the least x and y to the one with the greatest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Grid {
     /// At least 2.
@@ -202,13 +202,13 @@ pub struct Grid {
 }
 
 impl MeshAsset {
-    /// SHA-256 of all that it looks like: of its file alone where that names no other.
+    /// Returns the SHA-256 of its whole look: of its file alone if that names no other.
     pub fn look(&self) -> Sha256 {
         look_of(self.sha256, &self.files)
     }
 }
 
-/// SHA-256 of a mesh's file and of the files beside it.
+/// Returns the SHA-256 of a mesh's file and of the files beside it.
 pub(crate) fn look_of(sha256: Sha256, files: &[FileBeside]) -> Sha256 {
     if files.is_empty() {
         return sha256;
@@ -216,7 +216,7 @@ pub(crate) fn look_of(sha256: Sha256, files: &[FileBeside]) -> Sha256 {
     let mut all = sha256.0.to_vec();
     for FileBeside { name, sha256 } in files {
         all.extend_from_slice(name.as_bytes());
-        // No name holds it, so that two lists are never the same bytes.
+        // No name contains it, so that two different lists never have the same bytes.
         all.push(0);
         all.extend_from_slice(&sha256.0);
     }
@@ -226,28 +226,27 @@ pub(crate) fn look_of(sha256: Sha256, files: &[FileBeside]) -> Sha256 {
 /// A file that a mesh's file names, and that was found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FileBeside {
-    /// Its path from the folder of the mesh. Empty is the picture that the description puts on the mesh, which it names itself.
+    /// Path from the folder of the mesh. Empty for the picture that the description puts on the mesh.
     pub name: String,
     /// SHA-256 of the file.
     pub sha256: Sha256,
 }
 
-/// The look of some triangles of a mesh.
+/// Look of some triangles of a mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Paint {
-    /// Index of the first of them.
+    /// Index of the first triangle.
     pub first: usize,
-    /// Red, green and blue, 0 to 1, as screens have them (sRGB); absent where the file says none. A texture is multiplied
-    /// by it.
+    /// Red, green and blue, 0 to 1 (sRGB); absent if the file has none. It is multiplied with the texture.
     pub color: Option<[f64; 3]>,
-    /// 1 hides what is behind, 0 nothing of it.
+    /// 1 is opaque, 0 is invisible.
     pub alpha: f64,
-    /// Set where there is a picture on them.
+    /// Present if the triangles have a picture.
     pub texture: Option<Texture>,
 }
 
 impl Paint {
-    /// A colour alone, that hides what is behind.
+    /// Makes an opaque colour.
     pub fn plain(first: usize, color: Option<[f64; 3]>) -> Self {
         Self { first, color, alpha: 1.0, texture: None }
     }
@@ -258,17 +257,17 @@ impl Paint {
 pub struct Texture {
     /// The picture.
     pub image: Arc<Image>,
-    /// For each triangle that has them the texture coordinates of its corners: from the left, 0 to 1, and from the top. The picture is
-    /// repeated beyond that.
+    /// Texture coordinates of each triangle's vertices: distance from the left and from the top, 0 to 1. The
+    /// picture is repeated beyond that. Triangles without coordinates are left out.
     pub uvs: Vec<[[f32; 2]; 3]>,
 }
 
-/// A picture as it came: only its header was looked at.
+/// A picture file, of which only the header was read.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Image {
     /// SHA-256 of `bytes`.
     pub sha256: Sha256,
-    /// How it is written.
+    /// Format of the file.
     pub kind: ImageKind,
     /// Pixels across and down, each above 0.
     pub size: [u32; 2],
@@ -276,7 +275,7 @@ pub struct Image {
     pub bytes: Arc<[u8]>,
 }
 
-/// How a picture is written.
+/// Format of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ImageKind {
     /// ISO/IEC 15948.
@@ -286,7 +285,7 @@ pub enum ImageKind {
 }
 
 impl ImageKind {
-    /// As headers of HTTP and glTF name it.
+    /// Returns its name in HTTP headers and glTF.
     pub fn media_type(self) -> &'static str {
         match self {
             Self::Png => "image/png",
@@ -294,7 +293,7 @@ impl ImageKind {
         }
     }
 
-    /// The usual extension of files.
+    /// Returns the usual extension of files.
     pub fn extension(self) -> &'static str {
         match self {
             Self::Png => "png",
@@ -308,13 +307,13 @@ impl ImageKind {
 pub struct Joint {
     /// Unique among the robot's joints.
     pub name: String,
-    /// How the child can move.
+    /// Type of motion.
     pub kind: JointKind,
-    /// Index of the link that it hangs on.
+    /// Index of the parent link.
     pub parent: usize,
-    /// Index of the link that moves.
+    /// Index of the child link.
     pub child: usize,
-    /// The child's frame at position zero: `parent_from_joint`.
+    /// Frame of the child at position zero: `parent_from_joint`.
     pub parent_from_joint: DPose3,
     /// Unit vector in the joint's frame; meaningless for fixed, floating and spherical joints.
     pub axis: DVec3,
@@ -324,14 +323,14 @@ pub struct Joint {
     pub damping: f64,
     /// Dry friction, N m or N, at least 0.
     pub friction: f64,
-    /// Set where the joint follows another.
+    /// Present if the joint follows another.
     pub mimic: Option<Mimic>,
 }
 
-/// How a joint's child can move.
+/// Type of a joint's motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JointKind {
-    /// Turns about its axis, within limits where it has them.
+    /// Turns about its axis, within limits if it has them.
     Revolute,
     /// Turns about its axis without end.
     Continuous,
@@ -348,7 +347,7 @@ pub enum JointKind {
 }
 
 impl JointKind {
-    /// Whether the child can move against the parent.
+    /// Returns whether the child can move relative to the parent.
     pub fn moves(self) -> bool {
         self != Self::Fixed
     }
@@ -370,21 +369,21 @@ pub struct JointLimits {
 /// `position = multiplier * position of joint + offset`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mimic {
-    /// Index of the joint that is followed.
+    /// Index of the joint that it follows.
     pub joint: usize,
-    /// rad or m for each rad or m.
+    /// rad or m per rad or m.
     pub multiplier: f64,
     /// rad or m.
     pub offset: f64,
 }
 
 impl JointLimits {
-    /// Lower and upper, infinite where absent.
+    /// Returns lower and upper limit, infinite if absent.
     pub fn range(&self) -> (f64, f64) {
         (self.lower.unwrap_or(f64::NEG_INFINITY), self.upper.unwrap_or(f64::INFINITY))
     }
 
-    /// The position within the limits that is nearest to this one.
+    /// Returns the nearest position within the limits.
     pub fn nearest(&self, position: f64) -> f64 {
         let (lower, upper) = self.range();
         position.max(lower).min(upper)

@@ -1,4 +1,5 @@
-//! What sensors measure and how well, in the words that a description and a client share: kinds, scans of rays, noise.
+//! Quantities and errors of sensors, in the terms that descriptions and clients share: kinds, scans of rays,
+//! noise.
 
 mod check;
 
@@ -7,130 +8,132 @@ use serde::{Deserialize, Serialize};
 
 pub use self::check::{BadSensor, check};
 
-/// Sensors of a robot at the most.
+/// Maximum number of sensors of a robot.
 pub const MAX_SENSORS_PER_ROBOT: usize = 64;
 
-/// Bytes of a sensor's name at the most.
+/// Maximum bytes of a sensor's name.
 pub const MAX_SENSOR_NAME: usize = 128;
 
-/// Rays of one scan at the most.
+/// Maximum rays of one scan.
 pub const MAX_SCAN_RAYS: u64 = 131_072;
 
-/// Entries of a sensor's list of noise at the most: one for each channel.
+/// Maximum entries in a sensor's list of noise: one for each channel.
 pub const MAX_CHANNEL_NOISE: usize = 16;
 
-/// A sensor that a description declares. Indices are those of the model.
+/// A sensor that a description declares. Indices refer to the model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sensor {
-    /// As in the file, as far as a name on the wire may be so, and unlike that of any other of the robot.
+    /// Name in the file, as far as the wire allows; unique within the robot.
     pub name: String,
-    /// What it is on.
+    /// Link or joint of the sensor.
     pub on: SensorMount,
     /// `link_from_sensor`: in the frame of the link, or of the joint's child.
     pub pose: DPose3,
-    /// Samples in a second of sim time, above 0. `None`: one each step.
+    /// Samples per second of sim time, above 0. `None`: one each step.
     pub rate: Option<f64>,
-    /// What it measures.
+    /// Quantity that it measures.
     pub kind: SensorKind,
-    /// Of its channels; the later ones win. Those that are not named have none.
+    /// Noise of its channels; later entries win. Other channels have none.
     pub noise: Vec<ChannelNoise>,
-    /// What its noise is drawn from, with the names of robot and sensor.
+    /// Seed of its noise, with the names of robot and sensor.
     pub seed: u64,
 }
 
-/// What a sensor is on.
+/// Link or joint of a sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum SensorMount {
     /// A link, by its index in the model.
     Link(usize),
-    /// A joint, by its index in the model: of sensors of force and torque, and of encoders.
+    /// A joint, by its index in the model: for force-torque sensors and encoders.
     Joint(usize),
 }
 
-/// What a sensor measures. A sensor's frame has x forwards, y to the left and z up, as ROS's REP 103 has it.
+/// Quantity that a sensor measures. A sensor's frame has x forwards, y to the left and z up, as in ROS's REP
+/// 103.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum SensorKind {
     /// Specific force, angular velocity and orientation.
     Imu,
-    /// Force and torque that a joint carries, a fixed one too.
+    /// Force and torque that a joint carries, including fixed joints.
     ForceTorque {
-        /// In whose axes.
+        /// Axes of the result.
         axes: WrenchAxes,
-        /// Of which link on which.
+        /// Direction of the force.
         direction: WrenchDirection,
     },
-    /// What touches a link, and how hard.
+    /// Contacts of a link, with their forces.
     Contact {
-        /// It says that it is touched from this sum of normal forces on, N, at least 0. With 0, where any force is.
+        /// Threshold on the sum of normal forces, N, at least 0; above it, the link counts as touched. 0: any
+        /// force.
         threshold: f64,
     },
     /// One ray, along x.
     Range(RangeLimits),
     /// Many rays.
     Lidar(Scan),
-    /// Where the sensor is in the world and how it moves: ground truth.
+    /// World pose and twist of the sensor: ground truth.
     LinkState,
     /// Position and velocity of a joint of one axis.
     Encoder {
-        /// How far the joint moves where it turns round before the encoder goes along: rad or m, at least 0.
+        /// Motion of the joint after it reverses until the encoder follows: rad or m, at least 0.
         backlash: f64,
     },
-    /// Where the sensor is against where it began, and how it moves, in its own axes.
+    /// Pose relative to the sensor's start, and twist, in its own axes.
     Odometry,
-    /// What a camera sees. Only declared: the core draws no pictures.
+    /// Pictures of a camera. Only declared: the core draws none.
     Camera(Camera),
 }
 
-/// In whose axes a sensor of force and torque measures. The torque is about the sensor's origin in all of them.
+/// Axes of a force-torque sensor. The torque is about the sensor's origin in all of them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum WrenchAxes {
-    /// Of the joint's child, as SDFormat's `child`.
+    /// Axes of the joint's child, as SDFormat's `child`.
     #[default]
     Child,
-    /// Of the joint's parent.
+    /// Axes of the joint's parent.
     Parent,
-    /// Of the sensor.
+    /// Axes of the sensor.
     Sensor,
 }
 
-/// Whose force on whom.
+/// Direction of a measured force.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum WrenchDirection {
-    /// Of the child on the parent, as SDFormat's `child_to_parent`.
+    /// Force of the child on the parent, as SDFormat's `child_to_parent`.
     #[default]
     ChildOnParent,
-    /// Of the parent on the child.
+    /// Force of the parent on the child.
     ParentOnChild,
 }
 
-/// What a ray can tell from nothing.
+/// Limits of a ray.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RangeLimits {
-    /// Metres; what is nearer is measured as minus infinity (REP 117).
+    /// Metres; nearer surfaces read minus infinity (REP 117).
     pub least: f64,
-    /// Metres; where nothing is within it, plus infinity is measured.
+    /// Metres; rays without a hit within it read plus infinity.
     pub most: f64,
 }
 
-/// The rays of a lidar: each of the vertical angles with each of the horizontal ones. Ranges are listed line by line, from the
-/// least vertical angle on, and in each from the least horizontal angle on.
+/// The rays of a lidar: each vertical angle with each horizontal one. Ranges are listed row by row, from the
+/// least vertical angle on; each row from the least horizontal angle on.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Scan {
-    /// About z, from x to y.
+    /// Angles about z, from x to y.
     pub horizontal: Sweep,
-    /// Up from the plane of x and y.
+    /// Angles up from the plane of x and y.
     pub vertical: Sweep,
-    /// Of each ray.
+    /// Limits of each ray.
     pub range: RangeLimits,
-    /// It turns once in a period: each column of rays is of its own time, the last of the moment of the sample. `false`: all are of
-    /// that moment.
+    /// True: the lidar turns once in a period. Each column of rays has its own time, and the last one has the
+    /// time of the sample. False: all rays have that time.
     pub rolling: bool,
 }
 
-/// Angles at equal distances, both ends among them.
+/// Equally spaced angles, including both ends.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sweep {
-    /// At least 1; one is at `least`.
+    /// At least 1; a single sample is at `least`.
     pub samples: u32,
     /// rad.
     pub least: f64,
@@ -139,17 +142,17 @@ pub struct Sweep {
 }
 
 impl Sweep {
-    /// One angle.
+    /// Makes a single angle.
     pub const fn one(angle: f64) -> Self {
         Self { samples: 1, least: angle, most: angle }
     }
 
-    /// The angle at an index, rad.
+    /// Returns the angle at an index, rad.
     pub fn angle(&self, index: u32) -> f64 {
         self.least + f64::from(index) * self.increment()
     }
 
-    /// From one angle to the next, rad; 0 where there is one alone.
+    /// Returns the step between angles, rad; 0 for a single angle.
     pub fn increment(&self) -> f64 {
         match self.samples {
             0 | 1 => 0.0,
@@ -159,7 +162,7 @@ impl Sweep {
 }
 
 impl Scan {
-    /// How many rays there are.
+    /// Returns the number of rays.
     pub fn rays(&self) -> u64 {
         u64::from(self.horizontal.samples) * u64::from(self.vertical.samples)
     }
@@ -168,7 +171,7 @@ impl Scan {
 /// A pinhole camera that looks along x.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Camera {
-    /// What it makes pictures of.
+    /// Planes of its pictures.
     pub picture: Picture,
     /// Pixels.
     pub width: u32,
@@ -176,13 +179,13 @@ pub struct Camera {
     pub height: u32,
     /// rad.
     pub horizontal_field_of_view: f64,
-    /// Metres: what is nearer is not seen.
+    /// Metres: nearer surfaces are not seen.
     pub near: f64,
-    /// Metres: what is farther is not seen.
+    /// Metres: farther surfaces are not seen.
     pub far: f64,
 }
 
-/// What a camera makes pictures of.
+/// Planes of a camera's pictures.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Picture {
     /// Colours.
@@ -192,71 +195,73 @@ pub enum Picture {
     Depth,
     /// Both.
     ColorAndDepth,
-    /// Which robot and link.
+    /// Robot and link of each pixel.
     Segmentation,
 }
 
-/// The noise of channels of a sensor.
+/// Noise of a sensor's channels.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ChannelNoise {
-    /// Which quantity.
+    /// The quantity.
     pub channels: Channels,
-    /// Which part of it: 0, 1 or 2 for x, y or z. `None`: all, each with noise of its own.
+    /// Component: 0, 1 or 2 for x, y or z. `None`: all, each with independent noise.
     pub axis: Option<u8>,
-    /// What is added.
+    /// The noise.
     pub noise: Noise,
 }
 
 /// A quantity that a sensor measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Channels {
-    /// Of an IMU: specific force, m/s^2.
+    /// IMU: specific force, m/s^2.
     LinearAcceleration,
-    /// Of an IMU, a link's state and odometry, rad/s.
+    /// IMU, link state and odometry, rad/s.
     AngularVelocity,
-    /// Of an IMU, a link's state and odometry: a small turn about the sensor's axes, rad.
+    /// IMU, link state and odometry: a small turn about the sensor's axes, rad.
     Orientation,
-    /// Of sensors of force and torque and of contact: N.
+    /// Force-torque and contact sensors: N.
     Force,
-    /// Of sensors of force and torque: N m.
+    /// Force-torque sensors: N m.
     Torque,
-    /// Of a link's state and odometry: m.
+    /// Link state and odometry: m.
     Position,
-    /// Of a link's state and odometry: m/s.
+    /// Link state and odometry: m/s.
     LinearVelocity,
-    /// Of an encoder: rad or m.
+    /// Encoder: rad or m.
     JointPosition,
-    /// Of an encoder: rad/s or m/s.
+    /// Encoder: rad/s or m/s.
     JointVelocity,
-    /// Of a range finder and a lidar: m. Bias and walk are one for all rays.
+    /// Range finder and lidar: m. All rays share bias and walk.
     Range,
 }
 
-/// What is added to a true value, and what is left of the sum. Units are those of the channel.
+/// Errors of a channel, in its units.
 ///
 /// `measured = round((true + bias + walk + normal) / quantum) * quantum`
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Noise {
-    /// Of what is drawn anew for each sample from a normal distribution about 0; at least 0.
+    /// Standard deviation of white noise, drawn for each sample from a normal distribution about 0; at least
+    /// 0.
     pub standard_deviation: f64,
     /// Mean of the bias, which is drawn once.
     pub bias_mean: f64,
     /// Standard deviation of the bias; at least 0.
     pub bias_standard_deviation: f64,
-    /// What the walk grows by: its standard deviation after one second, at least 0. After t seconds it is
-    /// `random_walk * sqrt(t)`, while t is small beside the correlation time.
+    /// Standard deviation of the walk after one second, at least 0. After t seconds it is `random_walk *
+    /// sqrt(t)`, while t is small beside the correlation time.
     pub random_walk: f64,
     /// Seconds after which the walk is forgotten (a first-order Gauss-Markov process), above 0. `None`: never.
     pub correlation_time: Option<f64>,
     /// Values are whole multiples of it; 0: any. An encoder's resolution.
     pub quantum: f64,
-    /// The part of samples that are lost, 0 to 1. A lost ray is NaN; of other kinds the whole sample is lost, and of
-    /// several channels the largest counts.
+    /// Probability that a sample is lost, 0 to 1. A lost ray is NaN. On other channels the whole sample is
+    /// lost, and the largest value of several channels counts.
     pub dropout: f64,
 }
 
 impl SensorKind {
-    /// The quantities that it measures, with the number of the numbers of each; of a range finder and a lidar, one stands for all rays.
+    /// Returns the quantities that it measures, each with the number of its values. For a range finder and a
+    /// lidar, one value stands for all rays.
     pub fn channels(&self) -> &'static [(Channels, usize)] {
         match self {
             Self::Imu => &[
@@ -278,7 +283,7 @@ impl SensorKind {
         }
     }
 
-    /// How many rays a reading of it takes.
+    /// Returns the number of rays of a reading.
     pub fn rays(&self) -> u64 {
         match self {
             Self::Range(_) => 1,
@@ -293,12 +298,12 @@ impl SensorKind {
         }
     }
 
-    /// Whether it is on a joint, and not on a link.
+    /// Returns whether it is on a joint, and not on a link.
     pub fn is_of_joint(&self) -> bool {
         matches!(self, Self::ForceTorque { .. } | Self::Encoder { .. })
     }
 
-    /// In one word, as a name of one that has none begins.
+    /// Returns its word, with which the names of unnamed sensors begin.
     pub fn word(&self) -> &'static str {
         match self {
             Self::Imu => "imu",
@@ -315,7 +320,7 @@ impl SensorKind {
 }
 
 impl Channels {
-    /// In words, for people.
+    /// Returns its words, for people.
     pub fn word(self) -> &'static str {
         match self {
             Self::LinearAcceleration => "linear acceleration",
@@ -332,5 +337,5 @@ impl Channels {
     }
 }
 
-/// Numbers of a sensor that have noise, at the most.
+/// Maximum number of a sensor's values with noise.
 pub const MAX_CHANNELS: usize = 12;

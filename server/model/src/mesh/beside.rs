@@ -1,7 +1,7 @@
-//! The files that a mesh's file names: materials of an OBJ, textures, buffers of a glTF.
+//! Files that a mesh file names: materials of an OBJ, textures, buffers of a glTF.
 //!
-//! They are found from the folder of the mesh, as the description's own files are. A client that uploads a robot finds
-//! their names in the mesh, without reading all of it.
+//! Their names are relative to the folder of the mesh, like the description's own files. A client that
+//! uploads a robot finds the names in the mesh, without parsing all of it.
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -12,7 +12,7 @@ use crate::limits;
 use crate::robot::{FileBeside, Image, Sha256};
 use crate::urdf::{Asset, Assets};
 
-/// What a file is for.
+/// Use of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Role {
     /// Materials of an OBJ.
@@ -23,7 +23,7 @@ pub(super) enum Role {
     Image,
 }
 
-/// A file as a mesh names it.
+/// A file that a mesh names.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Named {
     /// Its path from the folder of the mesh.
@@ -31,21 +31,21 @@ pub(super) struct Named {
     pub(super) role: Role,
 }
 
-/// What was found beside a mesh.
+/// Files that were found beside a mesh.
 #[derive(Default)]
 pub(crate) struct Beside {
     images: BTreeMap<String, Arc<Image>>,
     bytes: BTreeMap<String, Arc<[u8]>>,
-    /// The picture that the description puts on the mesh.
+    /// Picture that the description puts on the mesh.
     cover: Option<Arc<Image>>,
-    /// All that was found.
+    /// All files that were found.
     pub(crate) files: Vec<FileBeside>,
-    /// What was not, or cannot be used: sentences.
+    /// Sentences about missing or unusable files.
     pub(crate) notes: Vec<String>,
 }
 
 impl Beside {
-    /// Looks for all that a mesh names, and what that names.
+    /// Looks for all files that a mesh names, and for the files that those name.
     pub(crate) fn gather(uri: &str, bytes: &[u8], assets: &dyn Assets) -> Self {
         let mut beside = Self::default();
         let mut size = 0;
@@ -89,7 +89,7 @@ impl Beside {
         beside
     }
 
-    /// With the picture of the description's material, for the triangles that have none of their own.
+    /// Adds the picture of the description's material, for triangles without a picture.
     pub(crate) fn covered_by(mut self, cover: Option<&Arc<Image>>) -> Self {
         if let Some(cover) = cover {
             self.cover = Some(Arc::clone(cover));
@@ -126,28 +126,29 @@ impl Beside {
         }
     }
 
-    /// Whether there is a picture, without which texture coordinates are of no use.
+    /// Returns whether there are pictures; without one, texture coordinates are not needed.
     pub(super) fn has_images(&self) -> bool {
         !self.images.is_empty() || self.cover.is_some()
     }
 
-    /// The picture that the description puts on the mesh.
+    /// Returns the picture that the description puts on the mesh.
     pub(super) fn cover(&self) -> Option<&Arc<Image>> {
         self.cover.as_ref()
     }
 
-    /// A picture, as a mesh names it from its folder.
+    /// Returns a picture, by its name in the mesh.
     pub(super) fn image(&self, name: &str) -> Option<Arc<Image>> {
         self.images.get(&relative(name)?).cloned()
     }
 
-    /// Another file.
+    /// Returns another file, by its name in the mesh.
     pub(super) fn bytes(&self, name: &str) -> Option<&Arc<[u8]>> {
         self.bytes.get(&relative(name)?)
     }
 }
 
-/// The URIs of what a mesh names, of those files that are known. Known ones that name more are looked into.
+/// Returns the URIs that a mesh names, as far as the files are known. Known files are searched for further
+/// names.
 pub(crate) fn uris(uri: &str, assets: &dyn Assets) -> Vec<String> {
     let mut found = Vec::new();
     if !matches!(super::format(uri).as_str(), "obj" | "dae" | "gltf" | "glb") {
@@ -169,7 +170,8 @@ pub(crate) fn uris(uri: &str, assets: &dyn Assets) -> Vec<String> {
     found
 }
 
-/// Calls `each` with what a mesh names, once each, and with what the bytes name that it gives.
+/// Calls `each` once with each file that a mesh names, and with the files named in the bytes that `each`
+/// returns.
 fn walk(uri: &str, bytes: &[u8], each: &mut dyn FnMut(&Named) -> Option<Arc<[u8]>>) {
     let mut ahead = VecDeque::from(named(&super::format(uri), bytes));
     let mut seen = BTreeSet::new();
@@ -187,7 +189,7 @@ fn walk(uri: &str, bytes: &[u8], each: &mut dyn FnMut(&Named) -> Option<Arc<[u8]
     }
 }
 
-/// What the file itself names.
+/// Returns the files that the file itself names.
 fn named(format: &str, bytes: &[u8]) -> Vec<Named> {
     match format {
         "obj" => mtl::libraries(bytes)
@@ -200,8 +202,8 @@ fn named(format: &str, bytes: &[u8]) -> Vec<Named> {
     }
 }
 
-/// The files of `<image>`: found as text, since the whole document would take long to read. What was looked at is not looked
-/// at again: a short file of nothing but beginnings would take hours.
+/// Returns the files of `<image>` elements. They are searched as text, since parsing the whole document takes
+/// long. Each byte is searched once: a short file of nothing but opening tags would take hours otherwise.
 fn collada(bytes: &[u8]) -> Vec<Named> {
     let mut found = Vec::new();
     let mut rest = bytes;
@@ -227,7 +229,7 @@ fn collada(bytes: &[u8]) -> Vec<Named> {
     found
 }
 
-/// The five entities that XML has of itself.
+/// Replaces the five predefined entities of XML.
 fn unescaped(text: &str) -> String {
     let known = [("&lt;", "<"), ("&gt;", ">"), ("&quot;", "\""), ("&apos;", "'"), ("&amp;", "&")];
     known.iter().fold(text.to_owned(), |text, (from, to)| text.replace(from, to))
@@ -237,7 +239,7 @@ fn after<'a>(bytes: &'a [u8], word: &[u8]) -> Option<&'a [u8]> {
     bytes.get(find(bytes, word)? + word.len()..)
 }
 
-/// Where a word stands first.
+/// Returns the first position of a word.
 fn find(bytes: &[u8], word: &[u8]) -> Option<usize> {
     let first = *word.first()?;
     let mut from = 0;
@@ -250,7 +252,8 @@ fn find(bytes: &[u8], word: &[u8]) -> Option<usize> {
     }
 }
 
-/// A name as a path from the folder of who names it. Of a path of another machine only the last part can be there.
+/// Returns a name as a path from the folder of the naming file. If it is a path of another machine, only its
+/// last part can exist.
 pub(super) fn relative(name: &str) -> Option<String> {
     const MOST: usize = 512;
     let name = name.trim();
@@ -275,17 +278,17 @@ pub(super) fn relative(name: &str) -> Option<String> {
     (!path.is_empty() && !path.ends_with('/')).then(|| path.to_owned())
 }
 
-/// The path of what a file beside a mesh names, from the mesh's folder.
+/// Returns the path, from the mesh's folder, of a name in a file beside the mesh.
 pub(super) fn joined(file: &str, name: &str) -> Option<String> {
     Some(format!("{}{}", folder(file), relative(name)?))
 }
 
-/// The URI of a file that a mesh names, by its path from the mesh's folder.
+/// Returns the URI of a file that a mesh names, by its path from the mesh's folder.
 pub fn address(mesh: &str, name: &str) -> String {
     format!("{}{name}", folder(mesh.trim_start()))
 }
 
-/// Up to the last slash.
+/// Returns the path up to the last slash.
 fn folder(path: &str) -> &str {
     path.rfind(['/', '\\']).and_then(|last| path.get(..=last)).unwrap_or_default()
 }

@@ -1,4 +1,4 @@
-//! A mesh as it is put together, with the limits that hold for every format.
+//! Builder of meshes, with the limits for every format.
 
 use std::sync::Arc;
 
@@ -9,12 +9,12 @@ use super::hull::{self, NoHull};
 use crate::limits;
 use crate::robot::{Image, Paint, Texture};
 
-/// What triangles of one material look like.
+/// Appearance of triangles with one material.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Look {
-    /// Absent where the file says none.
+    /// Absent if the file has none.
     pub(super) color: Option<[f64; 3]>,
-    /// 1 hides what is behind.
+    /// 1 is opaque.
     pub(super) alpha: f64,
     pub(super) image: Option<Arc<Image>>,
 }
@@ -29,25 +29,25 @@ impl Default for Look {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct FaceCorner {
     pub(super) index: u32,
-    /// From the left and from the top, 0 to 1.
+    /// Distance from the left and from the top, 0 to 1.
     pub(super) uv: [f32; 2],
 }
 
-/// Corners and triangles so far.
+/// Vertices and triangles so far.
 #[derive(Default)]
 pub(super) struct Builder {
     vertices: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
-    /// Of the first triangles; those behind have none.
+    /// Texture coordinates of the first triangles; later triangles have none.
     uvs: Vec<[[f32; 2]; 3]>,
-    /// Each from a triangle on.
+    /// First triangle of each look.
     looks: Vec<(usize, Look)>,
-    /// The picture for what has texture coordinates and no picture.
+    /// Picture for triangles with texture coordinates but no picture.
     cover: Option<Arc<Image>>,
 }
 
 impl Builder {
-    /// With room for so many.
+    /// Makes a builder with capacity.
     pub(super) fn with_capacity(corners: usize, triangles: usize) -> Self {
         Self {
             vertices: Vec::with_capacity(corners),
@@ -56,12 +56,12 @@ impl Builder {
         }
     }
 
-    /// With a picture for what has texture coordinates and no picture of its own.
+    /// Sets the picture for triangles with texture coordinates but no picture.
     pub(super) fn covered_by(self, cover: Option<&Arc<Image>>) -> Self {
         Self { cover: cover.cloned(), ..self }
     }
 
-    /// Adds a corner and gives its index.
+    /// Adds a vertex and returns its index.
     pub(super) fn corner(&mut self, corner: DVec3) -> Result<u32, String> {
         if self.vertices.len() >= limits::MESH_VERTICES {
             return Err(format!("it has more than {} corners", limits::MESH_VERTICES));
@@ -71,12 +71,12 @@ impl Builder {
         Ok(index)
     }
 
-    /// How many corners there are.
+    /// Returns the number of vertices.
     pub(super) fn corners(&self) -> usize {
         self.vertices.len()
     }
 
-    /// Adds a triangle of corners, which [`Builder::finish`] expects to be there.
+    /// Adds a triangle of vertices, which [`Builder::finish`] expects to exist.
     pub(super) fn triangle(&mut self, corners: [u32; 3]) -> Result<(), String> {
         if self.triangles.len() >= limits::MESH_TRIANGLES {
             return Err(format!("it has more than {} triangles", limits::MESH_TRIANGLES));
@@ -85,12 +85,12 @@ impl Builder {
         Ok(())
     }
 
-    /// How many triangles there are.
+    /// Returns the number of triangles.
     pub(super) fn triangles(&self) -> usize {
         self.triangles.len()
     }
 
-    /// Adds a triangle of corners that have texture coordinates.
+    /// Adds a triangle of vertices with texture coordinates.
     pub(super) fn face(&mut self, corners: [FaceCorner; 3]) -> Result<(), String> {
         let uvs = corners.map(|corner| corner.uv);
         if uvs != [[0.0; 2]; 3] {
@@ -100,22 +100,23 @@ impl Builder {
         self.triangle(corners.map(|corner| corner.index))
     }
 
-    /// The triangles from here on look like this.
+    /// Sets the look of the triangles from here on.
     pub(super) fn paint(&mut self, look: Look) {
         let first = self.triangles.len();
-        // What was painted and is empty is forgotten, so that there are no more than triangles.
+        // A look without triangles is removed, so that there are never more looks than triangles.
         self.looks.pop_if(|(begin, _)| *begin == first);
         if self.looks.last().map_or(look != Look::default(), |(_, last)| *last != look) {
             self.looks.push((first, look));
         }
     }
 
-    /// The texture coordinates, which [`Builder::finish`] does not give: of the first triangles, in order.
+    /// Takes the texture coordinates, which [`Builder::finish`] does not return: of the first triangles, in
+    /// order.
     pub(super) fn take_uvs(&mut self) -> Vec<[[f32; 2]; 3]> {
         std::mem::take(&mut self.uvs)
     }
 
-    /// What was painted, which [`Builder::finish`] does not give.
+    /// Takes the looks, which [`Builder::finish`] does not return.
     pub(super) fn take_paints(&mut self) -> Vec<Paint> {
         let (mut looks, uvs) = (std::mem::take(&mut self.looks), self.take_uvs());
         if self.cover.is_some() && looks.first().is_none_or(|(first, _)| *first > 0) {
@@ -127,7 +128,7 @@ impl Builder {
             if let Some(cover) = self.cover.as_ref().filter(|_| look.image.is_none()) {
                 let own = uvs.get(first..end.min(uvs.len())).unwrap_or_default();
                 if own.iter().any(|own| *own != [[0.0; 2]; 3]) {
-                    // The picture as it is: the colour stood for it.
+                    // The picture replaces the colour.
                     look = Look { color: None, alpha: look.alpha, image: Some(Arc::clone(cover)) };
                 }
             }
@@ -141,7 +142,7 @@ impl Builder {
         looks.into_iter().zip(ends).map(paint).collect()
     }
 
-    /// Of corners without triangles, their convex hull.
+    /// Returns the convex hull of vertices without triangles.
     pub(super) fn hull(self) -> Result<Self, String> {
         match hull::of_corners(&self.vertices) {
             Ok((vertices, triangles)) => Ok(Self { vertices, triangles, ..Self::default() }),
@@ -150,7 +151,7 @@ impl Builder {
         }
     }
 
-    /// What there is, without corners that no triangle uses: they would be part of its hull.
+    /// Returns the mesh without vertices that no triangle uses: they would be part of its hull.
     pub(super) fn pruned(self) -> Result<Triangles, String> {
         const UNUSED: u32 = u32::MAX;
         let Self { mut vertices, mut triangles, .. } = self;
@@ -172,7 +173,7 @@ impl Builder {
         Ok((vertices, triangles))
     }
 
-    /// The mesh, if there is one, and the coordinates of each corner of it are finite.
+    /// Returns the mesh, if it has triangles and all coordinates are finite.
     pub(super) fn finish(self) -> Result<Triangles, String> {
         if self.triangles.is_empty() {
             return Err("it has no triangles".to_owned());
@@ -188,7 +189,7 @@ impl Builder {
     }
 }
 
-/// A polygon as a fan of triangles from its first corner, one corner at a time.
+/// Divides a polygon into a fan of triangles from its first corner, one corner at a time.
 #[derive(Default)]
 pub(super) struct Fan {
     first: Option<FaceCorner>,
@@ -196,7 +197,7 @@ pub(super) struct Fan {
 }
 
 impl Fan {
-    /// The next corner of the polygon.
+    /// Adds the next corner of the polygon.
     pub(super) fn corner(&mut self, corner: FaceCorner, into: &mut Builder) -> Result<(), String> {
         match (self.first, self.last.replace(corner)) {
             (None, _) => {
@@ -210,7 +211,7 @@ impl Fan {
     }
 }
 
-/// A texture coordinate as it can be drawn.
+/// Returns a texture coordinate that can be drawn.
 pub(super) fn texture_coordinate(value: f64) -> f32 {
     const MOST: f64 = 1e6;
     if value.is_finite() { value.clamp(-MOST, MOST) as f32 } else { 0.0 }

@@ -1,7 +1,8 @@
 //! Height fields: grey PNG pictures, and rows of numbers as text.
 //!
-//! Either becomes a grid of one by one, which the scale of the mesh stretches to its size in metres: of a picture black
-//! is 0 and white 1; numbers stay as they are. The first row has the greatest y, as a picture is looked at.
+//! Both become a grid of one by one, which the scale of the mesh stretches to its size in metres. In a
+//! picture, black is 0 and white 1; numbers do not change. The first row has the greatest y, as a picture is
+//! seen.
 
 use std::io::Read as _;
 
@@ -13,7 +14,7 @@ use super::{Content, shown};
 use crate::limits;
 use crate::robot::Grid;
 
-/// What a picture says of itself.
+/// Header of a picture.
 struct Header {
     grid: Grid,
     /// 1 or 2.
@@ -21,8 +22,8 @@ struct Header {
     channels: usize,
 }
 
-/// Reads a PNG of 8 or 16 bits, grey or of colours that are grey. ISO/IEC 15948, without checksums: a file comes with its
-/// hash.
+/// Reads a PNG of 8 or 16 bits, grey or with grey colours. ISO/IEC 15948, without checksums: a file comes
+/// with its hash.
 pub(super) fn png(bytes: &[u8]) -> Result<Content, String> {
     let mut rest = bytes.strip_prefix(b"\x89PNG\r\n\x1a\n").ok_or("it is no PNG")?;
     let mut header = None;
@@ -75,7 +76,7 @@ fn header(chunk: &[u8]) -> Result<Header, String> {
         return Err("it is a PNG with an unknown header".to_owned());
     };
     let [width, height] = [[w0, w1, w2, w3], [h0, h1, h2, h3]].map(u32::from_be_bytes);
-    // Before any of it is unpacked.
+    // Checked before any of it is decompressed.
     let grid = grid(height as usize, width as usize)?;
     let channels = match color {
         0 => 1,
@@ -94,7 +95,7 @@ fn header(chunk: &[u8]) -> Result<Header, String> {
     }
 }
 
-/// Undoes a row's filter, where a pixel has so many bytes and the row before it is given.
+/// Undoes a row's filter, for pixels of `pixel` bytes, with the row before it.
 fn unfilter(filter: u8, pixel: usize, before: &[u8], row: &mut [u8]) -> Result<(), String> {
     if filter > 4 {
         return Err(format!("its pixels have the unknown filter {filter}"));
@@ -107,7 +108,7 @@ fn unfilter(filter: u8, pixel: usize, before: &[u8], row: &mut [u8]) -> Result<(
             0 => 0,
             1 => a,
             2 => b,
-            // Half of the sum of two bytes is one.
+            // Half of the sum of two bytes is a byte.
             3 => u16::midpoint(u16::from(a), u16::from(b)) as u8,
             _ => paeth(a, b, c),
         };
@@ -118,7 +119,7 @@ fn unfilter(filter: u8, pixel: usize, before: &[u8], row: &mut [u8]) -> Result<(
     Ok(())
 }
 
-/// The one of left, above and above left that is nearest to a plane through them.
+/// Returns the value among left, above and above left that is nearest to the plane through them.
 fn paeth(a: u8, b: u8, c: u8) -> u8 {
     let [left, above, corner] = [a, b, c].map(i16::from);
     let plane = left + above - corner;
@@ -132,8 +133,8 @@ fn paeth(a: u8, b: u8, c: u8) -> u8 {
     }
 }
 
-/// Reads rows of numbers with commas, semicolons or blanks between them. Lines that are empty or begin with # are left
-/// out.
+/// Reads rows of numbers, separated by commas, semicolons or blanks. Skips lines that are empty or begin with
+/// #.
 pub(super) fn text(bytes: &[u8]) -> Result<Content, String> {
     let mut heights = Vec::new();
     let mut columns = None;
@@ -166,10 +167,10 @@ pub(super) fn text(bytes: &[u8]) -> Result<Content, String> {
     surface(grid(rows, columns.unwrap_or(0))?, &heights)
 }
 
-/// As many as make as many triangles as a mesh may have, about.
+/// Number of samples that give about the maximum number of triangles.
 const MOST_SAMPLES: usize = limits::MESH_TRIANGLES / 2;
 
-/// A grid of at least two by two, and not too large.
+/// Returns a grid of at least two by two samples, within the limit.
 fn grid(rows: usize, columns: usize) -> Result<Grid, String> {
     if rows < 2 || columns < 2 {
         return Err(format!("it has {rows} rows of {columns} samples; a height field has at least 2 by 2"));
@@ -180,7 +181,7 @@ fn grid(rows: usize, columns: usize) -> Result<Grid, String> {
     Ok(Grid { rows, columns })
 }
 
-/// The triangles of heights, row by row.
+/// Returns the triangles of heights, row by row.
 fn surface(grid: Grid, heights: &[f64]) -> Result<Content, String> {
     let Grid { rows, columns } = grid;
     let mut mesh = Builder::with_capacity(rows * columns, 2 * (rows - 1) * (columns - 1));
@@ -214,7 +215,7 @@ mod tests {
 
     use super::*;
 
-    /// A PNG of rows that are filtered already, each with its filter before it.
+    /// Returns a PNG of filtered rows, each with its filter before it.
     fn picture([width, height]: [u32; 2], [depth, color]: [u8; 2], rows: &[u8]) -> Vec<u8> {
         let mut bytes = b"\x89PNG\r\n\x1a\n".to_vec();
         let mut chunk = |kind: &[u8; 4], data: &[u8]| {
@@ -258,7 +259,7 @@ mod tests {
         assert_eq!(corners[0], DVec3::new(-0.5, 0.5, 0.0));
         assert_eq!(corners[5], DVec3::new(0.5, 0.0, 0.6));
         assert_eq!(triangles.len(), 8);
-        // All look up.
+        // All triangles face up.
         for triangle in triangles {
             let [a, b, c] = triangle.map(|corner| corners[corner as usize]);
             assert!((b - a).cross(c - a).z > 0.0);
@@ -270,7 +271,7 @@ mod tests {
         let rows = [0, 0x12, 0x34, 0xff, 0xff, 4, 0, 0, 0, 1];
         let wide = png(&picture([2, 2], [16, 0], &rows)).unwrap();
         let [a, b] = [f64::from(0x1234) / 65535.0, 1.0];
-        // Paeth's guess is above on the left, and there on the right too.
+        // Paeth's prediction is above on the left, and also on the right.
         assert_eq!(heights(&wide), [a, b, a, f64::from(0xff00) / 65535.0]);
         let grey = [0, 9, 9, 9, 255, 8, 8, 8, 255, 0, 7, 7, 7, 0, 6, 6, 6, 0];
         let colours = png(&picture([2, 2], [8, 6], &grey)).unwrap();
@@ -290,7 +291,7 @@ mod tests {
         assert!(of([2, 2], [8, 0], &[0, 1, 2]).contains("cannot be unpacked"));
         assert!(of([2, 2], [8, 0], &[9, 1, 2, 0, 0, 0]).contains("unknown filter 9"));
         assert!(of([2, 2], [8, 2], &[0, 1, 2, 3, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]).contains("colours"));
-        // More than the header says is not even unpacked: a megabyte of it is a kilobyte of file.
+        // Data beyond the header's size is not decompressed: a megabyte of it is a kilobyte of file.
         assert!(png(&picture([2, 2], [8, 0], &vec![0; 1 << 20])).is_ok());
         let whole = picture([2, 2], [8, 0], &[0; 6]);
         for cut in 0..whole.len() - 12 {

@@ -1,25 +1,26 @@
-//! Convex hulls of corners.
+//! Convex hulls of vertices.
 //!
-//! Computing one may take time and memory in the square of the corners: of 20,000 on two circles it took a minute and 14 GB.
+//! Computing a hull may take time and memory in the square of the vertices: 20,000 on two circles took a
+//! minute and 14 GB.
 
 use glamx::DVec3;
 
 use super::Triangles;
 use crate::limits;
 
-/// Corners of which the hull is computed: half a second and 700 MB at worst.
+/// Maximum number of vertices for a hull: half a second and 700 MB at worst.
 pub(crate) const MOST: usize = 3_000;
 
-/// Why there is none.
+/// Reason why there is no hull.
 #[derive(Debug)]
 pub(crate) enum NoHull {
-    /// There are too many.
+    /// There are too many vertices.
     Corners(String),
-    /// They are in one plane, or not in space.
+    /// The vertices lie in one plane, are fewer than four, or have too large coordinates.
     Volume,
 }
 
-/// Corners and triangles of the hull.
+/// Returns vertices and triangles of the hull.
 pub(crate) fn of_corners(corners: &[DVec3]) -> Result<Triangles, NoHull> {
     let count = corners.len();
     if count > MOST {
@@ -32,7 +33,7 @@ pub(crate) fn of_corners(corners: &[DVec3]) -> Result<Triangles, NoHull> {
         return Err(NoHull::Volume);
     }
     let hull = parry3d_f64::transformation::try_convex_hull(corners).map_err(|_| NoHull::Volume)?;
-    // Corners in one plane have a hull of two sides.
+    // Vertices in one plane have a hull with two sides.
     if has_volume(&hull) { Ok(hull) } else { Err(NoHull::Volume) }
 }
 
@@ -44,8 +45,8 @@ fn has_volume((corners, faces): &Triangles) -> bool {
     volume > 1e-12 * size.powi(3)
 }
 
-/// The points that are farthest in so many directions, which are spread evenly over the sphere (a Fibonacci lattice), each once.
-/// Their hull lies within that of all points.
+/// Returns the farthest points in `directions` directions, each once. The directions are spread evenly over
+/// the sphere (a Fibonacci lattice). Their hull lies within the hull of all points.
 pub fn extremes(points: &[DVec3], directions: usize) -> Vec<DVec3> {
     let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
     let mut kept: Vec<usize> = (0..directions)

@@ -1,11 +1,11 @@
-//! Pictures on meshes: what their headers say. They are not unpacked here, only where they are drawn.
+//! Headers of pictures on meshes. Pictures are only decoded where they are drawn.
 
 use std::sync::Arc;
 
 use crate::limits;
 use crate::robot::{Image, ImageKind, Sha256};
 
-/// A picture that browsers can draw, or in a fragment of a sentence why not.
+/// Returns a picture that browsers can draw. The error is a fragment of a sentence.
 pub(crate) fn check(sha256: Sha256, bytes: Arc<[u8]>) -> Result<Image, String> {
     if bytes.len() > limits::IMAGE_BYTES {
         return Err(format!("it has {} bytes; the most is {}", bytes.len(), limits::IMAGE_BYTES));
@@ -27,7 +27,7 @@ pub(crate) fn check(sha256: Sha256, bytes: Arc<[u8]>) -> Result<Image, String> {
 
 fn header(bytes: &[u8]) -> Result<(ImageKind, [u32; 2]), String> {
     if let Some(rest) = bytes.strip_prefix(b"\x89PNG\r\n\x1a\n") {
-        // The header is the first part: its length, its name, width and height.
+        // The header is the first chunk: its length, its name, width and height.
         let cut = "it is a PNG without a header";
         let (start, rest) = rest.split_first_chunk::<8>().ok_or(cut)?;
         if start != b"\0\0\0\x0DIHDR" {
@@ -43,18 +43,18 @@ fn header(bytes: &[u8]) -> Result<(ImageKind, [u32; 2]), String> {
     Err("it is neither PNG nor JPEG; convert it".to_owned())
 }
 
-/// Width and height of the frame (ISO/IEC 10918-1, B.2.2).
+/// Returns width and height of the frame (ISO/IEC 10918-1, B.2.2).
 fn jpeg(bytes: &[u8]) -> Result<[u32; 2], String> {
     let cut = "it is a JPEG without a header";
     let mut rest = bytes.get(2..).ok_or(cut)?;
     while let [0xFF, marker, after @ ..] = rest {
         match marker {
-            // Bytes that fill up to the marker.
+            // Fill bytes before the marker.
             0xFF => {
                 rest = rest.get(1..).unwrap_or_default();
                 continue;
             }
-            // Marks that stand alone.
+            // Markers without data.
             0x01 | 0xD0..=0xD8 => {
                 rest = after;
                 continue;
@@ -117,7 +117,7 @@ mod tests {
         for end in 0..24 {
             read(&png(3, 5)[..end]).unwrap_err();
         }
-        // The frame's sizes end there.
+        // The sizes of the frame end there.
         for end in 0..22 {
             read(&JPEG[..end]).unwrap_err();
         }

@@ -1,4 +1,4 @@
-//! Mesh files to triangles, by the format that their name says.
+//! Reads mesh files to triangles, by their extension.
 
 pub(crate) mod beside;
 mod builder;
@@ -20,14 +20,14 @@ use crate::limits;
 use crate::robot::{Grid, MeshAsset, Paint, Sha256};
 pub(crate) use beside::Beside;
 
-/// Corners, and triangles as indices into them.
+/// Vertices, and triangles as indices into them.
 pub(crate) type Triangles = (Vec<DVec3>, Vec<[u32; 3]>);
 
-/// What is in a mesh file.
+/// Content of a mesh file.
 pub(crate) struct Content {
     pub(crate) triangles: Triangles,
     pub(crate) paints: Vec<Paint>,
-    /// Of a height field.
+    /// Present for a height field.
     pub(crate) grid: Option<Grid>,
 }
 
@@ -37,7 +37,7 @@ impl From<(Triangles, Vec<Paint>)> for Content {
     }
 }
 
-/// Reads a mesh file, its colours and its textures, or says in a fragment of a sentence why not.
+/// Reads a mesh file, its colours and its textures. The error is a fragment of a sentence.
 pub(crate) fn read(uri: &str, bytes: &[u8], beside: &Beside) -> Result<Content, String> {
     if bytes.len() > limits::MESH_BYTES {
         return Err(format!("it has {} bytes; the most is {}", bytes.len(), limits::MESH_BYTES));
@@ -58,24 +58,24 @@ pub(crate) fn read(uri: &str, bytes: &[u8], beside: &Beside) -> Result<Content, 
     }
 }
 
-/// The same as a robot has it.
+/// Likewise, as an asset of a robot.
 pub(crate) fn asset(uri: &str, sha256: Sha256, bytes: &[u8], beside: &Beside) -> Result<MeshAsset, String> {
     let Content { triangles: (vertices, triangles), paints, grid } = read(uri, bytes, beside)?;
     Ok(MeshAsset { sha256, vertices, triangles, paints, files: beside.files.clone(), grid })
 }
 
-/// What a mesh file says of itself that is not so, as a fragment of a sentence, where it can be read all the same.
+/// Returns, as a fragment of a sentence, a wrong statement of a mesh file that can be read nevertheless.
 pub(crate) fn note(uri: &str, bytes: &[u8]) -> Option<String> {
     if format(uri) == "stl" { stl::note(bytes) } else { None }
 }
 
-/// A mesh file without its colours.
+/// Reads a mesh file without its colours.
 #[cfg(test)]
 pub(crate) fn parse(uri: &str, bytes: &[u8]) -> Result<Triangles, String> {
     read(uri, bytes, &Beside::default()).map(|content| content.triangles)
 }
 
-/// What a file is read as: the extension of its name, small; empty where it has none.
+/// Returns the format of a file: the extension of its name in lower case; empty if it has none.
 pub(crate) fn format(uri: &str) -> String {
     const MOST: usize = 10;
     let file = uri.rsplit(['/', '\\']).next().unwrap_or(uri);
@@ -83,7 +83,7 @@ pub(crate) fn format(uri: &str) -> String {
     extension.filter(|extension| extension.len() < MOST).unwrap_or_default().to_ascii_lowercase()
 }
 
-/// A word of the file as an error shows it: quoted, and not long.
+/// Quotes a word of the file for an error, and shortens it.
 fn shown(word: &str) -> String {
     const MOST: usize = 40;
     match word.char_indices().nth(MOST) {

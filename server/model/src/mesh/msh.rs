@@ -1,4 +1,4 @@
-//! MSH, MuJoCo's binary meshes: four counts, corners, normals, texture coordinates, triangles.
+//! MSH, MuJoCo's binary meshes: four counts, vertices, normals, texture coordinates, triangles.
 
 use glamx::DVec3;
 
@@ -23,7 +23,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Triangles, String> {
             return Err(format!("it has {count} {what}; the most is {cap}"));
         }
     }
-    // Within the limits of the file's size none of these overflows.
+    // None of these overflows within the limit of the file's size.
     let numbers = 3_u64 * corners as u64 + 3 * normals as u64 + 2 * uvs as u64 + 3 * triangles as u64;
     let size = HEADER as u64 + 4 * numbers;
     if size != bytes.len() as u64 {

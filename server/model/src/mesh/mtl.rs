@@ -6,17 +6,17 @@ use super::beside::{Beside, joined};
 use super::builder::Look;
 use crate::limits;
 
-/// The files of materials that an OBJ names.
+/// Returns the material files that an OBJ names.
 pub(super) fn libraries(obj: &[u8]) -> impl Iterator<Item = String> {
     statements(obj, b"mtllib")
 }
 
-/// The pictures of diffuse colours that a file of materials names.
+/// Returns the diffuse pictures that a material file names.
 pub(super) fn images(mtl: &[u8]) -> impl Iterator<Item = String> {
     statements(mtl, b"map_Kd").map(|statement| file_of(&statement).to_owned())
 }
 
-/// What stands behind a word at the start of lines.
+/// Returns the rest of each line that begins with a word.
 fn statements<'a>(text: &'a [u8], word: &'static [u8]) -> impl Iterator<Item = String> + 'a {
     let lines = text.split(|byte| *byte == b'\n').map(<[u8]>::trim_ascii);
     lines.filter_map(move |line| {
@@ -26,7 +26,7 @@ fn statements<'a>(text: &'a [u8], word: &'static [u8]) -> impl Iterator<Item = S
     })
 }
 
-/// The file of a statement, which may have options before it. A name may have spaces.
+/// Returns the file of a statement, which may have options before it. A name may have spaces.
 fn file_of(statement: &str) -> &str {
     if statement.starts_with('-') {
         statement.split_ascii_whitespace().last().unwrap_or_default()
@@ -35,7 +35,7 @@ fn file_of(statement: &str) -> &str {
     }
 }
 
-/// The materials of all files that an OBJ names, by their names.
+/// Returns the materials of all files that an OBJ names, by their names.
 pub(super) fn read(obj: &[u8], beside: &Beside) -> HashMap<String, Look> {
     let mut looks = HashMap::new();
     if beside.files.is_empty() {
@@ -55,7 +55,7 @@ pub(super) fn read(obj: &[u8], beside: &Beside) -> HashMap<String, Look> {
                 }
                 "Kd" => look.color = color(rest).or(look.color),
                 "d" => look.alpha = number(rest).map_or(look.alpha, |part| part.clamp(0.0, 1.0)),
-                // How much shines through.
+                // Transparency.
                 "Tr" => look.alpha = number(rest).map_or(look.alpha, |part| 1.0 - part.clamp(0.0, 1.0)),
                 "map_Kd" => {
                     let file = joined(&library, file_of(rest));
@@ -71,18 +71,18 @@ pub(super) fn read(obj: &[u8], beside: &Beside) -> HashMap<String, Look> {
 
 fn keep(looks: &mut HashMap<String, Look>, name: Option<String>, mut look: Look) {
     let Some(name) = name.filter(|_| looks.len() < limits::MATERIALS) else { return };
-    // Exporters write a material that nothing would be seen of where they mean one that hides all.
+    // Some exporters write an invisible material for an opaque one.
     if look.alpha <= 0.0 {
         look.alpha = 1.0;
     }
-    // Black under a picture is what exporters write that leave the colour to the picture.
+    // Some exporters write black if the picture has the colour.
     if look.image.is_some() && look.color == Some([0.0; 3]) {
         look.color = None;
     }
     looks.entry(name).or_insert(look);
 }
 
-/// Three numbers, or one for all; spectra and XYZ are not read.
+/// Parses three numbers, or one for all; spectra and XYZ are not read.
 fn color(text: &str) -> Option<[f64; 3]> {
     let mut parts = text.split_ascii_whitespace().map_while(number);
     let red = parts.next()?;

@@ -1,7 +1,8 @@
-//! Wavefront OBJ: its triangles, and where materials begin.
+//! Wavefront OBJ: its triangles, and the beginnings of materials.
 //!
-//! Only `v`, `vt`, `f` and `usemtl` matter here; [`mtl`](super::mtl) reads the materials. Libraries keep each corner of each face, with its normal
-//! and texture, before a limit can be checked: a face of 60 million corners took gigabytes.
+//! Only `v`, `vt`, `f` and `usemtl` are read here; [`mtl`](super::mtl) reads the materials. Libraries keep
+//! each corner of each face, with its normal and texture, before a limit can be checked. A face of 60 million
+//! corners took gigabytes.
 
 use glamx::DVec3;
 
@@ -11,7 +12,7 @@ use super::{Triangles, mtl};
 use crate::limits;
 use crate::robot::Paint;
 
-/// What a line is about.
+/// Kind of a line.
 #[derive(Clone, Copy, PartialEq)]
 enum Element {
     Corner,
@@ -32,14 +33,15 @@ impl Element {
     }
 }
 
-/// Reads the text. Faces of more than three corners become fans. Corners without any face are their convex hull, as in MuJoCo.
+/// Reads the text. Faces of more than three corners become fans. Vertices without any face become their
+/// convex hull, as in MuJoCo.
 pub(super) fn parse(bytes: &[u8], beside: &Beside) -> Result<(Triangles, Vec<Paint>), String> {
     let mut mesh = Builder::default().covered_by(beside.cover());
     let looks = mtl::read(bytes, beside);
-    // Of use only where there is a picture.
+    // Only needed with a picture.
     let mut uvs: Option<Vec<[f32; 2]>> = beside.has_images().then(Vec::new);
     let mut number = 0_usize;
-    // The furthest corner that a face names before it is there, and the face's line.
+    // Highest vertex that a face names before its definition, and the face's line.
     let mut ahead: Option<(u32, usize)> = None;
     let mut lines = bytes.split(|byte| *byte == b'\n');
     while let Some(line) = lines.next() {
@@ -62,7 +64,7 @@ pub(super) fn parse(bytes: &[u8], beside: &Beside) -> Result<(Triangles, Vec<Pai
         let mut corner = [0.0; 3];
         let mut given = 0;
         loop {
-            // A backslash at the end goes on with the next line.
+            // A backslash at the end continues on the next line.
             let (tokens, goes_on) = match line.strip_suffix(b"\\") {
                 Some(tokens) => (tokens, true),
                 None => (line, false),
@@ -80,7 +82,7 @@ pub(super) fn parse(bytes: &[u8], beside: &Beside) -> Result<(Triangles, Vec<Pai
                     let corner = FaceCorner { index, uv: uv.unwrap_or_default() };
                     fan.corner(corner, &mut mesh).map_err(|why| format!("line {at}: {why}"))?;
                 } else if element == Element::Uv {
-                    // What is no number is no reason to refuse a mesh.
+                    // An invalid number is no reason to refuse a mesh.
                     corner
                         .get_mut(given)
                         .into_iter()
@@ -98,7 +100,7 @@ pub(super) fn parse(bytes: &[u8], beside: &Beside) -> Result<(Triangles, Vec<Pai
             number += 1;
         }
         if is_face {
-            // Points and edges are written as faces by some; they have no area.
+            // Some exporters write points and edges as faces; they have no area.
             continue;
         }
         if element == Element::Uv {
@@ -127,13 +129,13 @@ pub(super) fn parse(bytes: &[u8], beside: &Beside) -> Result<(Triangles, Vec<Pai
     }
 }
 
-/// The texture coordinates that `7/1`, `7/1/3` or `-2/-1` means, of those so far.
+/// Returns the texture coordinates of `7/1`, `7/1/3` or `-2/-1`, of those so far.
 fn texture_coordinates(token: &[u8], uvs: &[[f32; 2]]) -> Option<[f32; 2]> {
     let digits = token.split(|byte| *byte == b'/').nth(1)?;
     uvs.get(index(digits, uvs.len())? as usize).copied()
 }
 
-/// The corner that `7`, `7/1`, `7//3` or `-2` means, of `corners` so far.
+/// Returns the vertex of `7`, `7/1`, `7//3` or `-2`, of `corners` so far.
 fn index(token: &[u8], corners: usize) -> Option<u32> {
     let digits = token.split(|byte| *byte == b'/').next()?;
     let number: i64 = std::str::from_utf8(digits).ok()?.parse().ok()?;

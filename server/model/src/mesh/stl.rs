@@ -19,13 +19,13 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Triangles, String> {
     let not_stl = |error: std::io::Error| format!("not an STL: {error}");
     let mut file = Cursor::new(bytes.as_ref());
     let mut corners: Vec<[f32; 3]> = Vec::new();
-    // A binary file has as many as it says: that was checked.
+    // The count of a binary file was checked.
     corners.reserve_exact(bytes.len() / TRIANGLE * 3);
     for triangle in stl_io::create_stl_reader(&mut file).map_err(not_stl)? {
         corners.extend(triangle.map_err(not_stl)?.vertices.map(|vertex| vertex.0));
         check_count(corners.len() / 3)?;
     }
-    // First the index of the first corner that is alike, then the corner's index.
+    // First the index of the first equal vertex, then the vertex's final index.
     let mut indices = first_alike(&corners);
     let distinct = (0_u32..).zip(&indices).filter(|(number, first)| number == *first).count();
     let mut mesh = Builder::with_capacity(distinct, corners.len() / 3);
@@ -43,8 +43,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Triangles, String> {
     mesh.finish()
 }
 
-/// For each corner the first one with the same coordinates: STL repeats a corner in each of
-/// its triangles. By sorting, which needs a third of the memory that a map of corners does.
+/// Returns for each vertex the first one with the same coordinates: STL repeats a vertex in each of its
+/// triangles. Sorting needs a third of the memory of a map.
 fn first_alike(corners: &[[f32; 3]]) -> Vec<u32> {
     // 0.0 and -0.0 are equal.
     let key = |number: u32| corners.get(number as usize).map(|corner| corner.map(|x| (x + 0.0).to_bits()));
@@ -61,14 +61,14 @@ fn first_alike(corners: &[[f32; 3]]) -> Vec<u32> {
     firsts
 }
 
-/// One in ten binary files begins with the word `solid`, so the size decides:
-/// it must be what the count of triangles says. Else the word does.
+/// Returns whether a file is binary. One in ten binary files begins with the word `solid`, so the size
+/// decides first: it must match the count of triangles. Otherwise the word decides.
 fn is_binary(bytes: &[u8]) -> bool {
     let exact = declared(bytes).is_some_and(|count| bytes.len() == START + TRIANGLE * count);
     exact || !bytes.trim_ascii_start().starts_with(b"solid")
 }
 
-/// Where a binary file holds more than it says, which is then left out.
+/// Notes that a binary file has more bytes than its count, which are left out.
 pub(super) fn note(bytes: &[u8]) -> Option<String> {
     let count = declared(bytes).filter(|_| is_binary(bytes))?;
     let rest = bytes.len().checked_sub(START + TRIANGLE.checked_mul(count)?)?;
@@ -78,7 +78,7 @@ pub(super) fn note(bytes: &[u8]) -> Option<String> {
     })
 }
 
-/// How many triangles a binary file says it has.
+/// Returns the number of triangles in the header of a binary file.
 fn declared(bytes: &[u8]) -> Option<usize> {
     let count = bytes.get(HEADER..START)?;
     usize::try_from(u32::from_le_bytes(count.try_into().ok()?)).ok()
@@ -89,7 +89,7 @@ fn check_count(count: usize) -> Result<(), String> {
     if count > cap { Err(format!("it has {count} triangles; the most is {cap}")) } else { Ok(()) }
 }
 
-/// The file with a header that stl_io takes for binary.
+/// Returns the file with a header that stl_io takes for binary.
 fn as_binary(bytes: &[u8]) -> Result<Cow<'_, [u8]>, String> {
     let Some(count) = declared(bytes) else {
         return Err(format!("not an STL: it has only {} bytes", bytes.len()));
@@ -107,8 +107,8 @@ fn as_binary(bytes: &[u8]) -> Result<Cow<'_, [u8]>, String> {
     Ok(Cow::Owned(bytes))
 }
 
-/// The file with a first line that stl_io takes for ASCII: it wants a space
-/// after `solid`, which nameless solids lack.
+/// Returns the file with a first line that stl_io takes for ASCII: it requires a space after `solid`, which
+/// nameless solids lack.
 fn as_ascii(bytes: &[u8]) -> Result<Cow<'_, [u8]>, String> {
     let bytes = bytes.trim_ascii_start();
     if bytes.starts_with(b"solid ") {

@@ -1,4 +1,4 @@
-//! STL and OBJ files as they come.
+//! Valid and broken STL and OBJ files.
 
 use glamx::DVec3;
 
@@ -7,7 +7,7 @@ use crate::limits;
 
 type Corner = [f32; 3];
 
-/// Four triangles with four corners.
+/// Returns four triangles with four vertices.
 pub(crate) fn tetrahedron() -> Vec<[Corner; 3]> {
     let [o, x, y, z] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     vec![[o, y, x], [o, x, z], [o, z, y], [x, y, z]]

@@ -1,4 +1,4 @@
-//! `<actuator>`: motors, and position and velocity servos of joints, also where they are written as `general`.
+//! `<actuator>`: motors, and position and velocity servos of joints, including those written as `general`.
 
 use super::Reader;
 use super::defaults::Classed;
@@ -11,9 +11,9 @@ use crate::translation::element::Element;
 use crate::translation::notes::Stop;
 use crate::urdf::findings::quoted;
 
-/// What drives a joint, before the gear.
+/// Control law of a joint, before the gear.
 enum Law {
-    /// Force by control.
+    /// Gain from control to force.
     Motor(f64),
     /// Stiffness.
     Position(f64, Damping),
@@ -21,14 +21,14 @@ enum Law {
     Velocity(f64),
 }
 
-/// Damping of a servo of position.
+/// Damping of a position servo.
 enum Damping {
     Of(f64),
-    /// Of what is critical for the inertia that the joint moves where the file puts the bodies.
+    /// Ratio to the critical damping for the joint's inertia in the file's pose.
     Ratio(f64),
 }
 
-/// What actuators say of joints.
+/// Reads the actuators of joints.
 pub(super) fn read<'a>(
     elements: &[Element<'a>],
     reader: &mut Reader<'a>,
@@ -101,7 +101,7 @@ pub(super) fn read<'a>(
                             inertias.get_or_insert_with(|| spring_damper::joint_inertias(&reader.bodies));
                         let inertia = inertias.get(joint).copied().filter(|inertia| inertia.is_finite());
                         let inertia = inertia.unwrap_or(0.0).max(0.0);
-                        // As MuJoCo's `mj_setConst`: of the mass behind the gear, M / gear^2.
+                        // As in MuJoCo's `mj_setConst`: for the mass behind the gear, M / gear^2.
                         let damping = 2.0 * ratio * (stiffness.max(0.0) * inertia).sqrt() * gear.abs();
                         let message = format!("damping {}, from its ratio of damping", short(damping));
                         reader.notes.info(element, Used, message);
@@ -160,7 +160,7 @@ fn general(actuator: &Classed) -> Result<Option<Law>, Stop> {
     Ok(match actuator.word("biastype").unwrap_or("none") {
         "none" => Some(Law::Motor(gain)),
         "affine" if bias(0) == 0.0 && near(bias(1), -gain) && gain > 0.0 => {
-            // A positive one is a ratio of damping.
+            // A positive value is a damping ratio.
             let damping = if bias(2) > 0.0 { Damping::Ratio(bias(2)) } else { Damping::Of(-bias(2)) };
             Some(Law::Position(gain, damping))
         }

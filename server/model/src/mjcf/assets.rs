@@ -17,54 +17,54 @@ use crate::translation::element::Element;
 use crate::translation::notes::{Notes, Stop};
 use crate::urdf::Assets;
 
-/// What geoms name.
+/// Assets that geoms name.
 #[derive(Default)]
 pub(super) struct Library {
     pub(super) meshes: BTreeMap<String, Mesh>,
-    /// URI, and size: along x, y, and up.
+    /// URI, and size along x, y and upwards.
     pub(super) heights: BTreeMap<String, (String, DVec3)>,
     materials: BTreeMap<String, Material>,
     textures: BTreeMap<String, Texture>,
-    /// Meshes filled with water, as far as they were asked for.
+    /// Meshes filled with water, as far as they were requested.
     pub(super) weights: RefCell<BTreeMap<String, Option<Inertial>>>,
 }
 
-/// What geoms look like.
+/// Look of a geom.
 struct Material {
     color: Option<[f64; 4]>,
-    /// The name of its texture.
+    /// Name of its texture.
     texture: Option<String>,
-    /// How often that is there, across and up.
+    /// Repetitions of the texture, across and up.
     repeat: [f64; 2],
-    /// On two metres; else on the geom.
+    /// Whether repetitions are per two metres; otherwise per geom.
     uniform: bool,
 }
 
-/// A picture, of a file or made by MuJoCo.
+/// A picture from a file or made by MuJoCo.
 struct Texture {
     uri: String,
-    /// Of the type `2d`: it lies where the corners of a mesh say. The others are wrapped around.
+    /// Whether it has the type `2d`: it lies at a mesh's texture coordinates. Other types are wrapped around.
     is_flat: bool,
 }
 
-/// A mesh file, or what stands for one, and how it is put into a geom.
+/// A mesh file, or a replacement of one, and its placement in a geom.
 #[derive(Clone, Debug)]
 pub(super) struct Mesh {
     pub(super) uri: String,
     pub(super) scale: DVec3,
-    /// `geom_from_mesh`, of the scaled mesh.
+    /// `geom_from_mesh`, for the scaled mesh.
     pub(super) geom_from_mesh: DPose3,
     pub(super) inertia: MeshInertia,
 }
 
-/// How the inertia of a mesh follows from its triangles.
+/// Computation of a mesh's inertia from its triangles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum MeshInertia {
-    /// Of volumes that count as positive, or with their sign.
+    /// From the volume, which counts as positive, or with its sign.
     Volume { signed: bool },
-    /// Of the convex hull's volume.
+    /// From the volume of the convex hull.
     Hull,
-    /// Of the surface, which weighs the density, kg/m^2.
+    /// From the surface, with a density in kg/m^2.
     Shell,
 }
 
@@ -88,7 +88,7 @@ impl Library {
                         notes.pass_over(stop);
                         None
                     });
-                    // Layers are of MuJoCo from 3.2 on: one for each part of the look.
+                    // Layers exist since MuJoCo 3.2: one for each part of the look.
                     let of_color = |layer: &Element| matches!(layer.word("role"), Some("rgb" | "rgba"));
                     for layer in element.children("layer").filter(|layer| !of_color(layer)) {
                         notes.info(layer, Ignored, "its role is not drawn; only rgb and rgba are");
@@ -108,7 +108,7 @@ impl Library {
                     }
                 }
                 "texture" => self.texture(element, files, compiler, classes, made, notes)?,
-                // Of `attach`.
+                // Belongs to `attach`.
                 "model" => {}
                 "skin" => notes.warn(element, Ignored, "not read by simd: it is not drawn"),
                 _ => notes.info(element, Ignored, "not read by simd"),
@@ -117,13 +117,13 @@ impl Library {
         Ok(())
     }
 
-    /// The colour of a material.
+    /// Returns the colour of a material.
     pub(super) fn color(&self, material: &str) -> Option<[f64; 4]> {
         self.materials.get(material)?.color
     }
 
-    /// The URI of the picture of a material and how often it is there, as far as a geom of this type is drawn with it. `half` are the
-    /// half sizes of a plane, 0 where it has none.
+    /// Returns the URI and the repetitions of a material's picture, if a geom of this type is drawn with it.
+    /// `half` are the half sizes of a plane, 0 if it has none.
     pub(super) fn picture(
         &self,
         material: &str,
@@ -132,13 +132,13 @@ impl Library {
     ) -> Option<(String, TextureRepeat)> {
         let material = self.materials.get(material)?;
         let texture = self.textures.get(material.texture.as_ref()?)?;
-        // One picture for all six sides of a cube is what a box has on each.
+        // A picture for all six sides of a cube appears on each side of a box.
         if !texture.is_flat && geom != "box" {
             return None;
         }
         let uri = texture.uri.clone();
-        // As MuJoCo draws it: a picture is as wide as the geom, or two metres, over the number. A mesh says itself where its
-        // picture lies, and so does what is wrapped around.
+        // As MuJoCo draws it: a picture is as wide as the geom, or two metres, divided by the number. Meshes
+        // have their own coordinates, and so do pictures that are wrapped around.
         let repeat = match geom {
             "mesh" | "sdf" => TextureRepeat::default(),
             _ if !texture.is_flat => TextureRepeat::default(),
@@ -261,7 +261,8 @@ impl Library {
     }
 }
 
-/// The URI of a file: from the compiler's folder, else beside the included file that names it, as MuJoCo looks for it.
+/// Returns the URI of a file: from the compiler's folder, or beside the included file that names it, as in
+/// MuJoCo.
 fn found(element: Element, file: &str, uri: String, files: &dyn Assets) -> String {
     let beside = beside(element.folder(), file).filter(|beside| *beside != uri);
     match beside {
@@ -270,7 +271,7 @@ fn found(element: Element, file: &str, uri: String, files: &dyn Assets) -> Strin
     }
 }
 
-/// The name of what has none: that of its file.
+/// Returns the default name: the name of the file.
 fn stem(file: &str) -> &str {
     let name = file.rsplit(['/', '\\']).next().unwrap_or(file);
     name.rsplit_once('.').map_or(name, |(stem, _)| stem)

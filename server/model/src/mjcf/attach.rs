@@ -1,7 +1,8 @@
-//! `<attach>`: a body, a frame or the whole world of another file, or of this one again, with a prefix before all names.
+//! `<attach>`: a body, a frame or the whole world of another file, or of the same one, with a prefix before
+//! all names.
 //!
-//! What is attached is read with the settings, classes and assets of its own file. Of the rest of that file (actuators, equalities,
-//! sensors and so on) nothing is read, which is said.
+//! The settings, classes and assets of its file apply to the attached part. The rest of that file (actuators,
+//! equalities, sensors and so on) is not read, and a note says so.
 
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -12,21 +13,21 @@ use crate::report::Disposition::Ignored;
 use crate::translation::element::Element;
 use crate::translation::notes::Stop;
 
-/// Sections of a file of which nothing is attached.
+/// Sections of an attached file that are not read.
 const LEFT_OUT: [&str; 7] = ["actuator", "equality", "contact", "sensor", "keyframe", "tendon", "deformable"];
-/// Bodies and frames inside one another that are searched.
+/// Nesting depth of bodies and frames in the search.
 const MOST_NESTED: usize = 100;
 
-/// Files that may be attached, and what was found in them.
+/// Files that may be attached, and their contents.
 #[derive(Default)]
 pub(super) struct Attachable<'a> {
-    /// Read so far, by the index of the file.
+    /// Scopes that were read so far, by the index of the file.
     scopes: BTreeMap<usize, Scope<'a>>,
-    /// By the index of the file. Each is walked through once, however many of its parts are attached.
+    /// By the index of the file. Each is searched once, however many of its parts are attached.
     worlds: BTreeMap<usize, Rc<World<'a>>>,
 }
 
-/// What of a file may be attached.
+/// The parts of a file that may be attached.
 #[derive(Default)]
 struct World<'a> {
     sections: Vec<Element<'a>>,
@@ -92,13 +93,13 @@ impl<'a> Reader<'a> {
         self.one(found, body, inside)
     }
 
-    /// The index of the file of a model that the assets name.
+    /// Returns the index of the file of a model in the assets.
     fn file_of_model(&self, at: Element<'a>, model: &str) -> Result<usize, Stop> {
         let file_index = self.scope.models.get(model).copied();
         file_index.ok_or_else(|| Stop::at(at, format!("there is no model {model:?} among the assets")))
     }
 
-    /// Settings, classes and assets of a file.
+    /// Reads settings, classes and assets of a file.
     pub(super) fn read_scope(&mut self, file_index: usize) -> Result<Scope<'a>, Stop> {
         let mut scope = Scope::default();
         let Some(root) = Element::root(self.sources, file_index) else { return Ok(scope) };
@@ -128,7 +129,7 @@ impl<'a> Reader<'a> {
                 }
             }
         }
-        // The first file is read whole.
+        // The first file is read completely.
         if file_index > 0 {
             for section in sections.iter().filter(|section| LEFT_OUT.contains(&section.tag())) {
                 if section.elements().next().is_some() {

@@ -1,4 +1,4 @@
-//! Bodies: what each holds, and where it is in the one above it.
+//! Bodies: their contents, and their pose in the parent.
 
 use glamx::{DMat3, DPose3, DVec3};
 
@@ -17,35 +17,35 @@ use crate::translation::notes::Stop;
 pub(super) struct Body {
     pub(super) name: String,
     pub(super) at: At,
-    /// Index of the body that it hangs on; that of the world is its own.
+    /// Index of the parent body; the world's is its own.
     pub(super) parent: usize,
     pub(super) parent_from_body: DPose3,
-    /// Mass and inertia, whichever it comes from.
+    /// Mass and inertia, from any source.
     pub(super) inertial: Inertial,
     /// In their order.
     pub(super) joints: Vec<BodyJoint>,
-    /// It hangs on nothing.
+    /// Whether it has no joint to a parent.
     pub(super) is_free: bool,
     pub(super) geoms: Vec<Geom>,
-    /// Where its own inertial says so.
+    /// From its `inertial` element, if it has one.
     given: Option<Inertial>,
 }
 
-/// What is around the content of a body.
+/// Elements around the content of a body.
 #[derive(Clone, Copy)]
 pub(super) struct Inside<'s> {
-    /// The class of elements that give none.
+    /// Class of elements that name none.
     pub(super) class: Option<usize>,
-    /// `body_from_frame`, where a `<frame>` is around it.
+    /// `body_from_frame`, within a `<frame>`.
     pub(super) frame: DPose3,
-    /// What names end with, where a `<replicate>` is around it.
+    /// Suffix of names, within a `<replicate>`.
     pub(super) suffix: &'s str,
-    /// What names begin with, where an `<attach>` is around it.
+    /// Prefix of names, within an `<attach>`.
     pub(super) prefix: &'s str,
     pub(super) depth: usize,
 }
 
-/// Bodies inside one another.
+/// Nesting depth of bodies.
 const MOST_NESTED: usize = 100;
 
 impl Inside<'_> {
@@ -53,7 +53,7 @@ impl Inside<'_> {
         Self { class: None, frame: DPose3::IDENTITY, suffix: "", prefix: "", depth: 0 }
     }
 
-    /// The name of an element, if it has one.
+    /// Returns the name of an element, if it has one.
     fn named(&self, element: Element) -> Option<String> {
         element.word("name").map(|name| format!("{}{name}{}", self.prefix, self.suffix))
     }
@@ -76,7 +76,7 @@ impl Body {
 }
 
 impl<'a> Reader<'a> {
-    /// What is in a body, a frame or the world.
+    /// Reads the content of a body, a frame or the world.
     pub(super) fn content(
         &mut self,
         section: Element<'a>,
@@ -93,7 +93,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// An element of a body, a frame or the world.
+    /// Reads an element of a body, a frame or the world.
     pub(super) fn one(&mut self, element: Element<'a>, body: usize, inside: Inside<'_>) -> Result<(), Stop> {
         self.count_replicated(element, inside)?;
         match element.tag() {
@@ -141,7 +141,7 @@ impl<'a> Reader<'a> {
             .of(element, None, ["body", "body"])
             .pose(&self.scope.compiler, &mut self.notes)?;
         let name = inside.named(element).unwrap_or_else(|| format!("body_{index}"));
-        // Names of all bodies differ, or the file is refused by MuJoCo too.
+        // Names of bodies must be unique, as in MuJoCo.
         if element.word("name").is_some() && !self.names.take(&name) {
             return Err(Stop::at(element, "another body has this name"));
         }
@@ -208,7 +208,7 @@ impl<'a> Reader<'a> {
                 return Err(Stop::at(element, "a free joint is for a body of the world that has no other"));
             }
             slot.is_free = true;
-            // Those of classes count for `joint` alone, as in MuJoCo.
+            // The class's values only apply to `joint`, as in MuJoCo.
             for name in ["armature", "damping", "stiffness", "frictionloss"] {
                 let value = if element.tag() == "joint" { joint.number(name)? } else { None };
                 if value.is_some_and(|value| value != 0.0) {
@@ -234,7 +234,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Where one is that something may be held at.
+    /// Reads a site, which constraints may refer to.
     fn site(&mut self, element: Element<'a>, body: usize, inside: Inside<'_>) -> Result<(), Stop> {
         let Some(name) = inside.named(element) else { return Ok(()) };
         let site = self.scope.classes.of(element, inside.class, ["site", "site"]);
@@ -269,7 +269,7 @@ impl<'a> Reader<'a> {
         Ok(Inertial { mass, center_of_mass: pose.translation, inertia })
     }
 
-    /// Masses of all bodies: their own or those of their geoms, within the compiler's bounds.
+    /// Sets the masses of all bodies: their own or their geoms', within the compiler's bounds.
     pub(super) fn finish_masses(&mut self) {
         let compiler = &self.scope.compiler;
         for body in self.bodies.iter_mut().skip(1) {
@@ -309,7 +309,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// A tensor of which no principal moment is less.
+/// Returns a tensor whose principal moments are at least `least`.
 fn at_least(tensor: DMat3, least: f64) -> DMat3 {
     let eigen = glamx::DSymmetricEigen3::new(tensor);
     let moments = eigen.eigenvalues.max(DVec3::splat(least));

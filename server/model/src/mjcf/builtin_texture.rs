@@ -1,5 +1,5 @@
-//! Textures that MuJoCo makes itself: a checker pattern, a gradient, one colour, with marks. They become PNG files, which the URDF names like
-//! any other picture.
+//! Textures that MuJoCo makes itself: a checker pattern, a gradient, one colour, with marks. They become PNG
+//! files, which the URDF names like any other picture.
 
 use std::io::Write as _;
 
@@ -11,12 +11,13 @@ use super::inline_mesh::Made;
 use crate::report::Disposition::Repaired;
 use crate::translation::notes::{Notes, Stop};
 
-/// Pixels along a side, of which a larger picture is drawn with as many.
+/// Maximum pixels of a side; larger pictures are drawn with this size.
 const MOST_SIDE: usize = 1024;
 
 type Rgb = [u8; 3];
 
-/// The PNG of a texture that names a pattern; `None` where it names none, or one that lies on a box on other sides in other ways.
+/// Returns the PNG of a texture with a pattern. `None` if it has none, or one that differs between the sides
+/// of a box.
 pub(super) fn png(
     texture: &Classed,
     is_flat: bool,
@@ -53,14 +54,15 @@ pub(super) fn png(
     let random = texture.number("random")?.unwrap_or(0.01);
     let mut rows = Vec::with_capacity(size[1] * (3 * size[0] + 1));
     for row in 0..size[1] {
-        // Without a filter.
+        // No filter.
         rows.push(0);
         for column in 0..size[0] {
             let pixel = [column, row];
             let is_marked = match mark {
                 "edge" => pixel.iter().zip(size).any(|(index, side)| *index == 0 || *index + 1 == side),
                 "cross" => pixel.iter().zip(size).any(|(index, side)| *index == side / 2),
-                // MuJoCo's own numbers are not known: as many pixels, at other positions.
+                // MuJoCo's own random numbers are unknown: the number of pixels is equal, their positions
+                // differ.
                 "random" => noise(pixel) < random,
                 _ => false,
             };
@@ -70,7 +72,7 @@ pub(super) fn png(
     Ok(Some(written(size, &rows)))
 }
 
-/// As the file has them.
+/// Colours in the file.
 struct Colours {
     first: [f64; 3],
     second: [f64; 3],
@@ -85,13 +87,14 @@ fn flat(colours: &Colours, _pixel: [usize; 2], _size: [usize; 2]) -> Rgb {
     bytes(colours.first)
 }
 
-/// Two by two fields.
+/// Returns a pixel of two by two fields.
 fn checker(colours: &Colours, pixel: [usize; 2], size: [usize; 2]) -> Rgb {
     let [right, low] = [pixel[0] >= size[0] / 2, pixel[1] >= size[1] / 2];
     bytes(if right == low { colours.first } else { colours.second })
 }
 
-/// From the first colour in the middle to the second outside, by a sigmoid of the distance.
+/// Returns a pixel of a gradient from the first colour in the middle to the second outside, by a sigmoid of
+/// the distance.
 fn gradient(colours: &Colours, pixel: [usize; 2], size: [usize; 2]) -> Rgb {
     let coordinate = |axis: usize| 2.0 * pixel[axis] as f64 / (size[axis].max(2) - 1) as f64 - 1.0;
     let out = 2.0 * coordinate(0).hypot(coordinate(1)) - 1.0;
@@ -100,7 +103,7 @@ fn gradient(colours: &Colours, pixel: [usize; 2], size: [usize; 2]) -> Rgb {
     bytes([mixed(0), mixed(1), mixed(2)])
 }
 
-/// A number from 0 to 1 that looks random, the same for each reading (the finalizer of SplitMix64).
+/// Returns a pseudo-random number from 0 to 1, the same at each reading (the finalizer of SplitMix64).
 fn noise([column, row]: [usize; 2]) -> f64 {
     let mut bits = ((row as u64) << 32 | column as u64).wrapping_add(0x9E37_79B9_7F4A_7C15);
     bits = (bits ^ (bits >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -108,7 +111,7 @@ fn noise([column, row]: [usize; 2]) -> f64 {
     ((bits ^ (bits >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// A PNG of 8 bits a part (ISO/IEC 15948).
+/// Returns a PNG with 8 bits per component (ISO/IEC 15948).
 fn written(size: [usize; 2], rows: &[u8]) -> Vec<u8> {
     let mut file = b"\x89PNG\r\n\x1a\n".to_vec();
     let mut header: Vec<u8> = size.iter().flat_map(|side| (*side as u32).to_be_bytes()).collect();

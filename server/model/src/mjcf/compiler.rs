@@ -1,22 +1,22 @@
-//! `<compiler>`: how the rest of the file is to be read.
+//! `<compiler>`: settings for reading the rest of the file.
 
 use super::value;
 use crate::report::Disposition::Ignored;
 use crate::translation::element::Element;
 use crate::translation::notes::{Notes, Stop};
 
-/// Settings of all `<compiler>` elements, the later ones over the earlier.
+/// Settings of all `<compiler>` elements; later ones override earlier ones.
 #[derive(Clone, Debug)]
 pub(super) struct Compiler {
     pub(super) degrees: bool,
     pub(super) auto_limits: bool,
-    /// `None` is: where a body gives none.
+    /// `None`: only for bodies without an inertial.
     pub(super) inertia_from_geoms: Option<bool>,
     pub(super) inertia_groups: [f64; 2],
-    /// The least of a body, kg and kg m^2.
+    /// Minimum values of a body, kg and kg m^2.
     pub(super) bound_mass: f64,
     pub(super) bound_inertia: f64,
-    /// Of all bodies together, kg.
+    /// Sum of all bodies, kg.
     pub(super) total_mass: Option<f64>,
     pub(super) balance_inertia: bool,
     /// Axes of Euler angles, in order.
@@ -25,9 +25,9 @@ pub(super) struct Compiler {
     pub(super) texture_folder: String,
     pub(super) strip_path: bool,
     pub(super) discard_visual: bool,
-    /// Primitives are fitted to the extent of a mesh; else to the box of its inertia.
+    /// Whether primitives are fitted to the extent of a mesh; otherwise to the box of its inertia.
     pub(super) fit_extent: bool,
-    /// Of the file, with a slash behind it, where another one attaches it.
+    /// Folder of an attached file, with a slash at its end.
     pub(super) folder: String,
 }
 
@@ -105,17 +105,17 @@ impl Compiler {
         Ok(())
     }
 
-    /// An angle as the file writes it, in radians.
+    /// Converts an angle in the file to radians.
     pub(super) fn angle(&self, angle: f64) -> f64 {
         if self.degrees { angle.to_radians() } else { angle }
     }
 
-    /// The URI of a mesh or a height field that the assets name.
+    /// Returns the URI of a mesh or a height field in the assets.
     pub(super) fn mesh_uri(&self, file: &str) -> String {
         self.uri(&self.mesh_folder, file)
     }
 
-    /// The URI of a picture that they name.
+    /// Returns the URI of a picture in the assets.
     pub(super) fn texture_uri(&self, file: &str) -> String {
         self.uri(&self.texture_folder, file)
     }

@@ -1,4 +1,4 @@
-//! `<default>`: attributes of elements that give none, by class.
+//! `<default>`: default attributes of elements, by class.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -7,12 +7,12 @@ use crate::translation::element::Element;
 use crate::translation::notes::{Notes, Stop};
 use crate::urdf::findings::quoted;
 
-/// Classes that a file may have.
+/// Maximum number of classes in a file.
 const MOST: usize = 10_000;
-/// Classes inside one another.
+/// Nesting depth of classes.
 const MOST_NESTED: usize = 100;
 
-/// All classes. The first is the main one, which all others come from.
+/// All classes. The first is the main one, from which all others inherit.
 #[derive(Default)]
 pub(super) struct Classes<'a> {
     list: Vec<Class<'a>>,
@@ -26,18 +26,18 @@ struct Class<'a> {
     elements: BTreeMap<&'a str, Element<'a>>,
 }
 
-/// An element with what its class gives it.
+/// An element with the defaults of its class.
 #[derive(Clone, Copy)]
 pub(super) struct Classed<'c, 'a> {
     pub(super) element: Element<'a>,
     classes: &'c Classes<'a>,
     class: Option<usize>,
-    /// The tags under which classes have it.
+    /// Tags of its defaults in classes.
     tags: [&'static str; 2],
 }
 
 impl<'a> Classes<'a> {
-    /// Reads a `<default>` of the top.
+    /// Reads a top-level `<default>`.
     pub(super) fn read(&mut self, element: Element<'a>, notes: &mut Notes) -> Result<(), Stop> {
         if self.list.is_empty() {
             self.list.push(Class::default());
@@ -92,7 +92,7 @@ impl<'a> Classes<'a> {
         self.by_name.get(name).copied()
     }
 
-    /// An element, in its own class, that of the bodies around it, or the main one.
+    /// Returns an element with its own class, the class of the surrounding bodies, or the main one.
     pub(super) fn of<'c>(
         &'c self,
         element: Element<'a>,
@@ -106,12 +106,12 @@ impl<'a> Classes<'a> {
 }
 
 impl<'a> Classed<'_, 'a> {
-    /// A value, and the element that gives it.
+    /// Returns a value, and the element that has it.
     pub(super) fn get(&self, name: &str) -> Option<(Element<'a>, &'a str)> {
         let given = |element: Element<'a>| Some((element, element.word(name)?));
         given(self.element).or_else(|| {
             let mut at = self.class;
-            // A class comes from one that was there before it.
+            // A class inherits from an earlier one.
             while let Some(class) = at.and_then(|class| self.classes.list.get(class)) {
                 let found = self.tags.iter().find_map(|tag| given(*class.elements.get(tag)?));
                 if found.is_some() {
@@ -123,7 +123,7 @@ impl<'a> Classed<'_, 'a> {
         })
     }
 
-    /// A word.
+    /// Returns a word.
     pub(super) fn word(&self, name: &str) -> Option<&'a str> {
         self.get(name).map(|(_, word)| word)
     }

@@ -1,4 +1,4 @@
-//! `<equality>`: joints that follow one another, and bodies that are held together, which become constraints.
+//! `<equality>`: joints that follow one another, and connected bodies, which become constraints.
 
 use glamx::{DPose3, DQuat, DVec3};
 
@@ -12,7 +12,7 @@ use crate::translation::element::Element;
 use crate::translation::notes::Stop;
 use crate::urdf::findings::quoted;
 
-/// What becomes a constraint, between bodies by their indices; of a gear they are those of the joints.
+/// A constraint between bodies, by their indices; for a gear, the bodies of the joints.
 #[derive(Clone, Debug)]
 pub(super) struct Held {
     pub(super) name: String,
@@ -26,11 +26,11 @@ pub(super) struct End {
     pub(super) body: usize,
     /// `body_from_frame`.
     pub(super) pose: DPose3,
-    /// Of a gear.
+    /// Present for a gear.
     pub(super) joint: Option<String>,
 }
 
-/// Constraints that one file may have.
+/// Maximum number of constraints in a file.
 const MOST: usize = 1024;
 
 pub(super) fn read<'a>(
@@ -66,7 +66,7 @@ fn name_of(element: Element, held: &[Held]) -> String {
     name.unwrap_or_else(|| format!("{}_{}", element.tag(), held.len() + 1))
 }
 
-/// Two bodies, or one and the world, that are one or joined at a point.
+/// Reads a weld or a point connection of two bodies, or of a body and the world.
 fn hold<'a>(element: Element<'a>, reader: &mut Reader<'a>, held: &mut Vec<Held>) -> Result<(), Stop> {
     let sites = [element.word("site1"), element.word("site2")];
     let kind = match element.tag() {
@@ -115,7 +115,7 @@ fn hold<'a>(element: Element<'a>, reader: &mut Reader<'a>, held: &mut Vec<Held>)
         return Ok(());
     }
     if kind == DraftConstraintKind::PointToPoint {
-        // Where a point is turned does not matter.
+        // The orientation of a point does not matter.
         ends.iter_mut().for_each(|end| end.pose.rotation = DQuat::IDENTITY);
     }
     let name = name_of(element, held);
@@ -187,7 +187,7 @@ fn follow<'a>(
     Ok(())
 }
 
-/// A joint that stays where it is: its body is welded to the one above it.
+/// Reads a joint that stays where it is: its body is welded to the parent.
 fn keep<'a>(
     element: Element<'a>,
     joint: &str,
@@ -222,10 +222,10 @@ fn keep<'a>(
     Ok(())
 }
 
-/// Whether a joint follows another one, maybe over others.
+/// Returns whether a joint follows another one, directly or through others.
 fn follows(joints: &Joints, joint: &str, other: &str) -> bool {
     let mut at = joint;
-    // None follows itself, so no chain is longer than there are followers.
+    // No joint follows itself, so no chain is longer than the number of followers.
     for _ in 0..=joints.mimics.len() {
         if at == other {
             return true;
@@ -240,7 +240,7 @@ fn body_of(bodies: &[Body], joint: &str) -> Option<usize> {
     bodies.iter().position(|body| body.joints.iter().any(|own| own.name == joint))
 }
 
-/// The child of the world that a body hangs below.
+/// Returns the child of the world that a body descends from.
 fn top_of(bodies: &[Body], body: usize) -> usize {
     let mut at = body;
     while let Some(up) = bodies.get(at).map(|body| body.parent).filter(|up| *up != 0) {
@@ -249,7 +249,7 @@ fn top_of(bodies: &[Body], body: usize) -> usize {
     at
 }
 
-/// Where the file puts a body.
+/// Returns the pose of a body in the file.
 pub(super) fn world_from_body(bodies: &[Body], body: usize) -> DPose3 {
     let mut pose = DPose3::IDENTITY;
     let mut at = body;

@@ -1,5 +1,6 @@
-//! Other files: `<include>`, of which the content stands instead of it, and `<model>` of the assets, of which parts are attached. As
-//! in MuJoCo each file is included once, and names are from the folder of the main file, else from that of the file that includes.
+//! Other files: `<include>`, which is replaced by its content, and `<model>` of the assets, whose parts are
+//! attached. As in MuJoCo each file is included once. Names are relative to the folder of the main file, or
+//! to the folder of the including file.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -11,18 +12,18 @@ use crate::translation::notes::Stop;
 use crate::translation::sources::{Source, Texts};
 use crate::urdf::Assets;
 
-/// Includes inside one another.
+/// Nesting depth of includes.
 const MOST_NESTED: usize = 50;
 
 /// Indices of other files, by their names.
 #[derive(Default)]
 pub(super) struct FileIndices {
-    /// By the folder of the file that includes, and the name.
+    /// By the folder of the including file, and the name.
     includes: BTreeMap<(String, String), usize>,
     pub(super) models: BTreeMap<String, usize>,
 }
 
-/// Asks for what the file and what it includes or attaches name.
+/// Requests the files that the main file and its includes and attachments name.
 pub(super) fn gather(
     texts: &mut Texts,
     assets: &dyn Assets,
@@ -73,13 +74,13 @@ pub(super) fn gather(
                     break;
                 }
             }
-            // What is not there is among what was asked for all the same.
+            // A missing file is still listed among the requested ones.
             let Some(uri) = found else { continue };
             if !included.insert(uri.clone()) {
                 let message = format!("the file {uri:?} is included twice, which MJCF does not allow");
                 return Err(Stop::of_file(of, Some(line), message));
             }
-            // It may be there as a model.
+            // It may already exist as a model.
             let known = by_uri.get(&uri).copied();
             file_indices.includes.insert((folder.clone(), file), known.unwrap_or(count));
             by_uri.insert(uri, known.unwrap_or(count));
@@ -90,13 +91,14 @@ pub(super) fn gather(
     Ok(file_indices)
 }
 
-/// A file as it is named from the folder of the file that names it, where that is not the folder of the main file.
+/// Returns the path of a file relative to the folder of the naming file, if that differs from the folder of
+/// the main file.
 pub(super) fn beside(folder: &str, file: &str) -> Option<String> {
     let is_relative = !file.starts_with('/') && !file.contains("://");
     (is_relative && !folder.is_empty()).then(|| format!("{folder}{}", file.trim_start_matches("./")))
 }
 
-/// The elements of a section, with those of included files in place of each include.
+/// Returns the elements of a section, with included files' elements in place of each include.
 pub(super) fn expanded<'a>(
     section: Element<'a>,
     sources: &'a [Source<'a>],

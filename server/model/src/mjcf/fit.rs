@@ -1,5 +1,6 @@
-//! Primitives that are fitted to a mesh, as MuJoCo fits them (`mjCMesh::FitGeom`, user_mesh.cc): to the box of the mesh's inertia, or
-//! to its extent along the principal axes of the inertia where the compiler says `fitaabb`.
+//! Primitives that are fitted to a mesh, as in MuJoCo (`mjCMesh::FitGeom`, user_mesh.cc). They are fitted to
+//! the box of the mesh's inertia. With the compiler's `fitaabb`, they are fitted to its extent along the
+//! principal axes of the inertia.
 
 use glamx::{DMat3, DPose3, DQuat, DVec3};
 
@@ -11,21 +12,21 @@ use crate::robot::Inertial;
 use crate::translation::notes::{Notes, Stop};
 use crate::urdf::findings::quoted;
 
-/// Types of geoms that are fitted where they name a mesh.
+/// Types of geoms that are fitted if they name a mesh.
 const PRIMITIVES: [&str; 5] = ["sphere", "capsule", "cylinder", "ellipsoid", "box"];
 
-/// The three numbers of `size`, and `geom_from_fitted` in the frame of the mesh's file.
+/// Three numbers of `size`, and `geom_from_fitted` in the frame of the mesh's file.
 pub(super) struct Fitted {
     pub(super) size: [f64; 3],
     pub(super) geom_from_fitted: DPose3,
 }
 
-/// Whether a geom is fitted to a mesh.
+/// Returns whether a geom is fitted to a mesh.
 pub(super) fn is_fitted(geom: &Classed, kind: &str) -> bool {
     PRIMITIVES.contains(&kind) && geom.word("mesh").is_some()
 }
 
-/// What is fitted to the mesh that a geom names; `None` where the mesh cannot be read.
+/// Fits a primitive to the mesh that a geom names; `None` if the mesh cannot be read.
 pub(super) fn fit(
     geom: &Classed,
     kind: &str,
@@ -69,7 +70,7 @@ pub(super) fn fit(
     }))
 }
 
-/// The frame of the centre of mass and the principal axes, of which the largest moment is the first.
+/// Returns the frame of the centre of mass and the principal axes, the largest moment first.
 fn principal(inertial: &Inertial) -> (DPose3, DVec3) {
     let eigen = glamx::DSymmetricEigen3::new(inertial.inertia);
     let axes = eigen.eigenvectors;
@@ -85,7 +86,7 @@ fn principal(inertial: &Inertial) -> (DPose3, DVec3) {
     (DPose3::from_parts(inertial.center_of_mass, rotation), DVec3::new(x, y, z))
 }
 
-/// Half sizes of the box of a mass and principal moments.
+/// Returns the half sizes of the box with a mass and principal moments.
 fn half_sizes(mass: f64, moments: DVec3) -> DVec3 {
     let all = moments.x + moments.y + moments.z;
     // I_x = m (b^2 + c^2) / 3 of a box with half sizes a, b and c.
@@ -93,7 +94,7 @@ fn half_sizes(mass: f64, moments: DVec3) -> DVec3 {
     DVec3::new(half(moments.x), half(moments.y), half(moments.z))
 }
 
-/// Sizes of a primitive that stands for a box.
+/// Returns the sizes of a primitive that replaces a box.
 fn of_box(kind: &str, half: DVec3) -> [f64; 3] {
     let across = 0.5 * (half.x + half.y);
     match kind {
@@ -104,7 +105,7 @@ fn of_box(kind: &str, half: DVec3) -> [f64; 3] {
     }
 }
 
-/// The middle and the sizes of a primitive that holds all points.
+/// Returns the middle and the sizes of a primitive that contains all points.
 fn extent<P: Iterator<Item = DVec3>>(kind: &str, points: impl Fn() -> P) -> (DVec3, [f64; 3]) {
     let low = points().fold(DVec3::INFINITY, DVec3::min);
     let high = points().fold(DVec3::NEG_INFINITY, DVec3::max);

@@ -1,4 +1,4 @@
-//! Geoms: shapes that are seen, touched and weighed.
+//! Geoms: shapes for visuals, collisions and masses.
 
 use glamx::{DMat3, DPose3, DQuat, DVec3};
 
@@ -21,12 +21,12 @@ use crate::translation::notes::{Notes, Stop};
 use crate::urdf::findings::quoted;
 use crate::urdf::{Asset, Assets};
 
-/// What a geom is read with.
+/// Data for reading a geom.
 pub(super) struct Context<'r> {
     pub(super) compiler: &'r Compiler,
     pub(super) library: &'r Library,
     pub(super) assets: &'r dyn Assets,
-    /// Files that were made of meshes in the description itself.
+    /// Files that were made from meshes in the description itself.
     pub(super) made: &'r Made,
     pub(super) limits: &'r LoadLimits,
 }
@@ -45,7 +45,7 @@ pub(super) struct Geom {
     inertial: Inertial,
 }
 
-/// Groups that MuJoCo's viewer shows.
+/// Highest group that MuJoCo's viewer shows.
 const SHOWN: f64 = 2.0;
 
 pub(super) fn read(
@@ -102,7 +102,7 @@ pub(super) fn read(
             };
             let (turn, geometry, message) = ellipsoid(radii);
             notes.warn(element, Repaired, message);
-            // A scaled ball: volume and moments as its own.
+            // A scaled ball, with its own volume and moments.
             let mass = inertia::DENSITY * std::f64::consts::PI * 4.0 / 3.0 * radii.x * radii.y * radii.z;
             let [x, y, z] = (radii * radii).to_array();
             let tensor = DMat3::from_diagonal(DVec3::new(y + z, x + z, x + y)) * (0.2 * mass);
@@ -140,7 +140,7 @@ pub(super) fn read(
     };
     let (contype, conaffinity) = (bits("contype", notes)?, bits("conaffinity", notes)?);
     let group = geom.number("group")?.unwrap_or(0.0);
-    // What is only looks refuses no robot.
+    // Faults of the look do not refuse the robot.
     let own = geom.numbers("rgba", notes).unwrap_or_else(|stop| {
         notes.pass_over(stop);
         None
@@ -168,7 +168,7 @@ pub(super) fn read(
     }))
 }
 
-/// Its mass where it gives one, else of its density.
+/// Returns the geom's mass and inertia from its mass, or from its density.
 fn weighed(
     geom: &Classed,
     of_water: Inertial,
@@ -192,7 +192,7 @@ fn weighed(
     Ok(Inertial { mass, center_of_mass, inertia })
 }
 
-/// Filled with water, in its own frame.
+/// Returns mass and inertia when filled with water, in its own frame.
 fn inertia_of(solid: &Geometry) -> Option<Inertial> {
     inertia::of_shapes(std::iter::once((&DPose3::IDENTITY, solid)))
 }
@@ -221,13 +221,13 @@ fn mesh_geom(
     };
     let pose = *pose * asset.geom_from_mesh;
     let geometry = DraftGeometry::Mesh { uri: asset.uri.clone(), scale: asset.scale };
-    // Only where its mass may count.
+    // Only needed if its mass may count.
     let weighs = context.compiler.inertia_from_geoms != Some(false) && geom.number("mass")? != Some(0.0);
     let inertial = if weighs { weight(element, name, asset, context, notes)? } else { None };
     Ok(Some((pose, geometry, inertial)))
 }
 
-/// Of a mesh filled with water. It is computed once, however many geoms have the mesh.
+/// Returns mass and inertia of a mesh filled with water. Computed once per mesh.
 fn weight(
     at: Element,
     name: &str,
@@ -256,7 +256,7 @@ fn weight(
     Ok(inertial)
 }
 
-/// What is in the file of a mesh, if it is there and can be read.
+/// Returns the content of a mesh's file, if it exists and can be read.
 pub(super) fn mesh_of(
     at: Element,
     asset: &Mesh,
@@ -275,7 +275,7 @@ fn mesh_file(uri: &str, context: &Context) -> Option<Asset> {
     (file.bytes.len() <= context.limits.mesh_bytes).then_some(file)
 }
 
-/// What cannot be read the reader of URDF reports.
+/// The reader of URDF reports unreadable files.
 fn read_mesh(uri: &str, file: &Asset, context: &Context) -> Option<std::sync::Arc<MeshAsset>> {
     let beside = mesh::Beside::gather(uri, &file.bytes, context.assets);
     let look = look_of(file.sha256, &beside.files);
@@ -283,7 +283,7 @@ fn read_mesh(uri: &str, file: &Asset, context: &Context) -> Option<std::sync::Ar
     context.assets.mesh(look, &mesh::format(uri), &mut read).ok()
 }
 
-/// MuJoCo's friction: sliding, turning, rolling, of which `condim` says which there are.
+/// Returns MuJoCo's friction: sliding, turning, rolling; `condim` says which of them apply.
 fn material(geom: &Classed) -> Result<Material, Stop> {
     let friction = geom.list("friction", 3)?.unwrap_or_default();
     let of = |index: usize, default: f64| friction.get(index).copied().unwrap_or(default).max(0.0);
@@ -299,7 +299,7 @@ fn material(geom: &Classed) -> Result<Material, Stop> {
     Ok(material)
 }
 
-/// Mass and inertia of geoms of these groups.
+/// Returns mass and inertia of geoms in these groups.
 pub(super) fn together(geoms: &[Geom], [first, last]: [f64; 2]) -> Inertial {
     let counted =
         || geoms.iter().filter(|geom| (first..=last).contains(&geom.group)).map(|geom| geom.inertial);

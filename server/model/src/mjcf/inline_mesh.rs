@@ -1,5 +1,5 @@
-//! Meshes that stand in the file itself, as numbers. They become files of OBJ, which whatever reads meshes reads, and which the URDF
-//! names like any other.
+//! Meshes written as numbers in the file itself. They become OBJ files, which all mesh readers read, and
+//! which the URDF names like any other.
 
 use std::cell::{Cell, RefCell};
 use std::collections::{BTreeMap, BTreeSet};
@@ -17,32 +17,32 @@ use crate::translation::element::Element;
 use crate::translation::notes::{Notes, Stop};
 use crate::urdf::Asset;
 
-/// The files that were made.
+/// Files that were made.
 #[derive(Default)]
 pub(super) struct Made {
-    /// By the URIs that the URDF names them by.
+    /// By their URIs in the URDF.
     pub(super) files: BTreeMap<String, Asset>,
     names: Names,
     bytes: usize,
-    /// What weighing meshes and computing hulls has cost, in triangles of which the volume is summed.
+    /// Cost of weighing meshes and computing hulls so far, in triangles whose volume is summed.
     work: Cell<usize>,
     /// Files that were read to be weighed.
     read: RefCell<BTreeSet<String>>,
 }
 
-/// Bytes of all files that one description makes.
+/// Maximum bytes of all files that one description makes.
 const MOST_BYTES: usize = 64 << 20;
-/// Of [`Made::spend`]: under two seconds.
+/// Maximum of [`Made::spend`]: under two seconds.
 const MOST_WORK: usize = 80_000_000;
-/// Numbers of one attribute: three for each corner.
+/// Maximum numbers of one attribute: three for each vertex.
 const MOST_NUMBERS: usize = 3 * limits::MESH_VERTICES;
-/// Where the URDF looks for them: a folder beside it.
+/// Folder of the files in the URDF, beside it.
 const FOLDER: &str = "mjcf_inline";
-/// Bytes of the name of a file, without its folder.
+/// Maximum bytes of a file's name, without its folder.
 const NAME: usize = 60;
 
 impl Made {
-    /// Counts work for an element; an error where it is too much for one description.
+    /// Counts work for an element. Refuses a description that needs more than the maximum.
     pub(super) fn spend(&self, work: usize, at: Element) -> Result<(), Stop> {
         self.work.set(self.work.get().saturating_add(work));
         if self.work.get() <= MOST_WORK {
@@ -52,18 +52,18 @@ impl Made {
         Err(Stop::at(at, message))
     }
 
-    /// Counts the reading of a file that was read before: of meshes that differ in their scale alone.
+    /// Counts the repeated reading of a file, for meshes that differ only in their scale.
     pub(super) fn spend_reading(&self, uri: &str, bytes: usize, at: Element) -> Result<(), Stop> {
         let is_first = self.read.borrow_mut().insert(uri.to_owned());
         if is_first { Ok(()) } else { self.spend(bytes / 2, at) }
     }
 
-    /// Keeps a file for a mesh of a name; gives its URI.
+    /// Keeps a file for a named mesh; returns its URI.
     pub(super) fn add(&mut self, at: Element, name: &str, text: String) -> Result<String, Stop> {
         self.keep(at, name, "obj", text.into_bytes())
     }
 
-    /// Keeps a picture of a name as a PNG; gives its URI.
+    /// Keeps a named picture as a PNG; returns its URI.
     pub(super) fn add_picture(&mut self, at: Element, name: &str, png: Vec<u8>) -> Result<String, Stop> {
         self.keep(at, name, "png", png)
     }
@@ -83,8 +83,8 @@ impl Made {
     }
 }
 
-/// A mesh of `vertex`, `face` and `texcoord` as OBJ; without faces it is the convex hull of its corners, as in MuJoCo. `None` where it has
-/// no volume, which is said.
+/// Returns a mesh of `vertex`, `face` and `texcoord` as OBJ. Without faces it is the convex hull of its
+/// vertices, as in MuJoCo. `None`, with a note, if it has no volume.
 pub(super) fn obj(mesh: Element, made: &Made, notes: &mut Notes) -> Result<Option<String>, Stop> {
     let corners = rows::<3>(mesh, "vertex")?.unwrap_or_default();
     if corners.len() < 4 {
@@ -102,7 +102,7 @@ pub(super) fn obj(mesh: Element, made: &Made, notes: &mut Notes) -> Result<Optio
     };
     let is_beyond = |index: &u32| *index as usize >= uvs.len();
     if !uvs.is_empty() && (uv_indices.len() != faces.len() || uv_indices.iter().flatten().any(is_beyond)) {
-        // A picture is looks alone.
+        // A picture only affects the look.
         notes.warn(mesh, Ignored, "texcoord does not have as many rows as vertex, or facetexcoord as face");
         return Ok(Some(written(&corners, &[], &faces, &faces)));
     }
@@ -126,7 +126,7 @@ fn hull(mesh: Element, corners: &[[f64; 3]], notes: &mut Notes) -> Result<Option
     }
 }
 
-/// The numbers of an attribute, so many a row. `None` where it is not there.
+/// Returns the numbers of an attribute, `N` per row. `None` if it is absent.
 fn rows<const N: usize>(mesh: Element, name: &str) -> Result<Option<Vec<[f64; N]>>, Stop> {
     let Some(text) = mesh.word(name) else { return Ok(None) };
     let values = value::list(mesh, name, text, MOST_NUMBERS)?;
@@ -139,7 +139,7 @@ fn rows<const N: usize>(mesh: Element, name: &str) -> Result<Option<Vec<[f64; N]
     Ok(Some(values.chunks_exact(N).filter_map(|row| row.try_into().ok()).collect()))
 }
 
-/// Numbers as indices of so many things, counted from 0.
+/// Returns numbers as indices below `count`, from 0.
 fn indices(mesh: Element, name: &str, rows: &[[f64; 3]], count: usize) -> Result<Vec<[u32; 3]>, Stop> {
     if rows.len() > limits::MESH_TRIANGLES {
         let message = format!("{name} has {} rows; the most is {}", rows.len(), limits::MESH_TRIANGLES);
@@ -160,7 +160,7 @@ fn indices(mesh: Element, name: &str, rows: &[[f64; 3]], count: usize) -> Result
     Ok(found)
 }
 
-/// Texture coordinates are from the top in MJCF, and from the bottom in OBJ.
+/// Writes an OBJ. Texture coordinates begin at the top in MJCF, and at the bottom in OBJ.
 fn written(corners: &[[f64; 3]], uvs: &[[f64; 2]], faces: &[[u32; 3]], uv_indices: &[[u32; 3]]) -> String {
     let mut text = String::new();
     // Writing to a string cannot fail. `{:?}` writes very small numbers with an exponent.

@@ -1,4 +1,4 @@
-//! Joints of bodies, and what actuators and equalities say of them.
+//! Joints of bodies, and their settings in actuators and equalities.
 
 use std::collections::BTreeMap;
 
@@ -14,7 +14,7 @@ use crate::translation::draft::{At, DraftDrive};
 use crate::translation::notes::{Notes, Stop};
 use crate::urdf::findings::quoted;
 
-/// How a joint moves.
+/// Type of a joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     Hinge,
@@ -34,29 +34,29 @@ pub(super) struct BodyJoint {
     pub(super) damping: f64,
     pub(super) friction: f64,
     pub(super) armature: f64,
-    /// The position at which the body is where the file puts it.
+    /// Position of the joint in the file's pose of the body.
     pub(super) reference: f64,
-    /// Stiffness, and the position at rest.
+    /// Stiffness, and rest position.
     pub(super) spring: Option<[f64; 2]>,
-    /// The position at which its spring is at rest.
+    /// Rest position of its spring.
     pub(super) rest: f64,
-    /// Time constant, s, and damping ratio, both above 0: instead of stiffness and damping, see `spring_damper`.
+    /// Time constant, s, and damping ratio, both above 0: replace stiffness and damping, see `spring_damper`.
     pub(super) spring_damper: Option<[f64; 2]>,
 }
 
-/// What is said of joints outside of bodies, by name.
+/// Settings of joints outside of bodies, by name.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Joints {
     pub(super) known: BTreeMap<String, (Kind, f64)>,
     pub(super) drives: BTreeMap<String, DraftDrive>,
-    /// The most effort of their actuators.
+    /// Maximum effort of their actuators.
     pub(super) efforts: BTreeMap<String, f64>,
-    /// The joint that one follows, how many times, plus what.
+    /// Joint that one follows, multiplier, offset.
     pub(super) mimics: BTreeMap<String, (String, f64, f64)>,
 }
 
 impl Joints {
-    /// Nothing yet.
+    /// Makes it without settings.
     pub(super) fn of(bodies: &[Body]) -> Self {
         let joints = bodies.iter().flat_map(|body| &body.joints);
         let known = joints.map(|joint| (joint.name.clone(), (joint.kind, joint.reference))).collect();
@@ -128,7 +128,7 @@ pub(super) fn read(
     })
 }
 
-/// Whether a range holds, by the attribute that says so.
+/// Returns whether a range applies, by the attribute that says so.
 pub(super) fn is_limited(of: &Classed, name: &str, has_range: bool, compiler: &Compiler) -> bool {
     match of.word(name) {
         Some("true") => true,

@@ -1,4 +1,4 @@
-//! `<key>`: positions of all joints under a name.
+//! `<key>`: named positions of all joints.
 
 use super::body::Body;
 use super::joint::Kind;
@@ -8,14 +8,14 @@ use crate::translation::draft::DraftState;
 use crate::translation::element::Element;
 use crate::translation::notes::{Notes, Stop};
 
-/// Keyframes that one file may have.
+/// Maximum number of keyframes in a file.
 const MOST: usize = 256;
-/// Numbers of one of them.
+/// Maximum numbers of a keyframe.
 const MOST_NUMBERS: usize = 70_000;
-/// Positions of all of them.
+/// Maximum positions of all keyframes.
 const MOST_POSITIONS: usize = 65_536;
 
-/// Positions of joints of one axis; poses of free bodies and turns of balls are none.
+/// Reads positions of joints with one axis; leaves out poses of free bodies and orientations of balls.
 pub(super) fn read(
     elements: &[Element],
     bodies: &[Body],

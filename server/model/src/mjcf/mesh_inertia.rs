@@ -9,14 +9,15 @@ use crate::robot::{Inertial, MeshAsset};
 
 type Triangle = [DVec3; 3];
 
-/// In which corners of a hull are looked for.
+/// Number of directions in which vertices of a hull are searched.
 pub(super) const DIRECTIONS: usize = 1_000;
 
-/// Corners at the most for which it is looked how far they lie outside of a hull of others.
+/// Maximum number of vertices whose distance from a reduced hull is checked.
 const COMPARED: usize = 20_000;
 
-/// Of water, or of a surface of a density of water's number; and of a hull of some corners how far any other one was found to lie
-/// outside of its faces, metres. `None` where it has no extent.
+/// Returns mass and inertia for water, or for a surface with water's density as a number. For a reduced hull,
+/// also returns the largest distance of another vertex from its faces, metres. `None` if the mesh has no
+/// extent.
 pub(super) fn of(mesh: &MeshAsset, scale: DVec3, kind: MeshInertia) -> Option<(Inertial, Option<f64>)> {
     let whole = |found: Option<Inertial>| Some((found?, None));
     match kind {
@@ -35,12 +36,12 @@ pub(super) fn of(mesh: &MeshAsset, scale: DVec3, kind: MeshInertia) -> Option<(I
     }
 }
 
-/// What that costs, in triangles of which the volume is summed.
+/// Returns the cost of this, in triangles whose volume is summed.
 pub(super) fn work(mesh: &MeshAsset, kind: MeshInertia) -> usize {
     match kind {
         MeshInertia::Volume { .. } | MeshInertia::Shell => mesh.triangles.len(),
         MeshInertia::Hull if is_reduced(mesh) => {
-            // A hull has at most twice as many faces as corners.
+            // A hull has at most twice as many faces as vertices.
             let compared = 2 * mesh.vertices.len().min(COMPARED);
             of_hull(DIRECTIONS) + (mesh.vertices.len() + compared) * DIRECTIONS / 20
         }
@@ -48,17 +49,19 @@ pub(super) fn work(mesh: &MeshAsset, kind: MeshInertia) -> usize {
     }
 }
 
-/// What the hull of so many corners costs at worst.
+/// Returns the cost of the hull of `corners` vertices at worst.
 pub(super) fn of_hull(corners: usize) -> usize {
     3 * corners * corners
 }
 
-/// Whether its hull is that of the corners that are farthest in [`DIRECTIONS`], for it has too many.
+/// Returns whether its hull is computed from the farthest vertices in [`DIRECTIONS`] only, because it has too
+/// many.
 pub(super) fn is_reduced(mesh: &MeshAsset) -> bool {
     mesh.vertices.len() > hull::MOST
 }
 
-/// How far points, evenly out of all, lie outside of the planes of a hull's faces at the most.
+/// Returns the largest distance of points from the planes of a hull's faces, for points picked evenly out of
+/// all.
 fn farthest_outside(points: &[DVec3], faces: &[Triangle]) -> f64 {
     let plane = |[a, b, c]: &Triangle| {
         let normal = (*b - *a).cross(*c - *a).try_normalize()?;
@@ -80,7 +83,7 @@ fn area([a, b, c]: Triangle) -> f64 {
     (b - a).cross(c - a).length() * 0.5
 }
 
-/// The area, and its centroid; `None` where there is none.
+/// Returns the area, and its centroid; `None` if there is none.
 fn surface(triangles: &[Triangle]) -> Option<(f64, DVec3)> {
     let (mut whole, mut centroid) = (0.0, DVec3::ZERO);
     for triangle in triangles {
@@ -92,8 +95,8 @@ fn surface(triangles: &[Triangle]) -> Option<(f64, DVec3)> {
     (whole > 0.0 && whole.is_finite()).then(|| (whole, centroid / whole))
 }
 
-/// Tetrahedra from the centroid of the surface to each triangle, and then from the centre of mass, of which both the
-/// volume and the moments are. Unless they are signed each counts as positive, whichever way its triangle looks, so that
+/// Sums tetrahedra from the centroid of the surface to each triangle, and then from the centre of mass, for
+/// volume and moments. Unless they are signed, each counts as positive, whichever way its triangle faces. So
 /// the volume depends on the point.
 fn of_volume(triangles: &[Triangle], signed: bool) -> Option<Inertial> {
     let (_, centroid) = surface(triangles)?;
@@ -123,7 +126,7 @@ fn of_volume(triangles: &[Triangle], signed: bool) -> Option<Inertial> {
     made(volume, center, products)
 }
 
-/// Of thin triangles.
+/// Sums thin triangles.
 fn of_surface(triangles: &[Triangle]) -> Option<Inertial> {
     let (whole, center) = surface(triangles)?;
     let mut products = DMat3::ZERO;
@@ -134,7 +137,7 @@ fn of_surface(triangles: &[Triangle]) -> Option<Inertial> {
     made(whole, center, products)
 }
 
-/// Sum of the outer squares of the corners and of their sum.
+/// Returns the sum of the outer squares of the corners and of their sum.
 fn squares([a, b, c]: Triangle) -> DMat3 {
     let square = |u: DVec3| DMat3::from_cols(u * u.x, u * u.y, u * u.z);
     square(a) + square(b) + square(c) + square(a + b + c)

@@ -1,11 +1,16 @@
-//! MJCF, MuJoCo's own format, to drafts of robots, as far as its bodies go.
+//! Reads MJCF, MuJoCo's format, to drafts of robots.
 //!
-//! `files`: what is included. `compiler`: how the file is to be read. `defaults`: classes. `value`: numbers and
-//! orientations. `assets`: meshes, height fields, materials; `inline_mesh`: meshes without a file. `body`, `joint`, `geom`, `mesh_inertia`: what moves. `fit`: primitives fitted to meshes. `replicate`: copies. `attach`: parts of other files. `actuator`, `equality`
-//! and `keyframe`: what belongs to joints. `spring_damper`: springs that follow from inertias. `sensor`: what measures. `split`: as robots.
+//! * `files`: includes. `compiler`: settings. `defaults`: classes. `value`: numbers and orientations.
+//! * `assets`: meshes, height fields, materials. `inline_mesh`: meshes without a file.
+//! * `body`, `joint`, `geom`, `mesh_inertia`: the moving bodies. `fit`: primitives fitted to meshes.
+//! * `replicate`: copies. `attach`: parts of other files.
+//! * `actuator`, `equality`, `keyframe`: settings of joints. `spring_damper`: springs that depend on
+//!   inertias.
+//! * `sensor`: sensors. `split`: splits bodies into robots.
 //!
-//! A body that hangs on the world by no joint stands still. All that stands still is one robot; each other child of the
-//! world is one with what hangs on it. What is not read (tendons, muscles, skins, flexible bodies) is in the report.
+//! A body without a joint to the world does not move. All such bodies are one robot; each other child of the
+//! world is one with its descendants. Ignored elements (tendons, muscles, skins, flexible bodies) are in the
+//! report.
 
 mod actuator;
 mod assets;
@@ -48,29 +53,29 @@ use defaults::Classes;
 use files::FileIndices;
 use inline_mesh::Made;
 
-/// What reading an MJCF needs.
+/// State of reading an MJCF.
 struct Reader<'a> {
     sources: &'a [Source<'a>],
     file_indices: &'a FileIndices,
     limits: &'a LoadLimits,
     assets: &'a dyn Assets,
-    /// Of the file whose elements are read.
+    /// Scope of the file whose elements are read.
     scope: Scope<'a>,
     attachable: Attachable<'a>,
     made: Made,
     notes: Notes,
     /// The world, and all bodies depth first.
     bodies: Vec<Body>,
-    /// Of bodies.
+    /// Names of bodies.
     names: Names,
     geoms: usize,
-    /// Elements of copies, and those that are attached.
+    /// Elements of copies, and attached elements.
     replicated: usize,
-    /// By name: the body that each is on, and `body_from_site`.
+    /// By name: the site's body, and `body_from_site`.
     sites: BTreeMap<String, (usize, DPose3)>,
 }
 
-/// What one file says of how its elements are read.
+/// Settings of one file for reading its elements.
 #[derive(Default)]
 struct Scope<'a> {
     compiler: Compiler,
@@ -80,10 +85,10 @@ struct Scope<'a> {
     models: BTreeMap<&'a str, usize>,
 }
 
-/// As URDF.
+/// Translates an MJCF to URDF.
 ///
 /// # Errors
-/// What cannot be read, is too large, or holds no body.
+/// Returns an error if the file cannot be read, is too large, or has no body.
 pub(crate) fn translate(
     bytes: &[u8],
     assets: &dyn Assets,
@@ -125,7 +130,7 @@ pub(crate) fn translate(
 }
 
 impl<'a> Reader<'a> {
-    /// All robots of the file.
+    /// Returns all robots of the file.
     fn all(&mut self) -> Result<Vec<Draft>, Stop> {
         let Some(root) = Element::root(self.sources, 0) else { return Ok(Vec::new()) };
         let sections = files::expanded(root, self.sources, self.file_indices)?;
@@ -173,7 +178,7 @@ impl<'a> Reader<'a> {
         Ok(drafts)
     }
 
-    /// Sections that are not read.
+    /// Reports sections that are not read.
     fn report_sections(&mut self, sections: &[Element<'a>]) {
         for section in sections {
             match section.tag() {
@@ -193,7 +198,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Pairs of bodies that do not touch.
+    /// Returns pairs of bodies that do not collide.
     fn excludes(&mut self, elements: &[Element<'a>]) -> Vec<([String; 2], (usize, u32))> {
         let mut excluded = Vec::new();
         for element in elements {

@@ -1,5 +1,5 @@
-//! `<replicate>`: its content again and again, each moved from the one before it. As in MuJoCo names end with the
-//! separator and the number of the copy, of as many digits as the count has.
+//! `<replicate>`: repeats its content, each copy moved from the last one. As in MuJoCo, names end with the
+//! separator and the number of the copy, with as many digits as the count has.
 
 use glamx::{DPose3, DQuat, DVec3};
 
@@ -8,11 +8,11 @@ use super::{Reader, value};
 use crate::translation::element::Element;
 use crate::translation::notes::Stop;
 
-/// Elements that copies have together: a few lines can ask for any number.
+/// Maximum number of elements in all copies: a few lines can ask for any number.
 const MOST_ELEMENTS: usize = 500_000;
 
 impl<'a> Reader<'a> {
-    /// Reads the content as often as it says.
+    /// Reads the content as many times as requested.
     pub(super) fn replicate(
         &mut self,
         element: Element<'a>,
@@ -32,7 +32,7 @@ impl<'a> Reader<'a> {
         let mut position = DVec3::ZERO;
         for copy in 0..count {
             self.count_element(element)?;
-            // Of the copy's own angles, as MuJoCo has it, so that errors do not add up.
+            // From the angles of each copy, as in MuJoCo, so that errors do not add up.
             let turn: DQuat = value::euler(angles.map(|angle| angle * copy as f64), &self.scope.compiler);
             let suffix = format!("{separator}{copy:0digits$}{}", inside.suffix);
             let frame = inside.frame * DPose3::from_parts(position, turn);

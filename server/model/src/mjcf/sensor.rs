@@ -1,4 +1,4 @@
-//! `<sensor>`: MuJoCo's sensors as SDFormat's. What several elements measure at one pose is one sensor.
+//! `<sensor>`: converts MuJoCo's sensors to SDFormat's. Elements that measure at one pose become one sensor.
 
 use std::collections::BTreeMap;
 
@@ -11,29 +11,29 @@ use crate::translation::element::Element;
 use crate::translation::notes::Notes;
 use crate::urdf::findings::quoted;
 
-/// Sensors that one file may have.
+/// Maximum number of sensors in a file.
 const MOST: usize = 4096;
 
-/// What a sensor is on.
+/// Place of a sensor.
 enum Mount {
     /// A body, by its name.
     Body(String),
-    /// What holds a body, by its name.
+    /// The joint above a body, by the body's name.
     Above(String),
     /// A joint, by its name.
     Joint(String),
 }
 
-/// A sensor, before it is known of which robot.
+/// A sensor before its robot is known.
 pub(super) struct Measured {
     mount: Mount,
     sensor: DraftSensor,
 }
 
-/// All of them.
+/// Reads all sensors.
 pub(super) fn read<'a>(elements: &[Element<'a>], reader: &mut Reader<'a>) -> Vec<Measured> {
     let mut measured: Vec<Measured> = Vec::new();
-    // By kind and what it is on, which of the list.
+    // Index in the list, by kind and place.
     let mut known: BTreeMap<(&'static str, &str, &str), usize> = BTreeMap::new();
     for element in elements.iter().copied() {
         if measured.len() >= MOST {
@@ -55,7 +55,7 @@ pub(super) fn read<'a>(elements: &[Element<'a>], reader: &mut Reader<'a>) -> Vec
         };
         let at = (element.file, element.line());
         let mut lines = Vec::new();
-        // Period, and a phase that is not read.
+        // Period, and a phase that is ignored.
         let interval = element.word("interval").and_then(|word| word.split_whitespace().next());
         let period = interval.and_then(|word| word.parse::<f64>().ok());
         if let Some(period) = period.filter(|period| (1e-6..1e6).contains(period)) {
@@ -86,20 +86,20 @@ pub(super) fn read<'a>(elements: &[Element<'a>], reader: &mut Reader<'a>) -> Vec
     measured
 }
 
-/// As MuJoCo's numbers are, in the axes of the site: of the parent on the child (`cfrc_int`), although its reference says that the force points
-/// from the child towards the parent.
+/// MuJoCo's convention, in the axes of the site: the force of the parent on the child (`cfrc_int`). Its
+/// reference claims that the force points from the child to the parent.
 const FORCE_TORQUE: &str = "<force_torque><frame>sensor</frame><measure_direction>parent_to_child</measure_direction></force_torque>";
 
-/// What a sensor measures, and of what.
+/// The quantity and the object of a sensor.
 struct Target<'a> {
     /// In SDFormat's words, or simd's.
     kind: &'static str,
-    /// `site`, `joint`, `xbody`, or `body`, which is its centre of mass.
+    /// `site`, `joint`, `xbody`, or `body` for its centre of mass.
     object: &'a str,
     name: &'a str,
 }
 
-/// `None` for sensors that are not read, which is said.
+/// Returns the target of a sensor; `None`, with a note, for sensors that are not supported.
 fn target<'a>(element: Element<'a>, notes: &mut Notes) -> Option<Target<'a>> {
     let of_object = || element.word("objtype").unwrap_or("body");
     let (kind, object, attribute) = match element.tag() {
@@ -140,7 +140,7 @@ fn target<'a>(element: Element<'a>, notes: &mut Notes) -> Option<Target<'a>> {
     Some(Target { kind, object, name: name? })
 }
 
-/// What a sensor is on, and where it is there. `None` where there is no such thing.
+/// Returns the place and the pose of a sensor. `None` if the object does not exist.
 fn placed(kind: &str, object: &str, target: &str, reader: &Reader) -> Option<(Mount, DPose3)> {
     let (body, pose) = match object {
         "joint" => {
@@ -152,7 +152,7 @@ fn placed(kind: &str, object: &str, target: &str, reader: &Reader) -> Option<(Mo
         "site" => *reader.sites.get(target)?,
         "xbody" | "body" => {
             let index = reader.bodies.iter().position(|body| body.name == target)?;
-            // MuJoCo's frame of a body without the x is at its centre of mass. The axes stay the body's.
+            // MuJoCo's frame `body`, unlike `xbody`, is at the centre of mass. Its axes are the body's.
             let center = reader.bodies.get(index)?.inertial.center_of_mass;
             let at_center = object == "body" && index > 0;
             (index, if at_center { DPose3::from_translation(center) } else { DPose3::IDENTITY })
@@ -162,7 +162,7 @@ fn placed(kind: &str, object: &str, target: &str, reader: &Reader) -> Option<(Mo
     let name = reader.bodies.get(body)?.name.clone();
     Some(match kind {
         "force_torque" => (Mount::Above(name), pose),
-        // MuJoCo's ray goes along z, and that of SDFormat along x.
+        // MuJoCo's ray points along z, SDFormat's along x.
         "range" => {
             (Mount::Body(name), pose * DPose3::from_rotation(DQuat::from_rotation_arc(DVec3::X, DVec3::Z)))
         }
@@ -172,7 +172,7 @@ fn placed(kind: &str, object: &str, target: &str, reader: &Reader) -> Option<(Mo
 
 /// Gives each sensor to its link or joint.
 pub(super) fn give(measured: Vec<Measured>, drafts: &mut [Draft], notes: &mut Notes) {
-    // Names of bodies and of joints differ in a file.
+    // Names of bodies and of joints are unique in a file.
     let mut links: BTreeMap<String, (usize, usize)> = BTreeMap::new();
     let mut joints: BTreeMap<String, (usize, usize)> = BTreeMap::new();
     let mut above: BTreeMap<String, (usize, usize)> = BTreeMap::new();

@@ -1,4 +1,5 @@
-//! Bodies as robots: what stands still is one, and each other child of the world is one with what hangs on it.
+//! Splits bodies into robots: all bodies that do not move are one, and each other child of the world is one
+//! with its descendants.
 
 use std::collections::BTreeMap;
 
@@ -16,16 +17,16 @@ use crate::translation::element::Element;
 use crate::translation::notes::Notes;
 use crate::urdf::findings::quoted;
 
-/// What a robot hangs on that cannot move.
+/// Name of the fixed root.
 const WORLD: &str = "world";
 
-/// What the file says of its bodies beside them.
+/// Settings of bodies outside of them.
 pub(super) struct Said<'s> {
     pub(super) joints: &'s Joints,
     pub(super) keys: &'s [DraftState],
-    /// Bodies that do not touch.
+    /// Pairs of bodies that do not collide.
     pub(super) excluded: &'s [([String; 2], At)],
-    /// Bodies that are held together.
+    /// Connected bodies.
     pub(super) held: &'s [Held],
 }
 
@@ -38,7 +39,7 @@ pub(super) fn robots(
 ) -> Vec<Draft> {
     let Said { joints, keys, excluded, held } = *said;
     let moves = moving(bodies);
-    // The child of the world that a body is below; of what stands still the world.
+    // Child of the world that each body descends from; the world itself for fixed bodies.
     let mut tops: Vec<usize> = Vec::with_capacity(bodies.len());
     for (index, body) in bodies.iter().enumerate() {
         let top = match tops.get(body.parent).copied() {
@@ -90,7 +91,7 @@ pub(super) fn robots(
     drafts
 }
 
-/// Gives a constraint to the robot of its first end that moves. What stands still is the world.
+/// Gives a constraint to the robot of its first moving end. Fixed bodies belong to the world.
 fn hold(
     held: &Held,
     bodies: &[Body],
@@ -116,7 +117,7 @@ fn hold(
     let ends = held.ends.each_ref().map(end);
     if let Some(draft) = drafts.get_mut(own) {
         let Held { name, at, kind, .. } = held;
-        // As in MuJoCo, where bodies that are held together touch.
+        // As in MuJoCo, where connected bodies collide.
         draft.constraints.push(DraftConstraint {
             name: name.clone(),
             at: *at,
@@ -127,7 +128,7 @@ fn hold(
     }
 }
 
-/// Gives each robot the positions of its own joints.
+/// Gives each robot the positions of its joints.
 fn give_states(keys: &[DraftState], drafts: &mut [Draft]) {
     let mut robots: BTreeMap<String, usize> = BTreeMap::new();
     for (robot, draft) in drafts.iter().enumerate() {
@@ -148,7 +149,7 @@ fn give_states(keys: &[DraftState], drafts: &mut [Draft]) {
     }
 }
 
-/// Whether a body or anything below it moves.
+/// Returns for each body whether it or a descendant moves.
 fn moving(bodies: &[Body]) -> Vec<bool> {
     let mut moves = vec![false; bodies.len()];
     for (index, body) in bodies.iter().enumerate().rev() {
@@ -162,7 +163,7 @@ fn moving(bodies: &[Body]) -> Vec<bool> {
     moves
 }
 
-/// A robot of these bodies, of which the first is the one that the others hang on.
+/// Returns a robot of these bodies, whose first one is the root.
 fn robot(
     name: &str,
     top: usize,
@@ -188,7 +189,7 @@ fn robot(
                 draft.pose = body.parent_from_body;
                 draft.fixed = !body.is_free;
             }
-            // What joints hold on the world needs a link that is the world.
+            // A joint to the world needs a link that is the world.
             if !body.joints.is_empty() {
                 draft.pose = DPose3::IDENTITY;
                 world = taken.unique(WORLD);
@@ -237,7 +238,7 @@ fn link(body: &Body, has_groups: bool) -> DraftLink {
     link
 }
 
-/// The body's joints, after one another, with links without mass between them.
+/// Adds the body's joints in series, with massless links between them.
 fn hang(draft: &mut Draft, body: &Body, parent: String, said: &Joints, taken: &mut Names, names: &mut Names) {
     let mut between = |draft: &mut Draft, joint: &BodyJoint| {
         let name = taken.unique(&format!("{}_{}", body.name, joint.name));
@@ -248,7 +249,7 @@ fn hang(draft: &mut Draft, body: &Body, parent: String, said: &Joints, taken: &m
     };
     let top_parent = parent.clone();
     let mut parent = parent;
-    // The frame of the next joint in that of the last link, but for the anchors.
+    // Frame of the next joint in the frame of the last link, without the anchors.
     let mut pose = body.parent_from_body;
     let mut anchor = DVec3::ZERO;
     let is_chain = body.joints.len() > 1 || body.joints.iter().any(|joint| joint.anchor != DVec3::ZERO);
@@ -256,7 +257,7 @@ fn hang(draft: &mut Draft, body: &Body, parent: String, said: &Joints, taken: &m
         let is_last = index + 1 == body.joints.len();
         let child =
             if is_last && joint.anchor == DVec3::ZERO { body.name.clone() } else { between(draft, joint) };
-        // At the reference position the body is where the file puts it.
+        // At the reference position, the body has its pose from the file.
         let back = match joint.kind {
             Kind::Hinge => DPose3::from_rotation(glamx::DQuat::from_axis_angle(joint.axis, -joint.reference)),
             Kind::Slide => DPose3::from_translation(joint.axis * -joint.reference),
@@ -281,11 +282,11 @@ fn hang(draft: &mut Draft, body: &Body, parent: String, said: &Joints, taken: &m
             (joint.damping, joint.friction, joint.armature);
         written.mimic = said.mimics.get(&joint.name).cloned();
         let is_ball = joint.kind == Kind::Ball;
-        // MuJoCo's ball joints are at rest where the file puts the body.
+        // The rest position of MuJoCo's ball joints is the body's pose in the file.
         written.spring = joint.spring.map(|[stiffness, rest]| [stiffness, if is_ball { 0.0 } else { rest }]);
         if written.mimic.is_none() {
             written.position = (joint.reference != 0.0 && !is_ball).then_some(joint.reference);
-            // What has no actuator is not driven.
+            // A joint without an actuator is passive.
             written.drive = said.drives.get(&joint.name).cloned().or_else(|| Some(DraftDrive::default()));
         }
         draft.joints.push(written);
@@ -296,18 +297,18 @@ fn hang(draft: &mut Draft, body: &Body, parent: String, said: &Joints, taken: &m
         let pose = pose * DPose3::from_translation(-anchor);
         draft.joints.push(DraftJoint::fixed(name, body.at, [parent, body.name.clone()], pose));
     }
-    // As in MuJoCo: a body and the one that it hangs on do not touch, also where links are between them.
+    // As in MuJoCo, a body and its parent do not collide, even with links between them.
     if is_chain {
         draft.excluded.push(([top_parent, body.name.clone()], body.at));
     }
 }
 
-/// Puts pairs of bodies where they belong.
+/// Gives pairs of bodies to their robots.
 fn exclude(excluded: &[([String; 2], At)], drafts: &mut [Draft], root: Element, notes: &mut Notes) {
     if excluded.is_empty() {
         return;
     }
-    // Names of bodies differ, those of links between joints are not named in the file.
+    // Names of bodies are unique, and links between joints have no names in the file.
     let mut robots: BTreeMap<String, usize> = BTreeMap::new();
     for (robot, draft) in drafts.iter().enumerate() {
         robots.extend(draft.links.iter().map(|link| (link.name.clone(), robot)));

@@ -1,9 +1,13 @@
-//! `springdamper`: stiffness and damping of a joint from a time constant, a damping ratio and the inertia that the joint moves.
+//! `springdamper`: computes stiffness and damping of a joint from a time constant, a damping ratio and the
+//! joint's inertia.
 //!
-//! As MuJoCo's compiler does (`mjCModel::AutoSpringDamper`, user_model.cc): the inertia is one over the diagonal of the inverse of the
-//! joint-space inertia matrix with all joints where the file puts them (`dof_invweight0`), of a ball joint over the mean of its three.
-//! That diagonal comes from one pass inwards, of articulated-body inertias (Featherstone 2008, section 7.3), and one outwards, of what a
-//! force on a body accelerates it by: O(n), and no matrix of all joints.
+//! It follows MuJoCo's compiler (`mjCModel::AutoSpringDamper`, user_model.cc). The inertia is one over the
+//! diagonal of the inverse of the joint-space inertia matrix, with all joints in the file's pose
+//! (`dof_invweight0`). For a ball joint it is one over the mean of its three entries.
+//!
+//! The diagonal comes from two passes. One goes inwards for articulated-body inertias (Featherstone 2008,
+//! section 7.3), the other outwards for the acceleration of each body by a force on it. This takes O(n), and
+//! no matrix of all joints.
 
 use std::collections::BTreeMap;
 
@@ -21,21 +25,22 @@ use crate::urdf::findings::quoted;
 type Spatial = [f64; 6];
 type Spatial2 = [Spatial; 6];
 
-/// What a joint moves is no inertia below this, kg or kg m^2: MuJoCo's `mjMINVAL`.
+/// Inertia below which a joint moves no mass, kg or kg m^2: MuJoCo's `mjMINVAL`.
 const LEAST: f64 = 1e-15;
 
 /// A degree of freedom.
 #[derive(Clone, Copy)]
 struct Axis {
-    /// The velocity of the body for one of the joint.
+    /// Velocity of the body for a joint velocity of one.
     subspace: Spatial,
     armature: f64,
-    /// Force for an acceleration of one of the joint, and the same along the joint: U and D of the articulated-body algorithm.
+    /// Force for a joint acceleration of one, and its component along the joint: U and D of the
+    /// articulated-body algorithm.
     force: Spatial,
     inertia: f64,
 }
 
-/// Gives stiffness and damping to all joints that have a `springdamper`.
+/// Sets stiffness and damping of all joints that have a `springdamper`.
 pub(super) fn set(bodies: &mut [Body], notes: &mut Notes) {
     let asks = |body: &Body| body.joints.iter().any(|joint| joint.spring_damper.is_some());
     if !bodies.iter().any(asks) {
@@ -66,8 +71,8 @@ fn axes_of(joint: &BodyJoint) -> usize {
     if joint.kind == Kind::Ball { 3 } else { 1 }
 }
 
-/// The inertia that each joint of one axis moves, by name: as for a spring, one over the diagonal of the inverse. Infinite or no number
-/// where a joint moves no mass.
+/// Returns the inertia that each joint of one axis moves, by name: as for a spring, one over the diagonal of
+/// the inverse. Infinite or NaN for a joint that moves no mass.
 pub(super) fn joint_inertias(bodies: &[Body]) -> BTreeMap<String, f64> {
     let mut of_joints = BTreeMap::new();
     for (body, inverses) in bodies.iter().zip(inverse_inertias(bodies)) {
@@ -82,12 +87,12 @@ pub(super) fn joint_inertias(bodies: &[Body]) -> BTreeMap<String, f64> {
     of_joints
 }
 
-/// Where each body is in the world, and the point of its tree that vectors are about.
+/// Returns the world pose of each body, and the reference point of its tree.
 fn frames(bodies: &[Body]) -> (Vec<DPose3>, Vec<DVec3>) {
     let mut world_from_body: Vec<DPose3> = Vec::with_capacity(bodies.len());
     let mut origins: Vec<DVec3> = Vec::with_capacity(bodies.len());
     for body in bodies {
-        // A body comes after the one that it hangs on.
+        // A parent comes before its children.
         let above = world_from_body.get(body.parent).copied().unwrap_or(DPose3::IDENTITY);
         let pose = above * body.parent_from_body;
         let origin = match origins.get(body.parent) {
@@ -100,8 +105,8 @@ fn frames(bodies: &[Body]) -> (Vec<DPose3>, Vec<DVec3>) {
     (world_from_body, origins)
 }
 
-/// By body, of each axis of its joints in their order: the diagonal of the inverse of the joint-space inertia matrix. Infinite where an
-/// axis moves no mass.
+/// Returns the diagonal of the inverse of the joint-space inertia matrix, by body and then by axis of its
+/// joints. Infinite for an axis that moves no mass.
 fn inverse_inertias(bodies: &[Body]) -> Vec<Vec<f64>> {
     let (world_from_body, origins) = frames(bodies);
     let mut axes: Vec<Vec<Axis>> = Vec::with_capacity(bodies.len());
@@ -123,7 +128,7 @@ fn inverse_inertias(bodies: &[Body]) -> Vec<Vec<f64>> {
             add(above, &inertia);
         }
     }
-    // What a force on each body accelerates it by; the world by nothing.
+    // Acceleration of each body by a force on it; zero for the world.
     let mut mobilities: Vec<Spatial2> = Vec::with_capacity(bodies.len());
     let mut inverses: Vec<Vec<f64>> = Vec::with_capacity(bodies.len());
     for (body, axes) in bodies.iter().zip(&axes) {
@@ -133,14 +138,15 @@ fn inverse_inertias(bodies: &[Body]) -> Vec<Vec<f64>> {
             of_body.push(outwards(axis, &mut mobility));
         }
         mobilities.push(mobility);
-        // A free body's own come first, and are no joint's.
+        // A free body's own axes come first, and belong to no joint.
         of_body.drain(..if body.is_free { 6 } else { 0 });
         inverses.push(of_body);
     }
     inverses
 }
 
-/// From the body above an axis to the one below it; gives the axis' acceleration for a force of one along it.
+/// Goes from the body above an axis to the one below it. Returns the axis' acceleration for a force of one
+/// along it.
 fn outwards(axis: &Axis, mobility: &mut Spatial2) -> f64 {
     let Axis { subspace, force, inertia, .. } = axis;
     if *inertia <= LEAST {
@@ -156,7 +162,7 @@ fn outwards(axis: &Axis, mobility: &mut Spatial2) -> f64 {
     inverse
 }
 
-/// A free body moves along three axes and turns about three.
+/// Returns the axes of a body: three translations and three rotations if it is free, then its joints'.
 fn axes_of_body(body: &Body, world_from_body: &DPose3, origin: DVec3) -> Vec<Axis> {
     let axis = |subspace: Spatial, armature: f64| Axis { subspace, armature, force: [0.0; 6], inertia: 0.0 };
     let relative = |point: DVec3| world_from_body.transform_point(point) - origin;
@@ -184,7 +190,7 @@ fn axes_of_body(body: &Body, world_from_body: &DPose3, origin: DVec3) -> Vec<Axi
     axes
 }
 
-/// About the origin, world axes (Featherstone 2008, equation 2.63).
+/// Returns the spatial inertia about the origin, world axes (Featherstone 2008, equation 2.63).
 fn spatial_inertia(inertial: &Inertial, world_from_body: &DPose3, origin: DVec3) -> Spatial2 {
     let Inertial { mass, center_of_mass, inertia } = *inertial;
     let center = world_from_body.transform_point(center_of_mass) - origin;
@@ -230,7 +236,7 @@ fn add(sum: &mut Spatial2, part: &Spatial2) {
     }
 }
 
-/// `matrix += factor a b'`.
+/// Adds: `matrix += factor a b'`.
 fn add_outer(matrix: &mut Spatial2, a: &Spatial, b: &Spatial, factor: f64) {
     for (row, a) in matrix.iter_mut().zip(a) {
         row.iter_mut().zip(b).for_each(|(entry, b)| *entry += factor * a * b);

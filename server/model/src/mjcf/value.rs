@@ -1,4 +1,4 @@
-//! Numbers of attributes, and the ways in which MJCF writes an orientation.
+//! Numbers in attributes, and the forms of an orientation in MJCF.
 
 use glamx::{DMat3, DPose3, DQuat, DVec3};
 
@@ -10,7 +10,7 @@ use crate::translation::element::Element;
 use crate::translation::notes::{Notes, Stop};
 use crate::urdf::findings::quoted;
 
-/// The numbers of an attribute of an element, up to so many.
+/// Returns the numbers of an element's attribute, at most `most`.
 pub(super) fn list(at: Element, name: &str, text: &str, most: usize) -> Result<Vec<f64>, Stop> {
     let mut values = Vec::new();
     for word in text.split_whitespace() {
@@ -31,7 +31,7 @@ pub(super) fn list(at: Element, name: &str, text: &str, most: usize) -> Result<V
     Ok(values)
 }
 
-/// So many numbers of an element's own attribute.
+/// Returns exactly `N` numbers of an element's own attribute.
 pub(super) fn numbers<const N: usize>(
     at: Element,
     name: &str,
@@ -53,7 +53,7 @@ fn exactly<const N: usize>(at: Element, name: &str, text: &str, notes: &mut Note
 }
 
 impl Classed<'_, '_> {
-    /// So many numbers, the class's where the element gives none.
+    /// Returns exactly `N` numbers, from the class if the element has none.
     pub(super) fn numbers<const N: usize>(
         &self,
         name: &str,
@@ -62,18 +62,18 @@ impl Classed<'_, '_> {
         self.get(name).map(|(at, text)| exactly(at, name, text, notes)).transpose()
     }
 
-    /// One number; of several the first.
+    /// Returns one number; the first of several.
     pub(super) fn number(&self, name: &str) -> Result<Option<f64>, Stop> {
         let Some((at, text)) = self.get(name) else { return Ok(None) };
         Ok(list(at, name, text, 1000)?.first().copied())
     }
 
-    /// Up to so many numbers.
+    /// Returns at most `most` numbers.
     pub(super) fn list(&self, name: &str, most: usize) -> Result<Option<Vec<f64>>, Stop> {
         self.get(name).map(|(at, text)| list(at, name, text, most)).transpose()
     }
 
-    /// `pos` and one of the orientations.
+    /// Returns the pose from `pos` and one of the orientations.
     pub(super) fn pose(&self, compiler: &Compiler, notes: &mut Notes) -> Result<DPose3, Stop> {
         let translation = self.numbers("pos", notes)?.map_or(DVec3::ZERO, DVec3::from_array);
         Ok(DPose3::from_parts(translation, self.rotation(compiler, notes)?))
@@ -105,7 +105,7 @@ impl Classed<'_, '_> {
     }
 }
 
-/// A rotation by Euler angles, as the file writes them.
+/// Returns a rotation from Euler angles, as the file writes them.
 pub(super) fn euler(angles: [f64; 3], compiler: &Compiler) -> DQuat {
     let mut rotation = DQuat::IDENTITY;
     for (axis, angle) in compiler.euler.into_iter().zip(angles) {
@@ -115,13 +115,13 @@ pub(super) fn euler(angles: [f64; 3], compiler: &Compiler) -> DQuat {
             _ => DVec3::Z,
         };
         let turn = DQuat::from_axis_angle(about, compiler.angle(angle));
-        // Small letters are axes that turn with the frame.
+        // Lower-case letters are axes that turn with the frame.
         rotation = if axis.is_ascii_lowercase() { rotation * turn } else { turn * rotation };
     }
     rotation.normalize()
 }
 
-/// A vector of length 1.
+/// Returns a vector of length 1.
 pub(super) fn direction(at: Element, vector: DVec3) -> Result<DVec3, Stop> {
     vector.try_normalize().filter(|unit| unit.is_finite()).ok_or_else(|| Stop::at(at, "an axis of it is 0"))
 }

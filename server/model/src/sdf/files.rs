@@ -1,4 +1,4 @@
-//! What an SDF includes: which file a URI means, and all of them gathered.
+//! Includes of an SDF: finds and gathers their files.
 
 use std::collections::BTreeMap;
 
@@ -9,20 +9,20 @@ use crate::translation::notes::Stop;
 use crate::translation::sources::Texts;
 use crate::urdf::Assets;
 
-/// The index among the files of what each include means, by the folder of the file that it stands in and its URI.
+/// Index of the file of each include, by the folder of the including file and the URI.
 #[derive(Default)]
 pub(super) struct FileIndices {
     by_uri: BTreeMap<(String, String), usize>,
 }
 
 impl FileIndices {
-    /// The file that an include of a file means, if it is there.
+    /// Returns the file of an include, if it exists.
     pub(super) fn get(&self, folder: &str, uri: &str) -> Option<usize> {
         self.by_uri.get(&(folder.to_owned(), uri.to_owned())).copied()
     }
 }
 
-/// Asks for what the file and what it includes include.
+/// Requests the includes of the file and of its includes.
 pub(super) fn gather(
     texts: &mut Texts,
     assets: &dyn Assets,
@@ -68,7 +68,7 @@ pub(super) fn gather(
     Ok(file_indices)
 }
 
-/// The name under which the file of a URI is there now.
+/// Returns the name under which the file of a URI is now stored.
 fn find(
     uri: &str,
     texts: &mut Texts,
@@ -84,7 +84,7 @@ fn find(
     if texts.include(&usual, assets, limits)? {
         return Ok(Some(usual));
     }
-    // The manifest names another one; the last of them is of the newest version.
+    // The manifest names another file; the last one has the newest version.
     let Ok(manifest) = assets.find(&format!("{folder}/model.config")) else { return Ok(None) };
     let text =
         String::from_utf8_lossy(manifest.bytes.get(..manifest.bytes.len().min(64 << 10)).unwrap_or_default())
@@ -100,25 +100,25 @@ fn find(
     Ok(texts.include(&uri, assets, limits)?.then_some(uri))
 }
 
-/// What a model is called at the end of a URI, in small letters and without blanks.
+/// Returns the last name of a URI, in lower case and without blanks.
 fn last_name(uri: &str) -> String {
     let name = uri.trim().trim_end_matches('/').rsplit('/').next().unwrap_or_default();
     name.to_lowercase().replace([' ', '-'], "_").replace("%20", "_")
 }
 
-/// Whether a URI is that of the light which nearly every world includes.
+/// Returns whether a URI is the light that nearly every world includes.
 pub(super) fn is_sun(uri: &str) -> bool {
     uri.contains("://") && last_name(uri) == "sun"
 }
 
-/// The ground which nearly every world includes, where no file has it.
+/// Ground that nearly every world includes, if no file has it.
 const GROUND_PLANE: &str = "<sdf version='1.7'><model name='ground_plane'><static>true</static><link name='link'>\
     <inertial><mass>1</mass><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial>\
     <collision name='collision'><geometry><plane><normal>0 0 1</normal></plane></geometry>\
     <surface><friction><ode><mu>100</mu></ode></friction></surface></collision>\
     <visual name='visual'><geometry><plane><normal>0 0 1</normal></plane></geometry></visual></link></model></sdf>";
 
-/// The name of a model that is built in.
+/// Returns the name of a built-in model.
 fn built_in(uri: &str, texts: &mut Texts, limits: &LoadLimits) -> Result<Option<String>, Stop> {
     if !uri.contains("://") || last_name(uri) != "ground_plane" {
         return Ok(None);
@@ -128,7 +128,7 @@ fn built_in(uri: &str, texts: &mut Texts, limits: &LoadLimits) -> Result<Option<
     Ok(Some(name.to_owned()))
 }
 
-/// A URI of a file in a folder: as it is where it says where it begins.
+/// Returns the URI of a file in a folder; an absolute URI does not change.
 pub(super) fn joined(folder: &str, uri: &str) -> String {
     let uri = uri.trim();
     if uri.contains("://") || uri.starts_with('/') || folder.is_empty() {

@@ -12,13 +12,13 @@ use crate::urdf::findings::quoted;
 /// The frame of the model or world itself.
 pub(super) const MODEL: &str = "__model__";
 
-/// A frame before it is known where it is.
+/// A frame before its pose in the model is known.
 pub(super) struct Raw<'a> {
-    /// In the frame that it is relative to.
+    /// Pose in the frame that it is relative to.
     pub(super) pose: DPose3,
-    /// The name of that one.
+    /// Name of that frame.
     pub(super) relative_to: String,
-    /// What gives it.
+    /// Element that defines it.
     pub(super) at: Element<'a>,
 }
 
@@ -45,7 +45,7 @@ impl<'a> Frames<'a> {
 
     /// `model_from_frame` of a frame, or `world_from_frame`.
     pub(super) fn resolve(&mut self, name: &str, asked_by: Element) -> Result<DPose3, Stop> {
-        // From the frame up to one that is known, without recursion: chains may be long.
+        // From the frame up to a known one, without recursion: chains may be long.
         let mut chain: Vec<String> = Vec::new();
         let mut at = name.to_owned();
         let mut pose = loop {
@@ -75,7 +75,7 @@ impl<'a> Frames<'a> {
     }
 }
 
-/// The pose of an element's `<pose>`, and what it is relative to where it says so.
+/// Returns the pose of an element's `<pose>`, and the frame that it is relative to, if given.
 pub(super) fn pose<'a>(element: Element<'a>, notes: &mut Notes) -> Result<(DPose3, Option<&'a str>), Stop> {
     let Some(pose) = element.child("pose") else { return Ok((DPose3::IDENTITY, None)) };
     let relative_to = pose.word("relative_to").or_else(|| pose.word("frame"));

@@ -1,4 +1,4 @@
-//! A joint: its frame in the model's, its axes, what limits and brakes it.
+//! A joint: its frame in the model's, its axes, limits, damping and friction.
 
 use glamx::{DPose3, DVec3};
 
@@ -12,7 +12,7 @@ use crate::translation::element::{Element, report_unknown};
 use crate::translation::notes::{Notes, Stop};
 use crate::urdf::findings::quoted;
 
-/// What a model hangs on that cannot move.
+/// Name of the fixed world.
 pub(super) const WORLD: &str = "world";
 
 /// A joint between links of a model, or of one and the world.
@@ -20,15 +20,15 @@ pub(super) const WORLD: &str = "world";
 pub(super) struct Joint {
     pub(super) name: String,
     pub(super) at: At,
-    /// None is the world.
+    /// `None` is the world.
     pub(super) parent: Option<String>,
     pub(super) child: String,
     pub(super) model_from_joint: DPose3,
-    /// None holds the child in place, one moves it along or about an axis, two after one another.
+    /// None fixes the child, one moves it along or about an axis, two act in series.
     pub(super) axes: Vec<Axis>,
-    /// It turns about any axis.
+    /// Whether it turns about any axis.
     pub(super) is_ball: bool,
-    /// The joint that it follows, how many times, plus what.
+    /// Joint that it follows, multiplier, offset.
     pub(super) mimic: Option<(String, f64, f64)>,
     /// In the joint's frame.
     pub(super) sensors: Vec<DraftSensor>,
@@ -36,14 +36,14 @@ pub(super) struct Joint {
 
 #[derive(Clone, Debug)]
 pub(super) struct Axis {
-    /// URDF's word.
+    /// Type in URDF.
     pub(super) kind: &'static str,
     /// In the joint's frame.
     pub(super) direction: DVec3,
     pub(super) limits: JointLimits,
     pub(super) damping: f64,
     pub(super) friction: f64,
-    /// Stiffness, and the position at rest.
+    /// Stiffness, and rest position.
     pub(super) spring: Option<[f64; 2]>,
 }
 
@@ -62,7 +62,7 @@ const KNOWN: [&str; 11] = [
 ];
 
 impl Joint {
-    /// In a model that holds its own: other names, another pose.
+    /// Moves the joint to an outer model: changes its names and its pose.
     pub(super) fn moved(&mut self, full: &impl Fn(&str) -> String, outer_from_model: &DPose3) {
         self.name = full(&self.name);
         self.child = full(&self.child);
@@ -74,7 +74,7 @@ impl Joint {
     }
 }
 
-/// A joint of which the frame is known, in a model of which the links are.
+/// Reads a joint with a known frame, in a model with known links.
 pub(super) fn read(
     element: Element,
     version: (u32, u32),
@@ -87,10 +87,10 @@ pub(super) fn read(
         let Some(said) = element.child(tag) else {
             return Err(Stop::at(element, format!("it has no {tag}")));
         };
-        // Of version 1.3 and before it is an attribute.
+        // Before version 1.4 it was an attribute.
         let said_name =
             Some(said.text()).filter(|text| !text.is_empty()).or(said.word("link")).unwrap_or_default();
-        // Old files have a link of this name, which is meant then; a joint of this name is not.
+        // Old files may have a link of this name, which then takes precedence; a joint of this name does not.
         if said_name == WORLD && model.attached.get(WORLD).map(String::as_str) != Some(WORLD) {
             return Ok(None);
         }
@@ -201,7 +201,7 @@ fn axis(
         axis.direction /= length;
     }
     if let Some(limit) = element.child("limit") {
-        // Beyond this SDF means none.
+        // SDF treats larger values as no limit.
         let bound = |value: Option<f64>| value.filter(|value| value.abs() < 1e15);
         let positive = |value: Option<f64>| value.filter(|value| *value >= 0.0 && *value < 1e15);
         axis.limits.lower = bound(limit.number_of("lower", notes)?);

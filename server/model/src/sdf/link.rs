@@ -76,7 +76,7 @@ pub(super) fn read(element: Element, notes: &mut Notes) -> Result<DraftLink, Sto
     Ok(link)
 }
 
-/// The file's, or what SDF says where there is none: 1 kg and moments of 1 kg m^2.
+/// Returns the file's inertial, or SDF's default: 1 kg and moments of 1 kg m^2.
 fn inertial(
     element: Element,
     link: &DraftLink,
@@ -120,7 +120,7 @@ fn inertial(
     Ok(Some(Inertial { mass, center_of_mass: pose.translation, inertia }))
 }
 
-/// A shape as it is filled; meshes are not known here.
+/// Returns a shape as a solid; meshes are unknown here.
 fn solid(geometry: &DraftGeometry) -> Option<Geometry> {
     Some(match *geometry {
         DraftGeometry::Box { size } => Geometry::Box { size },
@@ -209,8 +209,8 @@ fn shape(element: Element, notes: &mut Notes) -> Result<Option<DraftShape>, Stop
     Ok(Some(DraftShape { at: (element.file, element.line()), link_from_shape, geometry, color, texture }))
 }
 
-/// A capsule as long as an ellipsoid of these radii along its longest axis, as thick as the mean of the two others; how it lies in
-/// the ellipsoid; and what the report says of it.
+/// Returns a capsule that replaces an ellipsoid: as long as its longest axis, as thick as the mean of the
+/// other radii. Also returns its pose in the ellipsoid, and a note for the report.
 pub(crate) fn ellipsoid(radii: DVec3) -> (DPose3, DraftGeometry, String) {
     let [x, y, z] = radii.abs().to_array();
     let (axis, longest, others) = if z >= x && z >= y {
@@ -235,12 +235,14 @@ pub(crate) fn ellipsoid(radii: DVec3) -> (DPose3, DraftGeometry, String) {
     (turn, DraftGeometry::Capsule { radius, length }, said)
 }
 
-/// The largest distance between the surfaces of an ellipsoid and of a capsule as long as its longest axis.
+/// Returns the largest distance between the surfaces of an ellipsoid and of a capsule as long as its longest
+/// axis.
 ///
-/// Of two convex bodies it is the largest difference of their support functions over all directions (Schneider, "Convex Bodies: The
-/// Brunn-Minkowski Theory" (2014), 1.8). At an angle of cosine c to the longest axis, L long, that of the ellipsoid is
-/// sqrt(w^2 (1 - c^2) + L^2 c^2) with a w between the two other radii, and that of the capsule r + (L - r) c. So the
-/// difference has its extremes at one of these radii, and there at c = 0, at c = 1, where it is 0, or where its derivative is.
+/// For two convex bodies it is the largest difference of their support functions over all directions
+/// (Schneider, "Convex Bodies: The Brunn-Minkowski Theory" (2014), 1.8). Let c be the cosine of the angle to
+/// the longest axis, whose length is L. The ellipsoid's is sqrt(w^2 (1 - c^2) + L^2 c^2), with w between the
+/// two other radii. The capsule's is r + (L - r) c. So the difference has its extremes at one of these radii.
+/// There they are at c = 0, at c = 1 (where it is 0), or where its derivative is 0.
 fn distance_from_capsule(longest: f64, others: [f64; 2], radius: f64) -> f64 {
     let half = longest - radius;
     let of = |across: f64| {
@@ -254,7 +256,7 @@ fn distance_from_capsule(longest: f64, others: [f64; 2], radius: f64) -> f64 {
     of(others[0]).max(of(others[1]))
 }
 
-/// The URI of the picture of a physically based material: that of its colours, for either workflow.
+/// Returns the URI of a physically based material's colour picture, for either workflow.
 fn texture(material: Element) -> Option<String> {
     let map = ["metal", "specular"]
         .into_iter()
@@ -263,7 +265,7 @@ fn texture(material: Element) -> Option<String> {
 }
 
 fn color(material: Element) -> Option<[f64; 4]> {
-    // What a picture is lit by has no say in its colours.
+    // With a picture, the ambient colour does not affect the look.
     let ambient = || material.child("ambient").filter(|_| texture(material).is_none());
     let said = material.child("diffuse").or_else(ambient)?;
     let read = numbers::read(said.text(), Shape::Color).ok()?;
@@ -280,7 +282,7 @@ fn surface(collision: Element, notes: &mut Notes) -> Result<Material, Stop> {
     if let Some((element, engine)) = friction {
         let tag = if engine == "bullet" { "friction" } else { "mu" };
         material.friction = element.number_of(tag, notes)?.filter(|mu| *mu >= 0.0);
-        // Gazebo's way to say that nothing slips.
+        // Gazebo's value for no slip.
         material.friction = material.friction.map(|mu| mu.min(1e6));
     }
     if let Some(bounce) = surface.child("bounce") {
@@ -293,7 +295,7 @@ fn surface(collision: Element, notes: &mut Notes) -> Result<Material, Stop> {
     Ok(material)
 }
 
-/// Bits of `collide_bitmask`: two touch where they have one in common.
+/// Returns the bits of `collide_bitmask`: two collide if they have one in common.
 fn bits(collision: Element, notes: &mut Notes) -> Option<[u32; 2]> {
     let element = collision.at(&["surface", "contact", "collide_bitmask"])?;
     let text = element.text();
@@ -304,7 +306,7 @@ fn bits(collision: Element, notes: &mut Notes) -> Option<[u32; 2]> {
     if read.is_none() {
         notes.warn(element, Ignored, "it is no mask of bits; left out");
     }
-    // Of what says nothing all 16 bits are set.
+    // By default, all 16 bits are set.
     read.filter(|bits| *bits != 0xffff).map(|bits| [bits, bits])
 }
 
@@ -312,7 +314,7 @@ fn bits(collision: Element, notes: &mut Notes) -> Option<[u32; 2]> {
 mod tests {
     use super::*;
 
-    /// Support functions over a grid of directions, without what is known of where their difference is the largest.
+    /// Compares with support functions on a grid of directions, without assumptions on the maximum.
     #[test]
     fn the_distance_of_a_capsule_from_an_ellipsoid_is_the_largest_difference_of_their_supports() {
         const STEPS: u32 = 400;

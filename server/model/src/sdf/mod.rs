@@ -1,7 +1,10 @@
-//! SDF, as Gazebo writes it (1.4 to 1.12), to drafts of robots.
+//! Reads SDF, as Gazebo writes it (1.4 to 1.12), to drafts of robots.
 //!
-//! `files`: what is included. `model`: one model, nested ones flattened into it. `frames`: where everything stands.
-//! `link`, `joint` and `sensor`: what a model is made of. `split`: a model as robots, each of which is a tree.
+//! * `files`: includes.
+//! * `model`: one model, with nested ones flattened into it.
+//! * `frames`: poses of everything in a model.
+//! * `link`, `joint` and `sensor`: parts of a model.
+//! * `split`: splits a model into robots, each of which is a tree.
 
 mod files;
 mod frames;
@@ -28,10 +31,10 @@ use files::FileIndices;
 use frames::Frames;
 use model::{Model, Placement};
 
-/// Elements of all files that may be read, includes counted as often as they are used.
+/// Maximum number of elements of all files; includes count each time.
 const BUDGET: usize = 300_000;
 
-/// What reading an SDF needs.
+/// State of reading an SDF.
 struct Reader<'a> {
     sources: &'a [Source<'a>],
     file_indices: &'a FileIndices,
@@ -41,14 +44,14 @@ struct Reader<'a> {
     left: usize,
     /// Links that were read.
     links: usize,
-    /// The first include that is not there.
+    /// The first include that is missing.
     missing: Option<String>,
 }
 
-/// As URDF.
+/// Translates an SDF to URDF.
 ///
 /// # Errors
-/// What cannot be read, is too large, or holds no model.
+/// Returns an error if the file cannot be read, is too large, or has no model.
 pub(crate) fn translate(
     bytes: &[u8],
     assets: &dyn Assets,
@@ -85,7 +88,7 @@ pub(crate) fn translate(
 }
 
 impl<'a> Reader<'a> {
-    /// All robots of the file.
+    /// Returns all robots of the file.
     fn all(&mut self) -> Result<Vec<Draft>, Stop> {
         let Some(root) = Element::root(self.sources, 0) else { return Ok(Vec::new()) };
         self.check_version(root);
@@ -126,7 +129,7 @@ impl<'a> Reader<'a> {
                 links += draft.links.len();
                 shapes +=
                     draft.links.iter().map(|link| link.visuals.len() + link.collisions.len()).sum::<usize>();
-                // What one robot may be, the reader of URDF checks; of all of them the text is what grows.
+                // The reader of URDF checks the limits of each robot; here the text of all robots is bounded.
                 if links > crate::MOST_LINKS || shapes > self.limits.shapes.max(crate::MOST_LINKS) {
                     let (most, shapes) = (crate::MOST_LINKS, self.limits.shapes.max(crate::MOST_LINKS));
                     let message =
@@ -204,7 +207,7 @@ impl<'a> Reader<'a> {
     /// Counts what is read, with all that is in it.
     fn spend(&mut self, at: Element) -> Result<(), Stop> {
         let count = match at.tag() {
-            // What is in it is counted by itself.
+            // Its children are counted separately.
             "model" | "include" | "world" => 1,
             _ => at.node.descendants().take(BUDGET).count(),
         };
@@ -251,7 +254,7 @@ impl<'a> Top<'a> {
     }
 }
 
-/// Major and minor.
+/// Parses major and minor version.
 fn version(text: &str) -> Option<(u32, u32)> {
     let (major, minor) = text.split_once('.').unwrap_or((text, "0"));
     Some((major.parse().ok()?, minor.parse().ok()?))

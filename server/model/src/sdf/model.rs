@@ -1,4 +1,4 @@
-//! One model: its links and joints with their poses in its frame, those of nested models among them.
+//! One model: its links and joints with their poses in its frame, including nested models.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -13,22 +13,22 @@ use crate::translation::element::{Element, report_unknown};
 use crate::translation::notes::Stop;
 use crate::urdf::findings::quoted;
 
-/// A model, flattened.
+/// A flattened model.
 #[derive(Clone, Debug)]
 pub(super) struct Model {
     pub(super) name: String,
     pub(super) at: At,
-    /// None of its links moves.
+    /// Whether none of its links moves.
     pub(super) is_static: bool,
     pub(super) self_collide: bool,
     /// Each with `model_from_link`.
     pub(super) links: Vec<(DraftLink, DPose3)>,
     pub(super) joints: Vec<Joint>,
-    /// Its frames, for who includes it: `model_from_frame` by name.
+    /// Its frames, for including models: `model_from_frame` by name.
     pub(super) frames: BTreeMap<String, DPose3>,
-    /// The link that stands for it.
+    /// The link that represents it.
     pub(super) canonical: Option<String>,
-    /// The link that a frame or a joint is fixed to, by its name.
+    /// Link that a frame or a joint is fixed to, by its name.
     pub(super) attached: BTreeMap<String, String>,
 }
 
@@ -48,14 +48,14 @@ impl Model {
 #[derive(Clone, Debug)]
 pub(super) struct Placement {
     pose: DPose3,
-    /// The frame that the pose is of; none is the model's own.
+    /// The frame that has the pose; `None` is the model's own.
     frame: Option<String>,
-    /// The frame that the pose is in, of who holds the model.
+    /// The frame of the outer model that the pose is relative to.
     pub(super) relative_to: Option<String>,
 }
 
 impl Placement {
-    /// The model's frame in that which the pose is in.
+    /// Returns the model's frame in the frame that the pose is relative to.
     pub(super) fn parent_from_model(&self, model: &Model) -> DPose3 {
         let frame = self.frame.as_ref().and_then(|frame| model.frames.get(frame));
         self.pose * frame.copied().unwrap_or(DPose3::IDENTITY).inverse()
@@ -64,15 +64,15 @@ impl Placement {
 
 /// A model in another one.
 struct Nested {
-    /// The frame of the outer model that is the inner one's.
+    /// Frame of the inner model in the outer one.
     frame: String,
     model: Model,
-    /// By `merge`: what is in it is the outer model's own.
+    /// Whether its elements become the outer model's own, by `merge`.
     is_merged: bool,
 }
 
 impl Nested {
-    /// What an element of it is called in the outer model.
+    /// Returns the name of one of its elements in the outer model.
     fn full(&self, own: &str) -> String {
         Self::name(&self.frame, self.is_merged, own)
     }
@@ -82,7 +82,7 @@ impl Nested {
     }
 }
 
-/// Models inside one another.
+/// Nesting depth of models.
 const MOST_NESTED: usize = 20;
 
 const KNOWN: [&str; 14] = [
@@ -102,7 +102,8 @@ const KNOWN: [&str; 14] = [
     "origin",
 ];
 
-/// The link that each frame or joint is fixed to, over whatever it is attached to; none where that is nothing or itself.
+/// Returns the link that each frame or joint is fixed to, through all attachments; `None` if there is none,
+/// or a cycle.
 fn fixed_to(
     attached_to: &BTreeMap<String, String>,
     links: &BTreeMap<String, String>,
@@ -123,7 +124,7 @@ fn fixed_to(
             let Some(next) = attached_to.get(at) else {
                 break if at == MODEL { canonical } else { None };
             };
-            // Until it is known otherwise a circle ends here.
+            // Until the link is known, a cycle ends here.
             known.insert(at, None);
             path.push(at);
             at = next;
@@ -135,7 +136,7 @@ fn fixed_to(
 }
 
 impl<'a> Reader<'a> {
-    /// A `<model>`, so deep inside of others.
+    /// Reads a `<model>` at a nesting depth.
     pub(super) fn model(&mut self, element: Element<'a>, depth: usize) -> Result<(Model, Placement), Stop> {
         if depth > MOST_NESTED {
             let message = format!("models stand inside one another, deeper than {MOST_NESTED} levels");
@@ -202,7 +203,8 @@ impl<'a> Reader<'a> {
                         return Err(Stop::at(child, "it has no name"));
                     };
                     if !taken.take(own) {
-                        // Old files have a link and a joint of one name; the link is the frame of that name.
+                        // In old files a link and a joint may have the same name; the link is the frame of
+                        // that name.
                         if child.tag() == "joint" {
                             self.notes.info(child, Repaired, "a link or frame has this name too");
                             continue;
@@ -290,7 +292,8 @@ impl<'a> Reader<'a> {
         Ok((model, Placement { pose, frame, relative_to }))
     }
 
-    /// Links and joints of nested models become the model's, with the nested one's name before theirs unless it is merged.
+    /// Moves links and joints of nested models into the model. Their names get the nested model's name as a
+    /// prefix, unless it is merged.
     fn take_nested(
         &mut self,
         nested: Vec<Nested>,
@@ -329,7 +332,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// An `<include>` of a world.
+    /// Reads an `<include>` of a world.
     pub(super) fn included(&mut self, include: Element<'a>) -> Result<Option<(Model, Placement)>, Stop> {
         self.included_at(include, 0)
     }

@@ -1,4 +1,5 @@
-//! Sensors of links and joints: what is in them goes as it is, but for their poses, since URDF for Gazebo has SDF's words too.
+//! Sensors of links and joints. Their contents are copied, except for their poses, since URDF for Gazebo uses
+//! SDF's elements.
 
 use glamx::DPose3;
 
@@ -9,13 +10,13 @@ use crate::translation::element::Element;
 use crate::translation::notes::{Notes, Stop};
 use crate::translation::write::escaped;
 
-/// Elements of one sensor that are written.
+/// Maximum number of elements of a sensor.
 const MOST: usize = 300;
 
-/// Elements inside one another.
+/// Nesting depth of elements.
 const MOST_NESTED: usize = 12;
 
-/// The sensors in a link or a joint, whose frame is `model_from_holder`.
+/// Reads the sensors in a link or a joint, whose frame is `model_from_holder`.
 pub(super) fn read(
     holder: Element,
     model_from_holder: &DPose3,
@@ -24,7 +25,7 @@ pub(super) fn read(
 ) -> Vec<DraftSensor> {
     let mut sensors = Vec::new();
     for element in holder.children("sensor") {
-        // A robot is not refused for a sensor of it.
+        // Faults of a sensor do not refuse the robot.
         let Ok(pose) = pose(element, model_from_holder, frames, notes) else {
             notes.warn(
                 element,
@@ -48,7 +49,7 @@ pub(super) fn read(
     sensors
 }
 
-/// In the frame of what holds it.
+/// Returns the pose in the frame of the holder.
 fn pose(
     element: Element,
     model_from_holder: &DPose3,
@@ -60,7 +61,7 @@ fn pose(
     Ok(model_from_holder.inverse() * frames.resolve(frame, element)? * pose)
 }
 
-/// An element and what is in it, without what is too much or too deep.
+/// Writes an element and its children, within the limits.
 fn write(element: Element, depth: usize, lines: &mut Vec<((usize, u32), usize, String)>) {
     if depth > MOST_NESTED || lines.len() >= MOST {
         return;

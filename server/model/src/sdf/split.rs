@@ -1,7 +1,7 @@
-//! A model as robots: links that joints hold together are one, of which the root is on nothing or on the world.
+//! Splits a model into robots: links that joints connect are one, whose root is free or on the world.
 //!
-//! What URDF has not: a joint whose frame is not its child's gets a link without mass between the two, and so does a
-//! joint of two axes. A link of two parents keeps the first: constraints close loops.
+//! Massless links express joints that URDF lacks: joints whose frame is not the child's, and joints of two
+//! axes. A link with two parents keeps the first: constraints close loops.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -15,7 +15,7 @@ use crate::translation::draft::{
 };
 use crate::translation::notes::Notes;
 
-/// The robots of a model that is there in the world.
+/// Returns the robots of a model in the world.
 pub(super) fn robots(model: Model, world_from_model: DPose3, notes: &mut Notes) -> Vec<Draft> {
     let Model { name, at, is_static, self_collide, links, mut joints, .. } = model;
     if links.is_empty() {
@@ -29,7 +29,7 @@ pub(super) fn robots(model: Model, world_from_model: DPose3, notes: &mut Notes) 
         links.iter().enumerate().map(|(index, (link, _))| (link.name.clone(), index)).collect();
     let closing = keep_trees(&mut joints, &index);
 
-    // The root of each link: of a link on the world that is the world, after all links.
+    // Root of each link: the world, numbered after all links, for links on it.
     let world = links.len();
     let mut above: Vec<Option<usize>> = vec![None; links.len()];
     for joint in &joints {
@@ -40,7 +40,7 @@ pub(super) fn robots(model: Model, world_from_model: DPose3, notes: &mut Notes) 
     }
     let root_of = |link: usize| {
         let mut at = link;
-        // Trees have no loops, and no path longer than there are links.
+        // Trees have no loops, and no path is longer than the number of links.
         for _ in 0..=above.len() {
             match above.get(at).copied().flatten() {
                 Some(up) => at = up,
@@ -113,7 +113,7 @@ pub(super) fn robots(model: Model, world_from_model: DPose3, notes: &mut Notes) 
     drafts
 }
 
-/// Holds the links of a joint that is in no tree together by a constraint, which belongs to the robot of its child.
+/// Replaces a joint outside of the trees by a constraint, which belongs to the robot of its child.
 fn close(
     joint: &Joint,
     drafts: &mut [Draft],
@@ -171,7 +171,7 @@ fn close(
     }
 }
 
-/// Takes out joints whose child hangs on another one already, and those that close a circle.
+/// Takes out joints whose child already has a parent, and joints that close a loop.
 fn keep_trees(joints: &mut Vec<Joint>, index: &BTreeMap<String, usize>) -> Vec<Joint> {
     let mut closing = Vec::new();
     let mut above: Vec<Option<usize>> = vec![None; index.len()];
@@ -200,7 +200,7 @@ fn keep_trees(joints: &mut Vec<Joint>, index: &BTreeMap<String, usize>) -> Vec<J
     closing
 }
 
-/// None of its links moves, whatever its joints say.
+/// Returns the robot of a static model: none of its links moves, whatever its joints say.
 fn of_static(name: String, at: At, links: Vec<(DraftLink, DPose3)>, world_from_model: DPose3) -> Draft {
     let root_pose = links.first().map_or(DPose3::IDENTITY, |(_, pose)| *pose);
     let root_name = links.first().map(|(link, _)| link.name.clone()).unwrap_or_default();
@@ -217,7 +217,7 @@ fn of_static(name: String, at: At, links: Vec<(DraftLink, DPose3)>, world_from_m
     draft
 }
 
-/// Whether two frames are one, but for rounding.
+/// Returns whether two frames are equal, except for rounding.
 fn is_identity(pose: &DPose3) -> bool {
     pose.translation.length() < 1e-12 && pose.rotation.to_scaled_axis().length() < 1e-12
 }
@@ -242,7 +242,7 @@ fn add_joint(
         draft.joints.push(written);
         return;
     }
-    // Links without mass: after each axis but the last one, and after that where the child's frame is another.
+    // Massless links: after each axis but the last one, and after that one if the child's frame differs.
     let is_apart = !is_identity(&joint_from_child);
     let moving = joint.axes.len().max(1);
     let mut between = |what: &str| {
@@ -270,7 +270,7 @@ fn add_joint(
         }
         if index == 0 {
             written.mimic.clone_from(&joint.mimic);
-            // The child of the first one has the joint's frame.
+            // The child of the first joint has the joint's frame.
             written.sensors.clone_from(&joint.sensors);
         }
         draft.joints.push(written);

@@ -1,4 +1,4 @@
-//! Whether a sensor can be: the numbers of descriptions and of clients, judged alike.
+//! Checks the numbers of sensors, from descriptions and from clients.
 
 use std::ops::RangeInclusive;
 
@@ -7,14 +7,14 @@ use super::{
     Sweep,
 };
 
-/// A number of a sensor that cannot be.
+/// An invalid number of a sensor.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BadSensor {
-    /// Its path, as `lidar.horizontal.samples`.
+    /// Its path, such as `lidar.horizontal.samples`.
     pub field: String,
-    /// What it is.
+    /// The value.
     pub value: String,
-    /// What it could be, as "it must be ...".
+    /// The valid range, as "it must be ...".
     pub expected: String,
 }
 
@@ -24,30 +24,30 @@ impl BadSensor {
     }
 }
 
-/// Samples in a second of sim time that a sensor may be asked for.
+/// Valid numbers of samples per second of sim time.
 const RATE: RangeInclusive<f64> = 1e-6..=1e6;
 
-/// The largest number that noise may have. Sums of such numbers and what a walk grows to stay finite, and a state in which they
-/// are not could not be read again.
+/// Largest number of noise. Sums of such numbers and a growing walk stay finite; a saved state with infinite
+/// ones could not be read again.
 const MAX_NOISE: f64 = 1e12;
 
-/// Metres that a ray or a camera may see at the most: squares of such numbers are computed with.
+/// Maximum range of a ray or a camera, metres: squares of such numbers are computed.
 const MAX_REACH: f64 = 1e12;
 
-/// Metres before a camera from where on it may see, at the least. Pictures are drawn in single precision, which has no place for what
-/// is much smaller.
+/// Minimum distance of a camera's near plane, metres. Pictures are drawn in single precision, which cannot
+/// represent much smaller ones.
 const MIN_NEAR: f64 = 1e-6;
 
-/// A camera's field of view at the least, rad: for the same reason.
+/// Minimum field of view of a camera, rad, for the same reason.
 const MIN_FIELD_OF_VIEW: f64 = 1e-6;
 
-/// Pixels along a side of a picture at the most.
+/// Maximum pixels along a side of a picture.
 const MAX_PIXELS: u32 = 16_384;
 
-/// Whether a sensor of this kind, rate and noise can be.
+/// Checks kind, rate and noise of a sensor.
 ///
 /// # Errors
-/// Names the first number that cannot.
+/// Returns the first invalid number.
 pub fn check(kind: &SensorKind, rate: Option<f64>, noise: &[ChannelNoise]) -> Result<(), BadSensor> {
     if let Some(rate) = rate.filter(|rate| !RATE.contains(rate)) {
         let expected = format!("it must be between {} and {} samples a second", RATE.start(), RATE.end());
@@ -76,7 +76,7 @@ fn check_range(field: &str, RangeLimits { least, most }: &RangeLimits) -> Result
     reach(&format!("{field}.max"), *most, *least)
 }
 
-/// How far something is seen that is seen from `least` on.
+/// Checks the maximum range against the minimum.
 fn reach(field: &str, most: f64, least: f64) -> Result<(), BadSensor> {
     if most > least && most <= MAX_REACH {
         return Ok(());
@@ -93,7 +93,7 @@ fn check_scan(scan: &Scan) -> Result<(), BadSensor> {
         if samples == 0 {
             return Err(BadSensor::new(format!("{field}.samples"), samples, "it must be at least 1"));
         }
-        // Angles of files are written with few digits.
+        // Angles in files have few digits.
         let allowed = span * (1.0 + 1e-3);
         for (end, angle) in [("min", least), ("max", most)] {
             if angle.is_nan() || angle.abs() > allowed {

@@ -1,4 +1,5 @@
-//! A robot on its way to URDF: links, joints and what belongs to them, as SDF and MJCF both give it. SI units, radians.
+//! A robot before it is written as URDF: links, joints and their settings, from SDF or MJCF. SI units,
+//! radians.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -6,7 +7,7 @@ use glamx::{DPose3, DVec3};
 
 use crate::robot::{Inertial, JointLimits, Material, TextureRepeat};
 
-/// Where something stands: index of the file, and line; 0 is none.
+/// A place: index of the file, and line; 0 is none.
 pub(crate) type At = (usize, u32);
 
 /// A robot.
@@ -16,19 +17,19 @@ pub(crate) struct Draft {
     pub(crate) at: At,
     /// `world_from_root`.
     pub(crate) pose: DPose3,
-    /// Its root link does not move.
+    /// Whether its root link is fixed.
     pub(crate) fixed: bool,
     /// The first is the root.
     pub(crate) links: Vec<DraftLink>,
     pub(crate) joints: Vec<DraftJoint>,
     pub(crate) states: Vec<DraftState>,
-    /// Links of one name each that do not touch.
+    /// Pairs of links that do not collide, by name.
     pub(crate) excluded: Vec<([String; 2], At)>,
     pub(crate) self_collision: bool,
     pub(crate) constraints: Vec<DraftConstraint>,
 }
 
-/// What holds links together beside the joints.
+/// A constraint of links beside the joints.
 #[derive(Clone, Debug)]
 pub(crate) struct DraftConstraint {
     pub(crate) name: String,
@@ -36,7 +37,7 @@ pub(crate) struct DraftConstraint {
     pub(crate) kind: DraftConstraintKind,
     /// Parent and child.
     pub(crate) ends: [DraftEnd; 2],
-    /// The links touch each other all the same.
+    /// Whether the links collide nevertheless.
     pub(crate) collisions: bool,
 }
 
@@ -52,11 +53,11 @@ pub(crate) enum DraftConstraintKind {
 
 #[derive(Clone, Debug)]
 pub(crate) struct DraftEnd {
-    /// Another robot's name; none is its own.
+    /// Name of another robot; `None` is its own.
     pub(crate) robot: Option<String>,
-    /// A link, of a gear a joint; none is the world.
+    /// A link, or for a gear a joint; `None` is the world.
     pub(crate) name: Option<String>,
-    /// `link_from_frame`; of the world in the frame that the root link begins at.
+    /// `link_from_frame`; for the world, in the initial frame of the root link.
     pub(crate) pose: DPose3,
 }
 
@@ -64,26 +65,26 @@ pub(crate) struct DraftEnd {
 pub(crate) struct DraftLink {
     pub(crate) name: String,
     pub(crate) at: At,
-    /// `None` leaves it to the reader of URDF.
+    /// `None`: the reader of URDF computes it.
     pub(crate) inertial: Option<Inertial>,
     pub(crate) visuals: Vec<DraftShape>,
     pub(crate) collisions: Vec<DraftShape>,
     pub(crate) material: Material,
-    /// Bits of the groups that it is in, and of those that it touches.
+    /// Bits of its groups, and of the groups that it collides with.
     pub(crate) groups: Option<[u32; 2]>,
     pub(crate) sensors: Vec<DraftSensor>,
 }
 
-/// What measures: as it is written into a `<sensor>` of its link or joint.
+/// A sensor, as written into a `<sensor>` of its link or joint.
 #[derive(Clone, Debug)]
 pub(crate) struct DraftSensor {
     pub(crate) name: String,
     pub(crate) at: At,
-    /// A word that the reader of URDF knows.
+    /// Type in URDF.
     pub(crate) kind: String,
-    /// `link_from_sensor`, of a joint in the frame of the joint's child.
+    /// `link_from_sensor`; for a joint, in the frame of its child.
     pub(crate) pose: DPose3,
-    /// What is in it beside the pose, a line each, with how deep it stands.
+    /// Its lines beside the pose, each with its depth.
     pub(crate) lines: Vec<(At, usize, String)>,
 }
 
@@ -93,7 +94,7 @@ pub(crate) struct DraftShape {
     pub(crate) link_from_shape: DPose3,
     pub(crate) geometry: DraftGeometry,
     pub(crate) color: Option<[f64; 4]>,
-    /// URI of a picture, and how often it is there.
+    /// URI of a picture, and its repetitions.
     pub(crate) texture: Option<(String, TextureRepeat)>,
 }
 
@@ -108,12 +109,12 @@ pub(crate) enum DraftGeometry {
     Mesh { uri: String, scale: DVec3 },
 }
 
-/// A joint. Its child's frame is the joint's where nothing is between them.
+/// A joint. Its child's frame equals the joint's unless a link is between them.
 #[derive(Clone, Debug)]
 pub(crate) struct DraftJoint {
     pub(crate) name: String,
     pub(crate) at: At,
-    /// URDF's word.
+    /// Type in URDF.
     pub(crate) kind: &'static str,
     pub(crate) parent: String,
     pub(crate) child: String,
@@ -123,20 +124,20 @@ pub(crate) struct DraftJoint {
     pub(crate) damping: f64,
     pub(crate) friction: f64,
     pub(crate) armature: f64,
-    /// The joint that it follows, how many times, plus what.
+    /// Joint that it follows, multiplier, offset.
     pub(crate) mimic: Option<(String, f64, f64)>,
-    /// Stiffness, and the position at rest.
+    /// Stiffness, and rest position.
     pub(crate) spring: Option<[f64; 2]>,
     pub(crate) drive: Option<DraftDrive>,
-    /// Where it starts.
+    /// Initial position.
     pub(crate) position: Option<f64>,
     pub(crate) sensors: Vec<DraftSensor>,
 }
 
-/// What drives a joint.
+/// Drive of a joint.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct DraftDrive {
-    /// `position`, `velocity`, `effort`, or `None`, which is measured and not driven.
+    /// `position`, `velocity`, `effort`, or `None` for a passive joint that is only measured.
     pub(crate) command: Option<&'static str>,
     pub(crate) stiffness: Option<f64>,
     pub(crate) damping: Option<f64>,
@@ -151,7 +152,7 @@ pub(crate) struct DraftState {
 }
 
 impl DraftLink {
-    /// Without mass or shapes.
+    /// Makes a link without mass or shapes.
     pub(crate) fn bare(name: String, at: At) -> Self {
         Self {
             name,
@@ -167,7 +168,7 @@ impl DraftLink {
 }
 
 impl DraftJoint {
-    /// One that does not move.
+    /// Makes a fixed joint.
     pub(crate) fn fixed(
         name: String,
         at: At,
@@ -195,11 +196,11 @@ impl DraftJoint {
     }
 }
 
-/// Names of which no two are alike.
+/// Unique names.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Names {
     taken: BTreeSet<String>,
-    /// How far a name that was taken has been counted, so that many of one name do not take long.
+    /// Last number that was tried for a taken name, so that many equal names do not take long.
     counts: BTreeMap<String, usize>,
 }
 
@@ -209,7 +210,7 @@ impl Names {
         !self.taken.contains(name) && self.taken.insert(name.to_owned())
     }
 
-    /// Takes this name, or with `_2`, `_3` and so on one that is free.
+    /// Takes this name, or the first free one with `_2`, `_3` and so on.
     pub(crate) fn unique(&mut self, name: &str) -> String {
         if self.take(name) {
             return name.to_owned();

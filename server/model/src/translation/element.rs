@@ -1,4 +1,4 @@
-//! An element of one of a description's files, which knows its line.
+//! An element of a description's file, which knows its line.
 
 use roxmltree::Node;
 
@@ -14,12 +14,12 @@ use crate::urdf::numbers::{self, Shape};
 pub(crate) struct Element<'a> {
     pub(crate) node: Node<'a, 'a>,
     source: &'a Source<'a>,
-    /// Index of its file among the description's.
+    /// Index of its file in the description.
     pub(crate) file: usize,
 }
 
 impl<'a> Element<'a> {
-    /// The root of a file.
+    /// Returns the root of a file.
     pub(crate) fn root(sources: &'a [Source<'a>], file: usize) -> Option<Self> {
         let source = sources.get(file)?;
         Some(Self { node: source.document.root_element(), source, file })
@@ -37,18 +37,18 @@ impl<'a> Element<'a> {
         self.source.line(self.node.range().start)
     }
 
-    /// How its file was named; `None` for the one that was sent.
+    /// Returns the name of its file; `None` for the file that was sent.
     pub(crate) fn file_name(self) -> Option<&'a str> {
         Some(self.source.uri.as_str()).filter(|uri| !uri.is_empty())
     }
 
-    /// What URIs in its file are relative to: `model://arm/` of `model://arm/model.sdf`.
+    /// Returns the folder of URIs in its file: `model://arm/` for `model://arm/model.sdf`.
     pub(crate) fn folder(self) -> &'a str {
         let uri = self.source.uri.as_str();
         uri.rfind('/').and_then(|end| uri.get(..=end)).unwrap_or_default()
     }
 
-    /// What it is called in a report: `joint "elbow" axis`.
+    /// Returns its label in a report: `joint "elbow" axis`.
     pub(crate) fn label(self) -> String {
         let mut words: Vec<String> = self
             .node
@@ -67,7 +67,7 @@ impl<'a> Element<'a> {
         words.join(" ")
     }
 
-    /// Elements in it.
+    /// Returns the elements in it.
     pub(crate) fn elements(self) -> impl Iterator<Item = Self> {
         self.source.asked.note(self.tag(), What::Anything);
         self.node.children().filter(Node::is_element).map(move |node| self.with(node))
@@ -84,12 +84,12 @@ impl<'a> Element<'a> {
         self.elements().filter(move |element| element.tag() == tag)
     }
 
-    /// The first element of a name in it.
+    /// Returns the first element in it with a tag.
     pub(crate) fn child(self, tag: &'static str) -> Option<Self> {
         self.children(tag).next()
     }
 
-    /// The element at the end of a path.
+    /// Returns the element at the end of a path.
     pub(crate) fn at(self, path: &[&'static str]) -> Option<Self> {
         path.iter().try_fold(self, |element, tag| element.child(tag))
     }
@@ -99,7 +99,7 @@ impl<'a> Element<'a> {
         self.node.attribute(name)
     }
 
-    /// Notes that the element is read with all of its attributes, whatever they are called.
+    /// Notes that the element is read with all of its attributes.
     pub(crate) fn is_read(self) {
         self.source.asked.note(self.tag(), What::Anything);
         for attribute in self.node.attributes() {
@@ -107,29 +107,29 @@ impl<'a> Element<'a> {
         }
     }
 
-    /// An attribute without blanks around it, if it has any value.
+    /// Returns an attribute without surrounding blanks, unless it is empty.
     pub(crate) fn word(self, name: &str) -> Option<&'a str> {
         self.attribute(name).map(str::trim).filter(|word| !word.is_empty())
     }
 
-    /// Its text without blanks around it.
+    /// Returns its text without surrounding blanks.
     pub(crate) fn text(self) -> &'a str {
         self.source.asked.note(self.tag(), What::Anything);
         self.node.text().unwrap_or_default().trim()
     }
 
-    /// The text of a child.
+    /// Returns the text of a child.
     pub(crate) fn text_of(self, tag: &'static str) -> Option<&'a str> {
         self.child(tag).map(Self::text).filter(|text| !text.is_empty())
     }
 
-    /// Whether a child says yes.
+    /// Returns whether the text of a child is true.
     pub(crate) fn says(self, tag: &'static str) -> Option<bool> {
         let text = self.text_of(tag)?;
         Some(text == "1" || text.eq_ignore_ascii_case("true"))
     }
 
-    /// Numbers of its text.
+    /// Returns the numbers of its text.
     pub(crate) fn numbers<const N: usize>(self, notes: &mut Notes) -> Result<Option<[f64; N]>, Stop> {
         if self.text().is_empty() {
             return Ok(None);
@@ -137,7 +137,7 @@ impl<'a> Element<'a> {
         parse(self, "", self.text(), notes).map(Some)
     }
 
-    /// The number of a child; it may be infinite.
+    /// Returns the number of a child; it may be infinite.
     pub(crate) fn number_of(self, tag: &'static str, notes: &mut Notes) -> Result<Option<f64>, Stop> {
         let Some(child) = self.child(tag).filter(|child| !child.text().is_empty()) else { return Ok(None) };
         let read = numbers::read(child.text(), Shape::Bound);
@@ -149,7 +149,8 @@ impl<'a> Element<'a> {
     }
 }
 
-/// Numbers of a text that stands in an element, under the name of an attribute or under none.
+/// Parses the numbers of a text in an element, from an attribute of this name, or from its text if the name
+/// is empty.
 pub(crate) fn parse<const N: usize>(
     at: Element,
     name: &str,
@@ -167,7 +168,7 @@ pub(crate) fn parse<const N: usize>(
     read.values.try_into().map_err(|_count| Stop::at(at, of("has another count of numbers")))
 }
 
-/// Names what is in an element and not among `known`, each tag once.
+/// Reports the children of an element that are not in `known`, each tag once.
 pub(crate) fn report_unknown(at: Element, known: &[&str], why: &str, notes: &mut Notes) {
     let mut named: Vec<&str> = Vec::new();
     for child in at.elements() {

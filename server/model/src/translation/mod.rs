@@ -1,11 +1,12 @@
-//! Descriptions of other formats, on their way to URDF.
+//! Translates descriptions of other formats to URDF.
 //!
-//! What a description means is decided by one reader, that of URDF. SDF and MJCF are read into a [`Draft`], which is
-//! written as URDF; where URDF has no word, Gazebo's, ROS's, MoveIt's and MuJoCo's own extensions are used, all of which
-//! the reader knows. A line of that text knows the line that it comes from, so that reports name the file that was sent.
+//! One reader, of URDF, decides the meaning of a description. SDF and MJCF are read into a [`Draft`], which
+//! is written as URDF. Where URDF lacks an element, extensions of Gazebo, ROS, MoveIt and MuJoCo are used,
+//! all of which the reader knows. Each line of that text knows its source line, so that reports name the file
+//! that was sent.
 //!
 //! * `sources`: the files of a description, parsed within limits. `element`: their elements.
-//! * `notes`: the report on the way. `draft`: what was read. `write`: as URDF.
+//! * `notes`: the report of the translation. `draft`: its result. `write`: writes the draft as URDF.
 //! * `unread`: elements and attributes that no reader looked at.
 
 pub(crate) mod draft;
@@ -30,55 +31,56 @@ use crate::robot::{MeshAsset, Sha256};
 use crate::urdf::{Asset, Assets, Description, Refused};
 use crate::{mjcf, sdf, urdf};
 
-/// What a file is, by its root element.
+/// Format of a file, by its root element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// URDF, and whatever is nothing else.
+    /// URDF, and all files of unknown formats.
     Urdf,
-    /// Gazebo's.
+    /// Gazebo's format.
     Sdf,
-    /// MuJoCo's.
+    /// MuJoCo's format.
     Mjcf,
 }
 
-/// What a file of another format is as URDF.
+/// A file of another format, translated to URDF.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Translation {
-    /// What the file is.
+    /// Format of the file.
     pub format: Format,
-    /// One for each robot, in the order of the file. No two have one name.
+    /// One for each robot, in the order of the file. Names are unique.
     pub models: Vec<TranslatedModel>,
     /// URIs of the descriptions that it includes, found or not, in the order of their use.
     pub included: Vec<String>,
-    /// The first description that it includes and that is not there, as a sentence: a strict load refuses it.
+    /// A sentence about the first missing include: a strict load refuses it.
     pub missing: Option<String>,
-    /// Mesh files that were made of numbers in the file itself, by the URIs that the URDF names them by: see [`Translation::files`].
+    /// Mesh files that were made from numbers in the file itself, by their URIs in the URDF: see
+    /// [`Translation::files`].
     pub meshes: BTreeMap<String, Asset>,
-    /// What was done to it, but for what the reader of URDF will find.
+    /// Findings of the translation, without those of the URDF reader.
     pub report: LoadReport,
 }
 
 /// A robot of a file of another format.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TranslatedModel {
-    /// Its name in the file.
+    /// Name in the file.
     pub name: String,
-    /// The robot.
+    /// The robot as URDF.
     pub urdf: String,
-    /// Where its root link is: `world_from_root`.
+    /// Pose of its root link: `world_from_root`.
     pub pose: DPose3,
-    /// Its root link does not move.
+    /// Whether its root link is fixed.
     pub fixed: bool,
-    /// For each line of `urdf` the file, by its index among the files, and the line there. 0 is none.
+    /// For each line of `urdf`, the index of its file and the line there. 0 is none.
     pub(crate) lines: Vec<(usize, u32)>,
-    /// The names of the files: empty is the one that was sent.
+    /// Names of the files: the file that was sent has an empty one.
     pub(crate) files: Vec<String>,
 }
 
 impl Format {
-    /// Of a file, by what it begins with; costs nothing that grows with the file.
+    /// Returns the format of a file by its beginning; the cost does not grow with the file.
     pub fn of(bytes: &[u8]) -> Self {
-        /// Comments stand before roots, licences among them.
+        /// Comments may precede roots, including licences.
         const MOST: usize = 64 << 10;
         let head: Vec<u8> = bytes.iter().take(MOST).copied().filter(|byte| *byte != 0).collect();
         let head = String::from_utf8_lossy(&head);
@@ -105,7 +107,7 @@ impl Format {
         Self::Urdf
     }
 
-    /// As reports write it.
+    /// Returns its name in reports.
     pub fn word(self) -> &'static str {
         match self {
             Self::Urdf => "URDF",
@@ -115,12 +117,12 @@ impl Format {
     }
 }
 
-/// A file of another format as URDF; `None` where it is none of those. Meshes are only asked for where masses follow
-/// from them.
+/// Translates a file of another format to URDF; `None` if it has none of these formats. Meshes are only
+/// requested if masses follow from them.
 ///
 /// # Errors
 ///
-/// What cannot be read, is too large, or has nothing that simd could have in its world.
+/// Returns an error if the file cannot be read, is too large, or has nothing that simd supports.
 pub fn translate(
     bytes: &[u8],
     assets: &dyn Assets,
@@ -133,14 +135,13 @@ pub fn translate(
     }
 }
 
-/// What can be said of a description of any format. `assets` are those of the files that it includes, and of its meshes,
-/// which are there.
+/// Describes a description of any format. `assets` are the present files of its includes and meshes.
 ///
 /// # Errors
 ///
-/// What cannot be read at all, though all that it includes is there.
+/// Returns an error if it cannot be read at all although all of its includes are present.
 pub fn describe_with(bytes: &[u8], assets: &dyn Assets, limits: &LoadLimits) -> Result<Description, Refused> {
-    /// URIs of pictures and materials that are named in all.
+    /// Maximum number of URIs of pictures and materials.
     const MOST: usize = 10_000;
     let mut description = describe_alone(bytes, assets, limits)?;
     let mut seen: BTreeSet<String> = description.asset_uris.iter().cloned().collect();
@@ -154,7 +155,7 @@ pub fn describe_with(bytes: &[u8], assets: &dyn Assets, limits: &LoadLimits) -> 
     Ok(description)
 }
 
-/// The same without what meshes name.
+/// Likewise, without the files that meshes name.
 fn describe_alone(bytes: &[u8], assets: &dyn Assets, limits: &LoadLimits) -> Result<Description, Refused> {
     if Format::of(bytes) == Format::Urdf {
         return urdf::describe(bytes, limits);
@@ -163,7 +164,7 @@ fn describe_alone(bytes: &[u8], assets: &dyn Assets, limits: &LoadLimits) -> Res
     let translation = match translate(bytes, &asked, limits) {
         Ok(Some(translation)) => translation,
         Ok(None) => return urdf::describe(bytes, limits),
-        // Who sends what is missing learns of the rest.
+        // A client that sends the missing files learns the rest.
         Err(_) if !asked.missing.borrow().is_empty() => {
             let found = asked.found.into_inner();
             let asset_uris = found.into_iter().chain(asked.missing.into_inner()).collect();
@@ -188,7 +189,7 @@ fn describe_alone(bytes: &[u8], assets: &dyn Assets, limits: &LoadLimits) -> Res
     Ok(Description { name: models.first().cloned().unwrap_or_default(), asset_uris, models })
 }
 
-/// Files, and which of them were asked for.
+/// Files, with a record of the requested ones.
 struct Asked<'a> {
     assets: &'a dyn Assets,
     found: RefCell<Vec<String>>,
@@ -207,7 +208,7 @@ impl Assets for Asked<'_> {
     }
 }
 
-/// Files of a description that was translated: its own, and those that were made of it.
+/// Files of a translated description: its own, and those that were made from it.
 pub struct TranslatedFiles<'a> {
     files: &'a dyn Assets,
     made: &'a BTreeMap<String, Asset>,
@@ -233,16 +234,16 @@ impl Assets for TranslatedFiles<'_> {
 }
 
 impl Translation {
-    /// What its URDF is read with, where `files` are those that the file itself was read with.
+    /// Returns the files for reading its URDF; `files` are those of the file itself.
     pub fn files<'a>(&'a self, files: &'a dyn Assets) -> TranslatedFiles<'a> {
         TranslatedFiles { files, made: &self.meshes }
     }
 
-    /// The robot of a name, or the only one.
+    /// Returns the robot of a name, or the only one.
     ///
     /// # Errors
     ///
-    /// Where there is none of the name, or several and no name is given.
+    /// Returns an error if no robot has the name, or if there are several and no name is given.
     pub fn model(&self, name: &str) -> Result<&TranslatedModel, Refused> {
         let found = match (&self.models[..], name) {
             ([only], "") => Some(only),
@@ -263,7 +264,7 @@ impl Translation {
 }
 
 impl TranslatedModel {
-    /// A report on its URDF as one on the file that was sent.
+    /// Converts a report on its URDF to one on the file that was sent.
     pub fn report(&self, report: LoadReport) -> LoadReport {
         let findings = report.findings.into_iter().map(|mut finding| {
             let (file, line) = finding

@@ -8,29 +8,29 @@ use crate::report::{Disposition, Finding, LoadReport, Severity};
 use crate::urdf::Refused;
 use crate::urdf::findings::cut;
 
-/// What was found so far. Like the findings of URDF, so many and no more of each severity.
+/// Findings so far. As for URDF, each severity has a maximum number.
 pub(crate) struct Notes {
     list: Vec<Finding>,
     most: usize,
     taken: [usize; 2],
     left_out: [usize; 2],
-    /// Bytes of the sentences.
+    /// Bytes of all sentences.
     bytes: usize,
-    /// Kinds of elements of which something was said to be left out: the tag above it, and its own.
+    /// Kinds of elements with a finding about an ignored part: the parent's tag, and its own.
     ignored: BTreeSet<(String, String)>,
 }
 
-/// Why reading stops.
+/// Reason why reading stops.
 #[derive(Debug)]
 pub(crate) struct Stop {
     finding: Finding,
 }
 
-/// Bytes of a finding's sentence.
+/// Maximum bytes of a finding's sentence.
 const SENTENCE: usize = 2000;
-/// Bytes of what an element is called.
+/// Maximum bytes of an element's label.
 const ELEMENT: usize = 500;
-/// Bytes of all of them.
+/// Maximum bytes of all of them.
 const ALL: usize = 1 << 20;
 
 impl Notes {
@@ -38,17 +38,17 @@ impl Notes {
         Self { list: Vec::new(), most, taken: [0; 2], left_out: [0; 2], bytes: 0, ignored: BTreeSet::new() }
     }
 
-    /// Something that needs no attention.
+    /// Adds a finding that needs no attention.
     pub(crate) fn info(&mut self, at: Element, disposition: Disposition, message: impl Into<String>) {
         self.push(Severity::Info, disposition, at, message.into());
     }
 
-    /// Something that the author may not have meant.
+    /// Adds a finding that the author may not have intended.
     pub(crate) fn warn(&mut self, at: Element, disposition: Disposition, message: impl Into<String>) {
         self.push(Severity::Warning, disposition, at, message.into());
     }
 
-    /// A warning of a line of which the element is not at hand.
+    /// Adds a warning for a line whose element is not available.
     pub(crate) fn warn_at_line(&mut self, disposition: Disposition, (file, line): At, message: String) {
         let (element, message) = ("file".to_owned(), cut(message, SENTENCE));
         let file = (file > 0).then(|| format!("included file {file}"));
@@ -56,14 +56,14 @@ impl Notes {
         self.keep(Finding { severity: Severity::Warning, disposition, element, file, line, message });
     }
 
-    /// What would refuse the file, and only concerns how something looks: a warning.
+    /// Turns a refusal that only concerns the look into a warning.
     pub(crate) fn pass_over(&mut self, stop: Stop) {
         let message = format!("{}: left out, as it is only seen", stop.finding.message);
         let (severity, disposition) = (Severity::Warning, Disposition::Ignored);
         self.keep(Finding { severity, disposition, message: cut(message, SENTENCE), ..stop.finding });
     }
 
-    /// A repair of a file's text; the file that was sent has no URI.
+    /// Adds a repair of a file's text; the file that was sent has no URI.
     pub(crate) fn of_text(&mut self, uri: &str, line: u32, message: String) {
         let (severity, disposition) = (Severity::Warning, Disposition::Repaired);
         let file = Some(uri.to_owned()).filter(|uri| !uri.is_empty());
@@ -78,7 +78,7 @@ impl Notes {
         self.keep(finding(severity, disposition, at, message));
     }
 
-    /// Whether something was said to be left out of an element of this kind.
+    /// Returns whether an element of this kind has a finding about an ignored part.
     pub(crate) fn has_ignored(&self, element: Element) -> bool {
         self.ignored.contains(&kind_of(element))
     }
@@ -104,7 +104,7 @@ impl Notes {
         LoadReport { findings: self.list }
     }
 
-    /// The report of a file that is refused.
+    /// Returns the report of a refused file.
     pub(crate) fn refused(self, stop: Stop) -> Refused {
         let Finding { element, line, message, file, .. } = &stop.finding;
         let file = file.as_ref().map(|file| format!("{file}, ")).unwrap_or_default();
@@ -120,7 +120,7 @@ impl Notes {
     }
 }
 
-/// The tag of the element above it, and its own.
+/// Returns the tag of the parent, and its own.
 fn kind_of(element: Element) -> (String, String) {
     let above = element.node.parent_element().map(|above| above.tag_name().name().to_owned());
     (above.unwrap_or_default(), element.tag().to_owned())
@@ -133,12 +133,12 @@ fn finding(severity: Severity, disposition: Disposition, at: Element, message: S
 }
 
 impl Stop {
-    /// Because of an element.
+    /// Makes a refusal because of an element.
     pub(crate) fn at(at: Element, message: impl Into<String>) -> Self {
         Self { finding: finding(Severity::Error, Disposition::Refused, at, message.into()) }
     }
 
-    /// Of the file as a whole, or of another that it includes.
+    /// Makes a refusal of the whole file, or of one that it includes.
     pub(crate) fn of_file(file: Option<String>, line: Option<u32>, message: String) -> Self {
         let (severity, disposition) = (Severity::Error, Disposition::Refused);
         let (element, message) = ("file".to_owned(), cut(message, SENTENCE));
@@ -146,7 +146,7 @@ impl Stop {
     }
 }
 
-/// A refusal after what was found.
+/// Returns a refusal with the findings so far.
 pub(crate) fn refused(message: String, report: LoadReport) -> Refused {
     let mut notes = Notes::new(usize::MAX);
     notes.list = report.findings;

@@ -1,4 +1,4 @@
-//! The files of a description: its own, and those that it includes, each decoded and parsed within the limits.
+//! The files of a description: its own, and its includes, each decoded and parsed within the limits.
 
 use std::borrow::Cow;
 
@@ -13,16 +13,16 @@ use crate::urdf::mend;
 use crate::urdf::prescan::{check_counts, check_depth, parse_xml, syntax};
 use crate::urdf::text;
 
-/// Files that one description may include.
+/// Maximum number of includes of one description.
 const MOST_FILES: usize = 200;
 
 /// The texts of files, before they are parsed.
 pub(crate) struct Texts {
     word: &'static str,
-    /// URI, and text. The first is the file itself, without a URI.
+    /// URI and text. The first is the file itself, without a URI.
     list: Vec<(String, String)>,
     bytes: usize,
-    /// What was asked for, found or not, in order.
+    /// Requested files, found or not, in order.
     pub(crate) asked: Vec<String>,
     /// Repairs of the XML: URI, line and what was repaired.
     mended: Vec<(String, u32, String)>,
@@ -30,17 +30,17 @@ pub(crate) struct Texts {
 
 /// A parsed file.
 pub(crate) struct Source<'t> {
-    /// How it was named; empty for the file that was sent.
+    /// Name of the file; empty for the file that was sent.
     pub(crate) uri: String,
     pub(crate) document: Document<'t>,
-    /// What was asked of its elements.
+    /// Record of the requests to its elements.
     pub(crate) asked: Asked,
-    /// Offsets at which the lines begin, without the first.
+    /// Offsets of the beginnings of lines, without the first.
     line_starts: Vec<usize>,
 }
 
 impl Texts {
-    /// The file itself.
+    /// Begins with the file itself.
     pub(crate) fn new(bytes: &[u8], word: &'static str, limits: &LoadLimits) -> Result<Self, Stop> {
         let mut texts = Self { word, list: Vec::new(), bytes: 0, asked: Vec::new(), mended: Vec::new() };
         texts.add(String::new(), bytes, limits)?;
@@ -58,7 +58,7 @@ impl Texts {
         let mut findings = Findings::new(1);
         let decoded = text::decode(bytes, limits, &mut findings);
         let decoded = decoded.map_err(|refusal| self.stop(&uri, findings, refusal))?;
-        // A declaration has nothing left to say, and is refused where it does not stand first.
+        // The declaration is no longer needed, and would be refused unless it is first.
         let mut text = decoded.trim_start().to_owned();
         let cut = decoded.len() - text.len();
         let newlines = decoded.bytes().take(cut).filter(|byte| *byte == b'\n').count();
@@ -91,7 +91,7 @@ impl Texts {
         )
     }
 
-    /// Asks for a file that is included. Whether it is there now: once each.
+    /// Requests an included file, once each. Returns whether it exists now.
     pub(crate) fn include(
         &mut self,
         uri: &str,
@@ -121,7 +121,7 @@ impl Texts {
         }
     }
 
-    /// Adds a text that is built in, once.
+    /// Adds a built-in text, once.
     pub(crate) fn include_text(&mut self, name: &str, bytes: &[u8], limits: &LoadLimits) -> Result<(), Stop> {
         if self.list.iter().any(|(known, _)| known == name) {
             return Ok(());
@@ -129,7 +129,7 @@ impl Texts {
         self.add(name.to_owned(), bytes, limits)
     }
 
-    /// Notes on what was repaired in the texts.
+    /// Returns notes on the repairs of the texts.
     pub(crate) fn notes(&self, most: usize) -> Notes {
         let mut notes = Notes::new(most);
         for (uri, line, message) in &self.mended {
@@ -138,17 +138,17 @@ impl Texts {
         notes
     }
 
-    /// The text at an index; texts are in the order of the includes.
+    /// Returns the text at an index; texts are in the order of the includes.
     pub(crate) fn get(&self, index: usize) -> Option<(&str, &str)> {
         self.list.get(index).map(|(uri, text)| (uri.as_str(), text.as_str()))
     }
 
-    /// All of them, parsed.
+    /// Parses all texts.
     pub(crate) fn parse(&self, limits: &LoadLimits) -> Result<Vec<Source<'_>>, Stop> {
         (0..self.list.len()).map(|index| self.parse_one(index, limits)).collect()
     }
 
-    /// One of them, parsed.
+    /// Parses one text.
     pub(crate) fn parse_one(&self, index: usize, limits: &LoadLimits) -> Result<Source<'_>, Stop> {
         let (uri, text) = self.get(index).unwrap_or_default();
         let stop = |refusal| self.stop(uri, Findings::new(1), refusal);
@@ -160,7 +160,7 @@ impl Texts {
 }
 
 impl Source<'_> {
-    /// From 1.
+    /// Returns the line of an offset, from 1.
     pub(crate) fn line(&self, offset: usize) -> u32 {
         u32::try_from(self.line_starts.partition_point(|line| *line <= offset) + 1).unwrap_or(u32::MAX)
     }

@@ -1,4 +1,4 @@
-//! SDF and MJCF as robots: what each element becomes, on small files.
+//! Translation of SDF and MJCF: each element, on small files.
 
 mod attach;
 mod foreign_mjcf;
@@ -35,7 +35,7 @@ impl Assets for Files {
     }
 }
 
-/// A file as URDF.
+/// Translates a file.
 fn translated_with(text: &str, files: &Files) -> Translation {
     match translate(text.as_bytes(), files, &LoadLimits::default()) {
         Ok(Some(translation)) => translation,
@@ -47,7 +47,7 @@ fn translated(text: &str) -> Translation {
     translated_with(text, &Files::default())
 }
 
-/// Its only robot, read, and the whole report.
+/// Reads its only robot; returns the whole report.
 fn robot_with(text: &str, files: &Files) -> (RobotModel, LoadReport) {
     let translation = translated_with(text, files);
     let translated = translation.model("").unwrap_or_else(|refused| panic!("{refused}"));
@@ -84,7 +84,7 @@ fn joint<'m>(model: &'m RobotModel, name: &str) -> &'m Joint {
     })
 }
 
-/// Where a link is in its root's frame with all joints at zero.
+/// Returns the pose of a link in its root's frame with all joints at zero.
 fn root_from_link(model: &RobotModel, name: &str) -> glamx::DPose3 {
     let mut at = model.links.iter().position(|link| link.name == name).unwrap();
     let mut pose = glamx::DPose3::IDENTITY;

@@ -1,6 +1,7 @@
-//! What no reader asked for: each kind of element and attribute that a description has and simd passes by is named in the report.
+//! Reports each kind of element and attribute of a description that no reader requested.
 //!
-//! Elements note what is asked of them, by their tags and the names of attributes. So no list of words can grow stale.
+//! Elements record requests by their tags and the names of attributes, so that no list of words can become
+//! stale.
 
 use std::cell::RefCell;
 use std::collections::HashSet;
@@ -13,24 +14,24 @@ use super::sources::Source;
 use crate::report::Disposition::Ignored;
 use crate::urdf::findings::quoted;
 
-/// Kinds of elements and attributes that are named; more of them are counted.
+/// Maximum number of reported kinds; further ones are only counted.
 const MOST: usize = 100;
 
-/// What was asked for in one file.
+/// Requests in one file.
 #[derive(Default)]
 pub(crate) struct Asked(RefCell<HashSet<u64>>);
 
-/// What is asked of an element.
+/// A request to an element.
 #[derive(Clone, Copy, Hash)]
 pub(super) enum What<'w> {
-    /// Anything at all.
+    /// All of its contents.
     Anything,
     Attribute(&'w str),
     Child(&'w str),
 }
 
 impl Asked {
-    /// Notes that something was asked of elements of a tag.
+    /// Records a request to elements of a tag.
     pub(super) fn note(&self, tag: &str, what: What) {
         let mut asked = self.0.borrow_mut();
         asked.insert(key(tag, what));
@@ -48,7 +49,7 @@ fn key(tag: &str, what: What) -> u64 {
     hasher.finish()
 }
 
-/// Names what was not asked for in any file, each kind once.
+/// Reports what was not requested in any file, each kind once.
 pub(crate) fn report<'a>(sources: &'a [Source<'a>], notes: &mut Notes) {
     let all: HashSet<u64> = sources.iter().flat_map(|source| source.asked.keys()).collect();
     let asked = |tag: &str, what: What| all.contains(&key(tag, what));
@@ -61,7 +62,7 @@ pub(crate) fn report<'a>(sources: &'a [Source<'a>], notes: &mut Notes) {
             let tag = element.tag();
             for attribute in element.node.attributes() {
                 let name = attribute.name();
-                // What attributes say of their formats is no part of a robot.
+                // Attributes of the root describe the format, and are no part of a robot.
                 let is_root = element.node == source.document.root_element();
                 let is_known = is_root || name == "name" || asked(tag, What::Attribute(name));
                 if is_known || !named.insert(key(tag, What::Attribute(name))) {

@@ -1,4 +1,4 @@
-//! A draft as URDF: an element a line, numbers with all their digits, rotations as quaternions.
+//! Writes a draft as URDF: one element per line, numbers with all their digits, rotations as quaternions.
 
 use std::fmt::Write as _;
 
@@ -11,7 +11,7 @@ use super::draft::{
 };
 use crate::robot::{Inertial, Material, TextureRepeat};
 
-/// Lines, and where each comes from.
+/// Lines with their origins.
 #[derive(Default)]
 struct Text {
     text: String,
@@ -27,7 +27,7 @@ impl Text {
     }
 }
 
-/// The robot as URDF. `files` are the names of the files that the lines are of.
+/// Writes the robot as URDF. `files` are the names of the lines' files.
 pub(crate) fn urdf(draft: &Draft, files: Vec<String>) -> TranslatedModel {
     let mut text = Text::default();
     text.line(draft.at, 0, "<?xml version=\"1.0\"?>");
@@ -206,7 +206,7 @@ fn write_limit(text: &mut Text, joint: &DraftJoint) {
             let _ = write!(said, " {name}=\"{value}\"");
         }
     };
-    // URDF reads one of the two alone as 0 for the other, and 0 for both as no limits: infinity is none.
+    // URDF reads a missing one of the two as 0, and 0 for both as no limits: so infinity means no limit.
     if limits.lower.is_some() || limits.upper.is_some() {
         say("lower", Some(limits.lower.unwrap_or(f64::NEG_INFINITY)));
         say("upper", Some(limits.upper.unwrap_or(f64::INFINITY)));
@@ -227,7 +227,7 @@ fn write_spring(text: &mut Text, joint: &DraftJoint) {
     text.line(joint.at, 1, "</gazebo>");
 }
 
-/// The sensors of a link or a joint.
+/// Writes the sensors of a link or a joint.
 fn write_sensors(text: &mut Text, reference: &str, sensors: &[DraftSensor]) {
     for DraftSensor { name, at, kind, pose, lines } in sensors {
         text.line(*at, 1, &format!("<gazebo reference=\"{}\">", escaped(reference)));
@@ -255,7 +255,7 @@ fn write_drives(text: &mut Text, draft: &Draft) {
     for joint in joints {
         let at = joint.at;
         text.line(at, 2, &format!("<joint name=\"{}\">", escaped(&joint.name)));
-        // A joint of which only the position is known holds it.
+        // A joint with only a position holds it.
         let holds = DraftDrive { command: Some("position"), ..DraftDrive::default() };
         let drive = joint.drive.as_ref().unwrap_or(&holds);
         if let Some(command) = drive.command {
@@ -332,7 +332,7 @@ fn numbers<const N: usize>(values: [f64; N]) -> String {
     words.join(" ")
 }
 
-/// As the value of an attribute, or as text.
+/// Escapes text for an attribute or an element.
 pub(crate) fn escaped(text: &str) -> String {
     let mut written = String::with_capacity(text.len());
     for character in text.chars() {

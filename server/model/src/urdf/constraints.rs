@@ -1,8 +1,8 @@
-//! `<constraint>`, and `<joint>` in `<gazebo>`: what holds links together beside the tree of joints.
+//! `<constraint>`, and `<joint>` in `<gazebo>`: constraints of links beside the tree of joints.
 //!
-//! `<constraint name type>` is simd's own, with `<parent>` and `<child>` that name a link (of a gear a joint, of none the
-//! world) and may have an `<origin>`, and an `<axis>`; `<gazebo><joint>` is a joint of SDF that Gazebo adds to the
-//! model, which is how a URDF closes a loop there.
+//! `<constraint name type>` is simd's own. Its `<parent>` and `<child>` name a link (for a gear a joint;
+//! without one, the world) and may have an `<origin>`. It may have an `<axis>`. `<gazebo><joint>` is a joint
+//! of SDF that Gazebo adds to the model: this is how a URDF closes a loop there.
 
 use std::collections::BTreeMap;
 
@@ -20,11 +20,11 @@ use crate::report::counted;
 use crate::robot::{Joint, JointKind, Link};
 use crate::setup::{ConstraintEnd, ConstraintOn, LinkConstraint, LinkConstraintKind};
 
-/// Constraints that one robot may have.
+/// Maximum number of constraints of a robot.
 const MOST: usize = 1024;
 const TYPES: [&str; 7] = ["weld", "point_to_point", "hinge", "slide", "gear", "distance", "rope"];
 
-/// What names stand for.
+/// Links and joints by name.
 struct Robot<'m> {
     links: &'m [Link],
     joints: &'m [Joint],
@@ -32,7 +32,7 @@ struct Robot<'m> {
     joint_indices: BTreeMap<&'m str, usize>,
 }
 
-/// Reads them all, in the order of the file.
+/// Reads all constraints, in the order of the file.
 pub(super) fn read(
     root: Node,
     (links, joints): (&[Link], &[Joint]),
@@ -79,7 +79,7 @@ pub(super) fn read(
     read
 }
 
-/// One that a step can compute with, or why it is none.
+/// Returns the constraint if its numbers can be computed with, or a fault.
 fn near(constraint: LinkConstraint) -> Result<LinkConstraint, String> {
     let is_far = |end: &ConstraintEnd| {
         end.pose.is_some_and(|pose| pose.translation.abs().max_element() > LARGEST_GIVEN)
@@ -90,7 +90,7 @@ fn near(constraint: LinkConstraint) -> Result<LinkConstraint, String> {
     Ok(constraint)
 }
 
-/// What a report says of one that is used.
+/// Returns the report's sentence about a used constraint.
 fn said(constraint: &LinkConstraint, robot: &Robot) -> String {
     let is_gear = matches!(constraint.kind, LinkConstraintKind::Gear { .. });
     let what = match constraint.kind {
@@ -115,7 +115,7 @@ fn said(constraint: &LinkConstraint, robot: &Robot) -> String {
     format!("{what} between {parent} and {child}")
 }
 
-/// A `<constraint>`, or why it is none.
+/// Reads a `<constraint>`, or returns its fault.
 fn constraint(node: Node, robot: &Robot, findings: &mut Findings) -> Result<LinkConstraint, String> {
     let word = node.attribute("type").unwrap_or_default().trim();
     let number = |name: &str| number(node, name);
@@ -161,7 +161,7 @@ fn constraint(node: Node, robot: &Robot, findings: &mut Findings) -> Result<Link
     let most = |name: &str| number(name).map(|most| most.filter(|most| *most >= 0.0));
     let collisions = match node.attribute("collide").map(str::trim) {
         Some(said) => said == "1" || said.eq_ignore_ascii_case("true"),
-        // Links that touch at a joint mostly overlap there.
+        // Links at a joint mostly overlap there.
         None => matches!(kind, LinkConstraintKind::Gear { .. } | LinkConstraintKind::Distance { .. }),
     };
     let (max_force, max_torque) = (most("max_force")?, most("max_torque")?);
@@ -169,7 +169,7 @@ fn constraint(node: Node, robot: &Robot, findings: &mut Findings) -> Result<Link
 }
 
 impl Robot<'_> {
-    /// What an end of a `<constraint>` is on.
+    /// Returns the object of a `<constraint>`'s end.
     fn on(&self, end: Node, is_gear: bool, tag: &str) -> Result<ConstraintOn, String> {
         let of = |attribute: &str| end.attribute(attribute).map(str::trim).filter(|name| !name.is_empty());
         let attribute = if is_gear { "joint" } else { "link" };
@@ -204,7 +204,7 @@ impl Robot<'_> {
     }
 }
 
-/// A `<joint>` in `<gazebo>`, or why it is none that closes a loop.
+/// Reads a `<joint>` in `<gazebo>`, or returns the reason why it closes no loop.
 fn gazebo_joint(
     node: Node,
     robot: &Robot,
@@ -213,7 +213,7 @@ fn gazebo_joint(
 ) -> Result<LinkConstraint, String> {
     let end = |tag: &'static str| -> Result<Option<usize>, String> {
         let found = child(node, tag).ok_or_else(|| format!("it has no {tag}"))?;
-        // As URDF has it where there is no text.
+        // URDF uses an attribute instead of text.
         let named = found.text().map(str::trim).filter(|text| !text.is_empty());
         let named = named.or_else(|| found.attribute("link")).unwrap_or_default();
         if named == "world" && !robot.link_indices.contains_key(named) {
@@ -281,7 +281,7 @@ fn gazebo_joint(
     Ok(LinkConstraint { name: name(node), kind, ends, max_force: None, max_torque: None, collisions: false })
 }
 
-/// Where the links are in the root's frame with all joints at zero. Joint `i` ends at link `i + 1`.
+/// Returns the poses of links in the root's frame with all joints at zero. Joint `i` ends at link `i + 1`.
 fn root_from_links(joints: &[Joint]) -> Vec<DPose3> {
     let mut poses = vec![DPose3::IDENTITY];
     for joint in joints {
@@ -291,7 +291,7 @@ fn root_from_links(joints: &[Joint]) -> Vec<DPose3> {
     poses
 }
 
-/// Of a link, or of the world, which is where the root begins.
+/// Returns the pose of a link, or of the world, which is the root's initial frame.
 fn pose_of(root_from_link: &[DPose3], link: Option<usize>) -> DPose3 {
     link.and_then(|link| root_from_link.get(link)).copied().unwrap_or(DPose3::IDENTITY)
 }
@@ -300,7 +300,7 @@ fn child<'a, 'i>(node: Node<'a, 'i>, tag: &str) -> Option<Node<'a, 'i>> {
     node.children().find(|child| is(*child, tag))
 }
 
-/// One that can be a part of the constraint's name in the world.
+/// Returns a name that fits into the constraint's name in the world.
 fn name(node: Node) -> String {
     const LONGEST: usize = 100;
     node.attribute("name").unwrap_or_default().trim().chars().take(LONGEST).collect()
@@ -325,7 +325,7 @@ fn direction(text: &str, what: &str) -> Result<DVec3, String> {
     axis.try_normalize().filter(|unit| unit.is_finite()).ok_or_else(|| "its axis is 0".to_owned())
 }
 
-/// The pose of an `<origin>`.
+/// Returns the pose of an `<origin>`.
 fn pose(origin: Node, findings: &mut Findings) -> Result<DPose3, String> {
     let of = |name: &str| origin.attribute(name).filter(|text| !text.trim().is_empty());
     let translation = match of("xyz") {

@@ -1,9 +1,10 @@
-//! `<ros2_control>`: what a joint starts as and how it is driven.
+//! `<ros2_control>`: initial state and drive of joints.
 //!
-//! A joint with a position interface holds its position, one with a velocity interface alone keeps the velocity 0,
-//! and one with an effort interface alone applies the effort 0; one without a command interface is not driven. `initial_value` of its position is where it starts; `min`
-//! and `max` are limits where `<limit>` gives none. Gains are those of `gz_ros2_control`'s and
-//! `gazebo_ros2_control`'s position and velocity controllers.
+//! A joint with a position interface holds its position. One with only a velocity interface has the velocity
+//! target 0, and one with only an effort interface the effort target 0. One without a command interface is
+//! passive. `initial_value` of its position is the initial position; `min` and `max` are limits if `<limit>`
+//! gives none. Gains are those of `gz_ros2_control`'s and `gazebo_ros2_control`'s position and velocity
+//! controllers.
 
 use std::collections::BTreeMap;
 
@@ -18,7 +19,7 @@ use crate::report::short;
 use crate::robot::{Joint, JointKind, Mimic};
 use crate::setup::{DriveMode, Setup};
 
-/// Reads every `<ros2_control>` of the robot. Limits are the joints' own.
+/// Reads every `<ros2_control>` of the robot. Limits are set on the joints themselves.
 pub(super) fn read(root: Node, joints: &mut [Joint], setup: &mut Setup, findings: &mut Findings) {
     let indices: BTreeMap<String, usize> =
         joints.iter().enumerate().map(|(index, joint)| (joint.name.clone(), index)).collect();
@@ -45,7 +46,8 @@ pub(super) fn read(root: Node, joints: &mut [Joint], setup: &mut Setup, findings
     }
 }
 
-/// Each `<ros2_control>` of the robot: its own, and those in a `<gazebo>`, where a plugin of Gazebo finds them too.
+/// Returns each `<ros2_control>` of the robot: its own, and those in a `<gazebo>`, where a plugin of Gazebo
+/// also finds them.
 pub(super) fn systems<'a, 'i>(root: Node<'a, 'i>) -> impl Iterator<Item = Node<'a, 'i>> {
     root.children().flat_map(|node| {
         let inner = is(node, "gazebo").then(|| node.children().filter(|child| is(*child, "ros2_control")));
@@ -138,7 +140,7 @@ fn of_joint(node: Node, index: usize, joints: &mut [Joint], setup: &mut Setup, f
         of_joint.position = Some(nearest);
         said.push(format!("starts at {}", short(nearest)));
     }
-    // What can be sent to a position holds one, also where a spring alone would leave it free.
+    // A joint that takes position targets holds its position, even if a spring alone would leave it free.
     of_joint.mode = if command("position").is_some() { None } else { mode.or(of_joint.mode) };
     of_joint.stiffness = stiffness.or(of_joint.stiffness);
     of_joint.damping = damping.or(of_joint.damping);
@@ -151,8 +153,8 @@ fn of_joint(node: Node, index: usize, joints: &mut [Joint], setup: &mut Setup, f
     findings.used(node, || format!("joint {}: {}", quoted(&joint.name), said.join(", ")));
 }
 
-/// Whether the joint follows another one: the parameters `mimic`, `multiplier` and `offset`, or an element `<mimic>`. With
-/// `mimic="false"` it does not, whatever its own `<mimic>` says.
+/// Reads whether the joint follows another one: from the parameters `mimic`, `multiplier` and `offset`, or an
+/// element `<mimic>`. With `mimic="false"` it does not, even if it has a `<mimic>`.
 fn follow(node: Node, index: usize, joints: &mut [Joint], findings: &mut Findings) {
     let name = joints.get(index).map(|joint| quoted(&joint.name)).unwrap_or_default();
     if node.attribute("mimic").is_some_and(|word| word.trim().eq_ignore_ascii_case("false")) {
@@ -191,7 +193,7 @@ fn follow(node: Node, index: usize, joints: &mut [Joint], findings: &mut Finding
             format!("it follows joint {}; only joints that turn or slide follow one another", quoted(leader));
         return findings.warn(node, Ignored, message);
     }
-    // None follows itself, so no chain is longer than there are joints.
+    // No joint follows itself, so no chain is longer than the number of joints.
     let mut at = Some(other);
     for _ in 0..=joints.len() {
         if at == Some(index) {
@@ -220,7 +222,7 @@ fn follow(node: Node, index: usize, joints: &mut [Joint], findings: &mut Finding
     });
 }
 
-/// Names what is not read of a joint.
+/// Reports the parts of a joint that are not read.
 fn unread(node: Node, findings: &mut Findings) {
     const TAGS: [&str; 4] = ["command_interface", "state_interface", "param", "mimic"];
     const PARAMS: [&str; 14] = [
@@ -258,7 +260,7 @@ fn unread(node: Node, findings: &mut Findings) {
     }
 }
 
-/// The number of the first parameter that has one of these names.
+/// Returns the number of the first parameter that has one of these names.
 fn param(node: Node, names: &[&str], findings: &mut Findings) -> Option<f64> {
     let has_name = |child: &Node| child.attribute("name").is_some_and(|name| names.contains(&name.trim()));
     let param = node.children().filter(|child| is(*child, "param")).find(has_name)?;

@@ -1,22 +1,22 @@
-//! How long a reading may take, looked at between its parts.
+//! Time limit of reading, checked between its parts.
 
 use std::time::{Duration, Instant};
 
 use super::findings::Refusal;
 
-/// When to give up.
+/// End of the time limit.
 pub(super) struct Deadline {
     started: Instant,
     allowed: Duration,
 }
 
 impl Deadline {
-    /// The time runs from now.
+    /// Starts the time limit now.
     pub(super) fn new(allowed: Duration) -> Self {
         Self { started: Instant::now(), allowed }
     }
 
-    /// Refuses once the time is over.
+    /// Refuses after the time limit.
     pub(super) fn check(&self) -> Result<(), Refusal> {
         if self.started.elapsed() < self.allowed {
             return Ok(());

@@ -1,5 +1,5 @@
-//! What is wrong around a document, and repaired in its text before it is parsed:
-//! where its declaration stands, what follows its root, and what [`mend`] repairs. Lines stay where they are.
+//! Repairs a document's text before it is parsed: the place of its declaration, the text after its root, and
+//! the repairs of [`mend`]. Line numbers do not change.
 
 use std::borrow::Cow;
 
@@ -12,7 +12,7 @@ use super::text;
 use crate::limits::LoadLimits;
 use crate::report::{Disposition, Severity, counted};
 
-/// Reads the bytes as a document and gives its `<robot>` to `then`.
+/// Parses the bytes as a document and passes its `<robot>` to `then`.
 pub(super) fn open<T>(
     urdf: &[u8],
     limits: &LoadLimits,
@@ -51,9 +51,9 @@ fn line_of(text: &str, at: usize) -> u32 {
     u32::try_from(before + 1).unwrap_or(u32::MAX)
 }
 
-/// Ranges of `<?xml ...?>` before the root.
+/// Returns the ranges of `<?xml ...?>` before the root.
 fn declarations(text: &str) -> Vec<(usize, usize)> {
-    // One is right, two have been seen; more of them are not a mistake.
+    // One is correct, two have been seen; more are no mistake.
     const MOST: usize = 8;
     let mut found = Vec::new();
     let mut at = 0;
@@ -79,8 +79,8 @@ fn declarations(text: &str) -> Vec<(usize, usize)> {
     found
 }
 
-/// The text is decoded, so a declaration has nothing left to say; and XML wants
-/// it at the very start, where exporters and authors of comments do not put it.
+/// Removes declarations. The text is already decoded, so they are not needed. XML requires them at the very
+/// start, where exporters and authors of comments do not put them.
 fn without_declarations<'a>(text: Cow<'a, str>, findings: &mut Findings) -> Cow<'a, str> {
     let declarations = declarations(&text);
     if declarations.is_empty() {
@@ -94,15 +94,15 @@ fn without_declarations<'a>(text: Cow<'a, str>, findings: &mut Findings) -> Cow<
             repaired(findings, Some(line_of(&text, start)), message);
         }
         let declaration = text.get(start..end).unwrap_or_default();
-        // Byte for byte, so that columns stay too.
+        // Byte for byte, so that columns do not change either.
         let blank: String = declaration.bytes().map(|byte| if byte == b'\n' { '\n' } else { ' ' }).collect();
         text.replace_range(start..end, &blank);
     }
     Cow::Owned(text)
 }
 
-/// Files hang their robot on a link `world` that they leave out: Gazebo and PyBullet know it without. The text
-/// with it, on the robot's last line, where a joint names it.
+/// Adds a missing link `world`, on which some files put their robot: Gazebo and PyBullet know it implicitly.
+/// Returns the text with it, on the robot's last line, if a joint names it.
 fn declare_world(document: &Document, findings: &mut Findings) -> Option<String> {
     let robot = document.descendants().find(|node| is(*node, "robot"))?;
     let is_world =
@@ -121,10 +121,10 @@ fn declare_world(document: &Document, findings: &mut Findings) -> Option<String>
     Some(format!("{before}<link name=\"{WORLD}\"/>{after}"))
 }
 
-/// What a robot hangs on that cannot move.
+/// Name of the fixed root.
 const WORLD: &str = "world";
 
-/// Nothing after the last end tag can belong to a document: some end in a NUL byte.
+/// Removes the text after the last end tag, which cannot belong to a document: some files end in a NUL byte.
 fn without_tail<'a>(text: Cow<'a, str>, findings: &mut Findings) -> Cow<'a, str> {
     let Some(end) = text.rfind('>').map(|last| last + 1) else { return text };
     let tail = text.get(end..).unwrap_or_default();

@@ -1,11 +1,11 @@
-//! The load report while it is written: where each element stands, and what became of it.
+//! The load report while it is written: place and treatment of each element.
 
 use roxmltree::Node;
 
 use super::Refused;
 use crate::report::{Disposition, Finding, LoadReport, Severity};
 
-/// Why reading stops.
+/// Reason why reading stops.
 #[derive(Debug)]
 pub(crate) struct Refusal {
     element: String,
@@ -14,42 +14,42 @@ pub(crate) struct Refusal {
 }
 
 impl Refusal {
-    /// Of the file as a whole.
+    /// Makes a refusal of the whole file.
     pub(crate) fn of_file(message: String) -> Self {
         Self { element: "file".to_owned(), line: None, message }
     }
 
-    /// Where there is no element yet.
+    /// Makes a refusal before there are elements.
     pub(crate) fn at(line: u32, message: String) -> Self {
         Self { element: "file".to_owned(), line: Some(line), message }
     }
 }
 
-/// What was found so far.
+/// Findings so far.
 pub(crate) struct Findings {
-    /// Offsets at which the lines begin, without the first.
+    /// Offsets of the beginnings of lines, without the first.
     line_starts: Vec<usize>,
     list: Vec<Finding>,
-    /// Which of the list a strict load refuses.
+    /// Indices of findings that a strict load refuses.
     serious: Vec<usize>,
     serious_left_out: usize,
-    /// How many of each quota are kept.
+    /// Maximum number of findings in each quota.
     most: usize,
     quotas: [Quota; 3],
 }
 
-/// Bytes of the findings of one quota.
+/// Maximum bytes of the findings of one quota.
 const QUOTA_BYTES: usize = 512 << 10;
-/// Bytes of a finding's sentence; a longer one is cut.
+/// Maximum bytes of a finding's sentence; a longer one is cut.
 const SENTENCE: usize = 2000;
-/// Bytes of what an element is called; a longer name is cut.
+/// Maximum bytes of an element's label; a longer one is cut.
 const ELEMENT: usize = 500;
 
-/// Each kind has its own quota, so that many notes hide no warning.
+/// Each kind has a separate quota, so that many notes do not hide warnings.
 #[derive(Clone, Copy, Default)]
 struct Quota {
     taken: usize,
-    /// Of those that were taken.
+    /// Bytes of the accepted findings.
     bytes: usize,
     left_out: usize,
 }
@@ -60,14 +60,14 @@ impl Quota {
     }
 }
 
-/// What [`Findings`] keeps of one finding until it is written down.
+/// Place of a finding until it is written down.
 struct Location<'n, 'a, 'i> {
     node: Node<'a, 'i>,
     file: Option<&'n str>,
 }
 
 impl Findings {
-    /// Nothing yet; at most so many of each kind.
+    /// Makes empty findings with at most `most` of each kind.
     pub(crate) fn new(most: usize) -> Self {
         Self {
             line_starts: Vec::new(),
@@ -79,45 +79,45 @@ impl Findings {
         }
     }
 
-    /// The text that lines are counted in.
+    /// Sets the text in which lines are counted.
     pub(crate) fn set_text(&mut self, text: &str) {
         self.line_starts =
             text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(i, _)| i + 1).collect();
     }
 
-    /// From 1.
+    /// Returns the line of a node, from 1.
     pub(crate) fn line(&self, node: Node) -> u32 {
         let start = node.range().start;
         u32::try_from(self.line_starts.partition_point(|line| *line <= start) + 1).unwrap_or(u32::MAX)
     }
 
-    /// Whether there is no more room for notes.
+    /// Returns whether the quota of notes is full.
     pub(crate) fn is_full(&self) -> bool {
         let [_, infos, _] = &self.quotas;
         infos.is_full(self.most)
     }
 
-    /// What was taken from an element as it is.
+    /// Adds that an element was used.
     pub(crate) fn used(&mut self, node: Node, message: impl FnOnce() -> String) {
         self.push(Severity::Info, Disposition::Used, Location { node, file: None }, false, message);
     }
 
-    /// What was taken from a file that an element names.
+    /// Adds that a file of an element was used.
     pub(crate) fn used_file(&mut self, node: Node, file: &str, message: impl FnOnce() -> String) {
         self.push(Severity::Info, Disposition::Used, Location { node, file: Some(file) }, false, message);
     }
 
-    /// Something that needs no attention.
+    /// Adds a finding that needs no attention.
     pub(crate) fn info(&mut self, node: Node, disposition: Disposition, message: impl Into<String>) {
         self.push(Severity::Info, disposition, Location { node, file: None }, false, || message.into());
     }
 
-    /// Something that the author may not have meant.
+    /// Adds a finding that the author may not have intended.
     pub(crate) fn warn(&mut self, node: Node, disposition: Disposition, message: impl Into<String>) {
         self.push(Severity::Warning, disposition, Location { node, file: None }, true, || message.into());
     }
 
-    /// The same of a file that an element names; a strict load may forgive it.
+    /// Likewise for a file that an element names; a strict load may accept it.
     pub(crate) fn warn_of_file(
         &mut self,
         node: Node,
@@ -130,12 +130,12 @@ impl Findings {
         self.push(Severity::Warning, disposition, location, serious, || message.into());
     }
 
-    /// What would refuse the robot, and only concerns how it looks: a warning.
+    /// Turns a refusal that only concerns the look into a warning.
     pub(crate) fn pass_over(&mut self, node: Node, refusal: &Refusal) {
         self.warn(node, Disposition::Ignored, format!("{}: left out, as it is only seen", refusal.message));
     }
 
-    /// Something about the text, before there are elements.
+    /// Adds a finding about the text, before there are elements.
     pub(crate) fn of_text(
         &mut self,
         severity: Severity,
@@ -151,12 +151,12 @@ impl Findings {
         self.list.push(Finding { severity, disposition, element, file: None, line, message });
     }
 
-    /// The reason why the robot is refused.
+    /// Returns the reason why the robot is refused.
     pub(crate) fn refuse(&self, node: Node, message: impl Into<String>) -> Refusal {
         Refusal { element: label(node), line: Some(self.line(node)), message: message.into() }
     }
 
-    /// Where there was a warning, makes it and those like it errors, and refuses.
+    /// Refuses if there was a serious warning, and turns these warnings into errors.
     pub(crate) fn refuse_warnings(&mut self) -> Result<(), Refusal> {
         let Some(first) = self.serious.first().and_then(|first| self.list.get(*first)) else { return Ok(()) };
         let more = match self.serious.len() + self.serious_left_out - 1 {
@@ -203,7 +203,7 @@ impl Findings {
         self.list.push(Finding { severity, disposition, element, file, line, message });
     }
 
-    /// The report of a robot that was read, in the order of the file.
+    /// Returns the report of a robot that was read, in the order of the file.
     pub(crate) fn into_report(mut self) -> LoadReport {
         self.list.sort_by_key(|finding| finding.line);
         let [used, infos, warnings] = self.quotas;
@@ -220,7 +220,7 @@ impl Findings {
         LoadReport { findings: self.list }
     }
 
-    /// The report of a robot that was refused.
+    /// Returns the report of a refused robot.
     pub(crate) fn refused(self, refusal: Refusal) -> Refused {
         let Refusal { element, line, message } = refusal;
         let (element, message) = (cut(element, ELEMENT), cut(message, SENTENCE));
@@ -237,7 +237,7 @@ impl Findings {
     }
 }
 
-/// What an element is called in a report: `joint "elbow" limit`.
+/// Returns an element's label in a report: `joint "elbow" limit`.
 pub(crate) fn label(node: Node) -> String {
     let mut words: Vec<String> = node
         .ancestors()
@@ -247,7 +247,7 @@ pub(crate) fn label(node: Node) -> String {
             (tag, _) => shortened(tag),
         })
         .collect();
-    // A `<robot>` that stands in another element is the robot all the same.
+    // A `<robot>` within another element is still the robot.
     if words.last().is_some_and(|tag| tag == "robot") {
         words.pop();
     }
@@ -258,7 +258,7 @@ pub(crate) fn label(node: Node) -> String {
     words.join(" ")
 }
 
-/// Text of at most so many bytes, with an ellipsis where it was longer.
+/// Cuts a text to at most `bytes` bytes, with an ellipsis.
 pub(crate) fn cut(mut text: String, bytes: usize) -> String {
     if text.len() > bytes {
         text.truncate(text.floor_char_boundary(bytes));
@@ -268,7 +268,7 @@ pub(crate) fn cut(mut text: String, bytes: usize) -> String {
     text
 }
 
-/// A value of the file in quotes, cut where it is long.
+/// Quotes a value of the file, and shortens it.
 pub(crate) fn quoted(value: &str) -> String {
     format!("\"{}\"", shortened(value))
 }

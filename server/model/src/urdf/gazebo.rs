@@ -1,7 +1,8 @@
-//! `<gazebo>`: what is in it for links and joints, beside the plugins, which simd does not run.
+//! `<gazebo>`: settings of links and joints. Plugins are not run.
 //!
-//! Of a link: friction, self-collision, bits of groups, a colour. Of a joint: damping, friction, a spring. Of the robot:
-//! self-collision. Sensors are read elsewhere. Gazebo's colours by name are those of its script `gazebo.material`.
+//! For a link: friction, self-collision, bits of groups, a colour. For a joint: damping, friction, a spring.
+//! For the robot: self-collision. Sensors are read elsewhere. Gazebo's named colours are from its script
+//! `gazebo.material`.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -15,22 +16,22 @@ use super::unknown::nearest;
 use crate::report::Disposition::Ignored;
 use crate::report::{counted, short};
 
-/// What all `<gazebo>` elements say.
+/// Settings of all `<gazebo>` elements.
 #[derive(Default)]
 pub(super) struct Gazebo {
-    /// Of links, by name.
+    /// Frictions of links, by name.
     pub(super) frictions: BTreeMap<String, f64>,
-    /// Of links without a colour, by name.
+    /// Colours of links without one, by name.
     pub(super) colors: BTreeMap<String, [f64; 4]>,
-    /// Links that touch others of the robot which do too.
+    /// Links that collide with others of this set in the robot.
     pub(super) self_collide: BTreeSet<String>,
-    /// All of them do.
+    /// Whether all links are in this set.
     pub(super) all_collide: bool,
-    /// Of joints, by name.
+    /// Settings of joints, by name.
     pub(super) joints: BTreeMap<String, OfJoint>,
 }
 
-/// What is said of a joint.
+/// Settings of a joint.
 #[derive(Clone, Copy, Default)]
 pub(super) struct OfJoint {
     pub(super) damping: Option<f64>,
@@ -39,11 +40,11 @@ pub(super) struct OfJoint {
     pub(super) reference: Option<f64>,
 }
 
-/// Elements that are of a joint, and of no link.
+/// Elements that belong to joints, and not to links.
 const OF_JOINTS: [&str; 5] = ["damping", "dampingFactor", "friction", "springStiffness", "springReference"];
 
 impl Gazebo {
-    /// Reads every `<gazebo>` of the robot, and names what is left aside in it.
+    /// Reads every `<gazebo>` of the robot, and reports the ignored parts.
     pub(super) fn of(repaired: &RepairedUrdf, findings: &mut Findings) -> Self {
         let links: BTreeSet<&str> = repaired.robot.links.iter().map(|link| link.name.as_str()).collect();
         let joints: BTreeSet<&str> = repaired.robot.joints.iter().map(|joint| joint.name.as_str()).collect();
@@ -53,7 +54,7 @@ impl Gazebo {
                 gazebo.read_robot(node, findings);
                 continue;
             };
-            // A link and a joint may have one name, as they often have in MJCF.
+            // A link and a joint may have the same name, as is common in MJCF.
             let (is_link, is_joint) = (links.contains(name), joints.contains(name));
             if is_link {
                 gazebo.read_link(node, name, is_joint, findings);
@@ -75,7 +76,7 @@ impl Gazebo {
             self.all_collide = true;
             findings.used(own, || "links of the robot touch each other".to_owned());
         }
-        // Joints that close loops are constraints.
+        // Joints that close loops become constraints.
         let is_elsewhere = |child: Node| is(child, "joint") || is(child, "ros2_control");
         let is_read = |child: &Node| is_self_collide(*child) || is_elsewhere(*child);
         let has_joint = node.children().any(is_elsewhere);
@@ -85,10 +86,10 @@ impl Gazebo {
         }
     }
 
-    /// Of a link, of whose name there may be a joint too.
+    /// Reads the settings of a link; a joint may have the same name.
     fn read_link(&mut self, node: Node, link: &str, is_joint: bool, findings: &mut Findings) {
         let mut others = Others::default();
-        // `mu1` along the first direction is what counts.
+        // Only `mu1`, along the first direction, is used.
         let friction = ["mu1", "mu"].iter().find_map(|tag| node.children().find(|child| is(*child, tag)));
         for child in node.children().filter(Node::is_element) {
             let tag = child.tag_name().name();
@@ -123,7 +124,7 @@ impl Gazebo {
         others.report(node, findings);
     }
 
-    /// Of a joint, of whose name there may be a link too.
+    /// Reads the settings of a joint; a link may have the same name.
     fn read_joint(&mut self, node: Node, joint: &str, is_link: bool, findings: &mut Findings) {
         let mut others = Others::default();
         let of = self.joints.entry(joint.to_owned()).or_default();
@@ -135,7 +136,7 @@ impl Gazebo {
                 "springStiffness" => &mut of.stiffness,
                 "springReference" => &mut of.reference,
                 "sensor" => continue,
-                // What is not of the joint was looked at for the link.
+                // Elements of the link were already reported.
                 _ if is_link => continue,
                 _ => {
                     others.add(tag);
@@ -155,7 +156,7 @@ impl Gazebo {
     }
 }
 
-/// Elements that are not read: the first of them by name.
+/// Ignored elements: the first of them by name.
 #[derive(Default)]
 struct Others {
     named: Vec<String>,
@@ -201,7 +202,7 @@ fn number(node: Node, findings: &mut Findings) -> Option<f64> {
     }
 }
 
-/// A friction, if it can be one.
+/// Returns a friction, if it is valid.
 pub(super) fn checked_friction(node: Node, value: f64, findings: &mut Findings) -> Option<f64> {
     if value < 0.0 {
         findings.warn(node, Ignored, format!("a friction of {value} is negative: the world's is used"));
@@ -219,7 +220,7 @@ fn unknown_reference(node: Node, reference: &str, links: &BTreeSet<&str>, findin
     findings.warn(node, Ignored, message);
 }
 
-/// `Gazebo/Red`, or `<material><diffuse>1 0 0 1</diffuse></material>`.
+/// Returns the colour of `Gazebo/Red`, or of `<material><diffuse>1 0 0 1</diffuse></material>`.
 fn color(node: Node) -> Option<[f64; 4]> {
     if let Some(diffuse) = node.descendants().find(|child| is(*child, "diffuse")) {
         let read = numbers::read(diffuse.text().unwrap_or_default(), Shape::Color).ok()?;
@@ -231,7 +232,7 @@ fn color(node: Node) -> Option<[f64; 4]> {
     Some([*red, *green, *blue, 1.0])
 }
 
-/// The diffuse colours of Gazebo's materials.
+/// Diffuse colours of Gazebo's materials.
 const COLORS: [(&str, [f64; 3]); 22] = [
     ("Black", [0.0, 0.0, 0.0]),
     ("Blue", [0.0, 0.0, 1.0]),
@@ -257,7 +258,7 @@ const COLORS: [(&str, [f64; 3]); 22] = [
     ("WoodPallet", [0.6, 0.4, 0.2]),
 ];
 
-/// How many links of a robot collide with one another, as a report says it.
+/// Returns the report's phrase on the number of links that collide with one another.
 pub(super) fn colliding(count: usize) -> String {
     format!("{} of the robot touch each other", counted(count, "link"))
 }

@@ -1,4 +1,4 @@
-//! Shapes and where they stand.
+//! Shapes and their poses.
 
 use glamx::{DPose3, DQuat, DVec3};
 use roxmltree::Node;
@@ -10,10 +10,10 @@ use super::repair::{RepairedUrdf, given};
 use crate::report::Disposition::{Defaulted, Ignored, Repaired};
 use crate::robot::Geometry;
 
-/// The pose that an `<origin>` gives; without one, none.
+/// Returns the pose of an `<origin>`; the identity without one.
 pub(super) fn pose(origin: &urdf_rs::Pose, node: Option<Node>, findings: &mut Findings) -> DPose3 {
     let translation = DVec3::from_array(origin.xyz.0);
-    // urdf-rs goes through angles and loses a thousandth of a radian near the pole.
+    // urdf-rs converts to angles and loses a thousandth of a radian near the pole.
     let quaternion = node.filter(|node| given(Some(*node), "quat_xyzw"));
     if let Some((node, xyzw)) =
         quaternion.and_then(|node| Some((node, numbers::of::<4>(node, "quat_xyzw", Shape::Exactly(4))?)))
@@ -35,14 +35,13 @@ pub(super) fn pose(origin: &urdf_rs::Pose, node: Option<Node>, findings: &mut Fi
     DPose3::from_parts(translation, rotation(origin.rpy.0))
 }
 
-/// Roll, pitch and yaw about fixed axes: yaw after pitch after roll, as URDF
-/// defines them.
+/// Returns the rotation of roll, pitch and yaw about fixed axes: yaw after pitch after roll, as URDF defines
+/// them.
 pub(crate) fn rotation([roll, pitch, yaw]: [f64; 3]) -> DQuat {
     (DQuat::from_rotation_z(yaw) * DQuat::from_rotation_y(pitch) * DQuat::from_rotation_x(roll)).normalize()
 }
 
-/// A shape of a visual or a collision; `None` where it has no extent, which is
-/// reported.
+/// Returns a shape of a visual or a collision; `None`, with a finding, if it has no extent.
 pub(super) fn geometry<'a>(
     repaired: &RepairedUrdf<'a, '_>,
     shape: Node<'a, '_>,
@@ -84,13 +83,13 @@ pub(super) fn geometry<'a>(
     None
 }
 
-/// Its numbers were looked at when the document was repaired.
+/// Returns a cone. Its numbers were checked when the document was repaired.
 fn cone(cone: Node) -> Option<Geometry> {
     let length_of = |name| numbers::of::<1>(cone, name, Shape::Exactly(1)).map(|[length]| length);
     Some(Geometry::Cone { radius: length_of("radius")?, length: length_of("length")? })
 }
 
-/// PyBullet's planes look up where they say nothing.
+/// Returns the normal of a plane; PyBullet's default points up.
 fn normal(plane: Node, findings: &mut Findings) -> DVec3 {
     let Some(read) = numbers::of::<3>(plane, "normal", Shape::Exactly(3)) else {
         findings.info(plane, Defaulted, "it has no normal; 0 0 1 is taken");
@@ -108,7 +107,7 @@ fn normal(plane: Node, findings: &mut Findings) -> DVec3 {
     read / length
 }
 
-/// How far the length of a unit vector may be off: files print three digits and more.
+/// Tolerance of the length of a unit vector: files have at least three digits.
 pub(crate) const ROUNDING: f64 = 1e-3;
 
 fn has_extent(geometry: &Geometry) -> bool {

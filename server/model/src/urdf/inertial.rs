@@ -1,8 +1,7 @@
-//! Mass and inertia: the file's where they are physical, else from the shapes.
+//! Mass and inertia: from the file if they are physical, otherwise from the shapes.
 //!
-//! What matters is each group of links that fixed joints hold together: a link
-//! without mass is a frame where its group has some, and nothing that physics
-//! can move where the group has none.
+//! Groups of links connected by fixed joints are judged together. A massless link is a mere frame if its
+//! group has mass. If the group has none, physics cannot move it.
 
 use glamx::{DMat3, DPose3};
 use roxmltree::Node;
@@ -16,7 +15,7 @@ use crate::report::Disposition::{Defaulted, Ignored, Repaired, Used};
 use crate::report::short;
 use crate::robot::{Geometry, Inertial, Joint, JointKind, Link};
 
-/// Kilograms above which a link is asked about.
+/// Kilograms above which the report asks about a link.
 const SUSPICIOUS: f64 = 1e6;
 
 /// Sets `inertial` of the links.
@@ -45,7 +44,7 @@ pub(super) fn resolve<'a, 'i>(
     groups.warn_of_nothing(links, tree, findings);
 }
 
-/// What the file says of a link's mass.
+/// Mass and inertia of a link in the file.
 struct Said<'a, 'i> {
     node: Node<'a, 'i>,
     mass: Option<f64>,
@@ -72,7 +71,7 @@ impl<'a, 'i> Said<'a, 'i> {
         (mass.is_some() || tensor.is_some()).then_some(Self { node, mass, link_from_mass, tensor })
     }
 
-    /// The file's where it is physical, else what the shapes give.
+    /// Returns the file's values if they are physical, otherwise those of the shapes.
     fn judged(&self, link: &Link, findings: &mut Findings) -> Inertial {
         let node = self.node;
         let mass = match self.mass {
@@ -120,7 +119,7 @@ impl<'a, 'i> Said<'a, 'i> {
             Some(Err(why)) => why,
             None => "no inertia is given".to_owned(),
         };
-        // Shapes of next to no size have moments that do not scale.
+        // Moments of tiny shapes cannot be scaled.
         let scaled = of_link(link).map(|found| found.inertia * (mass / found.mass));
         let inertia = match scaled.filter(|inertia| inertia.is_finite()) {
             Some(inertia) => {
@@ -140,12 +139,12 @@ impl<'a, 'i> Said<'a, 'i> {
     }
 }
 
-/// What is strange about an inertia beside a mass, where no body of the link's shapes and mass comes near it.
+/// Returns the fault of an inertia that no body with the link's shapes and mass comes near to.
 fn implausible(mass: f64, tensor: DMat3, link: &Link) -> Option<String> {
-    /// Times the largest moment that shapes give: they may be far from what they stand for, but not this far.
+    /// Factor on the largest moment of the shapes: real parts differ from their shapes, but not this much.
     const LARGEST: f64 = 20.0;
     const SMALLEST: f64 = 1.0 / 200.0;
-    /// The radius of gyration, m, without any shape.
+    /// Maximum radius of gyration of a link without shapes, m.
     const FARTHEST: f64 = 10.0;
     let most = |tensor: DMat3| glamx::DSymmetricEigen3::new(tensor).eigenvalues.max_element();
     let said = most(tensor);
@@ -170,7 +169,7 @@ fn implausible(mass: f64, tensor: DMat3, link: &Link) -> Option<String> {
     })
 }
 
-/// What a link's collision shapes weigh, else its visual ones.
+/// Returns mass and inertia of a link's collision shapes, or of its visual ones.
 fn of_link(link: &Link) -> Option<Inertial> {
     let collisions = link.collisions.iter().map(|shape| (&shape.link_from_shape, &shape.geometry));
     let visuals = link.visuals.iter().map(|shape| (&shape.link_from_shape, &shape.geometry));
@@ -178,13 +177,13 @@ fn of_link(link: &Link) -> Option<Inertial> {
     inertia::of_shapes(collisions.filter(sized)).or_else(|| inertia::of_shapes(visuals.filter(sized)))
 }
 
-/// The links that fixed joints hold together.
+/// Groups of links that fixed joints connect.
 struct Groups {
-    /// The first link of each link's group.
+    /// First link of each link's group.
     first: Vec<usize>,
     /// Whether a group has mass; by its first link.
     has_mass: Vec<bool>,
-    /// Whether a moving joint hangs on a group; by its first link.
+    /// Whether a group carries a moving joint; by its first link.
     carries: Vec<bool>,
 }
 
@@ -206,12 +205,12 @@ impl Groups {
         Self { first, has_mass, carries }
     }
 
-    /// A link of which the file gives no mass (`silent`), or one of 0.
+    /// Sets mass and inertia of a link for which the file gives no mass (`silent`), or 0.
     fn settle(&self, index: usize, silent: bool, link: &mut Link, node: Node, findings: &mut Findings) {
         let group = self.first.get(index).copied().unwrap_or(0);
         let is = |flags: &[bool]| flags.get(group) == Some(&true);
         let is_root = group == 0;
-        // A mass of 0 that is written down is meant, where something else can move instead.
+        // An explicit mass of 0 is intended, if something else can move instead.
         let needed = !is(&self.has_mass) && (silent || (!is_root && !is(&self.carries)));
         let found = if needed { of_link(link) } else { None };
         match found {
@@ -231,7 +230,7 @@ impl Groups {
         }
     }
 
-    /// Ends of the tree that would move, but weigh nothing.
+    /// Warns of leaf links that would move but have no mass.
     fn warn_of_nothing(&self, links: &[Link], tree: &Tree, findings: &mut Findings) {
         let has_mass = with_mass(&self.first, links);
         for (index, node) in tree.link_nodes.iter().enumerate().skip(1) {

@@ -12,7 +12,7 @@ use super::tree::Tree;
 use crate::report::Disposition::{Defaulted, Ignored, Repaired, Used};
 use crate::robot::{Joint, JointKind, JointLimits};
 
-/// All joints, in the tree's order.
+/// Returns all joints, in the tree's order.
 pub(super) fn read_all<'a, 'i>(
     repaired: &RepairedUrdf<'a, 'i>,
     tree: &Tree<'a, 'i>,
@@ -61,7 +61,7 @@ fn axis(
     findings: &mut Findings,
 ) -> DVec3 {
     let axis = DVec3::from_array(joint.axis.xyz.0);
-    // Exporters write an axis of 0 on fixed joints, where none is meant.
+    // Exporters write a meaningless axis of 0 on fixed joints.
     let has_axis = !matches!(kind, JointKind::Fixed | JointKind::Floating | JointKind::Spherical);
     let length = axis.length();
     if !has_axis {
@@ -137,7 +137,7 @@ fn limits(kind: JointKind, joint: Node, node: Option<Node>, findings: &mut Findi
     JointLimits { lower, upper, effort, velocity }
 }
 
-/// The numbers of a `<limit>`; urdf-rs makes no difference between 0 and none.
+/// Numbers of a `<limit>`; urdf-rs does not distinguish 0 from none.
 struct Said {
     lower: Option<f64>,
     upper: Option<f64>,
@@ -159,12 +159,12 @@ impl Said {
         }
     }
 
-    /// SolidWorks writes lower, upper, effort and velocity 0 for "not given".
+    /// Returns whether all are 0: SolidWorks writes lower, upper, effort and velocity 0 for "not given".
     fn is_all_zero(&self) -> bool {
         [self.lower, self.upper, self.effort, self.velocity].iter().all(|said| said.unwrap_or(0.0) == 0.0)
     }
 
-    /// PyBullet and its models write a lower of 1 or 0 and an upper of -1 for "none".
+    /// Returns whether PyBullet treats it as no limit: its models write a lower of 1 or 0 and an upper of -1.
     fn is_bullets_none(&self) -> bool {
         self.upper == Some(-1.0) && matches!(self.lower, Some(0.0 | 1.0))
     }

@@ -1,4 +1,4 @@
-//! Links: shapes, surfaces and colours. Their mass is [`inertial`](super::inertial)'s.
+//! Links: shapes, surfaces and colours. [`inertial`](super::inertial) reads their mass.
 
 use std::sync::Arc;
 
@@ -18,7 +18,7 @@ use crate::limits::LoadLimits;
 use crate::report::Disposition::Defaulted;
 use crate::robot::{Collision, Inertial, Link, Picture, Visual};
 
-/// All links, in the tree's order, without mass.
+/// Returns all links, in the tree's order, without mass.
 pub(super) fn read_all<'a, 'i>(
     repaired: &RepairedUrdf<'a, 'i>,
     tree: &Tree<'a, 'i>,

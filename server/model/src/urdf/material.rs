@@ -11,20 +11,19 @@ use super::repair::RepairedUrdf;
 use crate::report::Disposition::{Defaulted, Ignored, Repaired};
 use crate::robot::TextureRepeat;
 
-/// The colours and pictures that have a name.
+/// Named colours and pictures.
 pub(super) struct Palette<'m> {
     colors: HashMap<&'m str, [f64; 4]>,
-    /// How the description names their files.
+    /// URIs of pictures in the description, with their repetitions.
     textures: HashMap<String, (String, TextureRepeat)>,
 }
 
-/// The most often that a picture is on a shape, or on a metre of one.
+/// Maximum number of repetitions of a picture on a shape, or on a metre of one.
 const MOST_OFTEN: f64 = 1e4;
 
 impl<'m> Palette<'m> {
-    /// Materials of the robot first, then those that a visual defines in
-    /// passing: real files define "blue" in the first link and name it in the
-    /// others.
+    /// Collects materials of the robot first, then those that a visual defines. Real files define "blue" in
+    /// the first link and name it in the others.
     pub(super) fn of(repaired: &'m RepairedUrdf, findings: &mut Findings) -> Self {
         let robot = &repaired.robot;
         report_twins(repaired, findings);
@@ -49,7 +48,7 @@ impl<'m> Palette<'m> {
         Self { colors, textures }
     }
 
-    /// How the description names the picture of a visual, and how often that is on it.
+    /// Returns the URI of a visual's picture, and its repetitions.
     pub(super) fn texture<'s>(&'s self, node: Option<Node<'s, '_>>) -> Option<(&'s str, TextureRepeat)> {
         let node = node?;
         if let Some(own) = texture_of(node) {
@@ -59,7 +58,7 @@ impl<'m> Palette<'m> {
         Some((file, *repeat))
     }
 
-    /// The colour of a visual.
+    /// Returns the colour of a visual.
     pub(super) fn color(
         &self,
         material: Option<&urdf_rs::Material>,
@@ -90,8 +89,8 @@ impl<'m> Palette<'m> {
     }
 }
 
-/// How often the picture of a material is on a shape: `repeat`, else `per_metre`, which URDF does not know. What cannot be is passed
-/// over: a picture is looks alone.
+/// Returns the repetitions of a material's picture on a shape: `repeat`, or `per_metre`, which URDF does not
+/// know. Invalid values are ignored: a picture only affects the look.
 fn repeat_of(material: Node) -> TextureRepeat {
     let numbers = |name: &str| {
         let found = numbers::of::<2>(texture(material)?, name, Shape::Exactly(2))?;
@@ -102,7 +101,7 @@ fn repeat_of(material: Node) -> TextureRepeat {
     times.or_else(|| numbers("per_metre").map(TextureRepeat::PerMetre)).unwrap_or_default()
 }
 
-/// Materials of the robot that give a name another colour than the one before.
+/// Reports materials of the robot that redefine a name with another colour.
 fn report_twins(repaired: &RepairedUrdf, findings: &mut Findings) {
     let mut seen = HashMap::new();
     for (material, node) in repaired.robot.materials.iter().zip(repaired.children(repaired.root, "material"))

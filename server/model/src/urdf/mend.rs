@@ -1,5 +1,5 @@
-//! Repairs of XML that is not well-formed and that other readers of robots take all the same, line by line: dashes in comments, a
-//! bare `&`, attributes that are given twice, and prefixes that are not declared.
+//! Repairs malformed XML that other readers of robots accept, line by line: dashes in comments, a bare `&`,
+//! repeated attributes, and undeclared prefixes.
 
 use std::borrow::Cow;
 use std::collections::HashSet;
@@ -11,7 +11,7 @@ use super::findings::quoted;
 use super::prescan::parse_xml;
 use crate::limits::LoadLimits;
 
-/// What was repaired in a line, from 1.
+/// A repair of a line, from 1.
 pub(crate) type Mended = (u32, String);
 
 /// Notes of one file: more of them say nothing new.
@@ -20,9 +20,10 @@ const MAX_NOTES: usize = 20;
 /// Maximum number of repairs of one file. A file that needs more is left to the parser, which refuses it.
 const MAX_REPAIRS: usize = 10_000;
 
-/// A text with what is repaired in it. Lines stay where they are. Attributes are counted before, so that comparing them is bounded.
+/// Returns the repaired text. Line numbers do not change. Attributes are counted before, so that comparing
+/// them is bounded.
 pub(crate) fn mended<'t>(text: Cow<'t, str>, notes: &mut Vec<Mended>) -> Cow<'t, str> {
-    // Entities of its own make a document one that is refused.
+    // A document with its own entities is refused anyway.
     if text.contains("<!DOCTYPE") {
         return text;
     }
@@ -47,7 +48,7 @@ pub(crate) fn mended<'t>(text: Cow<'t, str>, notes: &mut Vec<Mended>) -> Cow<'t,
     Cow::Owned(out)
 }
 
-/// Declares prefixes that are used and not declared at the root, on the root's line.
+/// Declares undeclared prefixes at the root, on the root's line.
 pub(crate) fn bind_prefixes<'t>(
     text: Cow<'t, str>,
     limits: &LoadLimits,
@@ -67,7 +68,7 @@ pub(crate) fn bind_prefixes<'t>(
     text
 }
 
-/// Where the name of the root ends.
+/// Returns the end of the root's name.
 fn root_name_end(text: &str) -> Option<usize> {
     let mut at = 0;
     loop {
@@ -85,7 +86,7 @@ fn root_name_end(text: &str) -> Option<usize> {
 struct Mender<'t> {
     text: &'t str,
     at: usize,
-    /// Of `at`.
+    /// Line of `at`.
     line: u32,
     edits: Vec<(Range<usize>, Cow<'static, str>)>,
     notes: Vec<Mended>,
@@ -136,7 +137,7 @@ impl<'t> Mender<'t> {
         }
     }
 
-    /// Two dashes in a comment are blanks, byte for byte.
+    /// Replaces two dashes in a comment by blanks, byte for byte.
     fn comment(&mut self, body: Range<usize>) {
         let text = self.text.get(body.clone()).unwrap_or_default();
         if !text.contains("--") && !text.ends_with('-') && !text.starts_with('>') {
@@ -146,7 +147,7 @@ impl<'t> Mender<'t> {
         self.note("a comment has two dashes in it, which XML does not allow; left out".to_owned());
     }
 
-    /// An `&` that begins no reference stands for itself.
+    /// Escapes an `&` that begins no reference.
     fn ampersands(&mut self, within: Range<usize>) {
         let text = self.text.get(within.clone()).unwrap_or_default();
         let mut bare = false;
@@ -165,7 +166,7 @@ impl<'t> Mender<'t> {
         }
     }
 
-    /// From its `<` to its `>`. In it the last of two attributes of one name holds.
+    /// Reads a tag from its `<` to its `>`. The last of repeated attributes wins.
     fn tag(&mut self) {
         let mut attributes: Vec<(&str, Range<usize>)> = Vec::new();
         let (start, first) = (self.at, self.edits.len());
@@ -180,7 +181,7 @@ impl<'t> Mender<'t> {
                     at += 1;
                     break;
                 }
-                // A tag that does not end: the parser says so.
+                // An unclosed tag: the parser reports it.
                 Some(b'<') => break,
                 Some(quote @ (b'"' | b'\'')) => {
                     let inner = bytes.get(at + 1..).unwrap_or_default();
@@ -196,7 +197,7 @@ impl<'t> Mender<'t> {
                 Some(byte) if byte.is_ascii_whitespace() => {
                     let run = bytes.get(at..).unwrap_or_default();
                     at += run.iter().position(|byte| !byte.is_ascii_whitespace()).unwrap_or(run.len());
-                    // Blanks may stand around the sign.
+                    // Blanks may surround the sign.
                     if !has_sign && bytes.get(at) != Some(&b'=') {
                         begin = None;
                     }
@@ -219,7 +220,7 @@ impl<'t> Mender<'t> {
             self.edits.push((range, spaces.into()));
             self.note(format!("the attribute {} is given twice; the last one holds", quoted(name)));
         }
-        // In order; a reference that was repaired in an attribute that is left out is left out too.
+        // In order. Repairs within a removed attribute are removed too.
         let mut own = self.edits.split_off(first);
         own.sort_by_key(|(range, _)| range.start);
         let mut end = start;
@@ -233,7 +234,7 @@ impl<'t> Mender<'t> {
     }
 }
 
-/// Whether a text goes on as `amp;` or `#10;` does.
+/// Returns whether a text continues like `amp;` or `#10;`.
 fn is_reference(text: &str) -> bool {
     const LONGEST: usize = 12;
     let Some(end) = text.bytes().take(LONGEST).position(|byte| byte == b';') else { return false };

@@ -1,4 +1,4 @@
-//! The mesh files that a description names: each found once, read once, reported once.
+//! Mesh files of a description: each found once, read once, reported once.
 
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
@@ -13,24 +13,24 @@ use crate::report::Disposition::{Ignored, Repaired};
 use crate::report::counted;
 use crate::robot::{Image, MeshAsset, Sha256, look_of};
 
-/// What a mesh is for.
+/// Use of a mesh.
 pub(super) enum Use {
-    /// To draw, with the picture of the visual's material: a load never fails for it.
+    /// For drawing, with the picture of the visual's material: a load never fails for it.
     Visual(Option<Arc<Image>>),
-    /// To touch.
+    /// For collisions.
     Collision,
 }
 
-/// A mesh, or why there is none.
+/// A mesh, or the reason why there is none.
 type Found = Result<Arc<MeshAsset>, String>;
 
-/// A mesh, and what there is to say of its files.
+/// A mesh, with notes on its files.
 #[derive(Clone)]
 struct KnownMesh {
     found: Found,
-    /// What the file says of itself that is not so.
+    /// A wrong statement of the file about itself.
     lie: Option<String>,
-    /// What is missing of its looks.
+    /// Missing parts of its look.
     looks: Vec<String>,
 }
 
@@ -38,19 +38,19 @@ struct KnownMesh {
 pub(super) struct Meshes<'s> {
     assets: &'s dyn Assets,
     limits: &'s LoadLimits,
-    /// With the picture that is put on it.
+    /// By URI and by the picture that is put on it.
     by_uri: HashMap<(String, Option<Sha256>), KnownMesh>,
-    /// By what is in the file and by its format.
+    /// By contents and format of the file.
     by_content: HashMap<(Sha256, String), KnownMesh>,
-    /// Those to draw and those to touch.
+    /// Reported URIs, separately for visuals and collisions.
     reported: HashSet<(String, bool)>,
     triangles: usize,
-    /// Pictures of the description's materials, by how it names them.
+    /// Pictures of the description's materials, by their URIs.
     images: HashMap<String, Option<Arc<Image>>>,
 }
 
 impl<'s> Meshes<'s> {
-    /// Nothing read yet.
+    /// Makes it without meshes.
     pub(super) fn new(assets: &'s dyn Assets, limits: &'s LoadLimits) -> Self {
         Self {
             assets,
@@ -63,7 +63,7 @@ impl<'s> Meshes<'s> {
         }
     }
 
-    /// The mesh behind a URI; where there is none, that is reported.
+    /// Returns the mesh of a URI; reports a missing one.
     pub(super) fn get(
         &mut self,
         uri: &str,
@@ -98,7 +98,7 @@ impl<'s> Meshes<'s> {
                         let message = format!("mesh {}: {repair}", quoted(uri));
                         findings.warn_of_file(node, uri, Repaired, true, message);
                     }
-                    // What only touches is not looked at.
+                    // Colliders have no look.
                     for look in looks.into_iter().filter(|_| is_visual) {
                         let message = format!("mesh {}: {look}", quoted(uri));
                         findings.warn_of_file(node, uri, Ignored, false, message);
@@ -119,7 +119,7 @@ impl<'s> Meshes<'s> {
         }
     }
 
-    /// The picture of a material of the description; where there is none, that is reported once.
+    /// Returns the picture of a material in the description; reports a missing one once.
     pub(super) fn image(&mut self, uri: &str, node: Node, findings: &mut Findings) -> Option<Arc<Image>> {
         if let Some(known) = self.images.get(uri) {
             return known.clone();
@@ -170,7 +170,7 @@ impl<'s> Meshes<'s> {
         if let Some(found) = self.by_content.get(&content) {
             return found.clone();
         }
-        // Without its numbers there is no mesh: where they were looked for is a part of why.
+        // Without its numbers there is no mesh: the report says where they were looked for.
         let lost = beside.notes.iter().find(|note| note.starts_with("the buffer"));
         let found = self.parse(uri, &asset, &beside);
         let found = found.map_err(|why| lost.map_or_else(|| why.clone(), |lost| format!("{why}: {lost}")));
@@ -206,12 +206,12 @@ impl<'s> Meshes<'s> {
     }
 }
 
-/// Places that a report names.
+/// Maximum number of places in a report.
 const PLACES: usize = 8;
-/// Bytes of one of them; a longer one is cut.
+/// Maximum bytes of a place; a longer one is cut.
 const PLACE_BYTES: usize = 500;
 
-/// The first of the places where a file was looked for, and how many more there were.
+/// Returns the first of the places where a file was looked for, and the number of further ones.
 pub fn first_places(mut places: Vec<String>) -> Vec<String> {
     if places.len() > PLACES {
         let more = places.len() + 1 - PLACES;
@@ -222,10 +222,10 @@ pub fn first_places(mut places: Vec<String>) -> Vec<String> {
     places.into_iter().map(|place| cut(place, PLACE_BYTES)).collect()
 }
 
-/// Why there is no file, after its URI.
+/// Returns the reason why there is no file, to follow its URI.
 fn absent(uri: &str, places: Vec<String>) -> String {
     let places = first_places(places);
-    // Where the URI itself is what is wrong, no place was looked at.
+    // If the URI itself is invalid, no place was searched.
     let wrong = format!("because `{uri}` ");
     match &places[..] {
         [] => "is not found".to_owned(),
@@ -237,8 +237,8 @@ fn absent(uri: &str, places: Vec<String>) -> String {
     }
 }
 
-/// What is to be said where a file was found under a path whose letters are not
-/// those of the URI: an [`Assets::note`](super::Assets::note).
+/// Returns a note if a file was found under a path whose letter case differs from the URI: an
+/// [`Assets::note`](super::Assets::note).
 pub fn other_case(uri: &str, found: &str) -> Option<String> {
     let parts = |path: &str| -> Vec<String> { path.rsplit(['/', '\\']).map(str::to_owned).collect() };
     let (written, found) = (parts(uri), parts(found));

@@ -1,4 +1,4 @@
-//! Joints that follow others.
+//! Mimic joints.
 
 use std::collections::HashMap;
 
@@ -40,12 +40,11 @@ pub(super) fn resolve(repaired: &RepairedUrdf, tree: &Tree, joints: &mut [Joint]
     break_loops(joints, &nodes, findings);
 }
 
-/// Joints that follow one another in a circle have no position that they follow
-/// from: each of them goes its own way.
+/// Frees joints that follow one another in a cycle: they have no position to follow.
 fn break_loops(joints: &mut [Joint], nodes: &[roxmltree::Node], findings: &mut Findings) {
     let leaders: Vec<Option<usize>> = joints.iter().map(|joint| Some(joint.mimic?.joint)).collect();
     let leader = |index: usize| leaders.get(index).copied().flatten();
-    // The walk on which a joint was first met; one that meets its own trace is on a loop.
+    // The walk in which a joint was first met; a walk that meets itself is a cycle.
     let mut walks: Vec<Option<usize>> = vec![None; joints.len()];
     for start in 0..leaders.len() {
         let mut at = start;
@@ -61,7 +60,7 @@ fn break_loops(joints: &mut [Joint], nodes: &[roxmltree::Node], findings: &mut F
     }
 }
 
-/// The loop on which `first` is.
+/// Frees the joints of the cycle that contains `first`.
 fn break_loop(
     first: usize,
     leader: impl Fn(usize) -> Option<usize>,

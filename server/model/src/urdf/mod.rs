@@ -1,10 +1,16 @@
-//! From URDF text to a robot.
+//! Reads URDF text to a robot.
 //!
-//! The way in, each step in its file: `text` (bytes to text), `document` (what
-//! is wrong around the root), `prescan` (size, depth and syntax, with line
-//! numbers), `repair` (the document as urdf-rs takes it, every number checked),
-//! urdf-rs, `tree` (one root, no loops), `link`, `joint` and `inertial` (what the
-//! numbers mean), `scale`. `findings` is the report on the way.
+//! The steps are, each in its file:
+//!
+//! * `text`: bytes to text.
+//! * `document`: repairs around the root.
+//! * `prescan`: size, depth and syntax, with line numbers.
+//! * `repair`: the document as urdf-rs accepts it, every number checked; then urdf-rs reads it.
+//! * `tree`: one root, no loops.
+//! * `link`, `joint`, `inertial`: meaning of the numbers.
+//! * `scale`: the scaled robot.
+//!
+//! `findings` is the report.
 
 mod constraints;
 mod control;
@@ -61,21 +67,20 @@ pub struct Asset {
     pub bytes: Arc<[u8]>,
 }
 
-/// Where [`read`] gets the files that a description names.
+/// Source of the files that a description names.
 pub trait Assets {
-    /// The file for a URI as the description writes it, or the places where it
-    /// was looked for.
+    /// Returns the file for a URI as the description writes it, or the places where it was looked for.
     fn find(&self, uri: &str) -> Result<Asset, Vec<String>>;
 
-    /// What had to be forgiven to find it, for instance capital letters, as a
-    /// fragment of a sentence.
+    /// Returns, as a fragment of a sentence, a deviation that was accepted to find it, such as letter case.
     fn note(&self, uri: &str) -> Option<String> {
         let _ = uri;
         None
     }
 
-    /// The mesh of this look, which is its file's hash where that names no others, read as this format: by `read`, which
-    /// says in a fragment of a sentence why not, or from where it was kept. By default nothing is kept.
+    /// Returns the mesh with this look, which is its file's hash if it names no other files. It is read in
+    /// this format by `read`, whose error is a fragment of a sentence, or comes from a cache. By default
+    /// nothing is cached.
     fn mesh(
         &self,
         look: Sha256,
@@ -87,17 +92,16 @@ pub trait Assets {
     }
 }
 
-/// How to read.
+/// Options of reading.
 #[derive(Clone, Copy, Debug)]
 pub struct ReadOptions {
-    /// Lengths are multiplied by it, inertias by its square; masses stay.
-    /// Above 0 and at most 1000.
+    /// Factor on lengths; inertias are multiplied by its square, masses do not change. Above 0 and at most
+    /// 1000.
     pub scale: f64,
-    /// Refuse a robot whose report has a warning, which every repair is: those
-    /// are errors then. A visual mesh that is missing or cannot be read is
-    /// warned of, but never refused.
+    /// Refuse a robot whose report has a warning, which includes every repair. A visual mesh that is missing
+    /// or unreadable is only a warning.
     pub strict: bool,
-    /// What the description must stay within.
+    /// Limits of the description.
     pub limits: LoadLimits,
 }
 
@@ -107,46 +111,47 @@ impl Default for ReadOptions {
     }
 }
 
-/// Why a description is refused, as a sentence, and all that was found before.
+/// Reason why a description is refused, as a sentence, with all findings before.
 #[derive(Debug, thiserror::Error)]
 #[error("{message}")]
 pub struct Refused {
     /// Names the element and the line.
     pub message: String,
-    /// Ends with the finding that refuses.
+    /// Ends with the finding that refuses it.
     pub report: LoadReport,
 }
 
-/// What can be said of a description without its assets.
+/// Facts about a description without its assets.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Description {
     /// `name` of the `<robot>`.
     pub name: String,
-    /// URIs of meshes and then of pictures as written, in the order of first use, each once. Of an SDF or MJCF those of the
-    /// files that it includes come first. Last are those that meshes name which are there: pictures, and materials of OBJ.
+    /// URIs of meshes and then of pictures as written, in the order of first use, each once. Before these
+    /// come the files that an SDF or MJCF includes. Last come the files that present meshes name: pictures,
+    /// and materials of OBJ.
     pub asset_uris: Vec<String>,
-    /// Names of the robots of an SDF or MJCF, where all that it includes is there.
+    /// Names of the robots of an SDF or MJCF, if all of its includes are present.
     pub models: Vec<String>,
 }
 
-/// The robot's name and the files that it needs.
+/// Returns the robot's name and the files that it needs.
 ///
 /// # Errors
 ///
-/// What is not a URDF, or too large; a robot that [`read`] refuses for its
-/// meaning is described all the same.
+/// Returns an error if the text is no URDF, or too large. A robot that [`read`] refuses for its meaning is
+/// still described.
 pub fn describe(urdf: &[u8], limits: &LoadLimits) -> Result<Description, Refused> {
     let mut findings = Findings::new(limits.findings);
     let described = document::open(urdf, limits, &mut findings, |root, _| Ok(prescan::description(root)));
     described.map_err(|refusal| findings.refused(refusal))
 }
 
-/// The robot, and what was done to its description on the way.
+/// Returns the robot, and the report on its description.
 ///
 /// # Errors
 ///
-/// What is not a URDF, or too large; elements that cannot be understood or do
-/// not form one tree; with `strict`, any warning.
+/// Returns an error for text that is no URDF or too large, and for elements that cannot be understood or do
+/// not form one tree. With `strict`, also for any warning.
 pub fn read(
     urdf: &[u8],
     assets: &dyn Assets,

@@ -1,29 +1,29 @@
-//! Numbers as people write them: what is meant, and what had to be repaired.
+//! Numbers as people write them, with repairs.
 
 use roxmltree::Node;
 
 use super::findings::quoted;
 use crate::limits;
 
-/// How many numbers an attribute holds.
+/// Number of values of an attribute.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Shape {
-    /// So many.
+    /// Exactly this many.
     Exactly(usize),
-    /// One, which may be infinite: no bound.
+    /// One, which may be infinite for no limit.
     Bound,
-    /// Red, green, blue, and alpha, which may be left out.
+    /// Red, green, blue, and alpha, which is optional.
     Color,
     /// Three, or one for all three.
     Scale,
 }
 
-/// What an attribute says.
+/// Numbers of an attribute.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Numbers {
-    /// As many as the shape says.
+    /// As many as the shape requires.
     pub(crate) values: Vec<f64>,
-    /// What was done to them, a sentence's end after the attribute and its value.
+    /// Repair, as the end of a sentence after the attribute and its value.
     pub(crate) repair: Option<String>,
 }
 
@@ -38,12 +38,12 @@ impl Shape {
     }
 }
 
-/// The numbers of an attribute that the repair has let pass.
+/// Returns the numbers of an attribute that was already checked.
 pub(crate) fn of<const N: usize>(node: Node, name: &str, shape: Shape) -> Option<[f64; N]> {
     read(node.attribute(name)?, shape).ok()?.values.try_into().ok()
 }
 
-/// Reads a value. The error is the end of a sentence after the attribute and its value.
+/// Parses a value. The error is the end of a sentence after the attribute and its value.
 pub(crate) fn read(value: &str, shape: Shape) -> Result<Numbers, String> {
     let (text, xacro) = match default_of_optenv(value) {
         Some(default) => (default, Some("is a left-over of xacro: its default is taken".to_owned())),
@@ -68,21 +68,20 @@ pub(crate) fn read(value: &str, shape: Shape) -> Result<Numbers, String> {
     Ok(Numbers { values, repair })
 }
 
-/// All words as numbers, or the first that is none.
+/// Parses all words as numbers, or returns the first invalid one.
 fn parsed<'w>(words: &[&'w str]) -> Result<Vec<f64>, &'w str> {
     words.iter().map(|word| word.parse().map_err(|_not_a_number| *word)).collect()
 }
 
-/// `$(optenv NAME 1 2 3)`: an environment variable of another machine,
-/// or a default.
+/// Returns the default of `$(optenv NAME 1 2 3)`, which refers to an environment variable of another machine.
 fn default_of_optenv(value: &str) -> Option<&str> {
     let inside = value.trim().strip_prefix("$(optenv")?.strip_suffix(')')?;
     let (_, default) = inside.trim_start().split_once(char::is_whitespace)?;
     Some(default)
 }
 
-/// Commas between numbers or instead of points, and points too many: whichever
-/// reading gives as many numbers as there should be.
+/// Accepts commas between numbers or instead of decimal points, and extra points: the reading that gives the
+/// required number of values.
 fn forgiven(text: &str, words: &[&str], shape: Shape) -> Option<(Vec<f64>, &'static str)> {
     let separated = |c: char| c.is_whitespace() || c == ',' || c == ';';
     let between: Vec<&str> = text.split(separated).filter(|word| !word.is_empty()).collect();
@@ -118,12 +117,12 @@ fn check_range(values: &[f64], shape: Shape) -> Result<(), String> {
     Ok(())
 }
 
-/// The numbers that are meant, where there are too many or too few.
+/// Returns the intended numbers if there are too many or too few.
 fn fitted(mut values: Vec<f64>, shape: Shape) -> Result<(Vec<f64>, Option<String>), String> {
     let (found, count) = (values.len(), shape.count());
     if found == count {
         if shape == Shape::Bound {
-            // Beyond what simd computes with, a bound is none.
+            // Larger bounds than simd computes with are no limit.
             let beyond = values.iter_mut().filter(|value| value.abs() > limits::MAGNITUDE);
             beyond.for_each(|value| *value = f64::INFINITY.copysign(*value));
         }

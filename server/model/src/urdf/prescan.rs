@@ -1,4 +1,4 @@
-//! The structure of the document, checked before anything that recurses sees it.
+//! Checks the structure of the document before any recursive code reads it.
 
 use std::collections::{HashMap, HashSet};
 
@@ -10,13 +10,13 @@ use super::vocabulary::NAMELESS;
 use crate::limits::LoadLimits;
 use crate::report::Disposition::Repaired;
 
-/// Parses within the cap on nodes. Neither roxmltree nor what is here recurses.
+/// Parses with a limit on nodes. Neither roxmltree nor this code recurses.
 pub(crate) fn parse_xml<'t>(text: &'t str, limits: &LoadLimits) -> Result<Document<'t>, Error> {
     let options = ParsingOptions { allow_dtd: false, nodes_limit: limits.xml_nodes, ..Default::default() };
     Document::parse_with_options(text, options)
 }
 
-/// Counts that make roxmltree slow, before it sees them.
+/// Checks counts that slow roxmltree before it parses the text.
 pub(crate) fn check_counts(text: &str, limits: &LoadLimits) -> Result<(), Refusal> {
     let namespaces = text.matches("xmlns").count();
     if namespaces > limits.xml_namespaces {
@@ -63,9 +63,9 @@ fn newlines(text: &str) -> u32 {
     text.bytes().fold(0, |n, byte| n + u32::from(byte == b'\n'))
 }
 
-/// No element may be deeper than the cap.
+/// Refuses elements that are deeper than the limit.
 pub(crate) fn check_depth(document: &Document, cap: usize) -> Result<(), Refusal> {
-    // Document order: a parent comes before its children.
+    // In document order, a parent comes before its children.
     let mut depths: HashMap<NodeId, usize> = HashMap::new();
     for node in document.descendants().filter(Node::is_element) {
         let above = node.parent_element().and_then(|parent| depths.get(&parent.id()));
@@ -79,7 +79,7 @@ pub(crate) fn check_depth(document: &Document, cap: usize) -> Result<(), Refusal
     Ok(())
 }
 
-/// What is wrong with the text, as a sentence.
+/// Returns the fault of the text, as a sentence.
 pub(crate) fn syntax(error: Error, limits: &LoadLimits) -> Refusal {
     match error {
         Error::NodesLimitReached => too_many_nodes(limits),
@@ -108,7 +108,7 @@ pub(crate) fn syntax(error: Error, limits: &LoadLimits) -> Refusal {
     }
 }
 
-/// The `<robot>`, if the document is a URDF.
+/// Returns the `<robot>`, if the document is a URDF.
 pub(crate) fn robot_element<'a, 'i>(
     document: &'a Document<'i>,
     findings: &mut Findings,
@@ -120,7 +120,7 @@ pub(crate) fn robot_element<'a, 'i>(
         return Err(Refusal::at(findings.line(node), message.to_owned()));
     }
     if !robot.children().any(|node| is(node, "link")) {
-        // Bullet's.
+        // An extension of Bullet.
         let soft = robot.children().find(|node| is(*node, "deformable") || is(*node, "reduced_deformable"));
         let why = soft.map(|node| {
             format!(": <{}> is a soft body, and simd has rigid bodies only", node.tag_name().name())
@@ -130,13 +130,13 @@ pub(crate) fn robot_element<'a, 'i>(
     Ok(robot)
 }
 
-/// Whether an element is of xacro's namespace, declared or not.
+/// Returns whether an element is in xacro's namespace, declared or not.
 pub(crate) fn is_of_xacro(node: Node) -> bool {
     node.tag_name().namespace().is_some_and(|uri| uri.contains("xacro"))
 }
 
-/// Whether xacro itself knows an element: it leaves none of these in what it expands. Others call
-/// macros; where xacro knows no macro of the name, it leaves the call as it is.
+/// Returns whether an element is a directive of xacro, none of which remain after an expansion. Other
+/// elements call macros; xacro does not change the call of an unknown macro.
 fn is_directive(node: Node) -> bool {
     const DIRECTIVES: [&str; 11] = [
         "arg",
@@ -154,7 +154,7 @@ fn is_directive(node: Node) -> bool {
     is_of_xacro(node) && DIRECTIVES.contains(&node.tag_name().name())
 }
 
-/// Some exporters write `<urdf><robot>...</robot></urdf>`.
+/// Returns the robot in `<urdf><robot>...</robot></urdf>`, as some exporters write it.
 fn inner_robot<'a, 'i>(root: Node<'a, 'i>, findings: &mut Findings) -> Result<Node<'a, 'i>, Refusal> {
     let tag = quoted(root.tag_name().name()).replace('"', "");
     let mut robots = root.children().filter(|node| is(*node, "robot"));
@@ -172,17 +172,18 @@ fn inner_robot<'a, 'i>(root: Node<'a, 'i>, findings: &mut Findings) -> Result<No
     Ok(robot)
 }
 
-/// Whether a node is an element of URDF with this name.
+/// Returns whether a node is an element of URDF with this name.
 pub(crate) fn is(node: Node, name: &str) -> bool {
     node.is_element() && node.tag_name().name() == name && node.tag_name().namespace() == node_default(node)
 }
 
-/// An `xmlns` on the root makes all elements its own; they are URDF all the same.
+/// Returns the default namespace: an `xmlns` on the root applies to all elements, which are URDF
+/// nevertheless.
 fn node_default<'a>(node: Node<'a, '_>) -> Option<&'a str> {
     node.document().root_element().default_namespace()
 }
 
-/// What names mesh files, in the order of the text.
+/// Returns the elements that name mesh files, in the order of the text.
 pub(crate) fn meshes<'a, 'input>(root: Node<'a, 'input>) -> impl Iterator<Item = Node<'a, 'input>> {
     root.children()
         .filter(|node| is(*node, "link"))
@@ -191,7 +192,7 @@ pub(crate) fn meshes<'a, 'input>(root: Node<'a, 'input>) -> impl Iterator<Item =
         .flat_map(|geometry| geometry.children().filter(|node| is(*node, "mesh")))
 }
 
-/// What names pictures: materials of the robot, and those of its visuals.
+/// Returns the materials of the robot and of its visuals.
 fn materials<'a, 'input>(root: Node<'a, 'input>) -> impl Iterator<Item = Node<'a, 'input>> {
     let visuals = root
         .children()
@@ -201,17 +202,17 @@ fn materials<'a, 'input>(root: Node<'a, 'input>) -> impl Iterator<Item = Node<'a
     root.children().filter(|node| is(*node, "material")).chain(own)
 }
 
-/// How a material names its picture.
+/// Returns the URI of a material's picture.
 pub(super) fn texture_of<'a>(material: Node<'a, '_>) -> Option<&'a str> {
     texture(material)?.attribute("filename").filter(|uri| !uri.trim().is_empty())
 }
 
-/// The picture of a material.
+/// Returns the texture element of a material.
 pub(super) fn texture<'a, 'input>(material: Node<'a, 'input>) -> Option<Node<'a, 'input>> {
     material.children().find(|node| is(*node, "texture"))
 }
 
-/// The name, the URIs of meshes and those of pictures.
+/// Returns the name, the URIs of meshes and the URIs of pictures.
 pub(crate) fn description(root: Node) -> Description {
     let mut seen = HashSet::new();
     let asset_uris = meshes(root)

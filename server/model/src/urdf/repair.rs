@@ -1,11 +1,10 @@
-//! The document as urdf-rs takes it: what real files leave out is filled in,
-//! what simd does not read is left out and reported, every number is checked.
+//! Rewrites the document as urdf-rs accepts it. Missing parts are filled in, parts that simd does not read
+//! are left out and reported, and every number is checked.
 //!
-//! urdf-rs drops a word that is not a number from `"1 x 2 3"`, takes NaN, and
-//! refuses files over elements that simd has no use for. So the document is
-//! written anew by the [`vocabulary`](super::vocabulary), from a tree that
-//! knows its line numbers; and that tree stays at hand for what urdf-rs cannot
-//! tell apart, such as an effort of 0 from none.
+//! urdf-rs drops a word that is not a number from `"1 x 2 3"`, accepts NaN, and refuses files for elements
+//! that simd does not need. So the document is rewritten by the [`vocabulary`](super::vocabulary), from a
+//! tree with line numbers. That tree remains available for distinctions that urdf-rs does not make, such as
+//! an effort of 0 from none.
 
 use std::collections::HashSet;
 
@@ -19,17 +18,17 @@ use super::vocabulary::{Attribute, Element, Kind, Missing, ROBOT};
 use crate::limits::LoadLimits;
 use crate::report::Disposition::{Defaulted, Ignored, Repaired, Used};
 
-/// What urdf-rs read, beside the nodes that it read it from.
+/// Result of urdf-rs, beside the nodes that it came from.
 pub(super) struct RepairedUrdf<'a, 'i> {
     /// Links, joints and materials, each in the order of the file.
     pub(super) robot: urdf_rs::Robot,
-    /// The `<robot>`.
+    /// The `<robot>` element.
     pub(super) root: Node<'a, 'i>,
     kept: HashSet<NodeId>,
 }
 
 impl<'a, 'i> RepairedUrdf<'a, 'i> {
-    /// The children of this name that urdf-rs was given, in its order.
+    /// Returns the children of this name that were passed to urdf-rs, in its order.
     pub(super) fn children(
         &self,
         node: Node<'a, 'i>,
@@ -38,28 +37,28 @@ impl<'a, 'i> RepairedUrdf<'a, 'i> {
         node.children().filter(move |node| self.kept.contains(&node.id()) && is(*node, tag))
     }
 
-    /// The one child of this name.
+    /// Returns the one child of this name.
     pub(super) fn child(&self, node: Node<'a, 'i>, tag: &'static str) -> Option<Node<'a, 'i>> {
         self.children(node, tag).next()
     }
 
-    /// The robot's links with the nodes that they were read from.
+    /// Returns the robot's links with the nodes that they were read from.
     pub(super) fn links(&self) -> impl Iterator<Item = (&urdf_rs::Link, Node<'a, 'i>)> {
         self.robot.links.iter().zip(self.children(self.root, "link"))
     }
 
-    /// The robot's joints with the nodes that they were read from.
+    /// Returns the robot's joints with the nodes that they were read from.
     pub(super) fn joints(&self) -> impl Iterator<Item = (&urdf_rs::Joint, Node<'a, 'i>)> {
         self.robot.joints.iter().zip(self.children(self.root, "joint"))
     }
 }
 
-/// Whether an element gives an attribute a value; a blank one is none.
+/// Returns whether an element has a non-blank value for an attribute.
 pub(super) fn given(node: Option<Node>, name: &str) -> bool {
     node.and_then(|node| node.attribute(name)).is_some_and(|value| !value.trim().is_empty())
 }
 
-/// Repairs the document and has urdf-rs read it.
+/// Repairs the document and parses it with urdf-rs.
 pub(super) fn repair<'a, 'i>(
     root: Node<'a, 'i>,
     limits: &LoadLimits,
@@ -87,7 +86,7 @@ pub(super) fn repair<'a, 'i>(
     let robot = urdf_rs::read_from_string(&xml)
         .map_err(|error| findings.refuse(root, format!("urdf-rs refuses it: {error}")))?;
     let repaired = RepairedUrdf { robot, root, kept };
-    // They hold by construction; a robot put together from the wrong lines would be worse than none.
+    // These hold by construction; a robot built from the wrong lines would be worse than none.
     let links = repaired.children(root, "link").count() == repaired.robot.links.len();
     let joints = repaired.children(root, "joint").count() == repaired.robot.joints.len();
     if links && joints {
@@ -105,8 +104,8 @@ struct Mender<'f> {
 }
 
 impl Mender<'_> {
-    /// Writes an element, or leaves it out and says `false`. Recurses no
-    /// deeper than the vocabulary does. What is only seen never refuses a robot.
+    /// Writes an element, or leaves it out and returns `false`. Recurses no deeper than the vocabulary.
+    /// Faults of the look never refuse a robot.
     fn element(&mut self, node: Node, element: &Element) -> Result<bool, Refusal> {
         const LOOKS: [&str; 4] = ["visual", "material", "color", "texture"];
         let start = self.xml.len();
@@ -168,7 +167,7 @@ impl Mender<'_> {
         Ok(true)
     }
 
-    /// Whether the element can do without.
+    /// Returns whether the element is valid without the attribute.
     fn missing_attribute(&mut self, node: Node, attribute: &Attribute, blank: bool) -> Result<bool, Refusal> {
         let name = attribute.name;
         match attribute.missing {
@@ -230,7 +229,7 @@ impl Mender<'_> {
         Ok(true)
     }
 
-    /// The first child that can be used, in the order of the file.
+    /// Writes the first usable child, in the order of the file.
     fn one_child(&mut self, node: Node, element: &Element) -> Result<bool, Refusal> {
         let (mut any, mut tried) = (false, false);
         for child in node.children() {
@@ -336,7 +335,7 @@ impl Mender<'_> {
 
 const ONE_TOO_MANY: &str = "one too many: the one before it is used";
 
-/// Whether an element is read by [`setup`](super::setup), from the robot's own node.
+/// Returns whether [`setup`](super::setup) reads an element, from the robot's own node.
 fn is_of_setup(child: &Node, parent: &Element) -> bool {
     const TAGS: [&str; 9] = [
         "gazebo",

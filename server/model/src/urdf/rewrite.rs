@@ -1,4 +1,5 @@
-//! A description with other addresses of its meshes, or with more named states, and nothing else changed.
+//! Rewrites a description with other addresses of its meshes, or with more named states, and no other
+//! changes.
 
 use std::ops::Range;
 
@@ -8,9 +9,9 @@ use crate::limits::LoadLimits;
 use crate::robot::RobotModel;
 use crate::setup::NamedState;
 
-/// The description's text with the file name of each mesh for which `address` gives
-/// another one. All else stays as it is, byte for byte, but for what [`describe`](super::describe)
-/// has to repair before it can be read: an XML declaration is blank, since the text is UTF-8 now.
+/// Returns the description's text with each mesh's file name replaced if `address` returns another one. The
+/// rest does not change, byte for byte, except for the repairs of [`describe`](super::describe). For example,
+/// an XML declaration becomes blank, since the text is now UTF-8.
 ///
 /// # Errors
 ///
@@ -30,8 +31,8 @@ pub fn readdress(
     text.map_err(|refusal| findings.refused(refusal))
 }
 
-/// The description's text with these named states of the robot too, as [`readdress`] gives it. `None` where there would be
-/// nothing new in it, and where it could not be read any more within the limits.
+/// Returns the description's text with further named states of the robot, after the repairs of [`readdress`].
+/// `None` if it would have nothing new, or could no longer be read within the limits.
 pub fn with_states(
     urdf: &[u8],
     limits: &LoadLimits,
@@ -62,7 +63,7 @@ pub fn with_states(
     super::describe(text.as_bytes(), limits).is_ok().then_some(text)
 }
 
-/// The text with whole attributes replaced by file names. They are in the order of the text.
+/// Replaces whole attributes by file names, given in the order of the text.
 fn replaced(text: &str, replacements: &[(Range<usize>, String)]) -> String {
     let mut written = String::with_capacity(text.len());
     let mut from = 0;
@@ -74,7 +75,7 @@ fn replaced(text: &str, replacements: &[(Range<usize>, String)]) -> String {
     written + text.get(from..).unwrap_or_default()
 }
 
-/// As the value of an attribute.
+/// Escapes text for an attribute.
 fn escaped(text: &str) -> String {
     let mut written = String::with_capacity(text.len());
     for character in text.chars() {
@@ -84,7 +85,7 @@ fn escaped(text: &str) -> String {
             '>' => written += "&gt;",
             '"' => written += "&quot;",
             '\'' => written += "&apos;",
-            // A parser makes spaces of these where they stand for themselves.
+            // A parser would turn these into spaces unless they are escaped.
             '\t' | '\n' | '\r' => written += &format!("&#{};", u32::from(character)),
             _ => written.push(character),
         }

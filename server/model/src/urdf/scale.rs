@@ -1,4 +1,4 @@
-//! A robot made larger or smaller.
+//! Scales a robot.
 
 use glamx::DPose3;
 
@@ -7,7 +7,7 @@ use crate::limits;
 use crate::robot::{Geometry, JointKind, Picture, RobotModel, TextureRepeat};
 use crate::setup::{ConstraintOn, LinkConstraintKind, Setup};
 
-/// Whether a scale can be asked for.
+/// Checks a scale.
 pub(super) fn check(scale: f64) -> Result<(), Refusal> {
     if scale.is_finite() && scale > 0.0 && scale <= limits::SCALE {
         return Ok(());
@@ -16,8 +16,8 @@ pub(super) fn check(scale: f64) -> Result<(), Refusal> {
     Err(Refusal::of_file(format!("the scale is {scale}; it must be above 0 and at most {cap}")))
 }
 
-/// Lengths times `scale`, inertias times its square, masses as they are.
-/// Efforts, damping and friction stay too: they are the motor's.
+/// Multiplies lengths by `scale` and inertias by its square. Masses do not change, nor do efforts, damping
+/// and friction: they belong to the motor.
 pub(super) fn apply(model: &mut RobotModel, scale: f64) {
     if scale == 1.0 {
         return;
@@ -49,7 +49,7 @@ pub(super) fn apply(model: &mut RobotModel, scale: f64) {
         *position *= factor(*joint);
     }
     constraints(&mut model.setup, &slides, scale);
-    // What they reach, and their noise, are the device's.
+    // Ranges and noise belong to the device.
     model.setup.sensors.iter_mut().for_each(|sensor| pose(&mut sensor.pose, scale));
     for (joint, slides_itself) in model.joints.iter_mut().zip(&slides) {
         pose(&mut joint.parent_from_joint, scale);

@@ -1,8 +1,8 @@
-//! `<sensor>`: what a robot measures itself with, in SDFormat's words.
+//! `<sensor>`: sensors of the robot, as in SDFormat.
 //!
-//! It stands in the `<gazebo reference>` of a link or of a joint, as files for Gazebo have it, or in the robot with a
-//! `<parent link>` or `<parent joint>` and an `<origin>`, as the proposal of URDF for sensors has it. Beside SDFormat's
-//! types there are `link_state`, `encoder` and `odometry`.
+//! It is in the `<gazebo reference>` of a link or of a joint, as in files for Gazebo. Or it is in the robot
+//! with a `<parent link>` or `<parent joint>` and an `<origin>`, as in URDF's proposal for sensors. Beside
+//! SDFormat's types, simd has `link_state`, `encoder` and `odometry`.
 
 mod kinds;
 mod noise;
@@ -24,13 +24,13 @@ use crate::robot::{Joint, JointKind, Link};
 use crate::sensor::{self, MAX_SENSOR_NAME, MAX_SENSORS_PER_ROBOT, Sensor, SensorKind, SensorMount};
 use crate::wire_name;
 
-/// A link or a joint, by name.
+/// Links and joints by name.
 struct Names<'m> {
     links: BTreeMap<&'m str, usize>,
     joints: BTreeMap<&'m str, usize>,
 }
 
-/// Reads them all, in the order of the file.
+/// Reads all sensors, in the order of the file.
 pub(super) fn read(root: Node, (links, joints): (&[Link], &[Joint]), findings: &mut Findings) -> Vec<Sensor> {
     let holds_some = |node: &Node| is(*node, "sensor") || is(*node, "gazebo");
     let elements = root.children().filter(holds_some).flat_map(|node| {
@@ -73,7 +73,7 @@ pub(super) fn read(root: Node, (links, joints): (&[Link], &[Joint]), findings: &
     read
 }
 
-/// A sensor without its name, or why it is none. Of one with cameras it is this one.
+/// Reads a sensor without its name, or returns its fault. For a sensor with cameras, reads this one.
 fn sensor(
     node: Node,
     camera: Option<Node>,
@@ -97,7 +97,7 @@ fn sensor(
     Ok(Sensor { name: String::new(), on, pose, rate, kind, noise, seed: seed(node)? })
 }
 
-/// Of a `<seed>`, which is simd's.
+/// Returns the number of a `<seed>`, which is simd's own.
 fn seed(node: Node) -> Result<u64, String> {
     let text = at(node, &["seed"]).and_then(|child| child.text()).or_else(|| node.attribute("seed"));
     match text.map(str::trim) {
@@ -108,7 +108,7 @@ fn seed(node: Node) -> Result<u64, String> {
     }
 }
 
-/// What a sensor is on: what its `<gazebo>` or its `<parent>` names.
+/// Returns the place of a sensor: the object that its `<gazebo>` or its `<parent>` names.
 fn mount(
     node: Node,
     reference: Option<&str>,
@@ -119,7 +119,7 @@ fn mount(
     let parent = node.children().find(|child| is(*child, "parent"));
     let of = |name| parent.and_then(|parent| parent.attribute(name)).map(str::trim);
     let (link, joint) = match reference {
-        // A link and a joint of one name: a sensor of joints means the joint.
+        // If a link and a joint have the same name, a sensor of joints means the joint.
         Some(name) => {
             let (link, joint) = (names.links.get(name), names.joints.get(name));
             match (link.copied(), joint.copied()) {
@@ -135,7 +135,7 @@ fn mount(
             (None, None) => return Err("it has no parent, which names its link or its joint".to_owned()),
         },
     };
-    // Each joint has the link after it.
+    // Each joint is followed by its link.
     let on_joint = joint.or_else(|| link.and_then(|link| link.checked_sub(1)));
     match (kind, kind.is_of_joint()) {
         (_, false) => {
@@ -154,8 +154,9 @@ fn mount(
     }
 }
 
-/// The link whose shape a sensor of contact names, where Gazebo would have made it a shape of the link that bears it: it merges what fixed joints hold
-/// together, and calls the shapes of the link `foot` on a `shin` `shin_fixed_joint_lump__foot_collision`, and those after the first with a number.
+/// Returns the link whose shape a contact sensor names, if Gazebo would have merged that shape into the
+/// sensor's link. Gazebo merges links that fixed joints connect. It names the shapes of a link `foot` on a
+/// `shin` `shin_fixed_joint_lump__foot_collision`, and further ones with a number.
 fn merged_link(node: Node, kind: &SensorKind, names: &Names, findings: &mut Findings) -> Option<usize> {
     let SensorKind::Contact { .. } = kind else { return None };
     let shape = at(node, &["contact", "collision"])?.text()?.trim();
@@ -175,7 +176,7 @@ fn not_there(name: &str, names: &Names) -> String {
     format!("{} is not a link or joint of this robot{}", quoted(name), meant.unwrap_or_default())
 }
 
-/// Of a `<pose>`, or of an `<origin>`.
+/// Returns the pose of a `<pose>`, or of an `<origin>`.
 fn pose(node: Node, findings: &mut Findings) -> Result<DPose3, String> {
     if let Some(said) = node.children().find(|child| is(*child, "pose")) {
         let frame = said.attribute("relative_to").or_else(|| said.attribute("frame")).map(str::trim);
@@ -221,7 +222,7 @@ fn turned(translation: DVec3, quaternion: DQuat, what: &str) -> Result<DPose3, S
     Ok(DPose3::from_parts(translation, quaternion.normalize()))
 }
 
-/// The name in the file, with that of the camera where the sensor has several.
+/// Returns the name in the file, with the camera's name if the sensor has several.
 fn asked_name(node: Node, camera: Option<Node>, kind: &SensorKind) -> String {
     let said =
         |node: Node| node.attribute("name").map(str::trim).filter(|name| !name.is_empty()).map(str::to_owned);
@@ -232,9 +233,9 @@ fn asked_name(node: Node, camera: Option<Node>, kind: &SensorKind) -> String {
     }
 }
 
-/// The name as it can go on the wire, and as no other sensor of the robot is called.
+/// Returns the name as the wire allows it, unique within the robot.
 fn free_name(asked: &str, taken: &mut BTreeSet<String>) -> String {
-    /// Room for a number.
+    /// Leaves room for a number.
     const LONGEST: usize = MAX_SENSOR_NAME - 8;
     let name: String = wire_name(asked).chars().take(LONGEST).collect();
     if taken.insert(name.clone()) {
@@ -250,7 +251,7 @@ fn free_name(asked: &str, taken: &mut BTreeSet<String>) -> String {
     }
 }
 
-/// What a report says of one that is used.
+/// Returns the report's sentence about a used sensor.
 fn said(name: &str, sensor: &Sensor, (links, joints): (&[Link], &[Joint])) -> String {
     let rate = sensor.rate.map_or_else(|| "each step".to_owned(), |rate| format!("at {} Hz", short(rate)));
     let on = match sensor.on {
@@ -261,19 +262,19 @@ fn said(name: &str, sensor: &Sensor, (links, joints): (&[Link], &[Joint])) -> St
     format!("sensor {}: {} of {}, {rate}{noise}", quoted(name), sensor.kind.word(), on.unwrap_or_default())
 }
 
-/// The element at the end of a path.
+/// Returns the element at the end of a path.
 fn at<'a, 'i>(node: Node<'a, 'i>, path: &[&str]) -> Option<Node<'a, 'i>> {
     path.iter().try_fold(node, |node, tag| node.children().find(|child| is(*child, tag)))
 }
 
-/// The number that a child or, as in the proposal of URDF, an attribute is.
+/// Returns the number in a child, or in an attribute as in URDF's proposal.
 fn number(node: Node, tag: &str) -> Result<Option<f64>, String> {
     let text = at(node, &[tag]).and_then(|child| child.text()).or_else(|| node.attribute(tag));
     let text = text.unwrap_or_default();
     if text.trim().is_empty() {
         return Ok(None);
     }
-    // Files say "inf" for what has no end.
+    // Files write "inf" for no limit.
     let read = numbers::read(text, Shape::Bound).map_err(|why| format!("its {tag} {why}"))?;
     Ok(read.values.first().copied())
 }
@@ -283,7 +284,7 @@ fn values<const N: usize>(text: &str, what: &str) -> Result<[f64; N], String> {
     read.values.try_into().map_err(|_count| format!("{what} has another count of numbers"))
 }
 
-/// A finding of what is read otherwise than its author may think.
+/// Adds a finding for a meaning that the author may not expect.
 fn note(node: Node, findings: &mut Findings, message: &str) {
     findings.info(node, Used, message);
 }

@@ -1,5 +1,5 @@
-//! How the robot begins: what `<gazebo>`, `<ros2_control>`, `<group_state>`, `<constraint>`, `<sensor>` and `<disable_collisions>` say, put
-//! together.
+//! Initial state of the robot: combines `<gazebo>`, `<ros2_control>`, `<group_state>`, `<constraint>`,
+//! `<sensor>` and `<disable_collisions>`.
 
 use super::constraints;
 use super::control;
@@ -16,7 +16,8 @@ use crate::report::Disposition::Ignored;
 use crate::robot::{Joint, JointKind, Link};
 use crate::setup::{DriveMode, LinkGroups, LinkPair, Setup, Spring};
 
-/// Reads it all. Limits, damping and friction of joints are the joints' own; colours those of visuals.
+/// Reads the setup. Limits, damping and friction are set on the joints themselves, and colours on the
+/// visuals.
 pub(super) fn read(
     repaired: &RepairedUrdf,
     tree: &Tree,
@@ -44,7 +45,7 @@ pub(super) fn read(
     setup
 }
 
-/// Damping, friction and springs of `<gazebo>`, and the armature of `<dynamics>`.
+/// Sets damping, friction and springs from `<gazebo>`, and the armature from `<dynamics>`.
 fn of_joints(
     repaired: &RepairedUrdf,
     tree: &Tree,
@@ -64,7 +65,7 @@ fn of_joints(
             }
         }
         let Some(of) = gazebo.joints.get(&joint.name) else { continue };
-        // What `<dynamics>` says comes first.
+        // `<dynamics>` takes precedence.
         if joint.damping == 0.0 {
             joint.damping = of.damping.unwrap_or(0.0);
         }
@@ -83,16 +84,17 @@ fn of_joints(
         };
         let of_joint = setup.joint(index);
         of_joint.spring = Some(Spring { stiffness, rest });
-        // It is there to move the joint, which nothing else does unless the description says so.
+        // The spring should move the joint, so no other drive acts unless the description has one.
         of_joint.mode = Some(DriveMode::Passive);
     }
 }
 
-/// Gives what moves along with followers to the joints that they follow: rotor inertias and springs are of the coupled motion. With
-/// a follower at `m q + b` they are m^2 times as large on the leader, and a rest at (r - b) / m.
+/// Moves rotor inertias and springs of mimic joints to the joints that they follow, since they belong to the
+/// coupled motion. For a follower at `m q + b`, the leader gets m^2 times their values, and a rest position
+/// of (r - b) / m.
 fn couple(joints: &[Joint], setup: &mut Setup) {
     for follower in 0..joints.len() {
-        // Over all that it follows, which is no loop.
+        // Through all joints that it follows, without loops.
         let (mut leader, mut factor, mut offset) = (follower, 1.0, 0.0);
         for _ in 0..joints.len() {
             let Some(mimic) = joints.get(leader).and_then(|joint| joint.mimic) else { break };
@@ -111,7 +113,7 @@ fn couple(joints: &[Joint], setup: &mut Setup) {
         of_leader.armature += factor * factor * armature;
         if let Some(Spring { stiffness, rest }) = spring {
             let known = of_leader.spring.unwrap_or_default();
-            // k q_rest of both sum up; a spring of no stiffness has no rest.
+            // The products k q_rest sum up; a spring without stiffness has no rest position.
             let total = known.stiffness + factor * factor * stiffness;
             let pull = known.stiffness * known.rest + factor * stiffness * (rest - offset);
             of_leader.spring = (total > 0.0).then(|| Spring { stiffness: total, rest: pull / total });
@@ -119,7 +121,7 @@ fn couple(joints: &[Joint], setup: &mut Setup) {
     }
 }
 
-/// As Gazebo does it: two links touch where both say so.
+/// Applies self-collision as Gazebo does: two links collide if both have it.
 fn self_collisions(
     gazebo: &Gazebo,
     links: &[Link],
@@ -150,7 +152,7 @@ fn self_collisions(
     findings.used(repaired.root, || super::gazebo::colliding(count));
 }
 
-/// Bits of `<contact>`: MuJoCo's words, of which a bit of one that is in the other lets two touch.
+/// Reads the bits of `<contact>`: MuJoCo's attributes, where a common bit lets two links collide.
 fn groups(repaired: &RepairedUrdf, tree: &Tree, setup: &mut Setup, findings: &mut Findings) {
     for (index, node) in tree.link_nodes.iter().enumerate() {
         let Some(contact) = repaired.child(*node, "contact") else { continue };

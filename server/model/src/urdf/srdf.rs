@@ -1,7 +1,7 @@
-//! What an SRDF says of which links of a robot touch each other, and its named states: what of it is about physics.
+//! SRDF: collision filters of a robot's links, and its named states; the parts that concern physics.
 //!
-//! MoveIt's format: `disable_collisions link1 link2 reason` switches a pair off, `disable_default_collisions link`
-//! switches a link off with every other one, and `enable_collisions link1 link2` switches a pair on again.
+//! MoveIt's format: `disable_collisions link1 link2 reason` switches a pair off, `disable_default_collisions
+//! link` switches a link off with all others, and `enable_collisions link1 link2` switches a pair on again.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -17,33 +17,33 @@ use crate::report::{LoadReport, counted};
 use crate::robot::{Link, RobotModel};
 use crate::setup::{LinkPair, NamedState};
 
-/// Pairs that one file may switch.
+/// Maximum number of pairs in a file.
 pub(super) const MOST_PAIRS: usize = 65_536;
 
-/// What an SRDF says of a robot.
+/// Content of an SRDF for a robot.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Srdf {
     /// In the order of the robot's links.
     pub pairs: Vec<SrdfPair>,
     /// In the order of the file.
     pub states: Vec<NamedState>,
-    /// What was done to it.
+    /// Report on the SRDF.
     pub report: LoadReport,
 }
 
-/// Two links that are switched off or on.
+/// Two links whose collision is switched off or on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SrdfPair {
     /// Their names.
     pub links: [String; 2],
-    /// They touch.
+    /// Whether they collide.
     pub enabled: bool,
 }
 
-/// Reads an SRDF of a robot. Links that the robot does not have are warned of and left out.
+/// Reads an SRDF of a robot. Unknown links cause a warning and are left out.
 ///
 /// # Errors
-/// What is not an SRDF, or too large; with `strict`, any warning.
+/// Returns an error if the text is no SRDF, or too large; with `strict`, also for any warning.
 pub fn read_srdf(
     srdf: &[u8],
     model: &RobotModel,
@@ -66,12 +66,12 @@ pub fn read_srdf(
     }
 }
 
-/// What reads XML says URDF, which is what it mostly reads.
+/// Replaces "URDF" in a message of the XML reader.
 fn of_srdf(message: &str) -> String {
     message.replace("a URDF", "an SRDF").replace("URDF", "SRDF")
 }
 
-/// Findings whose elements and lines are those of the SRDF, beside those of the URDF.
+/// Marks findings as the SRDF's, beside those of the URDF.
 fn named(mut report: LoadReport) -> LoadReport {
     for finding in &mut report.findings {
         finding.element = format!("SRDF {}", finding.element);
@@ -104,7 +104,7 @@ fn contents(
     Ok((pairs, states::read(root, &model.joints, findings)))
 }
 
-/// The pairs that a `<robot>` switches itself, without an SRDF beside it.
+/// Returns the pairs that a `<robot>` switches itself, without an SRDF.
 pub(super) fn of_robot(robot: Node, links: &[Link], findings: &mut Findings) -> Vec<LinkPair> {
     match switched(robot, links, findings) {
         Ok(switched) => switched.into_iter().map(|(links, enabled)| LinkPair { links, enabled }).collect(),
@@ -116,7 +116,7 @@ pub(super) fn of_robot(robot: Node, links: &[Link], findings: &mut Findings) -> 
     }
 }
 
-/// Pairs of links by their indices, and whether they touch.
+/// Returns pairs of links by their indices, with their collision switched on or off.
 fn switched(
     root: Node,
     links: &[Link],
@@ -150,7 +150,7 @@ fn switched(
     Ok(switched)
 }
 
-/// The link that an attribute names; warns where the robot has none.
+/// Returns the link that an attribute names; warns if the robot has none.
 fn link(
     node: Node,
     attribute: &str,

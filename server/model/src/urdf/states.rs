@@ -1,4 +1,4 @@
-//! `<group_state>`: positions of joints under a name, as MoveIt's SRDF has them, in an SRDF or in the URDF itself.
+//! `<group_state>`: named positions of joints, as in MoveIt's SRDF; in an SRDF or in the URDF itself.
 
 use std::collections::BTreeMap;
 
@@ -12,12 +12,12 @@ use crate::report::counted;
 use crate::robot::{Joint, JointKind};
 use crate::setup::NamedState;
 
-/// States that one file may name.
+/// Maximum number of states in a file.
 const MOST: usize = 256;
-/// Joints of all of them.
+/// Maximum number of joints in all states.
 const MOST_POSITIONS: usize = 65_536;
 
-/// The states of a `<robot>`, in the order of the file.
+/// Returns the states of a `<robot>`, in the order of the file.
 pub(super) fn read(root: Node, joints: &[Joint], findings: &mut Findings) -> Vec<NamedState> {
     let indices: BTreeMap<&str, usize> =
         joints.iter().enumerate().map(|(index, joint)| (joint.name.as_str(), index)).collect();

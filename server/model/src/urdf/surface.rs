@@ -1,5 +1,4 @@
-//! What links' surfaces are like: `<contact>` of the link, as PyBullet reads it,
-//! and `<gazebo reference="link">`, as Gazebo does.
+//! Surfaces of links: `<contact>` of the link, as in PyBullet, and `<gazebo reference="link">`, as in Gazebo.
 
 use std::collections::BTreeMap;
 
@@ -12,18 +11,18 @@ use super::repair::RepairedUrdf;
 use crate::report::Disposition::Repaired;
 use crate::robot::Material;
 
-/// The surfaces that `<gazebo>` elements give, by link.
+/// Surfaces from `<gazebo>` elements, by link.
 pub(super) struct Surfaces<'g> {
     frictions: &'g BTreeMap<String, f64>,
 }
 
 impl<'g> Surfaces<'g> {
-    /// Of the frictions that `<gazebo>` gives.
+    /// Makes it from the frictions in `<gazebo>`.
     pub(super) fn of(gazebo: &'g Gazebo) -> Self {
         Self { frictions: &gazebo.frictions }
     }
 
-    /// The surface of a link: its own `<contact>` first.
+    /// Returns the surface of a link: its own `<contact>` first.
     pub(super) fn material<'a, 'i>(
         &self,
         repaired: &RepairedUrdf<'a, 'i>,

@@ -1,4 +1,4 @@
-//! Bytes to text: the size cap, byte order marks, encodings.
+//! Decodes bytes to text: size limit, byte order marks, encodings.
 
 use std::borrow::Cow;
 
@@ -6,8 +6,8 @@ use super::findings::{Findings, Refusal};
 use crate::limits::LoadLimits;
 use crate::report::{Disposition, Severity};
 
-/// The text without its byte order mark. What is not UTF-8 is read as what it
-/// says or seems to be, and reported.
+/// Returns the text without its byte order mark. Text that is not UTF-8 is decoded by its declaration or its
+/// appearance, and reported.
 pub(crate) fn decode<'a>(
     urdf: &'a [u8],
     limits: &LoadLimits,
@@ -42,7 +42,7 @@ pub(crate) fn decode<'a>(
     Ok(Cow::Owned(bytes.iter().map(|byte| char::from(*byte)).collect()))
 }
 
-/// The text of UTF-16, which is known by its mark or by a zero beside the first `<`.
+/// Decodes UTF-16, which is recognised by its mark or by a zero beside the first `<`.
 fn wide(urdf: &[u8]) -> Result<Option<String>, Refusal> {
     let read: fn([u8; 2]) -> u16 = match urdf {
         [0xFF, 0xFE, 0, 0, ..] | [0, 0, 0xFE, 0xFF, ..] => {
@@ -71,7 +71,7 @@ fn wide(urdf: &[u8]) -> Result<Option<String>, Refusal> {
     Ok(Some(text))
 }
 
-/// Whether the declaration names an encoding whose letters are single bytes of Latin script.
+/// Returns whether the declaration names a single-byte encoding of Latin script.
 fn says_latin(bytes: &[u8]) -> bool {
     let head: String = bytes.iter().take(200).map(|byte| char::from(*byte).to_ascii_lowercase()).collect();
     let Some((_, after)) = head.split_once("encoding") else { return false };

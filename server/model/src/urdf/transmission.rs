@@ -1,9 +1,10 @@
-//! `<transmission>`: what ROS 1 says of how a joint is driven, for joints of which no `<ros2_control>` says it.
+//! `<transmission>`: drives of joints in ROS 1, for joints without a `<ros2_control>`.
 //!
-//! The interface of a simple transmission is its joint's mode, as in `control`, except for efforts: most robots of ROS 1
-//! name that interface for a controller that holds their position, and an arm that no controller holds would fall when it
-//! is loaded. So such a joint holds its position until it is given an effort. A reduction is between the actuator and
-//! the joint: interfaces of joints are on the joint's side of it, so that it changes nothing here.
+//! The interface of a simple transmission is its joint's mode, as in `control`, except for efforts. Most
+//! robots of ROS 1 name that interface for a controller that holds their position. An arm without a
+//! controller would fall when it is loaded. So such a joint holds its position until it gets an effort. A
+//! reduction is between the actuator and the joint. Interfaces of joints are on the joint's side of it, so
+//! that it changes nothing here.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -19,7 +20,7 @@ use crate::report::short;
 use crate::robot::{Joint, JointKind};
 use crate::setup::{DriveMode, Setup};
 
-/// What one drives its joint by.
+/// Interface by which a transmission drives its joint.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Interface {
     Effort,
@@ -96,7 +97,7 @@ pub(super) fn read(root: Node, joints: &[Joint], setup: &mut Setup, findings: &m
     }
 }
 
-/// The strongest interface that an element names.
+/// Returns the strongest interface that an element names.
 fn interface(node: Node) -> Option<Interface> {
     let named = node.children().filter(|child| is(*child, "hardwareInterface"));
     named
@@ -112,7 +113,7 @@ fn interface(node: Node) -> Option<Interface> {
         .max()
 }
 
-/// How often the actuator turns while the joint does once, where that is not once.
+/// Returns the turns of the actuator per turn of the joint, unless it is 1.
 fn reduction(node: Node) -> Option<f64> {
     let found = node.descendants().find(|child| is(*child, "mechanicalReduction"))?;
     let read = numbers::read(found.text()?.trim(), Shape::Exactly(1)).ok()?;

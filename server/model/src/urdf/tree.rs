@@ -1,4 +1,4 @@
-//! The order of links and joints: one root, no loops, depth first.
+//! Orders links and joints: one root, no loops, depth first.
 
 use std::collections::{HashMap, HashSet};
 
@@ -9,7 +9,7 @@ use super::repair::RepairedUrdf;
 use super::unknown::nearest;
 use crate::report::Disposition::Repaired;
 
-/// The robot as a tree. Indices "in the file" count urdf-rs's links or joints.
+/// The robot as a tree. Indices "in the file" refer to urdf-rs's links or joints.
 pub(super) struct Tree<'a, 'i> {
     /// Depth first, the root first; each is an index in the file.
     pub(super) links: Vec<usize>,
@@ -21,15 +21,15 @@ pub(super) struct Tree<'a, 'i> {
     pub(super) joint_nodes: Vec<Node<'a, 'i>>,
 }
 
-/// A joint as the tree has it.
+/// A joint in the tree.
 pub(super) struct TreeJoint {
     /// Index in the file.
     pub(super) in_file: usize,
-    /// The link that it hangs on, in the tree's order.
+    /// Parent link, in the tree's order.
     pub(super) parent: usize,
 }
 
-/// Orders the links, or says why they form no tree.
+/// Orders the links, or returns the reason why they form no tree.
 pub(super) fn build<'a, 'i>(
     repaired: &RepairedUrdf<'a, 'i>,
     findings: &Findings,
@@ -38,7 +38,7 @@ pub(super) fn build<'a, 'i>(
     let parents = file.parents()?;
     let root = file.root(&parents)?;
 
-    // The joints that hang on each link, in the order of the file.
+    // Joints of each parent link, in the order of the file.
     let mut hanging: Vec<Vec<(usize, usize)>> = vec![Vec::new(); repaired.robot.links.len()];
     for (child, parent) in parents.iter().enumerate() {
         if let Some(slot) = parent.as_ref().and_then(|up| hanging.get_mut(up.link)) {
@@ -72,13 +72,13 @@ pub(super) fn build<'a, 'i>(
     Ok(Tree { links, joints, link_nodes, joint_nodes })
 }
 
-/// What a link hangs on; indices in the file.
+/// Parent of a link; indices in the file.
 struct Up {
     joint: usize,
     link: usize,
 }
 
-/// What a file with a loop is to say.
+/// Remedy for a file with a loop.
 const CLOSE: &str =
     "a robot is a tree: leave one joint out, and close the loop by a <constraint> between its two links";
 
@@ -103,8 +103,7 @@ fn link_indices<'m>(
     Ok(indices)
 }
 
-/// Gives a name of its own to each joint that has another's. No joint is named
-/// by another element than a mimic, which then means the first.
+/// Renames joints with duplicate names. Only mimics name joints, and they mean the first one.
 pub(super) fn rename_twins(repaired: &mut RepairedUrdf, findings: &mut Findings) {
     let nodes: Vec<_> = repaired.children(repaired.root, "joint").collect();
     let all: HashSet<String> = repaired.robot.joints.iter().map(|joint| joint.name.clone()).collect();
@@ -129,7 +128,7 @@ pub(super) fn rename_twins(repaired: &mut RepairedUrdf, findings: &mut Findings)
 }
 
 impl File<'_, '_, '_> {
-    /// What each link hangs on.
+    /// Returns the parent of each link.
     fn parents(&self) -> Result<Vec<Option<Up>>, Refusal> {
         let mut parents: Vec<Option<Up>> = self.repaired.robot.links.iter().map(|_| None).collect();
         for (index, (joint, node)) in self.repaired.joints().enumerate() {
@@ -180,11 +179,11 @@ impl File<'_, '_, '_> {
         }
     }
 
-    /// The loop that one comes to by going up from this link.
+    /// Returns the loop above this link.
     fn describe_loop(&self, parents: &[Option<Up>], from: usize) -> Refusal {
         let up = |link: usize| parents.get(link).and_then(Option::as_ref);
         let mut link = from;
-        // After as many steps as there are links, one is on the loop.
+        // After as many steps as there are links, the walk is on the loop.
         for _ in 0..parents.len() {
             link = up(link).map_or(link, |up| up.link);
         }

@@ -1,4 +1,4 @@
-//! What simd does not read: named, with the reason, and with what was perhaps meant.
+//! Reports unknown parts of a description, with the reason, and with a suggestion.
 
 use roxmltree::Node;
 
@@ -7,7 +7,7 @@ use super::prescan::{is, is_of_xacro};
 use super::vocabulary::{Element, ROBOT};
 use crate::report::Disposition::Ignored;
 
-/// Elements that real files have and simd has no use for.
+/// Elements of real files that simd does not use.
 const REASONS: &[(&str, &str)] = &[
     ("safety_controller", "its soft limits are a controller's matter; <limit> is read"),
     ("calibration", "simulated joints know where they are"),
@@ -18,7 +18,7 @@ const REASONS: &[(&str, &str)] = &[
     ("contact_coefficients", "<contact> of the link is what gives friction"),
 ];
 
-/// An element that its parent does not hold.
+/// Reports an element that is unknown in its parent.
 pub(super) fn element(child: Node, parent: &Element, findings: &mut Findings) {
     let tag = child.tag_name().name();
     let known = parent.children.iter().map(|known| known.tag);
@@ -29,7 +29,7 @@ pub(super) fn element(child: Node, parent: &Element, findings: &mut Findings) {
     if !is(child, tag) {
         return findings.info(child, Ignored, "not read by simd: it is of another namespace");
     }
-    // Many of them are not a typing error.
+    // Many of them are no typing error.
     if findings.is_full() {
         return findings.info(child, Ignored, "not read by simd");
     }
@@ -57,7 +57,7 @@ pub(super) fn element(child: Node, parent: &Element, findings: &mut Findings) {
     }
 }
 
-/// An attribute that its element does not have.
+/// Reports an attribute that is unknown in its element.
 pub(super) fn attribute(
     node: Node,
     name: &str,
@@ -84,7 +84,7 @@ pub(super) fn attribute(
     }
 }
 
-/// Text where there should be none.
+/// Reports unexpected text.
 pub(super) fn text(node: Node, findings: &mut Findings) {
     let texts = node.children().filter(|child| child.is_text());
     if let Some(text) = texts.filter_map(|child| child.text()).map(str::trim).find(|text| !text.is_empty()) {
@@ -92,7 +92,7 @@ pub(super) fn text(node: Node, findings: &mut Findings) {
     }
 }
 
-/// The word of which this one is a slip: another case, or one or two letters off.
+/// Returns the known word that this one misspells: in another case, or with one or two wrong letters.
 pub(super) fn nearest<'w>(word: &str, known: impl Iterator<Item = &'w str>) -> Option<&'w str> {
     const LONGEST: usize = 64;
     let letters = word.chars().count();
@@ -115,7 +115,7 @@ pub(super) fn nearest<'w>(word: &str, known: impl Iterator<Item = &'w str>) -> O
         .map(|(_, known)| known)
 }
 
-/// The tags of the elements for which something holds, each once.
+/// Returns the tags of the elements with a property, each once.
 fn homes(holds: &dyn Fn(&Element) -> bool) -> Vec<String> {
     let mut found: Vec<String> = Vec::new();
     let mut open = vec![&ROBOT];

@@ -1,11 +1,11 @@
-//! What was taken from each link and joint, for those who want to read all of it.
+//! Reports the used parts of each link and joint, for complete reports.
 
 use super::findings::{Findings, quoted};
 use super::tree::Tree;
 use crate::report::{counted, short};
 use crate::robot::{Geometry, Joint, JointKind, Link, RobotModel};
 
-/// A finding for each link and each joint.
+/// Adds a finding for each link and each joint.
 pub(super) fn report(model: &RobotModel, tree: &Tree, findings: &mut Findings) {
     for (link, node) in model.links.iter().zip(&tree.link_nodes) {
         findings.used(*node, || of_link(link));

@@ -1,4 +1,4 @@
-//! The words of URDF: which elements and attributes simd reads, and what their values are.
+//! The vocabulary of URDF: elements and attributes that simd reads, and their values.
 
 /// An element that simd reads.
 pub(super) struct Element {
@@ -6,15 +6,15 @@ pub(super) struct Element {
     pub(super) tag: &'static str,
     /// Whether a parent may hold several.
     pub(super) many: bool,
-    /// What becomes of a parent that lacks it.
+    /// Effect on a parent that lacks it.
     pub(super) missing: Missing,
-    /// What it may say. Others are reported as ignored.
+    /// Known attributes. Others are reported as ignored.
     pub(super) attributes: &'static [Attribute],
-    /// What it may hold. Others are reported as ignored.
+    /// Known children. Others are reported as ignored.
     pub(super) children: &'static [Element],
-    /// Whether it holds exactly one of its children, whichever comes first.
+    /// Whether it has exactly one of its children, the first usable one.
     pub(super) one_of: bool,
-    /// What urdf-rs, which does not know it, is given in its place.
+    /// Replacement for urdf-rs, which does not know it.
     pub(super) stand_in: Option<&'static str>,
 }
 
@@ -22,35 +22,35 @@ pub(super) struct Element {
 pub(super) struct Attribute {
     /// Its name.
     pub(super) name: &'static str,
-    /// What its value is.
+    /// Type of its value.
     pub(super) kind: Kind,
-    /// What becomes of an element that lacks it.
+    /// Effect on an element that lacks it.
     pub(super) missing: Missing,
 }
 
-/// What the value of an attribute is.
+/// Type of an attribute's value.
 pub(super) enum Kind {
     /// Any text.
     Text,
     /// Text that names something.
     Name,
-    /// Where a file is.
+    /// URI of a file.
     Uri,
     /// One of these words.
     Word(&'static [&'static str]),
-    /// Numbers, this many.
+    /// This many numbers.
     Numbers(Shape),
     /// Numbers that simd reads itself; urdf-rs does not see them.
     OursNumbers(usize),
-    /// Known, and of no use to simd: not worth a finding.
+    /// Known, but not used by simd: no finding.
     Unused,
 }
 
-/// What becomes of an element that lacks a part.
+/// Effect on an element that lacks a part.
 pub(super) enum Missing {
-    /// Nothing.
+    /// No effect.
     Leave,
-    /// It gets this text, because urdf-rs insists.
+    /// It gets this text, because urdf-rs requires it.
     Write(&'static str),
     /// It is left out, with a warning.
     Drop,
@@ -136,7 +136,7 @@ const SHAPES: &[Element] = &[
         &[attribute("filename", Uri, Drop), attribute("scale", Kind::Numbers(Shape::Scale), Leave)],
         &[],
     ),
-    // SDF's. The ball is left unread.
+    // SDF's. The replacing ball is not read.
     ours(
         element(
             "cone",
@@ -145,7 +145,7 @@ const SHAPES: &[Element] = &[
         ),
         "<sphere radius=\"1\"/>",
     ),
-    // PyBullet's. The ball is left unread.
+    // PyBullet's. The replacing ball is not read.
     ours(element("plane", &[attribute("normal", OursNumbers(3), Leave)], &[]), "<sphere radius=\"1\"/>"),
 ];
 
@@ -174,7 +174,7 @@ const INERTIAL: Element = element(
     ],
 );
 
-/// PyBullet's words for what a link's surface is like, and MuJoCo's for what it touches.
+/// PyBullet's attributes of a link's surface, and MuJoCo's of its collision groups.
 const CONTACT: Element = ours(
     element(
         "contact",
@@ -241,12 +241,11 @@ const JOINT: Element = element(
     ],
 );
 
-/// The name of a robot that has none.
+/// Name of a nameless robot.
 pub(super) const NAMELESS: &str = "robot";
 
-/// The root. `version` is kept from urdf-rs, which would refuse what versions
-/// after 1.1 forbid; simd says what it thinks of a number itself. What is not about
-/// one link or joint is [`setup`](super::setup)'s.
+/// The root. `version` is not passed to urdf-rs, which would refuse elements that versions after 1.1 forbid;
+/// simd checks numbers itself. [`setup`](super::setup) reads elements that concern no single link or joint.
 pub(super) const ROBOT: Element = element(
     "robot",
     &[attribute("name", Name, Write(NAMELESS)), attribute("version", Unused, Leave)],

@@ -25,7 +25,7 @@ impl Assets for Files {
     }
 }
 
-/// Of the boxes that `tests/assets/make_textured.py` writes.
+/// Returns a box that `tests/assets/make_textured.py` writes.
 fn asset(name: &str) -> Vec<u8> {
     fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/assets/textured").join(name)).unwrap()
 }
@@ -43,7 +43,7 @@ fn read_box(format: &str, files: &Files) -> (Content, Beside) {
     (read(&uri, &bytes, &beside).unwrap(), beside)
 }
 
-/// The texture coordinates of each corner, by where the corner is: the one that a viewer would see there.
+/// Returns the texture coordinates of each corner by its position, as a viewer would see them.
 fn uvs(content: &Content) -> Vec<([i64; 3], [f32; 2])> {
     let (vertices, triangles) = &content.triangles;
     let [paint] = &content.paints[..] else { panic!("{:?}", content.paints) };
@@ -63,7 +63,7 @@ fn each_format_has_the_picture_at_the_same_corners() {
     let (glb, beside) = read_box("glb", &Files::default());
     assert_eq!((beside.files.len(), beside.notes.len()), (0, 0), "it is within the file");
     let expected = uvs(&glb);
-    // The upper left of the side towards x is that of the picture.
+    // The upper left of the side towards x is the picture's upper left.
     assert!(expected.contains(&([1, -1, 1], [0.0, 0.0])) && expected.contains(&([1, 1, -1], [1.0, 1.0])));
     for format in ["obj", "dae", "gltf"] {
         let (content, beside) = read_box(format, &boxes());
@@ -133,7 +133,7 @@ fn files_that_name_each_other_or_thousands_of_others_come_to_an_end() {
 
 #[test]
 fn a_document_of_nothing_but_beginnings_of_pictures_is_looked_through_once() {
-    // A look at all that follows for each of them would take hours.
+    // A search of the whole rest for each of them would take hours.
     for (part, end) in [("<image>", ""), ("<image>", "</image>"), ("<image><init_from", "")] {
         let text = part.repeat(4 << 20) + end;
         assert!(collada(text.as_bytes()).is_empty(), "{part}");
@@ -177,7 +177,7 @@ fn materials_of_an_obj_have_colours_and_what_shines_through() {
     let paints: Vec<_> = content.paints.iter().map(|paint| (paint.first, paint.color, paint.alpha)).collect();
     let red = Some([1.0, 0.0, 0.0]);
     assert_eq!(paints, [(0, red, 1.0), (1, Some([0.5; 3]), 0.25), (2, None, 1.0), (3, red, 1.0)]);
-    // Without its materials it is as it was before there were any.
+    // Without its materials the mesh stays as before.
     let bare = read("a.obj", obj, &Beside::default()).unwrap();
     assert_eq!((bare.triangles, bare.paints.len()), (content.triangles, 0));
 }

@@ -1,4 +1,4 @@
-//! The geometries of a COLLADA file: sources of corners, and the faces on them.
+//! Geometries of a COLLADA file: sources of vertices, and faces.
 
 use std::collections::HashMap;
 use std::rc::Rc;
@@ -15,14 +15,14 @@ use crate::mesh::builder::{Builder, FaceCorner, Fan, Look};
 /// A geometry in its own frame and the file's unit.
 pub(super) struct Geometry<'a> {
     mesh: Triangles,
-    /// In a picture, of the corners of the first triangles.
+    /// Texture coordinates of the first triangles.
     uvs: Vec<[[f32; 2]; 3]>,
-    /// Where triangles begin that have another material, and what the geometry calls it.
+    /// First triangle of each part, and the geometry's name of its material.
     parts: Vec<(usize, Option<&'a str>)>,
 }
 
 impl<'a> Geometry<'a> {
-    /// Adds it to a mesh, each material as it looks.
+    /// Adds the geometry to a mesh, with the look of each material.
     pub(super) fn add(
         &self,
         mesh_from_geometry: DMat4,
@@ -51,29 +51,29 @@ impl<'a> Geometry<'a> {
     }
 }
 
-/// Those that were read so far.
+/// Geometries that were read so far.
 pub(super) struct Geometries<'f, 'a> {
     file: &'f File<'a>,
     read: HashMap<NodeId, Rc<Geometry<'a>>>,
-    /// Of `read`, all together.
+    /// Vertices and triangles of all of `read`.
     corners: usize,
     triangles: usize,
-    /// By their `<vertices>`, and by their `<source>`.
+    /// By `<vertices>` and by `<source>`.
     positions: HashMap<NodeId, Positions<'a>>,
-    /// In pictures, if there are any.
+    /// Texture coordinates, if there are pictures.
     uvs: Option<TextureCoordinates<'f, 'a>>,
 }
 
-/// Where corners are.
+/// Positions of vertices.
 #[derive(Clone, Copy)]
 struct Positions<'a> {
     accessor: Node<'a, 'a>,
-    /// Indices of x, y and z among what the accessor gives for a corner.
+    /// Indices of x, y and z in the accessor's values for a vertex.
     axes: [usize; 3],
 }
 
 impl<'f, 'a> Geometries<'f, 'a> {
-    /// None yet.
+    /// Makes it without geometries.
     pub(super) fn new(file: &'f File<'a>, has_images: bool) -> Self {
         Self {
             file,
@@ -85,13 +85,13 @@ impl<'f, 'a> Geometries<'f, 'a> {
         }
     }
 
-    /// A geometry, read once. One without triangles, for instance of lines, is empty.
+    /// Returns a geometry, which is read once. A geometry without triangles, for instance of lines, is empty.
     pub(super) fn get(&mut self, node: Node<'a, 'a>) -> Result<Rc<Geometry<'a>>, String> {
         if let Some(known) = self.read.get(&node.id()) {
             return Ok(known.clone());
         }
         let mut mesh = Builder::default();
-        // Where the corners of a source begin, and how many they are.
+        // First vertex of a source, and the number of its vertices.
         let mut sources = HashMap::new();
         let mut parts = Vec::new();
         for faces in children(node, "mesh").flat_map(|mesh| mesh.children()) {
@@ -137,7 +137,7 @@ impl<'f, 'a> Geometries<'f, 'a> {
             }
         };
         let texture = self.uvs.as_mut().and_then(|uvs| uvs.of(faces));
-        // A polygon with holes is drawn without them.
+        // Holes of a polygon are ignored.
         let lists = faces.children().filter_map(|of| match of.tag_name().name() {
             "p" => Some(of),
             "ph" => child(of, "p"),
@@ -179,8 +179,8 @@ impl<'f, 'a> Geometries<'f, 'a> {
         Ok(())
     }
 
-    /// Where the corners are, at which of a corner's indices theirs stands, and how many
-    /// those are. `None` for faces without indices.
+    /// Returns the positions, the place of the vertex among a corner's indices, and the number of these
+    /// indices. `None` for faces without indices.
     fn inputs(&mut self, faces: Node<'a, 'a>) -> Result<Option<(Positions<'a>, usize, usize)>, String> {
         let mut found = None;
         let mut stride = 1;
@@ -204,7 +204,7 @@ impl<'f, 'a> Geometries<'f, 'a> {
         }
     }
 
-    /// Of a `<vertices>` or a `<source>`.
+    /// Returns the positions of a `<vertices>` or a `<source>`.
     fn positions(&mut self, node: Node<'a, 'a>) -> Result<Positions<'a>, String> {
         if let Some(known) = self.positions.get(&node.id()) {
             return Ok(*known);
@@ -231,7 +231,7 @@ impl<'f, 'a> Geometries<'f, 'a> {
         Ok(positions)
     }
 
-    /// Adds the corners that an accessor gives.
+    /// Adds the vertices of an accessor.
     fn corners_of(
         &self,
         Positions { accessor, axes }: Positions<'a>,
@@ -263,7 +263,7 @@ impl<'f, 'a> Geometries<'f, 'a> {
                             *coordinate = number(array, word)?;
                         }
                     }
-                    // What lies between corners may be missing behind the last.
+                    // Padding may be missing after the last vertex.
                     None if index > last => break,
                     None => return Err(short()),
                 }
@@ -274,7 +274,7 @@ impl<'f, 'a> Geometries<'f, 'a> {
     }
 }
 
-/// By the names of an accessor's params, else the first three.
+/// Returns the axes by the names of an accessor's params, or the first three.
 fn axes(accessor: Node) -> [usize; 3] {
     let names: Vec<Option<&str>> = children(accessor, "param")
         .take(limits::XML_ATTRIBUTES)
@@ -288,7 +288,7 @@ fn axes(accessor: Node) -> [usize; 3] {
     [0, 1, 2]
 }
 
-/// How the corners of faces are listed.
+/// Format of a list of faces.
 #[derive(Clone, Copy)]
 enum Kind {
     Triangles,
@@ -311,7 +311,7 @@ impl Kind {
     }
 }
 
-/// Makes triangles of listed corners.
+/// Sizes of listed faces.
 enum Sizes<'a> {
     /// Each face has three.
     Three,
@@ -319,7 +319,7 @@ enum Sizes<'a> {
     List,
     /// Each list is a strip.
     Strip,
-    /// The sizes of the faces.
+    /// Each face has its size in this element.
     Given(Node<'a, 'a>),
 }
 

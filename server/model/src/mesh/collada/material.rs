@@ -1,7 +1,6 @@
-//! The looks of a COLLADA file's materials: what they reflect of light from everywhere, or the picture on them, and what
-//! shines through.
+//! Looks of a COLLADA file's materials: their diffuse colour or picture, and their transparency.
 //!
-//! What cannot be resolved is left out, and never a reason to refuse a mesh.
+//! Unresolved references are left out; a mesh is not refused for them.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -13,24 +12,24 @@ use crate::mesh::Beside;
 use crate::mesh::builder::Look;
 use crate::robot::Image;
 
-/// The looks that were looked up.
+/// Looks that were read so far.
 pub(super) struct Materials<'f, 'a> {
     file: &'f File<'a>,
     beside: &'f Beside,
-    /// By `<effect>`.
+    /// Looks by `<effect>`.
     known: HashMap<NodeId, Look>,
-    /// By `<material>`, its effect: one of many children would be looked through as often as it is used.
+    /// Effects by `<material>`: a search among many children is done once.
     effects: HashMap<NodeId, Option<Node<'a, 'a>>>,
 }
 
 impl<'f, 'a> Materials<'f, 'a> {
-    /// None yet.
+    /// Makes it without looks.
     pub(super) fn new(file: &'f File<'a>, beside: &'f Beside) -> Self {
         Self { file, beside, known: HashMap::new(), effects: HashMap::new() }
     }
 
-    /// The look of each material by what a geometry calls it, as an instance of the geometry
-    /// binds it. The walk over the instance has already been counted for this.
+    /// Returns the look of each material by its name in a geometry, as bound in an instance of the geometry.
+    /// The visit of the instance was already counted.
     pub(super) fn bound_in(&mut self, instance: Node<'a, 'a>) -> impl FnMut(&'a str) -> Look {
         let binding = child(instance, "bind_material").and_then(|bind| child(bind, "technique_common"));
         let bound = binding.into_iter().flat_map(|common| children(common, "instance_material"));
@@ -48,17 +47,17 @@ impl<'f, 'a> Materials<'f, 'a> {
     }
 }
 
-/// The effect of a material.
+/// Returns the effect of a material.
 fn effect<'a>(file: &File<'a>, material: Node<'a, 'a>) -> Option<Node<'a, 'a>> {
     file.follow(child(material, "instance_effect")?, "url", "effect").ok()
 }
 
-/// The diffuse part of an effect, and its transparency (COLLADA 1.4.1, chapters 7 and 8).
+/// Returns the diffuse part of an effect, and its transparency (COLLADA 1.4.1, chapters 7 and 8).
 fn look_of<'a>(file: &File<'a>, beside: &Beside, effect: Node<'a, 'a>) -> Option<Look> {
     let profile = child(effect, "profile_COMMON")?;
     let technique = child(profile, "technique")?;
     let shader = ["phong", "lambert", "blinn"].iter().find_map(|name| child(technique, name));
-    // What is not lit has one colour, which it sends out.
+    // An unlit surface has one colour, its emission.
     let (shader, part) = match shader {
         Some(shader) => (shader, "diffuse"),
         None => (child(technique, "constant")?, "emission"),
@@ -74,17 +73,17 @@ fn look_of<'a>(file: &File<'a>, beside: &Beside, effect: Node<'a, 'a>) -> Option
     Some(Look { color, alpha: alpha(shader).unwrap_or(1.0), image })
 }
 
-/// How much of it hides what is behind. Its opposite is written by many exporters, and is taken where nothing would be
-/// seen else.
+/// Returns the opacity. Many exporters write its opposite, which is used if the surface would be invisible
+/// otherwise.
 fn alpha(shader: Node) -> Option<f64> {
-    /// A surface of a lower opacity is not visible.
+    /// A surface with a lower opacity is not visible.
     const LEAST: f64 = 0.02;
     let transparent = child(shader, "transparent")?;
     let [red, green, blue, alpha]: [f64; 4] = numbers(child(transparent, "color")?).ok()?;
     let factor = child(shader, "transparency").and_then(|factor| child(factor, "float"));
     let factor = factor.and_then(|factor| numbers(factor).ok()).map_or(1.0, |[factor]: [f64; 1]| factor);
     let covered = if transparent.attribute("opaque").unwrap_or("A_ONE").trim() == "RGB_ZERO" {
-        // The luminance of the standard, ITU-R BT.709.
+        // Luminance in the standard, ITU-R BT.709.
         1.0 - (0.212671 * red + 0.715160 * green + 0.072169 * blue) * factor
     } else {
         alpha * factor
@@ -93,7 +92,7 @@ fn alpha(shader: Node) -> Option<f64> {
     Some(if covered < LEAST { 1.0 } else { covered })
 }
 
-/// From the name of a sampler, by way of its surface, to an image; some exporters name the image itself.
+/// Returns the image of a sampler's name, through its surface. Some exporters name the image directly.
 fn image<'a>(
     file: &File<'a>,
     beside: &Beside,
@@ -107,7 +106,7 @@ fn image<'a>(
     let first_word = |node: Node<'a, 'a>| words(node).next();
     let mut id = sampler;
     if let Some(sampler) = parameter(sampler).and_then(|parameter| child(parameter, "sampler2D")) {
-        // COLLADA 1.5 leads from here to the image.
+        // COLLADA 1.5 leads directly to the image.
         let of_instance = child(sampler, "instance_image").and_then(|instance| instance.attribute("url"));
         let surface = || {
             let surface = child(parameter(first_word(child(sampler, "source")?)?)?, "surface")?;

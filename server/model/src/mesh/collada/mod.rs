@@ -1,17 +1,15 @@
-//! COLLADA: the triangles of its scene, in metres, in the file's own axes.
+//! COLLADA: triangles of a file's scene, in metres, in the file's own axes.
 //!
-//! * `xml`: the document, guarded.
-//! * `scene`: nodes, where they stand, and what they show.
-//! * `geometry`: corners and faces; `texture_coordinates`: where corners are in pictures.
+//! * `xml`: the document, with limits.
+//! * `scene`: nodes, their transforms, and their geometries.
+//! * `geometry`: vertices and faces; `texture_coordinates`: positions in pictures.
 //! * `material`: colours and textures.
 //!
-//! No library is used: those that there are hang, abort or take gigabytes on files of a few
-//! hundred bytes. Nothing here recurses, and nothing is allocated that the file's own bytes
-//! do not hold.
+//! No library is used: the existing ones hang, abort or take gigabytes on files of a few hundred bytes.
+//! Nothing here recurses, and memory is bounded by the file's own bytes.
 //!
-//! `<unit meter>` is applied. `<up_axis>` is not: RViz, MoveIt and Gazebo ignore it, so
-//! robots are drawn by files whose axes are the link's, whatever their `up_axis` says
-//! (rviz issue 1045, gazebo-classic issue 1305).
+//! `<unit meter>` is applied. `<up_axis>` is not: RViz, MoveIt and Gazebo ignore it. So the axes of robots'
+//! files are the link's, whatever their `up_axis` is (rviz issue 1045, gazebo-classic issue 1305).
 
 mod geometry;
 mod material;

@@ -1,4 +1,4 @@
-//! The nodes of a COLLADA scene: where they stand, and the geometries that they show.
+//! Nodes of a COLLADA scene: their transforms and geometries.
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -14,15 +14,15 @@ use crate::limits;
 use crate::mesh::Beside;
 use crate::mesh::builder::{Builder, Look};
 
-/// A node to look at, and how it was reached.
+/// A node to visit, with its path.
 struct Visit<'a> {
     node: Node<'a, 'a>,
     depth: usize,
-    /// `file_from_parent`, or why it cannot be found: an error only if it shows something.
+    /// `file_from_parent`, or the reason why it is unknown: an error only if the node has a geometry.
     file_from_parent: Result<DMat4, String>,
 }
 
-/// The mesh of the scene that the file names, else of the first, else all geometries.
+/// Returns the mesh of the scene that the file names, or of the first scene, or of all geometries.
 pub(super) fn read<'a>(file: &File<'a>, beside: &Beside) -> Result<Builder, String> {
     let metres_from_file = DMat4::from_scale(DVec3::splat(unit(file.root)?));
     let mut mesh = Builder::default().covered_by(beside.cover());
@@ -40,7 +40,7 @@ pub(super) fn read<'a>(file: &File<'a>, beside: &Beside) -> Result<Builder, Stri
         }
         return Ok(mesh);
     };
-    // The next one is at the end.
+    // The next visit is at the end.
     let mut visits: Vec<Visit> = Vec::new();
     queue(scene, 1, &Ok(DMat4::IDENTITY), &mut visits);
     let mut controllers = HashMap::new();
@@ -81,7 +81,7 @@ pub(super) fn read<'a>(file: &File<'a>, beside: &Beside) -> Result<Builder, Stri
     Ok(mesh)
 }
 
-/// The nodes in a node or in a scene, so that the first comes off first.
+/// Queues the nodes of a node or a scene, so that the first is visited first.
 fn queue<'a>(
     parent: Node<'a, 'a>,
     depth: usize,
@@ -99,7 +99,7 @@ fn queue<'a>(
     }
 }
 
-/// Metres of the file's unit.
+/// Returns the metres of the file's unit.
 fn unit(root: Node) -> Result<f64, String> {
     let unit = child(root, "asset").and_then(|asset| child(asset, "unit"));
     let Some((unit, word)) = unit.and_then(|unit| Some((unit, unit.attribute("meter")?))) else {
@@ -109,14 +109,13 @@ fn unit(root: Node) -> Result<f64, String> {
     if metres > 0.0 { Ok(metres) } else { Err(at(unit, "a unit must be above 0 metres")) }
 }
 
-/// How much of the file is walked over for a node, without the nodes in it, which are
-/// visits of their own.
+/// Returns the bytes that the visit of a node counts, without its child nodes, which are separate visits.
 fn length(node: Node) -> usize {
     const TAG: usize = 512;
     node.children().map(|child| TAG + if is(child, "node") { 0 } else { child.range().len() }).sum()
 }
 
-/// `parent_from_node`: the product of all transforms, in the order of the file.
+/// Returns `parent_from_node`: the product of all transforms, in the order of the file.
 fn transform(node: Node) -> Result<DMat4, String> {
     let mut parent_from_node = DMat4::IDENTITY;
     for element in node.children().filter(Node::is_element) {
@@ -138,13 +137,13 @@ fn transform(node: Node) -> Result<DMat4, String> {
     Ok(parent_from_node)
 }
 
-/// Sixteen numbers, row by row.
+/// Reads sixteen numbers, row by row.
 fn matrix(element: Node) -> Result<DMat4, String> {
     Ok(DMat4::from_cols_array(&numbers(element)?).transpose())
 }
 
-/// The geometry of a skin in the pose in which it was bound: then its bones cancel out, and
-/// the instance's node does not count (COLLADA 1.4.1, chapter 4, skin deformation).
+/// Returns the geometry of a skin in its bind pose. Then its bones cancel out, and the instance's node does
+/// not count (COLLADA 1.4.1, chapter 4, skin deformation).
 fn skin<'a>(
     file: &File<'a>,
     controller: Node<'a, 'a>,

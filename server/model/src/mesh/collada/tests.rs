@@ -12,7 +12,7 @@ fn parse(text: &str) -> Read {
     parse_by_name("a.DAE", text.as_bytes())
 }
 
-/// A file with an asset, libraries and a scene.
+/// Returns a file with an asset, libraries and a scene.
 fn file(asset: &str, libraries: &str, nodes: &str) -> String {
     format!(
         r##"<?xml version="1.0" encoding="utf-8"?>
@@ -25,7 +25,7 @@ fn file(asset: &str, libraries: &str, nodes: &str) -> String {
     )
 }
 
-/// A square in the plane z = 0 from 0 to 1, with faces as given.
+/// Returns a square in the plane z = 0 from 0 to 1, with faces as given.
 fn square(faces: &str) -> String {
     geometry("0 0 0 1 0 0 1 1 0 0 1 0", r#"count="4" stride="3""#, faces)
 }
@@ -44,7 +44,7 @@ const TRIANGLES: &str = r##"<triangles count="2"><input semantic="VERTEX" source
 <p>0 1 2 0 2 3</p></triangles>"##;
 const INSTANCE: &str = r##"<node><instance_geometry url="#g"/></node>"##;
 
-/// Corners of all triangles, one after another.
+/// Returns the corners of all triangles, one after another.
 fn corners(read: &(Vec<DVec3>, Vec<[u32; 3]>)) -> Vec<DVec3> {
     read.1.iter().flatten().map(|&corner| read.0[corner as usize]).collect()
 }
@@ -260,7 +260,7 @@ fn deep_wide_and_long_files_are_refused() {
         let nodes = "<extra>".repeat(levels) + &"</extra>".repeat(levels) + INSTANCE;
         parse(&file("", &square(TRIANGLES), &nodes))
     };
-    // The root, its library and the scene are around them.
+    // The root, its library and the scene surround them.
     let most = limits::XML_DEPTH - 3;
     assert!(deep(most).is_ok());
     assert!(deep(most + 1).unwrap_err().contains("nested deeper than 100 levels"));
@@ -288,7 +288,7 @@ fn no_cut_file_is_read_in_part() {
     }
 }
 
-/// Two triangles of two materials, of which the scene binds one to red and one to a texture.
+/// Two triangles with two materials: the scene binds one to red and one to a texture.
 #[test]
 fn triangles_have_the_colours_of_their_materials() {
     let faces = |material: &str, p: &str| {
@@ -328,7 +328,7 @@ fn triangles_have_the_colours_of_their_materials() {
     let red = Some([1.0, 0.5, 0.0]);
     let painted: Vec<_> = paints.iter().map(|paint| (paint.first, paint.color)).collect();
     assert_eq!(painted, [(0, red), (1, None), (5, red), (6, None)]);
-    // What leads nowhere is no colour, and no reason to refuse the rest.
+    // A broken reference gives no colour, and is no reason to refuse the rest.
     for (from, to) in [("#m1", "#lost"), ("1 0.5 -3 1", "1 0.5"), ("url=\"#e1\"", ""), ("#e1", "#e2")] {
         let broken = text.replace(from, to);
         let paints = crate::mesh::read("a.dae", broken.as_bytes(), &Beside::default()).unwrap().paints;
@@ -336,7 +336,8 @@ fn triangles_have_the_colours_of_their_materials() {
     }
 }
 
-/// Each of many parts has a material that is of many things: all of them for each of the parts would take minutes.
+/// Each of many parts has the same material with many children: visiting them for each part would take
+/// minutes.
 #[test]
 fn a_material_of_many_parts_is_looked_through_once() {
     let faces = r##"<triangles material="s" count="1"><input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2</p></triangles>"##;

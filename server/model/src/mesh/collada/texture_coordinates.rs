@@ -1,4 +1,4 @@
-//! Where the corners of a COLLADA file are in pictures.
+//! Texture coordinates of a COLLADA file.
 
 use std::collections::HashMap;
 use std::rc::Rc;
@@ -9,25 +9,25 @@ use super::xml::{File, attribute, child, children, words};
 use crate::limits;
 use crate::mesh::builder::texture_coordinate;
 
-/// Those that were read so far.
+/// Texture coordinates that were read so far.
 pub(super) struct TextureCoordinates<'f, 'a> {
     file: &'f File<'a>,
-    /// By their `<source>`; `None` where they cannot be read.
+    /// By `<source>`; `None` if it cannot be read.
     known: HashMap<NodeId, Option<Rc<[[f32; 2]]>>>,
-    /// Of `known`, all together.
+    /// Number of coordinates in all of `known`.
     all: usize,
 }
 
 impl<'f, 'a> TextureCoordinates<'f, 'a> {
-    /// None yet.
+    /// Makes it without coordinates.
     pub(super) fn new(file: &'f File<'a>) -> Self {
         Self { file, known: HashMap::new(), all: 0 }
     }
 
-    /// Where corners are in pictures, and at which of a corner's indices that stands. What cannot be read is left out:
-    /// a mesh is not refused for its looks.
+    /// Returns texture coordinates, and their place among a corner's indices. Unreadable ones are left out: a
+    /// mesh is not refused for its look.
     pub(super) fn of(&mut self, faces: Node<'a, 'a>) -> Option<(Rc<[[f32; 2]]>, usize)> {
-        // Of several the one of the least set, which is that of diffuse pictures.
+        // If there are several, the lowest set is for diffuse pictures.
         let inputs = children(faces, "input").filter(|input| input.attribute("semantic") == Some("TEXCOORD"));
         let input = inputs.min_by_key(|input| attribute(*input, "set", 0).unwrap_or(usize::MAX))?;
         let offset = attribute(input, "offset", 0).ok()?;

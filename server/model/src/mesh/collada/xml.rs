@@ -1,4 +1,4 @@
-//! The XML of a COLLADA file: guarded against what makes a parser slow, then by name and id.
+//! XML of a COLLADA file: checked for input that slows the parser, then searched by name and id.
 
 use std::borrow::Cow;
 use std::cell::Cell;
@@ -9,22 +9,22 @@ use roxmltree::{Document, Error, Node, NodeId, ParsingOptions};
 use crate::limits;
 use crate::mesh::shown;
 
-/// The text. Only names can be other than ASCII, and of those nothing is used but their
-/// being alike: so bytes that are not UTF-8 do no harm.
+/// Decodes the text. Only names can contain non-ASCII characters, and they are only compared: so bytes that
+/// are not UTF-8 do no harm.
 pub(super) fn decode(bytes: &[u8]) -> Result<Cow<'_, str>, String> {
     let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
     if bytes.starts_with(b"\xFF\xFE") || bytes.starts_with(b"\xFE\xFF") {
         return Err("it is UTF-16; save it as UTF-8".to_owned());
     }
     let text = String::from_utf8_lossy(bytes);
-    // Each byte that is none becomes three.
+    // Each invalid byte becomes three.
     if text.len() > limits::COLLADA_BYTES {
         return Err("it is not UTF-8; save it as UTF-8".to_owned());
     }
     Ok(text)
 }
 
-/// The document: no DTD, and neither deep nor wide.
+/// Parses the document: no DTD, and limits on depth and width.
 pub(super) fn parse(text: &str) -> Result<Document<'_>, String> {
     check_counts(text)?;
     let nodes_limit = limits::COLLADA_NODES;
@@ -39,15 +39,15 @@ pub(super) fn parse(text: &str) -> Result<Document<'_>, String> {
     Ok(document)
 }
 
-/// roxmltree compares each attribute of an element with each other one, and copies
-/// namespaces from element to element.
+/// Limits attributes and namespaces: roxmltree compares each attribute of an element with each other one, and
+/// copies namespaces from element to element.
 fn check_counts(text: &str) -> Result<(), String> {
     let namespaces = text.matches("xmlns").count();
     if namespaces > limits::XML_NAMESPACES {
         return Err(format!("{namespaces} namespaces are declared; the most is {}", limits::XML_NAMESPACES));
     }
     let mut all = 0;
-    // What stands between two `<` has at least the attributes of one element.
+    // The text between two `<` has at least the attributes of one element.
     for tag in text.split('<') {
         let here = tag.bytes().filter(|byte| *byte == b'=').count();
         all += here;
@@ -65,7 +65,7 @@ fn check_counts(text: &str) -> Result<(), String> {
 }
 
 fn check_depth(document: &Document) -> Result<(), String> {
-    // Document order: a parent comes before its children.
+    // In document order, a parent comes before its children.
     let mut depths: HashMap<NodeId, usize> = HashMap::new();
     for node in document.descendants().filter(Node::is_element) {
         let above = node.parent_element().and_then(|parent| depths.get(&parent.id()));
@@ -78,7 +78,7 @@ fn check_depth(document: &Document) -> Result<(), String> {
     Ok(())
 }
 
-/// A document and its elements by id.
+/// A document, with its elements by id.
 pub(super) struct File<'a> {
     pub(super) root: Node<'a, 'a>,
     by_id: HashMap<&'a str, Node<'a, 'a>>,
@@ -86,7 +86,7 @@ pub(super) struct File<'a> {
 }
 
 impl<'a> File<'a> {
-    /// The document, if its root is `<COLLADA>`.
+    /// Makes it from a document whose root is `<COLLADA>`.
     pub(super) fn new(document: &'a Document<'a>) -> Result<Self, String> {
         let root = document.root_element();
         if !is(root, "COLLADA") {
@@ -104,7 +104,7 @@ impl<'a> File<'a> {
         Ok(Self { root, by_id, walked: Cell::new(0) })
     }
 
-    /// Counts what is walked over: a short file can refer to its longest part a million times.
+    /// Counts visited bytes: a short file can refer to its longest part a million times.
     pub(super) fn walk(&self, bytes: usize) -> Result<(), String> {
         let walked = self.walked.get().saturating_add(bytes);
         self.walked.set(walked);
@@ -117,12 +117,12 @@ impl<'a> File<'a> {
         ))
     }
 
-    /// The element of an id.
+    /// Returns the element of an id.
     pub(super) fn by_id(&self, id: &str) -> Option<Node<'a, 'a>> {
         self.by_id.get(id).copied()
     }
 
-    /// The element of a name that an attribute of `node` leads to, within this file.
+    /// Returns the element of a given name that an attribute of `node` refers to, within this file.
     pub(super) fn follow(
         &self,
         node: Node<'a, 'a>,
@@ -141,28 +141,28 @@ impl<'a> File<'a> {
     }
 }
 
-/// Whether a node is an element of this name, in whatever namespace.
+/// Returns whether a node is an element of this name, in any namespace.
 pub(super) fn is(node: Node, name: &str) -> bool {
     node.is_element() && node.tag_name().name() == name
 }
 
-/// The first child of a name.
+/// Returns the first child with a name.
 pub(super) fn child<'a>(node: Node<'a, 'a>, name: &str) -> Option<Node<'a, 'a>> {
     node.children().find(|child| is(*child, name))
 }
 
-/// The children of a name.
+/// Returns the children with a name.
 pub(super) fn children<'a>(node: Node<'a, 'a>, name: &'static str) -> impl Iterator<Item = Node<'a, 'a>> {
     node.children().filter(move |child| is(*child, name))
 }
 
-/// What an element holds, without comments.
+/// Returns the words in an element, without comments.
 pub(super) fn words<'a>(node: Node<'a, 'a>) -> impl Iterator<Item = &'a str> {
     let texts = node.children().filter(Node::is_text).filter_map(|text| text.text());
     texts.flat_map(str::split_ascii_whitespace)
 }
 
-/// Exactly so many numbers.
+/// Reads exactly `N` numbers.
 pub(super) fn numbers<const N: usize>(node: Node) -> Result<[f64; N], String> {
     let mut found = [0.0; N];
     let mut count = 0;
@@ -178,23 +178,23 @@ pub(super) fn numbers<const N: usize>(node: Node) -> Result<[f64; N], String> {
     Err(at(node, &format!("<{}> has {count} numbers instead of {N}", node.tag_name().name())))
 }
 
-/// A finite number.
+/// Parses a finite number.
 pub(super) fn number(node: Node, word: &str) -> Result<f64, String> {
     let number = word.parse().ok().filter(|number: &f64| number.is_finite());
     number.ok_or_else(|| at(node, &format!("{} is not a finite number", shown(word))))
 }
 
-/// A whole number, not below 0.
+/// Parses an integer that is not negative.
 pub(super) fn whole(node: Node, word: &str) -> Result<usize, String> {
     word.parse().map_err(|_| at(node, &format!("{} is not a whole number that fits", shown(word))))
 }
 
-/// The same of an attribute, with what holds where it is not given.
+/// Likewise for an attribute, with a default.
 pub(super) fn attribute(node: Node, name: &str, default: usize) -> Result<usize, String> {
     node.attribute(name).map_or(Ok(default), |word| whole(node, word.trim()))
 }
 
-/// A sentence with the line of a node.
+/// Returns a sentence with the line of a node.
 pub(super) fn at(node: Node, message: &str) -> String {
     let line = node.document().text_pos_at(node.range().start).row;
     format!("line {line}: {message}")

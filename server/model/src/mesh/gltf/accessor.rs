@@ -8,15 +8,15 @@ use crate::limits;
 use crate::mesh::Beside;
 use crate::mesh::builder::texture_coordinate;
 
-/// What the buffers hold.
+/// Contents of the buffers.
 pub(super) struct Buffers<'d> {
     document: &'d Document,
     all: Vec<Option<Cow<'d, [u8]>>>,
-    /// Numbers that were read: a short file can refer to its longest part a million times.
+    /// Number of values that were read: a short file can refer to its longest part a million times.
     walked: Cell<usize>,
 }
 
-/// Kinds of numbers.
+/// Types of numbers.
 const BYTE: u32 = 5120;
 const UNSIGNED_BYTE: u32 = 5121;
 const SHORT: u32 = 5122;
@@ -25,14 +25,14 @@ const UNSIGNED_INT: u32 = 5125;
 const FLOAT: u32 = 5126;
 
 impl<'d> Buffers<'d> {
-    /// From the file itself, from within its JSON, or from beside it.
+    /// Takes the buffers from the file itself, from its JSON, or from files beside it.
     pub(super) fn new(
         document: &'d Document,
         binary: Option<&'d [u8]>,
         beside: &'d Beside,
     ) -> Result<Self, String> {
         let all = document.buffers.iter().enumerate().map(|(index, buffer)| match &buffer.uri {
-            // The binary part is the first buffer's.
+            // The binary part belongs to the first buffer.
             None => Ok(binary.filter(|_| index == 0).map(Cow::Borrowed)),
             Some(uri) if uri.starts_with("data:") => match data(uri) {
                 Some(data) => Ok(Some(Cow::Owned(data))),
@@ -43,7 +43,7 @@ impl<'d> Buffers<'d> {
         Ok(Self { document, all: all.collect::<Result<_, String>>()?, walked: Cell::new(0) })
     }
 
-    /// The bytes of a view.
+    /// Returns the bytes of a view.
     pub(super) fn view(&self, view: usize) -> Result<&[u8], String> {
         let Some(found) = self.document.buffer_views.get(view) else {
             return Err(format!("it names buffer view {view}, which is not there"));
@@ -58,20 +58,20 @@ impl<'d> Buffers<'d> {
         own.ok_or_else(|| format!("buffer view {view} ends behind its buffer, of {} bytes", buffer.len()))
     }
 
-    /// Positions.
+    /// Reads positions.
     pub(super) fn vectors(&self, accessor: usize) -> Result<Vec<[f32; 3]>, String> {
         let found = self.get(accessor, &["VEC3"])?;
         self.read::<3>(accessor, found)
     }
 
-    /// Texture coordinates; `None` where they cannot be read, for which no mesh is refused.
+    /// Reads texture coordinates; `None` if they cannot be read, which does not refuse the mesh.
     pub(super) fn uvs(&self, accessor: usize) -> Option<Vec<[f32; 2]>> {
         let found = self.get(accessor, &["VEC2"]).ok()?;
         let uvs = self.read::<2>(accessor, found).ok()?;
         Some(uvs.into_iter().map(|uv| uv.map(|value| texture_coordinate(f64::from(value)))).collect())
     }
 
-    /// Corners of triangles.
+    /// Reads the vertex indices of triangles.
     pub(super) fn indices(&self, accessor: usize) -> Result<Vec<u32>, String> {
         let found = self.get(accessor, &["SCALAR"])?;
         let (bytes, size, stride) = self.bytes(accessor, found, 1)?;
@@ -103,7 +103,8 @@ impl<'d> Buffers<'d> {
         Ok(found)
     }
 
-    /// The bytes of an accessor, those of one number, and from one element to the next. All its elements are there.
+    /// Returns the bytes of an accessor, the size of one number, and the stride between elements. All
+    /// elements exist.
     fn bytes(
         &self,
         index: usize,
@@ -142,7 +143,7 @@ impl<'d> Buffers<'d> {
             return Err(format!("it has more than {} corners", limits::MESH_VERTICES));
         }
         let kind = accessor.component_type;
-        // Whole numbers stand for themselves, or for parts of the largest.
+        // Integers are values, or fractions of the largest one if normalized.
         let scaled =
             |value: f32, most: f32| if accessor.normalized { (value / most).max(-1.0) } else { value };
         let number = |bytes: &[u8]| -> f32 {
@@ -152,7 +153,7 @@ impl<'d> Buffers<'d> {
                 (SHORT, &[low, high]) => scaled(f32::from(i16::from_le_bytes([low, high])), 32767.0),
                 (UNSIGNED_SHORT, &[low, high]) => scaled(f32::from(u16::from_le_bytes([low, high])), 65535.0),
                 (FLOAT, &[a, b, c, d]) => f32::from_le_bytes([a, b, c, d]),
-                // Corners of this type are none: the mesh is refused for them.
+                // Positions of this type are invalid: the mesh is refused for them.
                 _ => f32::NAN,
             }
         };

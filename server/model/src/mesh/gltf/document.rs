@@ -1,4 +1,4 @@
-//! The JSON of a glTF, as much of it as is read, and the binary part of a GLB (glTF 2.0, chapters 4 and 5).
+//! JSON of a glTF, as far as it is read, and the binary part of a GLB (glTF 2.0, chapters 4 and 5).
 
 use serde::Deserialize;
 
@@ -62,7 +62,7 @@ pub(super) struct Primitive {
     pub(super) mode: Option<u32>,
 }
 
-/// Accessors.
+/// Indices of accessors.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(super) struct Attributes {
@@ -75,7 +75,7 @@ pub(super) struct Attributes {
 }
 
 impl Attributes {
-    /// The texture coordinates of one of the first two sets, which are those that all readers know.
+    /// Returns the texture coordinates of one of the first two sets, which all readers support.
     pub(super) fn uvs(&self, set: usize) -> Option<usize> {
         match set {
             0 => self.texcoord_0,
@@ -95,7 +95,7 @@ pub(super) struct Material {
 #[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 pub(super) struct Pbr {
-    /// As light adds up, not as screens have it.
+    /// Linear, not sRGB.
     pub(super) base_color_factor: Option<[f64; 4]>,
     pub(super) base_color_texture: Option<TextureInfo>,
 }
@@ -130,11 +130,11 @@ pub(super) struct Accessor {
     pub(super) count: usize,
     #[serde(rename = "type")]
     pub(super) kind: String,
-    /// Set where it is sparse.
+    /// Present if the accessor is sparse.
     pub(super) sparse: Option<Sparse>,
 }
 
-/// That there is one is all that is read of it.
+/// Only its presence is read.
 #[derive(Debug, Deserialize)]
 pub(super) struct Sparse {}
 
@@ -153,11 +153,11 @@ pub(super) struct Buffer {
     pub(super) uri: Option<String>,
 }
 
-/// Extensions that change nothing that is read here, or only how fine it looks.
+/// Extensions that do not affect the parts that are read, or only their appearance.
 const HARMLESS: &[&str] =
     &["KHR_materials_", "KHR_texture_transform", "KHR_lights_punctual", "KHR_mesh_quantization"];
 
-/// The document, and the binary part where there is one.
+/// Returns the document, and the binary part if there is one.
 pub(super) fn read(bytes: &[u8]) -> Result<(Document, Option<&[u8]>), String> {
     let (json, binary) = if bytes.starts_with(b"glTF") { parts(bytes)? } else { (bytes, None) };
     let json = json.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(json);
@@ -165,7 +165,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<(Document, Option<&[u8]>), String> {
     if size > most {
         return Err(format!("its JSON has {size} bytes; the most is {most}"));
     }
-    // Each becomes a hundred times what it is as text.
+    // Each object takes a hundred times its text.
     let objects = json.iter().filter(|byte| **byte == b'{').count();
     if objects > limits::GLTF_OBJECTS {
         return Err(format!("its JSON has {objects} objects; the most is {}", limits::GLTF_OBJECTS));
@@ -183,7 +183,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<(Document, Option<&[u8]>), String> {
     Ok((document, binary))
 }
 
-/// The chunks of a GLB.
+/// Splits a GLB into its chunks.
 fn parts(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
     const CUT: &str = "it is a GLB that ends too early";
     let word = |at: usize| -> Result<usize, String> {
@@ -211,7 +211,7 @@ fn parts(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
     Ok((json, binary))
 }
 
-/// What a `data:` address holds; `None` where it is none, or is not in base 64.
+/// Returns the contents of a `data:` address; `None` if it is none, or is not in base 64.
 pub(super) fn data(uri: &str) -> Option<Vec<u8>> {
     let (head, text) = uri.strip_prefix("data:")?.split_once(',')?;
     if !head.ends_with(";base64") {

@@ -1,4 +1,4 @@
-//! The looks of a glTF's materials: the base colour, the picture on it, and what shines through.
+//! Looks of a glTF's materials: the base colour, its picture, and transparency.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use crate::mesh::builder::Look;
 use crate::mesh::{Beside, image};
 use crate::robot::{Image, Sha256};
 
-/// The looks that were looked up.
+/// Looks that were read so far.
 pub(super) struct Materials<'d> {
     document: &'d Document,
     buffers: &'d Buffers<'d>,
@@ -19,12 +19,12 @@ pub(super) struct Materials<'d> {
     known: HashMap<usize, Look>,
     /// By the index of the image.
     images: HashMap<usize, Option<Arc<Image>>>,
-    /// Of images within the file, all together.
+    /// Bytes of all images within the file.
     bytes: usize,
 }
 
 impl<'d> Materials<'d> {
-    /// None yet.
+    /// Makes it without looks.
     pub(super) fn new(document: &'d Document, buffers: &'d Buffers<'d>, beside: &'d Beside) -> Self {
         Self { document, buffers, beside, known: HashMap::new(), images: HashMap::new(), bytes: 0 }
     }
@@ -33,12 +33,12 @@ impl<'d> Materials<'d> {
         self.document.materials.get(material?)?.pbr_metallic_roughness.as_ref()
     }
 
-    /// Which set of texture coordinates a material's picture has.
+    /// Returns the set of texture coordinates of a material's picture.
     pub(super) fn texture_set(&self, material: Option<usize>) -> Option<usize> {
         Some(self.pbr(material)?.base_color_texture.as_ref()?.tex_coord)
     }
 
-    /// The look of a material; none in particular where the file says nothing, or nothing that is read.
+    /// Returns the look of a material; the default if the file has none, or none that is read.
     pub(super) fn look(&mut self, material: Option<usize>) -> Look {
         let Some(index) = material else { return Look::default() };
         if let Some(known) = self.known.get(&index) {
@@ -87,7 +87,7 @@ impl<'d> Materials<'d> {
     }
 }
 
-/// A part of a colour as screens have it, of what glTF has, which adds up as light does (IEC 61966-2-1).
+/// Converts a linear colour component to sRGB (IEC 61966-2-1).
 fn screen(part: f64) -> f64 {
     let part = part.clamp(0.0, 1.0);
     if part <= 0.003_130_8 { 12.92 * part } else { 1.055 * part.powf(1.0 / 2.4) - 0.055 }

@@ -1,13 +1,13 @@
-//! glTF 2.0, as text and binary: the triangles of its scene, in metres, in the file's own axes.
+//! glTF 2.0, as text and binary: triangles of a file's scene, in metres, in the file's own axes.
 //!
-//! * `document`: the JSON, as much of it as is read, and the binary part.
+//! * `document`: the JSON, as far as it is read, and the binary part.
 //! * `accessor`: numbers in buffers.
 //! * `material`: colours and textures.
 //!
-//! No library is used: those that there are unpack pictures, or compute with counts of a file before they look at its bytes.
-//! Nothing here recurses, and nothing is allocated that the file's own bytes do not hold.
+//! No library is used: the existing ones decode pictures, or compute with counts of a file before they check
+//! its length. Nothing here recurses, and memory is bounded by the file's own bytes.
 //!
-//! The axes are those of the link, as with [COLLADA](super::collada): what glTF says of y being up is not applied.
+//! The axes are the link's, as with [COLLADA](super::collada): glTF's convention that y is up is not applied.
 
 mod accessor;
 mod document;
@@ -44,7 +44,7 @@ pub(super) fn parse(bytes: &[u8], beside: &Beside) -> Result<(Triangles, Vec<Pai
     Ok((mesh.finish()?, paints))
 }
 
-/// The files that it names.
+/// Returns the files that it names.
 pub(super) fn named(bytes: &[u8]) -> Vec<Named> {
     let Ok((document, _)) = document::read(bytes) else { return Vec::new() };
     let buffers = document.buffers.iter().map(|buffer| (&buffer.uri, Role::Buffer));
@@ -58,19 +58,19 @@ struct Reader<'d> {
     buffers: &'d Buffers<'d>,
     materials: Materials<'d>,
     mesh: Builder,
-    /// The description puts a picture on what has none.
+    /// Whether the description puts a picture on triangles without one.
     is_covered: bool,
     /// Parts of meshes that were visited.
     visits: usize,
 }
 
-/// Triangles, strips and fans; points and lines have no area.
+/// Modes of triangles, strips and fans; points and lines have no area.
 const TRIANGLES: u32 = 4;
 const STRIP: u32 = 5;
 const FAN: u32 = 6;
 
 impl Reader<'_> {
-    /// The nodes of the file's scene, else of the first, else all meshes as they are.
+    /// Reads the nodes of the file's scene, or of the first scene, or all meshes without transforms.
     fn scene(&mut self) -> Result<(), String> {
         let document = self.document;
         let Some(scene) = document.scenes.get(document.scene.unwrap_or(0)) else {
@@ -79,7 +79,7 @@ impl Reader<'_> {
             }
             return Ok(());
         };
-        // A node has one parent: one that is met again holds itself, or is in two places.
+        // A node has one parent: a repeated node contains itself, or is in two places.
         let mut met = vec![false; document.nodes.len()];
         let mut ahead: Vec<(usize, DMat4)> =
             scene.nodes.iter().rev().map(|node| (*node, DMat4::IDENTITY)).collect();
@@ -92,7 +92,7 @@ impl Reader<'_> {
             }
             let file_from_node = file_from_parent * transform(node);
             if let Some(mesh) = node.mesh {
-                // The pose of a skin's node does not count: its bones are where they were bound.
+                // The pose of a skin's node does not count: its bones are in their bind pose.
                 let at = if node.skin.is_some() { DMat4::IDENTITY } else { file_from_node };
                 self.add(mesh, at)?;
             }
@@ -124,7 +124,7 @@ impl Reader<'_> {
         let positions = self.buffers.vectors(position)?;
         let count = positions.len();
         let look = self.materials.look(primitive.material);
-        // Of use only where there is a picture.
+        // Only needed with a picture.
         let set = self.materials.texture_set(primitive.material).unwrap_or(0);
         let has_picture = look.image.is_some() || self.is_covered;
         let uvs = match primitive.attributes.uvs(set).filter(|_| has_picture) {
@@ -164,7 +164,7 @@ impl Reader<'_> {
     }
 }
 
-/// `parent_from_node`.
+/// Returns `parent_from_node`.
 fn transform(node: &Node) -> DMat4 {
     if let Some(matrix) = &node.matrix {
         return DMat4::from_cols_array(matrix);

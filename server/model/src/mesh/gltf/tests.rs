@@ -5,7 +5,8 @@ use glamx::DVec3;
 use crate::limits;
 use crate::mesh::{Beside, Content, read};
 
-/// A triangle in a buffer within the JSON: corners (0, 0, 0), (1, 0, 0), (0, 1, 0), then the indices 0 1 2 as bytes.
+/// A triangle in a buffer within the JSON. The vertices are (0, 0, 0), (1, 0, 0), (0, 1, 0), then come the
+/// indices 0 1 2 as bytes.
 const DATA: &str = "data:application/octet-stream;base64,\
     AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAEC";
 
@@ -35,12 +36,12 @@ fn nodes_place_meshes_and_the_axes_are_those_of_the_file() {
     let read = parse(&document(PLAIN)).unwrap();
     assert_eq!(read.triangles.0, [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(DVec3::from_array));
     assert_eq!(read.triangles.1, [[0, 1, 2]]);
-    // Half a turn about z, twice as large, moved; in a node that is moved too.
+    // Half a turn about z, twice as large, moved; its parent is moved too.
     let nodes = r#""nodes": [{"children": [1], "matrix": [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,5,1]},
         {"mesh": 0, "translation": [1, 0, 0], "rotation": [0, 0, 1, 0], "scale": [2, 2, 2]}], "scenes": [{"nodes": [0]}]"#;
     let read = parse(&document(nodes)).unwrap();
     assert!((read.triangles.0[1] - DVec3::new(-1.0, 0.0, 5.0)).length() < 1e-12, "{:?}", read.triangles.0);
-    // Without a scene all meshes are there.
+    // Without a scene, all meshes are read.
     assert_eq!(parse(&document(r#""nodes": []"#)).unwrap().triangles.1.len(), 1);
 }
 
@@ -55,7 +56,7 @@ fn the_base_colour_is_as_screens_have_it_and_shines_through_where_it_blends() {
     };
     let ([red, green, blue], alpha) = material("");
     assert_eq!((blue, alpha), (0.0, 1.0));
-    // As exact as the power of 1 / 2.4 is.
+    // As exact as the power of 1 / 2.4.
     assert!((red - 1.0).abs() < 1e-12 && (green - 0.5).abs() < 1e-6, "{red} {green}");
     assert_eq!(material(r#", "alphaMode": "BLEND""#).1, 0.5);
     assert_eq!(parse(&document(PLAIN)).unwrap().paints, [], "a material that is not there is none");
@@ -102,7 +103,7 @@ fn what_is_broken_or_unknown_is_refused_in_a_sentence() {
 fn a_short_file_does_not_become_long_work() {
     let many = "{},".repeat(limits::GLTF_OBJECTS);
     assert!(why(&document(&format!(r#""images": [{many}{{}}], {PLAIN}"#))).contains("objects; the most is"));
-    // A mesh of ten thousand parts, shown ten thousand times.
+    // A mesh of ten thousand parts, used ten thousand times.
     let part = r#"{"attributes": {"POSITION": 0}, "mode": 0},"#.repeat(10_000);
     let nodes = r#"{"mesh": 1},"#.repeat(10_000);
     let indices: Vec<String> = (0..10_000).map(|n| n.to_string()).collect();

@@ -1,4 +1,4 @@
-//! Parts of other MJCFs that are attached.
+//! Attached parts of other MJCFs.
 
 use super::*;
 

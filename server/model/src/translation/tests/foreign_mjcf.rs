@@ -1,4 +1,4 @@
-//! MJCF as others write it: what MuJoCo computes or finds, beside what simd does.
+//! MJCF in the wild: results of MuJoCo compared with simd's.
 
 use super::*;
 
@@ -22,10 +22,10 @@ fn a_ratio_of_damping_is_of_the_inertia_that_the_joint_moves() {
     for (robot, name, expected) in [
         ("a", "j1", 2.065256195759225 * 9.0),
         ("a", "j2", 0.7497839194900928),
-        // The free base moves along: 1 / (1 / 3 + 1 / 2) kg.
+        // The free base also moves: 1 / (1 / 3 + 1 / 2) kg.
         ("f", "j3", 2.0 * (10.0_f64 * 1.2).sqrt()),
     ] {
-        // To rounding.
+        // Equal up to rounding.
         let found = damping(robot, name);
         assert!((found - expected).abs() < 1e-9, "{name}: {found} instead of {expected}");
     }
@@ -44,11 +44,11 @@ fn what_a_follower_has_is_of_the_motion_that_both_share() {
         model.setup.joints.iter().find(|setup| setup.joint == joint)
     };
     let leader = of("l").unwrap();
-    // m^2 times what the follower has: 0.1 + 4 0.2, and 5 + 4 20.
+    // m^2 times the follower's: 0.1 + 4 0.2, and 5 + 4 20.
     assert!((leader.armature - 0.9).abs() < 1e-12);
     let spring = leader.spring.unwrap();
     assert!((spring.stiffness - 85.0).abs() < 1e-12);
-    // Pulls of both at 0: 5 1 + 2 20 (0.3 - 0.1).
+    // Efforts of both springs at 0: 5 1 + 2 20 (0.3 - 0.1).
     assert!((spring.rest - 13.0 / 85.0).abs() < 1e-12);
     assert!(of("r").is_none_or(|setup| setup.armature == 0.0 && setup.spring.is_none()));
     assert!(find(&report, "has no actuator of its own").message.contains("drive \"l\""));
@@ -126,7 +126,8 @@ fn comments_with_dashes_are_read() {
     assert_eq!(find(&report, "two dashes").line, Some(1));
 }
 
-/// Kinds of elements and attributes of MuJoCo's XML reference of which simd has no use, and which a file may have to no effect.
+/// Elements and attributes of MuJoCo's XML reference that simd does not use, and that a file may have without
+/// effect.
 const WITHOUT_USE: &[(&str, &str)] = &[
     ("joint", "solreflimit solimplimit solreffriction solimpfriction actuatorgravcomp user"),
     ("geom", "priority solmix solref solimp margin gap fluidshape fluidcoef user"),
@@ -174,6 +175,6 @@ fn what_is_not_read_of_a_file_is_named_by_element_and_attribute() {
             |finding: &Finding| finding.element.ends_with(element) && finding.message == "not read by simd";
         assert!(report.findings.iter().any(is_named), "{element}: {:#?}", report.findings);
     }
-    // What is read is not named.
+    // Attributes that are read are not reported.
     assert!(!report.findings.iter().any(|finding| finding.message.contains("\"qpos\"")));
 }

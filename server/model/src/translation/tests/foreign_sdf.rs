@@ -1,11 +1,11 @@
-//! SDF as others write it: what is merged, what is not there, and what other readers take.
+//! SDF in the wild: merges, missing parts, and forms that other readers accept.
 
 use super::*;
 
 const INERTIAL: &str =
     "<inertial><mass>1</mass><inertia><ixx>0.1</ixx><iyy>0.1</iyy><izz>0.1</izz></inertia></inertial>";
 
-/// A model of version 1.7.
+/// Returns a model of version 1.7.
 fn sdf(content: &str) -> String {
     format!("<sdf version='1.7'><model name='m'>{content}</model></sdf>")
 }
@@ -58,7 +58,7 @@ fn a_merged_model_gives_its_links_and_frames_their_own_names() {
 
 #[test]
 fn what_stands_relative_to_a_frame_of_another_nested_model_may_come_before_it() {
-    // The placed model's tip is where the other one's frame is.
+    // The placed model's tip is at the other one's frame.
     let placed = "<include><uri>simple</uri><name>placed</name><placement_frame>tip</placement_frame>\
         <pose relative_to='other::f'/></include>";
     let other = "<model name='other'><frame name='f'><pose degrees='true'>0.25 0 0 0 0 -90</pose></frame>\
@@ -72,7 +72,8 @@ fn what_stands_relative_to_a_frame_of_another_nested_model_may_come_before_it() 
         );
         let (model, _) = robot_with(&text, &files());
         assert!(near(root_from_link(&model, "other::base").translation, [0.0, 0.0, 1.0]));
-        // Half a metre from the base to its tip, turned by -90 degrees; a metre down to the model's origin and up again.
+        // Half a metre from the base to its tip, rotated by -90 degrees; a metre down to the model's origin
+        // and up again.
         assert!(near(root_from_link(&model, "placed::base").translation, [0.25, 0.5, 0.0]));
     }
 }

@@ -1,8 +1,8 @@
-//! Meshes whose numbers stand in an MJCF.
+//! Meshes with their numbers in an MJCF.
 
 use super::*;
 
-/// Four corners of 1 m^3, and one inside.
+/// Four vertices of 1 m^3, and one inside.
 const POINTS: &str = "0 0 0  2 0 0  0 3 0  0 0 1  0.2 0.3 0.1";
 
 fn with_mesh(attributes: &str) -> String {
@@ -17,7 +17,7 @@ fn corners_alone_are_their_convex_hull_as_in_mujoco() {
     let (model, report) = robot(&with_mesh(&format!("vertex='{POINTS}'")));
     assert_eq!(warnings(&report), []);
     let inertial = &link(&model, "a").inertial;
-    // As MuJoCo 4.0.0 has them.
+    // Values of MuJoCo 4.0.0.
     assert!((inertial.mass - 100.0).abs() < 1e-9, "{}", inertial.mass);
     assert!((inertial.center_of_mass - glamx::DVec3::new(0.5, 0.75, 0.25)).length() < 1e-12, "{inertial:?}");
     let inertia = inertial.inertia;
@@ -89,7 +89,7 @@ fn a_picture_that_does_not_fit_the_faces_is_left_out() {
     assert!((link(&model, "a").inertial.mass - 100.0 / 6.0).abs() < 1e-9);
 }
 
-/// Hulls of corners on circles cost the square of their number: a few lines could ask for hours.
+/// Hulls of vertices on circles cost the square of their number: a few lines could ask for hours.
 #[test]
 fn hulls_of_many_meshes_are_refused_and_one_for_many_geoms_is_computed_once() {
     let ring = |count: usize| -> String {
@@ -116,7 +116,7 @@ fn hulls_of_many_meshes_are_refused_and_one_for_many_geoms_is_computed_once() {
 #[test]
 fn a_hull_for_an_inertia_is_that_of_the_farthest_of_many_corners() {
     use std::fmt::Write as _;
-    // Two circles of 10,000 corners: took a minute and 14 GB.
+    // Two circles of 10,000 vertices: took a minute and 14 GB.
     let count = 10_000;
     let mut mesh = String::new();
     for i in 0..count {
@@ -125,13 +125,13 @@ fn a_hull_for_an_inertia_is_that_of_the_farthest_of_many_corners() {
     }
     let text = "<mujoco><asset><mesh file='c.obj' inertia='convex'/></asset><worldbody><body name='a'><freejoint/>\
                 <geom type='mesh' mesh='c' density='1'/></body></worldbody></mujoco>";
-    // Corners that no triangle has are left out.
+    // Vertices without triangles are left out.
     let fan: String = (1..count).map(|i| format!("f 1 {} {}\n", 2 * i + 1, 2 * i + 2)).collect();
     let (model, report) = robot_with(text, &Files::default().with("c.obj", mesh + &fan));
     let said = warnings(&report).into_iter().find(|(_, said)| said.contains("farthest in 1000 directions"));
     let error = said.and_then(|(_, said)| said.split("by at most ").nth(1)?.strip_suffix(" m"));
     let error = error.and_then(|error| error.parse::<f64>().ok());
-    // Between corners of a circle of 1 m that are a hundredth of it from each other, 0.5 mm; some are farther.
+    // 0.5 mm between vertices of a circle of 1 m that are a hundredth of it apart; some are farther.
     assert!(error.is_some_and(|error| error > 0.0 && error < 1e-2), "{report:?}");
     let mass = link(&model, "a").inertial.mass;
     assert!((mass / std::f64::consts::PI - 1.0).abs() < 2e-2, "{mass}");

@@ -168,7 +168,7 @@ fn meshes_weigh_what_they_weigh_in_mujoco_of_every_kind() {
     let u = "v 0 0 0\nv 3 0 0\nv 3 0 2\nv 2 0 2\nv 2 0 1\nv 1 0 1\nv 1 0 2\nv 0 0 2\nv 0 1 0\nv 3 1 0\nv 3 1 2\nv 2 1 2\nv 2 1 1\nv 1 1 1\nv 1 1 2\nv 0 1 2\n\
              f 1 10 2\nf 1 9 10\nf 2 11 3\nf 2 10 11\nf 3 12 4\nf 3 11 12\nf 4 13 5\nf 4 12 13\nf 5 14 6\nf 5 13 14\nf 6 15 7\nf 6 14 15\nf 7 16 8\nf 7 15 16\nf 8 9 1\nf 8 16 9\n\
              f 1 2 5\nf 9 13 10\nf 1 5 6\nf 9 14 13\nf 2 3 4\nf 10 12 11\nf 2 4 5\nf 10 13 12\nf 1 6 7\nf 9 15 14\nf 1 7 8\nf 9 16 15\n";
-    // Mass, height of the centre of mass, moments, as MuJoCo 4.0.0 has them.
+    // Mass, height of the centre of mass, moments in MuJoCo 4.0.0.
     for (kind, mass, z, moments) in [
         (
             "legacy",
@@ -281,14 +281,14 @@ fn bodies_that_are_welded_or_connected_are_held_by_constraints() {
         constraint.ends[end].pose.unwrap().translation
     };
     assert_eq!((weld.name.as_str(), weld.kind, weld.collisions), ("w", LinkConstraintKind::Weld, true));
-    // The second body is where the file puts it.
+    // The second body has its pose from the file.
     assert!(near(place(weld, 0), [0.0, 2.0, 0.0]) && near(place(weld, 1), [0.0; 3]));
     assert_eq!(connect.kind, LinkConstraintKind::PointToPoint);
     assert_eq!(connect.ends[1].on, ConstraintOn::World);
     // The world's end is in the frame of the root, which is the body itself.
     assert!(near(place(connect, 0), [0.0, 0.0, 1.0]) && near(place(connect, 1), [0.0, 0.0, 1.0]));
     assert!(near(place(sites, 0), [0.0, 1.0, 0.0]) && near(place(sites, 1), [0.0, 1.0, 0.0]));
-    // In the world the body that stands still is at z = 3, and the root at x = 1.
+    // In the world, the fixed body is at z = 3, and the root at x = 1.
     assert!(near(place(to_still, 0), [0.0, 0.0, 0.5]) && near(place(to_still, 1), [-1.0, 0.0, 3.0]));
     let said = warnings(&translation.report);
     assert!(said.iter().any(|(_, message)| message.contains("a body that is not there")), "{said:?}");
@@ -342,8 +342,8 @@ fn hostile_equalities_are_bounded_and_refused_in_a_sentence() {
     }
 }
 
-/// Figures of MuJoCo 4.0.0 (`jnt_stiffness`, `dof_damping`) for the same file: a chain with a slide and a ball joint and a still branch, off
-/// axes and with an armature, and a joint on a free body.
+/// Values of MuJoCo 4.0.0 (`jnt_stiffness`, `dof_damping`) for the same file. It has a chain with a slide and
+/// a ball joint and a fixed branch, off axes and with an armature. It also has a joint on a free body.
 #[test]
 fn springs_by_time_constant_and_damping_ratio_are_those_of_mujocos_compiler() {
     let text = mjcf(

@@ -112,7 +112,7 @@ fn included_and_nested_models_are_found_placed_and_named() {
     assert!(near(root_from_link(&model, "right::rim").translation, [0.0, -1.0, 0.0]));
     let Geometry::Mesh { uri, .. } = &link(&model, "left::rim").visuals[0].geometry else { panic!() };
     assert_eq!(uri, "model://wheel/meshes/rim.stl");
-    // The joints name links of what is not there.
+    // The joints name missing links.
     let missing = refusal(&text);
     assert!(missing.contains("left::rim"), "{missing}");
 }

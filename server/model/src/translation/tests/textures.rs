@@ -1,4 +1,4 @@
-//! Pictures that materials of SDF and MJCF name: from the file to what is drawn.
+//! Pictures that materials of SDF and MJCF name: from the file to the visual.
 
 use super::*;
 use crate::robot::{Geometry, MeshAsset, TextureRepeat, Visual};
@@ -6,7 +6,7 @@ use crate::robot::{Geometry, MeshAsset, TextureRepeat, Visual};
 const BOX: &str = "<body name='b'><freejoint/><geom type='box' size='1 1 1' material='squares'/></body>";
 const MESH: &str = "<body name='b'><freejoint/><geom type='mesh' mesh='box' material='squares'/></body>";
 
-/// Of the boxes that `tests/assets/make_textured.py` writes.
+/// Returns a box that `tests/assets/make_textured.py` writes.
 fn asset(name: &str) -> Vec<u8> {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/assets/textured");
     std::fs::read(folder.join(name)).unwrap()
@@ -58,7 +58,7 @@ fn a_material_of_mjcf_puts_its_picture_on_shapes() {
     let (shown, report) = visual(&mjcf(squares, BOX), &files());
     assert_eq!((picture_of(&shown), shown.color), (Some("pictures/squares.png"), None));
     assert_eq!(warnings(&report), []);
-    // Without a name it has that of its file, and a layer is what the material wears.
+    // Without a name it has its file's, and the material uses a layer.
     let layered = "<material name='squares' rgba='1 0.5 0 1'><layer texture='squares' role='rgb'/></material>\
                    <texture type='cube' file='squares.png'/>";
     let (shown, _) = visual(&mjcf(layered, BOX), &files());
@@ -84,7 +84,7 @@ fn what_is_no_picture_of_a_file_leaves_the_colour_and_a_finding() {
     );
 }
 
-/// The rows of a PNG that is not filtered.
+/// Returns the rows of a PNG without filters.
 fn pixels(png: &[u8]) -> Vec<Vec<[u8; 3]>> {
     use std::io::Read as _;
 
@@ -118,19 +118,19 @@ fn textures_that_mujoco_makes_are_pictures() {
     assert_eq!(cross, [[red, white, red], [white; 3], [red, white, red]]);
     let gradient = ground("builtin='gradient' rgb1='1 0 0' rgb2='0 0 1' width='65' height='65'");
     assert_eq!((gradient[32][32], gradient[0][0]), (red, blue));
-    // Half of the way out both are there.
+    // Half of the way out, both colours are equal.
     assert_eq!(gradient[32][48], [127, 0, 127]);
     let random = ground(
         "builtin='flat' rgb1='1 0 0' mark='random' random='0.25' markrgb='1 1 1' width='100' height='100'",
     );
     let marked = random.iter().flatten().filter(|pixel| **pixel == white).count();
     assert!((2300..2700).contains(&marked), "{marked} of 10000 pixels");
-    // However large it is asked to be.
+    // Regardless of the requested size.
     let large = ground("builtin='checker' rgb1='1 0 0' rgb2='0 0 1' width='1e9' height='100'");
     assert_eq!((large.len(), large[0].len(), large[0][0], large[0][1023]), (100, 1024, red, blue));
 }
 
-/// Numbers of repetitions as in MuJoCo's renderer: of a plane over its size, of what is uniform over two metres.
+/// Repetitions as in MuJoCo's renderer: over the size of a plane, or over two metres if uniform.
 #[test]
 fn a_picture_is_repeated_as_its_material_says() {
     let repeat = |material: &str, geom: &str| {
@@ -153,12 +153,13 @@ fn a_picture_is_repeated_as_its_material_says() {
     assert_eq!(repeat("texrepeat='3 2'", cuboid), TextureRepeat::Times([3.0, 2.0]));
     assert_eq!(repeat("texrepeat='3 2' texuniform='true'", cuboid), TextureRepeat::PerMetre([1.5, 1.0]));
     assert_eq!(repeat("texrepeat='3 2'", ball), TextureRepeat::Times([3.0, 2.0]));
-    // Once is nothing to say, and what cannot be is passed over.
+    // One repetition is the default, and invalid ones are ignored.
     assert_eq!(repeat("", cuboid), TextureRepeat::default());
     assert_eq!(repeat("texrepeat='0 1'", cuboid), TextureRepeat::default());
 }
 
-/// The words that translations write, in a URDF; a robot twice as large has a picture half as often on each metre.
+/// The attributes that translations write, in a URDF; a robot twice as large has half the repetitions per
+/// metre.
 #[test]
 fn a_urdf_says_how_often_a_picture_is_there() {
     let visual =
@@ -188,7 +189,7 @@ fn a_urdf_says_how_often_a_picture_is_there() {
     assert_eq!(repeats(2.0), [TextureRepeat::PerMetre([2.0, 1.0]), often, whole, whole, whole]);
 }
 
-/// Of the box's OBJ only the file itself is there, as with most models of MuJoCo.
+/// Only the file of the box's OBJ exists, without its materials, as with most models of MuJoCo.
 #[test]
 fn a_mesh_has_the_picture_where_its_corners_say_and_another_look_for_it() {
     let assets = "<texture name='t' type='2d' file='squares.png'/><material name='squares' texture='t'/>\
@@ -217,7 +218,7 @@ fn a_mesh_without_places_in_pictures_says_that_the_picture_is_not_drawn() {
     let stl = "solid a\n facet normal 0 0 1\n  outer loop\n   vertex 0 0 0\n   vertex 1 0 0\n   vertex 0 1 0\n  endloop\n endfacet\nendsolid a\n";
     let assets = "<texture name='t' type='2d' file='squares.png'/><material name='squares' texture='t'/>\
                   <mesh name='box' file='a.stl'/>";
-    // A triangle has no volume, and what moves has a mass.
+    // A triangle has no volume, and moving bodies need a mass.
     let still = MESH.replace("<freejoint/>", "");
     let (shown, report) = visual(&mjcf(assets, &still), &files().with("meshes/a.stl", stl));
     assert_eq!(mesh(&shown).paints.len(), 0);
@@ -250,7 +251,7 @@ fn an_albedo_map_of_sdf_is_drawn_on_shapes_and_meshes() {
     assert_eq!(shown.color, Some([1.0, 0.0, 0.0, 1.0]));
 }
 
-/// Who sends a description learns of its pictures as of its meshes.
+/// A client that sends a description learns its pictures like its meshes.
 #[test]
 fn pictures_are_among_the_files_that_a_description_asks_for() {
     let text = sdf(

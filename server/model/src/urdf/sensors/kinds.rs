@@ -1,4 +1,4 @@
-//! What a `<sensor>` measures, by its type.
+//! Kind of a `<sensor>`, by its type.
 
 use roxmltree::Node;
 
@@ -9,7 +9,7 @@ use crate::urdf::findings::{Findings, quoted};
 use crate::urdf::prescan::is;
 use crate::urdf::unknown::nearest;
 
-/// Types that are read.
+/// Supported types.
 const TYPES: [&str; 24] = [
     "imu",
     "accelerometer",
@@ -37,21 +37,22 @@ const TYPES: [&str; 24] = [
     "range",
 ];
 
-/// Whether a sensor's type is one that is read, or was meant to be.
+/// Returns whether a sensor's type is supported, or a misspelling of a supported one.
 pub(super) fn is_known(node: Node) -> bool {
     let word = node.attribute("type").unwrap_or_default().trim();
     nearest(word, TYPES.into_iter()).is_some()
 }
 
-/// What a laser without an end is given: farther than rooms and halls are.
+/// Range of a laser without a limit, m: larger than rooms and halls.
 const FAR: f64 = 1e4;
 
-/// Whether it is a stereo camera or the like, as Gazebo has them: as many sensors as it has cameras.
+/// Returns whether it is a stereo camera or similar, as in Gazebo: each of its cameras becomes a sensor.
 pub(super) fn has_several_cameras(node: Node) -> bool {
     node.attribute("type").map(str::trim) == Some("multicamera")
 }
 
-/// The cameras of a sensor, each of which is one; of all else and where none is described one that is not there.
+/// Returns the cameras of a sensor, each of which becomes one; a single `None` if none is described, and for
+/// other types.
 pub(super) fn cameras<'a, 'i>(node: Node<'a, 'i>) -> Vec<Option<Node<'a, 'i>>> {
     let most = if has_several_cameras(node) { usize::MAX } else { 1 };
     let mut found: Vec<_> =
@@ -62,13 +63,13 @@ pub(super) fn cameras<'a, 'i>(node: Node<'a, 'i>) -> Vec<Option<Node<'a, 'i>>> {
     found
 }
 
-/// What a sensor measures; of one with cameras, this one.
+/// Reads the kind of a sensor; for a sensor with cameras, of this one.
 pub(super) fn read(
     node: Node,
     its_camera: Option<Node>,
     findings: &mut Findings,
 ) -> Result<SensorKind, String> {
-    // In the proposal of URDF a sensor is what it holds.
+    // In URDF's proposal, the content of a sensor is its type.
     let held = ["camera", "ray"].into_iter().find(|tag| at(node, &[*tag]).is_some());
     let word = node.attribute("type").or(held).unwrap_or_default().trim();
     Ok(match word {
@@ -133,9 +134,9 @@ fn force_torque(node: Node) -> Result<SensorKind, String> {
     Ok(SensorKind::ForceTorque { axes, direction })
 }
 
-/// A lidar, or a range finder where it has one ray, along x.
+/// Reads a lidar, or a range finder if it has one ray, along x.
 fn scan(node: Node, findings: &mut Findings) -> Result<SensorKind, String> {
-    // Where neither is there, the sensor is one ray.
+    // Without either, the sensor is one ray.
     let said = at(node, &["ray"]).or_else(|| at(node, &["lidar"])).unwrap_or(node);
     let mut sweep = |tag: &str| -> Result<Sweep, String> {
         let found = at(said, &["scan", tag]).or_else(|| at(said, &[tag]));
@@ -170,7 +171,7 @@ fn scan(node: Node, findings: &mut Findings) -> Result<SensorKind, String> {
     Ok(SensorKind::Lidar(Scan { horizontal, vertical, range, rolling }))
 }
 
-/// Infinity is far.
+/// Returns the limits, with infinity replaced by a large range.
 fn limits(least: f64, most: f64) -> RangeLimits {
     RangeLimits { least, most: if most == f64::INFINITY { FAR } else { most } }
 }
@@ -182,7 +183,7 @@ fn camera(said: Option<Node>, picture: Picture) -> Result<SensorKind, String> {
         Ok(holder.map(|node| number(node, tag)).transpose()?.flatten().unwrap_or(default))
     };
     let pixels = |value: f64| if value.fract() == 0.0 && value > 0.0 { value as u32 } else { 0 };
-    // In the proposal of URDF its picture has them as attributes.
+    // In URDF's proposal, its picture has them as attributes.
     let either = |of_sdf: &[&str], of_urdf: &str, default| of(of_sdf, of(&["image", of_urdf], default)?);
     // SDFormat's defaults.
     Ok(SensorKind::Camera(Camera {

@@ -1,4 +1,4 @@
-//! The noise of a `<sensor>`, as SDFormat writes it: for each axis, and in files of old for all of them.
+//! Noise of a `<sensor>`, as in SDFormat: for each axis, and in old files for all of them.
 
 use roxmltree::Node;
 
@@ -9,7 +9,7 @@ use crate::urdf::findings::{Findings, quoted};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// What is said of all channels. Those of which nothing is said, and those without any noise, are left out.
+/// Reads the noise of all channels. Channels without noise are left out.
 pub(super) fn read(
     node: Node,
     kind: &SensorKind,
@@ -23,7 +23,7 @@ pub(super) fn read(
         }
         Ok(())
     };
-    // Of all three where it stands in the quantity itself.
+    // Applies to all three axes if it is in the quantity itself.
     let mut axes = |quantity: Option<Node>, channels: Channels| -> Result<(), String> {
         add(quantity.and_then(|node| at(node, &["noise"])), channels, None)?;
         for (axis, tag) in (0..).zip(AXES) {
@@ -71,7 +71,7 @@ pub(super) fn read(
     Ok(read)
 }
 
-/// An encoder counts in whole steps.
+/// Sets the resolution: an encoder counts in whole steps.
 fn resolve(read: &mut Vec<ChannelNoise>, resolution: f64) {
     let channels = Channels::JointPosition;
     match read.iter_mut().find(|noise| noise.channels == channels) {
@@ -83,11 +83,11 @@ fn resolve(read: &mut Vec<ChannelNoise>, resolution: f64) {
     }
 }
 
-/// A `<noise>`. Its mean is a part of the bias.
+/// Reads a `<noise>`. Its mean is a part of the bias.
 fn noise(node: Node, findings: &mut Findings) -> Result<Noise, String> {
     let text = |node: Node| node.text().map(str::trim).filter(|text| !text.is_empty()).map(str::to_owned);
     let own = node.attribute("type").map(|word| word.trim().to_owned());
-    // `<rate>` and `<accel>` of old have it beside them.
+    // In old files, `<rate>` and `<accel>` have it beside them.
     let beside = node.parent().and_then(|parent| at(parent, &["type"])).and_then(text);
     let word =
         own.or_else(|| at(node, &["type"]).and_then(text)).or(beside).unwrap_or_else(|| "none".to_owned());
@@ -102,7 +102,7 @@ fn noise(node: Node, findings: &mut Findings) -> Result<Noise, String> {
         }
     }
     let (walk, time) = (of("dynamic_bias_stddev")?, number(node, "dynamic_bias_correlation_time")?);
-    // As in Gazebo, where both have to be above 0; without a time it is simd's walk without an end.
+    // As in Gazebo, both must be above 0; without a time it is an unbounded walk.
     let correlation_time = time.filter(|time| *time > 0.0);
     Ok(Noise {
         standard_deviation: of("stddev")?,

@@ -1,4 +1,4 @@
-//! What of a `<sensor>` is not read: its report names it.
+//! Reports the parts of a `<sensor>` that are not read.
 
 use std::collections::BTreeSet;
 
@@ -9,7 +9,7 @@ use crate::sensor::SensorKind;
 use crate::urdf::findings::Findings;
 use crate::urdf::prescan::is;
 
-/// Elements of any sensor that are read, or that say nothing of what is measured.
+/// Elements of any sensor that are read, or that do not affect its readings.
 const OF_ANY: [&str; 17] = [
     "always_on",
     "update_rate",
@@ -23,19 +23,19 @@ const OF_ANY: [&str; 17] = [
     "optical_frame_id",
     "parent",
     "origin",
-    // Simd's own word.
+    // An extension of simd.
     "seed",
-    // Named on its own.
+    // Reported separately.
     "plugin",
     "engine_name",
     "update",
     "gazebo",
 ];
 
-/// Names at the most, of one sensor.
+/// Maximum number of names for one sensor.
 const MOST: usize = 8;
 
-/// An element of a kind, and what is read in it; nothing where all of it is judged elsewhere.
+/// An element of a kind, with its known children; empty if another module checks all of it.
 type Part = (&'static str, &'static [&'static str]);
 
 const RAY: &[&str] = &["scan", "horizontal", "vertical", "range", "noise", "rolling"];
@@ -52,7 +52,7 @@ fn parts(kind: &SensorKind) -> &'static [Part] {
         SensorKind::Contact { .. } => {
             &[("contact", &["collision", "topic"]), ("threshold", &[]), ("noise", &[])]
         }
-        // A sensor of the type `range` may hold them itself.
+        // A sensor of the type `range` may contain them itself.
         SensorKind::Range(_) | SensorKind::Lidar(_) => &[
             ("ray", RAY),
             ("lidar", RAY),
@@ -74,7 +74,7 @@ fn parts(kind: &SensorKind) -> &'static [Part] {
     }
 }
 
-/// Names what is not read of a sensor of a kind.
+/// Reports the unread parts of a sensor of a kind.
 pub(super) fn report(node: Node, kind: &SensorKind, findings: &mut Findings) {
     let parts = parts(kind);
     let mut names: BTreeSet<String> = BTreeSet::new();

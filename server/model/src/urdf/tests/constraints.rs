@@ -1,11 +1,11 @@
-//! What holds links together beside the tree.
+//! Constraints of links beside the tree.
 
 use glamx::DVec3;
 
 use super::*;
 use crate::setup::{ConstraintOn, LinkConstraintKind};
 
-/// Two arms on a base, the second 1 m along x, and what is said of them, from line 2 on.
+/// Two arms on a base, the second 1 m along x, with further content from line 2 on.
 fn two_arms(content: &str) -> String {
     let arm = |name: &str, x: f64| {
         format!(

@@ -1,4 +1,4 @@
-//! What is a URDF at all, and which tree its links form.
+//! Recognition of URDFs, and the tree of their links.
 
 use super::*;
 
@@ -73,7 +73,7 @@ fn an_unprocessed_xacro_file_is_called_one() {
         "<robot name='r' xmlns:xacro='http://www.ros.org/wiki/xacro'>\n<xacro:macro name='m'/></robot>";
     assert!(refusal(xacro).starts_with("line 2: this is a xacro file"));
     assert!(refusal("<robot name='r'>\n<xacro:macro name='m'/></robot>").contains("xacro file"));
-    // What xacro prints still declares its prefix.
+    // Expanded files still declare xacro's prefix.
     robot("<robot name='r' xmlns:xacro='http://www.ros.org/wiki/xacro'><link name='a'/></robot>");
 }
 

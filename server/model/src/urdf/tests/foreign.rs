@@ -1,4 +1,4 @@
-//! URDFs as others write them: what other readers take is read, and what is strange is said.
+//! URDFs in the wild: forms that other readers accept are read, and oddities are reported.
 
 use super::*;
 use crate::setup::DriveMode;
@@ -8,7 +8,7 @@ const ROBOT: &str = "<link name='a'><inertial><mass value='1'/><inertia ixx='0.0
     <link name='c'><inertial><mass value='1'/><inertia ixx='0.01' ixy='0' ixz='0' iyy='0.01' iyz='0' izz='0.01'/></inertial></link>\
     <joint name='right' type='revolute'><parent link='a'/><child link='b'/><axis xyz='0 1 0'/><limit lower='-1' upper='1' effort='50' velocity='5'/></joint>";
 
-/// A robot with two joints, of which the second one holds `inner`.
+/// Returns a robot with two joints; the second one contains `inner`.
 fn two(inner: &str, content: &str) -> String {
     format!(
         "<robot name='r'>{ROBOT}<joint name='left' type='revolute'><parent link='a'/><child link='c'/><axis xyz='0 1 0'/>\
@@ -60,7 +60,7 @@ fn looks_that_cannot_be_read_refuse_no_robot() {
     let (model, report) = robot(origin);
     assert_eq!(model.links[0].visuals.len(), 0);
     find(&report, "as it is only seen");
-    // What touches is no matter of looks.
+    // Faults of colliders are no matter of the look.
     assert!(read_text(&origin.replace("visual", "collision")).is_err());
 }
 

@@ -1,4 +1,4 @@
-//! Files made to harm: each is refused, and soon.
+//! Malicious files: each is refused quickly.
 
 use std::time::{Duration, Instant};
 
@@ -112,7 +112,7 @@ fn a_chain_of_1000_links_is_read() {
     assert_eq!(model.links[999].name, "l999");
 }
 
-/// A generator of numbers, the same each time (Marsaglia, "Xorshift RNGs", 2003).
+/// A deterministic random generator (Marsaglia, "Xorshift RNGs", 2003).
 struct Xorshift(u64);
 
 impl Xorshift {

@@ -1,4 +1,4 @@
-//! Mass and inertia: the file's, or from the shapes.
+//! Mass and inertia: from the file, or from the shapes.
 
 use glamx::{DMat3, DVec3};
 

@@ -1,4 +1,4 @@
-//! Kinds, axes, limits, damping and friction.
+//! Types, axes, limits, damping and friction.
 
 use glamx::DVec3;
 

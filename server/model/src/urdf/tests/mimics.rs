@@ -1,4 +1,4 @@
-//! Joints that follow others, and robots made larger.
+//! Mimic joints, and scaled robots.
 
 use super::*;
 use crate::robot::{Geometry, Mimic};
@@ -75,7 +75,7 @@ fn a_scale_multiplies_lengths_and_inertias_but_no_mass_angle_or_effort() {
         (slides.limits.upper, slides.limits.velocity, slides.limits.effort),
         (Some(2.0), Some(6.0), Some(2.0))
     );
-    // Metres for a radian double; metres for a metre stay.
+    // Metres per radian double; metres per metre do not change.
     assert_eq!(slides.mimic, Some(Mimic { joint: 0, multiplier: 6.0, offset: 1.0 }));
     assert_eq!(follows.mimic, Some(Mimic { joint: 1, multiplier: 3.0, offset: 1.0 }));
 }

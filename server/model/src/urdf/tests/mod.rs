@@ -60,7 +60,7 @@ fn refusal(urdf: &str) -> String {
 const BODY: &str = r#"<inertial><origin xyz="0.1 0 0"/><mass value="1"/>
   <inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/></inertial>"#;
 
-/// A base and an arm on one joint, which is at line 4.
+/// Returns a base and an arm on one joint, which is at line 4.
 fn one_joint(kind: &str, content: &str) -> String {
     format!(
         "<robot name=\"r\"><link name=\"base\"/><link name=\"arm\">\n{BODY}</link>\n\
@@ -68,13 +68,13 @@ fn one_joint(kind: &str, content: &str) -> String {
     )
 }
 
-/// The joint of [`one_joint`], and its report.
+/// Returns the joint of [`one_joint`], and its report.
 fn joint(kind: &str, content: &str) -> (Joint, LoadReport) {
     let (mut model, report) = robot(&one_joint(kind, content));
     (model.joints.remove(0), report)
 }
 
-/// A link that hangs on a moving joint.
+/// Returns a link on a moving joint.
 fn moving_link(content: &str) -> String {
     format!(
         "<robot name=\"r\"><link name=\"base\"/>\n<link name=\"arm\">{content}</link>\

@@ -4,7 +4,7 @@ use crate::limits::LoadLimits;
 use crate::setup::NamedState;
 use crate::urdf::{describe, readdress, with_states};
 
-/// The text with each mesh at `/assets/` and its number.
+/// Returns the text with each mesh at `/assets/` and its number.
 fn rewritten(urdf: &[u8]) -> String {
     let known = describe(urdf, &LoadLimits::default()).unwrap().asset_uris;
     let address = |uri: &str| known.iter().position(|at| at == uri).map(|n| format!("/assets/{n}.stl"));

@@ -76,7 +76,7 @@ fn the_bench_arm_is_read_without_a_warning() {
 fn the_bench_arms_meshes_are_closed_solids_of_its_size() {
     let (model, _) = load("Bench_Arm-1.2 rev B", "Bench_Arm-1.2 rev B.urdf");
     for (link, volume) in meshes(&model) {
-        // Outward triangles: a positive volume, in cubic metres, of some desktop thing.
+        // Outward triangles: a positive volume, in cubic metres, of a desktop object.
         assert!((1e-4..1e-3).contains(&volume), "{link}: {volume}");
     }
 }

@@ -1,4 +1,4 @@
-//! What sensors are read as.
+//! Reading of sensors.
 
 use glamx::{DQuat, DVec3};
 
@@ -7,7 +7,7 @@ use crate::sensor::{
     Channels, Noise, Picture, RangeLimits, Sensor, SensorKind, SensorMount, WrenchAxes, WrenchDirection,
 };
 
-/// An arm on a base, a hand welded to it, and this.
+/// Returns an arm on a base, a hand welded to it, and this content.
 fn sensors(content: &str) -> (Vec<Sensor>, LoadReport) {
     let (model, report) = robot(&format!(
         "<robot name='r'><link name='base'/><link name='arm'>{BODY}</link><link name='hand'>{BODY}</link>\
@@ -164,7 +164,7 @@ fn cameras_are_read_and_what_draws_them_is_said() {
     assert_eq!(find(&report, "simd-camera").disposition, Disposition::Used);
 }
 
-/// As the proposal of URDF for sensors has them, with attributes in the place of elements.
+/// Sensors of URDF's proposal, with attributes instead of elements.
 #[test]
 fn sensors_of_urdfs_own_proposal_are_read() {
     let (read, report) = sensors(
@@ -189,7 +189,8 @@ fn sensors_of_urdfs_own_proposal_are_read() {
     );
 }
 
-/// As URDFs of Unitree's robots have them: Gazebo merges links that fixed joints hold, and what touches the foot would touch the shin there.
+/// As in URDFs of Unitree's robots: Gazebo merges links that fixed joints connect, so contacts of the foot
+/// would be contacts of the shin there.
 #[test]
 fn a_sensor_of_contact_is_of_the_link_whose_shape_it_names() {
     for (shape, link) in [
@@ -228,7 +229,7 @@ fn each_camera_of_a_stereo_camera_is_one_where_it_is() {
     assert_eq!(widths.collect::<Vec<_>>(), [20, 30]);
 }
 
-/// All that is read is not in the list of what is not, and what is not is named with where it stands.
+/// Parts that are read are not reported, and parts that are not read are reported with their place.
 #[test]
 fn what_is_not_read_of_a_sensor_is_named() {
     let noise = "<noise type='gaussian'><stddev>0.1</stddev></noise>";

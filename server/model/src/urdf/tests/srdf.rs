@@ -1,4 +1,4 @@
-//! What an SRDF switches off and on.
+//! Collision filters of an SRDF.
 
 use super::{Severity, read_text};
 use crate::limits::LoadLimits;
