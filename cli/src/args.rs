@@ -1,4 +1,4 @@
-//! The options that every command has, and the list of commands.
+//! Options of every command, and the list of commands.
 
 use std::{path::PathBuf, time::Duration};
 
@@ -12,27 +12,27 @@ use crate::complete;
 use crate::quantity;
 
 const AFTER_HELP: &str = "\
-Which daemon: --endpoint, else --context, else $SIMD_ENDPOINT, else the context in the
+Daemon: --endpoint, else --context, else $SIMD_ENDPOINT, else the context in the
 configuration file, else 127.0.0.1:7400. The file is $XDG_CONFIG_HOME/simd/config.toml or
 ~/.config/simd/config.toml:
 
   context = \"lab\"
   [contexts.lab]
   endpoint = \"https://10.0.0.7:7400\"
-  token = \"simd_...\"             # --token-file and $SIMD_TOKEN beat it
-  tls_authorities = \"ca.pem\"     # --tls-ca and $SIMD_TLS_CA beat it
+  token = \"simd_...\"             # --token-file and $SIMD_TOKEN override it
+  tls_authorities = \"ca.pem\"     # --tls-ca and $SIMD_TLS_CA override it
 
-A token: --token-file, else $SIMD_TOKEN, else that of the context. Where a daemon asks for one and
-none is given, a person at a terminal is asked for it; a pipe or a script is not.
+Token: --token-file, else $SIMD_TOKEN, else the context's. If the daemon asks for one and none is
+given, simctl asks for it on a terminal, but not in a pipe or a script.
 
 Exit codes:
-  0   done; also a watch that was ended by Ctrl-C or by a closed pipe
-  1   a failure on this side, for instance a file that cannot be read
+  0   success; also a watch that Ctrl-C or a closed pipe ended
+  1   a local failure, for instance a file that cannot be read
   2   wrong usage
   64+ the daemon refused: 64 plus the gRPC status code. 67 invalid argument, 68 no answer
       in time, 69 not found, 70 already exists, 71 not allowed, 72 a limit or a full mailbox,
       73 wrong state, 74 aborted, 75 out of range, 76 not implemented, 77 internal,
-      78 unreachable, 80 no token, or one that is not known";
+      78 unreachable, 80 no token, or an unknown one";
 
 /// Controls simd, the robot physics daemon.
 #[derive(Debug, Parser)]
@@ -44,28 +44,29 @@ pub(crate) struct Arguments {
     pub(crate) command: Command,
 }
 
-/// What every command takes.
+/// Options of every command.
 #[derive(Args, Debug)]
 pub(crate) struct Options {
-    /// The daemon: host, host:port, http://host:port, unix:PATH, or for Zenoh tcp/host:port[#NAME]
+    /// Daemon by its address: host, host:port, http://host:port, unix:PATH, or for Zenoh tcp/host:port[#NAME]
     #[arg(short, long, global = true, value_name = "ADDRESS", help_heading = "Options everywhere")]
     pub(crate) endpoint: Option<String>,
-    /// The daemon, by its name in the configuration file
+    /// Daemon by its name in the configuration file
     #[arg(long, global = true, value_name = "NAME", help_heading = "Options everywhere", add = complete::contexts())]
     pub(crate) context: Option<String>,
-    /// For https and tls/: the authority that signed the daemon's certificate (PEM), else $SIMD_TLS_CA
+    /// For https and tls/: authority that signed the daemon's certificate (PEM), else $SIMD_TLS_CA
     #[arg(long, global = true, value_name = "PATH", help_heading = "Options everywhere")]
     pub(crate) tls_ca: Option<PathBuf>,
-    /// For a daemon that asks its clients for certificates: that of this client (PEM), else $SIMD_TLS_CLIENT_CERT
+    /// Certificate of this client (PEM), for a daemon that asks its clients for one, else
+    /// $SIMD_TLS_CLIENT_CERT
     #[arg(long, global = true, value_name = "PATH", help_heading = "Options everywhere")]
     pub(crate) tls_client_cert: Option<PathBuf>,
-    /// The private key of that certificate (PEM), else $SIMD_TLS_CLIENT_KEY
+    /// Private key of that certificate (PEM), else $SIMD_TLS_CLIENT_KEY
     #[arg(long, global = true, value_name = "PATH", help_heading = "Options everywhere")]
     pub(crate) tls_client_key: Option<PathBuf>,
-    /// For a daemon that asks for a token: a file with it in its first line, else $SIMD_TOKEN
+    /// File with a token in its first line, for a daemon that asks for one, else $SIMD_TOKEN
     #[arg(long, global = true, value_name = "PATH", help_heading = "Options everywhere")]
     pub(crate) token_file: Option<PathBuf>,
-    /// The claim that calls come with, by its secret; else $SIMD_CLAIM
+    /// Secret of the claim that calls use, else $SIMD_CLAIM
     #[arg(long, global = true, value_name = "SECRET", help_heading = "Options everywhere")]
     pub(crate) claim: Option<String>,
     /// Tables for people, or JSON for programs
@@ -79,7 +80,7 @@ pub(crate) struct Options {
         help_heading = "Options everywhere"
     )]
     pub(crate) output: Format,
-    /// The same as --output json
+    /// Short for --output json
     #[arg(long, global = true, conflicts_with = "output", help_heading = "Options everywhere")]
     pub(crate) json: bool,
     /// Seconds to wait for an answer
@@ -95,20 +96,20 @@ pub(crate) struct Options {
 }
 
 impl Options {
-    /// How results are written.
+    /// Returns the format of results.
     pub(crate) fn format(&self) -> Format {
         if self.json { Format::Json } else { self.output }
     }
 }
 
-/// How results are written.
+/// Format of results.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Format {
     /// Aligned columns
     Table,
     /// One JSON document; for a watch, the same as jsonl
     Json,
-    /// One JSON document a line
+    /// One JSON document per line
     Jsonl,
 }
 
@@ -126,19 +127,19 @@ pub(crate) enum Command {
     /// Sliders and buttons for people and programs: list, get, add, set, press, watch, remove
     #[command(subcommand)]
     Parameter(parameter::Parameter),
-    /// Who may change what, where that is not everybody: take, release, list
+    /// Exclusive rights of a client to robots, joints or the world: take, release, list
     #[command(subcommand)]
     Claim(claim::Claim),
-    /// What holds links together beside joints: create, list, change, delete
+    /// Constraints between links: create, list, change, delete
     #[command(subcommand)]
     Constraint(constraint::Constraint),
-    /// What touches what: list, ray, distance, overlaps, cast, bounds, surfaces, set
+    /// Contacts, distances and surfaces: list, ray, distance, overlaps, cast, bounds, surfaces, set
     #[command(subcommand)]
     Contact(contact::Contact),
-    /// What robots feel and see: add, list, read, watch, delete
+    /// Sensors of robots: add, list, read, watch, delete
     #[command(subcommand)]
     Sensor(sensor::Sensor),
-    /// What pages draw beside the world: add, list, delete
+    /// Drawings in the viewer's pages: add, list, delete
     #[command(subcommand)]
     Marker(marker::Marker),
     /// Cameras of robots and of open pages: list, view, get, set
@@ -147,15 +148,15 @@ pub(crate) enum Command {
     /// Recordings of the world, on the daemon's disk: start, stop, list, info, download, export, delete
     #[command(subcommand)]
     Record(record::Record),
-    /// What copies of the world come to that run on from it, with the targets of a file
+    /// Runs copies of the world with the targets of a file
     Rollout(rollout::Rollout),
     /// The daemon: info, ping
     #[command(subcommand)]
     Server(server::Server),
-    /// States of the world to go back to: save, restore, list, delete, export, import
+    /// Saved states of the world: save, restore, list, delete, export, import
     #[command(subcommand)]
     State(state::State),
-    /// What happens: watch
+    /// Events in the world: watch
     #[command(subcommand)]
     Event(event::Event),
     /// Daemons of a Zenoh network: list
@@ -167,24 +168,24 @@ pub(crate) enum Command {
     /// Tokens in the file of a daemon on this machine: add, list, revoke
     #[command(subcommand)]
     Token(token::Token),
-    /// Shows worlds, robots and clients as they are, over and over
+    /// Shows worlds, robots and clients live
     Top(top::Top),
-    /// Looks for what is wrong with an installation, and says what to do
+    /// Checks an installation, and gives advice
     Doctor(doctor::Doctor),
     /// Prints a completion script, which asks the daemon for names of robots and joints
     Completions {
-        /// The shell it is for
+        /// Shell of the script
         shell: clap_complete::Shell,
     },
     /// Writes the manual pages, one for each command, into a folder
     #[command(hide = true)]
     Man {
-        /// Where to; it has to be there
+        /// Output folder (must exist)
         folder: PathBuf,
     },
 }
 
-/// The folder of a ROS package that a URDF names.
+/// Folder of a ROS package that a URDF names.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct PackageFolder {
     pub(crate) name: String,

@@ -1,8 +1,8 @@
-//! Completion in shells: robots, joints and parameters of the daemon that the line is for, and contexts of the configuration
-//! file.
+//! Completion in shells: robots, joints and parameters of the line's daemon, and contexts of the
+//! configuration file.
 //!
-//! A shell starts `simctl` with the words that were typed, at each press of Tab. Whatever goes wrong then has no candidates
-//! and no message, and a daemon that does not answer is waited for no longer than [`WAIT`].
+//! A shell starts `simctl` with the typed words at each press of Tab. Any failure then has no candidates and
+//! no message, and a daemon has at most [`WAIT`] to answer.
 
 use std::{ffi::OsStr, io, time::Duration};
 
@@ -20,21 +20,21 @@ use crate::{
     credentials::connect_options,
 };
 
-/// What a shell sets to its name when it asks.
+/// Variable that a shell sets to its name for a request.
 const VARIABLE: &str = "SIMCTL_COMPLETE";
-/// In which bash says the word as it was typed, with what quotes it: bash alone has candidates put into the line as they are.
+/// Variable with the typed word in bash, including its quotes: only bash inserts candidates unchanged.
 const WORD: &str = "SIMCTL_COMPLETE_WORD";
-/// For connecting and all answers together.
+/// Timeout of connecting and all answers together.
 const WAIT: Duration = Duration::from_millis(300);
-/// More candidates fill a screen.
+/// Maximum number of candidates: more fill a screen.
 const MAX_CANDIDATES: usize = 2_000;
 
-/// Answers a shell that asks, and exits then.
+/// Answers a request of a shell, and exits.
 pub(crate) fn answer() {
     CompleteEnv::with_factory(Arguments::command).var(VARIABLE).complete();
 }
 
-/// The script that makes a shell ask.
+/// Returns the script that makes a shell send requests.
 pub(crate) fn script(shell: Shell) -> io::Result<Vec<u8>> {
     let name = shell.to_string();
     let mut script = Vec::new();
@@ -47,7 +47,7 @@ pub(crate) fn script(shell: Shell) -> io::Result<Vec<u8>> {
             let asks = format!("{VARIABLE}=\"bash\"");
             script = script.replace(&asks, &format!("{WORD}=\"${{COMP_WORDS[COMP_CWORD]}}\" {asks}"));
         }
-        // Zsh reads a package's script at the first press of Tab, and means it to answer that one, too.
+        // Zsh reads a package's script at the first press of Tab, and expects it to answer that one too.
         Shell::Zsh => {
             script.push_str("[ \"$funcstack[1]\" != _simctl ] || _clap_dynamic_completer_simctl \"$@\"\n");
         }
@@ -56,7 +56,7 @@ pub(crate) fn script(shell: Shell) -> io::Result<Vec<u8>> {
     Ok(script.into_bytes())
 }
 
-/// For a context's name.
+/// Completes the name of a context.
 pub(crate) fn contexts() -> ArgValueCompleter {
     ArgValueCompleter::new(|current: &OsStr| {
         let configuration = read(configuration_path().as_deref()).unwrap_or_default();
@@ -64,19 +64,19 @@ pub(crate) fn contexts() -> ArgValueCompleter {
     })
 }
 
-/// For a robot's name.
+/// Completes the name of a robot.
 pub(crate) fn robots() -> ArgValueCompleter {
     ArgValueCompleter::new(|current: &OsStr| {
         candidates(current, asked(async |client, _| robot_names(client).await))
     })
 }
 
-/// For the name of a joint of the robot that was typed before it.
+/// Completes the name of a joint of the robot that was typed before it.
 pub(crate) fn joints() -> ArgValueCompleter {
     ArgValueCompleter::new(|current: &OsStr| candidates(current, asked(joints_of_typed)))
 }
 
-/// For `JOINT=VALUE`; the value is left to who types.
+/// Completes the joint of `JOINT=VALUE`, without the value.
 pub(crate) fn assignments() -> ArgValueCompleter {
     ArgValueCompleter::new(|current: &OsStr| {
         let names = asked(joints_of_typed);
@@ -84,7 +84,7 @@ pub(crate) fn assignments() -> ArgValueCompleter {
     })
 }
 
-/// For `ROBOT[/JOINT]`: the joints of a robot once its slash was typed.
+/// Completes `ROBOT[/JOINT]`: the joints of a robot once its slash was typed.
 pub(crate) fn robots_or_joints() -> ArgValueCompleter {
     ArgValueCompleter::new(|current: &OsStr| {
         let robot = current.to_str().and_then(|text| text.split_once('/')).map(|(robot, _)| robot.to_owned());
@@ -99,7 +99,7 @@ pub(crate) fn robots_or_joints() -> ArgValueCompleter {
     })
 }
 
-/// For the name of a sensor of the robot that was typed before it.
+/// Completes the name of a sensor of the robot that was typed before it.
 pub(crate) fn sensors() -> ArgValueCompleter {
     ArgValueCompleter::new(|current: &OsStr| {
         let names = asked(async |client, line| match typed_robot(&line) {
@@ -113,7 +113,7 @@ pub(crate) fn sensors() -> ArgValueCompleter {
     })
 }
 
-/// For a parameter's name.
+/// Completes the name of a parameter.
 pub(crate) fn parameters() -> ArgValueCompleter {
     ArgValueCompleter::new(|current: &OsStr| {
         let names = asked(async |client, _| {
@@ -140,7 +140,7 @@ async fn joints_of_typed(client: Client, line: ArgMatches) -> Vec<String> {
     }
 }
 
-/// The robot that the line names.
+/// Returns the robot that the line names.
 fn typed_robot(line: &ArgMatches) -> Option<String> {
     let mut of = line;
     while let Some((_, inner)) = of.subcommand() {
@@ -149,7 +149,7 @@ fn typed_robot(line: &ArgMatches) -> Option<String> {
     of.try_get_one::<String>("robot").ok().flatten().cloned()
 }
 
-/// A name that a terminal would obey is none to put into a line.
+/// Returns the matching candidates; leaves out names that control a terminal.
 fn candidates(current: &OsStr, names: impl IntoIterator<Item = String>) -> Vec<CompletionCandidate> {
     let begin = if is_bash() {
         unquoted(current.to_str().unwrap_or_default())
@@ -167,13 +167,13 @@ fn is_bash() -> bool {
     std::env::var_os(WORD).is_some()
 }
 
-/// Of the word, where one was begun and is not over.
+/// Returns the quote of the word, if one is open.
 fn open_quote() -> Option<char> {
     let word = std::env::var(WORD).ok()?;
     word.chars().next().filter(|first| matches!(first, '\'' | '"'))
 }
 
-/// A word without what quotes it.
+/// Returns a word without its quotes.
 fn unquoted(word: &str) -> String {
     let mut plain = String::with_capacity(word.len());
     let mut quote = None;
@@ -189,7 +189,7 @@ fn unquoted(word: &str) -> String {
     plain
 }
 
-/// A name as bash takes it for one word, or for the rest of one that began with a quote.
+/// Quotes a name for bash as one word, or as the rest of one that began with a quote.
 fn quoted(name: &str, quote: Option<char>) -> String {
     let is_open = quote.is_some_and(|quote| !name.contains([quote, '$', '`', '\\']));
     if is_open {
@@ -205,7 +205,7 @@ fn quoted(name: &str, quote: Option<char>) -> String {
     word
 }
 
-/// What the daemon of the line says, in time.
+/// Asks the line's daemon, within the timeout.
 fn asked(question: impl AsyncFnOnce(Client, ArgMatches) -> Vec<String>) -> Vec<String> {
     let Some((line, options)) = typed(std::env::args().collect()) else { return Vec::new() };
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build();
@@ -213,19 +213,19 @@ fn asked(question: impl AsyncFnOnce(Client, ArgMatches) -> Vec<String>) -> Vec<S
     let answer = runtime.block_on(async {
         let ask = async {
             let choice = choose(&options).ok()?;
-            // No token is asked for in the middle of a line.
+            // No token is requested in the middle of a line.
             let connect = connect_options(&options, &choice).ok()?;
             let client = Client::connect_with(&choice.endpoint, connect).await.ok()?;
             Some(question(client, line).await)
         };
         tokio::time::timeout(WAIT, ask).await.ok().flatten()
     });
-    // What Zenoh does when it ends is not waited for either.
+    // Zenoh's shutdown is not awaited either.
     runtime.shutdown_background();
     answer.unwrap_or_default()
 }
 
-/// What was typed so far, of the words `simctl -- simctl NOUN VERB ...`.
+/// Returns the typed arguments of the words `simctl -- simctl NOUN VERB ...`.
 fn typed(words: Vec<String>) -> Option<(ArgMatches, Options)> {
     let plain = |word: String| if is_bash() { unquoted(&word) } else { word };
     let line = words.into_iter().skip_while(|word| word != "--").skip(1).map(plain);

@@ -1,4 +1,4 @@
-//! Which daemon: flags, environment, configuration file.
+//! Selection of the daemon: flags, environment, configuration file.
 
 #[cfg(test)]
 mod tests;
@@ -18,11 +18,11 @@ use crate::{args::Options, text_file};
 /// The daemon's address if none is given.
 const DEFAULT_HOST: &str = "127.0.0.1";
 
-/// The configuration file. Unknown keys are refused, so that a slip is found.
+/// The configuration file. Unknown keys are refused, so that typing errors are found.
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Configuration {
-    /// The context to use where nothing else is said.
+    /// Default context.
     pub(crate) context: Option<String>,
     /// Daemons by name.
     #[serde(default)]
@@ -34,26 +34,25 @@ pub(crate) struct Configuration {
 #[serde(deny_unknown_fields)]
 pub(crate) struct Daemon {
     pub(crate) endpoint: String,
-    /// For a daemon that asks for one.
+    /// Token for a daemon that asks for one.
     pub(crate) token: Option<String>,
-    /// The authorities (PEM) by which its certificate is checked; relative to the file's folder.
+    /// Authorities (PEM) that check its certificate; relative to the file's folder.
     pub(crate) tls_authorities: Option<PathBuf>,
 }
 
-/// An endpoint, and who chose it.
+/// An endpoint, and its source.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) struct Choice {
     pub(crate) endpoint: String,
-    /// Of the context.
+    /// From the context.
     pub(crate) token: Option<String>,
-    /// Of the context.
+    /// From the context.
     pub(crate) tls_authorities: Option<PathBuf>,
     /// `--endpoint`, `SIMD_ENDPOINT`, `context NAME` or `default`.
     pub(crate) source: String,
 }
 
-/// The daemon that this call is for. Reads the configuration file only where
-/// nothing before it decides.
+/// Selects the daemon of this call. Reads the configuration file only if flags and environment do not decide.
 pub(crate) fn choose(options: &Options) -> anyhow::Result<Choice> {
     let environment = env::var("SIMD_ENDPOINT").ok().filter(|endpoint| !endpoint.is_empty());
     choose_from(options, environment, || read(configuration_path().as_deref()))
@@ -83,7 +82,7 @@ fn choose_from(
     of_context(&configuration, name)
 }
 
-/// The daemon of a context.
+/// Returns the daemon of a context.
 pub(crate) fn of_context(configuration: &Configuration, name: &str) -> anyhow::Result<Choice> {
     match configuration.contexts.get(name) {
         Some(Daemon { endpoint, token, tls_authorities }) => Ok(Choice {
@@ -102,29 +101,29 @@ pub(crate) fn of_context(configuration: &Configuration, name: &str) -> anyhow::R
     }
 }
 
-/// Makes a context the one that is used, and answers with its endpoint. All else in the file stays as it was written,
-/// comments too.
+/// Selects a default context, and returns its endpoint. The rest of the file does not change, including
+/// comments.
 pub(crate) fn use_context(path: &Path, name: &str) -> anyhow::Result<String> {
     let before = read(Some(path))?;
     let endpoint = of_context(&before, name)?.endpoint;
-    // A link goes on leading to the file.
+    // A link continues to point to the file.
     let path = fs::canonicalize(path).with_context(|| format!("cannot read {}", path.display()))?;
     let text = text_file::read_whole(&path).with_context(|| format!("cannot read {}", path.display()))?;
     let changed = with_context(&text, name);
     let after: Configuration = toml::from_str(&changed).unwrap_or_default();
-    // Only what TOML allows and is not written in practice, such as `"context" = ...`, gets here.
+    // Only unusual TOML, such as `"context" = ...`, gets here.
     if after.context.as_deref() != Some(name) || !after.contexts.keys().eq(before.contexts.keys()) {
         bail!(
             "{} is written in a way that is not understood: set `context = {name:?}` there",
             path.display()
         );
     }
-    // With its permissions: it may have tokens.
+    // Keeps its permissions: it may have tokens.
     replace_file(&path, changed.as_bytes()).with_context(|| format!("cannot write {}", path.display()))?;
     Ok(endpoint)
 }
 
-/// The text with another `context`, which stands before the first table.
+/// Returns the text with another `context` key, which comes before the first table.
 fn with_context(text: &str, name: &str) -> String {
     let line = format!("context = {}\n", toml::Value::from(name));
     let is_key = |line: &str| {
@@ -141,14 +140,14 @@ fn with_context(text: &str, name: &str) -> String {
     format!("{line}{text}")
 }
 
-/// `$XDG_CONFIG_HOME/simd/config.toml`, else `~/.config/simd/config.toml`.
+/// Returns `$XDG_CONFIG_HOME/simd/config.toml`, or `~/.config/simd/config.toml`.
 pub(crate) fn configuration_path() -> Option<PathBuf> {
     let folder = |variable| env::var_os(variable).map(PathBuf::from).filter(|path| path.is_absolute());
     let base = folder("XDG_CONFIG_HOME").or_else(|| folder("HOME").map(|home| home.join(".config")))?;
     Some(base.join("simd").join("config.toml"))
 }
 
-/// The configuration; an empty one where there is no file.
+/// Reads the configuration; an empty one if there is no file.
 pub(crate) fn read(path: Option<&Path>) -> anyhow::Result<Configuration> {
     let Some(path) = path else { return Ok(Configuration::default()) };
     let text = match text_file::read_whole(path) {

@@ -1,4 +1,4 @@
-//! With which token: --token-file, else SIMD_TOKEN, else the context's, else the one that a person types.
+//! Selection of the token: --token-file, else SIMD_TOKEN, else the context's, else one that a person types.
 
 use std::io::{self, IsTerminal as _};
 
@@ -7,7 +7,7 @@ use simd_client::{Client, ConnectOptions, Error, Token, proto::ErrorReason};
 
 use crate::{args::Options, context::Choice};
 
-/// Where a token is from.
+/// Source of a token.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Source {
     Flag,
@@ -16,7 +16,7 @@ pub(crate) enum Source {
 }
 
 impl Source {
-    /// For people.
+    /// Returns its name, for people.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Flag => "--token-file",
@@ -26,7 +26,7 @@ impl Source {
     }
 }
 
-/// How to connect: what is said on the command line beats the environment, which beats the context.
+/// Returns the options of a connection: flags override the environment, which overrides the context.
 pub(crate) fn connect_options(options: &Options, choice: &Choice) -> anyhow::Result<ConnectOptions> {
     let default = ConnectOptions::default();
     let authorities = options.tls_ca.clone().or(default.tls_authorities);
@@ -40,7 +40,7 @@ pub(crate) fn connect_options(options: &Options, choice: &Choice) -> anyhow::Res
     })
 }
 
-/// The token that is given, and where.
+/// Returns the given token, with its source.
 pub(crate) fn token(options: &Options, choice: &Choice) -> anyhow::Result<Option<(Token, Source)>> {
     let environment = ConnectOptions::default().token;
     Ok(match (&options.token_file, environment, &choice.token) {
@@ -51,7 +51,7 @@ pub(crate) fn token(options: &Options, choice: &Choice) -> anyhow::Result<Option
     })
 }
 
-/// Connects; a daemon that asks for a token, where none is given, gets the one that is typed.
+/// Connects. If the daemon asks for a token and none is given, asks the user for it.
 pub(crate) async fn connect(options: &Options, choice: &Choice) -> anyhow::Result<Client> {
     let mut connect = connect_options(options, choice)?;
     let client = Client::connect_with(&choice.endpoint, connect.clone()).await?;
@@ -64,12 +64,12 @@ pub(crate) async fn connect(options: &Options, choice: &Choice) -> anyhow::Resul
             connect.token = Some(ask(&choice.endpoint).await?);
             Ok(Client::connect_with(&choice.endpoint, connect).await?)
         }
-        // What else is wrong the command itself says.
+        // The command itself reports other errors.
         _ => Ok(client),
     }
 }
 
-/// What a person types, which is not shown.
+/// Asks a person for a token, which is not shown.
 async fn ask(endpoint: &str) -> anyhow::Result<Token> {
     let question = format!("token for {}: ", simd_client::printable(endpoint));
     let typed = tokio::task::spawn_blocking(move || rpassword::prompt_password(question)).await?;

@@ -1,4 +1,4 @@
-//! From an error to one sentence, a remedy and an exit code.
+//! Converts an error to one sentence, a remedy and an exit code.
 
 use std::{
     fmt,
@@ -11,14 +11,14 @@ use simd_client::{Error, printable_lines, proto::ErrorReason};
 use crate::output::has_colour;
 use crate::typed;
 
-/// A failure of this side.
+/// Exit code of a local failure.
 const OWN: u8 = 1;
-/// As clap's own.
+/// Exit code of clap.
 const USAGE: u8 = 2;
-/// To which the gRPC status code of a refused call is added.
+/// Base of the exit code of a refused call, to which its gRPC status code is added.
 const REFUSED: u8 = 64;
 
-/// Options that do not go together, of which clap does not know.
+/// Invalid combination of options that clap cannot check.
 #[derive(Debug)]
 pub(crate) struct Usage(pub(crate) String);
 
@@ -30,17 +30,17 @@ impl fmt::Display for Usage {
 
 impl std::error::Error for Usage {}
 
-/// Writes the error to stderr and gives the code to exit with.
+/// Writes the error to stderr and returns the exit code.
 pub(crate) fn report(error: &anyhow::Error) -> ExitCode {
     if is_closed_pipe(error) {
         // The reader has read enough: `simctl joint watch arm | head`.
         return ExitCode::SUCCESS;
     }
     let mut stderr = io::stderr().lock();
-    // As clap begins what it refuses by itself.
+    // Begins like clap's own refusals.
     let name = if error.is::<Usage>() { "error:" } else { "simctl:" };
     let (begin, end) = if has_colour(stderr.is_terminal()) { ("\x1b[31m", "\x1b[0m") } else { ("", "") };
-    // There is no way to report it where stderr is gone.
+    // If stderr is closed, the error cannot be reported.
     let _ = writeln!(stderr, "{begin}{name}{end} {}", printable_lines(&sentence(error)));
     if let Some(remedy) = remedy(error) {
         let _ = writeln!(stderr, "        {}", printable_lines(&remedy));
@@ -59,12 +59,12 @@ fn sentence(error: &anyhow::Error) -> String {
     }
 }
 
-/// One line on stderr about something that was done, but perhaps not as it was meant.
+/// Prints one line to stderr about a result that may not be intended.
 pub(crate) fn warn(sentence: &str) {
     say("warning", sentence);
 }
 
-/// One line on stderr about what a newcomer may want to know.
+/// Prints one line to stderr for newcomers.
 pub(crate) fn hint(sentence: &str) {
     say("hint", sentence);
 }
@@ -72,7 +72,7 @@ pub(crate) fn hint(sentence: &str) {
 fn say(kind: &str, sentence: &str) {
     let mut stderr = io::stderr().lock();
     let (begin, end) = if has_colour(stderr.is_terminal()) { ("\x1b[33m", "\x1b[0m") } else { ("", "") };
-    // There is no way to report it where stderr is gone.
+    // If stderr is closed, the line cannot be reported.
     let _ = writeln!(stderr, "{begin}simctl: {kind}:{end} {}", printable_lines(sentence));
 }
 
@@ -92,13 +92,13 @@ fn code(error: &anyhow::Error) -> u8 {
     }
 }
 
-/// What to do about it, where the daemon's sentence cannot know: which command helps.
+/// Returns a remedy that the daemon cannot know: the command that helps.
 fn remedy(error: &anyhow::Error) -> Option<String> {
     let refusal = match error.downcast_ref::<Error>()? {
         Error::Refused(refusal) => refusal,
-        // "Connection refused" and an unknown host ask for different things.
+        // "Connection refused" and an unknown host need different remedies.
         Error::Unreachable { endpoint, reason } => {
-            // What a daemon that speaks TLS makes of HTTP/2: one of the two.
+            // A TLS daemon answers HTTP/2 in one of these two ways.
             let is_cut = reason.contains("frame with invalid size") || reason.contains("broken pipe");
             let is_tls = is_cut && !endpoint.contains("https://");
             let hint = if is_tls { "; perhaps it speaks TLS: https://HOST:PORT" } else { "" };
@@ -169,7 +169,7 @@ fn remedy(error: &anyhow::Error) -> Option<String> {
     }
 }
 
-/// As a shell takes it for one word.
+/// Quotes a name for a shell as one word.
 fn quoted(name: &str) -> String {
     let is_plain = |c: char| c.is_alphanumeric() || matches!(c, '_' | '-' | '.' | '/');
     if !name.is_empty() && name.chars().all(is_plain) {

@@ -1,12 +1,12 @@
-//! simctl: simd from a shell. This file is the way from arguments to an exit code.
+//! simctl: controls simd from a shell. This file goes from arguments to an exit code.
 //!
-//! * `args`: the options that every command has, and the list of commands.
-//! * `commands`: one file per noun, its arguments beside what they do.
-//! * `typed`: rules for whatever is typed. `target`, `quantity`, `pose`: parses what is typed.
-//! * `context`: which daemon. `credentials`: with which token.
-//! * `complete`: candidates for shells that complete a line.
+//! * `args`: options of every command, and the list of commands.
+//! * `commands`: one file per noun, with its arguments and actions.
+//! * `typed`: rules for all arguments. `target`, `quantity`, `pose`: parsers of arguments.
+//! * `context`: selection of the daemon. `credentials`: selection of the token.
+//! * `complete`: completion in shells.
 //! * `output`: tables for people, JSON for programs.
-//! * `failure`: exit codes, and the remedy for a refusal.
+//! * `failure`: exit codes, and remedies for refusals.
 
 mod args;
 mod commands;
@@ -26,7 +26,7 @@ use std::process::ExitCode;
 fn main() -> ExitCode {
     complete::answer();
     let arguments = typed::read();
-    // Zenoh needs this flavor; one worker is enough for one who mostly waits.
+    // Zenoh needs this flavor; one worker suffices, since it mostly waits.
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build();
     let result = match runtime {
         Ok(runtime) => runtime.block_on(commands::run(arguments)),

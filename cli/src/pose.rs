@@ -1,10 +1,10 @@
-//! Poses as they are typed and shown: x, y, z and roll, pitch, yaw as in URDF.
+//! Poses as arguments and output: x, y, z and roll, pitch, yaw as in URDF.
 
 use simd_client::proto::{Pose, Quaternion, Vector3};
 
 use crate::quantity::{self, Kind, Motion};
 
-/// Reads `x,y,z` or `x,y,z,roll,pitch,yaw`, in metres and radians or with units.
+/// Parses `x,y,z` or `x,y,z,roll,pitch,yaw`, in metres and radians or with units.
 pub(crate) fn parse(text: &str) -> Result<Pose, String> {
     let parts: Vec<&str> = text.split(',').collect();
     let (lengths, angles) = match parts.len() {
@@ -33,7 +33,7 @@ pub(crate) fn parse(text: &str) -> Result<Pose, String> {
     })
 }
 
-/// Splits what may have `@` and a pose after it.
+/// Splits off an optional `@` with a pose.
 pub(crate) fn split(text: &str) -> Result<(&str, Option<Pose>), String> {
     match text.split_once('@') {
         Some((before, pose)) => {
@@ -44,7 +44,7 @@ pub(crate) fn split(text: &str) -> Result<(&str, Option<Pose>), String> {
     }
 }
 
-/// Reads `x,y,z`.
+/// Parses `x,y,z`.
 pub(crate) fn parse_vector(text: &str) -> Result<Vector3, String> {
     vector(&quantity::parse_list(text)?).ok_or_else(|| "must be x,y,z".to_owned())
 }
@@ -56,7 +56,7 @@ fn vector(values: &[f64]) -> Option<Vector3> {
     }
 }
 
-/// About the fixed axes x, then y, then z.
+/// Rotates about the fixed axes x, then y, then z.
 fn from_roll_pitch_yaw(angles: [f64; 3]) -> Quaternion {
     let [(sr, cr), (sp, cp), (sy, cy)] = angles.map(|angle| (angle / 2.0).sin_cos());
     Quaternion {
@@ -67,7 +67,7 @@ fn from_roll_pitch_yaw(angles: [f64; 3]) -> Quaternion {
     }
 }
 
-/// The inverse, for a unit quaternion. Where the pitch is a right angle, roll is zero.
+/// Returns the inverse, for a unit quaternion. If the pitch is a right angle, roll is zero.
 pub(crate) fn roll_pitch_yaw(q: &Quaternion) -> [f64; 3] {
     let sine = (2.0 * (q.w * q.y - q.z * q.x)).clamp(-1.0, 1.0);
     if sine.abs() > 1.0 - 1e-12 {
@@ -86,7 +86,7 @@ mod tests {
 
     #[test]
     fn angles_come_back_from_the_quaternion_they_made() {
-        // Rounding of a few trigonometric functions: 1e-12 is a thousand times what they need.
+        // Rounding of a few trigonometric functions: 1e-12 is a thousand times larger.
         for angles in [[0.1, -0.4, 2.5], [3.0, 1.5, -3.0], [0.0, 0.0, 0.0], [-1.0, 0.7, 0.2]] {
             let back = roll_pitch_yaw(&from_roll_pitch_yaw(angles));
             for (angle, back) in angles.iter().zip(back) {

@@ -1,22 +1,22 @@
-//! Numbers as they are typed: with units, `0.5`, `90deg`, `12mm`, `30rpm`, and as bits, `5`, `0x5`.
+//! Numbers as arguments: with units, `0.5`, `90deg`, `12mm`, `30rpm`, and as bits, `5`, `0x5`.
 
 use std::f64::consts::{PI, TAU};
 
-/// How a joint moves, where a unit gives it away.
+/// Type of a joint's motion, if a unit determines it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Motion {
     Turns,
     Slides,
 }
 
-/// A number in SI units, and what its unit says of the joint.
+/// A number in SI units, and the motion that its unit implies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Quantity {
     pub(crate) value: f64,
     pub(crate) motion: Option<Motion>,
 }
 
-/// What a number is, and so which units it may have.
+/// Kind of a number, which determines its units.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     Position,
@@ -28,7 +28,7 @@ pub(crate) enum Kind {
 
 type Unit = (&'static str, f64, Motion);
 
-// The longer of two suffixes stands first where one ends in the other.
+// The longer of two suffixes comes first if one ends in the other.
 const POSITIONS: &[Unit] = &[
     ("deg", PI / 180.0, Motion::Turns),
     ("rad", 1.0, Motion::Turns),
@@ -46,7 +46,7 @@ const VELOCITIES: &[Unit] = &[
 ];
 const EFFORTS: &[Unit] = &[("Nm", 1.0, Motion::Turns), ("N", 1.0, Motion::Slides)];
 
-/// A number with a unit of its own, by what stands for it in the help.
+/// A number with special units, by its placeholder in the help.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scalar(&'static [(&'static str, f64)]);
 
@@ -64,12 +64,12 @@ const SCALARS: &[(&[&str], Scalar)] = &[
 ];
 
 impl Scalar {
-    /// `SECONDS`, `HZ` and so on.
+    /// Returns the scalar of a placeholder, such as `SECONDS` or `HZ`.
     pub(crate) fn of_name(name: &str) -> Option<Self> {
         SCALARS.iter().find(|(names, _)| names.contains(&name)).map(|(_, scalar)| *scalar)
     }
 
-    /// Reads a number with or without a unit, in SI.
+    /// Parses a number with or without a unit, in SI.
     pub(crate) fn read(self, text: &str) -> Result<f64, String> {
         let text = text.trim();
         if let Ok(value) = text.parse() {
@@ -97,8 +97,8 @@ impl Kind {
     }
 }
 
-/// Reads a number with or without a unit of its kind. Whether a number makes
-/// sense is for the daemon to say, which refuses NaN and the like by name.
+/// Parses a number with or without a unit of its kind. The daemon checks the number, and refuses NaN and the
+/// like by name.
 pub(crate) fn parse(text: &str, kind: Kind) -> Result<Quantity, String> {
     let text = text.trim();
     if let Ok(value) = text.parse() {
@@ -117,12 +117,12 @@ pub(crate) fn parse(text: &str, kind: Kind) -> Result<Quantity, String> {
     }
 }
 
-/// Reads so many numbers between commas.
+/// Parses numbers between commas.
 pub(crate) fn parse_list(text: &str) -> Result<Vec<f64>, String> {
     text.split(',').map(|part| parse(part, Kind::Plain).map(|quantity| quantity.value)).collect()
 }
 
-/// Reads 32 bits, decimal or hexadecimal.
+/// Parses 32 bits, decimal or hexadecimal.
 pub(crate) fn bits(text: &str) -> Result<u32, String> {
     let parsed = match text.strip_prefix("0x") {
         Some(digits) => u32::from_str_radix(digits, 16),

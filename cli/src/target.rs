@@ -1,10 +1,10 @@
-//! Joint targets as they are typed: `elbow=0.5`, `wrist=vel:1rad/s`, `x=pos:0.5,kp=100,kd=5`.
+//! Joint targets as arguments: `elbow=0.5`, `wrist=vel:1rad/s`, `x=pos:0.5,kp=100,kd=5`.
 
 use simd_client::Target;
 
 use crate::quantity::{self, Kind, Motion};
 
-/// A target for a joint, and what its units say of the joint.
+/// A target for a joint, and the motion that its units imply.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Assignment {
     pub(crate) joint: String,
@@ -12,24 +12,24 @@ pub(crate) struct Assignment {
     pub(crate) motion: Option<Motion>,
 }
 
-/// A position for a joint, and a velocity where one was typed.
+/// A position for a joint, and a velocity if one was given.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Placement {
     pub(crate) joint: String,
     pub(crate) position: f64,
     pub(crate) velocity: f64,
-    /// Of a spherical joint instead: a quaternion x y z w.
+    /// For a spherical joint instead: a quaternion x y z w.
     pub(crate) orientation: Option<[f64; 4]>,
     pub(crate) motion: Option<Motion>,
 }
 
-/// Reads `JOINT=TARGET`.
+/// Parses `JOINT=TARGET`.
 pub(crate) fn assignment(text: &str) -> Result<Assignment, String> {
     let (joint, (target, motion)) = split(text, target)?;
     Ok(Assignment { joint, target, motion })
 }
 
-/// Reads `JOINT=POSITION`, `JOINT=POSITION,VELOCITY` or `JOINT=quat:X,Y,Z,W`.
+/// Parses `JOINT=POSITION`, `JOINT=POSITION,VELOCITY` or `JOINT=quat:X,Y,Z,W`.
 pub(crate) fn placement(text: &str) -> Result<Placement, String> {
     let (joint, (position, velocity, orientation, motion)) = split(text, |value| {
         let mut motion = None;
@@ -48,9 +48,8 @@ pub(crate) fn placement(text: &str) -> Result<Placement, String> {
     Ok(Placement { joint, position, velocity, orientation, motion })
 }
 
-/// A joint's name may hold `=`, and so may a target: the first `=` after which
-/// all the rest can be read is the one that was meant. A comma only stands in
-/// targets, so that a `=` behind one is none of the name's.
+/// Splits at the first `=` after which the rest can be parsed, since a joint's name and a target may both
+/// contain `=`. A comma only occurs in targets, so a `=` after one is not part of the name.
 fn split<T>(text: &str, read: impl Fn(&str) -> Result<T, String>) -> Result<(String, T), String> {
     let mut first_reason = None;
     for (at, _) in text.match_indices('=') {
@@ -69,7 +68,7 @@ fn split<T>(text: &str, read: impl Fn(&str) -> Result<T, String>) -> Result<(Str
     Err(first_reason.unwrap_or_else(|| "must be JOINT=VALUE".to_owned()))
 }
 
-/// Reads `passive`, `hold`, `VALUE` or `MODE:VALUE[,KEY=VALUE...]`.
+/// Parses `passive`, `hold`, `VALUE` or `MODE:VALUE[,KEY=VALUE...]`.
 fn target(text: &str) -> Result<(Target, Option<Motion>), String> {
     match text.trim() {
         "passive" => return Ok((Target::Passive, None)),
@@ -132,17 +131,17 @@ fn target(text: &str) -> Result<(Target, Option<Motion>), String> {
     Ok((target, motion))
 }
 
-/// The numbers of a spherical joint's target, which come before what has a key.
+/// Returns the numbers of a spherical joint's target, which come before parts with a key.
 fn spherical(text: &str) -> impl Iterator<Item = &str> {
     text.split(',').take_while(|part| !part.contains('='))
 }
 
-/// What follows them.
+/// Returns the parts with a key.
 fn options(text: &str) -> impl Iterator<Item = &str> {
     text.split(',').skip_while(|part| !part.contains('='))
 }
 
-/// As many numbers as it has to be, of a joint that turns.
+/// Parses exactly `N` numbers, for a joint that turns.
 fn numbers<'a, const N: usize>(
     parts: impl Iterator<Item = &'a str>,
     kind: Kind,
@@ -154,7 +153,7 @@ fn numbers<'a, const N: usize>(
     values.try_into().map_err(|_| format!("{form} takes {N} numbers, and got {count}"))
 }
 
-/// What may follow a target's value.
+/// Options after a target's value.
 #[derive(Default)]
 struct Extras {
     stiffness: Option<f64>,
@@ -199,7 +198,7 @@ impl Extras {
     }
 }
 
-/// Reads a number whose unit must agree with those before.
+/// Parses a number whose unit must agree with earlier ones.
 fn number(text: &str, kind: Kind, motion: &mut Option<Motion>) -> Result<f64, String> {
     let quantity = quantity::parse(text, kind)?;
     match (*motion, quantity.motion) {

@@ -1,4 +1,4 @@
-//! Files that people wrote, or what comes by the standard input; and the JSON in them.
+//! Files that people write, or the standard input; and JSON in them.
 
 use std::{
     fmt,
@@ -14,8 +14,8 @@ use serde::{
     de::{DeserializeOwned, MapAccess, Visitor, value::MapAccessDeserializer},
 };
 
-/// The text of a file of so many bytes at the most, also where it has no end; of `-` that of the standard input. Without the mark that
-/// some editors begin a file with.
+/// Reads a file of at most `most` bytes, even if it has no end; `-` is the standard input. Removes the byte
+/// order mark of some editors.
 pub(crate) fn read(file: &Path, most: u64) -> anyhow::Result<String> {
     let name = || file.display().to_string();
     let mut bytes = Vec::new();
@@ -23,7 +23,7 @@ pub(crate) fn read(file: &Path, most: u64) -> anyhow::Result<String> {
         Some("-") => Box::new(stdin()),
         _ => Box::new(File::open(file).with_context(name)?),
     };
-    // One more, so that what is too long shows.
+    // One byte more, to detect a file that is too long.
     source.take(most + 1).read_to_end(&mut bytes).with_context(name)?;
     ensure!(
         bytes.len() as u64 <= most,
@@ -38,19 +38,19 @@ pub(crate) fn read(file: &Path, most: u64) -> anyhow::Result<String> {
     Ok(text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text))
 }
 
-/// The text of a file of any length.
+/// Reads a file of any length.
 pub(crate) fn read_whole(file: &Path) -> io::Result<String> {
     let no_text = |_| io::Error::new(io::ErrorKind::InvalidData, "it is not text in UTF-8");
     String::from_utf8(fs::read(file)?).map_err(no_text)
 }
 
-/// What a JSON document says.
+/// Parses a JSON document.
 pub(crate) fn from_json<T: DeserializeOwned>(text: &str) -> anyhow::Result<T> {
     serde_json::from_str(text).map_err(|error| anyhow::Error::msg(in_words(&error)))
 }
 
-/// What a document must have as an object. Serde by itself takes a list for it too, of its values in the order of the fields in
-/// Rust, which the author of a document cannot know.
+/// Requires an object in a document. Serde alone would also accept a list of its values in the order of
+/// Rust's fields, which the author of a document cannot know.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Object<T>(pub(crate) T);
 
@@ -74,19 +74,19 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for Object<T> {
     }
 }
 
-/// What is expected, as serde says it with names of Rust, and in words of JSON.
+/// Expected types, by serde's Rust names, and in words of JSON.
 const EXPECTED: [(&str, &str); 2] = [("f64", "a number"), ("u32", "a whole number from 0 to 4294967295")];
 
-/// What is wrong with a document, without names of Rust, which the author of a document need not know.
+/// Describes a fault of a document without Rust's names, which its author need not know.
 fn in_words(error: &serde_json::Error) -> String {
     let whole = error.to_string();
     let place = format!(" at line {} column {}", error.line(), error.column());
-    // Where there is no place, there is no text either.
+    // An error without a place is not about the text.
     let Some(said) = whole.strip_suffix(&place) else { return whole };
     if let Some(what) = said.strip_prefix("EOF while parsing ") {
         return format!("it ends in the midst of {what}{place}");
     }
-    // What the document itself has stands before that.
+    // The value in the document comes before that.
     let Some((before, expected)) = said.rsplit_once("expected ") else { return whole };
     let known = EXPECTED.iter().find(|(in_rust, _)| *in_rust == expected).map(|(_, in_json)| *in_json);
     let expected = known.or_else(|| expected.starts_with("struct ").then_some("an object"));
@@ -162,7 +162,7 @@ mod tests {
             let said = from_json::<Vec<Object<Range>>>(&format!("[{{}},\n{list}]")).unwrap_err().to_string();
             assert!(said.contains("sequence, expected an object at line 2"), "{list}: {said}");
         }
-        // What is wrong inside of an object is said as it is without.
+        // Faults inside of an object are reported as without the requirement.
         for (text, sentence) in [
             ("{\"low\": 1,\n\"least\": 0}", "unknown field `least`, expected `low` or `high` at line 2"),
             ("{\"low\": 1,\n\"high\": \"2\"}", "string \"2\", expected a number at line 2"),

@@ -1,5 +1,5 @@
-//! Rules for whatever is typed, for all commands at once: a negative number is a value, a quantity may have a unit, and what is
-//! refused is named as it was typed.
+//! Rules for all arguments of all commands: a negative number is a value, a quantity may have a unit, and
+//! errors name arguments as typed.
 
 use std::any::TypeId;
 use std::ffi::OsString;
@@ -12,10 +12,10 @@ use clap::{Arg, Command, CommandFactory as _, FromArgMatches as _};
 use crate::args::Arguments;
 use crate::quantity;
 
-/// Options and values of the command that was typed: the name of a field, and how it is typed.
+/// Options and values of the present command: the name of a field, and its argument as typed.
 static TYPED: OnceLock<Vec<(String, String)>> = OnceLock::new();
 
-/// Reads what was typed, or says what is wrong with it and ends the process.
+/// Parses the arguments, or prints the error and ends the process.
 pub(crate) fn read() -> Arguments {
     match parse(std::env::args_os()) {
         Ok(arguments) => arguments,
@@ -31,12 +31,12 @@ fn parse(typed: impl IntoIterator<Item = OsString>) -> Result<Arguments, clap::E
         let Some(next) = of.find_subcommand(name) else { break };
         (of, found) = (next, inner);
     }
-    // Another line may have been read before, in tests.
+    // Tests may have parsed another line before.
     let _ = TYPED.set(of.get_arguments().map(names).collect());
     Arguments::from_arg_matches(&matches)
 }
 
-/// The name of an argument's field, and how it is typed.
+/// Returns the name of an argument's field, and its form as typed.
 fn names(arg: &Arg) -> (String, String) {
     let is_word = |name: &str| name.chars().all(|letter| letter.is_ascii_uppercase() || letter == '_');
     let typed = match (arg.get_long(), arg.get_value_names()) {
@@ -47,7 +47,7 @@ fn names(arg: &Arg) -> (String, String) {
     (arg.get_id().as_str().to_owned(), typed)
 }
 
-/// The same command, whose arguments and subcommands keep to the rules.
+/// Returns the command with the rules applied to its arguments and subcommands.
 fn with_rules(command: Command) -> Command {
     let command = command.mut_args(with_rules_of_values);
     let names: Vec<String> = command.get_subcommands().map(|inner| inner.get_name().to_owned()).collect();
@@ -58,11 +58,11 @@ fn with_rules_of_values(arg: Arg) -> Arg {
     if !arg.get_action().takes_values() {
         return arg;
     }
-    // An argument that takes a hyphen takes negative numbers too.
+    // An argument that accepts a hyphen also accepts negative numbers.
     let arg = if arg.is_allow_hyphen_values_set() { arg } else { arg.allow_negative_numbers(true) };
     let is_number = arg.get_value_parser().type_id() == TypeId::of::<f64>();
     let name = arg.get_value_names().and_then(|names| names.first()).map(ToString::to_string);
-    // A rate with a default is how often this program looks, and 0 would be never.
+    // A rate with a default is this program's own, and 0 would mean never.
     let is_own_rate = name.as_deref() == Some("HZ") && !arg.get_default_values().is_empty();
     match name.as_deref().and_then(quantity::Scalar::of_name).filter(|_| is_number) {
         Some(scalar) => arg.value_parser(ValueParser::new(move |text: &str| match scalar.read(text) {
@@ -73,7 +73,7 @@ fn with_rules_of_values(arg: Arg) -> Arg {
     }
 }
 
-/// Says what is wrong, and ends the process with the code for it.
+/// Prints the error, and ends the process with its code.
 fn refuse(error: &clap::Error) -> ! {
     if error.kind() != ErrorKind::ValueValidation {
         error.exit();
@@ -81,12 +81,12 @@ fn refuse(error: &clap::Error) -> ! {
     let text = error.render();
     let has_colour = crate::output::has_colour(std::io::IsTerminal::is_terminal(&std::io::stderr()));
     let text = if has_colour { text.ansi().to_string() } else { text.to_string() };
-    // There is no way to report it where stderr is gone.
+    // If stderr is closed, the error cannot be reported.
     let _ = std::io::Write::write_all(&mut std::io::stderr(), plain(&text).as_bytes());
     std::process::exit(error.exit_code())
 }
 
-/// The same text without the words of Rust's own readers of numbers.
+/// Replaces words of Rust's number parsers.
 fn plain(text: &str) -> String {
     const WORDS: [(&str, &str); 7] = [
         ("invalid digit found in string", "it must be a whole number"),
@@ -101,7 +101,7 @@ fn plain(text: &str) -> String {
     text.replace(" is not in 1..=4294967295", " is too small or too large; it must be from 1 to 4294967295")
 }
 
-/// A sentence of the daemon, with the fields that it refuses named as they were typed.
+/// Renames the refused fields in a sentence of the daemon as they were typed.
 pub(crate) fn renamed(sentence: &str, fields: impl IntoIterator<Item = String>) -> String {
     let typed = TYPED.get().map(Vec::as_slice).unwrap_or_default();
     fields
@@ -110,13 +110,14 @@ pub(crate) fn renamed(sentence: &str, fields: impl IntoIterator<Item = String>) 
         .fold(sentence.to_owned(), |sentence, field| sentence.replace(&field, &typed_name(&field, typed)))
 }
 
-/// A field of a request by its path there: the option or value that it came from, or its last word as a part of one.
+/// Returns the argument of a request's field, by its path: the option or value itself, or its last word as a
+/// part of one.
 fn typed_name(field: &str, typed: &[(String, String)]) -> String {
     let words: Vec<&str> = field.split('.').map(|word| word.split('[').next().unwrap_or(word)).collect();
     let of = |word: &&str| typed.iter().find(|(name, _)| name == word).map(|(_, typed)| typed.clone());
     let Some((last, before)) = words.split_last() else { return field.to_owned() };
     let own = || last.replace('_', " ");
-    // A value has its place, where an option of the same name may be of something else.
+    // A positional value is preferred; an option of the same name may mean something else.
     let whole = before.iter().filter_map(of).min_by_key(|typed| typed.starts_with("--"));
     of(last).unwrap_or_else(|| match whole {
         Some(whole) => format!("{} of {whole}", own()),

@@ -1,4 +1,4 @@
-//! `simctl camera`: what the cameras of robots see, and where the cameras of open pages are, and are to be.
+//! `simctl camera`: pictures of robots' cameras, and cameras of open pages.
 
 mod picture;
 mod png;
@@ -21,7 +21,7 @@ use crate::{
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Camera {
-    /// Shows the cameras of the pages that are open, the one that moved last first
+    /// Shows the cameras of the open pages; the one that moved last comes first
     Get,
     /// Moves the cameras of all pages
     Set(Set),
@@ -33,13 +33,13 @@ pub(crate) enum Camera {
 
 #[derive(Args, Debug)]
 pub(crate) struct Set {
-    /// Where they are to be, world axes, metres
+    /// New position, world axes, metres
     #[arg(value_name = "X,Y,Z", value_parser = pose::parse_vector, allow_hyphen_values = true)]
     position: Vector3,
-    /// What they look at, world axes, metres
+    /// Point that they look at, world axes, metres
     #[arg(long, value_name = "X,Y,Z", value_parser = pose::parse_vector, allow_hyphen_values = true, default_value = "0,0,0")]
     target: Vector3,
-    /// The vertical field of view, degrees; as it is if left out
+    /// Vertical field of view, degrees; unchanged if left out
     #[arg(long, value_name = "DEGREES", allow_negative_numbers = true)]
     field_of_view: Option<f64>,
 }
@@ -62,7 +62,7 @@ pub(crate) async fn run(command: Camera, client: &Client, output: Output) -> any
 
 #[derive(Serialize)]
 struct Changed {
-    /// Pages say by it that they have followed.
+    /// Version that pages report once they have followed.
     version: u64,
 }
 

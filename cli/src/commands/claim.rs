@@ -1,4 +1,4 @@
-//! `simctl claim`: robots, joints and the world, taken for one client.
+//! `simctl claim`: exclusive rights of a client to robots, joints or the world.
 
 use std::time::Duration;
 
@@ -18,19 +18,19 @@ use crate::{
 };
 
 const ABOUT: &str = "\
-What is claimed is changed by those alone who come with the claim: its joints' targets, resets and
-settings, the robot's pose, surfaces, wrenches, its reload and its end. While another client holds a claim,
-others pause, play, reset and restore the world, and change its physics, with a claim on the world
-alone. simctl comes with the claim of --claim or $SIMD_CLAIM.";
+Only calls with the claim can change what it covers: targets, resets and settings of joints, and the
+robot's pose, surfaces, wrenches, reload and deletion. While another client holds a claim, only a claim
+on the world allows to pause, play, reset and restore it, and to change its physics. simctl uses the
+claim of --claim or $SIMD_CLAIM.";
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Claim {
-    /// Takes robots, joints or the world, and prints the secret of the claim
+    /// Claims robots, joints or the world, and prints the secret of the claim
     #[command(after_help = ABOUT)]
     Take(Take),
-    /// Gives the claim of --claim or $SIMD_CLAIM back; joints hold their position
+    /// Releases the claim of --claim or $SIMD_CLAIM; joints hold their position
     Release,
-    /// Shows who holds what
+    /// Shows the holders of claims
     List,
 }
 
@@ -39,19 +39,19 @@ pub(crate) struct Take {
     /// Robots, and joints of robots
     #[arg(value_name = "ROBOT[/JOINT]", required_unless_present = "world", add = complete::robots_or_joints())]
     what: Vec<String>,
-    /// The world: what concerns all robots
+    /// Also claim the world
     #[arg(long)]
     world: bool,
-    /// Seconds after which an unused claim ends: 0.1 to 3600. Each call that comes with it begins them anew
+    /// Seconds after which an unused claim ends: 0.1 to 3600. Each call with the claim renews it
     #[arg(long, default_value_t = 10.0, value_name = "SECONDS")]
     lease: f64,
-    /// Who claims, for others to read
+    /// Name of the holder, for others to read
     #[arg(long, default_value = "simctl", value_name = "NAME")]
     holder: String,
-    /// Claims with a lower one that are in the way end
+    /// Priority: conflicting claims with a lower one end
     #[arg(long, default_value_t = 0)]
     priority: u32,
-    /// Claims that are in the way end, whatever their priority: for admins
+    /// End conflicting claims regardless of their priority: for admins
     #[arg(long)]
     take_over: bool,
 }
@@ -80,7 +80,8 @@ pub(crate) async fn run(command: Claim, client: &Client, output: Output) -> anyh
     }
 }
 
-/// `arm` is a whole robot, `arm/elbow` a joint of it. Joints of one robot are in one selection.
+/// Parses `arm` as a whole robot, and `arm/elbow` as one of its joints. Joints of one robot share a
+/// selection.
 fn selections(what: &[String]) -> Vec<JointSelection> {
     let mut selections: Vec<JointSelection> = Vec::new();
     for text in what {
@@ -100,7 +101,7 @@ fn selections(what: &[String]) -> Vec<JointSelection> {
     selections
 }
 
-/// Joints of robots that are held whole are not listed one by one.
+/// Returns all claims; joints of robots that are held as a whole are not listed.
 async fn held(client: &Client) -> anyhow::Result<Vec<Held>> {
     let mut all = Vec::new();
     let world = client.world_statistics().await?.claimed_by;
@@ -126,7 +127,7 @@ async fn held(client: &Client) -> anyhow::Result<Vec<Held>> {
 
 #[derive(Serialize)]
 struct Taken {
-    /// The secret.
+    /// Secret of the claim.
     claim: String,
     /// Seconds.
     lease: f64,
@@ -173,7 +174,7 @@ mod tests {
         let read = selections(&what);
         let read: Vec<_> = read.iter().map(|of| (of.robot.as_str(), of.joints.join(" "))).collect();
         assert_eq!(read, [("arm", "a b".to_owned()), ("leg", String::new())]);
-        // Both is more than either.
+        // The whole robot includes its joint.
         assert_eq!(selections(&["arm".to_owned(), "arm/a".to_owned()]).len(), 2);
     }
 }

@@ -1,4 +1,4 @@
-//! `simctl constraint`: what holds links together beside the joints of their robots.
+//! `simctl constraint`: constraints between links, beside the joints of their robots.
 
 mod create;
 
@@ -23,48 +23,48 @@ use crate::{
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Constraint {
-    /// Holds two links together, or a link and the world
+    /// Connects two links, or a link and the world
     Create(Box<Create>),
-    /// Shows the constraints, what they do and how well they hold
+    /// Shows the constraints, with their forces and errors
     List {
-        /// Those on this robot only
+        /// Only constraints of this robot
         robot: Option<String>,
     },
-    /// Changes how two links are held together
+    /// Changes a constraint
     Change(Box<Change>),
-    /// Lets two links go
+    /// Deletes a constraint
     Delete {
-        /// Which one
+        /// Name of the constraint
         name: String,
     },
 }
 
 #[derive(Args, Debug)]
 pub(crate) struct Change {
-    /// Which one
+    /// Name of the constraint
     name: String,
-    /// Where on the parent, metres, and radians about the fixed axes
+    /// Pose on the parent, metres, and radians about the fixed axes
     #[arg(long, value_name = "X,Y,Z[,ROLL,PITCH,YAW]", value_parser = pose::parse, allow_hyphen_values = true)]
     parent_pose: Option<Pose>,
-    /// Where on the child
+    /// Pose on the child
     #[arg(long, value_name = "X,Y,Z[,ROLL,PITCH,YAW]", value_parser = pose::parse, allow_hyphen_values = true)]
     child_pose: Option<Pose>,
-    /// The most it does, N; `inf` is no limit
+    /// Maximum force, N; `inf` is no limit
     #[arg(long, value_name = "NEWTON")]
     max_force: Option<f64>,
-    /// The most it does, N m; `inf` is no limit
+    /// Maximum torque, N m; `inf` is no limit
     #[arg(long, value_name = "NEWTON_METRE")]
     max_torque: Option<f64>,
-    /// Whether it goes where it would need more
+    /// Whether it breaks when it would need more
     #[arg(long, value_name = "BOOL", action = clap::ArgAction::Set)]
     breaks: Option<bool>,
-    /// Of a gear
+    /// For a gear
     #[arg(long, allow_hyphen_values = true)]
     ratio: Option<f64>,
-    /// Of a gear, rad or m
+    /// For a gear, rad or m
     #[arg(long, allow_hyphen_values = true)]
     offset: Option<f64>,
-    /// Of a distance, metres
+    /// For a distance, metres
     #[arg(long)]
     length: Option<f64>,
 }
@@ -91,7 +91,7 @@ pub(crate) async fn run(command: Constraint, client: &Client, output: Output) ->
     }
 }
 
-/// Changes what is given, and gives the constraint's name.
+/// Changes a constraint, and returns its name.
 async fn change(change: Change, client: &Client) -> anyhow::Result<String> {
     let Change { name, parent_pose, child_pose, max_force, max_torque, breaks, ratio, offset, length } =
         change;
@@ -105,7 +105,7 @@ async fn change(change: Change, client: &Client) -> anyhow::Result<String> {
     }
     if of_some_kinds {
         let all = client.constraints(None).await?;
-        // One that is not there is for the daemon to refuse.
+        // The daemon refuses an unknown one.
         if let Some(constraint) = all.iter().find(|constraint| constraint.name == name) {
             create::refuse_idle(constraint.kind(), given)?;
         }
@@ -164,7 +164,7 @@ struct EndView {
     /// Null: the world.
     robot: Option<String>,
     link: Option<String>,
-    /// Of a gear.
+    /// Present for a gear.
     joint: Option<String>,
     pose: Option<PoseView>,
 }
@@ -190,7 +190,7 @@ impl EndView {
     }
 }
 
-/// `Constraint` of the schema; null where a kind has none, and for a limit that there is not.
+/// `Constraint` of the schema; null for values that a kind does not have, and for an absent limit.
 #[derive(Serialize)]
 struct ConstraintView {
     name: String,
@@ -217,7 +217,8 @@ struct ConstraintView {
 }
 
 impl ConstraintView {
-    /// What it comes to. Farther off than loads would take it, it is on its way, or others hold it where it is.
+    /// Returns its state. If the error is larger than loads can cause, the ends are still moving, or others
+    /// hold them.
     fn state(&self) -> &'static str {
         const FAR: [f64; 2] = [1e-3, 3e-3];
         match self.saturated {
@@ -227,7 +228,7 @@ impl ConstraintView {
         }
     }
 
-    /// How far off it is, mm and mrad. A gear has one of the two, an angle where it has a torque.
+    /// Returns its errors, mm and mrad. A gear has only one of them, the angle if it has a torque.
     fn errors(&self) -> [String; 2] {
         let shown = |error: f64| fixed(error * 1e3, 3);
         let none = || "-".to_owned();

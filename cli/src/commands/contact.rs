@@ -1,4 +1,4 @@
-//! `simctl contact`: what touches what, what rays hit, what surfaces are like.
+//! `simctl contact`: contacts, ray casts, distances, surfaces.
 
 mod query;
 mod ray;
@@ -12,74 +12,75 @@ use view::SurfaceView;
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Contact {
-    /// Shows the points at which links touch: where, how deep, with what force
+    /// Shows the contacts of links: point, depth and force
     List {
         /// Only contacts of this robot
         #[arg(add = complete::robots())]
         robot: Option<String>,
     },
-    /// Shows what a straight line, or each of several, meets first
+    /// Shows the first hit of a ray, or of several
     Ray(ray::Ray),
-    /// Shows how far links and shapes are apart, also where a robot is not
+    /// Shows distances between links and shapes, also for other configurations of a robot
     Distance(query::Distance),
     /// Shows the links that a shape overlaps
     Overlaps(query::Overlaps),
-    /// Shows what a shape meets first on a straight way
+    /// Shows the first hit of a shape that moves in a straight line
     Cast(query::Cast),
     /// Shows the boxes around links, along the world's axes
     Bounds {
-        /// Only of this robot
+        /// Only links of this robot
         #[arg(add = complete::robots())]
         robot: Option<String>,
     },
-    /// Shows how a robot's links rub and bounce
+    /// Shows friction and restitution of a robot's links
     Surfaces {
-        /// The robot's name
+        /// Name of the robot
         #[arg(add = complete::robots())]
         robot: String,
     },
-    /// Changes how a robot's links rub and bounce
+    /// Changes friction and restitution of a robot's links
     Set(Set),
 }
 
 #[derive(Args, Debug)]
 pub(crate) struct Set {
-    /// The robot's name
+    /// Name of the robot
     #[arg(add = complete::robots())]
     robot: String,
-    /// Only this link; all of them where it is left out
+    /// Only this link; all of them if left out
     #[arg(long)]
     link: Option<String>,
     #[command(flatten)]
     surface: Surface,
 }
 
-/// What a surface can be given.
+/// Values of a surface.
 #[derive(Args, Clone, Copy, Debug, Default)]
 pub(crate) struct Surface {
-    /// Coefficient of dry friction, at least 0; of two that touch the smaller counts, unless the world combines them otherwise
+    /// Coefficient of dry friction, at least 0; the smaller of two touching surfaces applies, unless the
+    /// world combines them otherwise
     #[arg(long, value_name = "MU", allow_negative_numbers = true)]
     friction: Option<f64>,
-    /// 0: does not bounce, to 1: loses no speed; of two that touch the larger counts
+    /// Restitution, from 0 (no bounce) to 1 (no loss of speed); the larger of two touching surfaces applies
     #[arg(long, value_name = "E", allow_negative_numbers = true)]
     restitution: Option<f64>,
-    /// Friction against rolling, metres: its torque is at most this times the normal force; of two that touch the larger
-    /// counts
+    /// Rolling friction, metres: the torque is at most this times the normal force; the larger of two
+    /// touching surfaces applies
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     rolling_friction: Option<f64>,
-    /// The same against turning about the normal
+    /// Likewise against turning about the normal
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     spinning_friction: Option<f64>,
-    /// The spring that each point of a contact is, N/m; 0 is rigid
+    /// Stiffness of the spring at each contact point, N/m; 0 is rigid
     #[arg(long, value_name = "K", allow_negative_numbers = true)]
     contact_stiffness: Option<f64>,
-    /// The damper beside that spring, N s/m
+    /// Damping beside that spring, N s/m
     #[arg(long, value_name = "C", allow_negative_numbers = true)]
     contact_damping: Option<f64>,
 }
 
 impl Surface {
-    /// For a link; for all where it is not named. None where nothing was given.
+    /// Returns the values for a link, or for all if none is named. `None` if no value was given.
     pub(crate) fn of(self, link: Option<String>) -> Option<LinkProperties> {
         let Self {
             friction,

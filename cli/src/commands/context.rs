@@ -19,13 +19,13 @@ use crate::{
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Context {
-    /// Shows the daemons of the configuration file, and which one is used
+    /// Shows the daemons of the configuration file, and the selected one
     List,
-    /// Shows which daemon is used, with what, and who chose it
+    /// Shows the selected daemon, its settings, and their source
     Show,
-    /// Makes a context of the configuration file the one that is used where nothing else is said
+    /// Selects the default context of the configuration file
     Use {
-        /// Its name there
+        /// Name of the context
         #[arg(add = complete::contexts())]
         name: String,
     },
@@ -51,7 +51,7 @@ pub(crate) fn run(command: &Context, options: &Options, output: Output) -> anyho
 fn list(options: &Options, output: Output) -> anyhow::Result<()> {
     let configuration = read(configuration_path().as_deref())?;
     let choice = match choose(options) {
-        // A context that is not there is no reason not to show those that are.
+        // An unknown context must not hide the others.
         Err(_) if options.context.is_none() => None,
         choice => Some(choice?),
     };
@@ -102,7 +102,7 @@ fn show(options: &Options, output: Output) -> anyhow::Result<()> {
 
 #[derive(Serialize)]
 struct ContextView {
-    /// Null for an endpoint that is no context.
+    /// Null for an endpoint without a context.
     name: Option<String>,
     endpoint: String,
     /// `configuration`, `--endpoint`, `SIMD_ENDPOINT` or `default`.
@@ -129,10 +129,10 @@ struct Shown {
     endpoint: String,
     /// `--endpoint`, `SIMD_ENDPOINT`, `context NAME` or `default`.
     source: String,
-    /// Where the token is from; null where there is none. It is not shown.
+    /// Source of the token; null if none. The token itself is not shown.
     token: Option<&'static str>,
     tls_authorities: Option<String>,
-    /// The configuration file, where there is one.
+    /// Configuration file, if it exists.
     configuration: Option<String>,
 }
 

@@ -1,4 +1,4 @@
-//! `simctl daemon`: who is there on a Zenoh network.
+//! `simctl daemon`: daemons of a Zenoh network.
 
 use anyhow::bail;
 use clap::Subcommand;
@@ -18,7 +18,7 @@ use crate::{
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Daemon {
-    /// Shows the daemons behind a Zenoh locator: that of a daemon, or of a router
+    /// Shows the daemons behind a Zenoh locator, which belongs to a daemon or a router
     List,
 }
 
@@ -27,7 +27,7 @@ pub(crate) async fn run(command: Daemon, options: &Options, output: Output) -> a
     let choice = choose(options)?;
     let is_zenoh = simd_client::is_zenoh(&choice.endpoint);
     let locator = match choice.source.as_str() {
-        // No address was given: the default for Zenoh.
+        // Without an address, the default of Zenoh is used.
         "default" => simd_client::DEFAULT_LOCATOR,
         _ if is_zenoh => choice.endpoint.as_str(),
         source => bail!(
@@ -50,11 +50,11 @@ pub(crate) async fn run(command: Daemon, options: &Options, output: Output) -> a
 #[derive(Serialize)]
 struct DaemonView {
     name: String,
-    /// What `--endpoint` takes to reach it from here.
+    /// Value for `--endpoint` to reach it from here.
     endpoint: String,
-    /// Of its Zenoh session, another after each start.
+    /// Id of its Zenoh session, which changes with each start.
     zid: String,
-    /// Null where it is there but does not answer; so are those that follow.
+    /// Null if it exists but does not answer, like the following fields.
     version: Option<String>,
     robots: Option<usize>,
     state: Option<String>,
@@ -65,7 +65,7 @@ impl DaemonView {
         let seen = Self::ask(client).await;
         let (version, robots, state) = match seen {
             Ok((version, robots, state)) => (Some(version), Some(robots), Some(state)),
-            // It left meanwhile, or hangs: the others are shown all the same.
+            // It left in the meantime, or hangs: the others are shown nevertheless.
             Err(Error::Unreachable { .. } | Error::TimedOut { .. }) => (None, None, None),
             Err(error) => return Err(error),
         };

@@ -1,9 +1,9 @@
-//! `simctl doctor`: what is wrong with an installation, and what to do.
+//! `simctl doctor`: checks an installation, and gives advice.
 //!
-//! * Here: what is typed, the order of the checks, and the table of what they found.
-//! * `daemon`: whether one answers, as what, to whom. `network`: the same over Zenoh.
-//! * `certificate`: what TLS is served with. `files`: tokens and keys that others must not read.
-//! * `machine`: what a daemon on this machine has to run with.
+//! * This file: arguments, the order of the checks, and the table of findings.
+//! * `daemon`: checks whether a daemon answers. `network`: likewise over Zenoh.
+//! * `certificate`: certificates of TLS. `files`: tokens and keys that others must not read.
+//! * `machine`: resources for a daemon on this machine.
 
 mod certificate;
 mod daemon;
@@ -29,35 +29,35 @@ use crate::{
     },
 };
 
-/// Of a daemon that is installed as a service.
+/// Configuration file of a daemon that is installed as a service.
 const SERVICE_CONFIGURATION: &str = "/etc/simd/simd.toml";
 
 const ABOUT: &str = "\
-Exit code: 0 where there is no problem, also with warnings; 1 with a problem.
+Exit code: 0 without a problem, also with warnings; 1 with a problem.
 
-What a daemon on this machine has (its tokens and certificates) is looked for in its configuration file.";
+Tokens and certificates of a daemon on this machine are found through its configuration file.";
 
 #[derive(Args, Debug)]
 #[command(after_help = ABOUT)]
 pub(crate) struct Doctor {
-    /// The daemon's configuration file [default: /etc/simd/simd.toml where it is there]
+    /// Configuration file of the daemon [default: /etc/simd/simd.toml if it exists]
     #[arg(long, value_name = "PATH")]
     config: Option<PathBuf>,
-    /// The daemon's file of tokens, as its flag of that name
+    /// Token file of the daemon, as in its flag of that name
     #[arg(long, value_name = "PATH")]
     tokens: Option<PathBuf>,
-    /// The daemon's certificate, as its flag of that name
+    /// Certificate of the daemon, as in its flag of that name
     #[arg(long, value_name = "PATH", requires = "tls_key")]
     tls_certificate: Option<PathBuf>,
-    /// The key of the daemon's certificate, as its flag of that name
+    /// Key of the daemon's certificate, as in its flag of that name
     #[arg(long, value_name = "PATH", requires = "tls_certificate")]
     tls_key: Option<PathBuf>,
-    /// The Zenoh network that it is to be on; for a daemon on this machine tcp/127.0.0.1:7447
+    /// Zenoh network to check; for a daemon on this machine tcp/127.0.0.1:7447
     #[arg(long, value_name = "LOCATOR")]
     zenoh: Option<String>,
 }
 
-/// How bad it is.
+/// Severity of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 enum Level {
@@ -66,14 +66,14 @@ enum Level {
     Problem,
 }
 
-/// What a check found.
+/// Finding of a check.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 struct Finding {
-    /// What was looked at.
+    /// Name of the check.
     check: &'static str,
     level: Level,
     found: String,
-    /// Null where there is nothing to do.
+    /// Null if no action is needed.
     advice: Option<String>,
 }
 
@@ -140,7 +140,7 @@ async fn look(arguments: &Doctor, options: &Options) -> Vec<Finding> {
             };
             all.extend(seen.findings);
             let locator = arguments.zenoh.as_deref();
-            // The endpoint's own network was looked at.
+            // The endpoint's own network was already checked.
             if locator.is_some() || (is_here && !is_zenoh(&choice.endpoint)) {
                 all.extend(network::beside(locator, &connect, seen.name.as_deref()).await);
             }
@@ -188,13 +188,13 @@ fn page(findings: &[Finding]) -> Page {
     page
 }
 
-/// A time of the system in seconds since 1970.
+/// Converts a system time to seconds since 1970.
 fn unix_seconds(time: SystemTime) -> i64 {
     let since = time.duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
     i64::try_from(since.as_secs()).unwrap_or(i64::MAX)
 }
 
-/// `in 3 days`, `5 hours ago`: a time from now on, in seconds.
+/// Formats a time relative to now, in seconds: `in 3 days`, `5 hours ago`.
 fn away(seconds: i64) -> String {
     let length = seconds.unsigned_abs();
     let (number, unit) = match length {

@@ -1,4 +1,4 @@
-//! `simctl event`: what happens in the world.
+//! `simctl event`: events in the world.
 
 use clap::Subcommand;
 use serde::Serialize;
@@ -26,7 +26,7 @@ pub(crate) enum Event {
         /// Begin after this event instead of now
         #[arg(long, default_value_t = 0, hide_default_value = true, value_name = "SEQUENCE")]
         after: u64,
-        /// End after so many
+        /// End after this number of events
         #[arg(short, long, value_name = "N")]
         count: Option<u64>,
     },
@@ -60,7 +60,7 @@ async fn watch(client: &Client, output: Output, after: u64, limit: Option<u64>) 
 struct EventView {
     sequence: u64,
     stamp: Stamp,
-    /// Events before this one that are gone.
+    /// Number of lost events before this one.
     missed: u64,
     /// For instance `entity_spawned`.
     kind: &'static str,
@@ -86,7 +86,7 @@ impl View for EventView {
     }
 }
 
-/// The kind's name, its fields, and a sentence.
+/// Returns the kind's name, its fields, and a sentence.
 fn describe(kind: Option<Kind>) -> (&'static str, Value, String) {
     match kind {
         Some(Kind::EntitySpawned(it)) => {
@@ -260,7 +260,7 @@ fn describe(kind: Option<Kind>) -> (&'static str, Value, String) {
     }
 }
 
-/// What a claim is on, in words: joints of robots that are claimed whole are not listed.
+/// Describes the object of a claim: joints of robots that are claimed as a whole are not listed.
 fn claimed(world: bool, robots: &[String], joints: &[String]) -> String {
     let is_of_whole = |joint: &&String| robots.iter().any(|robot| joint.split('/').next() == Some(robot));
     let joints = joints.iter().filter(|joint| !is_of_whole(joint)).cloned();

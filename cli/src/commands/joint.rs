@@ -1,4 +1,4 @@
-//! `simctl joint`: what joints are, what they do, what they are asked to do.
+//! `simctl joint`: joints, their states, targets and properties.
 
 mod blocked;
 mod hz;
@@ -40,8 +40,8 @@ use reading::{ReadingView, Sample};
 use states::{Wanted, wanted};
 
 const TARGETS: &str = "\
-@home has the joints of a named state go there: of the robot's SRDF, or of its description; @arm/home is
-that of the group arm alone. A joint that is typed after it goes where that says.
+@home sets the positions of a named state, from the robot's SRDF or its description; @arm/home is the
+state of the group arm. A target of a single joint after it overrides the state.
 
 A target is one of
   0.5              a position, in rad or m; also pos:0.5
@@ -50,88 +50,87 @@ A target is one of
   eff:0.2          an effort, in N m or N; also 0.2Nm, 0.2N
   passive          no actuator
   hold             stay where it is
-  quat:0,0,0.6,0.8 of a spherical joint: an orientation, x y z w in the joint's frame
-  angvel:0,0,1     of a spherical joint: an angular velocity in the child's axes, rad/s
-  torque:0,0,0.2   of a spherical joint: a torque in the child's axes, N m
+  quat:0,0,0.6,0.8 for a spherical joint: an orientation, x y z w in the joint's frame
+  angvel:0,0,1     for a spherical joint: an angular velocity in the child's axes, rad/s
+  torque:0,0,0.2   for a spherical joint: a torque in the child's axes, N m
 and may be followed by
   ,kp=100          stiffness of a position (N m/rad or N/m)
   ,kd=5            damping of a position or velocity (N m s/rad or N s/m)
   ,vel=0.1         velocity that a position's damper pulls towards
-  ,ff=2            effort added to that of a position or velocity
-  ,max_effort=3    the most effort for this position or velocity
-  ,max_velocity=1  how fast to go to a position";
+  ,ff=2            effort added to a position's or velocity's effort
+  ,max_effort=3    maximum effort for this position or velocity
+  ,max_velocity=1  maximum velocity on the way to a position";
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Joint {
-    /// Shows the joints of a robot: type, axis, limits, mode, who holds them
+    /// Shows the joints of a robot: type, axis, limits, mode, holder
     List {
-        /// The robot's name
+        /// Name of the robot
         #[arg(add = complete::robots())]
         robot: String,
         /// Also damping, friction, gains, parent and child links
         #[arg(short, long)]
         wide: bool,
     },
-    /// Shows where joints are and what they do
+    /// Shows positions, velocities and efforts of joints
     Get {
-        /// The robot's name
+        /// Name of the robot
         #[arg(add = complete::robots())]
         robot: String,
-        /// All joints that can move, where none is named
+        /// All joints that can move, if none is named
         #[arg(add = complete::joints())]
         joints: Vec<String>,
     },
-    /// Gives joints new targets, all at one step
+    /// Sets targets of joints, all at one step
     #[command(after_help = TARGETS)]
     Set(Set),
-    /// Has joints carry out a trajectory out of a table, and waits for its end
+    /// Makes joints follow a trajectory from a table, and waits for its end
     #[command(after_help = play::FORMAT)]
     Play(Play),
-    /// Shows trajectories that are carried out or wait
+    /// Shows active and waiting trajectories
     Trajectories(trajectories::Trajectories),
-    /// Changes what joints are like: damping, friction, gains, gravity compensation
+    /// Changes properties of joints: damping, friction, gains, gravity compensation
     Properties(properties::Properties),
-    /// Puts joints at a position, or all of them back to where they were spawned
+    /// Sets positions of joints; without joints, all of them return to their spawned positions
     Reset {
-        /// The robot's name
+        /// Name of the robot
         #[arg(add = complete::robots())]
         robot: String,
-        /// In rad and rad/s or m and m/s, or with units
-        /// or quat:X,Y,Z,W of a spherical joint
+        /// rad and rad/s or m and m/s, or with units, or quat:X,Y,Z,W for a spherical joint
         #[arg(value_name = "JOINT=POSITION[,VELOCITY]", value_parser = placement, add = complete::assignments())]
         placements: Vec<Placement>,
     },
-    /// Shows where joints are, over and over, until Ctrl-C
+    /// Shows positions of joints repeatedly, until Ctrl-C
     Watch(Watch),
-    /// Measures how often states come, and how evenly, until Ctrl-C
+    /// Measures the rate of states, and its jitter, until Ctrl-C
     Hz(hz::Hz),
 }
 
 #[derive(Args, Debug)]
 pub(crate) struct Set {
-    /// The robot's name
+    /// Name of the robot
     #[arg(add = complete::robots())]
     robot: String,
-    /// What each joint is to do
+    /// Target of each joint
     #[arg(value_name = "JOINT=TARGET|@STATE", value_parser = wanted, required = true, add = complete::assignments())]
     targets: Vec<Wanted>,
-    /// Refuses a target beyond a limit; else the limit is used
+    /// Refuse a target beyond a limit; otherwise the limit is used
     #[arg(long)]
     refuse_beyond_limits: bool,
 }
 
 #[derive(Args, Debug)]
 pub(crate) struct Watch {
-    /// The robot's name
+    /// Name of the robot
     #[arg(add = complete::robots())]
     robot: String,
-    /// All joints that can move, where none is named
+    /// All joints that can move, if none is named
     #[arg(add = complete::joints())]
     joints: Vec<String>,
     /// States per second: 0.1 to 1000
     #[arg(short, long, default_value_t = 10.0, value_name = "HZ")]
     rate: f64,
-    /// End after so many
+    /// End after this number of states
     #[arg(short, long, value_name = "N")]
     count: Option<u64>,
 }
@@ -217,8 +216,8 @@ async fn reset(
     output.one(&WasReset { robot, stamp, number })
 }
 
-/// Degrees do not fit a joint that slides, nor millimetres for one that
-/// turns. Without units there is nothing to ask the daemon for.
+/// Checks the units: degrees do not fit a sliding joint, nor millimetres a turning one. Without units, the
+/// daemon is not asked.
 async fn check_units(
     client: &Client,
     robot: &str,
@@ -238,7 +237,7 @@ async fn check_units(
             (Some(JointType::Revolute | JointType::Continuous), Motion::Slides) => {
                 bail!("joint {name} turns: its units are those of angles, not of lengths")
             }
-            // An unknown joint is for the daemon to refuse, as without units.
+            // The daemon refuses an unknown joint, as without units.
             _ => {}
         }
     }
@@ -253,7 +252,7 @@ async fn watch(arguments: Watch, client: &Client, output: Output) -> anyhow::Res
     while arguments.count.is_none_or(|count| shown < count) {
         let states = watch.next().await?.ok_or_else(|| ended(client))?;
         if !RobotReading::fits(&layout, &states) {
-            // Reloaded. States that were on their way while it was are not shown.
+            // Reloaded. States from before the reload are not shown.
             layout = client.joint_layout(&selection.robot).await?;
             if !RobotReading::fits(&layout, &states) {
                 continue;

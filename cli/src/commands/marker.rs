@@ -20,20 +20,20 @@ use crate::{
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Marker {
-    /// Draws a line, a point or a text, and says its id
+    /// Adds a line, a point or a text, and prints its id
     #[command(subcommand)]
     Add(Add),
-    /// Shows what is drawn, in the order in which it was added
+    /// Shows the markers, in the order in which they were added
     List,
-    /// Takes markers away
+    /// Deletes markers
     Delete {
         /// Their ids
         #[arg(required_unless_present = "all", conflicts_with = "all", value_name = "ID")]
         ids: Vec<u64>,
-        /// All that are not another's
+        /// All that have no other owner
         #[arg(long)]
         all: bool,
-        /// Also those that are another's: for admins
+        /// Also those of other owners: for admins
         #[arg(long)]
         take_over: bool,
     },
@@ -43,10 +43,10 @@ pub(crate) enum Marker {
 pub(crate) enum Add {
     /// A straight line
     Line {
-        /// Where it begins, metres
+        /// Start of the line, metres
         #[arg(value_name = "X,Y,Z", value_parser = pose::parse_vector, allow_hyphen_values = true)]
         from: Vector3,
-        /// Where it ends, metres
+        /// End of the line, metres
         #[arg(value_name = "X,Y,Z", value_parser = pose::parse_vector, allow_hyphen_values = true)]
         to: Vector3,
         /// CSS pixels
@@ -57,7 +57,7 @@ pub(crate) enum Add {
     },
     /// A dot
     Point {
-        /// Where it is, metres
+        /// Position, metres
         #[arg(value_name = "X,Y,Z", value_parser = pose::parse_vector, allow_hyphen_values = true)]
         position: Vector3,
         /// CSS pixels
@@ -68,9 +68,9 @@ pub(crate) enum Add {
     },
     /// A text that faces the camera
     Text {
-        /// What it says
+        /// The text
         text: String,
-        /// Where it begins, metres
+        /// Start of the text, metres
         #[arg(value_name = "X,Y,Z", value_parser = pose::parse_vector, allow_hyphen_values = true)]
         position: Vector3,
         /// Height of a line, metres
@@ -81,16 +81,16 @@ pub(crate) enum Add {
     },
 }
 
-/// What all markers have.
+/// Options of all markers.
 #[derive(Args, Debug)]
 pub(crate) struct Common {
-    /// Red, green and blue, from 0 to 1; what can be seen in the page if left out
+    /// Red, green and blue, from 0 to 1; a colour that is visible in the page if left out
     #[arg(long, value_name = "R,G,B", value_parser = pose::parse_vector)]
     color: Option<Vector3>,
-    /// The robot that it moves with, or a link of it; positions are in the link's frame then
+    /// Robot that it moves with, or one of its links; positions are then in the link's frame
     #[arg(long, value_name = "ROBOT[/LINK]")]
     on: Option<String>,
-    /// How long it stays; until it is deleted if left out
+    /// Life time; until it is deleted if left out
     #[arg(
         long,
         default_value_t = 0.0,
@@ -99,7 +99,7 @@ pub(crate) struct Common {
         allow_negative_numbers = true
     )]
     seconds: f64,
-    /// The id of a marker whose place it takes
+    /// Id of a marker that it replaces
     #[arg(long, default_value_t = 0, hide_default_value = true, value_name = "ID")]
     replace: u64,
 }
@@ -114,7 +114,7 @@ pub(crate) async fn run(command: Marker, client: &Client, output: Output) -> any
             let views: Vec<MarkerView> = client.markers().await?.iter().map(MarkerView::new).collect();
             output.list(&views, list)
         }
-        // No id at all is all of them: clap asks for one of the two.
+        // No ids means all of them: clap requires one of the two.
         Marker::Delete { ids, all: _, take_over } => {
             let deleted = taking_over(client, take_over).delete_markers(ids).await?;
             output.one(&Deleted { deleted })
@@ -174,14 +174,14 @@ struct MarkerView {
     id: u64,
     /// `lines`, `points` or `text`.
     kind: &'static str,
-    /// How many lines or points.
+    /// Number of lines or points.
     count: Option<usize>,
     text: Option<String>,
     /// Null: the world.
     robot: Option<String>,
     /// Null: the root link.
     link: Option<String>,
-    /// Seconds that are left; null: it stays.
+    /// Remaining seconds; null: no limit.
     life_time: Option<f64>,
     owner: String,
 }

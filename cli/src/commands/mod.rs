@@ -1,4 +1,4 @@
-//! The commands, one file per noun, and what they share: the connection.
+//! The commands, one file per noun, and their connection.
 
 pub(crate) mod camera;
 pub(crate) mod claim;
@@ -34,7 +34,7 @@ use crate::{
     output::{Output, write_bytes},
 };
 
-/// Does what the arguments say.
+/// Runs the command of the arguments.
 pub(crate) async fn run(arguments: Arguments) -> anyhow::Result<()> {
     let options = &arguments.options;
     let output = Output::new(options.format());
@@ -76,17 +76,17 @@ async fn connect(options: &Options) -> anyhow::Result<Client> {
     Ok(client.with_claim(&claim.unwrap_or_default()))
 }
 
-/// A field that the schema promises and the type cannot.
+/// Returns a field that the schema promises but the type does not.
 fn present<T>(field: Option<T>, name: &str) -> Result<T, Error> {
     field.ok_or_else(|| Error::Answer { reason: format!("it lacks `{name}`") })
 }
 
-/// The client, or where it is asked for one that takes over what is another's.
+/// Returns the client, which may also take over things of other owners if requested.
 fn taking_over(client: &Client, takes_over: bool) -> Client {
     if takes_over { client.clone().taking_over() } else { client.clone() }
 }
 
-/// What a watch fails with that was not to end yet: its daemon shuts down.
+/// Returns the error of a watch that ended early: its daemon shuts down.
 fn ended(client: &Client) -> Error {
     Error::StreamEnded { endpoint: client.endpoint().to_owned() }
 }

@@ -1,4 +1,4 @@
-//! `simctl parameter`: sliders and buttons that programs put up and people move.
+//! `simctl parameter`: sliders and buttons that programs add and people move.
 
 mod view;
 
@@ -19,44 +19,44 @@ use view::{ListView, ParameterView, Removed};
 pub(crate) enum Parameter {
     /// Shows the sliders and buttons, in the order in which they were added
     List,
-    /// Shows some of them
+    /// Shows some sliders and buttons
     Get {
-        /// Which
+        /// Names of the sliders and buttons
         #[arg(required = true, value_name = "NAME", add = complete::parameters())]
         names: Vec<String>,
     },
-    /// Puts up a slider or a button
+    /// Adds a slider or a button
     Add(Add),
     /// Moves sliders, all of them or none
     Set {
-        /// Where each slider is to stand
+        /// New value of each slider
         #[arg(required = true, value_name = "NAME=VALUE", value_parser = assignment)]
         changes: Vec<ParameterChange>,
     },
     /// Presses a button
     Press {
-        /// Which
+        /// Name of the button
         #[arg(add = complete::parameters())]
         name: String,
-        /// How often
+        /// Number of presses
         #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..), value_name = "N")]
         times: u64,
     },
-    /// Shows the sliders and buttons, and what changes about them, until Ctrl-C
+    /// Shows the sliders and buttons, and their changes, until Ctrl-C
     Watch {
-        /// End after so many times that something was shown
+        /// End after this number of outputs
         #[arg(short, long, value_name = "N")]
         count: Option<u64>,
     },
-    /// Takes sliders and buttons down
+    /// Removes sliders and buttons
     Remove {
-        /// Which
+        /// Names of the sliders and buttons
         #[arg(required_unless_present = "all", conflicts_with = "all", value_name = "NAME", add = complete::parameters())]
         names: Vec<String>,
-        /// All that are not another's
+        /// All that have no other owner
         #[arg(long)]
         all: bool,
-        /// Also those that are another's: for admins
+        /// Also those of other owners: for admins
         #[arg(long)]
         take_over: bool,
     },
@@ -64,38 +64,38 @@ pub(crate) enum Parameter {
 
 #[derive(Args, Debug)]
 pub(crate) struct Add {
-    /// 1 to 256 bytes; people read it
+    /// Name for people, 1 to 256 bytes
     name: String,
-    /// The least value of a slider
+    /// Minimum of a slider
     #[arg(default_value_t = 0.0, allow_hyphen_values = true)]
     minimum: f64,
-    /// The largest value of a slider
+    /// Maximum of a slider
     #[arg(default_value_t = 1.0, allow_hyphen_values = true)]
     maximum: f64,
-    /// Where a slider stands; 0 or what is nearest to it, where it is left out
+    /// Initial value of a slider; 0 or the nearest value if left out
     #[arg(default_value_t = 0.0, hide_default_value = true, allow_hyphen_values = true)]
     value: f64,
-    /// The joint whose target the slider sets each time it is moved
+    /// Joint whose target the slider sets at each move
     #[arg(long, value_name = "ROBOT/JOINT", value_parser = joint, conflicts_with = "button")]
     joint: Option<JointBinding>,
-    /// What the slider's value is of that joint
+    /// Meaning of the slider's value for that joint
     #[arg(long, value_enum, default_value_t = Mode::Position, requires = "joint")]
     mode: Mode,
-    /// A button, and no slider
+    /// Add a button instead of a slider
     #[arg(long, conflicts_with_all = ["minimum", "maximum", "value"])]
     button: bool,
-    /// Replaces one of that name
+    /// Replace one of that name
     #[arg(long)]
     replace: bool,
-    /// Adds _1, _2, ... to a name that is taken
+    /// Add _1, _2, ... to a name that is taken
     #[arg(long, conflicts_with = "replace")]
     rename: bool,
-    /// Replaces also one that is another's: for admins
+    /// Also replace one of another owner: for admins
     #[arg(long, requires = "replace")]
     take_over: bool,
 }
 
-/// What a slider's value is of a joint.
+/// Meaning of a slider's value for a joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Mode {
     /// rad or m
@@ -119,7 +119,7 @@ pub(crate) async fn run(command: Parameter, client: &Client, output: Output) -> 
                 _ = tokio::signal::ctrl_c() => Ok(()),
             }
         }
-        // No name at all is all of them: clap asks for one of the two.
+        // No names means all of them: clap requires one of the two.
         Parameter::Remove { names, all: _, take_over } => {
             let removed = taking_over(client, take_over).remove_parameters(names).await?;
             output.one(&Removed { removed })
@@ -181,7 +181,7 @@ async fn watch(client: &Client, output: Output, limit: Option<u64>) -> anyhow::R
     Ok(())
 }
 
-/// Reads `ROBOT/JOINT`; the names of robots have no slash.
+/// Parses `ROBOT/JOINT`; names of robots have no slash.
 fn joint(text: &str) -> Result<JointBinding, String> {
     let (robot, joint) = text.split_once('/').ok_or("must be ROBOT/JOINT")?;
     if robot.is_empty() || joint.is_empty() {
@@ -190,7 +190,7 @@ fn joint(text: &str) -> Result<JointBinding, String> {
     Ok(JointBinding { robot: robot.to_owned(), joint: joint.to_owned(), ..JointBinding::default() })
 }
 
-/// Reads `NAME=VALUE`. The last `=` is meant: a name may hold one, a number cannot.
+/// Parses `NAME=VALUE`. The last `=` counts: a name may contain one, a number cannot.
 fn assignment(text: &str) -> Result<ParameterChange, String> {
     let (name, value) = text.rsplit_once('=').ok_or("must be NAME=VALUE")?;
     let value = value.trim().parse().map_err(|_| format!("`{value}` is not a number"))?;

@@ -22,67 +22,67 @@ use crate::output::{
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Record {
-    /// Begins a recording of every command and of what the world looks like
+    /// Starts a recording of every command, with states of the world
     Start {
-        /// What it is called, and its file: letters, digits, `_` and `-`; the time in UTC where it is left out
+        /// Name of the recording and its file: letters, digits, `_` and `-`; the time in UTC if left out
         #[arg(default_value = "", hide_default_value = true)]
         name: String,
-        /// Joint states and link poses in a simulated second; 0 is none
+        /// Rate of joint states and link poses, per simulated second; 0 is none
         #[arg(long, value_name = "HZ", default_value_t = 100.0)]
         rate: f64,
-        /// Keeps only the last so many seconds, in several files of which the oldest go
+        /// Keep only the last seconds, in several files whose oldest are deleted
         #[arg(long, value_name = "SECONDS", default_value_t = 0.0, hide_default_value = true)]
         keep_last: f64,
-        /// Ends at so many bytes; with --keep-last, the oldest files go
+        /// Size at which it ends; with --keep-last, the oldest files are deleted
         #[arg(long, value_name = "BYTES", default_value_t = 0, hide_default_value = true)]
         max_bytes: u64,
-        /// Ends after so many seconds
+        /// Duration after which it ends
         #[arg(long, value_name = "SECONDS", default_value_t = 0.0, hide_default_value = true)]
         max_duration: f64,
     },
-    /// Ends the recording that is being made
+    /// Stops the running recording
     Stop {
-        /// Only if it is this one
+        /// Only if it has this name
         #[arg(default_value = "", hide_default_value = true)]
         name: String,
     },
-    /// Shows the recordings there are
+    /// Shows the recordings
     List,
-    /// Shows what is in a recording
+    /// Shows the contents of a recording
     Info {
-        /// Which one
+        /// Name of the recording
         name: String,
     },
     /// Copies the files of a recording from the daemon's disk to this one
     Download {
-        /// Which one
+        /// Name of the recording
         name: String,
-        /// Where to
+        /// Folder to write to
         #[arg(default_value = ".")]
         folder: PathBuf,
     },
-    /// Writes the joint states of a file as a table, or what is of ROS 2 in it as a bag; needs no daemon
+    /// Writes the joint states of a file as a table, or its ROS 2 messages as a bag; needs no daemon
     Export(Export),
     /// Deletes the files of a recording
     Delete {
-        /// Which one
+        /// Name of the recording
         name: String,
     },
 }
 
 #[derive(Args, Debug)]
 pub(crate) struct Export {
-    /// A file of a recording (.mcap), on this disk
+    /// File of a recording (.mcap), on this disk
     file: PathBuf,
-    /// A row for each joint of each state: time, robot, joint, position, velocity, effort
+    /// Table to write, a row for each joint of each state: time, robot, joint, position, velocity, effort
     #[arg(long, value_name = "FILE", required_unless_present = "ros2")]
     csv: Option<PathBuf>,
-    /// A folder, which is made, for `ros2 bag` and `rosbags`
+    /// New folder to write, for `ros2 bag` and `rosbags`
     #[arg(long, value_name = "FOLDER")]
     ros2: Option<PathBuf>,
 }
 
-/// `record export`, which asks no daemon.
+/// `record export`, which needs no daemon.
 pub(crate) fn export(arguments: &Export, output: Output) -> anyhow::Result<()> {
     let Export { file, csv, ros2 } = arguments;
     let mut messages = 0;
@@ -126,7 +126,7 @@ pub(crate) async fn run(command: Record, client: &Client, output: Output) -> any
         Record::Download { name, folder } => {
             let (files, bytes) = tokio::select! {
                 downloaded = client.download_recording(&name, &folder) => downloaded?,
-                // The part of a file that has come goes with it.
+                // The received part of a file is deleted.
                 _ = tokio::signal::ctrl_c() => bail!("interrupted"),
             };
             output.one(&Downloaded { downloaded: name, files, bytes })

@@ -1,4 +1,4 @@
-//! `simctl robot`: robots in the world, in and out.
+//! `simctl robot`: robots in the world.
 
 pub(crate) mod convert;
 mod filter;
@@ -34,13 +34,13 @@ use view::{Deleted, InfoView, Loaded, ReloadedView, RobotView};
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Robot {
-    /// Sends a robot to the daemon and spawns it
+    /// Uploads a robot and spawns it
     Load(Load),
     /// Spawns a single shape: the ground, a box to push
     Shape(shape::Shape),
     /// Reads a robot's description again, and keeps its pose, joints and targets
     Reload(Reload),
-    /// Says what the daemon would make of a description, without a daemon
+    /// Checks a description without a daemon
     Validate(validate::Validate),
     /// Writes a description of any format as URDF, without a daemon
     Convert(convert::Convert),
@@ -48,23 +48,23 @@ pub(crate) enum Robot {
     List,
     /// Shows one robot: base, mass, pose, links
     Info {
-        /// The robot's name
+        /// Name of the robot
         #[arg(add = complete::robots())]
         robot: String,
     },
-    /// Changes what a robot touches: itself, groups of links, pairs of links
+    /// Changes the collision filter of a robot: self-collision, groups, pairs of links
     Filter(filter::Filter),
-    /// Shows where a robot's links are and how they move
+    /// Shows poses and velocities of a robot's links
     Links {
-        /// The robot's name
+        /// Name of the robot
         #[arg(add = complete::robots())]
         robot: String,
     },
-    /// Finds joint positions that put a link somewhere (inverse kinematics)
+    /// Finds joint positions at which a link reaches a pose (inverse kinematics)
     Ik(kinematics::Ik),
-    /// Takes a robot out of the world
+    /// Deletes a robot
     Delete {
-        /// The robot's name
+        /// Name of the robot
         #[arg(add = complete::robots())]
         robot: String,
     },
@@ -72,15 +72,15 @@ pub(crate) enum Robot {
 
 #[derive(Args, Debug)]
 pub(crate) struct Load {
-    /// A URDF, xacro, SDF or MJCF file, or the folder of a ROS package that holds one
+    /// URDF, xacro, SDF or MJCF file, or the folder of a ROS package that holds one
     path: PathBuf,
-    /// Which robot of an SDF or MJCF; all of them where it is left out
+    /// Robot of an SDF or MJCF; all of them if left out
     #[arg(long, value_name = "NAME")]
     model: Option<String>,
-    /// The robot's name; the one in the URDF where it is left out
+    /// Name of the robot; the one in the URDF if left out
     #[arg(long)]
     name: Option<String>,
-    /// Where the root link is: metres, and radians about the fixed axes
+    /// Pose of the root link: metres, and radians about the fixed axes
     #[arg(long, value_name = "X,Y,Z[,ROLL,PITCH,YAW]", value_parser = pose::parse, allow_hyphen_values = true)]
     pose: Option<Pose>,
     /// The root link does not move
@@ -89,47 +89,48 @@ pub(crate) struct Load {
     /// The root link moves freely
     #[arg(long)]
     free: bool,
-    /// A joint's first position, of a spherical joint quat:X,Y,Z,W; may be given again
+    /// Initial position of a joint, for a spherical joint quat:X,Y,Z,W; may be repeated
     #[arg(long = "position", value_name = "JOINT=POSITION", value_parser = position)]
     positions: Vec<Placement>,
-    /// Multiplies all lengths
+    /// Factor on all lengths
     #[arg(long, value_name = "FACTOR")]
     scale: Option<f64>,
-    /// No joint is actuated; else each holds its position
+    /// No joint is actuated; otherwise each holds its position
     #[arg(long)]
     passive: bool,
-    /// Refuses a robot whose report has a warning
+    /// Refuse a robot whose report has a warning
     #[arg(long)]
     strict: bool,
-    /// Adds _1, _2, ... to a name that is taken
+    /// Add _1, _2, ... to a name that is taken
     #[arg(long)]
     rename: bool,
     #[command(flatten)]
     surface: Surface,
-    /// Links of the robot touch each other, except those that a joint connects
+    /// Links of the robot collide with each other, except those that a joint connects
     #[arg(long)]
     self_collision: bool,
-    /// An SRDF file, whose `disable_collisions` switch pairs of links off
+    /// SRDF file, whose `disable_collisions` switch pairs of links off
     #[arg(long, value_name = "FILE")]
     srdf: Option<PathBuf>,
-    /// What collision meshes become: mesh, the triangles that they are where a link cannot move and elsewhere their convex hull; hull, their convex hull; parts, several convex parts
+    /// Colliders of collision meshes. mesh: triangles for links that cannot move, convex hulls for others;
+    /// hull: convex hulls; parts: several convex parts
     #[arg(long, value_enum, default_value_t)]
     collision: Collision,
-    /// The same as --collision parts
+    /// Short for --collision parts
     #[arg(long, conflicts_with = "collision")]
     convex_parts: bool,
     /// PATH is on the daemon's own disk
     #[arg(long, conflicts_with_all = ["packages", "xacro_arguments"])]
     on_daemon: bool,
-    /// Where a ROS package is that the URDF names; may be given again
+    /// Folder of a ROS package that the URDF names; may be repeated
     #[arg(long = "package", value_name = "NAME=FOLDER", value_parser = package_folder)]
     packages: Vec<PackageFolder>,
-    /// An argument of a xacro file; may be given again
+    /// Argument of a xacro file; may be repeated
     #[arg(long = "xacro-arg", value_name = "NAME=VALUE", value_parser = xacro_argument)]
     xacro_arguments: Vec<(String, String)>,
 }
 
-/// What collision meshes become.
+/// Colliders of collision meshes.
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
 pub(crate) enum Collision {
     #[default]
@@ -140,21 +141,21 @@ pub(crate) enum Collision {
 
 #[derive(Args, Debug)]
 pub(crate) struct Reload {
-    /// The robot's name
+    /// Name of the robot
     #[arg(add = complete::robots())]
     robot: String,
-    /// A URDF or xacro file or package folder; where it is left out, the daemon reads again what it has on its own disk
+    /// URDF or xacro file or package folder; if left out, the daemon reads its own file again
     path: Option<PathBuf>,
-    /// Refuses a robot whose report has a warning
+    /// Refuse a robot whose report has a warning
     #[arg(long)]
     strict: bool,
     /// PATH is on the daemon's own disk
     #[arg(long, conflicts_with_all = ["packages", "xacro_arguments"], requires = "path")]
     on_daemon: bool,
-    /// Where a ROS package is that the URDF names; may be given again
+    /// Folder of a ROS package that the URDF names; may be repeated
     #[arg(long = "package", value_name = "NAME=FOLDER", value_parser = package_folder, requires = "path")]
     packages: Vec<PackageFolder>,
-    /// An argument of a xacro file; may be given again
+    /// Argument of a xacro file; may be repeated
     #[arg(long = "xacro-arg", value_name = "NAME=VALUE", value_parser = xacro_argument, requires = "path")]
     xacro_arguments: Vec<(String, String)>,
 }
@@ -237,7 +238,7 @@ async fn load(arguments: Load, client: &Client, output: Output) -> anyhow::Resul
     line.clear();
     let spawned = spawned.map_err(|error| naming(path, error))?;
     warn_of(&spawned.report, package.as_ref());
-    // Of several some mostly stand still: the file says which.
+    // Some of several robots are mostly fixed: the file decides.
     if spawned.entity.base() == Base::Free && !is_base_given && spawned.others.is_empty() {
         hint("its base is free, so it falls; --fixed holds it in place");
     }
@@ -267,7 +268,7 @@ async fn reload(arguments: Reload, client: &Client, output: Output) -> anyhow::R
     output.one(&ReloadedView::from(reloaded))
 }
 
-/// Sends what the daemon lacks, or names what it has.
+/// Uploads the files that the daemon lacks, or names its own file.
 async fn source(
     client: &Client,
     path: &Path,
@@ -293,7 +294,7 @@ fn options(packages: &[PackageFolder], xacro_arguments: &[(String, String)]) -> 
     }
 }
 
-/// The daemon knows the line of a mistake, but not of which file.
+/// Adds the file to an error: the daemon only knows the line.
 fn naming(path: &Path, error: Error) -> anyhow::Error {
     let is_about_file = match &error {
         Error::Refused(refusal) => {
@@ -306,15 +307,14 @@ fn naming(path: &Path, error: Error) -> anyhow::Error {
     if is_about_file { error.context(path.display().to_string()) } else { error }
 }
 
-/// Where warnings are seen even if stdout is read by a program. Lines are those of the
-/// xacro's own files.
+/// Prints warnings to stderr, even if a program reads stdout. Lines refer to the xacro's own files.
 fn warn_of(report: &LoadReport, package: Option<&Package>) {
     let source = |line| package.and_then(|package| package.xacro_source(line));
     let findings =
         report.findings.iter().filter(|finding| finding.severity() >= Severity::Warning).map(|finding| {
             simd_model::Finding {
                 severity: simd_model::Severity::Warning,
-                // It only keeps apart what is counted together, and what was taken is listed one by one.
+                // Only separates findings that are counted together; used elements are listed one by one.
                 disposition: simd_model::Disposition::Repaired,
                 element: finding.element.clone(),
                 file: None,
@@ -339,7 +339,7 @@ fn warn_of(report: &LoadReport, package: Option<&Package>) {
     }
 }
 
-/// Reads `NAME=VALUE`; `NAME:=VALUE`, as ROS writes it, means the same.
+/// Parses `NAME=VALUE`, or `NAME:=VALUE` as in ROS.
 fn xacro_argument(text: &str) -> Result<(String, String), String> {
     let (name, value) = text.split_once('=').ok_or("must be NAME=VALUE")?;
     let name = name.strip_suffix(':').unwrap_or(name);
@@ -350,7 +350,7 @@ fn xacro_argument(text: &str) -> Result<(String, String), String> {
     }
 }
 
-/// Reads `JOINT=POSITION` or `JOINT=quat:X,Y,Z,W`.
+/// Parses `JOINT=POSITION` or `JOINT=quat:X,Y,Z,W`.
 fn position(text: &str) -> Result<Placement, String> {
     match placement(text)? {
         placement if placement.velocity != 0.0 => {

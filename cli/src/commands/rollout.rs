@@ -1,4 +1,4 @@
-//! `simctl rollout`: what copies of the world come to with the targets of a file.
+//! `simctl rollout`: runs copies of the world with the targets of a file.
 
 mod costs;
 mod sources;
@@ -31,71 +31,71 @@ use crate::{
     text_file,
 };
 
-/// A file above this is no rollout that the daemon takes.
+/// Maximum size of a file for a rollout that the daemon accepts.
 const MAX_BYTES: u64 = 64 * 1024 * 1024;
 
 const FORMAT: &str = "\
-A table has a line of names and a line for each knot, with commas. The lines of a copy follow each other:
-  copy,shoulder,elbow                  0, 1, ...; of one copy it may be left out
-A JSON document has the same as lists: of copies, knots and joints:
+A table has a line of names and a line for each knot, with commas. The lines of a copy are consecutive:
+  copy,shoulder,elbow                  0, 1, ...; may be left out for a single copy
+A JSON document has the same as nested lists of copies, knots and joints:
   {\"joints\": [\"shoulder\", \"elbow\"], \"targets\": [[[0.1, 0.2], [0.3, 0.4]]]}
 
---vary is of joint-positions or joint-velocities, which are added to, or of link-masses, joint-friction,
-joint-damping, gains or surface-friction, which are multiplied:
+--vary adds to joint-positions or joint-velocities, or multiplies link-masses, joint-friction,
+joint-damping, gains or surface-friction:
   --copies 100 --vary link-masses=0.8..1.2 --vary joint-positions:elbow=0+-0.05
-Documents of --costs and --variations are lists of what the schema calls RolloutCost and RolloutVariation:
+Documents of --costs and --variations are lists of the schema's RolloutCost and RolloutVariation:
   [{\"link_position\": {\"link\": \"hand\", \"position\": [0.4, 0, 0.6]}}, {\"weight\": 1e-4, \"joint_efforts\": {}}]
   [{\"of\": \"wrench\", \"names\": [\"hand\"], \"uniform\": {\"low\": -5, \"high\": 5}, \"wrench_steps\": 20}]
-A term weighs 1, and both are of ROBOT, where they do not say otherwise.";
+By default, a term has the weight 1, and both apply to ROBOT.";
 
 #[derive(Args, Debug)]
 #[command(after_help = FORMAT)]
 pub(crate) struct Rollout {
-    /// The robot's name
+    /// Name of the robot
     #[arg(add = complete::robots())]
     robot: String,
     /// Targets of joints, for each copy
     #[arg(value_name = "FILE.csv|FILE.json")]
     file: PathBuf,
-    /// What the numbers are
+    /// Meaning of the numbers
     #[arg(long, value_enum, default_value_t = Mode::Position)]
     mode: Mode,
     /// Steps from knot to knot
     #[arg(long, value_name = "STEPS", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     knot_steps: u32,
-    /// What holds between knots
+    /// Values between knots
     #[arg(long, value_enum, default_value_t = Between::Hold)]
     interpolation: Between,
-    /// Steps of each copy; those of all knots where it is left out
+    /// Steps of each copy; up to the last knot if left out
     #[arg(long)]
     steps: Option<u32>,
-    /// Where a joint is to be, rad or m: each step costs the square of what it lacks
+    /// Goal of a joint, rad or m: each step costs the square of its distance
     #[arg(long, value_name = "JOINT=POSITION", value_parser = goal, allow_hyphen_values = true)]
     goal: Vec<(String, f64)>,
-    /// What the square of each effort costs in each step
+    /// Cost of the square of each effort in each step
     #[arg(long, value_name = "WEIGHT", default_value_t = 0.0, allow_negative_numbers = true)]
     effort_weight: f64,
-    /// More terms of the cost of a step
+    /// Further terms of the cost of a step
     #[arg(long, value_name = "FILE.json")]
     costs: Option<PathBuf>,
-    /// Copies, where the file has the targets of one: all follow them
+    /// Number of copies, if the file has the targets of one: all follow them
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     copies: Option<u32>,
-    /// What differs from copy to copy, drawn evenly or by a normal distribution
+    /// Differences between copies, drawn uniformly or from a normal distribution
     #[arg(long, value_name = "OF[:NAME,...]=LOW..HIGH|MEAN+-DEVIATION", value_parser = variations::parse)]
     vary: Vec<Variation>,
-    /// More of what differs from copy to copy, drawn or given
+    /// Further differences between copies, drawn or given
     #[arg(long, value_name = "FILE.json")]
     variations: Option<PathBuf>,
-    /// What is drawn depends on it
+    /// Seed of random numbers
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// Starts from a saved state, and not from the world as it is
+    /// Start from a saved state instead of the present world
     #[arg(long, value_name = "NAME")]
     from: Option<String>,
 }
 
-/// What targets are.
+/// Meaning of targets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Mode {
     /// rad or m
@@ -106,7 +106,7 @@ enum Mode {
     Effort,
 }
 
-/// What holds between knots.
+/// Values between knots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Between {
     /// The knot before
@@ -192,7 +192,7 @@ pub(crate) async fn run(arguments: Rollout, client: &Client, output: Output) -> 
     output.one(&RolloutView::new(&found, tried.joints)?)
 }
 
-/// How many copies there are, where the file has the targets of so many.
+/// Returns the number of copies, given the number in the file.
 fn copies(arguments: &Rollout, in_file: usize) -> anyhow::Result<u32> {
     let found = u32::try_from(in_file).unwrap_or(u32::MAX);
     let asked = arguments.copies.unwrap_or(found);
@@ -204,7 +204,7 @@ fn copies(arguments: &Rollout, in_file: usize) -> anyhow::Result<u32> {
     Ok(asked)
 }
 
-/// What a file says.
+/// Reads a file.
 fn document<T>(file: &Path, reads: impl FnOnce(&str) -> anyhow::Result<T>) -> anyhow::Result<T> {
     reads(&text_file::read(file, MAX_BYTES)?).with_context(|| file.display().to_string())
 }
@@ -212,7 +212,7 @@ fn document<T>(file: &Path, reads: impl FnOnce(&str) -> anyhow::Result<T>) -> an
 /// `rollout`.
 #[derive(Serialize)]
 struct RolloutView {
-    /// Of the state that the copies started from.
+    /// Stamp of the state from which the copies started.
     start: Stamp,
     joints: Vec<String>,
     copies: Vec<CopyView>,
@@ -222,13 +222,13 @@ struct RolloutView {
 #[derive(Serialize)]
 struct CopyView {
     copy: usize,
-    /// That it did.
+    /// Number of steps that it did.
     steps: u32,
-    /// Null where it ended early, or nothing is weighed.
+    /// Null if it ended early, or without terms of the cost.
     cost: Option<f64>,
-    /// At the end, in the order of the joints; null where it ended early.
+    /// Final positions, in the order of the joints; null if it ended early.
     positions: Vec<Option<f64>>,
-    /// Why it ended early.
+    /// Reason why it ended early.
     #[serde(skip_serializing_if = "Option::is_none")]
     ended: Option<String>,
 }

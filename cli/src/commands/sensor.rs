@@ -1,4 +1,4 @@
-//! `simctl sensor`: what robots feel and see.
+//! `simctl sensor`: sensors of robots.
 
 mod definition;
 mod lens;
@@ -28,30 +28,30 @@ use crate::{
     pose,
 };
 
-/// Sensors without a reading of which a hint is given, each.
+/// Maximum number of hints about sensors without a reading.
 const MOST_HINTS: usize = 8;
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Sensor {
-    /// Puts a sensor on a robot
+    /// Adds a sensor to a robot
     Add(Box<Add>),
-    /// Shows the sensors, where they are and how often they measure
+    /// Shows the sensors, their places and how often they measure
     List {
-        /// Those of this robot only
+        /// Only sensors of this robot
         #[arg(add = complete::robots())]
         robot: Option<String>,
     },
-    /// Shows what sensors measured last
+    /// Shows the newest readings of sensors
     Read(Chosen),
     /// Shows readings as they come, until Ctrl-C
     Watch(Watch),
-    /// Takes a sensor away
+    /// Deletes a sensor
     #[command(visible_alias = "remove")]
     Delete {
-        /// The robot's name
+        /// Name of the robot
         #[arg(add = complete::robots())]
         robot: String,
-        /// The sensor's name
+        /// Name of the sensor
         #[arg(add = complete::sensors())]
         sensor: String,
     },
@@ -59,48 +59,49 @@ pub(crate) enum Sensor {
 
 #[derive(Args, Debug)]
 pub(crate) struct Add {
-    /// What it measures
+    /// Kind of the sensor
     kind: Kind,
-    /// What it sits on; encoders and force-torque sensors are on a joint
+    /// Link or joint of the sensor; encoders and force-torque sensors are on a joint
     #[arg(value_name = "ROBOT[/LINK]|ROBOT/JOINT")]
     place: String,
-    /// Its name; made up where it is left out
+    /// Name of the sensor; chosen by the daemon if left out
     #[arg(long, default_value = "", hide_default_value = true)]
     name: String,
-    /// Where on the link, or on the joint's child: metres, and radians about the fixed axes; at its origin if left out
+    /// Pose on the link, or on the joint's child: metres, and radians about the fixed axes; its origin if
+    /// left out
     #[arg(long, value_name = "X,Y,Z[,ROLL,PITCH,YAW]", value_parser = pose::parse, allow_hyphen_values = true)]
     pose: Option<Pose>,
     /// Samples per simulated second; one each step if left out
     #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     rate: Option<f64>,
-    /// How a channel errs, as `linear-acceleration.z:deviation=0.02,bias=0.1`; may be given again
+    /// Noise of a channel, such as `linear-acceleration.z:deviation=0.02,bias=0.1`; may be repeated
     #[arg(long, value_name = "CHANNEL[.AXIS]:WHAT=VALUE,...", value_parser = noise::parse)]
     noise: Vec<SensorNoise>,
-    /// What its noise is drawn from, with the names of robot and sensor
+    /// Seed of its noise, with the names of robot and sensor
     #[arg(long, default_value_t = 0, hide_default_value = true)]
     seed: u64,
-    /// Of a range finder or lidar: metres
+    /// For a range finder or lidar: limits, metres
     #[arg(long, value_name = "MIN,MAX", value_parser = limits, allow_hyphen_values = true)]
     range: Option<[f64; 2]>,
-    /// Of a lidar: how many angles about z, and which
+    /// For a lidar: number of angles about z, and their range
     #[arg(long, value_name = "SAMPLES,MIN,MAX", value_parser = sweep, allow_hyphen_values = true)]
     horizontal: Option<Sweep>,
-    /// Of a lidar: how many rows, and at which angles up; one in the plane if left out
+    /// For a lidar: number of rows, and the range of their angles; one row in the plane if left out
     #[arg(long, value_name = "SAMPLES,MIN,MAX", value_parser = sweep, allow_hyphen_values = true)]
     vertical: Option<Sweep>,
-    /// Of a lidar: it turns once in a period, so that each column is of its own time
+    /// For a lidar: it turns once in a period, so that each column has its own time
     #[arg(long)]
     rolling: bool,
-    /// Of a force-torque sensor: in whose axes it measures
+    /// For a force-torque sensor: axes of the result
     #[arg(long, value_enum)]
     axes: Option<Axes>,
-    /// Of a force-torque sensor: it measures what the parent does to the child
+    /// For a force-torque sensor: measure the force of the parent on the child
     #[arg(long)]
     on_child: bool,
-    /// Of a contact sensor: it is touched from this force on
+    /// For a contact sensor: force above which it is touched
     #[arg(long, value_name = "NEWTON", allow_negative_numbers = true)]
     threshold: Option<f64>,
-    /// Of an encoder: how far its joint moves where it turns round before the encoder goes along
+    /// For an encoder: motion of its joint after it reverses until the encoder follows
     #[arg(long, value_name = "ANGLE|LENGTH", value_parser = backlash, allow_negative_numbers = true)]
     backlash: Option<f64>,
     #[command(flatten)]
@@ -109,20 +110,20 @@ pub(crate) struct Add {
 
 #[derive(Clone, Copy, Debug, clap::ValueEnum)]
 pub(crate) enum Axes {
-    /// Of the joint's child
+    /// Axes of the joint's child
     Child,
-    /// Of the joint's parent
+    /// Axes of the joint's parent
     Parent,
-    /// Of the sensor
+    /// Axes of the sensor
     Sensor,
 }
 
 #[derive(Args, Debug)]
 pub(crate) struct Chosen {
-    /// The robot's name; all robots if left out
+    /// Name of the robot; all robots if left out
     #[arg(add = complete::robots())]
     robot: Option<String>,
-    /// Some of its sensors; all if left out
+    /// Names of its sensors; all if left out
     #[arg(add = complete::sensors())]
     sensors: Vec<String>,
 }
@@ -131,10 +132,10 @@ pub(crate) struct Chosen {
 pub(crate) struct Watch {
     #[command(flatten)]
     chosen: Chosen,
-    /// How often readings are sent, per wall second: 0.1 to 1000; each reading comes, whatever it is
+    /// Rate of messages, per wall second: 0.1 to 1000; no reading is skipped
     #[arg(short, long, default_value_t = 50.0, value_name = "HZ", allow_negative_numbers = true)]
     rate: f64,
-    /// End after so many readings
+    /// End after this number of readings
     #[arg(short, long, value_name = "N")]
     count: Option<u64>,
 }
@@ -213,7 +214,7 @@ async fn watch(arguments: Watch, client: &Client, output: Output) -> anyhow::Res
     Ok(())
 }
 
-/// Refuses a watch of which nothing would come: of sensors that were named and never have a reading, or of none but such.
+/// Refuses a watch without any readings: named sensors that never have one, or only such sensors.
 async fn refuse_the_silent(client: &Client, chosen: &Chosen) -> anyhow::Result<()> {
     let all = client.sensors(chosen.robot.as_deref()).await?;
     let is_named = |info: &SensorInfo| {
@@ -231,7 +232,8 @@ async fn refuse_the_silent(client: &Client, chosen: &Chosen) -> anyhow::Result<(
     }
 }
 
-/// Of these sensors, by robot and name, those that are there, and why each has no readings; empty where it has some once they come.
+/// Returns these sensors by robot and name, as far as they exist, each with the reason why it has no
+/// readings. The reason is empty if it will have some.
 async fn why_silent(
     client: &Client,
     wanted: Vec<(String, String)>,

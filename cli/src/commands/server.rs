@@ -1,4 +1,4 @@
-//! `simctl server`: who answers, and how fast.
+//! `simctl server`: the daemon, and its response time.
 
 use std::time::{Duration, Instant};
 
@@ -20,7 +20,7 @@ pub(crate) enum Server {
     Info,
     /// Measures round trips
     Ping {
-        /// How many
+        /// Number of pings
         #[arg(short, long, default_value_t = 4, value_parser = clap::value_parser!(u64).range(1..))]
         count: u64,
         /// Milliseconds between them
@@ -38,7 +38,7 @@ pub(crate) async fn run(command: Server, client: &Client, output: Output) -> any
         Server::Ping { count, interval } => {
             tokio::select! {
                 done = ping(client, output, count, Duration::from_millis(interval)) => done,
-                // A ping that is interrupted is no failure.
+                // Interrupting a ping is no failure.
                 _ = tokio::signal::ctrl_c() => Ok(()),
             }
         }
@@ -59,7 +59,7 @@ async fn ping(client: &Client, output: Output, number: u64, interval: Duration) 
         output.item(&Ping { sequence, round_trip_ms, stamp })?;
     }
     round_trips.sort_by(f64::total_cmp);
-    // The nearest rank: of four answers the slowest is the one within which 99 % came.
+    // Nearest rank: of four answers, the slowest is the 99th percentile.
     let at = |part: usize| {
         let rank = (round_trips.len() * part).div_ceil(100);
         round_trips.get(rank.saturating_sub(1)).copied().unwrap_or_default()
@@ -95,9 +95,9 @@ struct Info {
     endpoint: String,
     simulator: String,
     version: String,
-    /// `MAJOR.MINOR` of the schema that the daemon speaks.
+    /// `MAJOR.MINOR` of the daemon's schema.
     api_version: String,
-    /// The same of this client.
+    /// Likewise for this client.
     client_api_version: String,
     name: String,
     features: Vec<String>,

@@ -1,4 +1,4 @@
-//! `simctl sim`: the world, its time, whether it runs.
+//! `simctl sim`: the world, its time, its state.
 
 use clap::{Args, Subcommand, ValueEnum};
 use serde::Serialize;
@@ -22,19 +22,19 @@ use crate::{
 pub(crate) enum Sim {
     /// Shows whether the world plays, and how well it keeps time
     Status,
-    /// Lets time run
+    /// Plays the world
     Play,
-    /// Lets time stand
+    /// Pauses the world
     Pause,
-    /// Pauses, and puts time and robots back to the start
+    /// Pauses the world, and resets time and robots to the start
     Stop,
     /// Does steps of a paused world
     Step {
-        /// How many
+        /// Number of steps
         #[arg(default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
         steps: u64,
     },
-    /// Puts the world back: time and state, where no scope is given
+    /// Resets the world: time and state, if no scope is given
     Reset(Reset),
     /// Shows the physics settings, or changes those that are given
     Physics(Settings),
@@ -44,38 +44,38 @@ pub(crate) enum Sim {
 
 #[derive(Args, Debug)]
 pub(crate) struct Reset {
-    /// Sim time and step go to zero
+    /// Sim time and step become zero
     #[arg(long)]
     time: bool,
-    /// Robots go back to where they were spawned
+    /// Robots return to the state at which they were spawned
     #[arg(long)]
     state: bool,
-    /// Robots that were not loaded at the daemon's start go
+    /// Robots that were not loaded at the daemon's start are deleted
     #[arg(long)]
     spawned: bool,
 }
 
 #[derive(Args, Debug)]
 pub(crate) struct Settings {
-    /// m/s^2 in world axes
+    /// Gravity, m/s^2 in world axes
     #[arg(long, value_name = "X,Y,Z", value_parser = pose::parse_vector, allow_hyphen_values = true)]
     gravity: Option<Vector3>,
     /// Seconds that a step advances
     #[arg(long, value_name = "SECONDS")]
     time_step: Option<f64>,
-    /// Equal parts that a step is done in
+    /// Equal parts into which each step is divided
     #[arg(long, value_name = "N")]
     substeps: Option<u32>,
-    /// The method of a step
+    /// Integration method of a step
     #[arg(long, value_enum)]
     integrator: Option<Integrator>,
-    /// What friction two surfaces that touch have
+    /// Combination of two touching surfaces' friction
     #[arg(long, value_enum)]
     surface_combination: Option<SurfaceCombination>,
     /// Whether free bodies at rest sleep: `true` or `false`
     #[arg(long, value_name = "BOOL")]
     sleeping: Option<bool>,
-    /// Simulated seconds to a wall second
+    /// Simulated seconds per wall second
     #[arg(long, value_name = "FACTOR")]
     rtf: Option<f64>,
     /// Whether steps follow the wall clock
@@ -85,25 +85,25 @@ pub(crate) struct Settings {
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum Integrator {
-    /// Of second order
+    /// Second order
     Leapfrog,
-    /// Semi-implicit Euler, as MuJoCo's
+    /// Semi-implicit Euler, as in MuJoCo
     Euler,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum SurfaceCombination {
-    /// The smaller one, as in Gazebo; the larger restitution
+    /// The smaller friction, as in Gazebo; the larger restitution
     Min,
-    /// The product, as in Bullet, also of restitutions
+    /// The product, as in Bullet, also for restitution
     Multiply,
-    /// The larger one, as in MuJoCo
+    /// The larger value, as in MuJoCo
     Max,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum Pace {
-    /// By the real-time factor
+    /// At the real-time factor
     RealTime,
     /// As fast as possible
     Max,
@@ -138,9 +138,9 @@ pub(crate) async fn run(command: Sim, client: &Client, output: Output) -> anyhow
 #[derive(Serialize)]
 struct Member {
     client: String,
-    /// Seconds that it may take from one step to asking for the next.
+    /// Longest time in seconds from one step to its next request.
     timeout: f64,
-    /// Steps; 0 where the others wait for it.
+    /// Steps that it waits for; 0 if the others wait for it.
     waits_for: u64,
 }
 
@@ -210,7 +210,7 @@ struct Status {
     /// Wall seconds.
     step_duration: f64,
     mailbox_refusals: u64,
-    /// Who holds a claim on the world.
+    /// Holder of a claim on the world.
     claimed_by: Option<String>,
 }
 
@@ -307,7 +307,7 @@ impl View for WasReset {
     }
 }
 
-/// What the schema's names of combinations begin with.
+/// Prefix of the schema's names of combinations.
 pub(super) const COMBINATION: &str = "SURFACE_COMBINATION_";
 
 /// `sim physics`.
@@ -322,7 +322,7 @@ struct PhysicsView {
     integrator: String,
     /// `min`, `multiply` or `max`.
     surface_combination: String,
-    /// Free bodies at rest sleep.
+    /// Whether free bodies at rest sleep.
     sleeping: bool,
     real_time_factor: f64,
     /// `real_time` or `as_fast_as_possible`.

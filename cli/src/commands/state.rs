@@ -1,4 +1,4 @@
-//! `simctl state`: states of the world to go back to.
+//! `simctl state`: saved states of the world.
 
 use std::path::PathBuf;
 
@@ -18,43 +18,43 @@ use crate::output::{
 pub(crate) enum State {
     /// Keeps the state of the world in the daemon's memory
     Save {
-        /// Replaces one of that name; made up where it is left out
+        /// Name of the state, which is replaced if it exists; chosen by the daemon if left out
         #[arg(default_value = "", hide_default_value = true)]
         name: String,
-        /// Replaces also one that is another's: for admins
+        /// Also replace another owner's state: for admins
         #[arg(long)]
         take_over: bool,
     },
-    /// Puts the world back to a saved state
+    /// Restores a saved state
     Restore {
-        /// Which one
+        /// Name of the state
         name: String,
     },
     /// Shows the saved states, oldest first
     List,
-    /// Forgets a saved state
+    /// Deletes a saved state
     Delete {
-        /// Which one
+        /// Name of the state
         name: String,
-        /// Also one that is another's: for admins
+        /// Also delete another owner's state: for admins
         #[arg(long)]
         take_over: bool,
     },
-    /// Writes a saved state and what its robots are made of into a file
+    /// Writes a saved state and its robots' files into a file
     Export {
-        /// Which one
+        /// Name of the state
         name: String,
-        /// Where to; a file that is there is replaced
+        /// File to write; an existing one is replaced
         file: PathBuf,
     },
-    /// Keeps the saved state of a file in the daemon's memory; the world stays as it is
+    /// Keeps the saved state of a file in the daemon's memory; the world does not change
     Import {
-        /// Where from
+        /// File to read
         file: PathBuf,
-        /// What it is called here; as where it was exported if left out
+        /// Name of the state; its name at the export if left out
         #[arg(long, default_value = "", hide_default_value = true)]
         name: String,
-        /// Replaces also one that is another's: for admins
+        /// Also replace another owner's state: for admins
         #[arg(long)]
         take_over: bool,
     },
@@ -100,7 +100,7 @@ struct SavedStateView {
     name: String,
     stamp: Stamp,
     robots: u32,
-    /// Who made it.
+    /// Owner of the state.
     owner: String,
 }
 

@@ -1,4 +1,4 @@
-//! `simctl token`: the file of tokens of a daemon on this machine. The daemon reads it again by itself.
+//! `simctl token`: the token file of a daemon on this machine. The daemon reads it again automatically.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write as _};
@@ -20,7 +20,7 @@ use crate::{
     text_file,
 };
 
-/// How long another simctl is waited for that changes the file, and how often it is looked for.
+/// Longest wait for another simctl that changes the file, and interval of the checks.
 const LOCK: Duration = Duration::from_secs(3);
 const LOOK: Duration = Duration::from_millis(10);
 
@@ -28,28 +28,28 @@ const LOOK: Duration = Duration::from_millis(10);
 pub(crate) enum Token {
     /// Makes a token, and prints it: it is not kept, and cannot be shown again
     Add {
-        /// Whose it is: letters, digits, _ - . @
+        /// Name of the holder: letters, digits, _ - . @
         name: String,
-        /// What it allows: viewer reads, operator commands robots and parameters, admin does all
+        /// Rights: viewer reads, operator commands robots and parameters, admin does all
         #[arg(long, value_name = "ROLE")]
         role: Role,
-        /// After which time it is refused, for instance 90d, 12h, or never
+        /// Time until it expires, for instance 90d, 12h, or never
         #[arg(long, value_name = "TIME", default_value = "never", value_parser = lifetime)]
         expires: Lifetime,
-        /// It may change this robot alone, and nothing that concerns the whole world. Repeatable
+        /// Robot that it may change; then it cannot change the whole world. May be repeated
         #[arg(long = "robot", value_name = "ROBOT")]
         robots: Vec<String>,
         #[command(flatten)]
         file: TokenFile,
     },
-    /// Shows whose tokens there are
+    /// Shows the holders of tokens
     List {
         #[command(flatten)]
         file: TokenFile,
     },
-    /// Takes a token out: calls with it are refused within a second, and its streams end
+    /// Removes a token: calls with it are refused within a second, and its streams end
     Revoke {
-        /// Whose it is
+        /// Name of the holder
         name: String,
         #[command(flatten)]
         file: TokenFile,
@@ -58,12 +58,12 @@ pub(crate) enum Token {
 
 #[derive(Args, Debug)]
 pub(crate) struct TokenFile {
-    /// The file that the daemon has as --tokens [default: $XDG_CONFIG_HOME/simd/tokens or ~/.config/simd/tokens]
+    /// File of the daemon's flag --tokens [default: $XDG_CONFIG_HOME/simd/tokens or ~/.config/simd/tokens]
     #[arg(long, value_name = "PATH")]
     file: Option<PathBuf>,
 }
 
-/// Seconds for which a token is taken; `None` is for ever.
+/// Seconds for which a token is valid; `None` is for ever.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Lifetime(Option<i64>);
 
@@ -124,7 +124,7 @@ fn add(
             bail!("there is a token called {name} already: revoke it first, or take another name");
         }
         entries.push(entry);
-        // As the daemon will read it.
+        // Checked as the daemon reads it.
         parse_tokens(&write_tokens(entries)).map(drop).map_err(anyhow::Error::msg)
     })?;
     output.one(&NewToken { view, token: text })
@@ -142,8 +142,8 @@ fn read(path: &Path) -> anyhow::Result<Vec<TokenEntry>> {
     parse_tokens(&text).map_err(|error| anyhow::anyhow!("{}: {error}", path.display()))
 }
 
-/// Writes a changed file beside the old one and puts it in its place, so that a daemon never reads half of it. The new
-/// file is a lock: two that change it at one time would lose what one of them did.
+/// Writes a changed file beside the old one and replaces that, so that a daemon never reads half of it. The
+/// new file is also a lock: otherwise two concurrent changes would lose one of them.
 fn change(
     path: &Path,
     change: impl FnOnce(&mut Vec<TokenEntry>) -> anyhow::Result<()>,
@@ -168,7 +168,7 @@ fn change(
     changed
 }
 
-/// A new file, once no other simctl has it.
+/// Opens the new file, once no other simctl has it.
 fn locked(path: &Path) -> anyhow::Result<File> {
     let until = Instant::now() + LOCK;
     loop {
@@ -185,7 +185,7 @@ fn locked(path: &Path) -> anyhow::Result<File> {
     }
 }
 
-/// A new file that others can neither read nor write.
+/// Returns a new file that others can neither read nor write.
 fn private(path: &Path) -> io::Result<File> {
     let mut options = OpenOptions::new();
     options.write(true).create_new(true);
@@ -217,7 +217,7 @@ struct TokenView {
     role: &'static str,
     /// As in RFC 3339; null is never.
     expires: Option<String>,
-    /// That it may change; none is all, and the world.
+    /// Robots that it may change; empty means all of them, and the world.
     robots: Vec<String>,
 }
 
@@ -229,7 +229,7 @@ struct NewToken {
 }
 
 impl View for NewToken {
-    /// The token alone, so that a shell can take it.
+    /// Prints only the token, so that a shell can use it.
     fn page(&self) -> Page {
         Page::new().line(self.token.clone())
     }

@@ -1,9 +1,10 @@
-//! `simctl top`: worlds, robots and clients as they are now.
+//! `simctl top`: worlds, robots and clients, live.
 //!
-//! * Here: what is typed, and the tables of `--once`.
-//! * `find`: which daemons are looked at. `watch`: asks one of them, over and over.
-//! * `world`: what is known of one, and the rates between two answers.
-//! * With the feature `top`, `screen`: the terminal and its keys. `app`: what keys do. `draw`: what is shown.
+//! * This file: arguments, and the tables of `--once`.
+//! * `find`: finds the daemons. `watch`: polls one of them.
+//! * `world`: state of one world, and the rates between two answers.
+//! * With the feature `top`, `screen`: the terminal and its keys. `app`: actions of keys. `draw`: the
+//!   picture.
 
 #[cfg(feature = "top")]
 mod app;
@@ -43,12 +44,12 @@ configuration file, 127.0.0.1:7400, and the daemons on the Zenoh network at tcp/
 #[derive(Args, Debug)]
 #[command(after_help = KEYS)]
 pub(crate) struct Top {
-    /// Daemons, as for --endpoint; a Zenoh locator without #NAME is all that are there
+    /// Daemons, as for --endpoint; a Zenoh locator without #NAME means all of its daemons
     endpoints: Vec<String>,
-    /// Seconds between two looks: 0.1 to 60
+    /// Seconds between two polls: 0.1 to 60
     #[arg(short, long, default_value = "1", value_name = "SECONDS", value_parser = interval)]
     interval: Duration,
-    /// Shows tables once, and ends; so does a stdout that is no terminal, and JSON
+    /// Show tables once, and exit; this is also done if stdout is no terminal, and for JSON
     #[arg(long)]
     once: bool,
 }

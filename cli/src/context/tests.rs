@@ -1,4 +1,4 @@
-//! Which daemon is chosen, and what a choice leaves of the file.
+//! Selection of the daemon, and changes of the file by `context use`.
 
 use clap::Parser as _;
 

@@ -1,4 +1,4 @@
-//! What several results have in common in JSON: moments, vectors, names of enums.
+//! Common parts of JSON results: moments, vectors, names of enums.
 
 use serde::Serialize;
 use simd_client::proto::{Pose, Quaternion, Vector3};
@@ -33,12 +33,12 @@ impl std::fmt::Display for Stamp {
     }
 }
 
-/// An enum's name as JSON and tables have it: `JOINT_MODE_HOLD` becomes `hold`.
+/// Returns an enum's name in JSON and tables: `JOINT_MODE_HOLD` becomes `hold`.
 pub(crate) fn name(prefix: &str, name_on_wire: &str) -> String {
     name_on_wire.strip_prefix(prefix).unwrap_or(name_on_wire).to_ascii_lowercase()
 }
 
-/// x, y, z.
+/// Returns x, y, z.
 pub(crate) fn vector(vector: &Vector3) -> [f64; 3] {
     [vector.x, vector.y, vector.z]
 }

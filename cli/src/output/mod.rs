@@ -1,4 +1,4 @@
-//! How results are written: pages for people, JSON for programs.
+//! Output of results: pages for people, JSON for programs.
 
 pub(crate) mod json;
 pub(crate) mod number;
@@ -15,13 +15,13 @@ use simd_client::is_printable;
 use crate::args::Format;
 use table::Page;
 
-/// A result. Its serialisation is what `-o json` promises: field names stay.
+/// A result. Its serialisation is the interface of `-o json`: field names must not change.
 pub(crate) trait View: Serialize {
-    /// The same for people.
+    /// Returns the result as a page for people.
     fn page(&self) -> Page;
 }
 
-/// Writes results to stdout in the format that was asked for.
+/// Writes results to stdout in the requested format.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Output {
     format: Format,
@@ -33,7 +33,7 @@ impl Output {
         Self { format, colour: has_colour(io::stdout().is_terminal()) }
     }
 
-    /// A single result.
+    /// Writes a single result.
     pub(crate) fn one(self, view: &impl View) -> anyhow::Result<()> {
         match self.format {
             Format::Table => self.write(&view.page().render(self.colour)),
@@ -42,7 +42,7 @@ impl Output {
         }
     }
 
-    /// A list: an array in JSON, an item a line in JSON lines.
+    /// Writes a list: an array in JSON, one item per line in JSON lines.
     pub(crate) fn list<T: Serialize>(
         self,
         items: &[T],
@@ -55,7 +55,7 @@ impl Output {
         }
     }
 
-    /// One of a series that has no end yet: a line in each format.
+    /// Writes one item of an open series: one line in each format.
     pub(crate) fn item(self, view: &impl View) -> anyhow::Result<()> {
         match self.format {
             Format::Table => self.write(&view.page().render(self.colour)),
@@ -63,7 +63,7 @@ impl Output {
         }
     }
 
-    /// For people only.
+    /// Writes a page only for people.
     pub(crate) fn remark(self, page: &Page) -> anyhow::Result<()> {
         match self.format {
             Format::Table => self.write(&page.render(self.colour)),
@@ -79,13 +79,13 @@ impl Output {
         self.write(&format!("{}\n", shown(&document)))
     }
 
-    /// As it is.
+    /// Writes text unchanged.
     pub(crate) fn write(self, text: &str) -> anyhow::Result<()> {
         write_bytes(text.as_bytes())
     }
 }
 
-/// At once and as a whole, since the reader may be waiting for each line.
+/// Writes at once and as a whole, since the reader may wait for each line.
 pub(crate) fn write_bytes(bytes: &[u8]) -> anyhow::Result<()> {
     let mut stdout = io::stdout().lock();
     stdout.write_all(bytes)?;
@@ -93,13 +93,13 @@ pub(crate) fn write_bytes(bytes: &[u8]) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Whether to colour what goes to a terminal: see no-color.org.
+/// Returns whether to colour output to a terminal: see no-color.org.
 pub(crate) fn has_colour(is_terminal: bool) -> bool {
     let is_set = |variable| env::var_os(variable).is_some_and(|value| !value.is_empty());
     is_terminal && !is_set("NO_COLOR") && env::var_os("TERM").is_none_or(|term| term != "dumb")
 }
 
-/// The same document with what a terminal would obey or hide written out as `\u202e`: names come from
+/// Escapes characters in a document that a terminal would obey or hide, as `\u202e`: names come from
 /// untrusted files. Such a character can only be within a text.
 fn shown(json: &str) -> String {
     let mut clean = String::with_capacity(json.len());

@@ -1,10 +1,10 @@
 //! Numbers for people: a fixed number of decimals, so that columns line up.
 
-/// What stands where there is no value.
+/// Replaces a missing value.
 pub(crate) const ABSENT: &str = "-";
 
-/// With so many decimals; in powers of ten where that would be too long, and
-/// without the sign of a zero.
+/// Formats a number with fixed decimals; with a power of ten if that would be too long, and without the sign
+/// of a zero.
 pub(crate) fn fixed(value: f64, decimals: usize) -> String {
     if !value.is_finite() {
         return match value {
@@ -23,7 +23,7 @@ pub(crate) fn fixed(value: f64, decimals: usize) -> String {
     }
 }
 
-/// As few decimals as say all of it: for settings, which are round.
+/// Formats a number with as few decimals as possible, for settings, which are round.
 pub(crate) fn exact(value: f64) -> String {
     if value != 0.0 && (value.abs() < 1e-6 || value.abs() >= 1e9) {
         format!("{value:e}")
@@ -32,7 +32,7 @@ pub(crate) fn exact(value: f64) -> String {
     }
 }
 
-/// Several, with so many decimals and a space between.
+/// Formats several numbers with fixed decimals, separated by spaces.
 pub(crate) fn several(values: &[f64], decimals: usize) -> String {
     match values {
         [] => ABSENT.to_owned(),
@@ -40,12 +40,12 @@ pub(crate) fn several(values: &[f64], decimals: usize) -> String {
     }
 }
 
-/// A number that may be absent.
+/// Formats a number that may be absent.
 pub(crate) fn optional(value: Option<f64>, decimals: usize) -> String {
     value.map_or_else(|| ABSENT.to_owned(), |value| fixed(value, decimals))
 }
 
-/// `1 joint`, `2 joints`.
+/// Formats a count: `1 joint`, `2 joints`.
 pub(crate) fn count(number: usize, noun: &str) -> String {
     if number == 1 { format!("1 {noun}") } else { format!("{number} {noun}s") }
 }

@@ -4,7 +4,7 @@ use comfy_table::{CellAlignment, presets};
 
 use simd_client::{printable, printable_lines};
 
-/// What a command says, from top to bottom.
+/// Output of a command, from top to bottom.
 #[derive(Debug, Default)]
 pub(crate) struct Page {
     blocks: Vec<Block>,
@@ -21,7 +21,7 @@ impl Page {
         Self::default()
     }
 
-    /// A page of one line.
+    /// Makes a page of one line.
     pub(crate) fn of_line(text: impl Into<String>) -> Self {
         Self::new().line(text)
     }
@@ -36,7 +36,7 @@ impl Page {
         self
     }
 
-    /// Names and values, a pair a line.
+    /// Adds names and values, one pair per line.
     pub(crate) fn pairs<N: Into<String>>(self, pairs: impl IntoIterator<Item = (N, String)>) -> Self {
         let rows = pairs.into_iter().map(|(name, value)| vec![name.into(), value]).collect();
         let columns = vec![Column::left(""), Column::left("")];
@@ -56,7 +56,7 @@ impl Page {
     }
 }
 
-/// A column's heading, with its unit, and on which side its cells line up.
+/// Heading of a column, with its unit, and the alignment of its cells.
 #[derive(Debug)]
 pub(crate) struct Column {
     heading: String,
@@ -64,12 +64,12 @@ pub(crate) struct Column {
 }
 
 impl Column {
-    /// For names.
+    /// Makes a left-aligned column, for names.
     pub(crate) fn left(heading: impl Into<String>) -> Self {
         Self { heading: heading.into(), is_right: false }
     }
 
-    /// For numbers.
+    /// Makes a right-aligned column, for numbers.
     pub(crate) fn right(heading: impl Into<String>) -> Self {
         Self { heading: heading.into(), is_right: true }
     }
@@ -95,7 +95,7 @@ impl Table {
             table.set_header(self.columns.iter().map(|column| column.heading.clone()).collect::<Vec<_>>());
         }
         for row in &self.rows {
-            // A line break would push the rest of the table out of line.
+            // A line break would disturb the alignment of the table.
             table.add_row(
                 row.iter().map(|cell| printable(&cell.replace('\n', " ")).into_owned()).collect::<Vec<_>>(),
             );

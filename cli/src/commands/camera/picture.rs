@@ -1,4 +1,4 @@
-//! `simctl camera list` and `view`: what robots see.
+//! `simctl camera list` and `view`: pictures of robots' cameras.
 
 use std::path::PathBuf;
 
@@ -21,24 +21,24 @@ use crate::{
     },
 };
 
-/// Millimetres in a metre, which depths are written in.
+/// Millimetres per metre, the unit of written depths.
 const MILLI: f32 = 1_000.0;
 
 #[derive(Args, Debug)]
 pub(crate) struct Picture {
-    /// The robot's name
+    /// Name of the robot
     #[arg(add = complete::robots())]
     robot: String,
-    /// The sensor's name; the only camera of the robot if left out
+    /// Name of the sensor; the only camera of the robot if left out
     #[arg(add = complete::sensors(), default_value = "", hide_default_value = true)]
     camera: String,
-    /// Where the PNG file goes; CAMERA.png or ROBOT.png here if left out
+    /// PNG file to write; CAMERA.png or ROBOT.png here if left out
     #[arg(long, value_name = "FILE")]
     file: Option<PathBuf>,
-    /// Which of the camera's planes; the first that it has if left out
+    /// Plane of the camera; its first plane if left out
     #[arg(long)]
     plane: Option<Plane>,
-    /// Seconds to wait for the picture at most
+    /// Longest wait for the picture, seconds
     #[arg(long, default_value_t = 10.0, value_name = "SECONDS")]
     wait: f64,
 }
@@ -47,14 +47,14 @@ pub(crate) struct Picture {
 pub(crate) enum Plane {
     /// Colours
     Color,
-    /// Grey of 16 bits: millimetres along the optical axis, 0 where nothing is seen
+    /// 16-bit grey: millimetres along the optical axis, 0 if nothing is seen
     Depth,
-    /// Grey of 16 bits: the number of the link that is seen, 0 for none
+    /// 16-bit grey: number of the visible link, 0 for none
     Segmentation,
 }
 
 impl Plane {
-    /// For people, and on the command line.
+    /// Returns its word, for people and on the command line.
     fn word(self) -> &'static str {
         match self {
             Self::Color => "color",
@@ -89,7 +89,7 @@ pub(super) async fn view(arguments: Picture, client: &Client, output: Output) ->
     })
 }
 
-/// The PNG file of a plane of a picture.
+/// Returns the PNG file of a plane of a picture.
 fn drawn(picture: &CameraPicture, wanted: Option<Plane>) -> anyhow::Result<Vec<u8>> {
     let CameraPicture { width, height, color, depth, segmentation, .. } = picture;
     let has = |plane: Plane| match plane {
@@ -110,7 +110,7 @@ fn drawn(picture: &CameraPicture, wanted: Option<Plane>) -> anyhow::Result<Vec<u
         (Plane::Depth, _, Some(depth), _) => {
             let bytes = plane_bytes(picture, depth, 4)?;
             let metres = words(&bytes).map(f32::from_le_bytes);
-            // What is beyond 65 m is 65.535 m; what is not finite is nothing.
+            // Depths above 65.535 m saturate; infinite ones become 0.
             let millimetres =
                 metres.map(|metres| if metres.is_finite() { (metres * MILLI) as u16 } else { 0 });
             write(Pixels::Grey, grey(millimetres.collect()))
@@ -127,7 +127,7 @@ fn drawn(picture: &CameraPicture, wanted: Option<Plane>) -> anyhow::Result<Vec<u
     }
 }
 
-/// Four bytes each.
+/// Splits bytes into words of four.
 fn words(bytes: &[u8]) -> impl Iterator<Item = [u8; 4]> {
     bytes.chunks_exact(4).filter_map(|bytes| bytes.try_into().ok())
 }
@@ -137,7 +137,7 @@ struct Saved {
     file: String,
     width: u32,
     height: u32,
-    /// Of the state that was drawn.
+    /// Step of the drawn state.
     step: u64,
     sim_time: f64,
     renderer: String,
@@ -163,9 +163,9 @@ struct CameraView {
     /// Pictures per simulated second; null: one each step.
     rate: Option<f64>,
     followed: bool,
-    /// The step of its newest picture; null where it has none.
+    /// Step of its newest picture; null if none.
     newest_step: Option<u64>,
-    /// Who drew that; empty where it has none.
+    /// Renderer of that picture; empty if none.
     renderer: String,
     drawn: u64,
     missed: u64,
@@ -197,7 +197,7 @@ fn page(cameras: &[CameraView], renderers: &[RendererInfo]) -> Page {
         Column::right("RATE [Hz]"),
         Column::right("NEWEST STEP"),
         Column::left("DRAWN BY"),
-        // Others than those of its rate count nowhere.
+        // Only pictures at its rate are counted.
         Column::right("DRAWN AT RATE"),
         Column::right("MISSED"),
     ];

@@ -1,4 +1,4 @@
-//! Pictures as PNG files (ISO/IEC 15948): colours with 8 bits, and grey with 16.
+//! Writes pictures as PNG files (ISO/IEC 15948): colours with 8 bits, and grey with 16.
 
 use std::io::{self, Write as _};
 
@@ -6,16 +6,16 @@ use flate2::{Compression, Crc, write::ZlibEncoder};
 
 const SIGNATURE: [u8; 8] = *b"\x89PNG\r\n\x1a\n";
 
-/// What a pixel has: its bits, and how PNG calls that.
+/// Format of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Pixels {
     /// Red, green and blue, a byte each.
     Color,
-    /// 16 bits, the upper ones first.
+    /// 16 bits, big-endian.
     Grey,
 }
 
-/// The file of a picture of so many columns, whose rows follow each other.
+/// Returns the file of a picture with consecutive rows.
 pub(super) fn write(width: u32, height: u32, pixels: Pixels, rows: &[u8]) -> io::Result<Vec<u8>> {
     let (bits, color_type, bytes) = match pixels {
         Pixels::Color => (8, 2, 3),
@@ -27,7 +27,7 @@ pub(super) fn write(width: u32, height: u32, pixels: Pixels, rows: &[u8]) -> io:
     header.extend_from_slice(&[bits, color_type, 0, 0, 0]);
     let mut encoder = ZlibEncoder::new(Vec::new(), Compression::fast());
     for row in rows.chunks(bytes * (width as usize).max(1)) {
-        // Each row says how it is filtered: not at all.
+        // Each row begins with its filter: none.
         encoder.write_all(&[0])?;
         encoder.write_all(row)?;
     }
@@ -61,7 +61,7 @@ mod tests {
         let file = write(2, 2, Pixels::Color, &[1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12]).unwrap();
         assert_eq!(file[..8], SIGNATURE);
         assert_eq!(file[8..29], [0, 0, 0, 13, b'I', b'H', b'D', b'R', 0, 0, 0, 2, 0, 0, 0, 2, 8, 2, 0, 0, 0]);
-        // The end has the sum that every PNG has there.
+        // The end chunk and its checksum are the same in every PNG.
         assert_eq!(file[file.len() - 12..], *b"\0\0\0\0IEND\xaeB`\x82");
         let length = u32::from_be_bytes(file[33..37].try_into().unwrap()) as usize;
         assert_eq!(file[37..41], *b"IDAT");

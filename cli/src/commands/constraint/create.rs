@@ -1,4 +1,4 @@
-//! `simctl constraint create`: what a kind is asked for, and which options it has a use for.
+//! `simctl constraint create`: the kinds of constraints, and the options of each.
 
 use clap::{Args, ValueEnum};
 use simd_client::proto::{ConstraintEnd, ConstraintKind, CreateConstraintRequest, Pose, Vector3};
@@ -7,65 +7,65 @@ use crate::{failure::Usage, output::json, pose};
 
 #[derive(Args, Debug)]
 pub(crate) struct Create {
-    /// What it asks for
+    /// Kind of the constraint
     kind: Kind,
-    /// The first end
+    /// Parent end
     #[arg(value_name = "world|ROBOT[/LINK]|ROBOT/JOINT")]
     parent: String,
-    /// The second one; ends of a gear are joints
+    /// Child end; ends of a gear are joints
     #[arg(value_name = "world|ROBOT[/LINK]|ROBOT/JOINT")]
     child: String,
-    /// Its name; made up where it is left out
+    /// Name of the constraint; chosen by the daemon if left out
     #[arg(long, default_value = "", hide_default_value = true)]
     name: String,
-    /// Where on the parent, metres, and radians about the fixed axes; at the link's origin if left out
+    /// Pose on the parent, metres, and radians about the fixed axes; the link's origin if left out
     #[arg(long, value_name = "X,Y,Z[,ROLL,PITCH,YAW]", value_parser = pose::parse, allow_hyphen_values = true)]
     parent_pose: Option<Pose>,
-    /// Where on the child; where that of the parent is now if left out
+    /// Pose on the child; the present pose of the parent's frame if left out
     #[arg(long, value_name = "X,Y,Z[,ROLL,PITCH,YAW]", value_parser = pose::parse, allow_hyphen_values = true)]
     child_pose: Option<Pose>,
-    /// Of a hinge or slide; 1,0,0 if left out
+    /// Axis of a hinge or slide; 1,0,0 if left out
     #[arg(long, value_name = "X,Y,Z", value_parser = pose::parse_vector, allow_hyphen_values = true)]
     axis: Option<Vector3>,
-    /// Of a gear: child = ratio * parent + offset
+    /// For a gear: child = ratio * parent + offset
     #[arg(long, allow_hyphen_values = true)]
     ratio: Option<f64>,
-    /// Of a gear, rad or m; as it is now if left out
+    /// For a gear, rad or m; its present value if left out
     #[arg(long, allow_hyphen_values = true)]
     offset: Option<f64>,
-    /// Of a distance, metres; as it is now if left out
+    /// For a distance, metres; its present value if left out
     #[arg(long)]
     length: Option<f64>,
-    /// A distance pulls and does not push
+    /// For a distance: pull, but do not push
     #[arg(long)]
     rope: bool,
-    /// The most it does, N; of a gear N m or N
+    /// Maximum force, N; for a gear N m or N
     #[arg(long, value_name = "NEWTON")]
     max_force: Option<f64>,
-    /// The most it does, N m
+    /// Maximum torque, N m
     #[arg(long, value_name = "NEWTON_METRE")]
     max_torque: Option<f64>,
-    /// It goes where it would need more
+    /// Delete the constraint when it would need more
     #[arg(long)]
     breaks: bool,
-    /// The two links do not touch each other
+    /// The two links do not collide with each other
     #[arg(long)]
     disable_collisions: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Kind {
-    /// The two frames are one
+    /// The two frames coincide
     Weld,
-    /// Their origins are one
+    /// The origins coincide
     PointToPoint,
-    /// What is left is a turn about the axis
+    /// The ends turn about the axis
     Hinge,
-    /// What is left is a shift along the axis
+    /// The ends slide along the axis
     Slide,
     /// A joint follows another
     Gear,
-    /// The origins are so far from each other
+    /// The origins keep a distance
     Distance,
 }
 
@@ -82,7 +82,7 @@ impl From<Kind> for ConstraintKind {
     }
 }
 
-/// Options that not every kind has a use for, and whether they were given.
+/// Options that only some kinds use, and whether they were given.
 pub(super) type Given = [(&'static str, bool); 3];
 
 pub(super) fn given(parent_pose: Option<&Pose>, child_pose: Option<&Pose>, max_torque: Option<f64>) -> Given {
@@ -93,7 +93,7 @@ pub(super) fn given(parent_pose: Option<&Pose>, child_pose: Option<&Pose>, max_t
     ]
 }
 
-/// Refuses what a kind has no use for. The daemon keeps it for all kinds, and nothing would come of it.
+/// Refuses options that a kind does not use. The daemon would accept them for all kinds, without effect.
 pub(super) fn refuse_idle(kind: ConstraintKind, given: Given) -> Result<(), Usage> {
     let of_no_use: &[&str] = match kind {
         ConstraintKind::Gear => &["--parent-pose", "--child-pose", "--max-torque"],
@@ -113,7 +113,7 @@ pub(super) fn refuse_idle(kind: ConstraintKind, given: Given) -> Result<(), Usag
     Err(Usage(format!("a {word} has no use for {}: {why}", idle.join(" and "))))
 }
 
-/// What the daemon is asked for.
+/// Makes the request.
 pub(super) fn request(create: Create) -> Result<CreateConstraintRequest, Usage> {
     let Create {
         kind,
@@ -151,7 +151,7 @@ pub(super) fn request(create: Create) -> Result<CreateConstraintRequest, Usage> 
     })
 }
 
-/// `world`, `ROBOT` or `ROBOT/LINK`; of a gear `ROBOT/JOINT`. A robot's name has no slash.
+/// Parses `world`, `ROBOT` or `ROBOT/LINK`; for a gear `ROBOT/JOINT`. A robot's name has no slash.
 fn end(kind: Kind, text: &str, pose: Option<Pose>) -> Result<ConstraintEnd, Usage> {
     let (robot, part) = text.split_once('/').unwrap_or((text, ""));
     if kind == Kind::Gear && part.is_empty() {
@@ -174,7 +174,7 @@ mod tests {
     use crate::args::{Arguments, Command};
     use crate::commands::constraint::Constraint;
 
-    /// What `simctl constraint create` asks for with these arguments.
+    /// Returns the request of `simctl constraint create` with these arguments.
     fn asked(arguments: &str) -> Result<CreateConstraintRequest, String> {
         let line = format!("simctl constraint create {arguments}");
         let parsed = Arguments::try_parse_from(line.split(' ')).unwrap();

@@ -1,4 +1,4 @@
-//! `simctl contact distance`, `overlaps`, `cast` and `bounds`: where things are, and how far apart.
+//! `simctl contact distance`, `overlaps`, `cast` and `bounds`: distances and shape queries.
 
 use anyhow::Context as _;
 use clap::Args;
@@ -26,54 +26,54 @@ use crate::{
 
 #[derive(Args, Debug)]
 pub(crate) struct Distance {
-    /// The robot, one of its links, or a shape of no robot: box:X,Y,Z, sphere:RADIUS, cylinder:RADIUS,LENGTH,
-    /// capsule:RADIUS,LENGTH or cone:RADIUS,LENGTH, metres, which is at @X,Y,Z[,ROLL,PITCH,YAW] after it
+    /// Robot, one of its links, or a shape of no robot: box:X,Y,Z, sphere:RADIUS, cylinder:RADIUS,LENGTH,
+    /// capsule:RADIUS,LENGTH or cone:RADIUS,LENGTH, metres, at the pose @X,Y,Z[,ROLL,PITCH,YAW] after it
     #[arg(value_name = "ROBOT[/LINK]|SHAPE[@POSE]", value_parser = body)]
     a: QueryBody,
-    /// The other one, or the same; every other robot where it is left out
+    /// The other one, or the same; every other robot if left out
     #[arg(value_name = "ROBOT[/LINK]|SHAPE[@POSE]", value_parser = body)]
     b: Option<QueryBody>,
-    /// Leaves out links that are farther apart, metres
+    /// Leave out links that are farther apart, metres
     #[arg(long, value_name = "METRES", allow_hyphen_values = true)]
     within: Option<f64>,
     /// Only the nearest pair of links
     #[arg(long)]
     nearest: bool,
-    /// Leaves out links that may not touch each other
+    /// Leave out links that may not collide with each other
     #[arg(long)]
     filtered: bool,
-    /// Where a joint of the first robot would be; the others are where they are. May be given again
+    /// Position of a joint of the first robot; other joints keep theirs. May be repeated
     #[arg(long = "position", value_name = "JOINT=POSITION", value_parser = placement)]
     positions: Vec<Placement>,
-    /// Where the root link of the first robot would be, or where the first shape is
+    /// Pose of the first robot's root link, or of the first shape
     #[arg(long, value_name = "X,Y,Z[,ROLL,PITCH,YAW]", value_parser = pose::parse, allow_hyphen_values = true)]
     pose: Option<Pose>,
 }
 
 #[derive(Args, Debug)]
 pub(crate) struct Overlaps {
-    /// box:X,Y,Z, sphere:RADIUS, cylinder:RADIUS,LENGTH, capsule:RADIUS,LENGTH or cone:RADIUS,LENGTH, metres, which is at
-    /// @X,Y,Z[,ROLL,PITCH,YAW] after it
+    /// Shape: box:X,Y,Z, sphere:RADIUS, cylinder:RADIUS,LENGTH, capsule:RADIUS,LENGTH or cone:RADIUS,LENGTH,
+    /// metres, at the pose @X,Y,Z[,ROLL,PITCH,YAW] after it
     #[arg(value_name = "SHAPE[@POSE]", value_parser = placed)]
     shape: Placed,
-    /// Where it is: metres, and radians about the fixed axes
+    /// Pose: metres, and radians about the fixed axes
     #[arg(long, value_name = "X,Y,Z[,ROLL,PITCH,YAW]", value_parser = pose::parse, allow_hyphen_values = true)]
     pose: Option<Pose>,
-    /// Compares boxes along the world's axes, and not what is in them
+    /// Compare boxes along the world's axes instead of their contents
     #[arg(long)]
     bounds: bool,
 }
 
 #[derive(Args, Debug)]
 pub(crate) struct Cast {
-    /// box:X,Y,Z, sphere:RADIUS, cylinder:RADIUS,LENGTH, capsule:RADIUS,LENGTH or cone:RADIUS,LENGTH, metres, which is at
-    /// @X,Y,Z[,ROLL,PITCH,YAW] after it
+    /// Shape: box:X,Y,Z, sphere:RADIUS, cylinder:RADIUS,LENGTH, capsule:RADIUS,LENGTH or cone:RADIUS,LENGTH,
+    /// metres, at the pose @X,Y,Z[,ROLL,PITCH,YAW] after it
     #[arg(value_name = "SHAPE[@POSE]", value_parser = placed)]
     shape: Placed,
-    /// The way that it goes, metres
+    /// Motion, metres
     #[arg(value_name = "X,Y,Z", value_parser = parse_vector, allow_hyphen_values = true)]
     way: Vector3,
-    /// Where it begins: metres, and radians about the fixed axes
+    /// Pose at the start: metres, and radians about the fixed axes
     #[arg(long, value_name = "X,Y,Z[,ROLL,PITCH,YAW]", value_parser = pose::parse, allow_hyphen_values = true)]
     pose: Option<Pose>,
 }
@@ -92,7 +92,7 @@ pub(super) async fn distance(arguments: Distance, client: &Client, output: Outpu
     output.list(&pairs, distances)
 }
 
-/// Where a shape is: after its @, or by an option.
+/// Returns the pose of a shape: after its @, or from an option.
 fn place(after: Option<Pose>, positions: &[Placement], option: Option<Pose>) -> Result<Option<Pose>, Usage> {
     if !positions.is_empty() {
         return Err(Usage("--position is for the joints of a robot, and a shape has none".to_owned()));
@@ -103,7 +103,7 @@ fn place(after: Option<Pose>, positions: &[Placement], option: Option<Pose>) -> 
     Ok(after.or(option))
 }
 
-/// The positions of all joints, some of which are replaced.
+/// Returns the positions of all joints, with some replaced.
 async fn configuration(
     client: &Client,
     robot: &str,
@@ -163,8 +163,8 @@ pub(super) async fn bounds(robot: Option<&str>, client: &Client, output: Output)
     output.list(&links, bounds_table)
 }
 
-/// Reads `ROBOT`, `ROBOT/LINK`, or a shape, which may have `@` and a pose after it. The names of robots have neither slash nor
-/// colon, and those of links may have both.
+/// Parses `ROBOT`, `ROBOT/LINK`, or a shape, optionally with `@` and a pose. Names of robots have neither
+/// slash nor colon; names of links may have both.
 fn body(text: &str) -> Result<QueryBody, String> {
     let (robot, link) = text.split_once('/').unwrap_or((text, ""));
     if !robot.contains(':') {
@@ -175,26 +175,26 @@ fn body(text: &str) -> Result<QueryBody, String> {
     Ok(QueryBody { shape, pose: at, ..QueryBody::default() })
 }
 
-/// A shape of no robot, and where it is.
+/// A shape of no robot, and its pose.
 #[derive(Clone, Debug, PartialEq)]
 struct Placed {
     shape: query_shape::Geometry,
     at: Option<Pose>,
 }
 
-/// Reads a shape that may have `@` and a pose after it.
+/// Parses a shape, optionally with `@` and a pose.
 fn placed(text: &str) -> Result<Placed, String> {
     let (written, at) = pose::split(text)?;
     Ok(Placed { shape: shape(written)?, at })
 }
 
-/// What a text is refused with that is no shape.
+/// Error for a text that is no shape.
 const SHAPES: &str = "must be box:X,Y,Z, sphere:RADIUS, cylinder:RADIUS,LENGTH, capsule:RADIUS,LENGTH or \
                       cone:RADIUS,LENGTH";
 
-/// Reads a shape that has an end.
+/// Parses a finite shape.
 fn shape(text: &str) -> Result<query_shape::Geometry, String> {
-    // What else there is has words of its own, of files too.
+    // Other shapes, such as files, have separate words.
     if !["box", "sphere", "cylinder", "capsule", "cone"].contains(&text.split(':').next().unwrap_or_default())
     {
         return Err(SHAPES.to_owned());
@@ -218,12 +218,12 @@ struct DistanceView {
     link_a: Option<String>,
     robot_b: Option<String>,
     link_b: Option<String>,
-    /// Metres; negative where the two overlap.
+    /// Metres; negative if the two overlap.
     distance: f64,
     /// World, metres.
     point_a: [f64; 3],
     point_b: [f64; 3],
-    /// From a to b.
+    /// Unit vector from a to b.
     normal: [f64; 3],
 }
 

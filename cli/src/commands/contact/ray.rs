@@ -1,4 +1,4 @@
-//! `simctl contact ray`: what straight lines meet first.
+//! `simctl contact ray`: first hits of straight lines.
 
 use std::path::{Path, PathBuf};
 
@@ -18,17 +18,17 @@ use crate::{
     text_file,
 };
 
-/// A file above this has more rays than the daemon takes: 20,000 of them with all their digits are 3 MB.
+/// A larger file has more rays than the daemon accepts: 20,000 of them with all their digits are 3 MB.
 const MAX_BYTES: u64 = 4 * 1024 * 1024;
 
-/// What clap makes up by itself has the first of the two alone.
+/// Clap's own usage only has the first of the two.
 const USAGE: &str = "simctl contact ray [OPTIONS] <X,Y,Z> <X,Y,Z>
        simctl contact ray [OPTIONS] --rays <FILE>";
 
 #[derive(Args, Debug)]
 #[command(override_usage = USAGE)]
 pub(crate) struct Ray {
-    /// Where it begins, metres
+    /// Start of the ray, metres
     #[arg(
         value_name = "X,Y,Z",
         value_parser = parse_vector,
@@ -37,7 +37,7 @@ pub(crate) struct Ray {
         conflicts_with = "rays"
     )]
     from: Option<Vector3>,
-    /// Where it ends, metres
+    /// End of the ray, metres
     #[arg(
         value_name = "X,Y,Z",
         value_parser = parse_vector,
@@ -46,11 +46,11 @@ pub(crate) struct Ray {
         conflicts_with = "rays"
     )]
     to: Option<Vector3>,
-    /// Several instead, at most 20,000: a file with a line for each, X Y Z of its start and X Y Z of its end, metres. The
-    /// file - is standard input
+    /// File with several rays instead, at most 20,000: one line each, X Y Z of the start and X Y Z of the
+    /// end, metres. - is the standard input
     #[arg(long, value_name = "FILE")]
     rays: Option<PathBuf>,
-    /// Passes links that are in none of these groups, a bit each, for instance 5 or 0x5
+    /// Ignore links that are in none of these groups, a bit each, for instance 5 or 0x5
     #[arg(long, value_name = "BITS", value_parser = bits)]
     mask: Option<u32>,
 }
@@ -66,12 +66,12 @@ pub(super) async fn run(arguments: Ray, client: &Client, output: Output) -> anyh
     output.list(&found, hits)
 }
 
-/// The rays of a file, or of the standard input.
+/// Reads the rays of a file, or of the standard input.
 fn read(file: &Path) -> anyhow::Result<Vec<Line>> {
     parse(&text_file::read(file, MAX_BYTES)?).with_context(|| file.display().to_string())
 }
 
-/// A ray for each line; lines that are empty or begin with `#` are none.
+/// Parses a ray per line; skips lines that are empty or begin with `#`.
 fn parse(text: &str) -> anyhow::Result<Vec<Line>> {
     let mut rays = Vec::new();
     for (index, line) in text.lines().enumerate() {

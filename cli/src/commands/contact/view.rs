@@ -1,4 +1,4 @@
-//! Contacts, hits and surfaces as they are shown.
+//! Output of contacts, hits and surfaces.
 
 use serde::Serialize;
 use simd_client::proto::{Contact, LinkProperties, RayHit, Vector3};
@@ -18,7 +18,7 @@ pub(super) struct ContactView {
     link_b: String,
     /// Metres, world.
     point: [f64; 3],
-    /// From a to b.
+    /// Unit vector from a to b.
     normal: [f64; 3],
     depth: f64,
     normal_force: f64,
@@ -41,7 +41,7 @@ impl From<Contact> for ContactView {
     }
 }
 
-/// The table of `contact list`.
+/// Returns the table of `contact list`.
 pub(super) fn contacts(contacts: &[ContactView]) -> Page {
     if contacts.is_empty() {
         return Page::of_line("nothing touches");
@@ -112,7 +112,7 @@ impl View for HitView {
     }
 }
 
-/// The table of `contact ray --rays`: rays are numbered from 0 on, as the daemon numbers them.
+/// Returns the table of `contact ray --rays`, with rays numbered from 0 as in the daemon.
 pub(super) fn hits(hits: &[HitView]) -> Page {
     let columns = vec![
         Column::right("RAY"),
@@ -141,7 +141,7 @@ pub(super) fn hits(hits: &[HitView]) -> Page {
 #[derive(Serialize)]
 pub(super) struct SurfaceView {
     link: String,
-    /// Absent where the link touches nothing.
+    /// Absent if the link has no colliders.
     friction: Option<f64>,
     restitution: Option<f64>,
     /// Metres.
@@ -177,12 +177,12 @@ impl From<LinkProperties> for SurfaceView {
     }
 }
 
-/// Of a spring, N/m.
+/// Formats a stiffness, N/m.
 fn stiffness(value: f64) -> String {
     if value == 0.0 { "rigid".to_owned() } else { exact(value) }
 }
 
-/// The table of `contact surfaces`.
+/// Returns the table of `contact surfaces`.
 pub(super) fn surfaces(links: &[SurfaceView]) -> Page {
     let columns = vec![
         Column::left("LINK"),

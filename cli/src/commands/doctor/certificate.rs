@@ -1,4 +1,4 @@
-//! Certificates: what a daemon shows to those who connect, and the files that it has them from.
+//! Certificates: the ones that a daemon presents, and their files.
 
 #[cfg(test)]
 mod tests;
@@ -26,14 +26,15 @@ use x509_parser::{extensions::GeneralName, parse_x509_certificate, prelude::X509
 
 use super::{Finding, away, files, unix_seconds};
 
-/// A certificate that expires sooner is to be made anew.
+/// Time before its expiry at which a certificate should be renewed.
 const SOON: i64 = 30 * 86_400;
 const RENEW: &str =
     "make a new one (`simd tls init` with server.pem and server.key moved away), and send the daemon SIGHUP";
 
-/// What the daemon at a connection shows: one that is not trusted too. `None` where it does not speak TLS.
+/// Returns the certificates that the daemon at a connection presents, trusted or not. `None` if it does not
+/// use TLS.
 ///
-/// Nothing is sent on this connection but the handshake.
+/// Only the handshake is sent on this connection.
 pub(super) async fn shown(
     host: &str,
     connection: TcpStream,
@@ -55,7 +56,7 @@ pub(super) async fn shown(
     Some(session.peer_certificates()?.iter().map(|certificate| certificate.clone().into_owned()).collect())
 }
 
-/// Whether the certificate of the daemon is in its time and for the name that it is called by.
+/// Checks the validity period and the name of the daemon's certificate.
 pub(super) fn served(host: &str, chain: &[CertificateDer<'_>], now: SystemTime) -> Vec<Finding> {
     const CHECK: &str = "certificate";
     match chain.first().map(|der| parse_x509_certificate(der)) {
@@ -66,7 +67,7 @@ pub(super) fn served(host: &str, chain: &[CertificateDer<'_>], now: SystemTime) 
     }
 }
 
-/// The authorities by which a client checks certificates.
+/// Checks the authorities of a client.
 pub(super) fn authorities(path: &Path, now: SystemTime) -> Vec<Finding> {
     const CHECK: &str = "authorities";
     let advice = "--tls-ca, SIMD_TLS_CA or the context must name the daemon's `ca.pem`";
@@ -86,7 +87,7 @@ pub(super) fn authorities(path: &Path, now: SystemTime) -> Vec<Finding> {
     }
 }
 
-/// The files that a daemon on this machine has its certificate from.
+/// Checks the certificate files of a daemon on this machine.
 pub(super) fn files(certificate: &Path, key: &Path, now: SystemTime) -> Vec<Finding> {
     const CHECK: &str = "certificate's file";
     const KEY: &str = "certificate's key";
@@ -193,7 +194,7 @@ fn address(bytes: &[u8]) -> Option<IpAddr> {
     }
 }
 
-/// `*` stands for one label, the first.
+/// Returns whether a name matches a host; `*` stands for the first label.
 fn is_of(name: &str, host: &str) -> bool {
     match (name.strip_prefix("*."), host.split_once('.')) {
         (Some(parent), Some((_, of_host))) => parent.eq_ignore_ascii_case(of_host),
@@ -201,7 +202,7 @@ fn is_of(name: &str, host: &str) -> bool {
     }
 }
 
-/// Takes any certificate, to look at it.
+/// Accepts any certificate, to inspect it.
 #[derive(Debug)]
 struct Looker(Arc<CryptoProvider>);
 

@@ -1,4 +1,4 @@
-//! Whether a daemon answers, as what, and what it says of its caller and of itself.
+//! Checks whether a daemon answers, and its statements about its caller and itself.
 
 #[cfg(test)]
 mod tests;
@@ -24,19 +24,19 @@ use crate::{
     output::number::{count, fixed},
 };
 
-/// A token that expires sooner is to be made anew.
+/// Time before its expiry at which a token should be renewed.
 const SOON: i64 = 7 * 86_400;
-/// Clocks that are farther apart disagree on what has expired.
+/// Clocks with a larger difference disagree on expiry, s.
 const MAX_SKEW: f64 = 1.0;
 
-/// What was found of a daemon, and its name where it said it.
+/// Findings about a daemon, and its name if known.
 #[derive(Debug, Default)]
 pub(super) struct Seen {
     pub(super) findings: Vec<Finding>,
     pub(super) name: Option<String>,
 }
 
-/// Where gRPC is.
+/// Address of gRPC.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Address {
     is_tls: bool,
@@ -45,7 +45,7 @@ struct Address {
 }
 
 impl Address {
-    /// As the client reads it, which refuses what is none.
+    /// Parses an address like the client; the client refuses invalid ones.
     fn read(endpoint: &str) -> Option<Self> {
         let (is_tls, rest) = match endpoint.trim().split_once("://") {
             Some(("https", rest)) => (true, rest),
@@ -71,7 +71,7 @@ impl Address {
     }
 }
 
-/// Whether an endpoint, of gRPC or of Zenoh, is on this machine.
+/// Returns whether an endpoint, of gRPC or of Zenoh, is on this machine.
 pub(super) fn is_loopback(endpoint: &str) -> bool {
     let grpc = match endpoint.split_once('/') {
         Some((_, rest)) if simd_client::is_zenoh(endpoint) => rest.split('#').next().unwrap_or(rest),
@@ -81,7 +81,7 @@ pub(super) fn is_loopback(endpoint: &str) -> bool {
     host == "localhost" || host.parse::<IpAddr>().is_ok_and(|address| address.is_loopback())
 }
 
-/// A daemon over gRPC: what listens there, by which certificate, and what it answers.
+/// Checks a daemon over gRPC: its port, its certificate, and its answers.
 pub(super) async fn over_grpc(
     endpoint: &str,
     options: &ConnectOptions,
@@ -135,7 +135,7 @@ fn refused(finding: Finding) -> Seen {
     Seen { findings: vec![finding], name: None }
 }
 
-/// Why no connection is made.
+/// Returns the finding of a failed connection.
 fn unreachable(address: &Address, error: &io::Error) -> Finding {
     let Address { host, port, .. } = address;
     let place = format!("{host}:{port}");
@@ -158,7 +158,7 @@ fn unreachable(address: &Address, error: &io::Error) -> Finding {
     }
 }
 
-/// Why something that listens is no daemon that can be used.
+/// Returns the finding of a server that is no usable daemon.
 fn silent(error: &Error, place: &str) -> Finding {
     match error {
         Error::Untrusted { reason, sentence, .. } if !reason.contains("invalid peer certificate") => {
@@ -197,7 +197,7 @@ fn silent(error: &Error, place: &str) -> Finding {
     }
 }
 
-/// What a daemon says that is connected to.
+/// Returns the findings from a connected daemon's answers.
 pub(super) async fn asked(
     client: &Client,
     token: Option<Source>,
@@ -222,7 +222,7 @@ pub(super) async fn asked(
         Ok((world, daemon)) => {
             found.extend(daemon.as_ref().and_then(|daemon| clock(daemon, sent.1, sent.0.elapsed())));
             found.push(self::world(&world));
-            // A token that may not look at the world has nothing to learn of its cameras.
+            // A token without rights to the world has no cameras to check.
             found.extend(client.list_cameras().await.ok().and_then(|listed| cameras_of(&listed)));
         }
         Err(Error::Refused(refusal)) if refusal.reason == ErrorReason::VersionMismatch => {
@@ -304,14 +304,14 @@ fn token(known: Option<&TokenInfo>, given: Option<Source>, is_plain: bool, now: 
     }
 }
 
-/// How far its clock is from ours: it read its clock somewhere between the question and the answer.
+/// Compares its clock with ours: it read its clock at some time between the request and the answer.
 fn clock(daemon: &DaemonStatistics, sent: SystemTime, took: Duration) -> Option<Finding> {
     const CHECK: &str = "clock";
     let theirs = daemon.wall_time?;
     let since = sent.duration_since(SystemTime::UNIX_EPOCH).ok()?;
     let seconds = (theirs.seconds - i64::try_from(since.as_secs()).ok()?) as f64;
     let ahead = seconds + (f64::from(theirs.nanos) - f64::from(since.subsec_nanos())) * 1e-9;
-    // Nearer than this no difference can be seen.
+    // Smaller differences cannot be detected.
     let skew = ahead - ahead.clamp(0.0, took.as_secs_f64());
     Some(match skew.abs() > MAX_SKEW {
         true => Finding::warning(
@@ -327,7 +327,7 @@ fn clock(daemon: &DaemonStatistics, sent: SystemTime, took: Duration) -> Option<
     })
 }
 
-/// Whether it keeps time.
+/// Checks whether it keeps time.
 fn world(statistics: &WorldStatistics) -> Finding {
     const CHECK: &str = "world";
     let (wanted, reached) = (statistics.target_real_time_factor, statistics.real_time_factor);
@@ -340,7 +340,7 @@ fn world(statistics: &WorldStatistics) -> Finding {
         statistics.overruns,
         fixed(statistics.dropped_lag, 3)
     );
-    // Right after it begins to play nothing was reached yet.
+    // Right after it begins to play, no value was measured yet.
     let is_slow = is_playing && wanted.is_finite() && reached > 0.0 && reached < 0.9 * wanted;
     match is_slow || statistics.overruns > 0 {
         true => Finding::warning(
@@ -352,7 +352,7 @@ fn world(statistics: &WorldStatistics) -> Finding {
     }
 }
 
-/// Whether its cameras have pictures; nothing where it has none.
+/// Checks whether its cameras have pictures; nothing without cameras.
 fn cameras_of(listed: &ListCamerasResponse) -> Option<Finding> {
     const CHECK: &str = "cameras";
     let ListCamerasResponse { cameras, renderers, .. } = listed;

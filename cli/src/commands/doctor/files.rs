@@ -1,4 +1,4 @@
-//! Files that an installation has: configurations, and tokens and keys that others must not read.
+//! Files of an installation: configurations, and tokens and keys that others must not read.
 
 #[cfg(test)]
 #[cfg(unix)]
@@ -16,10 +16,10 @@ use simd_client::access::parse_tokens;
 use super::{Finding, away, unix_seconds};
 use crate::context::read;
 
-/// A longer file is none that a daemon reads.
+/// Maximum size of a file that a daemon reads.
 const MAX_BYTES: u64 = 1 << 20;
 
-/// What a daemon on this machine has, as its configuration file says.
+/// Files of a daemon on this machine, from its configuration file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct DaemonFiles {
     pub(super) tokens: Option<PathBuf>,
@@ -27,7 +27,7 @@ pub(super) struct DaemonFiles {
     pub(super) key: Option<PathBuf>,
 }
 
-/// The configuration file of simctl.
+/// Checks the configuration file of simctl.
 pub(super) fn configuration(path: Option<&Path>) -> Vec<Finding> {
     const CHECK: &str = "configuration";
     let Some(path) = path else {
@@ -64,7 +64,7 @@ pub(super) fn configuration(path: Option<&Path>) -> Vec<Finding> {
     all
 }
 
-/// What a daemon's configuration file names.
+/// Checks a daemon's configuration file, and returns the files that it names.
 pub(super) fn daemon(path: &Path) -> (Vec<Finding>, DaemonFiles) {
     const CHECK: &str = "daemon's file";
     let bad = |sentence: String| {
@@ -96,7 +96,7 @@ pub(super) fn daemon(path: &Path) -> (Vec<Finding>, DaemonFiles) {
     (vec![Finding::ok(CHECK, format!("{} can be read", path.display()))], files)
 }
 
-/// A daemon's file of tokens.
+/// Checks a daemon's token file.
 pub(super) fn tokens(path: &Path, now: SystemTime) -> Vec<Finding> {
     const CHECK: &str = "file of tokens";
     let text = match bounded(path) {
@@ -145,7 +145,7 @@ pub(super) fn tokens(path: &Path, now: SystemTime) -> Vec<Finding> {
     all
 }
 
-/// That others can neither read nor change a file.
+/// Checks that others can neither read nor change a file.
 pub(super) fn private(check: &'static str, path: &Path, metadata: &Metadata) -> Finding {
     match mode(metadata) {
         Some(mode) if mode & 0o077 != 0 => Finding::problem(
@@ -169,7 +169,7 @@ fn mode(_metadata: &Metadata) -> Option<u32> {
     None
 }
 
-/// Text of no endless length, and of no pipe, which would be waited for.
+/// Reads a text of bounded length, and not from a pipe, which would block.
 pub(super) fn bounded(path: &Path) -> io::Result<String> {
     let metadata = fs::metadata(path)?;
     if !metadata.is_file() {
@@ -181,7 +181,8 @@ pub(super) fn bounded(path: &Path) -> io::Result<String> {
     fs::read_to_string(path)
 }
 
-/// Of a file that is needed. One that is its owner's alone, as it should be, may not be for this user.
+/// Returns the finding of a required but unreadable file. A file with the correct permissions may be
+/// unreadable for this user.
 pub(super) fn unreadable(check: &'static str, path: &Path, error: &io::Error) -> Finding {
     let found = format!("{} cannot be read: {error}", path.display());
     match error.kind() {

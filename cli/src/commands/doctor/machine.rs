@@ -1,4 +1,4 @@
-//! What a daemon on this machine has to run with. On a system that does not tell, nothing is said.
+//! Resources of this machine for a daemon. Without information from the system, there are no findings.
 
 use std::{
     fs,
@@ -9,12 +9,12 @@ use std::{
 use super::Finding;
 use crate::output::number::{count, fixed};
 
-/// A daemon with a few hundred robots, and what its clients upload.
+/// Memory of a daemon with a few hundred robots, and its clients' uploads.
 const MIN_MEMORY: u64 = 256 << 20;
-/// The connections of a daemon, its files, and Zenoh's sessions.
+/// Open files of a daemon: connections, files, and Zenoh's sessions.
 const MIN_FILES: u64 = 1_024;
 
-/// All that can be seen.
+/// Checks all resources.
 pub(super) fn look() -> Vec<Finding> {
     let read = |path: &str| fs::read_to_string(path).ok();
     let processors = available_parallelism().map_or(1, std::num::NonZero::get);
@@ -47,7 +47,7 @@ fn processors(number: usize) -> Finding {
     }
 }
 
-/// By the text of `/proc/loadavg`.
+/// Checks the load, from the text of `/proc/loadavg`.
 fn load(text: &str, processors: usize) -> Option<Finding> {
     const CHECK: &str = "load";
     let load: f64 = text.split_whitespace().next()?.parse().ok()?;
@@ -62,10 +62,10 @@ fn load(text: &str, processors: usize) -> Option<Finding> {
     })
 }
 
-/// A limit of the process: `None` in it is none.
+/// A limit of the process; the inner `None` is unlimited.
 type Limit = Option<u64>;
 
-/// The hard limit of a line of `/proc/self/limits`.
+/// Returns the hard limit of a line of `/proc/self/limits`.
 fn limit(limits: &str, name: &str) -> Option<Limit> {
     let rest = limits.lines().find_map(|line| line.strip_prefix(name))?;
     match rest.split_whitespace().nth(1)? {
@@ -74,14 +74,15 @@ fn limit(limits: &str, name: &str) -> Option<Limit> {
     }
 }
 
-/// `MemAvailable` of `/proc/meminfo`, in bytes.
+/// Returns `MemAvailable` of `/proc/meminfo`, in bytes.
 fn available(text: &str) -> Option<u64> {
     let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
     let kilobytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
     kilobytes.checked_mul(1024)
 }
 
-/// What the control group may use, and its parents: the least of all. By the text of `/proc/self/cgroup`.
+/// Returns the memory limit of the control group and its parents: the least of all. Takes the text of
+/// `/proc/self/cgroup`.
 fn group_limit(root: &Path, text: &str) -> Option<u64> {
     let group = text.lines().find_map(|line| line.strip_prefix("0::/"))?;
     let group = PathBuf::from(group);

@@ -1,4 +1,4 @@
-//! Zenoh: whether its network can be joined, who is there, and whether two have one name.
+//! Zenoh: checks whether its network can be joined, its daemons, and duplicate names.
 
 use std::time::SystemTime;
 
@@ -12,7 +12,7 @@ use crate::{credentials::Source, output::number::count};
 
 const CHECK: &str = "Zenoh";
 
-/// The daemon that a locator leads to.
+/// Checks the daemon behind a locator.
 pub(super) async fn daemon(endpoint: &str, options: &ConnectOptions, token: Option<Source>) -> Seen {
     let mut seen = Seen::default();
     let (locator, name) = match endpoint.rsplit_once('#') {
@@ -37,13 +37,13 @@ pub(super) async fn daemon(endpoint: &str, options: &ConnectOptions, token: Opti
     seen
 }
 
-/// The network beside a daemon that was reached over gRPC. Without a locator, nothing has to be there.
+/// Checks the network beside a daemon that was reached over gRPC. Without a locator, no network is required.
 pub(super) async fn beside(
     locator: Option<&str>,
     options: &ConnectOptions,
     daemon: Option<&str>,
 ) -> Vec<Finding> {
-    // A token is not sent to an unknown listener: nothing is asked.
+    // A token is not sent to an unknown listener, so no calls are made.
     let options = ConnectOptions { token: None, ..options.clone() };
     let place = locator.unwrap_or(DEFAULT_LOCATOR);
     match joined(place, &options).await {
@@ -79,7 +79,7 @@ async fn joined(locator: &str, options: &ConnectOptions) -> Result<(Network, Vec
     })
 }
 
-/// Who is there, and which names are there twice.
+/// Lists the daemons, and reports duplicate names.
 fn names(there: &[Presence], locator: &str) -> Vec<Finding> {
     let mut all = Vec::new();
     let mut names: Vec<&str> = there.iter().map(|presence| presence.name.as_str()).collect();
@@ -105,7 +105,7 @@ fn names(there: &[Presence], locator: &str) -> Vec<Finding> {
     all
 }
 
-/// The daemon of the name that was said, or the only one.
+/// Returns the daemon of the given name, or the only one.
 fn meant<'a>(there: &'a [Presence], name: Option<&str>) -> Result<&'a str, Finding> {
     let mut names: Vec<&str> = there.iter().map(|presence| presence.name.as_str()).collect();
     names.sort_unstable();

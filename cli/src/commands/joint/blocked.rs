@@ -3,12 +3,12 @@
 use serde::Serialize;
 use simd_client::proto::JointObstruction;
 
-/// A link that touches what a joint moves, and pushes against its actuator.
+/// A link that touches a link which the joint moves, and pushes against the actuator.
 #[derive(Clone, Serialize)]
 pub(super) struct BlockedBy {
     robot: String,
     link: String,
-    /// The link that is kept back, of the joint's robot.
+    /// Blocked link of the joint's robot.
     own_link: String,
     /// Effort of the contact forces at the joint, N m or N.
     effort: f64,

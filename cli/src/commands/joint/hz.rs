@@ -1,4 +1,4 @@
-//! `simctl joint hz`: how often states of a robot's joints come, and how evenly.
+//! `simctl joint hz`: rate and jitter of a robot's joint states.
 
 use std::{
     collections::VecDeque,
@@ -17,24 +17,24 @@ use crate::{
     output::{Output, View, number::fixed, table::Page},
 };
 
-/// Between two lines.
+/// Interval between two lines.
 const REPORT: Duration = Duration::from_secs(1);
 
 #[derive(Args, Debug)]
 pub(crate) struct Hz {
-    /// The robot's name
+    /// Name of the robot
     #[arg(add = complete::robots())]
     robot: String,
-    /// States a second to ask for: 0.1 to 1000
+    /// Requested states per second: 0.1 to 1000
     #[arg(short, long, default_value_t = 100.0, value_name = "HZ")]
     rate: f64,
-    /// End after so many states
+    /// End after this number of states
     #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..))]
     count: Option<u64>,
-    /// End after so many seconds
+    /// End after this number of seconds
     #[arg(short, long, value_name = "SECONDS", value_parser = seconds)]
     seconds: Option<Duration>,
-    /// Figures are of so many of the last states: 2 to 100000
+    /// Number of last states that figures cover: 2 to 100000
     #[arg(short, long, default_value_t = 10_000, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=100_000))]
     window: u32,
 }
@@ -47,7 +47,7 @@ fn seconds(text: &str) -> Result<Duration, String> {
     }
 }
 
-/// A line a second, and one at the end.
+/// Prints a line per second, and one at the end.
 pub(super) async fn run(arguments: &Hz, client: &Client, output: Output) -> anyhow::Result<()> {
     let Hz { robot, rate, count, seconds, window } = arguments;
     let mut states = client.watch(vec![every_joint(robot)], *rate).await?;
@@ -55,7 +55,7 @@ pub(super) async fn run(arguments: &Hz, client: &Client, output: Output) -> anyh
     let mut intervals = Intervals::new(robot, *window as usize);
     let mut reports = interval_at(tokio::time::Instant::now() + REPORT, REPORT);
     reports.set_missed_tick_behavior(MissedTickBehavior::Skip);
-    // One that never ends where no time was given.
+    // Never ends without a given time.
     let over = async {
         match seconds {
             Some(seconds) => tokio::time::sleep(*seconds).await,
@@ -117,16 +117,16 @@ impl Intervals {
         }
     }
 
-    /// A state came at a time, with the world at a step.
+    /// Records a state that came at a time, with the world at a step.
     fn add(&mut self, at: Duration, step: u64) {
         if let Some((before, step_before)) = self.last.replace((at, step)) {
-            // Of `window` states there are so many intervals.
+            // `window` states have one interval less.
             if self.between.len() + 1 >= self.window {
                 self.between.pop_front();
                 self.steps.pop_front();
             }
             self.between.push_back(at.saturating_sub(before).as_secs_f64());
-            // A reset of time makes it fall.
+            // It decreases when time is reset.
             self.steps.push_back(step.saturating_sub(step_before));
         }
         self.states += 1;
@@ -159,15 +159,15 @@ impl Intervals {
 #[derive(Debug, Serialize)]
 struct Report {
     robot: String,
-    /// Wall seconds since the first was asked for.
+    /// Wall seconds since the first request.
     elapsed: f64,
-    /// That came since then.
+    /// Number of states since then.
     states: u64,
-    /// The last states that the figures are of.
+    /// Number of last states that the figures cover.
     window: usize,
-    /// None came since the last line.
+    /// Whether no state came since the last line.
     is_silent: bool,
-    /// A second; null before the second state, as what follows.
+    /// Per second; null before the second state, like the following fields.
     rate: Option<f64>,
     /// Wall seconds between two states.
     mean: Option<f64>,
@@ -234,7 +234,7 @@ mod tests {
         assert_eq!((report.states, report.rate, report.min), (1, None, None));
         let mut intervals = Intervals::new("arm", 3);
         assert!(intervals.report(Duration::ZERO).is_silent);
-        // Two at one moment have no rate.
+        // Two states at the same time have no rate.
         let both = milliseconds(&[7, 7], 3);
         assert_eq!((both.rate, both.min), (None, Some(0.0)));
     }

@@ -1,4 +1,4 @@
-//! What joints are, as `joint list` shows it.
+//! Properties of joints, as in `joint list`.
 
 use serde::Serialize;
 use simd_client::proto::{JointGains, JointInfo, JointSpring, JointType};
@@ -11,8 +11,8 @@ use crate::output::{
     table::{Column, Page, Table},
 };
 
-/// A row of `joint list`. Radians and newton metres for joints that turn, metres
-/// and newtons for joints that slide; null where there is none.
+/// A row of `joint list`. Radians and newton metres for joints that turn, metres and newtons for joints that
+/// slide; null if absent.
 #[derive(Serialize)]
 pub(super) struct InfoView {
     index: u32,
@@ -30,7 +30,7 @@ pub(super) struct InfoView {
     friction: f64,
     armature: f64,
     spring: Option<SpringView>,
-    /// Its actuator holds the weight of what hangs on it.
+    /// Its actuator compensates the weight of what hangs on it.
     gravity_compensation: bool,
     mimic: Option<MimicView>,
     /// `passive`, `position`, `velocity`, `effort`, `hold` or `none`.
@@ -38,7 +38,7 @@ pub(super) struct InfoView {
     gains: Option<GainsView>,
     default_gains: Option<GainsView>,
     claimed_by: Option<String>,
-    /// Link whose contact keeps it from its target; null if none does.
+    /// Link whose contact keeps it from its target; null if none.
     blocked_by: Option<BlockedBy>,
     #[serde(skip)]
     unit: Option<Unit>,
@@ -90,7 +90,7 @@ impl From<&JointInfo> for InfoView {
             multiplier: mimic.multiplier,
             offset: mimic.offset,
         });
-        // Of what cannot move, an axis means nothing.
+        // A fixed joint has no meaningful axis.
         let axis = joint.axis.as_ref().filter(|_| joint.r#type() != JointType::Fixed);
         Self {
             index: joint.index,
@@ -131,7 +131,7 @@ pub(super) fn list(joints: &[InfoView], wide: bool) -> Page {
         Column::right(unit.heading("EFFORT", Unit::effort)),
         Column::left("MODE"),
     ];
-    // Most robots are held by no client.
+    // Most robots have no holder.
     let held = joints.iter().any(|joint| joint.claimed_by.is_some());
     columns.extend(held.then(|| Column::left("HELD BY")));
     let blocked = joints.iter().any(|joint| joint.blocked_by.is_some());

@@ -1,4 +1,4 @@
-//! `simctl joint play`: a trajectory out of a table, carried out by the daemon.
+//! `simctl joint play`: a trajectory from a table, which the daemon follows.
 
 use std::path::{Path, PathBuf};
 
@@ -16,36 +16,36 @@ use crate::{
     text_file,
 };
 
-/// A file above this is no trajectory that the daemon takes.
+/// Maximum size of a trajectory file that the daemon accepts.
 const MAX_BYTES: u64 = 64 * 1024 * 1024;
 
 pub(super) const FORMAT: &str = "\
 The file has a line of names and a line for each point, with commas:
   time,shoulder,elbow                  positions, in rad or m; seconds that grow
-  time,elbow,elbow.velocity            also .acceleration and .effort, of all joints or of none
-Between two points positions are linear in time, cubic where there are velocities, quintic where there are
-accelerations too. The way to the first point begins where the joints are.";
+  time,elbow,elbow.velocity            also .acceleration and .effort, for all joints or for none
+Between two points, positions are linear in time, cubic with velocities, and quintic with accelerations
+too. The motion to the first point begins at the joints' present positions.";
 
 #[derive(Args, Debug)]
 pub(crate) struct Play {
-    /// The robot's name
+    /// Name of the robot
     robot: String,
-    /// A table of points
+    /// Table of points
     #[arg(value_name = "FILE.csv")]
     file: PathBuf,
-    /// Begins when what the joints carry out now has succeeded, and does not end it
+    /// Begin after the present trajectories of the joints have succeeded, instead of ending them
     #[arg(long)]
     queue: bool,
-    /// How far a joint may be from the path, rad or m
+    /// Largest deviation of a joint from the path, rad or m
     #[arg(long, value_name = "DISTANCE")]
     path_tolerance: Option<f64>,
-    /// How far a joint may be from the last point, rad or m
+    /// Largest deviation of a joint from the last point, rad or m
     #[arg(long, value_name = "DISTANCE")]
     goal_tolerance: Option<f64>,
-    /// Seconds after the last point in which joints may still come that near
+    /// Seconds after the last point in which joints may still reach that tolerance
     #[arg(long, value_name = "SECONDS")]
     goal_time_tolerance: Option<f64>,
-    /// Does not wait for the end
+    /// Do not wait for the end
     #[arg(long)]
     no_wait: bool,
 }
@@ -72,7 +72,7 @@ pub(crate) async fn play(arguments: Play, client: &Client, output: Output) -> an
         goal_time_tolerance,
         ..Default::default()
     };
-    // From before it begins, so that its end is among them.
+    // Subscribed before it begins, so that its end is included.
     let mut events = client.watch_events(0).await?;
     let answer = client.follow_trajectory(request).await?;
     let (id, stamp) = (answer.id, present(answer.stamp, "stamp")?.into());
@@ -97,7 +97,7 @@ fn read(file: &Path) -> anyhow::Result<(Vec<String>, Vec<TrajectoryPoint>)> {
     parse(&text_file::read(file, MAX_BYTES)?).with_context(|| file.display().to_string())
 }
 
-/// Joints, and the points of all of them.
+/// Parses joints, and the points of all of them.
 fn parse(text: &str) -> anyhow::Result<(Vec<String>, Vec<TrajectoryPoint>)> {
     let mut lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
     let Some((_, head)) = lines.next() else { bail!("it is empty; its first line names time and joints") };
@@ -112,7 +112,7 @@ fn parse(text: &str) -> anyhow::Result<(Vec<String>, Vec<TrajectoryPoint>)> {
     let joints: Vec<String> =
         columns.iter().filter(|name| !has_kind(name)).map(|&name| name.to_owned()).collect();
     let Some(first) = joints.first() else { bail!("it names no joint after time") };
-    // Where the numbers of each quantity are, in the order of the joints; of none where the first joint has none.
+    // Columns of each quantity, in the order of the joints; none if the first joint has none.
     let column = |wanted: &str| columns.iter().position(|name| *name == wanted).map(|at| at + 1);
     let mut indices = Vec::new();
     for kind in std::iter::once("").chain(KINDS) {
@@ -161,7 +161,7 @@ fn parse(text: &str) -> anyhow::Result<(Vec<String>, Vec<TrajectoryPoint>)> {
     Ok((joints, points))
 }
 
-/// What follows a joint's name, in the order of a point's lists after positions.
+/// Suffixes of a joint's name, in the order of a point's lists after positions.
 const KINDS: [&str; 3] = [".velocity", ".acceleration", ".effort"];
 
 /// `joint play`.

@@ -1,4 +1,4 @@
-//! `simctl joint properties`: what joints are like, changed while the world runs.
+//! `simctl joint properties`: changes properties of joints while the world runs.
 
 use anyhow::bail;
 use clap::Args;
@@ -15,10 +15,10 @@ use crate::{
 
 #[derive(Args, Debug)]
 pub(crate) struct Properties {
-    /// The robot's name
+    /// Name of the robot
     #[arg(add = complete::robots())]
     robot: String,
-    /// Which joints
+    /// Names of the joints
     #[arg(required = true, add = complete::joints())]
     joints: Vec<String>,
     /// Viscous damping, N m s/rad or N s/m
@@ -30,13 +30,14 @@ pub(crate) struct Properties {
     /// Rotor inertia seen at the joint, kg m^2 or kg
     #[arg(long, value_name = "INERTIA", allow_negative_numbers = true)]
     armature: Option<f64>,
-    /// A spring beside the actuator: stiffness, N m/rad or N/m, and where it pulls nowhere, rad or m; stiffness 0 takes it away
+    /// Spring beside the actuator: stiffness, N m/rad or N/m, and rest position, rad or m; stiffness 0
+    /// removes it
     #[arg(long, value_names = ["STIFFNESS", "REST"], num_args = 2, allow_negative_numbers = true)]
     spring: Option<Vec<f64>>,
-    /// Stiffness and damping of targets that give none, N m/rad and N m s/rad or N/m and N s/m
+    /// Default stiffness and damping of targets, N m/rad and N m s/rad or N/m and N s/m
     #[arg(long, value_names = ["KP", "KD"], num_args = 2, allow_negative_numbers = true)]
     default_gains: Option<Vec<f64>>,
-    /// The actuator adds the effort that holds the weight of what hangs on the joint, or does not
+    /// Whether the actuator compensates the weight of what hangs on the joint
     #[arg(long, value_name = "on|off", value_parser = on_or_off)]
     gravity_compensation: Option<bool>,
 }

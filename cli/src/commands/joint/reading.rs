@@ -1,4 +1,4 @@
-//! Where joints are and what they do, as `joint get` and `joint watch` show it.
+//! States of joints, as in `joint get` and `joint watch`.
 
 use serde::Serialize;
 use serde_json::Value;
@@ -15,17 +15,17 @@ use crate::output::{
     table::{Column, Page, Table},
 };
 
-/// The units of a joint's values.
+/// Units of a joint's values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Unit {
     Angle,
     Length,
-    /// Of several joints, or of one with several values.
+    /// Several joints, or one with several values.
     Both,
 }
 
 impl Unit {
-    /// None where there is nothing to measure.
+    /// Returns the unit of a joint; `None` if it has no values.
     pub(super) fn of(kind: JointType) -> Option<Self> {
         match kind {
             JointType::Revolute | JointType::Continuous => Some(Self::Angle),
@@ -36,7 +36,7 @@ impl Unit {
         }
     }
 
-    /// Of a column.
+    /// Returns the unit of a column.
     pub(super) fn common(mut units: impl Iterator<Item = Self>) -> Self {
         let first = units.next().unwrap_or(Self::Angle);
         if units.all(|unit| unit == first) { first } else { Self::Both }
@@ -73,7 +73,7 @@ struct JointView {
     name: String,
     r#type: String,
     mode: String,
-    /// Position, velocity or effort, as `mode` says; null where it is passive.
+    /// Position, velocity or effort, as `mode` says; null if passive.
     target: Value,
     /// rad or m.
     position: Value,
@@ -84,7 +84,7 @@ struct JointView {
     saturated: bool,
     at_lower_limit: bool,
     at_upper_limit: bool,
-    /// Link whose contact keeps it from its target; null if none does.
+    /// Link whose contact keeps it from its target; null if none.
     blocked_by: Option<BlockedBy>,
     #[serde(skip)]
     reading: JointReading,
@@ -95,7 +95,7 @@ impl From<RobotReading> for ReadingView {
         Self {
             robot: reading.robot,
             stamp: reading.stamp.into(),
-            // A fixed joint is nowhere, and does nothing.
+            // A fixed joint has no values.
             joints: reading
                 .joints
                 .into_iter()
@@ -128,7 +128,7 @@ impl From<JointReading> for JointView {
     }
 }
 
-/// One number where there is one.
+/// Returns a single number without a list.
 fn value(values: &[f64]) -> Value {
     match values {
         [only] => Value::from(*only),
@@ -137,7 +137,7 @@ fn value(values: &[f64]) -> Value {
 }
 
 impl JointView {
-    /// For instance `saturated, at upper limit, blocked by crate`.
+    /// Returns flags such as `saturated, at upper limit, blocked by crate`.
     fn flags(&self) -> String {
         let flags = [
             (self.saturated, "saturated"),
@@ -179,7 +179,7 @@ impl View for ReadingView {
     }
 }
 
-/// A line of `joint watch`: the time, then where each joint is.
+/// A line of `joint watch`: the time, then the position of each joint.
 #[derive(Serialize)]
 #[serde(transparent)]
 pub(super) struct Sample(pub(super) ReadingView);
@@ -188,7 +188,7 @@ impl View for Sample {
     fn page(&self) -> Page {
         let mut line = format!("{:>10} s", fixed(self.0.stamp.sim_time, 3));
         for joint in &self.0.joints {
-            // As wide as any angle, so that columns stay where they are when a sign comes or goes.
+            // As wide as any angle, so that columns do not move with a sign.
             line.push_str(&format!("  {}={:>8}", joint.name, several(&joint.reading.position, 4)));
         }
         Page::of_line(line)

@@ -1,4 +1,4 @@
-//! `@home`: the positions of a named state as targets.
+//! `@home`: positions of a named state as targets.
 
 use std::collections::BTreeMap;
 
@@ -7,16 +7,16 @@ use simd_client::{Client, Target, proto::NamedState};
 
 use crate::target::{Assignment, assignment};
 
-/// What is typed after the robot's name.
+/// An argument after the robot's name.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Wanted {
     /// A target for a joint.
     Joint(Assignment),
-    /// A named state, of one group or of any.
+    /// A named state, in one group or in any.
     State { group: Option<String>, name: String },
 }
 
-/// Reads `JOINT=TARGET`, `@STATE` or `@GROUP/STATE`.
+/// Parses `JOINT=TARGET`, `@STATE` or `@GROUP/STATE`.
 pub(super) fn wanted(text: &str) -> Result<Wanted, String> {
     let Some(state) = text.strip_prefix('@').filter(|_| !text.contains('=')) else {
         return assignment(text).map(Wanted::Joint);
@@ -31,7 +31,7 @@ pub(super) fn wanted(text: &str) -> Result<Wanted, String> {
     Ok(Wanted::State { group, name: name.to_owned() })
 }
 
-/// All of it as targets: one for each joint, the last one that was typed.
+/// Converts all of it to targets: one for each joint, where the last one wins.
 pub(super) async fn resolved(
     wanted: Vec<Wanted>,
     robot: &str,
@@ -54,7 +54,7 @@ pub(super) async fn resolved(
             }
         }
     }
-    // A joint that is typed beside a state is meant in its place.
+    // A joint that is given beside a state overrides it.
     let mut last: BTreeMap<String, usize> = BTreeMap::new();
     for (index, target) in targets.iter().enumerate().filter(|_| !known.is_empty()) {
         last.insert(target.joint.clone(), index);
@@ -64,7 +64,7 @@ pub(super) async fn resolved(
     Ok(kept.map(|(_, target)| target).collect())
 }
 
-/// Positions by joint of all states of a name.
+/// Returns the positions by joint of all states with a name.
 fn of_state(known: &[NamedState], group: Option<&str>, name: &str) -> anyhow::Result<BTreeMap<String, f64>> {
     let is_meant = |state: &&NamedState| state.name == name && group.is_none_or(|group| state.group == group);
     let mut meant = known.iter().filter(is_meant).peekable();

@@ -1,4 +1,4 @@
-//! `simctl joint trajectories`: what is carried out, and how far it is.
+//! `simctl joint trajectories`: active and waiting trajectories, with their progress.
 
 use clap::Args;
 use serde::Serialize;
@@ -15,7 +15,7 @@ use crate::{
 
 #[derive(Args, Debug)]
 pub(crate) struct Trajectories {
-    /// The robot's name; all robots where none is given
+    /// Name of the robot; all robots if left out
     #[arg(add = complete::robots())]
     robot: Option<String>,
 }
@@ -37,13 +37,13 @@ struct TrajectoryView {
     elapsed: f64,
     duration: f64,
     delay: f64,
-    /// Empty where it is not active.
+    /// Empty unless active.
     desired: Vec<f64>,
     actual: Vec<f64>,
 }
 
 impl TrajectoryView {
-    /// How far the worst joint is from where it is to be, with its name.
+    /// Returns the largest error of a joint from its desired position, with its name.
     fn largest_error(&self) -> Option<(f64, &str)> {
         let errors = self.desired.iter().zip(&self.actual).map(|(desired, actual)| (desired - actual).abs());
         errors.zip(self.joints.iter().map(String::as_str)).max_by(|one, other| one.0.total_cmp(&other.0))

@@ -1,4 +1,4 @@
-//! Sliders and buttons as they are shown.
+//! Output of sliders and buttons.
 
 use serde::Serialize;
 use simd_client::proto::{JointMode, Parameter, ParameterList, parameter::Kind};
@@ -19,17 +19,17 @@ pub(super) struct ParameterView {
     name: String,
     /// `slider` or `button`.
     kind: &'static str,
-    /// Of a slider.
+    /// Present for a slider.
     minimum: Option<f64>,
     maximum: Option<f64>,
     value: Option<f64>,
-    /// Of a slider that is bound: `ROBOT/JOINT`, and what of it.
+    /// Present for a bound slider: `ROBOT/JOINT`, and the meaning of the value.
     joint: Option<String>,
     mode: Option<&'static str>,
-    /// Of a button.
+    /// Present for a button.
     presses: Option<u64>,
     version: u64,
-    /// Who put it up.
+    /// Owner of the parameter.
     owner: String,
 }
 
@@ -70,7 +70,7 @@ impl From<Parameter> for ParameterView {
 }
 
 impl ParameterView {
-    /// Where it stands, for people.
+    /// Returns its value for people.
     fn state(&self) -> String {
         match (self.value, self.presses) {
             (Some(value), _) => exact(value),
@@ -96,7 +96,7 @@ impl View for ParameterView {
     }
 }
 
-/// The table of `parameter list`, `get`, `set` and `press`.
+/// Returns the table of `parameter list`, `get`, `set` and `press`.
 pub(super) fn list(parameters: &[ParameterView]) -> Page {
     let columns = vec![
         Column::left("PARAMETER"),
@@ -130,9 +130,9 @@ pub(super) struct ListView {
     version: u64,
     stamp: Stamp,
     parameters: Vec<ParameterView>,
-    /// Those that were in the list before.
+    /// Parameters that were removed since the last list.
     removed: Vec<String>,
-    /// Version of the list that was shown before.
+    /// Version of the last shown list.
     #[serde(skip)]
     seen: u64,
 }

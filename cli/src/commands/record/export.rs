@@ -1,4 +1,5 @@
-//! `simctl record export`: the joint states of a recording on this disk as a table, or what is of ROS 2 in it as a bag.
+//! `simctl record export`: writes the joint states of a recording on this disk as a table, or its ROS 2
+//! messages as a bag.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -12,16 +13,16 @@ use simd_mcap::{Item, ReadLimits, Reader, Writer};
 use simd_ros2::Message as _;
 use simd_ros2::messages::sensor_msgs::JointState;
 
-/// The type of joint states.
+/// Type of joint states.
 const JOINT_STATE: &str = JointState::NAME;
-/// What messages of ROS 2 are encoded in.
+/// Encoding of ROS 2 messages.
 const CDR: &str = "cdr";
 
-/// What was written.
+/// Result of an export.
 #[derive(Debug, Default)]
 pub(super) struct Written {
     pub(super) messages: u64,
-    /// Why the recording ends before its end.
+    /// Reason why the recording ends early.
     pub(super) early: Option<String>,
 }
 
@@ -31,7 +32,8 @@ fn open(recording: &Path) -> anyhow::Result<Reader<BufReader<File>>> {
     Reader::new(BufReader::new(file), ReadLimits::default()).with_context(named)
 }
 
-/// A row for each joint of each state: simulated time in seconds, robot, joint, position, velocity and effort.
+/// Writes a row for each joint of each state: simulated time in seconds, robot, joint, position, velocity and
+/// effort.
 pub(super) fn csv(recording: &Path, to: &Path) -> anyhow::Result<Written> {
     let mut reader = open(recording)?;
     let named = || to.display().to_string();
@@ -44,7 +46,7 @@ pub(super) fn csv(recording: &Path, to: &Path) -> anyhow::Result<Written> {
     loop {
         let (topic, state) = match reader.next() {
             Ok(Some(Item::Message { channel, data, .. })) => match &channel.schema {
-                // Those of encoders are below `sensors`.
+                // Topics of encoders are below `sensors`.
                 Some(schema) if schema.name == JOINT_STATE && channel.topic.ends_with("/joint_states") => {
                     (channel.topic.clone(), JointState::from_cdr(data)?)
                 }
@@ -61,7 +63,7 @@ pub(super) fn csv(recording: &Path, to: &Path) -> anyhow::Result<Written> {
         let time = f64::from(state.header.stamp.sec) + f64::from(state.header.stamp.nanosec) * 1e-9;
         let numbers = state.position.iter().zip(&state.velocity).zip(&state.effort);
         for (joint, ((position, velocity), effort)) in state.name.iter().zip(numbers) {
-            // As many digits as it takes to read the same number again.
+            // Enough digits to read the same number again.
             writeln!(out, "{time},{robot},{},{position:?},{velocity:?},{effort:?}", field(joint))
                 .with_context(named)?;
         }
@@ -72,7 +74,7 @@ pub(super) fn csv(recording: &Path, to: &Path) -> anyhow::Result<Written> {
     Ok(written)
 }
 
-/// A field of a table, in quotes where it needs them.
+/// Returns a field of a table, quoted if needed.
 fn field(text: &str) -> String {
     if text.contains(['"', ',', '\n', '\r']) {
         format!("\"{}\"", text.replace('"', "\"\""))
@@ -81,13 +83,14 @@ fn field(text: &str) -> String {
     }
 }
 
-/// A folder that `ros2 bag` and `rosbags` read: a file with the messages of ROS 2 alone, and `metadata.yaml`.
+/// Writes a folder that `ros2 bag` and `rosbags` read: a file with only the ROS 2 messages, and
+/// `metadata.yaml`.
 pub(super) fn ros2(recording: &Path, to: &Path) -> anyhow::Result<Written> {
     let mut reader = open(recording)?;
     std::fs::create_dir(to).with_context(|| to.display().to_string())?;
     let written = bag(&mut reader, recording, to);
     if written.is_err() {
-        // There was none before, and a part of a bag is none.
+        // The folder is new, and a part of a bag is useless.
         let _ = std::fs::remove_dir_all(to);
     }
     written
@@ -147,9 +150,9 @@ fn bag(reader: &mut Reader<BufReader<File>>, recording: &Path, to: &Path) -> any
     Ok(written)
 }
 
-/// As rosbag2 writes it, in version 5.
+/// Returns the metadata as rosbag2 writes it, in version 5.
 fn metadata(file: &str, (start, end): (u64, u64), topics: &[(String, String)], counts: &[u64]) -> String {
-    // A string of JSON is one of YAML too, but for control characters above ASCII's first ones.
+    // A JSON string is also a YAML string, except for control characters above the first ones of ASCII.
     let quoted = |text: &str| {
         let escaped =
             |c: char| if c.is_control() { format!("\\u{:04x}", u32::from(c)) } else { c.to_string() };

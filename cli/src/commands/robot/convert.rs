@@ -20,24 +20,24 @@ use crate::{
 
 #[derive(Args, Debug)]
 pub(crate) struct Convert {
-    /// An SDF, MJCF, xacro or URDF file, or the folder of a ROS package that holds one
+    /// SDF, MJCF, xacro or URDF file, or the folder of a ROS package that holds one
     path: PathBuf,
-    /// Where the URDF goes: a file, or for all robots of an SDF or MJCF a folder; it is printed where this is left out. Meshes
-    /// whose numbers stand in an MJCF become files in a folder beside it
+    /// Output file, or for all robots of an SDF or MJCF a folder; printed if left out. Meshes with their
+    /// numbers in an MJCF become files in a folder beside it
     #[arg(long, value_name = "PATH")]
     to: Option<PathBuf>,
-    /// Which robot of an SDF or MJCF
+    /// Robot of an SDF or MJCF
     #[arg(long, value_name = "NAME")]
     model: Option<String>,
-    /// Where a ROS package is that the description names; may be given again
+    /// Folder of a ROS package that the description names; may be repeated
     #[arg(long = "package", value_name = "NAME=FOLDER", value_parser = package_folder)]
     packages: Vec<PackageFolder>,
-    /// An argument of a xacro file; may be given again
+    /// Argument of a xacro file; may be repeated
     #[arg(long = "xacro-arg", value_name = "NAME=VALUE", value_parser = xacro_argument)]
     xacro_arguments: Vec<(String, String)>,
 }
 
-/// Reads the description with the readers that the daemon uses.
+/// Reads the description as the daemon does.
 pub(crate) fn run(arguments: &Convert, output: Output) -> anyhow::Result<()> {
     let package =
         Package::open_with(&arguments.path, &options(&arguments.packages, &arguments.xacro_arguments))?;
@@ -94,7 +94,7 @@ pub(crate) fn run(arguments: &Convert, output: Output) -> anyhow::Result<()> {
     output.one(&Conversion { robots })
 }
 
-/// Where the URDFs of this folder look for them.
+/// Writes the meshes where the URDFs of this folder expect them.
 fn write_meshes(translation: &Translation, folder: &Path) -> anyhow::Result<()> {
     for (uri, mesh) in &translation.meshes {
         let path = folder.join(uri);
@@ -120,16 +120,16 @@ struct Conversion {
 struct Converted {
     model: String,
     path: Option<String>,
-    /// Where the file puts its root link: x y z, and the quaternion x y z w.
+    /// Pose of its root link in the file: x y z, and the quaternion x y z w.
     pose: Option<[f64; 7]>,
-    /// Its root link does not move there.
+    /// Whether its root link is fixed there.
     fixed: Option<bool>,
-    /// Where it was not written to a file.
+    /// Present if it was not written to a file.
     urdf: Option<String>,
 }
 
 impl Converted {
-    /// Writes it to a file, if there is one to be.
+    /// Writes it to the given file, if any.
     fn written(mut self, to: Option<&PathBuf>) -> anyhow::Result<Self> {
         if let Some(path) = to {
             let text = self.urdf.take().unwrap_or_default();

@@ -1,4 +1,4 @@
-//! `simctl robot filter`: what a robot touches.
+//! `simctl robot filter`: collision filter of a robot.
 
 use anyhow::Context as _;
 use clap::Args;
@@ -20,28 +20,28 @@ use crate::{
 
 #[derive(Args, Debug)]
 pub(crate) struct Filter {
-    /// The robot's name
+    /// Name of the robot
     #[arg(add = complete::robots())]
     robot: String,
-    /// Whether its links touch each other
+    /// Whether its links collide with each other
     #[arg(long, value_name = "BOOL", action = clap::ArgAction::Set)]
     self_collision: Option<bool>,
-    /// A pair of links that does not touch, the second one perhaps of another robot; may be given again
+    /// Pair of links that does not collide; the second may belong to another robot. May be repeated
     #[arg(long = "disable", value_name = "LINK,[ROBOT/]LINK", value_parser = pair)]
     disabled: Vec<(String, String, String)>,
-    /// A pair that touches, whatever groups and joints say; may be given again
+    /// Pair that collides, whatever groups and joints say; may be repeated
     #[arg(long = "enable", value_name = "LINK,[ROBOT/]LINK", value_parser = pair)]
     enabled: Vec<(String, String, String)>,
-    /// A pair that touches as groups and joints say; may be given again
+    /// Pair that collides as groups and joints say; may be repeated
     #[arg(long = "default", value_name = "LINK,[ROBOT/]LINK", value_parser = pair)]
     defaults: Vec<(String, String, String)>,
-    /// Groups and masks of this link only; of all of them where it is left out
+    /// Link that groups and masks apply to; all if left out
     #[arg(long)]
     link: Option<String>,
-    /// The groups that the links are in, a bit each, for instance 5 or 0x5
+    /// Groups of the links, a bit each, for instance 5 or 0x5
     #[arg(long, value_name = "BITS", value_parser = bits)]
     group: Option<u32>,
-    /// The groups that the links touch, a bit each
+    /// Groups that the links collide with, a bit each
     #[arg(long, value_name = "BITS", value_parser = bits)]
     mask: Option<u32>,
 }
@@ -84,19 +84,19 @@ pub(super) async fn run(arguments: Filter, client: &Client, output: Output) -> a
     output.one(&FilterView::of(client, &robot).await?)
 }
 
-/// What a robot touches.
+/// Collision filter of a robot.
 #[derive(Serialize)]
 pub(super) struct FilterView {
     self_collision: bool,
     pairs: Vec<PairView>,
-    /// Links whose groups are not those of the others.
+    /// Links with other groups than the rest.
     groups: Vec<GroupView>,
 }
 
 #[derive(Serialize)]
 struct PairView {
     link: String,
-    /// Null where it is of the same robot.
+    /// Null for the same robot.
     other_robot: Option<String>,
     other_link: String,
     /// `disabled` or `enabled`.
@@ -130,7 +130,7 @@ impl FilterView {
         })
     }
 
-    /// For instance "others; 3 pairs switched off".
+    /// Returns a summary such as "others; 3 pairs switched off".
     pub(super) fn in_short(&self) -> String {
         let count = |which: &str| self.pairs.iter().filter(|pair| pair.collision == which).count();
         let mut text = if self.self_collision { "others and itself" } else { "others" }.to_owned();
@@ -174,7 +174,7 @@ impl View for FilterView {
     }
 }
 
-/// Reads `LINK,LINK` or `LINK,ROBOT/LINK`: the link, the other's robot, the other link. The names of robots have
+/// Parses `LINK,LINK` or `LINK,ROBOT/LINK`: the link, the other robot, the other link. Names of robots have
 /// neither comma nor slash.
 fn pair(text: &str) -> Result<(String, String, String), String> {
     let (link, other) = text.split_once(',').ok_or("must be LINK,LINK or LINK,ROBOT/LINK")?;

@@ -1,4 +1,4 @@
-//! `simctl robot links` and `simctl robot ik`: where links are, and joint positions that put one somewhere.
+//! `simctl robot links` and `simctl robot ik`: poses of links, and inverse kinematics.
 
 use anyhow::bail;
 use clap::Args;
@@ -26,27 +26,27 @@ use crate::{
 
 #[derive(Args, Debug)]
 pub(crate) struct Ik {
-    /// The robot's name
+    /// Name of the robot
     #[arg(add = complete::robots())]
     robot: String,
-    /// The link that is to be there
+    /// Name of the link
     link: String,
-    /// Where its frame is to be in the world: metres, and radians about the fixed axes; without
-    /// angles only the position counts
+    /// Target of its frame in the world: metres, and radians about the fixed axes; without angles only the
+    /// position counts
     #[arg(value_name = "X,Y,Z[,ROLL,PITCH,YAW]", value_parser = pose::parse, allow_hyphen_values = true)]
     pose: Pose,
-    /// A joint that may move; may be given again. All that are actuated where it is left out
+    /// Joint that may move; may be repeated. All actuated ones if left out
     #[arg(long = "joint", value_name = "JOINT", add = complete::joints())]
     joints: Vec<String>,
-    /// Metres, and radians, that it may be off
+    /// Tolerance, metres and radians
     #[arg(long, value_name = "ERROR", default_value_t = 1e-4)]
     tolerance: f64,
-    /// Makes the positions the joints' targets, where the link can be there
+    /// Set the positions as targets, if the link can reach the pose
     #[arg(long)]
     set: bool,
 }
 
-/// Shows where the links of a robot are.
+/// Shows poses of a robot's links.
 pub(super) async fn links(robot: &str, client: &Client, output: Output) -> anyhow::Result<()> {
     let entity = client.robot_info(robot).await?;
     let answer = client.link_states(vec![robot.to_owned()]).await?;
@@ -58,7 +58,7 @@ pub(super) async fn links(robot: &str, client: &Client, output: Output) -> anyho
     output.one(&LinksView { robot: robot.to_owned(), stamp, links: link_views(&entity.links, &states) })
 }
 
-/// Looks for joint positions, from where the joints are.
+/// Solves for joint positions, from the present ones.
 pub(super) async fn ik(arguments: Ik, client: &Client, output: Output) -> anyhow::Result<()> {
     let Ik { robot, link, pose, joints, tolerance, set } = arguments;
     let layout = client.joint_layout(&robot).await?;
@@ -88,7 +88,7 @@ pub(super) async fn ik(arguments: Ik, client: &Client, output: Output) -> anyhow
     Ok(())
 }
 
-/// Position targets for the joints that were moved.
+/// Returns position targets for the joints that were moved.
 fn targets(layout: &JointLayout, named: &[String], positions: &[f64]) -> Vec<JointTarget> {
     let moved = |joint: &&JointInfo| {
         let takes_targets = joint.mode() != JointMode::None && joint.r#type() != JointType::Floating;
@@ -111,7 +111,7 @@ fn targets(layout: &JointLayout, named: &[String], positions: &[f64]) -> Vec<Joi
     targets.collect()
 }
 
-/// A joint's own of a robot's positions.
+/// Returns the positions of one joint.
 fn values<'a>(joint: &JointInfo, positions: &'a [f64]) -> &'a [f64] {
     let first = joint.position_index as usize;
     positions.get(first..first + joint.position_count as usize).unwrap_or_default()
@@ -131,7 +131,7 @@ struct LinkView {
     /// world_from_link.
     #[serde(flatten)]
     pose: PoseView,
-    /// Of the origin of its frame, world axes, m/s.
+    /// Velocity of its frame's origin, world axes, m/s.
     linear: [f64; 3],
     /// World axes, rad/s.
     angular: [f64; 3],
@@ -189,9 +189,9 @@ struct IkView {
     /// Radians.
     orientation_error: f64,
     iterations: u32,
-    /// The positions are the joints' targets now.
+    /// Whether the positions are now the joints' targets.
     set: bool,
-    /// All that can move.
+    /// All joints that can move.
     joints: Vec<JointView>,
 }
 

@@ -1,18 +1,18 @@
-//! A line on stderr that says how far a robot is, where a person is looking.
+//! A progress line on stderr, if it is a terminal.
 
 use std::io::{self, IsTerminal as _, Write as _};
 
 use simd_client::printable;
 use simd_client::proto::{LoadPhase, LoadProgress};
 
-/// The line, where there is one now.
+/// The line, if it is shown.
 #[derive(Debug, Default)]
 pub(super) struct Progress {
     is_shown: bool,
 }
 
 impl Progress {
-    /// Writes the line anew.
+    /// Rewrites the line.
     pub(super) fn show(&mut self, progress: &LoadProgress) {
         let mut stderr = io::stderr().lock();
         if stderr.is_terminal() {
@@ -21,7 +21,7 @@ impl Progress {
         }
     }
 
-    /// Takes it away.
+    /// Removes the line.
     pub(super) fn clear(&mut self) {
         if std::mem::take(&mut self.is_shown) {
             let mut stderr = io::stderr().lock();

@@ -1,4 +1,4 @@
-//! `simctl robot shape`: single shapes, such as the ground or a box to push, and several that are one body.
+//! `simctl robot shape`: single shapes, such as the ground or a box to push, and bodies of several shapes.
 
 use std::path::{Path, PathBuf};
 
@@ -26,19 +26,19 @@ pub(crate) struct Shape {
     /// plane, box:X,Y,Z, sphere:RADIUS, cylinder:RADIUS,LENGTH, capsule:RADIUS,LENGTH or cone:RADIUS,LENGTH; metres. mesh:FILE,FACTOR is an STL, OBJ or COLLADA file. heightfield:FILE,X,Y,HEIGHT is ground of this size: a grey PNG, white being HEIGHT above black, or a CSV file of heights, which HEIGHT multiplies. Several are one body, each at @X,Y,Z[,ROLL,PITCH,YAW] after it
     #[arg(value_name = "SHAPE", value_parser = part, required = true)]
     shapes: Vec<Part>,
-    /// Its name; that of the shape where it is left out
+    /// Name of the robot; the shape's kind if left out
     #[arg(long)]
     name: Option<String>,
-    /// Kilograms; that of water where it is left out
+    /// Mass, kilograms; the mass of water if left out
     #[arg(long, value_name = "KG", default_value_t = 0.0, hide_default_value = true)]
     mass: f64,
-    /// Where it is: metres, and radians about the fixed axes
+    /// Pose: metres, and radians about the fixed axes
     #[arg(long, value_name = "X,Y,Z[,ROLL,PITCH,YAW]", value_parser = pose::parse, allow_hyphen_values = true)]
     pose: Option<Pose>,
-    /// It does not move; a plane and a height field never do
+    /// Fix it to the world, as planes and height fields always are
     #[arg(long)]
     fixed: bool,
-    /// Adds _1, _2, ... to a name that is taken
+    /// Add _1, _2, ... to a name that is taken
     #[arg(long)]
     rename: bool,
     #[command(flatten)]
@@ -76,7 +76,7 @@ pub(super) async fn run(arguments: Shape, client: &Client, output: Output) -> an
     output.one(&Loaded::from(spawned))
 }
 
-/// What is to be spawned.
+/// Shape to spawn.
 #[derive(Clone, Debug, PartialEq)]
 enum Wanted {
     Shape(Geometry),
@@ -88,25 +88,25 @@ enum Wanted {
     },
 }
 
-/// A shape, and where it is in the body.
+/// A shape with its pose in the body.
 #[derive(Clone, Debug, PartialEq)]
 struct Part {
     shape: Wanted,
     pose: Option<Pose>,
 }
 
-/// Reads a shape that may have `@` and a pose after it.
+/// Parses a shape, optionally with `@` and a pose.
 fn part(text: &str) -> Result<Part, String> {
-    // A file may have an @ in its name, and stands alone.
+    // A file may have an @ in its name, and has no pose.
     let is_file = text.starts_with("mesh:") || text.starts_with("heightfield:");
     let (shape, pose) = if is_file { (text, None) } else { pose::split(text)? };
     Ok(Part { shape: wanted(shape)?, pose })
 }
 
-/// One shape, or a body of several.
+/// Returns a single shape, or a body of several.
 fn whole(mut parts: Vec<Part>) -> anyhow::Result<Wanted> {
     if let [Part { pose: None, .. }] = parts[..] {
-        // There is one.
+        // The pattern guarantees one.
         return parts.pop().map(|part| part.shape).context("a body has a shape");
     }
     let parts = parts.into_iter().map(|Part { shape, pose }| {
@@ -251,7 +251,7 @@ mod tests {
         };
         assert_eq!(table.parts.len(), 3);
         assert!(table.parts[1].pose.as_ref().unwrap().orientation.is_some() && table.parts[2].pose.is_none());
-        // One alone is itself, and with a place a body of one part.
+        // A single shape is itself; with a pose it is a body of one part.
         assert!(matches!(all(&["sphere:1"]).unwrap(), Wanted::Shape(Geometry::Sphere(_))));
         assert!(matches!(all(&["sphere:1@1,0,0"]).unwrap(), Wanted::Shape(Geometry::Compound(_))));
         assert!(matches!(all(&["mesh:a@b.stl"]).unwrap(), Wanted::File { .. }));

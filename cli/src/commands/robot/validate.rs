@@ -1,4 +1,4 @@
-//! `simctl robot validate`: what a daemon would make of a description, found out here.
+//! `simctl robot validate`: checks a description without a daemon.
 
 use std::{fs, path::PathBuf};
 
@@ -18,26 +18,26 @@ use crate::{
 
 #[derive(Args, Debug)]
 pub(crate) struct Validate {
-    /// A URDF, xacro, SDF or MJCF file, or the folder of a ROS package that holds one
+    /// URDF, xacro, SDF or MJCF file, or the folder of a ROS package that holds one
     path: PathBuf,
-    /// Makes each warning an error, as every repair is one
+    /// Turn each warning, which includes every repair, into an error
     #[arg(long)]
     strict: bool,
-    /// Shows what needs no attention too: each link, joint and mesh, defaults, what is not read
+    /// Also show findings that need no attention: each link, joint and mesh, defaults, ignored parts
     #[arg(long)]
     all: bool,
-    /// Multiplies all lengths
+    /// Factor on all lengths
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
     scale: f64,
-    /// Where a ROS package is that the URDF names; may be given again
+    /// Folder of a ROS package that the URDF names; may be repeated
     #[arg(long = "package", value_name = "NAME=FOLDER", value_parser = package_folder)]
     packages: Vec<PackageFolder>,
-    /// An argument of a xacro file; may be given again
+    /// Argument of a xacro file; may be repeated
     #[arg(long = "xacro-arg", value_name = "NAME=VALUE", value_parser = xacro_argument)]
     xacro_arguments: Vec<(String, String)>,
 }
 
-/// Reads the description with the model that the daemon uses. One that is refused is a failure.
+/// Reads the description as the daemon does. A refusal is a failure.
 pub(crate) fn run(arguments: &Validate, output: Output) -> anyhow::Result<()> {
     let package =
         Package::open_with(&arguments.path, &options(&arguments.packages, &arguments.xacro_arguments))?;
@@ -51,10 +51,10 @@ pub(crate) fn run(arguments: &Validate, output: Output) -> anyhow::Result<()> {
     }
 }
 
-/// What a description is.
+/// Result of reading a description.
 struct Read {
     refusal: Option<String>,
-    /// One, or as many as an SDF or MJCF has; none where one of them is refused.
+    /// One, or as many as an SDF or MJCF has; `None` if one of them is refused.
     models: Vec<RobotModel>,
     report: LoadReport,
 }
@@ -98,7 +98,7 @@ fn read(package: &Package, options: &ReadOptions) -> Read {
     all
 }
 
-/// The files that the description names, where clients look for them.
+/// The files of a description, at the places where clients look for them.
 pub(super) struct Files<'p>(pub(super) &'p Locator);
 
 impl Assets for Files<'_> {
@@ -123,9 +123,9 @@ impl Assets for Files<'_> {
 struct Validated {
     path: String,
     loads: bool,
-    /// In one line.
+    /// Summary in one line.
     summary: String,
-    /// What became of how many elements.
+    /// Number of elements by treatment.
     counts: String,
     findings: Vec<FindingView>,
     #[serde(skip)]
@@ -144,7 +144,7 @@ impl Validated {
             },
             None => path.clone(),
         };
-        // The reason of a refusal is said last, as the failure that it is.
+        // The reason of a refusal comes last, as the failure.
         let counted = |finding: &&Finding| finding.disposition != Disposition::Refused;
         let shown = |finding: &&Finding| all || finding.severity >= Severity::Warning;
         let line = |finding: &Finding| {

@@ -1,4 +1,4 @@
-//! Robots as `simctl` shows them.
+//! Output of robots.
 
 use serde::Serialize;
 use simd_client::{
@@ -33,7 +33,7 @@ pub(super) struct RobotView {
     layout_version: u64,
     description: String,
     loaded_at_start: bool,
-    /// Why it is out of the simulation, or null.
+    /// Reason why it is disabled, or null.
     disabled_reason: Option<String>,
 }
 
@@ -56,7 +56,7 @@ impl From<EntityInfo> for RobotView {
 }
 
 impl RobotView {
-    /// For instance "2 links, 1 moving joint, fixed base".
+    /// Returns a summary such as "2 links, 1 moving joint, fixed base".
     fn in_short(&self) -> String {
         let joints = count(self.moving_joints as usize, "moving joint");
         format!("{}, {joints}, {} base", count(self.links, "link"), self.base)
@@ -94,14 +94,14 @@ pub(super) fn list(robots: &[RobotView]) -> Page {
     reasons.fold(page, |page, (name, reason)| page.line(format!("{name} is disabled: {reason}")))
 }
 
-/// What was done to a description.
+/// Report on a description.
 #[derive(Serialize)]
 struct ReportView {
     summary: String,
     findings: Vec<FindingView>,
 }
 
-/// One element and what was done with it.
+/// One element and its treatment.
 #[derive(Serialize)]
 pub(super) struct FindingView {
     /// `info`, `warning` or `error`.
@@ -109,9 +109,9 @@ pub(super) struct FindingView {
     /// `used`, `defaulted`, `repaired`, `ignored` or `refused`.
     pub(super) disposition: String,
     pub(super) element: String,
-    /// The mesh file that it is about; null where it is about the description.
+    /// Mesh file that it concerns; null if it concerns the description.
     pub(super) file: Option<String>,
-    /// Null where it does not apply.
+    /// Null if it does not apply.
     pub(super) line: Option<u32>,
     pub(super) message: String,
 }
@@ -134,7 +134,7 @@ impl From<LoadReport> for ReportView {
 #[derive(Serialize)]
 pub(super) struct Loaded {
     robot: RobotView,
-    /// Those that came with it.
+    /// Other robots of the same file.
     others: Vec<RobotView>,
     report: ReportView,
     stamp: Stamp,
@@ -215,9 +215,9 @@ pub(super) struct InfoView {
     stamp: Stamp,
     /// world_from_root.
     pose: PoseView,
-    /// Of the root link's origin, world axes.
+    /// Twist of the root link's origin, world axes.
     twist: TwistView,
-    /// What it touches.
+    /// Its collision filter.
     collision_filter: FilterView,
     #[serde(skip)]
     roll_pitch_yaw: [f64; 3],

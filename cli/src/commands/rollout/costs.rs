@@ -1,4 +1,4 @@
-//! Terms of the cost of a step, of a JSON document.
+//! Terms of the cost of a step, from a JSON document.
 
 use anyhow::{Context as _, bail, ensure};
 use serde::Deserialize;
@@ -9,7 +9,7 @@ use simd_client::proto::{
 
 use crate::text_file::{Object, from_json};
 
-/// A term and what it weighs. It has one of the optional ones.
+/// A term with its weights. It has exactly one of the optional fields.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Cost {
@@ -33,7 +33,7 @@ fn one() -> f64 {
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 struct Joints {
-    /// That of the command where it is left out, as below.
+    /// The command's robot if left out, as below.
     robot: Option<String>,
     joints: Vec<String>,
     targets: Vec<f64>,
@@ -78,7 +78,7 @@ struct Nearness {
     distance: f64,
 }
 
-/// Reads a list of terms, of this robot where they name none.
+/// Reads a list of terms, for this robot if they name none.
 pub(super) fn read(text: &str, robot: &str) -> anyhow::Result<Vec<RolloutCost>> {
     ensure!(!text.trim().is_empty(), "it is empty; it must be a list of terms");
     let all: Vec<Object<Cost>> = from_json(text)?;

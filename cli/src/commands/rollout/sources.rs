@@ -1,5 +1,5 @@
-//! What the fields of a request were written in. The daemon refuses them by the schema's names and by their places in the request;
-//! who wrote them looks for them in a document, or on the command line.
+//! Maps fields of a request to their sources. The daemon names fields by the schema and by their place in the
+//! request. Users look for them in a document, or on the command line.
 
 use std::path::Path;
 
@@ -10,8 +10,8 @@ use simd_client::{
 
 use super::{Rollout, variations};
 
-/// Of the fields of a list, or of a term: how the daemon names one, and how it is called where it was written. What is not here is
-/// called the same.
+/// Names of fields by list or term: the daemon's name, and the name in the source. Other fields have the same
+/// name.
 const NAMES: [(&str, &str, &str); 9] = [
     ("controls", "values", "targets"),
     ("quantities", "names", "joints"),
@@ -24,19 +24,19 @@ const NAMES: [(&str, &str, &str); 9] = [
     ("link_orientation", "target", "orientation"),
 ];
 
-/// The lists of a request, and what each of their entries was written in.
+/// Lists of a request, with the source of each entry.
 #[derive(Debug)]
 pub(super) struct Sources([(&'static str, Vec<Source>); 4]);
 
 #[derive(Debug)]
 struct Source {
-    /// A file and which entry of it, or an option.
+    /// A file with the place in it, or an option.
     name: String,
-    /// Whose names in the table it has.
+    /// Key of its names in the table.
     of: &'static str,
-    /// How many numbers or lists each of the inner lists has, whose numbers the daemon counts through.
+    /// Numbers or lists in each inner list; the daemon counts their numbers consecutively.
     inner: Vec<usize>,
-    /// What the indices of the lists are of.
+    /// Meaning of the lists' indices.
     indices: &'static str,
 }
 
@@ -49,7 +49,7 @@ impl Sources {
             targets("controls", inner, "copy, knot, joint")
         });
         let quantities = request.quantities.iter().map(|_| targets("quantities", Vec::new(), ""));
-        // In the order in which the request has them.
+        // In the order of the request.
         let options = [("--goal", !goal.is_empty()), ("--effort-weight", *effort_weight != 0.0)];
         let options: Vec<&str> =
             options.into_iter().filter(|(_, is_given)| *is_given).map(|(option, _)| option).collect();
@@ -84,7 +84,7 @@ impl Sources {
         ])
     }
 
-    /// The same error; where it names a field of the request, by what was written.
+    /// Renames the field of an error to its source.
     pub(super) fn explain(&self, error: Error) -> Error {
         match error {
             Error::Refused(refusal) => Error::Refused(self.reworded(refusal)),
@@ -103,11 +103,11 @@ impl Sources {
         refusal
     }
 
-    /// What a field of the request was written as; `None` where it stands in no list.
+    /// Returns the source of a field; `None` if it is in no list.
     fn written(&self, field: &str) -> Option<String> {
         let (list, rest) = field.split_once('[')?;
         let (index, path) = rest.split_once("].")?;
-        // The robot that has the targets is an argument, and not in their file: it is called as the usage has it.
+        // The robot of the targets is an argument, and not in their file: the usage has its name.
         if matches!((list, path), ("controls" | "quantities", "robot")) {
             return Some("ROBOT".to_owned());
         }
@@ -119,7 +119,7 @@ impl Sources {
 
 impl Source {
     fn field(&self, path: &str) -> String {
-        // A term is of one kind, and numbers are drawn in one way: the last name says all.
+        // A term has one kind, and numbers are drawn in one way: the last name suffices.
         let name = path.rsplit('.').next().unwrap_or(path);
         let renamed = NAMES.iter().find_map(|(of, theirs, own)| {
             let rest = name.strip_prefix(*theirs).filter(|_| *of == self.of)?;
@@ -128,7 +128,7 @@ impl Source {
         renamed.unwrap_or_else(|| name.to_owned())
     }
 
-    /// An index that counts through all numbers, as the indices of lists in each other.
+    /// Converts a consecutive index to indices of nested lists.
     fn nested(&self, index: &str) -> String {
         let number = index.strip_prefix('[').and_then(|index| index.strip_suffix(']')?.parse::<usize>().ok());
         let Some(mut left) = number.filter(|_| !self.inner.is_empty() && !self.inner.contains(&0)) else {
@@ -143,12 +143,12 @@ impl Source {
     }
 }
 
-/// Of a document: which of its entries.
+/// Returns the place of an entry in a document.
 fn entry(file: Option<&Path>, what: &str, index: usize) -> String {
     format!("{}: {what} {index}", file.unwrap_or(Path::new("")).display())
 }
 
-/// Whose names the fields of a term have.
+/// Returns the key of a term's names.
 fn term(cost: &RolloutCost) -> &'static str {
     match &cost.term {
         Some(Term::LinkPosition(_)) => "link_position",
@@ -171,7 +171,7 @@ mod tests {
     use super::*;
     use crate::args::{Arguments, Command};
 
-    /// Of a rollout with two options of each kind, and documents beside them.
+    /// Returns the sources of a rollout with two options of each kind, and documents beside them.
     fn sources() -> Sources {
         let line = "simctl rollout arm tried.csv --goal elbow=1 --effort-weight 1 --costs costs.json \
                     --vary gains=0..1 --variations varied.json --copies 2";
@@ -266,7 +266,7 @@ mod tests {
             refused("quantities[0].robot", "quantities[0].robot: there is no robot \"leg\" in this world"),
             "ROBOT: there is no robot \"leg\" in this world"
         );
-        // What is not of the request's lists, and what does not begin with its field.
+        // Fields outside of the request's lists, and sentences that do not begin with their field.
         for said in ["steps is 0; it must be at least 1", "a target is NaN"] {
             assert_eq!(refused("steps", said), said);
         }

@@ -1,4 +1,4 @@
-//! Targets of joints, for each copy: of a table with commas, or of a JSON document.
+//! Targets of joints for each copy, from a table with commas or from a JSON document.
 
 use std::path::Path;
 
@@ -10,11 +10,11 @@ use crate::{
     text_file::{Object, from_json},
 };
 
-/// What a document must be, for who wrote another one.
+/// Error with the expected form of a document.
 const DOCUMENT: &str = "must be a JSON object, as {\"joints\": [\"shoulder\", \"elbow\"], \
                         \"targets\": [[[0.1, 0.2], [0.3, 0.4]]]}, with lists of copies, knots and joints";
 
-/// What a file has.
+/// Contents of a file.
 #[derive(Debug, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Tried {
@@ -43,13 +43,13 @@ impl Tried {
         Ok(self)
     }
 
-    /// In this order in one list.
+    /// Returns all numbers in this order in one list.
     pub(super) fn numbers(&self) -> Vec<f64> {
         self.targets.iter().flatten().flatten().copied().collect()
     }
 }
 
-/// What a file of this name says. It is JSON where its name ends so, and where it begins as JSON does; else it is a table.
+/// Reads a file. It is JSON if its name ends so or its text begins as JSON; otherwise it is a table.
 pub(super) fn read(file: &Path, text: &str) -> anyhow::Result<Tried> {
     let is_named_json = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("json"));
     match text.trim_start().chars().next() {
@@ -66,7 +66,7 @@ pub(super) fn read(file: &Path, text: &str) -> anyhow::Result<Tried> {
     }
 }
 
-/// A table with commas.
+/// Parses a table with commas.
 fn table(text: &str) -> anyhow::Result<Tried> {
     let lines = text.lines().enumerate();
     let mut lines = lines.filter(|(_, line)| !line.trim().is_empty());

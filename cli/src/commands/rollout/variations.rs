@@ -1,4 +1,4 @@
-//! What differs from copy to copy: as it is typed, and of a JSON document.
+//! Differences between copies: as arguments, and from a JSON document.
 
 use anyhow::{Context as _, bail, ensure};
 use serde::Deserialize;
@@ -16,7 +16,7 @@ const FORM: &str = "must be OF[:NAME,...]=LOW..HIGH or OF[:NAME,...]=MEAN+-DEVIA
 #[serde(default, deny_unknown_fields)]
 pub(super) struct Variation {
     of: Option<String>,
-    /// That of the command where it is left out.
+    /// The command's robot if left out.
     robot: Option<String>,
     names: Vec<String>,
     /// By copy, then by joint or link.
@@ -24,7 +24,7 @@ pub(super) struct Variation {
     uniform: Option<Object<Uniform>>,
     normal: Option<Object<Normal>>,
     wrench_step: u32,
-    /// Of a wrench one where it is left out.
+    /// For a wrench: one if left out.
     wrench_steps: Option<u32>,
 }
 
@@ -42,7 +42,7 @@ struct Normal {
     deviation: f64,
 }
 
-/// Reads `OF[:NAME,...]=LOW..HIGH` or `OF[:NAME,...]=MEAN+-DEVIATION`.
+/// Parses `OF[:NAME,...]=LOW..HIGH` or `OF[:NAME,...]=MEAN+-DEVIATION`.
 pub(super) fn parse(text: &str) -> Result<Variation, String> {
     let form = || FORM.to_owned();
     let (what, numbers) = text.rsplit_once('=').ok_or_else(form)?;
@@ -75,7 +75,7 @@ pub(super) fn read(text: &str) -> anyhow::Result<Vec<Variation>> {
     Ok(all.into_iter().map(|Object(of)| of).collect())
 }
 
-/// Variations of this robot where they name none.
+/// Makes the requests, for this robot if variations name none.
 pub(super) fn requests(all: Vec<Variation>, robot: &str) -> anyhow::Result<Vec<RolloutVariation>> {
     let request = |(index, of): (usize, Variation)| of.request(robot).with_context(|| place(index));
     all.into_iter().enumerate().map(request).collect()
@@ -112,7 +112,7 @@ impl Variation {
     }
 }
 
-/// All rows, of which each has as many numbers as the first.
+/// Returns all rows, which must have the same length.
 fn flat(rows: &[Vec<f64>]) -> anyhow::Result<Vec<f64>> {
     let width = rows.first().map_or(0, Vec::len);
     if let Some(copy) = rows.iter().position(|row| row.len() != width) {
@@ -122,20 +122,20 @@ fn flat(rows: &[Vec<f64>]) -> anyhow::Result<Vec<f64>> {
     Ok(rows.concat())
 }
 
-/// What is varied, by its word: `link-masses`, or `link_masses` as in the schema.
+/// Parses a varied quantity: `link-masses`, or `link_masses` as in the schema.
 fn varied(word: &str) -> Result<RolloutVaried, String> {
     let on_wire = format!("ROLLOUT_VARIED_{}", word.replace('-', "_").to_ascii_uppercase());
     let known = RolloutVaried::from_str_name(&on_wire).filter(|of| *of != RolloutVaried::Unspecified);
     known.ok_or_else(|| format!("`{word}` is nothing that can vary: {}", words()))
 }
 
-/// All of them, as people type them.
+/// Returns all words for arguments.
 fn words() -> String {
     let known = (1..).map_while(|number| RolloutVaried::try_from(number).ok());
     known.map(word).collect::<Vec<_>>().join(", ")
 }
 
-/// As people type it.
+/// Returns its word for arguments.
 pub(super) fn word(of: RolloutVaried) -> String {
     of.as_str_name().trim_start_matches("ROLLOUT_VARIED_").replace('_', "-").to_ascii_lowercase()
 }

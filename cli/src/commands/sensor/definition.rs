@@ -1,4 +1,4 @@
-//! What sensors are: as they are typed, and as they are shown.
+//! Sensors as arguments, and their output.
 
 use anyhow::bail;
 use clap::ValueEnum;
@@ -24,19 +24,19 @@ use crate::{
 pub(crate) enum Kind {
     /// Specific force, angular velocity and orientation
     Imu,
-    /// Force and torque that a joint carries, also a fixed one
+    /// Force and torque that a joint carries, including fixed ones
     ForceTorque,
-    /// What touches a link, and how hard
+    /// Contacts of a link, with their forces
     Contact,
     /// One ray along x
     Range,
     /// Many rays
     Lidar,
-    /// Where a link is and how it moves
+    /// Pose and twist of a link
     LinkState,
     /// Position and velocity of a joint
     Encoder,
-    /// Where a link is against where it began
+    /// Pose of a link relative to its start
     Odometry,
     /// Pictures along x, which a renderer draws
     Camera,
@@ -52,7 +52,7 @@ impl Kind {
     }
 }
 
-/// What only some kinds have.
+/// Options of only some kinds.
 pub(super) struct Shape {
     pub(super) range: Option<[f64; 2]>,
     pub(super) horizontal: Option<Sweep>,
@@ -66,7 +66,7 @@ pub(super) struct Shape {
 }
 
 impl Shape {
-    /// Of a kind; what the kind has not is refused, and so is what it lacks.
+    /// Makes the kind; refuses options that it does not use, and missing ones.
     pub(super) fn of(self, kind: Kind) -> anyhow::Result<sensor::Kind> {
         let Self { range, horizontal, vertical, rolling, axes, direction, threshold, backlash, lens } = self;
         let has_rays = matches!(kind, Kind::Range | Kind::Lidar);
@@ -117,7 +117,7 @@ impl Shape {
     }
 }
 
-/// Reads `MIN,MAX`.
+/// Parses `MIN,MAX`.
 pub(super) fn limits(text: &str) -> Result<[f64; 2], String> {
     match numbers(text, Motion::Slides)?.as_slice() {
         &[min, max] => Ok([min, max]),
@@ -125,7 +125,7 @@ pub(super) fn limits(text: &str) -> Result<[f64; 2], String> {
     }
 }
 
-/// Reads `SAMPLES,MIN,MAX`.
+/// Parses `SAMPLES,MIN,MAX`.
 pub(super) fn sweep(text: &str) -> Result<Sweep, String> {
     let (samples, angles) = text.split_once(',').ok_or_else(|| "must be SAMPLES,MIN,MAX".to_owned())?;
     let samples = samples.parse().map_err(|_| format!("`{samples}` is no number of samples"))?;
@@ -135,12 +135,12 @@ pub(super) fn sweep(text: &str) -> Result<Sweep, String> {
     }
 }
 
-/// Reads an angle or a length: what its joint has is not known here.
+/// Parses an angle or a length: the type of the joint is unknown here.
 pub(super) fn backlash(text: &str) -> Result<f64, String> {
     quantity::parse(text, quantity::Kind::Position).map(|of| of.value)
 }
 
-/// Lengths or angles between commas, alone or with units.
+/// Parses lengths or angles between commas, with or without units.
 fn numbers(text: &str, wanted: Motion) -> Result<Vec<f64>, String> {
     let read = |part| match quantity::parse(part, quantity::Kind::Position)? {
         of if of.motion.is_some_and(|motion| motion != wanted) => Err(format!("`{part}` has the wrong unit")),
@@ -149,12 +149,12 @@ fn numbers(text: &str, wanted: Motion) -> Result<Vec<f64>, String> {
     text.split(',').map(read).collect()
 }
 
-/// A sensor; null where it has none of it.
+/// A sensor; null for values that its kind does not have.
 #[derive(Serialize)]
 pub(super) struct SensorView {
     robot: String,
     name: String,
-    /// As `sensor add` has it.
+    /// As in `sensor add`.
     kind: &'static str,
     /// Null for sensors of a joint.
     link: Option<String>,
@@ -164,27 +164,27 @@ pub(super) struct SensorView {
     rate: Option<f64>,
     seed: u64,
     noise: Vec<NoiseView>,
-    /// Metres, of range finders and lidars.
+    /// Range finders and lidars: metres.
     range: Option<[f64; 2]>,
     horizontal: Option<SweepView>,
     vertical: Option<SweepView>,
-    /// Of lidars: each column is of its own time.
+    /// Lidars: each column has its own time.
     rolling: Option<bool>,
-    /// Of encoders: rad or m.
+    /// Encoders: rad or m.
     backlash: Option<f64>,
-    /// Of contact sensors: N.
+    /// Contact sensors: N.
     threshold: Option<f64>,
-    /// Of force-torque sensors, as `sensor add` has them.
+    /// Force-torque sensors, as in `sensor add`.
     axes: Option<&'static str>,
-    /// The same: it measures what the parent does to the child.
+    /// Force-torque sensors: measures the force of the parent on the child.
     on_child: Option<bool>,
-    /// Of cameras.
+    /// Present for cameras.
     camera: Option<LensView>,
-    /// It came with the robot's description.
+    /// Whether it came with the robot's description.
     described: bool,
-    /// Of its newest reading; before its first the number that its own are larger than.
+    /// Sequence of its newest reading. Before the first reading, a number below all of its sequences.
     last_sequence: u64,
-    /// Null where it has readings.
+    /// Null if it has readings.
     unavailable: Option<String>,
 }
 
@@ -298,7 +298,7 @@ impl SensorView {
     }
 }
 
-/// A row for each.
+/// Returns a table with a row for each.
 pub(super) fn list(views: &[SensorView]) -> Page {
     let columns = vec![
         Column::left("ROBOT"),

@@ -1,4 +1,4 @@
-//! What only cameras have, as it is typed.
+//! Options of cameras.
 
 use clap::{Args, ValueEnum};
 use serde::Serialize;
@@ -7,23 +7,23 @@ use simd_client::proto::{CameraSensor, Picture};
 use super::definition::limits;
 use crate::quantity::{self, Motion};
 
-/// Of a camera of which nothing is said: pixels, rad and metres.
+/// Defaults of a camera: pixels, rad and metres.
 const SIZE: [u32; 2] = [640, 480];
 const FIELD_OF_VIEW: f64 = std::f64::consts::FRAC_PI_3;
 const CLIP: [f64; 2] = [0.05, 100.0];
 
 #[derive(Args, Clone, Debug, Default)]
 pub(crate) struct Lens {
-    /// Of a camera: pixels; 640x480 if left out
+    /// For a camera: pixels; 640x480 if left out
     #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = size)]
     size: Option<[u32; 2]>,
-    /// Of a camera: its horizontal field of view; 60deg if left out
+    /// For a camera: horizontal field of view; 60deg if left out
     #[arg(long, value_name = "ANGLE", value_parser = angle)]
     field_of_view: Option<f64>,
-    /// Of a camera: what is nearer or farther is not seen; 0.05,100 if left out
+    /// For a camera: nearest and farthest visible distance; 0.05,100 if left out
     #[arg(long, value_name = "NEAR,FAR", value_parser = limits)]
     clip: Option<[f64; 2]>,
-    /// Of a camera: what it makes pictures of; color if left out
+    /// For a camera: planes of its pictures; color if left out
     #[arg(long, value_enum)]
     picture: Option<Pictures>,
 }
@@ -36,12 +36,12 @@ pub(crate) enum Pictures {
     Depth,
     /// Both
     ColorAndDepth,
-    /// Which link is seen
+    /// Visible link
     Segmentation,
 }
 
 impl Lens {
-    /// The first of its options that was given.
+    /// Returns the first of its options that was given.
     pub(super) fn given(&self) -> Option<&'static str> {
         let Self { size, field_of_view, clip, picture } = self;
         [
@@ -54,7 +54,7 @@ impl Lens {
         .find_map(|(option, is_given)| is_given.then_some(option))
     }
 
-    /// The camera that it is of.
+    /// Makes the camera.
     pub(super) fn camera(&self) -> CameraSensor {
         let [width, height] = self.size.unwrap_or(SIZE);
         let [near, far] = self.clip.unwrap_or(CLIP);
@@ -69,15 +69,15 @@ impl Lens {
     }
 }
 
-/// A camera as it is listed.
+/// A camera in the list.
 #[derive(Serialize)]
 pub(super) struct LensView {
-    /// As `sensor add` has it.
+    /// As in `sensor add`.
     picture: &'static str,
     /// Pixels.
     width: u32,
     height: u32,
-    /// From left to right, rad.
+    /// Horizontal, rad.
     field_of_view: f64,
     /// Metres.
     clip: [f64; 2],

@@ -1,11 +1,11 @@
-//! Noise as it is typed: `linear-acceleration.z:deviation=0.02,bias=0.1`.
+//! Noise as an argument: `linear-acceleration.z:deviation=0.02,bias=0.1`.
 
 use simd_client::proto::{SensorChannel, SensorNoise};
 
-/// What may stand before an equals sign.
+/// Words before an equals sign.
 const WORDS: &str = "deviation, bias, bias-deviation, walk, correlation-time, quantum or dropout";
 
-/// Reads `CHANNEL[.AXIS]:WHAT=VALUE,...`.
+/// Parses `CHANNEL[.AXIS]:WHAT=VALUE,...`.
 pub(super) fn parse(text: &str) -> Result<SensorNoise, String> {
     let (channel, values) =
         text.split_once(':').ok_or_else(|| "must be CHANNEL[.AXIS]:WHAT=VALUE,...".to_owned())?;
@@ -42,13 +42,13 @@ pub(super) fn parse(text: &str) -> Result<SensorNoise, String> {
     Ok(noise)
 }
 
-/// As people type them.
+/// Lists the words of channels.
 fn channels() -> String {
     let known = (1..).map_while(|number| SensorChannel::try_from(number).ok()).map(word);
     known.collect::<Vec<_>>().join(", ")
 }
 
-/// A channel as it is typed.
+/// Returns the word of a channel.
 pub(super) fn word(channel: SensorChannel) -> String {
     channel.as_str_name().trim_start_matches("SENSOR_CHANNEL_").replace('_', "-").to_ascii_lowercase()
 }

@@ -1,4 +1,4 @@
-//! What sensors measured, as it is shown.
+//! Output of sensor readings.
 
 use serde::{Serialize, Serializer};
 use simd_client::proto::{Pose, Quaternion, SensorReading, Twist, Vector3, sensor_reading::Measurement};
@@ -15,16 +15,16 @@ use crate::output::{
 pub(super) struct ReadingView {
     robot: String,
     sensor: String,
-    /// Of the sensor's readings, without holes but for those that are gone.
+    /// Number of the reading, without gaps except for lost ones.
     sequence: u64,
-    /// Of the sensor's samples, from 1.
+    /// Number of the sample, from 1.
     sample: u64,
-    /// Null where the daemon does not say.
+    /// Null if the daemon does not send it.
     stamp: Option<Stamp>,
     measurement: MeasurementView,
 }
 
-/// SI units; axes as the schema has them.
+/// SI units; axes as in the schema.
 #[derive(Serialize)]
 #[serde(rename_all = "snake_case")]
 enum MeasurementView {
@@ -47,7 +47,7 @@ enum MeasurementView {
     Range {
         range: Distance,
     },
-    /// Row by row, with so many in each.
+    /// Row by row, with `columns` values in each.
     Lidar {
         ranges: Vec<Distance>,
         columns: u32,
@@ -66,7 +66,7 @@ enum MeasurementView {
         linear: [f64; 3],
         angular: [f64; 3],
     },
-    /// Of a newer daemon.
+    /// A kind of a newer daemon.
     Unknown {},
 }
 
@@ -178,7 +178,7 @@ impl MeasurementView {
         }
     }
 
-    /// On one line, with units.
+    /// Returns it on one line, with units.
     fn in_short(&self) -> String {
         match self {
             Self::Imu { linear_acceleration, angular_velocity, orientation: _ } => {
@@ -220,7 +220,7 @@ impl MeasurementView {
     }
 }
 
-/// A row for each.
+/// Returns a table with a row for each.
 pub(super) fn list_readings(views: &[ReadingView]) -> Page {
     let columns = vec![
         Column::left("ROBOT"),

@@ -1,10 +1,10 @@
-//! What keys do: which world and which robot are chosen, how they are sorted, and whether a world is to play.
+//! Actions of keys: the chosen world and robot, their order, and play or pause.
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
 use super::world::{Link, RobotRow, World};
 
-/// Where arrows go.
+/// Table that arrow keys apply to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Focus {
     #[default]
@@ -12,7 +12,7 @@ pub(super) enum Focus {
     Robots,
 }
 
-/// By what worlds are sorted.
+/// Order of worlds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum WorldOrder {
     #[default]
@@ -26,7 +26,7 @@ pub(super) enum WorldOrder {
     Calls,
 }
 
-/// By what robots are sorted.
+/// Order of robots.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum RobotOrder {
     #[default]
@@ -34,11 +34,11 @@ pub(super) enum RobotOrder {
     Name,
     /// The most first.
     Joints,
-    /// Those that are claimed first, by holder.
+    /// Claimed ones first, by holder.
     Claim,
 }
 
-/// What is to be done with a world, once it is confirmed.
+/// An action on a world that awaits confirmation.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Question {
     pub(super) endpoint: String,
@@ -46,7 +46,7 @@ pub(super) struct Question {
     pub(super) play: bool,
 }
 
-/// What a key asks of others.
+/// Effect of a key.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Effect {
     Nothing,
@@ -54,7 +54,7 @@ pub(super) enum Effect {
     Do(Question),
 }
 
-/// What the screen remembers between two pictures.
+/// State of the screen between two pictures.
 #[derive(Debug, Default)]
 pub(super) struct App {
     pub(super) focus: Focus,
@@ -65,12 +65,12 @@ pub(super) struct App {
     /// By its name.
     robot: Option<String>,
     pub(super) question: Option<Question>,
-    /// How the last thing that was done ended.
+    /// Result of the last action.
     pub(super) message: Option<String>,
 }
 
 impl App {
-    /// In the order of the screen.
+    /// Sorts the worlds in the order of the screen.
     pub(super) fn sort(&self, worlds: &mut [World]) {
         let descending = |a: Option<f64>, b: Option<f64>| b.unwrap_or(-1.0).total_cmp(&a.unwrap_or(-1.0));
         match self.world_order {
@@ -97,17 +97,17 @@ impl App {
         }
     }
 
-    /// The row of the chosen world: the first where none is chosen, or where it is gone.
+    /// Returns the row of the chosen world; the first if none is chosen, or if it is gone.
     pub(super) fn world_row(&self, worlds: &[World]) -> Option<usize> {
         row(worlds, |world| Some(&world.endpoint) == self.chosen.as_ref())
     }
 
-    /// The chosen one.
+    /// Returns the chosen world.
     pub(super) fn world<'a>(&self, worlds: &'a [World]) -> Option<&'a World> {
         worlds.get(self.world_row(worlds)?)
     }
 
-    /// The same for robots of the chosen world.
+    /// Likewise for robots of the chosen world.
     pub(super) fn robot_row(&self, world: &World) -> Option<usize> {
         row(&world.robots, |robot| Some(&robot.name) == self.robot.as_ref())
     }

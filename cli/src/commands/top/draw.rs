@@ -1,4 +1,5 @@
-//! The picture of `simctl top`. Names and errors are from others: what a terminal would obey is written out.
+//! The picture of `simctl top`. Names and errors are untrusted: characters that control a terminal are
+//! escaped.
 
 #[cfg(test)]
 mod tests;
@@ -18,13 +19,13 @@ use super::{
 };
 
 const KEYS: &str = "q end  up/down choose  tab robots  s sort  p pause/play";
-/// A screen that is lower has the worlds alone.
+/// Minimum height of a screen with details; below it, only worlds are shown.
 const MIN_WITH_DETAILS: u16 = 9;
-/// A screen that is narrower has no clients beside its robots.
+/// Minimum width of a screen with clients beside its robots.
 const MIN_WITH_CLIENTS: u16 = 100;
 const CLIENTS_WIDTH: u16 = 48;
 
-/// Draws all of it, on a screen of any size.
+/// Draws everything, on a screen of any size.
 pub(super) fn draw(frame: &mut Frame<'_>, app: &App, worlds: &[World], colour: bool) {
     let paint = Paint { colour };
     let mut area = frame.area();
@@ -58,7 +59,7 @@ pub(super) fn draw(frame: &mut Frame<'_>, app: &App, worlds: &[World], colour: b
     robots(frame, left, app, world, paint);
 }
 
-/// Takes rows off the top of what is left.
+/// Takes rows off the top of the remaining area.
 fn top_of(area: &mut Rect, rows: u16) -> Rect {
     let rows = rows.min(area.height);
     let top = Rect { height: rows, ..*area };
@@ -66,7 +67,7 @@ fn top_of(area: &mut Rect, rows: u16) -> Rect {
     top
 }
 
-/// What stands out, with colour and without.
+/// Styles of highlights, with and without colour.
 #[derive(Clone, Copy)]
 struct Paint {
     colour: bool,
@@ -115,7 +116,7 @@ fn status(frame: &mut Frame<'_>, area: Rect, app: &App, worlds: &[World], paint:
     let line = match (&app.question, app.message.as_deref().or(error)) {
         (Some(question), _) => {
             let verb = if question.play { "play" } else { "pause" };
-            // The question is there whole on a narrow screen, the name perhaps not.
+            // On a narrow screen the question is shown completely, the name perhaps not.
             Line::styled(format!("{verb}? y/n: {}", printable(&question.label)), paint.heading())
         }
         (None, Some(message)) => Line::styled(printable(message).into_owned(), paint.tinted(Color::Red)),
@@ -139,7 +140,7 @@ fn worlds(frame: &mut Frame<'_>, area: Rect, app: &App, worlds: &[World], paint:
     frame.render_stateful_widget(table, area, &mut state);
 }
 
-/// On a narrow screen the name of a world leaves room for its state.
+/// Returns the width of a column: on a narrow screen, the name of a world leaves room for its state.
 fn width_of(column: &WorldColumn, screen: u16) -> u16 {
     match column.rank {
         0 => screen.saturating_sub(11).clamp(1, column.width),
@@ -147,7 +148,7 @@ fn width_of(column: &WorldColumn, screen: u16) -> u16 {
     }
 }
 
-/// The columns that there is room for, with one cell between two. The first is always there.
+/// Returns the columns that fit, with one cell between two. The first is always included.
 fn fitting(width: u16) -> Vec<&'static WorldColumn> {
     let mut ranked: Vec<&WorldColumn> = COLUMNS.iter().collect();
     ranked.sort_by_key(|column| column.rank);
@@ -190,6 +191,6 @@ fn table(
 
 fn cell(text: &str, is_right: bool) -> Text<'static> {
     let alignment = if is_right { Alignment::Right } else { Alignment::Left };
-    // Several lines would be cut to the first one: a line break is written out, too.
+    // Several lines would be cut to the first one, so a line break is escaped too.
     Text::raw(printable(text).into_owned()).alignment(alignment)
 }

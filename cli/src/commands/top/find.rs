@@ -1,4 +1,4 @@
-//! Which daemons `simctl top` looks at: those that are given, or those that can be found.
+//! Daemons for `simctl top`: the given ones, or those that can be found.
 
 use std::time::Duration;
 
@@ -12,10 +12,10 @@ use crate::{
     credentials::connect_options,
 };
 
-/// How often a network is looked at for new daemons.
+/// Interval between searches of a network for new daemons.
 const LOOK: Duration = Duration::from_secs(2);
 
-/// Begins to watch them. The future is over once each network was looked at for the first time.
+/// Begins to watch them. The future ends once each network was searched for the first time.
 pub(super) fn find(
     endpoints: &[String],
     options: &Options,
@@ -25,7 +25,7 @@ pub(super) fn find(
     let connect = connect_options(options, &choice)?;
     let mut searches = Vec::new();
     let mut add = |endpoint: &str, connect: &ConnectOptions, is_default: bool| {
-        // With a name it is one daemon; `#` and settings of Zenoh's own are not of a name.
+        // With a name it is one daemon; a name has no `#` and no Zenoh settings.
         let is_network =
             is_zenoh(endpoint) && endpoint.rsplit_once('#').is_none_or(|(_, of)| of.contains('='));
         if is_network {
@@ -38,7 +38,7 @@ pub(super) fn find(
         }
     };
     if !endpoints.is_empty() {
-        // The token of a context is for its own daemon.
+        // The token of a context is only for its own daemon.
         let said = Choice { token: None, tls_authorities: None, ..choice };
         let connect = connect_options(options, &said)?;
         endpoints.iter().for_each(|endpoint| add(endpoint, &connect, false));
@@ -63,13 +63,13 @@ pub(super) fn find(
     }
     Ok(async move {
         for first in searches {
-            // One that ended has nothing more to say.
+            // A search that has ended needs no wait.
             let _ = first.await;
         }
     })
 }
 
-/// Looks for daemons on a network, over and over.
+/// Searches a network for daemons repeatedly.
 async fn search(
     board: Board,
     locator: String,
@@ -100,7 +100,7 @@ async fn search(
                 }
             }
             Err(error) if !is_default => board.add_lost(&locator, &error.to_string()),
-            // No option says that there is a network.
+            // No option asked for a network, so a failure is ignored.
             Err(_) => {}
         }
         if let Some(looked) = looked.take() {

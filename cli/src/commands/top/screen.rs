@@ -1,4 +1,4 @@
-//! The terminal of `simctl top`: draws when something has changed, and hears keys.
+//! The terminal of `simctl top`: draws after changes, and reads keys.
 
 use std::{io, thread, time::Duration};
 
@@ -16,12 +16,12 @@ use super::{
     world::World,
 };
 
-/// How often it checks whether the reader of keys has ended.
+/// Interval of the checks whether the reader of keys has ended.
 const LOOK: Duration = Duration::from_millis(100);
-/// Keys that wait; more are not read from the terminal.
+/// Maximum number of waiting keys; further ones stay in the terminal.
 const WAITING: usize = 64;
 
-/// Until `q`, Ctrl-C, SIGTERM, or the end of the terminal. The terminal is left as it was found.
+/// Runs until `q`, Ctrl-C, SIGTERM, or the end of the terminal. Restores the terminal.
 pub(super) async fn run(board: &Board, claim: &str, colour: bool) -> anyhow::Result<()> {
     let mut terminal = ratatui::try_init()?;
     let shown = show(&mut terminal, board, claim, colour).await;
@@ -64,7 +64,7 @@ async fn show(
     }
 }
 
-/// Whether it goes on.
+/// Handles an event; returns whether to continue.
 fn hear(
     event: &Event,
     app: &mut App,
@@ -73,7 +73,7 @@ fn hear(
     claim: &str,
     done: &mpsc::Sender<String>,
 ) -> bool {
-    // A new size is drawn as all else is.
+    // A new size is drawn like all changes.
     let Event::Key(key) = event else { return true };
     match app.key(*key, worlds) {
         Effect::Nothing => {}
@@ -104,7 +104,7 @@ async fn change(client: &Client, question: &Question) -> Result<(), Error> {
     }
 }
 
-/// What is typed, and new sizes, read on a thread of its own: reading waits.
+/// Reads keys and new sizes on a separate thread, since reading blocks.
 fn keys() -> mpsc::Receiver<io::Result<Event>> {
     let (send, heard) = mpsc::channel(WAITING);
     thread::spawn(move || {
@@ -124,7 +124,7 @@ fn keys() -> mpsc::Receiver<io::Result<Event>> {
     heard
 }
 
-/// The signals that end programs: the terminal must not stay as `top` needs it.
+/// Waits for signals that end programs: the terminal must be restored.
 async fn end() {
     #[cfg(unix)]
     {

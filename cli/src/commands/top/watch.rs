@@ -1,4 +1,4 @@
-//! Asks daemons, each by a task of its own, so that one that hangs delays no other.
+//! Polls daemons, each in a separate task, so that one that hangs delays no other.
 
 use std::{
     sync::{Arc, Mutex, MutexGuard, PoisonError},
@@ -13,40 +13,40 @@ use tokio::{
 
 use super::world::{Answer, Link, World};
 
-/// Worlds that are shown.
+/// Maximum number of shown worlds.
 pub(super) const MAX_WORLDS: usize = 64;
 
-/// The way to a daemon.
+/// Connection to a daemon.
 #[derive(Clone, Debug)]
 pub(super) enum Place {
     Endpoint(String, ConnectOptions),
-    /// Of the daemon of this name.
+    /// The daemon of this name.
     Network(Network, String),
 }
 
-/// All worlds. Clones are the same.
+/// All worlds. Clones share them.
 #[derive(Clone, Debug)]
 pub(super) struct Board(Arc<Shared>);
 
 #[derive(Debug)]
 struct Shared {
-    /// Between two looks.
+    /// Interval between two polls.
     period: Duration,
-    /// For all that is asked in one look.
+    /// Timeout of all calls in one poll.
     time_limit: Duration,
-    /// Robots and clients of all worlds are asked for, and not of the chosen one alone.
+    /// Whether robots and clients of all worlds are polled, and not only of the chosen one.
     is_thorough: bool,
     state: Mutex<State>,
-    /// Something is to be drawn.
+    /// Notifies that the picture changed.
     changed: Notify,
-    /// Something is to be asked before its time.
+    /// Notifies that a poll should happen early.
     hurry: Notify,
 }
 
 #[derive(Debug, Default)]
 struct State {
     seen: Vec<Seen>,
-    /// The endpoint of the world whose robots and clients are shown.
+    /// Endpoint of the world whose robots and clients are shown.
     chosen: Option<String>,
 }
 
@@ -55,7 +55,7 @@ struct Seen {
     world: World,
     client: Option<Client>,
     looks: u64,
-    /// At the place where daemons are by default, and not asked for.
+    /// Whether it is a default place that was not requested.
     is_default: bool,
 }
 
@@ -65,7 +65,7 @@ impl Board {
         Self(Arc::new(Shared { period, time_limit, is_thorough, state, changed, hurry }))
     }
 
-    /// Watches one more daemon; nothing where it is watched already, or where there are too many.
+    /// Watches one more daemon, unless it is already watched or the maximum is reached.
     pub(super) fn add(&self, endpoint: &str, place: Place, is_default: bool) {
         let mut state = self.lock();
         let is_known = state.seen.iter().any(|seen| seen.world.endpoint == endpoint);
@@ -79,7 +79,7 @@ impl Board {
         tokio::spawn(self.clone().watch(endpoint.to_owned(), place));
     }
 
-    /// A place where no daemon can be asked yet.
+    /// Adds a place where no daemon can be polled yet.
     pub(super) fn add_lost(&self, endpoint: &str, error: &str) {
         let mut state = self.lock();
         if let Some(seen) = state.seen.iter_mut().find(|seen| seen.world.endpoint == endpoint) {
@@ -93,12 +93,12 @@ impl Board {
         self.0.changed.notify_one();
     }
 
-    /// That place is one of daemons after all.
+    /// Removes that place, since it has daemons after all.
     pub(super) fn remove(&self, endpoint: &str) {
         self.lock().seen.retain(|seen| seen.world.endpoint != endpoint);
     }
 
-    /// Whose robots and clients are asked for, at once.
+    /// Chooses the world whose robots and clients are polled, at once.
     pub(super) fn choose(&self, endpoint: Option<&str>) {
         let mut state = self.lock();
         if state.chosen.as_deref() != endpoint {
@@ -108,8 +108,8 @@ impl Board {
         }
     }
 
-    /// As they are now. Places where daemons are by default are not shown before one answers there, nor where it is one of
-    /// this machine that is shown already: it is reached in two ways.
+    /// Returns the worlds as they are now. Default places are hidden until a daemon answers there. They are
+    /// also hidden if it is a daemon of this machine that is already shown through another address.
     pub(super) fn worlds(&self) -> Vec<World> {
         let state = self.lock();
         let is_shown = |(at, seen): &(usize, &Seen)| {
@@ -121,7 +121,7 @@ impl Board {
         state.seen.iter().enumerate().filter(is_shown).map(|(_, seen)| seen.world.clone()).collect()
     }
 
-    /// The connection to a daemon that answers.
+    /// Returns the connection to a daemon that answers.
     pub(super) fn client(&self, endpoint: &str) -> Option<Client> {
         let state = self.lock();
         state.seen.iter().find(|seen| seen.world.endpoint == endpoint)?.client.clone()
@@ -132,12 +132,12 @@ impl Board {
         self.0.changed.notified().await;
     }
 
-    /// Asks at once what is due later.
+    /// Polls at once.
     pub(super) fn hurry(&self) {
         self.0.hurry.notify_waiters();
     }
 
-    /// Returns once all places were searched, and each daemon was asked twice, so that there are rates.
+    /// Returns once all places were searched, and each daemon was polled twice, so that there are rates.
     pub(super) async fn looked_twice(&self, found: impl Future<Output = ()>) {
         found.await;
         loop {
@@ -165,7 +165,7 @@ impl Board {
                 Err(_) => Err(Error::TimedOut { endpoint: endpoint.clone(), after: time_limit }),
             };
             if seen.is_err() {
-                // The next look begins anew: a connection may be the one of a daemon that is no more.
+                // The next poll reconnects: the connection may belong to a daemon that has ended.
                 client = None;
             }
             let mut state = self.lock();
@@ -195,7 +195,7 @@ fn is_loopback(endpoint: &str) -> bool {
     ["127.0.0.1", "localhost", "[::1]"].iter().any(|name| endpoint.contains(name))
 }
 
-/// Name and version, where the connection is new, and what is of the moment.
+/// Polls a daemon; for a new connection, also its name and version.
 async fn look(
     known: &mut Option<Client>,
     place: &Place,

@@ -1,4 +1,4 @@
-//! What is known of one world, and the rates between two answers of its daemon.
+//! State of one world, and the rates between two answers of its daemon.
 
 #[cfg(test)]
 pub(super) mod tests;
@@ -15,30 +15,30 @@ use crate::output::{
     number::{ABSENT, fixed, optional},
 };
 
-/// Robots, and clients, that are kept of a world; a larger daemon has its own limits.
+/// Maximum number of robots, and of clients, that are kept for a world; a larger daemon has its own limits.
 const KEPT: usize = 10_000;
 
 /// Whether a daemon answers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum Link {
-    /// Not asked yet.
+    /// Not polled yet.
     #[default]
     Connecting,
     /// It answered.
     Here,
-    /// It did not answer the last question.
+    /// It did not answer the last poll.
     Lost,
 }
 
-/// One world, as `-o json` has it. What is not known is null.
+/// One world, as in `-o json`. Unknown values are null.
 #[derive(Clone, Debug, Default, Serialize)]
 pub(super) struct World {
     pub(super) endpoint: String,
     pub(super) name: Option<String>,
     pub(super) version: Option<String>,
     pub(super) link: Link,
-    /// Why it is lost.
+    /// Reason why it is lost.
     pub(super) error: Option<String>,
     /// `playing`, `paused` or `stopped`.
     pub(super) state: Option<String>,
@@ -48,11 +48,11 @@ pub(super) struct World {
     target_real_time_factor: Option<f64>,
     pub(super) real_time_factor: Option<f64>,
     steps_per_second: Option<f64>,
-    /// Wall seconds, mean of the steps since the last look.
+    /// Wall seconds, mean of the steps since the last poll.
     pub(super) step_duration: Option<f64>,
-    /// Wall seconds that 99 of 100 of these steps did not take longer than.
+    /// Wall seconds, 99th percentile of these steps.
     step_duration_p99: Option<f64>,
-    /// Wall seconds after its time that a step began, mean since the last look.
+    /// Wall seconds from the due time of a step to its beginning, mean since the last poll.
     step_lateness: Option<f64>,
     step_lateness_p99: Option<f64>,
     overruns: Option<u64>,
@@ -69,7 +69,7 @@ pub(super) struct World {
     open_files: Option<u32>,
     /// Wall seconds.
     round_trip: Option<f64>,
-    /// Who holds a claim on the world.
+    /// Holder of a claim on the world.
     claimed_by: Option<String>,
     pub(super) robots: Vec<RobotRow>,
     pub(super) clients: Vec<ClientRow>,
@@ -77,14 +77,14 @@ pub(super) struct World {
     last: Option<(Instant, WorldStatistics, Option<DaemonStatistics>)>,
 }
 
-/// What a daemon answered at one time.
+/// Answer of a daemon at one time.
 #[derive(Clone, Debug)]
 pub(super) struct Answer {
     pub(super) at: Instant,
     pub(super) round_trip: Duration,
     pub(super) statistics: WorldStatistics,
     pub(super) daemon: Option<DaemonStatistics>,
-    /// Robots and clients, where they were asked for.
+    /// Robots and clients, if requested.
     pub(super) details: Option<(Vec<EntityInfo>, ListClientsResponse)>,
 }
 
@@ -97,7 +97,7 @@ pub(super) struct RobotRow {
     /// Kilograms.
     pub(super) mass: f64,
     pub(super) claimed_by: Option<String>,
-    /// Why it is out of the simulation.
+    /// Reason why it is disabled.
     disabled_reason: Option<String>,
 }
 
@@ -108,7 +108,7 @@ pub(super) struct ClientRow {
     transport: String,
     /// Wall seconds since its last call.
     idle: f64,
-    /// Joints whose last target is from it.
+    /// Number of joints whose last target is from it.
     targets: usize,
     is_caller: bool,
 }
@@ -118,12 +118,12 @@ impl World {
         Self { endpoint, ..Self::default() }
     }
 
-    /// Its name, or where it would be.
+    /// Returns its name, or its endpoint.
     pub(super) fn label(&self) -> &str {
         self.name.as_deref().unwrap_or(&self.endpoint)
     }
 
-    /// What its daemon answered.
+    /// Records an answer of its daemon.
     pub(super) fn answered(&mut self, answer: Answer) {
         let Answer { at, round_trip, statistics, daemon, details } = answer;
         (self.link, self.error) = (Link::Here, None);
@@ -136,7 +136,7 @@ impl World {
         self.mailbox_refusals = Some(statistics.mailbox_refusals);
         self.claimed_by = Some(statistics.claimed_by.clone()).filter(|holder| !holder.is_empty());
         self.round_trip = Some(round_trip.as_secs_f64());
-        // A daemon that was started anew counts anew: its rates come with the next answer.
+        // A restarted daemon restarts its counts: rates come with the next answer.
         let before = self.last.take().filter(|(_, world, before)| {
             let calls = |of: &Option<DaemonStatistics>| of.as_ref().map(|of| of.calls);
             world.iterations <= statistics.iterations && calls(before) <= calls(&daemon)
@@ -155,7 +155,7 @@ impl World {
         let durations = between(|of| of.step_duration.as_ref());
         let mean = durations.as_ref().map(Between::mean);
         self.step_duration_p99 = durations.as_ref().map(|of| of.quantile(0.99));
-        // A step that goes on for long is in no histogram yet.
+        // A long step that still runs is in no histogram yet.
         let is_stuck = mean.is_none_or(|mean| statistics.step_duration > 10.0 * mean);
         self.step_duration = if is_stuck { Some(statistics.step_duration) } else { mean };
         let lateness = between(|of| of.step_lateness.as_ref());
@@ -182,7 +182,7 @@ impl World {
         }
     }
 
-    /// It did not answer. What was known of it stays, but for what is of the moment.
+    /// Records a missing answer. Known values stay, except the momentary ones.
     pub(super) fn lost(&mut self, error: String) {
         let known = std::mem::replace(self, Self::new(String::new()));
         *self = Self {
@@ -211,7 +211,7 @@ impl From<EntityInfo> for RobotRow {
 }
 
 impl RobotRow {
-    /// Whether its cells are on the right.
+    /// Headings, and whether their cells are right-aligned.
     pub(super) const HEADINGS: [(&str, bool); 6] = [
         ("ROBOT", false),
         ("LINKS", true),
@@ -248,9 +248,9 @@ impl ClientRow {
 pub(super) struct WorldColumn {
     pub(super) heading: &'static str,
     pub(super) is_right: bool,
-    /// Cells on a screen are no wider.
+    /// Maximum width of its cells on a screen.
     pub(super) width: u16,
-    /// Of columns that a narrow screen has no room for, those with the highest go first.
+    /// On a narrow screen, columns with the highest rank are left out first.
     pub(super) rank: u8,
     pub(super) cell: fn(&World) -> String,
 }
@@ -300,7 +300,7 @@ fn milliseconds(seconds: Option<f64>) -> String {
     optional(seconds.map(|seconds| seconds * 1e3), 3)
 }
 
-/// The bound of a bucket.
+/// Formats the upper bound of a bucket.
 fn milliseconds_at_most(seconds: Option<f64>) -> String {
     match seconds {
         None => ABSENT.to_owned(),
@@ -309,7 +309,7 @@ fn milliseconds_at_most(seconds: Option<f64>) -> String {
     }
 }
 
-/// Durations that came between two answers.
+/// Durations between two answers.
 struct Between<'a> {
     upper_bounds: &'a [f64],
     counts: Vec<u64>,
@@ -317,7 +317,7 @@ struct Between<'a> {
 }
 
 impl<'a> Between<'a> {
-    /// None where none came, or where the answers do not fit each other.
+    /// Makes it; `None` if there are none, or if the answers do not match.
     fn new(then: &DurationHistogram, now: &'a DurationHistogram) -> Option<Self> {
         let is_alike = then.upper_bounds == now.upper_bounds
             && then.counts.len() == now.upper_bounds.len()
@@ -336,7 +336,7 @@ impl<'a> Between<'a> {
         self.sum / self.total() as f64
     }
 
-    /// The upper bound of the bucket in which it is.
+    /// Returns the upper bound of the bucket that contains a quantile.
     fn quantile(&self, part: f64) -> f64 {
         let rank = part * self.total() as f64;
         let mut below = 0.0;

@@ -1,11 +1,11 @@
-//! Certificates of another time, name or key.
+//! Certificates with the wrong time, name or key.
 
 use rcgen::{CertificateParams, KeyPair};
 
 use super::super::Level;
 use super::*;
 
-/// A certificate from so many days before now to so many after, and its key.
+/// Returns a certificate that is valid for a range of days relative to now, and its key.
 fn certificate(from: i64, to: i64) -> (String, String) {
     let names = ["lab.example", "*.sea.example", "127.0.0.1"].map(str::to_owned);
     let mut params = CertificateParams::new(names).unwrap();
@@ -77,7 +77,7 @@ fn a_key_must_be_the_certificates_and_its_owners_alone() {
     assert_eq!(look(&own, 0o644), [Level::Ok, Level::Problem, Level::Ok]);
     assert_eq!(look(&other, 0o600), [Level::Ok, Level::Ok, Level::Problem]);
     assert_eq!(look("nothing", 0o600), [Level::Ok, Level::Ok, Level::Problem]);
-    // The two files taken for each other.
+    // The two files swapped.
     assert!(files(&key, &cert, SystemTime::now()).iter().any(|of| of.level == Level::Problem));
     assert!(files(&folder.path().join("none"), &key, SystemTime::now())[0].level == Level::Problem);
 }

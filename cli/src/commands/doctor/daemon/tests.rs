@@ -1,4 +1,4 @@
-//! What is said of daemons that are wrong in one thing each.
+//! Findings about daemons with one fault each.
 
 use std::collections::BTreeMap;
 
@@ -137,7 +137,7 @@ async fn an_empty_port_and_one_of_another_program_are_distinguished() {
     let options = ConnectOptions { timeout: Duration::from_secs(1), ..ConnectOptions::default() };
     let listener = tokio::net::TcpListener::bind("127.0.0.1:0").await.unwrap();
     let endpoint = listener.local_addr().unwrap().to_string();
-    // It closes each connection, as what speaks another protocol does.
+    // It closes each connection, like a server with another protocol.
     let other = tokio::spawn(async move {
         loop {
             drop(listener.accept().await);

@@ -1,4 +1,4 @@
-//! Files that are damaged, missing, or for others to read.
+//! Files that are damaged, missing, or readable for others.
 
 use std::os::unix::fs::PermissionsExt as _;
 

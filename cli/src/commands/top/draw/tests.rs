@@ -17,7 +17,7 @@ fn robot(name: &str, joints: u32) -> EntityInfo {
     EntityInfo { name: name.into(), moving_joints: joints, mass: 2.5, ..Default::default() }
 }
 
-/// A daemon that answered twice, one that is lost, one that was never there.
+/// Returns a daemon that answered twice, one that is lost, and one that never answered.
 fn recorded(robots: Vec<EntityInfo>) -> Vec<World> {
     let begin = Instant::now();
     let mut lab = World::new("127.0.0.1:7400".into());
@@ -122,7 +122,7 @@ fn the_chosen_one_of_500_robots_is_on_the_screen() {
     press(&mut app, &mut worlds, KeyCode::PageUp);
     press(&mut app, &mut worlds, KeyCode::Up);
     assert_eq!(app.robot_row(&worlds[0]), Some(488));
-    // Those that are gone are not chosen any more.
+    // Deleted robots are no longer chosen.
     worlds[0].robots.truncate(1);
     assert!(shows(&app, &worlds, "robot_0"));
 }
@@ -148,7 +148,7 @@ fn a_world_is_paused_after_a_question_alone() {
     let question = Question { endpoint: "127.0.0.1:7400".into(), label: "lab".into(), play: false };
     assert_eq!(press(&mut app, &mut worlds, KeyCode::Char('p')), Effect::Nothing);
     assert_eq!(app.question, Some(question.clone()));
-    // Any key but y is a no, also one that ends the program elsewhere.
+    // Any key but y is a no, even one that ends the program elsewhere.
     assert_eq!(press(&mut app, &mut worlds, KeyCode::Char('q')), Effect::Nothing);
     assert_eq!(press(&mut app, &mut worlds, KeyCode::Char('y')), Effect::Nothing);
     press(&mut app, &mut worlds, KeyCode::Char('p'));

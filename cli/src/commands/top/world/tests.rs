@@ -4,7 +4,7 @@ use simd_client::proto::{SimulationState, Stamp};
 
 use super::*;
 
-/// A daemon that answered at some seconds after a time, with so many steps and calls.
+/// Returns an answer at a time after the beginning, with this number of steps and calls.
 pub(in super::super) fn answer(begin: Instant, seconds: f64, steps: u64, calls: u64) -> Answer {
     let histogram = |each: f64| DurationHistogram {
         sum: each * steps as f64,
@@ -70,7 +70,7 @@ fn a_daemon_that_was_started_anew_has_no_negative_rates() {
     assert_eq!((world.steps_per_second, world.calls_per_second), (None, None));
     world.answered(answer(begin, 2.0, 1_050, 13));
     assert!(near(world.steps_per_second, 1_000.0), "{world:?}");
-    // At one moment there is no rate.
+    // At the same moment there is no rate.
     world.answered(answer(begin, 2.0, 2_050, 13));
     assert_eq!(world.steps_per_second, None);
 }
