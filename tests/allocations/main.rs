@@ -1,4 +1,4 @@
-//! A step allocates nothing, once a robot has had as many constraints as it can have.
+//! A step allocates nothing once a robot has had its maximum number of constraints.
 #![cfg(test)]
 
 #[path = "../physics/chains.rs"]
@@ -61,9 +61,9 @@ fn hinder(world: &mut Simulation, robot: &str, model: &RobotModel, reach: f64) {
     apply(world, Command::SetJointProperties { robot: robot.into(), joints: joints.collect() });
 }
 
-/// An arm and a branching tree, fixed and free, driven and passive, with dry friction,
-/// hanging into their limits. It has run for a while, at first with both limits of
-/// each joint so near that every constraint that there can be is there.
+/// Returns an arm and a branching tree, fixed and free, driven and passive, with dry friction, hanging into
+/// their limits. It has run for a while, at first with the limits of each joint so close together that all
+/// possible constraints were active.
 fn busy_world() -> Simulation {
     let mut world = Simulation::new(PhysicsSettings::default(), WorldLimits::default());
     let models =
@@ -83,8 +83,8 @@ fn busy_world() -> Simulation {
     world
 }
 
-/// A chain whose end turns by 0.4 rad a step, in the step in which it begins to: the derivative of its velocity terms would have
-/// eight megabytes.
+/// A chain whose end turns by 0.4 rad a step, in the first such step: the derivative of its velocity terms
+/// would take eight megabytes.
 #[test]
 fn a_long_chain_that_spins_fast_takes_no_memory() {
     let count = 1_000;
@@ -98,7 +98,7 @@ fn a_long_chain_that_spins_fast_takes_no_memory() {
     assert!(body.is_finite() && body.velocities()[count - 1] > 1.0);
 }
 
-/// Zero is exact: nothing else runs on this thread, and the counter is the thread's own.
+/// Zero is exact: this thread runs nothing else, and the counter is per thread.
 #[test]
 fn a_step_allocates_nothing() {
     let mut world = busy_world();
@@ -134,7 +134,8 @@ fn a_step_in_which_wrenches_act_allocates_nothing() {
     assert_eq!(seen.count_total, 0, "{seen:?}");
 }
 
-/// Noise is drawn and samples are taken. What they measure is computed from what is published, and has memory of its own.
+/// Noise is drawn and samples are taken. The measurements are computed from the published state, in separate
+/// memory.
 #[test]
 fn a_step_in_which_sensors_are_due_allocates_nothing() {
     let (model, _) = robots::read("seven_arm/urdf/seven_arm.urdf");
@@ -222,8 +223,8 @@ fn observing_into_a_used_state_allocates_nothing() {
     assert_eq!(seen.count_total, 0, "{seen:?}");
 }
 
-/// An A1 and a jumble of boxes and balls on a plane; the boxes are kept awake. Hulls and cylinders
-/// that overlap are left out: parry's EPA has memory of its own.
+/// An A1, and boxes and balls on a plane. The boxes are kept awake. There are no overlapping hulls and
+/// cylinders, for which parry's EPA allocates.
 #[test]
 fn a_step_with_contacts_allocates_nothing() {
     let (model, _) = robots::read("pybullet_data/a1/a1.urdf");
@@ -242,7 +243,7 @@ fn a_step_with_contacts_allocates_nothing() {
     assert!(!simd_tests::scenes::contacts(&world, None).is_empty());
 }
 
-/// Ten A1 that stand, most of them in lanes.
+/// Ten standing A1, most of them in lanes.
 #[test]
 fn a_step_of_robots_that_step_several_at_once_allocates_nothing() {
     let (model, _) = robots::read("pybullet_data/a1/a1.urdf");
@@ -280,7 +281,7 @@ fn a_step_with_constraints_between_links_allocates_nothing() {
     for i in 0..10 {
         let at = DPose3::from_translation(DVec3::new(0.15 * f64::from(i), 0.0, 2.0));
         let name = format!("body-{i}");
-        // Without shapes: the chain folds, and contacts come and go.
+        // Without shapes: the folding chain would make and lose contacts.
         let body = Spawn { shapes: Default::default(), ..robot(&name, &model, at, false) };
         simd_tests::scenes::spawn(&mut world, body);
         let parent = if i == 0 { end("") } else { end(&format!("body-{}", i - 1)) };
@@ -295,7 +296,7 @@ fn a_step_with_constraints_between_links_allocates_nothing() {
     let end = |robot: &str| RequestedEnd { joint: joint.name.clone(), ..end(robot) };
     let gear = RequestedConstraint::Gear { ratio: 2.0, offset: None };
     apply(&mut world, Command::CreateConstraint(Box::new(constraint(gear, end("left"), end("right")))));
-    // Until the arms have come to all limits that they come to.
+    // Until the arms have reached all their limits.
     (0..10 * WARM_UP).for_each(|_| world.step());
     world.take_events();
     let mut state = PublishedState::default();
@@ -310,7 +311,7 @@ fn a_step_with_constraints_between_links_allocates_nothing() {
     assert_eq!(state.constraint_states.len(), 11);
 }
 
-/// Those of the physics thread are counted; the other one does the same work.
+/// Counts the allocations of the physics thread; the other thread does the same work.
 #[test]
 fn a_step_on_two_threads_allocates_nothing() {
     use simd_core::pool::Pool;
@@ -330,7 +331,7 @@ fn a_step_on_two_threads_allocates_nothing() {
     let threads = StepThreads::start(2, RealTime::default()).unwrap().unwrap();
     world.set_pool(Some(threads as Arc<dyn Pool>));
     world.take_events();
-    // Until the boxes sleep, and the arms have come to all limits that they come to.
+    // Until the boxes sleep and the arms have reached all their limits.
     (0..10 * WARM_UP).for_each(|_| world.step());
     let seen = measure(|| (0..COUNTED).for_each(|_| world.step()));
     assert_eq!(seen.count_total, 0, "{seen:?}");
@@ -338,7 +339,7 @@ fn a_step_on_two_threads_allocates_nothing() {
     assert!(events.is_empty(), "{events:?}");
 }
 
-/// A binary STL of so many triangles on one line.
+/// Returns a binary STL with this many triangles on one line.
 fn lines(triangles: u32) -> Vec<u8> {
     let mut bytes = vec![0; 80];
     bytes.extend(triangles.to_le_bytes());
@@ -350,7 +351,7 @@ fn lines(triangles: u32) -> Vec<u8> {
     bytes
 }
 
-/// A grey PNG of 8 bits that says this size, and unpacks to so many zeros.
+/// Returns a grey 8 bit PNG with this size in its header and this many zeros as its unpacked data.
 fn picture(width: u32, height: u32, zeros: usize) -> Vec<u8> {
     let mut packed = ZlibEncoder::new(Vec::new(), Compression::best());
     packed.write_all(&vec![0; zeros]).unwrap();
@@ -373,7 +374,8 @@ impl Assets for OneFile {
     }
 }
 
-/// What reading a robot of one mesh and making its shapes takes at once beside the file, bytes.
+/// Returns the peak memory in bytes that reading a robot of one mesh and making its shapes takes, without the
+/// file.
 fn taken_at_once(uri: &str, file: Vec<u8>) -> u64 {
     let files = OneFile(file.into());
     let urdf = format!(
@@ -388,8 +390,8 @@ fn taken_at_once(uri: &str, file: Vec<u8>) -> u64 {
     seen.bytes_max
 }
 
-/// A million triangles without an area, a picture whose pixels are a thousandth of what it unpacks to, and one that says that it has
-/// more pixels than may be.
+/// A million triangles without an area, and two pictures. The unpacked data of one is a thousand times its
+/// pixels, and the header of the other has too many pixels.
 #[test]
 fn harmful_meshes_take_bounded_memory() {
     assert!(taken_at_once("line.stl", lines(1_000_000)) < 600_000_000);

@@ -1,4 +1,4 @@
-//! Who did what, as events: for those who watch, over every way in.
+//! Audit events, for watchers over every transport.
 
 use std::time::Duration;
 
@@ -9,7 +9,7 @@ use simd_client::{Client, Error, Target, joint_target};
 
 use crate::security::{guarded, of, options};
 
-/// The last that was audited; others come at once or not at all.
+/// Returns the last that was audited; others come at once or not at all.
 async fn audited(client: &Client, after: u64) -> (Vec<AuditedCall>, u64) {
     let batch = client.next_events(after, Duration::ZERO).await.unwrap();
     let calls = batch.events.into_iter().filter_map(|event| match event.kind {
@@ -19,7 +19,7 @@ async fn audited(client: &Client, after: u64) -> (Vec<AuditedCall>, u64) {
     (calls.collect(), batch.last_sequence)
 }
 
-/// What is compared of them.
+/// Returns the compared fields.
 fn of_calls(calls: &[AuditedCall]) -> Vec<(&str, &str, Vec<&str>, &str)> {
     calls
         .iter()
@@ -53,7 +53,7 @@ async fn each_call_that_changes_something_is_an_event_with_its_robots_and_its_re
         }
         admin.delete_robot("arm").await.unwrap();
 
-        // What is sent before a robot, its text and its files, comes before these.
+        // The uploads of a robot, its text and its files, come before these.
         let (calls, _) = audited(&viewer, begun).await;
         let rows = of_calls(&calls);
         let loads = rows.iter().take_while(|(_, method, ..)| !method.contains("SpawnEntity")).count();
@@ -71,13 +71,14 @@ async fn each_call_that_changes_something_is_an_event_with_its_robots_and_its_re
         assert_eq!(rows[loads..], expected, "{transport}");
         let last = calls.last().unwrap();
         assert_eq!((last.client.as_str(), last.transport.as_str(), last.code), ("console", transport, 0));
-        // A query of Zenoh need not say of which session it is.
+        // A Zenoh query need not name its session.
         assert!(!last.peer.is_empty() || transport == "zenoh");
         admin.delete_saved_state("it").await.unwrap();
     }
 }
 
-/// Who is not known cannot push events out; who is, but may not, no faster than some a second.
+/// An unknown caller cannot push events out of the log; a known caller without permission adds at most a few
+/// events a second.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_flood_of_refusals_leaves_the_events_of_others() {
     let guarded = guarded(|_, _| {}).await;

@@ -10,7 +10,7 @@ use crate::over_every_transport;
 
 const PLACE: [f64; 4] = [0.48, 0.0, 0.64, 0.6];
 
-/// A paused world with a pendulum on a ball joint.
+/// Returns a paused world with a pendulum on a ball joint.
 async fn pendulum(via: Via) -> Daemon {
     let daemon = Daemon::paused_via(via).await;
     let urdf = assets().join("../reference/robots/ball_pendulum.urdf");
@@ -46,7 +46,7 @@ async fn a_ball_joint_is_read_and_put_by_a_quaternion(via: Via) {
     assert_eq!((info.r#type(), info.axis), (JointType::Spherical, None));
     assert_eq!((info.position_count, info.velocity_count), (4, 3));
     assert_eq!(ball(&daemon).await.position, [0.0, 0.0, 0.0, 1.0]);
-    // Of any length.
+    // Not a unit quaternion.
     daemon
         .client
         .reset_joints("pendulum", vec![put(PLACE.map(|part| 3.0 * part), [1.0, 2.0, 3.0])])
@@ -111,7 +111,8 @@ async fn what_is_not_for_a_ball_joint_is_refused(via: Via) {
     assert!(error.to_string().contains("the joint is not spherical"), "{error}");
 }
 
-/// The Jacobian of a given configuration, whose quaternion is of any length, and what inverse kinematics finds.
+/// The Jacobian of a given configuration, whose quaternion has any length, and the result of inverse
+/// kinematics.
 async fn kinematics_turn_ball_joints(via: Via) {
     let daemon = pendulum(via).await;
     daemon.client.reset_joints("pendulum", vec![put(PLACE, [0.0; 3])]).await.unwrap();
@@ -147,7 +148,7 @@ async fn kinematics_turn_ball_joints(via: Via) {
 async fn a_ball_joint_starts_at_an_orientation(via: Via) {
     let daemon = Daemon::paused_via(via).await;
     let urdf = assets().join("../reference/robots/ball_pendulum.urdf");
-    // Of any length.
+    // Not a unit quaternion.
     let [x, y, z, w] = PLACE.map(|part| 2.0 * part);
     let start = |joint: &str, w: f64| proto::SpawnEntityRequest {
         joint_orientations: [(joint.to_owned(), proto::Quaternion { x, y, z, w })].into(),

@@ -1,4 +1,5 @@
-//! A joint that a contact keeps from its target: its state, its layout and an event name the same link, on every transport.
+//! If a contact keeps a joint from its target, its state, its layout and an event name the same link, over
+//! every transport.
 
 use std::time::Duration;
 

@@ -1,5 +1,5 @@
-//! Pictures of the world, as clients ask for them and renderers draw them. The renderers are test code: what they draw is how
-//! many steps the state had.
+//! Pictures of the world, requested by clients and drawn by renderers. The renderers are test code: they draw
+//! the step number of the state.
 
 use std::time::Duration;
 
@@ -19,7 +19,7 @@ use crate::{arm, load_arm, over_every_transport};
 const LONG: Duration = Duration::from_secs(60);
 const NOW: Duration = Duration::ZERO;
 
-/// A camera of 4 x 3 pixels on the arm's root link.
+/// Returns a camera of 4 x 3 pixels on the arm's root link.
 pub(crate) fn camera(name: &str, rate: Option<f64>) -> proto::Sensor {
     let picture = proto::Picture::ColorAndDepth.into();
     let (width, height, horizontal_field_of_view, near, far) = (4, 3, 1.2, 0.1, 50.0);
@@ -33,7 +33,7 @@ pub(crate) fn camera(name: &str, rate: Option<f64>) -> proto::Sensor {
     }
 }
 
-/// A paused world with the arm and a camera "eye" on it, and a renderer "one" that is there.
+/// Returns a paused world with the arm, a camera "eye" on it and a renderer "one".
 async fn eye(via: Via) -> Daemon {
     let daemon = arm(via).await;
     daemon.client.create_sensor(camera("eye", Some(100.0))).await.unwrap();
@@ -45,7 +45,7 @@ fn plane(data: Vec<u8>) -> Option<PicturePlane> {
     Some(PicturePlane { compression: PlaneCompression::Unspecified.into(), data })
 }
 
-/// The number of steps in each pixel.
+/// Returns the number of steps in each pixel.
 fn drawn(task: &PictureTask, renderer: &str) -> PutPictureRequest {
     let pixels = (task.width * task.height) as usize;
     let step = task.stamp.as_ref().unwrap().step;
@@ -79,7 +79,7 @@ fn depth(picture: &CameraPicture) -> f32 {
     numbers[0]
 }
 
-/// From the origin along -z, a right angle wide, from 1 m to 5 m.
+/// Looks from the origin along -z, with a right angle of view, from 1 m to 5 m.
 fn from_above(width: u32, height: u32) -> proto::TakePictureRequest {
     let (mut view, mut projection) = (vec![0.0; 16], vec![0.0; 16]);
     for index in [0, 5, 10, 15] {
@@ -103,12 +103,12 @@ async fn a_picture_is_of_the_step_at_which_it_was_asked_for(via: Via) {
         assert_eq!((picture.width, picture.height, picture.renderer.as_str()), (4, 3, "one"));
         assert!(picture.color.is_some() && picture.segmentation.is_none());
         assert_eq!((task.robot.as_str(), task.sensor.as_str()), ("arm", "eye"));
-        // All that a renderer needs is in the task: where each link is.
+        // The task has all that a renderer needs: the pose of each link.
         let poses = client.link_poses(&["arm"]).await.unwrap();
         assert_eq!(task.robots, poses.robots, "{stepped:?}");
         let links = task.robots[0].poses.len() as u32 / 7;
         assert_eq!(picture.robots, [proto::PictureRobot { robot: "arm".into(), first_link: 1, links }]);
-        // The world stands still: nothing is to be drawn for it again, also under no name.
+        // The world stands still: nothing is drawn again, not even without a name.
         let again = client.picture("arm", "").await.unwrap();
         assert_eq!(again.sequence, picture.sequence);
     }
@@ -194,7 +194,7 @@ async fn what_a_renderer_does_not_draw_goes_to_another(via: Via) {
     };
     let (picture, (lost, task)) = tokio::join!(client.picture("arm", "eye"), other);
     assert_eq!((picture.unwrap().renderer.as_str(), task.id), ("alive", lost.id));
-    // What comes too late is no error, and changes nothing.
+    // A late picture is no error and changes nothing.
     assert!(!client.put_picture(drawn(&lost, "dead")).await.unwrap());
     let renderers = client.list_cameras().await.unwrap().renderers;
     let failed: Vec<_> = renderers.iter().map(|of| (of.name.as_str(), of.drawn, of.failed)).collect();
@@ -276,7 +276,7 @@ async fn a_picture_that_is_not_what_the_task_asks_for_is_refused(via: Via) {
     assert!(refused.to_string().contains("renderer one says: robot \"arm\" was reloaded"), "{refused}");
 }
 
-/// As zlib has them, by its rule for repeated bytes.
+/// Returns zeros compressed as zlib does it, with its rule for repeated bytes.
 fn zeros(count: usize) -> Vec<u8> {
     use std::io::Write as _;
     let mut encoder = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::best());
@@ -296,7 +296,7 @@ async fn pictures_that_are_waited_for_are_bounded(via: Via) {
     let short = proto::TakePictureRequest { timeout: 0.05, ..from_above(4, 3) };
     let late = client.take_picture(short).await.unwrap_err();
     assert_eq!(late.reason(), Some(ErrorReason::PictureTimeout), "{late}");
-    // What was given up has no place any more.
+    // A cancelled request no longer takes up a place.
     let second = async {
         let task = client.next_picture("one", LONG).await.unwrap().unwrap();
         let refused = client.take_picture(from_above(4, 3)).await.unwrap_err();
@@ -319,7 +319,8 @@ async fn a_camera_that_is_followed_has_pictures_at_its_rate(via: Via) {
             draw(client, "one").await
         };
         let (picture, task) = if after == 0 {
-            // It is followed before the world is stepped: the first call waits for nothing that there is.
+            // The watch begins before the world is stepped: the first call does not wait for an existing
+            // picture.
             let followed = client.get_picture(proto::GetPictureRequest {
                 robot: "arm".into(),
                 sensor: "eye".into(),
@@ -340,7 +341,7 @@ async fn a_camera_that_is_followed_has_pictures_at_its_rate(via: Via) {
     let camera = &client.list_cameras().await.unwrap().cameras[0];
     assert!(camera.followed);
     assert_eq!((camera.drawn, camera.missed), (3, 0));
-    // Newest wins: of five that fell due while none was drawn, the last is.
+    // The newest wins: of five pictures that were due while none was drawn, the last is drawn.
     client.step(50).await.unwrap();
     let task = loop {
         let task = client.next_picture("one", LONG).await.unwrap().unwrap();

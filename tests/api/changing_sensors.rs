@@ -1,4 +1,4 @@
-//! Sensors that come, go and are many while clients read them.
+//! Sensors that are added and removed, and many sensors, while clients read them.
 
 use std::time::Duration;
 
@@ -25,7 +25,8 @@ fn imu(name: &str) -> proto::Sensor {
     proto::Sensor { robot: "arm".into(), name: name.into(), kind, noise: vec![noise], ..Default::default() }
 }
 
-/// So many readings of a watch of one sensor, each with the numbers of the reading and the sample and what was measured.
+/// Returns this many readings of a watch of one sensor, each with the numbers of the reading and the sample,
+/// and the measurement.
 async fn read(
     watch: &mut SensorWatch,
     count: usize,
@@ -41,7 +42,7 @@ async fn read(
     all
 }
 
-/// How a watch ends.
+/// Returns the error that ends a watch.
 async fn end(watch: &mut SensorWatch) -> simd_client::Error {
     let ended = async {
         loop {
@@ -53,8 +54,8 @@ async fn end(watch: &mut SensorWatch) -> simd_client::Error {
     soon("the end", ended).await
 }
 
-/// Time jumps back, and the watch goes on: numbers of readings grow, those of samples are the restored ones, and so are the readings. A
-/// sensor that the restored state has not is gone for who watches it.
+/// Time jumps back, and the watch continues. Numbers of readings grow, and samples and their numbers are the
+/// restored ones. For a watcher, a sensor that the restored state does not have is gone.
 async fn a_watch_goes_on_over_a_restored_state(via: Via) {
     let daemon = arm(via).await;
     let client = &daemon.client;
@@ -78,12 +79,12 @@ async fn a_watch_goes_on_over_a_restored_state(via: Via) {
     }
     assert_eq!(end(&mut later).await.reason(), Some(ErrorReason::SensorNotFound));
 
-    // A reset of time counts samples anew.
+    // A reset of time restarts the count of samples.
     client.reset(ResetSimulationRequest { time: true, ..Default::default() }).await.unwrap();
     client.step(3).await.unwrap();
     assert_eq!(samples(&read(&mut watch, 3).await), [1, 2, 3]);
 
-    // A reload keeps what a client has made.
+    // A reload keeps a client's sensors.
     client.reload(ReloadEntityRequest { robot: "arm".into(), ..Default::default() }).await.unwrap();
     client.step(2).await.unwrap();
     assert_eq!(samples(&read(&mut watch, 2).await), [4, 5]);
@@ -91,7 +92,7 @@ async fn a_watch_goes_on_over_a_restored_state(via: Via) {
     assert_eq!(end(&mut watch).await.reason(), Some(ErrorReason::RobotNotFound));
 }
 
-/// At once, and not after as long as it would have waited for the picture.
+/// Immediately, and not only when the wait for the picture ends.
 async fn who_waits_for_a_camera_learns_that_it_went(via: Via) {
     let daemon = arm(via).await;
     let client = &daemon.client;
@@ -115,8 +116,8 @@ async fn who_waits_for_a_camera_learns_that_it_went(via: Via) {
     assert_eq!(picture.unwrap_err().reason(), Some(ErrorReason::SensorNotFound));
 }
 
-/// Whatever is asked of the sensors of a robot that was removed is refused with its name; one that comes under that name has none of them, and
-/// the readings of its own have larger numbers than any before.
+/// All calls for the sensors of a removed robot are refused with its name. A new robot of that name has none
+/// of them, and its readings have larger numbers than all earlier ones.
 async fn sensors_of_a_removed_robot_are_gone_for_every_call(via: Via) {
     let daemon = arm(via).await;
     let client = &daemon.client;
@@ -153,7 +154,8 @@ async fn sensors_of_a_removed_robot_are_gone_for_every_call(via: Via) {
     assert!(next[0].readings[0].sequence > before && next[0].readings[0].sample == 1, "{next:?}");
 }
 
-/// All that a world may have, on sixteen robots: in one answer each of its step; and a robot that goes takes its own with it.
+/// The maximum number of sensors, on sixteen robots: each answer has all readings of one step. A removed
+/// robot takes its sensors with it.
 async fn a_thousand_sensors_are_read_at_once(via: Via) {
     let daemon = Daemon::paused_via(via).await;
     let client = &daemon.client;

@@ -1,4 +1,4 @@
-//! Claims, over every transport: what is claimed is changed by its holder alone, and how a claim ends.
+//! Claims, over every transport: only the holder changes claimed parts; how a claim ends.
 
 use simd_client::proto::{
     self, ApplyLinkWrenchRequest, ClaimJointsRequest, ErrorReason, JointProperties, LinkProperties,
@@ -26,13 +26,13 @@ fn claim_of(robot: &str) -> ClaimJointsRequest {
     }
 }
 
-/// A client that comes with a new claim.
+/// Returns a client that comes with a new claim.
 async fn holder(daemon: &Daemon, request: ClaimJointsRequest) -> Client {
     let secret = daemon.client.claim(request).await.unwrap();
     daemon.client.clone().with_claim(&secret)
 }
 
-/// What every change of the robot "arm" comes to for this client; the last one is its end.
+/// Returns the result of every change of the robot "arm" for this client; the last one deletes it.
 async fn change_arm(client: &Client) -> Vec<(&'static str, Result<(), Error>)> {
     let robot = || "arm".to_owned();
     let damping = JointProperties { joint: "shoulder".into(), damping: Some(0.1), ..Default::default() };
@@ -167,7 +167,7 @@ async fn a_claim_that_is_not_used_lapses_and_an_event_says_so(via: Via) {
     daemon.client.reset_joints("arm", Vec::new()).await.unwrap();
 }
 
-/// The connection of gRPC, and the session of Zenoh where its client has put up a token.
+/// Over gRPC the connection, and over Zenoh the session if its client has declared a token.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_claim_that_is_bound_to_its_connection_ends_with_it() {
     for via in [Via::Grpc, Via::Zenoh] {

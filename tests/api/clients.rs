@@ -1,4 +1,4 @@
-//! Who is here, and who set which joint's last target.
+//! The list of clients, and the client that set a joint's last target.
 
 use simd_client::proto::{self, ControlWait, TargetSource};
 use simd_client::{Client, ControlOptions, Target, joint_target};
@@ -102,7 +102,7 @@ async fn targets_that_are_put_back_have_no_source(via: Via) {
     move_shoulder(&client, "arm").await;
     client.restore_state("before").await.unwrap();
     assert!(sources(&client).await.is_empty());
-    // Another robot of the same name has nothing of the one before.
+    // Another robot of the same name takes nothing over.
     move_shoulder(&client, "arm").await;
     client.delete_robot("arm").await.unwrap();
     load_arm(&client, "arm").await;

@@ -1,4 +1,4 @@
-//! What a robot touches, as clients say it and read it back.
+//! Collision filters of a robot, as clients set and read them.
 
 use simd_client::proto::{self, PairCollision};
 use simd_client::{Client, Package};
@@ -37,7 +37,7 @@ async fn shape(client: &Client, name: &str, geometry: proto::primitive::Geometry
     client.spawn(request).await.unwrap();
 }
 
-/// A ball of 0.1 m on the ground.
+/// Returns a ball of 0.1 m on the ground.
 async fn ball_on_ground(via: Via) -> Daemon {
     let daemon = Daemon::paused_via(via).await;
     shape(&daemon.client, "ground", proto::primitive::Geometry::Plane(Default::default()), 0.0).await;

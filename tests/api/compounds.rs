@@ -1,4 +1,4 @@
-//! A body of several shapes: what can be read back of them, and that it stands on each of them.
+//! A body of several shapes: reading them back, and standing on each of them.
 
 use simd_client::proto::compound_part::Geometry as Part;
 use simd_client::proto::shape::Geometry as Drawn;
@@ -23,17 +23,17 @@ async fn spawn(
         name: name.into(),
         base: base.into(),
         pose: Some(proto::Pose { position, ..Default::default() }),
-        // The ground has no mass, of which a load may warn.
+        // The ground has no mass, for which a load may warn.
         strict: base == Base::Free,
         ..Default::default()
     };
     client.spawn(request).await
 }
 
-/// How far below the middle of its top a stool stands, metres.
+/// Height of the middle of a stool's top above the ground, metres.
 const HEIGHT: f64 = 0.3;
 
-/// A top on four legs, each of which is another shape; the cone is turned over and stands on its tip.
+/// Returns a top on four legs, each with another shape; the cone is turned over and stands on its tip.
 fn stool() -> Vec<proto::CompoundPart> {
     let part = |x: f64, y: f64, z: f64, geometry: Part| {
         let position = Some(proto::Vector3 { x, y, z });
@@ -69,7 +69,7 @@ fn compound(parts: Vec<proto::CompoundPart>) -> proto::primitive::Geometry {
     proto::primitive::Geometry::Compound(proto::CompoundGeometry { parts })
 }
 
-/// The kind of a shape, and its sizes in metres.
+/// Returns the kind of a shape, and its sizes in metres.
 fn sizes(geometry: &Drawn) -> (&'static str, Vec<f64>) {
     match geometry {
         Drawn::Box(it) => {
@@ -84,7 +84,7 @@ fn sizes(geometry: &Drawn) -> (&'static str, Vec<f64>) {
     }
 }
 
-/// The shape that is drawn of a part.
+/// Returns the shape that is drawn of a part.
 fn drawn(part: &proto::CompoundPart) -> Drawn {
     match part.geometry.unwrap() {
         Part::Box(it) => Drawn::Box(it),
@@ -103,8 +103,8 @@ fn numbers(pose: Option<proto::Pose>) -> ([f64; 3], [f64; 4]) {
     ([position.x, position.y, position.z], [turn.x, turn.y, turn.z, turn.w])
 }
 
-/// All shapes are seen, touch, and are where they were put: numbers come through the description as they were, but for rounding where
-/// a shape is turned to the physics' own axes and back.
+/// All shapes are visible, collide, and have the given poses. Numbers keep their values in the description,
+/// except for rounding if a shape is turned to the axes of the physics and back.
 async fn shapes_of_a_body_are_read_back_as_they_were_sent(via: Via) {
     let daemon = Daemon::paused_via(via).await;
     let parts = stool();
@@ -131,8 +131,8 @@ async fn shapes_of_a_body_are_read_back_as_they_were_sent(via: Via) {
     }
 }
 
-/// On the ends of its four legs, upright: were one of them shorter, or not there, it would lean or fall. A contact that carries is pressed
-/// in by far less than a millimetre.
+/// Upright on the ends of its four legs: with a shorter or missing leg it would lean or fall. A loaded
+/// contact penetrates by far less than a millimetre.
 async fn a_body_stands_on_each_of_its_shapes(via: Via) {
     let daemon = Daemon::paused_via(via).await;
     let client = &daemon.client;
@@ -149,7 +149,7 @@ async fn a_body_stands_on_each_of_its_shapes(via: Via) {
     assert!(linear.x.hypot(linear.y).hypot(linear.z) < 1e-3, "{state:?}");
 }
 
-/// By the field of the part, and nothing comes.
+/// The error names the field of the part, and nothing is added.
 async fn a_part_that_cannot_be_is_refused_by_its_index(via: Via) {
     let daemon = Daemon::paused_via(via).await;
     let mut parts = stool();

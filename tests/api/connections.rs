@@ -1,6 +1,6 @@
-//! Connections that others hold, and what they leave for the rest.
+//! Connections that others hold, and those left for the rest.
 //!
-//! On Linux all of 127.0.0.0/8 is this machine: 127.0.0.2 and so on stand for other machines here.
+//! On Linux all of 127.0.0.0/8 is this machine: here, 127.0.0.2 and so on represent other machines.
 
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::time::Duration;
@@ -16,9 +16,9 @@ use tokio::net::TcpStream;
 use tonic::Streaming;
 use tonic::transport::{Channel, Endpoint};
 
-/// What an HTTP/2 client begins with: the preface and empty settings.
+/// First bytes of an HTTP/2 client: the preface and empty settings.
 const OPENING: &[u8] = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n\0\0\0\x04\0\0\0\0\0";
-/// The head of a request over gRPC-Web, and the first byte of its body.
+/// Head of a request over gRPC-Web, and the first byte of its body.
 const SLOW: &[u8] = b"POST /simd.v1.SimulationService/GetPhysics HTTP/1.1\r\nHost: localhost\r\n\
                       Content-Type: application/grpc-web+proto\r\nContent-Length: 10000\r\n\r\n\0";
 
@@ -26,7 +26,7 @@ async fn daemon(connections: Connections) -> Daemon {
     Daemon::start_via(Via::Grpc, |config| config.connections = connections).await
 }
 
-/// A stream over a connection of its own from 127.0.0.`last`: it is never idle.
+/// A stream over a separate connection from 127.0.0.`last`; it is never idle.
 struct Held {
     _events: Streaming<proto::WatchEventsResponse>,
     _channel: Channel,
@@ -41,7 +41,7 @@ async fn hold(address: SocketAddr, last: u8) -> Result<Held, Box<dyn std::error:
     Ok(Held { _events: events, _channel: channel })
 }
 
-/// So many connections that begin with these bytes and say no more.
+/// Opens this many connections that send these bytes and nothing more.
 async fn open(address: SocketAddr, count: usize, bytes: &[u8]) -> Vec<TcpStream> {
     let mut streams = Vec::new();
     for _ in 0..count {
@@ -68,7 +68,7 @@ async fn connections_from_elsewhere_leave_room_for_the_loopback_address() {
     for i in 0..200 {
         held.push(hold(daemon.address, 2 + i / 50).await.unwrap());
     }
-    // All of their share are in use, also for one who has none of it.
+    // All places outside the reserve are in use, even for 127.0.0.6, which has no connection yet.
     for last in [2, 5, 6] {
         assert!(hold(daemon.address, last).await.is_err(), "127.0.0.{last}");
     }
@@ -77,7 +77,7 @@ async fn connections_from_elsewhere_leave_room_for_the_loopback_address() {
         held.push(hold(daemon.address, 1).await.unwrap());
     }
     daemon.client.physics().await.unwrap();
-    // Who ends a connection makes room for another.
+    // A closed connection makes room for another.
     held.remove(0);
     soon("a place", async { while hold(daemon.address, 6).await.is_err() {} }).await;
 }
@@ -101,7 +101,7 @@ async fn more_idle_connections_than_there_are_slots_lock_no_client_out() {
     let client = Client::connect(&daemon.address.to_string()).await.unwrap();
     client.physics().await.unwrap();
     assert_eq!(http::get(daemon.address, "/robots", &[]).await.status, 200);
-    // Who was there before is closed after those that never called.
+    // This older connection is closed after those that never called.
     daemon.client.physics().await.unwrap();
 }
 
@@ -132,7 +132,7 @@ async fn connections_that_are_silent_idle_or_slow_are_closed_and_clients_go_on()
     soon("an event", events.message()).await.unwrap().unwrap();
 }
 
-/// Silent connections from this machine or another: Zenoh does not tell.
+/// Silent connections from this machine or another: Zenoh does not say.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn silent_connections_keep_no_client_from_zenoh() {
     // A shorter time than the daemon's own, for more than may be about to begin a session.

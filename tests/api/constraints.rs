@@ -1,4 +1,4 @@
-//! What holds links together, as clients make, change, read and delete it.
+//! Constraints between links, as clients make, change, read and delete them.
 
 use simd_client::proto::{self, ConstraintDeletionCause, ConstraintKind, ErrorReason, event::Kind};
 use simd_client::{Client, Target, every_joint};
@@ -56,7 +56,7 @@ async fn a_constraint_is_made_read_changed_and_deleted(via: Via) {
     client.step(500).await.unwrap();
     let all = client.constraints(None).await.unwrap();
     assert_eq!(all.iter().map(|of| of.name.as_str()).collect::<Vec<_>>(), ["constraint_1", "pair"]);
-    // The first one carries both, and the second one the right one at its arm.
+    // The first one carries both, and the second one the right body at its arm.
     let (g, force) = (9.81, |of: &proto::Constraint| of.force.unwrap().z);
     assert!((force(&all[0]) - 2.0 * g).abs() < 1e-4 && (force(&all[1]) - g).abs() < 1e-4, "{all:?}");
     assert!(all.iter().all(|of| of.position_error < 1e-6 && of.max_force.is_none() && !of.saturated));
@@ -85,7 +85,7 @@ async fn a_constraint_is_made_read_changed_and_deleted(via: Via) {
     assert_eq!(gone.collect::<Vec<_>>(), expected.map(|(cause, name)| (cause, name.to_owned())));
 }
 
-/// A ball that the world holds up at its middle, or from half a metre above, by each of the other kinds in turn.
+/// A ball that the world holds at its middle, or from half a metre above, by each of the other kinds in turn.
 async fn each_kind_is_listed_with_its_force_changed_and_deleted(via: Via) {
     let daemon = Daemon::paused_via(via).await;
     let client = &daemon.client;
@@ -119,7 +119,7 @@ async fn each_kind_is_listed_with_its_force_changed_and_deleted(via: Via) {
         assert_eq!(first.length, is_distance.then_some(0.5));
         assert!((first.force.unwrap().z - g).abs() < 1e-4 && first.position_error < 1e-6, "{first:?}");
 
-        // Two centimetres down: a rope lets it fall and catches it.
+        // Two centimetres lower: a rope lets it fall and catches it.
         let change = proto::ChangeConstraintRequest { name: "held".into(), ..Default::default() };
         let down = match is_distance {
             true => proto::ChangeConstraintRequest { length: Some(0.52), ..change.clone() },
@@ -208,7 +208,7 @@ async fn a_gear_is_between_joints_and_goes_into_files(via: Via) {
     assert_eq!(client.constraints(None).await.unwrap(), before);
 }
 
-/// Between the shoulders of two arms: the first is driven, and the second hangs on the gear alone.
+/// Between the shoulders of two arms: the first is driven, and the second hangs on the gear only.
 async fn a_gear_is_changed_breaks_and_is_deleted(via: Via) {
     let daemon = arm(via).await;
     let client = &daemon.client;
@@ -237,7 +237,8 @@ async fn a_gear_is_changed_breaks_and_is_deleted(via: Via) {
         let states = client.joint_states(robots).await.unwrap();
         [states.robots[0].position[0], states.robots[1].position[0]]
     };
-    // What an arm weighs, kg, how far its middle is from the axis, m, and how far the joint's zero is from level, rad.
+    // The arm's mass, kg; the distance of its centre of mass from the axis, m; the joint's zero against the
+    // horizontal, rad.
     let weight = |position: f64| 0.19992 * 9.81 * 0.16597 * (position - 0.039919).cos();
     assert_eq!(client.create_constraint(gear.clone()).await.unwrap(), "teeth");
     set(&daemon, Target::position(0.2)).await;

@@ -62,7 +62,7 @@ async fn effort_zero_swings_freely() {
     }
 }
 
-/// q(1 s) = 0.704120 by the pendulum equation; first order in the time step.
+/// q(1 s) = 0.704120 by the pendulum equation; the error is of first order in the time step.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_passive_arm_swings_as_the_pendulum_equation_says() {
     for time_step in [1e-3, 1e-4] {
@@ -76,8 +76,8 @@ async fn a_passive_arm_swings_as_the_pendulum_equation_says() {
     }
 }
 
-/// Between two answers with a millisecond between them the position never moves by more than the
-/// peak velocity of the stiffest mode allows, whatever targets come meanwhile.
+/// Between two answers one millisecond apart, the position moves no further than the peak velocity of the
+/// stiffest mode allows, for any targets.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn switching_modes_while_moving_is_smooth() {
     let daemon = arm(Via::Grpc).await;
@@ -96,7 +96,7 @@ async fn switching_modes_while_moving_is_smooth() {
             daemon.client.step(1).await.unwrap();
             let now = shoulder(&daemon).await;
             let moved = (now.position - before.position).abs();
-            // 300 rad/s over e for each radian to go, in a millisecond, and what it had.
+            // 300 rad/s over e for each radian of distance, for a millisecond, plus the previous velocity.
             assert!(moved < 0.12 + before.velocity.abs() * 2e-3, "{target:?}: {moved}");
             before = now;
         }

@@ -1,5 +1,5 @@
-//! What happened is what was answered: random clients over every transport, with claims, beside the daemon's own list of
-//! the commands that it applied.
+//! The history agrees with the answers: random clients over every transport, with claims, compared with the
+//! daemon's list of applied commands.
 
 use std::collections::BTreeMap;
 use std::io::{self, Write};
@@ -44,10 +44,10 @@ impl<'a> MakeWriter<'a> for Lines {
     }
 }
 
-/// What became of a command that has a number of its own.
+/// The result of a command with a unique number.
 #[derive(Clone, Debug)]
 struct Answered {
-    /// As `Debug` writes its number, which no other command has.
+    /// The unique number of the command, as `Debug` writes it.
     number: String,
     robot: &'static str,
     /// Epoch and step of the answer, or why it was refused.
@@ -114,7 +114,7 @@ async fn act(client: Client, name: String, seed: u64) -> Vec<Answered> {
     answers
 }
 
-/// The number after a word in a line.
+/// Returns the number after a word in a line.
 fn after(line: &str, word: &str) -> Option<u64> {
     let rest = line.split_once(word)?.1;
     rest.split(|c: char| !c.is_ascii_digit()).next()?.parse().ok()
@@ -182,7 +182,7 @@ async fn each_acknowledged_command_is_in_the_history_once_in_order_and_no_refuse
             acknowledged += 1;
         }
     }
-    // Who held which robot when a command was applied there.
+    // Holder of each robot when a command was applied there.
     let mut holders: BTreeMap<&str, (u64, usize)> = BTreeMap::new();
     for (index, line) in history.iter().enumerate() {
         if line.contains("Claim(ClaimRequest") {

@@ -1,5 +1,4 @@
-//! Untrusted files: whatever they hold, the daemon answers, and its other robots go on
-//! as if nothing had come.
+//! Untrusted files: whatever their content, the daemon answers and its other robots continue undisturbed.
 
 use fastrand::Rng;
 use simd_client::proto::description_source::Source;
@@ -14,7 +13,7 @@ fn source(urdf: Vec<u8>) -> Option<DescriptionSource> {
     Some(DescriptionSource { source: Some(Source::Urdf(urdf)), ..Default::default() })
 }
 
-/// Spawns it, and takes it out again where it came; says whether it did.
+/// Spawns the robot and removes it again. Returns true if it was spawned.
 async fn throw(client: &Client, urdf: Vec<u8>) -> bool {
     let request = SpawnEntityRequest { source: source(urdf), allow_renaming: true, ..fixed("untrusted") };
     match client.spawn(request).await {
@@ -29,7 +28,7 @@ async fn throw(client: &Client, urdf: Vec<u8>) -> bool {
     }
 }
 
-/// The arm on its way, and after it.
+/// Returns the arm on its way, and after it.
 async fn trajectory(daemon: &Daemon) -> Vec<u64> {
     let mut bits = Vec::new();
     for _ in 0..20 {

@@ -1,4 +1,4 @@
-//! What a browser gets on the same port: the page, meshes, robots, and calls as gRPC-Web.
+//! Requests of a browser to the same port: the page, meshes, robots, and calls over gRPC-Web.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +10,7 @@ use simd_tests::robots::assets;
 
 use crate::arm;
 
-/// A call of one message, as gRPC-Web puts it.
+/// Returns a call of one message in gRPC-Web's framing.
 async fn call(daemon: &Daemon, method: &str, message: &[u8], headers: &[(&str, &str)]) -> Answer {
     let length = u32::try_from(message.len()).unwrap().to_be_bytes();
     let body = [&[0], &length[..], message].concat();
@@ -18,7 +18,7 @@ async fn call(daemon: &Daemon, method: &str, message: &[u8], headers: &[(&str, &
     send(daemon.address, "POST", &format!("/simd.v1.{method}"), &headers, &body).await
 }
 
-/// The message and the trailers of an answer.
+/// Returns the message and the trailers of an answer.
 fn opened(answer: &Answer) -> (Vec<u8>, String) {
     let (mut message, mut trailers, mut rest) = (Vec::new(), String::new(), &answer.body[..]);
     while let [flag, a, b, c, d, after @ ..] = rest {
@@ -179,7 +179,7 @@ async fn no_path_leads_to_a_disk() {
     }
 }
 
-/// A number of the JSON by names and indices.
+/// Returns a number of the JSON by names and indices.
 fn number(json: &serde_json::Value, path: &str) -> u64 {
     json.pointer(path).and_then(serde_json::Value::as_u64).unwrap()
 }
@@ -258,7 +258,7 @@ async fn robots_from_the_daemons_own_disk_have_their_meshes_too() {
     assert!(seen > 0);
 }
 
-/// The description that tools get is one that simd itself reads to the same robot.
+/// simd itself reads the description that tools get, as the same robot.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn the_urdf_loads_again_with_meshes_from_their_addresses() {
     let daemon = arm(Via::Grpc).await;

@@ -8,7 +8,7 @@ use simd_tests::robots::assets;
 
 use crate::{arm, set, shoulder};
 
-/// A paused world with seven_arm as "seven", bent and moving.
+/// Returns a paused world with seven_arm as "seven", bent and moving.
 async fn seven(via: Via) -> Daemon {
     let daemon = Daemon::paused_via(via).await;
     daemon.client.load(assets().join("seven_arm/urdf/seven_arm.urdf"), fixed("seven")).await.unwrap();
@@ -55,7 +55,7 @@ async fn link_states_are_the_link_poses_and_the_jacobian_times_the_velocities(vi
     assert!(daemon.client.link_states(Vec::new()).await.unwrap().robots[0] == states);
 }
 
-/// A given configuration is computed from as if the robot were there.
+/// Results for a given configuration are those of a robot in that configuration.
 async fn a_given_configuration_stands_for_the_state(via: Via) {
     let daemon = seven(via).await;
     let link = last_link(&daemon, "seven").await;
@@ -121,7 +121,7 @@ async fn the_mass_matrix_and_inverse_dynamics_agree_with_armature_and_damping(vi
     assert!(close(&sum, &all, 1e-12), "{sum:?} {all:?}");
 }
 
-/// Given the efforts of inverse dynamics at rest, the arm stays where it is.
+/// With the efforts of inverse dynamics at rest, the arm keeps its position.
 async fn the_efforts_of_inverse_dynamics_hold_the_arm_against_gravity(via: Via) {
     let daemon = arm(via).await;
     let reset = proto::JointReset { joint: "shoulder".into(), position: 0.6, ..Default::default() };
@@ -136,7 +136,7 @@ async fn the_efforts_of_inverse_dynamics_hold_the_arm_against_gravity(via: Via) 
     assert!((seen.position - 0.6).abs() < 1e-9 && seen.velocity.abs() < 1e-9, "{seen:?}");
 }
 
-/// A free box weighs what gravity says, wherever it is: the root's six entries come first.
+/// A free box has the weight that gravity gives it, at any pose. The root's six entries come first.
 async fn a_free_robot_has_the_six_of_its_root_in_front(via: Via) {
     let daemon = Daemon::paused_via(via).await;
     let request = proto::SpawnEntityRequest {
@@ -161,7 +161,7 @@ async fn a_free_robot_has_the_six_of_its_root_in_front(via: Via) {
     }
 }
 
-/// Found, made the targets, held: the link is there by the daemon's own account.
+/// The positions are found, set as targets and held; the daemon reports the link at its goal.
 async fn the_positions_of_inverse_kinematics_bring_the_link_to_its_goal(via: Via) {
     let daemon = seven(via).await;
     let link = last_link(&daemon, "seven").await;

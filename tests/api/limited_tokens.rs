@@ -1,4 +1,5 @@
-//! What a token for some robots allows: a walk through all methods of the schema by one table, which the documents show.
+//! Permissions of a token for some robots: all methods of the schema against one table, which the documents
+//! show.
 
 use bytes::Bytes;
 use prost::Message;
@@ -16,7 +17,7 @@ use tonic_types::StatusExt as _;
 
 use crate::security::{Guarded, guarded, of, of_arm, options};
 
-/// A daemon with the robots "arm" and "other", and a slider that moves "other".
+/// Returns a daemon with the robots "arm" and "other", and a slider that moves "other".
 async fn daemon() -> (Guarded, Client) {
     let guarded = guarded(|_, _| {}).await;
     let admin = Client::connect_with(&guarded.grpc(), options(Some(of(Role::Admin)), None)).await.unwrap();
@@ -32,7 +33,7 @@ fn binding() -> v1::JointBinding {
     v1::JointBinding { robot: "other".into(), joint: "shoulder".into(), ..Default::default() }
 }
 
-/// The first answer to one message, with a token.
+/// Returns the first answer to one message, with a token.
 async fn call(guarded: &Guarded, path: &'static str, token: &str, message: Vec<u8>) -> Result<Bytes, Status> {
     let endpoint = tonic::transport::Endpoint::from_shared(guarded.grpc()).unwrap();
     let mut grpc = tonic::client::Grpc::new(endpoint.connect().await.unwrap());
@@ -41,7 +42,7 @@ async fn call(guarded: &Guarded, path: &'static str, token: &str, message: Vec<u
     request.metadata_mut().insert(TOKEN_HEADER, bearer(token).parse().unwrap());
     let mut answers = grpc.streaming(request, PathAndQuery::from_static(path), RawCodec).await?.into_inner();
     let mut answer = answers.message().await?.unwrap_or_default();
-    // Progress comes before what became of it.
+    // Progress comes before the result.
     while path.ends_with("WithProgress")
         && let Some(next) = answers.message().await?
     {
@@ -55,7 +56,7 @@ fn is_not_allowed(answer: &Result<Bytes, Status>) -> bool {
     answer.as_ref().err().and_then(reason).is_some_and(|reason| reason == "ROBOT_NOT_ALLOWED")
 }
 
-/// A request of a method that names robots, with the robot "other" in it.
+/// Returns a request of a method that names robots, with the robot "other" in it.
 fn naming_other(method: &str) -> Vec<u8> {
     let other = || "other".to_owned();
     let shoulder = || "shoulder".to_owned();
@@ -177,7 +178,7 @@ fn naming_other(method: &str) -> Vec<u8> {
     }
 }
 
-/// What waits for something is not called with an empty request.
+/// Methods that wait for an event are not called with an empty request.
 fn answers_at_once(method: &Method) -> bool {
     !method.gives_many && !["/NextEvents", "/NextParameters"].iter().any(|name| method.path.ends_with(name))
 }
@@ -190,13 +191,13 @@ async fn a_token_for_one_robot_is_held_to_it_by_every_method() {
         let message = match concern {
             Concern::Robots => naming_other(name),
             Concern::Nothing if !answers_at_once(method) => continue,
-            // A test of its own.
+            // Has a separate test.
             Concern::Camera => continue,
             Concern::Nothing | Concern::Pages | Concern::World => Vec::new(),
         };
         let answer = soon(&method.path, call(&guarded, &method.path, &of_arm(), message)).await;
         if name == "Control" {
-            // A stream goes on, with a refusal in it.
+            // A stream continues, with an error in it.
             let answer = v1::ControlResponse::decode(answer.unwrap()).unwrap();
             let refusal = answer.refusal.unwrap();
             assert_eq!(refusal.reason(), v1::ErrorReason::RobotNotAllowed);
@@ -238,7 +239,7 @@ async fn a_token_for_one_robot_draws_the_pictures_of_no_other() {
             v1::NextPictureResponse::decode(answer).unwrap().task
         }
     };
-    // Renderers are there.
+    // Renderers exist.
     assert!(next(of_arm(), 0.01).await.is_none());
     let token = of(Role::Admin);
     let wanted = |robot: &'static str| {
@@ -249,7 +250,7 @@ async fn a_token_for_one_robot_draws_the_pictures_of_no_other() {
     let draws = async {
         let of_other = next(of(Role::Admin), 30.0).await.unwrap();
         assert_eq!(of_other.robot, "other");
-        // It is not for the other token, whatever that calls itself.
+        // The task is not for the other token, whatever name its client gives.
         let put = v1::PutPictureRequest {
             id: of_other.id,
             renderer: "r".into(),

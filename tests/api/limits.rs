@@ -14,7 +14,7 @@ async fn a_message_beyond_the_limit_is_refused_by_the_limits_name(via: Via) {
     let error = daemon.client.set_targets(long).await.unwrap_err();
     assert_eq!(error.reason(), Some(ErrorReason::LimitExceeded), "{error}");
     assert!(error.to_string().contains("max_message_bytes"), "{error}");
-    // On a connection of its own: over HTTP/1.1 one ends on which a body was not read.
+    // On a separate connection: over HTTP/1.1 a connection ends if a body was not read.
     daemon.another_client().await.simulator_info().await.unwrap();
 }
 
@@ -42,7 +42,7 @@ async fn saved_states_beyond_the_limit_are_refused(via: Via) {
     assert_eq!(error.reason(), Some(ErrorReason::LimitExceeded), "{error}");
 }
 
-/// In memory they would take fifty times what they take on the wire.
+/// Decoded, they would take fifty times their size on the wire.
 async fn empty_elements_without_end_are_refused_before_they_are_decoded(via: Via) {
     let daemon = arm(via).await;
     let robots = vec![RobotTargets::default(); 200_000];
@@ -53,7 +53,7 @@ async fn empty_elements_without_end_are_refused_before_they_are_decoded(via: Via
     daemon.client.simulator_info().await.unwrap();
 }
 
-/// They are read and refused for their names, and not for their number.
+/// They are read, and refused for their names and not for their number.
 async fn targets_of_a_thousand_robots_of_thirty_joints_are_read(via: Via) {
     let daemon = arm(via).await;
     let robot = |number: usize| {
@@ -70,7 +70,7 @@ async fn targets_of_a_thousand_robots_of_thirty_joints_are_read(via: Via) {
 async fn a_large_answer_comes_whole(via: Via) {
     let daemon = arm(via).await;
     let targets = (0..20_000).map(|_| joint_target("shoulder", Target::Hold));
-    // Named twice is refused; the sentence is short, whatever was sent.
+    // A name given twice is refused, with a short message whatever was sent.
     let error = daemon.client.set_robot_targets("arm", targets).await.unwrap_err();
     assert_eq!(error.reason(), Some(ErrorReason::InvalidValue), "{error}");
     let bytes = std::fs::read(assets().join("Two Link.v2/meshes/base_link.STL")).unwrap();
@@ -87,7 +87,7 @@ async fn a_large_answer_comes_whole(via: Via) {
     assert!(same);
 }
 
-/// What was asked for and not read counts, also where it is one answer.
+/// Requested and unread answers count, even a single one.
 async fn an_answer_beyond_what_may_be_unread_is_refused_and_smaller_ones_go_on(via: Via) {
     let daemon = Daemon::start_via(via, |config| config.limits.unread_bytes = 1 << 20).await;
     let points = vec![0.5; 300_000];

@@ -19,7 +19,7 @@ fn turn(steps: u64, robots: Vec<RobotTargets>) -> StepSimulationRequest {
     StepSimulationRequest { steps, robots, return_states: true, selections, ..Default::default() }
 }
 
-/// A turn in one call is to the bit the three calls that it stands for.
+/// A turn in one call is equal to the bit to the three calls that it replaces.
 async fn a_turn_in_one_call_is_what_the_three_calls_are(via: Via) {
     let (one, three) = (arm(via).await, arm(via).await);
     for i in 0..20 {
@@ -119,13 +119,13 @@ async fn a_retried_turn_is_done_once_and_answered_with_the_same_states(via: Via)
     let first = daemon.client.step_with(request.clone()).await.unwrap();
     daemon.client.step(5).await.unwrap();
     assert_eq!(daemon.client.step_with(request.clone()).await.unwrap(), first);
-    // Also where the robot is gone by now.
+    // Even if the robot is gone by now.
     daemon.client.delete_robot("arm").await.unwrap();
     assert_eq!(daemon.client.step_with(request).await.unwrap(), first);
     assert_eq!(daemon.client.world_statistics().await.unwrap().iterations, 15);
 }
 
-/// A driven arm and boxes that fall on the ground, on each other and on the arm.
+/// Returns a driven arm and boxes that fall on the ground, on each other and on the arm.
 async fn heap(via: Via) -> Daemon {
     let daemon = arm(via).await;
     let shape = |geometry| {
@@ -150,7 +150,7 @@ async fn heap(via: Via) -> Daemon {
     daemon
 }
 
-/// To the bit: where every link is and how it moves, and every joint.
+/// To the bit: pose and velocity of every link, and every joint.
 async fn a_thousand_calls_of_one_step_are_one_of_a_thousand_with_any_watchers(via: Via) {
     let (one, many) = (heap(via).await, heap(via).await);
     one.client.step(1_000).await.unwrap();

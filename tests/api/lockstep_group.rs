@@ -40,7 +40,7 @@ async fn members(daemon: &Daemon, count: usize) {
         .await;
 }
 
-/// How many members wait for the others.
+/// Waits until this number of members wait for the others.
 async fn waiting(daemon: &Daemon, count: usize) {
     soon("those who wait", async {
         let waits = |members: Vec<simd_client::proto::LockstepMember>| {
@@ -72,7 +72,7 @@ async fn the_world_advances_once_each_member_has_asked_and_to_the_nearest_step(v
             answer = four => assert_eq!(at(answer), 3 * turn),
         }
     }
-    // The nearest is the tenth: the one that asked for it is answered, the other waits for two more.
+    // The nearest target is step ten: its member is answered, and the other waits for two more.
     let mut rest = Box::pin(client.step_with(steps(3, &fast)));
     let answer = tokio::select! {
         answer = &mut ten => answer.unwrap(),
@@ -96,7 +96,7 @@ async fn a_member_that_does_not_ask_in_its_time_is_one_no_more_and_the_others_go
     let mut events = client.watch_events(0).await.unwrap();
     let quick = client.join_lockstep(Duration::from_millis(50)).await.unwrap();
     let patient = client.join_lockstep(LONG).await.unwrap();
-    // The first asks for nothing.
+    // The first member asks for nothing.
     assert_eq!(at(client.step_with(steps(2, &patient)).await), 2);
     let refused = client.step_with(steps(1, &quick)).await.unwrap_err();
     assert_eq!(refused.reason(), Some(ErrorReason::LockstepMemberNotFound), "{refused}");
@@ -129,7 +129,7 @@ async fn while_there_are_members_others_neither_step_nor_play(via: Via) {
     client.step(1).await.unwrap();
     client.play().await.unwrap();
     assert_eq!(client.simulation_state().await.unwrap().state(), SimulationState::Playing);
-    // A client that joins a world that plays learns of it with the first step.
+    // A client that joins the lockstep of a playing world learns that it plays with its first step.
     let member = client.join_lockstep(LONG).await.unwrap();
     let refused = client.step_with(steps(1, &member)).await.unwrap_err();
     assert_eq!(refused.reason(), Some(ErrorReason::WrongState), "{refused}");
@@ -164,7 +164,7 @@ async fn a_step_of_a_member_that_is_refused_has_set_nothing(via: Via) {
     assert_eq!(set().await, before);
     assert_eq!(client.lockstep_members().await.unwrap()[0].waits_for, 0, "it has not asked");
 
-    // The steps come with the claim of the member that joined first, also where it asks last.
+    // The steps come with the claim of the member that joined first, even if it asks last.
     let second = client.join_lockstep(LONG).await.unwrap();
     let mut asked = Box::pin(client.step_with(turn(&second)));
     tokio::select! {
@@ -176,7 +176,7 @@ async fn a_step_of_a_member_that_is_refused_has_set_nothing(via: Via) {
     assert_eq!(set().await, (JointMode::Position, 0.2));
 }
 
-/// Over Zenoh a query does not end where its asker goes away: there its session does.
+/// Over Zenoh a query does not end when its caller leaves, but with its session.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_member_whose_caller_went_away_has_not_asked() {
     let daemon = arm(Via::Grpc).await;
@@ -190,12 +190,12 @@ async fn a_member_whose_caller_went_away_has_not_asked() {
             () = waiting(&daemon, 1) => {}
         }
     }
-    // Its time runs again, and then the other goes on alone.
+    // Its timeout runs again, and then the other continues alone.
     assert_eq!(at(client.step_with(steps(4, &patient)).await), 4);
     members(&daemon, 1).await;
 }
 
-/// Steps that were done before it asked are not done for it.
+/// Steps done before its request do not count for it.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_member_that_joins_while_the_world_steps_gets_all_of_its_steps() {
     let daemon = arm(Via::Grpc).await;

@@ -1,4 +1,4 @@
-//! What robots look like: pictures and materials come with their meshes, and are drawn with them.
+//! Looks of robots: pictures and materials come with their meshes and are drawn with them.
 
 use simd_client::proto::{self, shape::Geometry};
 use simd_client::{Client, Package};
@@ -16,7 +16,7 @@ fn picture() -> Vec<u8> {
     std::fs::read(assets().join("textured/pictures/squares.png")).unwrap()
 }
 
-/// The only visual of a robot.
+/// Returns the only visual of a robot.
 async fn visual(client: &Client, robot: &str) -> proto::Shape {
     client.scene(&[robot]).await.unwrap().robots[0].visuals[0].clone()
 }
@@ -51,7 +51,8 @@ async fn pictures_of_each_format_come_along_and_are_in_the_mesh_as_it_is_drawn()
         let (report, mesh) = load(&daemon, &assets().join(format!("textured/urdf/{kind}.urdf")), kind).await;
         let warnings = |finding: &&proto::Finding| finding.severity() >= proto::Severity::Warning;
         assert_eq!(report.findings.iter().filter(warnings).count(), 0, "{kind}: {report:?}");
-        // The file is there by its own hash, all that it looks like by another where it names files.
+        // The daemon stores the file under its own hash, and the complete look under another if it names
+        // files.
         assert!(!daemon.client.asset(&mesh.sha256).await.unwrap().is_empty());
         assert_eq!(mesh.look == mesh.sha256, kind == "glb", "{mesh:?}");
         let (json, binary) = glb(&daemon, &mesh).await;
@@ -84,7 +85,8 @@ async fn a_pattern_that_mujoco_makes_is_a_picture_that_is_repeated() {
     assert_eq!((answer.status, answer.body), (200, picture.to_vec()));
 }
 
-/// The same mesh beside another picture is another look; without its picture it is drawn, and the report says so.
+/// The same mesh with another picture has another look. Without its picture it is still drawn, and the report
+/// says so.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn the_same_mesh_with_other_pictures_looks_otherwise() {
     let daemon = Daemon::paused_via(Via::Grpc).await;
@@ -118,7 +120,7 @@ async fn the_same_mesh_with_other_pictures_looks_otherwise() {
     assert!(glb(&daemon, &third).await.0.get("images").is_none());
 }
 
-/// Also where all is there already, what a mesh names is a part of the source.
+/// A mesh's files are a part of the source, even if the daemon has them already.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn what_is_on_the_daemon_is_not_sent_again_though_its_mesh_names_it() {
     let daemon = Daemon::paused_via(Via::Grpc).await;

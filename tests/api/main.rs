@@ -1,7 +1,7 @@
-//! What a client of the daemon can rely on: the same over every transport.
+//! Guarantees of the daemon for its clients: the same over every transport.
 //!
-//! A test takes the transport, and [`over_every_transport`] runs it for each. What only the
-//! physics can get wrong is tested once, over gRPC: `control`, `others_robots`.
+//! A test takes the transport, and [`over_every_transport`] runs it for each. Tests of the physics alone run
+//! once, over gRPC: `control`, `others_robots`.
 #![cfg(test)]
 
 mod audit;
@@ -87,7 +87,7 @@ macro_rules! over_every_transport {
 
 pub(crate) use over_every_transport;
 
-/// A paused world with the SolidWorks-style arm, fixed, as "arm".
+/// Returns a paused world with the SolidWorks-style arm, fixed, as "arm".
 pub(crate) async fn arm(via: Via) -> Daemon {
     let daemon = Daemon::paused_via(via).await;
     load_arm(&daemon.client, "arm").await;
@@ -102,7 +102,7 @@ pub(crate) async fn set(daemon: &Daemon, target: Target) {
     daemon.client.set_robot_targets("arm", [joint_target("shoulder", target)]).await.unwrap();
 }
 
-/// What the arm's joint does.
+/// State of the arm's joint.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Shoulder {
     pub(crate) position: f64,

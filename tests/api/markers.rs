@@ -1,4 +1,4 @@
-//! What programs draw in pages, the cameras of pages, and what people do there with keys and mouse.
+//! Markers that programs draw in pages, the cameras of pages, and key and mouse input there.
 
 use std::time::Duration;
 
@@ -48,7 +48,7 @@ async fn what_one_client_draws_a_page_gets_and_another_deletes(via: Via) {
     let (seen, added) = tokio::join!(waiting, add);
     let (seen, added) = (seen.unwrap(), added.unwrap());
     assert_eq!((added.as_slice(), seen.whole), ([1, 2, 3].as_slice(), false));
-    // What is left of a life time is another each time.
+    // The remaining life time differs at each call.
     let lasting = |marker: &Marker| Marker { life_time: 0.0, ..marker.clone() };
     let all: Vec<_> = daemon.client.markers().await.unwrap().iter().map(lasting).collect();
     assert_eq!(seen.markers.iter().map(lasting).collect::<Vec<_>>(), all);
@@ -65,7 +65,7 @@ async fn what_one_client_draws_a_page_gets_and_another_deletes(via: Via) {
         (changed.deleted.as_slice(), changed.markers.len(), changed.markers[0].id),
         ([1].as_slice(), 1, 3)
     );
-    // Nothing is newer: after the timeout it is the same again.
+    // Nothing is newer: after the timeout the view is the same.
     let same = page.next_view(changed.version, Duration::from_millis(5)).await.unwrap();
     assert_eq!((same.version, same.markers.len(), same.whole), (changed.version, 0, false));
     assert_eq!(other.delete_markers(Vec::new()).await.unwrap(), [2, 3]);
@@ -104,7 +104,7 @@ async fn links_are_given_colours_until_their_robot_is_reloaded_or_goes(via: Via)
         seen.colors.iter().flat_map(|all| &all.colors).map(|each| each.layout_version).collect();
     assert!(versions.len() == 2 && versions[0] > 0 && versions[0] == versions[1], "{versions:?}");
     assert_eq!(shown(seen.colors), [("arm".to_owned(), 0.75), ("base_link".to_owned(), 0.0)]);
-    // Another change of the view does not bring them again, and a page that comes later has them.
+    // Another change of the view does not send them again, and a page that comes later gets them.
     client.add_markers([line()], false).await.unwrap();
     let other = page.next_view(seen.version, SECOND).await.unwrap();
     assert_eq!(other.colors, None);
@@ -112,7 +112,7 @@ async fn links_are_given_colours_until_their_robot_is_reloaded_or_goes(via: Via)
     client.set_link_colors([LinkColor { color: None, ..given("base_link", 0.0) }]).await.unwrap();
     let without = page.next_view(other.version, SECOND).await.unwrap();
     assert_eq!(shown(without.colors), [("arm".to_owned(), 0.75)]);
-    // What is not there is refused, with all that was asked for beside it.
+    // A missing marker is refused, with the whole request.
     for (refused, reason) in [
         (LinkColor { robot: "moon".into(), ..given("arm", 0.0) }, ErrorReason::RobotNotFound),
         (given("wing", 0.0), ErrorReason::LinkNotFound),
@@ -123,7 +123,7 @@ async fn links_are_given_colours_until_their_robot_is_reloaded_or_goes(via: Via)
     }
     let same = page.next_view(without.version, Duration::from_millis(5)).await.unwrap();
     assert_eq!(same.version, without.version);
-    // Those of a robot that is gone go with the next change.
+    // The markers of a removed robot go with the next change.
     client.delete_robot("arm").await.unwrap();
     load_arm(client, "arm").await;
     client.set_link_colors([given("base_link", 0.5)]).await.unwrap();
@@ -248,7 +248,7 @@ async fn keys_and_mouse_go_to_the_program_that_asks(via: Via) {
     assert_eq!(page.report_view(many).await.unwrap_err().reason(), Some(ErrorReason::InvalidValue));
 }
 
-/// The connection of gRPC, and the session of Zenoh where its client has put up a token.
+/// Over gRPC the connection, and over Zenoh the session if its client has declared a token.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn markers_that_are_bound_to_a_connection_go_with_it() {
     for via in [Via::Grpc, Via::Zenoh] {
@@ -294,7 +294,7 @@ async fn what_was_drawn_with_a_token_is_taken_away_by_its_owner_or_an_admin() {
     assert_eq!(second.taking_over().delete_markers(vec![1, 2]).await.unwrap(), [1, 2]);
 }
 
-/// So that the suite does not only look at what it drew itself.
+/// Checks the geometry that the suite draws against independent lists.
 #[test]
 fn markers_are_made_of_flat_lists() {
     let made = lines(&[[[0.0, 1.0, 2.0], [3.0, 4.0, 5.0]], [[6.0; 3], [7.0; 3]]], 1.5);

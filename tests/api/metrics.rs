@@ -1,4 +1,4 @@
-//! What operators look at: metrics, and whether the daemon is well.
+//! Metrics and the health of the daemon, for operators.
 
 use std::time::Instant;
 
@@ -11,7 +11,7 @@ use tonic::transport::Channel;
 
 use crate::arm;
 
-/// The value of a sample by its name and labels, as the text has them.
+/// Returns the value of a sample by its name and labels, as the text has them.
 fn sample(text: &str, name: &str) -> Option<f64> {
     let line = text.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(' '))?;
     Some(line.parse().unwrap())
@@ -44,7 +44,7 @@ async fn metrics_count_steps_calls_and_refusals() {
     drop(stream);
 }
 
-/// A caller who goes away while it sends looks like that: nothing was refused.
+/// A caller that leaves while it sends looks like this: nothing was refused.
 #[tokio::test]
 async fn a_call_that_ends_before_its_message_counts_as_cancelled() {
     let daemon = arm(Via::Grpc).await;
@@ -61,7 +61,7 @@ async fn a_call_that_ends_before_its_message_counts_as_cancelled() {
     );
 }
 
-/// As long as the rest has not come.
+/// Until the rest has come.
 #[tokio::test]
 async fn a_part_of_an_upload_is_seen_with_its_bytes_until_the_rest_has_come() {
     let daemon = arm(Via::Grpc).await;
@@ -119,10 +119,10 @@ async fn a_daemon_that_drains_is_alive_and_not_ready() {
     assert!(daemon.running.handle.readiness(Instant::now()).unwrap_err().contains("shutting down"));
 }
 
-/// Each metric that the dashboard asks for is there under that name.
+/// All metrics that the dashboard uses exist under these names.
 #[tokio::test]
 async fn the_dashboard_asks_for_metrics_that_there_are() {
-    // The program counts what it allocates, and this one does not.
+    // The program counts its allocations; this test process does not.
     simd_world::process::count_heap_by(|| 1);
     let daemon = arm(Via::Grpc).await;
     let stream = daemon.client.watch(vec![every_joint("arm")], 10.0).await.unwrap();

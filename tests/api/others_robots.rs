@@ -1,4 +1,4 @@
-//! Robots that we did not make hold poses and go to new ones with default gains.
+//! Other people's robots hold poses and reach new ones with default gains.
 
 use fastrand::Rng;
 use simd_client::proto::{JointLayout, JointReset, JointType, RobotTargets, SetJointTargetsRequest};
@@ -31,9 +31,8 @@ fn driven(layout: &JointLayout) -> Vec<Driven> {
         .collect()
 }
 
-/// Three seeded poses inside the limits, each held for five simulated seconds within 1e-3 rad
-/// or the static error of the spring, then a step of 0.2 on every joint, as far as its limits
-/// leave room.
+/// Three seeded poses inside the limits, each held for five simulated seconds within 1e-3 rad or the static
+/// error of the spring. Then a step of 0.2 on every joint, as far as its limits allow.
 async fn holds_and_steps(robot: &str) {
     let daemon = Daemon::paused().await;
     daemon.client.load(pybullet_data::folder().join(robot), fixed("robot")).await.unwrap();

@@ -1,4 +1,5 @@
-//! Saved states and parameters are their makers': while a claim or a token holds, no other client replaces or removes them.
+//! Saved states and parameters belong to their makers: while a claim or a token holds, no other client
+//! replaces or removes them.
 
 use std::time::Duration;
 
@@ -55,9 +56,9 @@ async fn what_was_made_with_a_claim_is_its_holders_as_long_as_the_claim_holds(vi
     add(&other, "free").await.unwrap();
 
     refused(&other, "maker").await;
-    // Without its claim the holder is like any client, and with a claim that is another's too.
+    // Without its claim the holder is like any client; the same holds with another client's claim.
     refused(&daemon.client, "maker").await;
-    // To read and to move is for all.
+    // Every client may read and move.
     other.set_parameters([slide("gain", 0.25)]).await.unwrap();
     other.restore_state("mine").await.unwrap_err();
     let removed = other.remove_parameters(Vec::new()).await.unwrap();
@@ -68,7 +69,7 @@ async fn what_was_made_with_a_claim_is_its_holders_as_long_as_the_claim_holds(vi
     allowed(&holder).await;
     holder.save_state("mine").await.unwrap();
     add(&holder, "gain").await.unwrap();
-    // Without tokens any client takes over that says so.
+    // Without tokens any client that asks to can take over.
     allowed(&other.clone().taking_over()).await;
 
     holder.save_state("mine").await.unwrap();

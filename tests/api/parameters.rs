@@ -19,7 +19,7 @@ async fn speed(client: &Client) -> f64 {
     }
 }
 
-/// A paused daemon with a slider `speed` from -1 to 1 at 0.5 and a button `go`.
+/// Returns a paused daemon with a slider `speed` from -1 to 1 at 0.5 and a button `go`.
 async fn daemon(via: Via) -> Daemon {
     let daemon = Daemon::paused_via(via).await;
     let refuse = NameTakenPolicy::Refuse;
@@ -59,7 +59,7 @@ async fn who_comes_late_gets_the_newest_alone(via: Via) {
     let list = daemon.client.next_parameters(before, SECOND).await.unwrap();
     assert_eq!(list.version, before + 100);
     assert_eq!(speed(&daemon.client).await, 1.0);
-    // Nothing is newer: after the timeout it is the same again.
+    // Nothing is newer: after the timeout the list is the same.
     let same = daemon.client.next_parameters(list.version, Duration::from_millis(20)).await.unwrap();
     assert_eq!(same.version, list.version);
 }
@@ -116,7 +116,7 @@ fn shoulder_of(robot: &str, mode: JointMode) -> JointBinding {
     JointBinding { robot: robot.into(), joint: "shoulder".into(), mode: mode.into(), ..Default::default() }
 }
 
-/// A slider `lift` from -0.5 to 1, of the arm's shoulder.
+/// Returns a slider `lift` from -0.5 to 1, of the arm's shoulder.
 async fn bound(client: &Client, mode: JointMode) -> Result<proto::Parameter, Error> {
     let joint = shoulder_of("arm", mode);
     client.add_bound_slider("lift", (-0.5, 1.0), 0.25, joint, NameTakenPolicy::Replace).await
@@ -138,7 +138,7 @@ async fn a_bound_slider_sets_the_target_for_each_client_that_moves_it(via: Via) 
         let moved = shoulder(&daemon).await;
         assert_eq!((moved.mode, moved.target), (mode, value));
     }
-    // Where the slider stands already is a target too: another one may have been set since.
+    // The slider's present position is a target too: another one may have been set since.
     set(&daemon, Target::Hold).await;
     other.set_parameters([slide("lift", 0.75)]).await.unwrap();
     assert_eq!(shoulder(&daemon).await.target, 0.75);
@@ -155,7 +155,7 @@ async fn a_target_that_is_refused_leaves_all_sliders_where_they_are(via: Via) {
     let beyond = [slide("lift", 0.5), slide("speed", 2.0)];
     assert_eq!(client.set_parameters(beyond).await.unwrap_err().reason(), Some(ErrorReason::InvalidValue));
     assert_eq!(shoulder(&daemon).await.target, target);
-    // What others have claimed is theirs, and their claim moves the slider.
+    // Claims of others are respected, and their claim moves the slider.
     let selections = vec![every_joint("arm")];
     let claim =
         proto::ClaimJointsRequest { selections, holder: "planner".into(), lease: 60.0, ..Default::default() };

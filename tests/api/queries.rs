@@ -28,7 +28,7 @@ async fn shape(client: &Client, name: &str, geometry: proto::primitive::Geometry
     client.spawn(request).await.unwrap();
 }
 
-/// The ground, and two balls of 0.1 m, 1 m above it and 1 m apart.
+/// Returns the ground, and two balls of 0.1 m, 1 m above it and 1 m apart.
 async fn balls(via: Via) -> Daemon {
     let daemon = Daemon::paused_via(via).await;
     let client = &daemon.client;

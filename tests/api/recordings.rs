@@ -24,7 +24,7 @@ over_every_transport! {
     commands_of_several_clients_are_recorded_with_their_names,
 }
 
-/// A paused daemon that keeps recordings, and their folder.
+/// Returns a paused daemon that keeps recordings, and their folder.
 async fn daemon(via: Via) -> (Daemon, TempDir) {
     let folder = tempfile::tempdir().unwrap();
     let directory = Some(folder.path().to_owned());
@@ -87,7 +87,7 @@ async fn what_was_recorded_is_downloaded_and_comes_to_the_same_again(via: Via) {
     assert_eq!(of_recordings, [("run".into(), None), ("run".into(), Some(RecordingEndCause::Stopped))]);
 }
 
-/// Each reading from the beginning on, as a message of ROS where it has one.
+/// Each reading from the beginning on, as a ROS message if it has one.
 async fn readings_of_sensors_are_recorded_each_once(via: Via) {
     let (daemon, _folder) = daemon(via).await;
     let client = &daemon.client;
@@ -98,7 +98,7 @@ async fn readings_of_sensors_are_recorded_each_once(via: Via) {
         ("eye", sensor::Kind::Range(proto::RangeSensor { min: 0.0, max: 1.0 })),
     ];
     for (name, kind) in kinds {
-        // What walks is part of the state to which a replay comes.
+        // A random walk is part of the state that a replay restores.
         let walking = proto::SensorNoise {
             channel: proto::SensorChannel::AngularVelocity.into(),
             standard_deviation: 0.1,
@@ -158,7 +158,7 @@ async fn pictures_of_cameras_are_recorded_while_a_renderer_draws_them(via: Via) 
     client.stop_recording("run").await.unwrap();
     let run = std::fs::read(folder.path().join("run.mcap")).unwrap();
     let colors = messages(&run, "/arm/sensors/eye/image_raw");
-    // The newest wins where two came between two looks. What was drawn is the number of the step in each pixel.
+    // The newest wins if two came between two looks. Each pixel of the drawing is the step number.
     assert!((1..=3).contains(&colors.len()), "{}", colors.len());
     assert!(colors.last().unwrap().ends_with(&[50; 3 * 4 * 3]));
     let depths = messages(&run, "/arm/sensors/eye/depth/image_raw");
@@ -174,7 +174,7 @@ async fn pictures_of_cameras_are_recorded_while_a_renderer_draws_them(via: Via) 
     assert_eq!(replayed(&run).await.steps, 30);
 }
 
-/// The messages of a topic.
+/// Returns the messages of a topic.
 fn messages(file: &[u8], topic: &str) -> Vec<Vec<u8>> {
     let mut reader = simd_mcap::Reader::new(file, simd_mcap::ReadLimits::default()).unwrap();
     let mut found = Vec::new();
@@ -188,7 +188,7 @@ fn messages(file: &[u8], topic: &str) -> Vec<Vec<u8>> {
     found
 }
 
-/// What a file says there is of the arm's camera.
+/// Returns the file's data about the arm's camera.
 fn said_of_camera(file: &[u8]) -> String {
     let mut reader = simd_mcap::Reader::new(file, simd_mcap::ReadLimits::default()).unwrap();
     while let Some(item) = reader.next().unwrap() {

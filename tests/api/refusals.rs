@@ -7,7 +7,7 @@ use simd_tests::process::soon;
 
 use crate::{arm, load_arm, shoulder};
 
-/// The refusal of a URDF, its reason and its sentence.
+/// Returns the refusal of a URDF, its reason and its sentence.
 async fn refused(client: &Client, urdf: &str) -> (Option<ErrorReason>, String) {
     let source = proto::DescriptionSource {
         source: Some(proto::description_source::Source::Urdf(urdf.as_bytes().to_vec())),
@@ -115,9 +115,9 @@ async fn a_claimed_joint_is_refused_to_others_by_the_holders_name(via: Via) {
     daemon.client.set_robot_targets("arm", [joint_target("shoulder", Target::Hold)]).await.unwrap();
 }
 
-/// A thousand calls at once on a mailbox of one: each is done or refused with the reason, none
-/// hangs, and the refusals are counted. Whether one finds it full is the system's choice, so it is tried
-/// until one does. (That a full one refuses is a test of the driver.)
+/// A thousand simultaneous calls on a mailbox of one: each is done or refused with the reason, none hangs,
+/// and the refusals are counted. Whether a call finds it full depends on the system, so the test repeats
+/// until one does. (A test of the driver covers the refusal itself.)
 async fn a_small_mailbox_answers_or_refuses_every_call(via: Via) {
     let daemon = Daemon::start_via(via, |config| config.driver.mailbox = 1).await;
     load_arm(&daemon.client, "arm").await;

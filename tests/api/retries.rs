@@ -55,15 +55,16 @@ async fn clients_of_other_names_have_ids_of_their_own(via: Via) {
     one.reset(reset("1")).await.unwrap();
     two.reset(reset("1")).await.unwrap();
     assert_eq!(epoch(&one).await, 2);
-    // A client that comes over another connection is the same by its name.
+    // A client with the same name over another connection is the same client.
     let again = daemon.another_client().await.with_name("one");
     again.reset(reset("1")).await.unwrap();
     assert_eq!(epoch(&one).await, 2);
 }
 
-/// Over gRPC and gRPC-Web a caller without a name is known by its connection. A browser has several and chooses
-/// among them, so a retry over gRPC-Web may be taken for another request, but never for another caller's. Within the
-/// process all are one caller; over Zenoh the daemon cannot tell who asks, and refuses an id.
+/// Over gRPC and gRPC-Web a caller without a name is known by its connection. A browser has several and
+/// chooses among them, so a retry over gRPC-Web may look like another request, but never like another
+/// caller's. Within the process all callers are one. Over Zenoh the daemon cannot identify the caller, and
+/// refuses an id.
 async fn callers_without_a_name_have_ids_of_their_connection(via: Via) {
     let daemon = arm(via).await;
     let [one, two] = [daemon.client.clone(), daemon.another_client().await].map(|it| it.with_name(""));
@@ -82,12 +83,12 @@ async fn callers_without_a_name_have_ids_of_their_connection(via: Via) {
         Via::Web => assert!((2..=4).contains(&resets), "{resets}"),
         Via::Grpc | Via::Zenoh => assert_eq!(resets, 2),
     }
-    // A caller with a name has ids of its own.
+    // A named caller has separate ids.
     one.clone().with_name("one").reset(reset("1")).await.unwrap();
     assert_eq!(epoch(&one).await, resets + 1);
 }
 
-/// An id is the same however often its request is refused, and the refusal is the first one.
+/// An id stays the same however often its request is refused, and the first error is returned.
 async fn a_refusal_is_remembered_as_it_was(via: Via) {
     let daemon = Daemon::paused_via(via).await;
     let steps = StepSimulationRequest { steps: u64::MAX, request_id: "x".into(), ..Default::default() };
@@ -123,7 +124,7 @@ async fn over_zenoh_a_claims_secret_is_given_once() {
     assert!(refused.contains("REQUEST_ID_REUSED") && !refused.contains(&claimed.claim), "{refused}");
 }
 
-/// A session that gives no name has ids of its own where its queries say whose they are.
+/// A session without a name has separate ids if its queries name their source.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn over_zenoh_a_query_without_a_name_is_known_by_its_source() {
     let daemon = arm(Via::Zenoh).await;

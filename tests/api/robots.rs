@@ -1,4 +1,4 @@
-//! Robots come over the network, change and go.
+//! Robots are loaded over the network, changed and removed.
 
 use simd_client::proto::{self, JointType};
 use simd_client::{Package, Target, joint_target, some_joints};
@@ -40,7 +40,7 @@ async fn names_with_spaces_work_from_the_folder_to_the_target(via: Via) {
     assert!((seen.joints[0].position[0] - 0.3).abs() < 1e-3, "{seen:?}");
 }
 
-/// The report names the overlapping links and a place that is free; there the next robot overlaps nothing.
+/// The report names the overlapping links and a free place; there the next robot overlaps nothing.
 async fn a_report_names_what_a_robot_was_loaded_into_and_a_free_place(via: Via) {
     let daemon = Daemon::paused_via(via).await;
     let package = assets().join("Bench_Arm-1.2 rev B");
@@ -72,7 +72,7 @@ async fn what_the_daemon_has_is_not_sent_again(via: Via) {
     assert_eq!(names, ["arm", "again"]);
 }
 
-/// How many words come depends on who is faster; the last is the robot, or why there is none.
+/// The number of progress messages depends on timing; the last is the robot or the error.
 async fn a_robot_can_be_watched_on_its_way_in(via: Via) {
     let daemon = Daemon::paused_via(via).await;
     let package = Package::open(assets().join("seven_arm")).unwrap();

@@ -1,4 +1,4 @@
-//! Copies of the world that run on: what they come to, what is refused, and that they end with their caller.
+//! Rollouts of copies of the world: results, refusals, and the end with their caller.
 
 use std::time::Duration;
 
@@ -17,7 +17,7 @@ fn quantity(kind: RolloutQuantityKind) -> RolloutQuantity {
     RolloutQuantity { kind: kind.into(), robot: "arm".into(), names: Vec::new() }
 }
 
-/// The arm goes to one of these positions in each copy.
+/// Returns a rollout in which the arm moves to one of these positions in each copy.
 fn to(positions: &[f64]) -> RolloutRequest {
     let values = packed(positions);
     let term = RolloutJointTerm { robot: "arm".into(), targets: vec![0.3], ..Default::default() };
@@ -154,7 +154,7 @@ async fn what_cannot_be_is_refused_in_one_sentence(via: Via) {
     daemon.client.rollout(one(), |_| ()).await.unwrap();
 }
 
-/// More than any machine computes while a test waits, and as much as may be asked for.
+/// Returns the longest allowed rollout, which no machine computes within a test's timeout.
 fn endless() -> RolloutRequest {
     let copies = 6_000;
     RolloutRequest { copies, steps: 1_000_000, quantities: Vec::new(), ..to(&[0.1]) }
@@ -177,7 +177,7 @@ over_every_transport![
     a_rollout_that_takes_too_long_says_how_far_it_came,
 ];
 
-/// Over Zenoh a daemon does not learn that its asker is gone: there the time that the query says ends it.
+/// Over Zenoh a daemon does not learn that its caller is gone: the query's timeout ends the rollout.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_rollout_ends_with_its_caller_and_leaves_its_place_to_others() {
     let daemon = arm(Via::Grpc).await;
@@ -205,10 +205,10 @@ async fn a_rollout_ends_with_its_caller_and_leaves_its_place_to_others() {
     next.expect("the place of those who left is free").unwrap();
 }
 
-/// A second rollout of a client waits for its first, also where one more could be computed.
+/// A second rollout of a client waits for its first, even if the daemon could compute one more.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn one_client_with_two_long_rollouts_keeps_no_other_from_its_own() {
-    // None of them ends by itself while the test waits.
+    // None of them ends within the test.
     let daemon = Daemon::start_via(Via::Grpc, |config| config.limits.rollout_seconds = 86_400).await;
     crate::load_arm(&daemon.client, "arm").await;
     let mut began = Vec::new();

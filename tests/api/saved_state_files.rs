@@ -11,7 +11,7 @@ use simd_world::loading::saved_state_file::FORMAT;
 
 use crate::{arm, set};
 
-/// A shape, in the world at a place.
+/// Returns a shape, in the world at a place.
 fn shape(name: &str, geometry: proto::primitive::Geometry, [x, y, z]: [f64; 3]) -> proto::SpawnEntityRequest {
     let primitive = proto::Primitive { geometry: Some(geometry), ..Default::default() };
     proto::SpawnEntityRequest {
@@ -25,8 +25,8 @@ fn shape(name: &str, geometry: proto::primitive::Geometry, [x, y, z]: [f64; 3]) 
     }
 }
 
-/// A plane with balls, boxes and capsules that fall on it, and arms with meshes among them: one scaled, one
-/// that touches itself with meshes in parts, one held up in the air by a wrench.
+/// A plane with falling balls, boxes and capsules, and arms with meshes. One arm is scaled, one collides with
+/// itself with meshes in parts, and one is held up in the air by a wrench.
 async fn fill(client: &Client) {
     use proto::primitive::Geometry;
     let plane = shape("ground", Geometry::Plane(proto::PlaneGeometry::default()), [0.0; 3]);
@@ -103,7 +103,7 @@ async fn a_world_is_taken_to_another_daemon_and_runs_on_to_the_same_bits(via: Vi
     let saved = here.client.save_state("mark").await.unwrap();
     let (file, first) = export(&here.client, folder.path(), "mark").await;
 
-    // A world of its own, whose robots have versions of their own.
+    // Another world, with other versions of its robots.
     let there = arm(via).await;
     there.client.step(5).await.unwrap();
     let imported = there.client.import_saved_state(&file, "").await.unwrap();
@@ -133,7 +133,7 @@ async fn a_world_is_taken_to_another_daemon_and_runs_on_to_the_same_bits(via: Vi
         export(&there.client, folder.path(), "later").await.1 == later,
         "both worlds are equal to the bit"
     );
-    // The meshes came along, for viewers and for reading the robots anew.
+    // The meshes came along, for viewers and for reloading the robots.
     let request = proto::ReloadEntityRequest { robot: "two".into(), ..Default::default() };
     assert_eq!(there.client.reload(request).await.unwrap().removed_joints, Vec::<String>::new());
 }
@@ -247,7 +247,7 @@ async fn named_states_of_an_srdf_survive_a_file_and_a_reload(via: Via) {
     assert_eq!(layout_of(&there.client).await.joints.len(), layout_of(&here.client).await.joints.len());
 }
 
-/// An MJCF whose mesh has no file: its corners stand in it. It is sent, or read from the daemon's disk.
+/// An MJCF with a mesh that has vertices instead of a file. It is sent, or read from the daemon's disk.
 async fn meshes_of_numbers_go_along_with_their_robots(via: Via) {
     const MJCF: &str = "<mujoco model='rock'><asset><mesh name='stone' vertex='0 0 0 2 0 0 0 3 0 0 0 1'/></asset>\
                         <worldbody><body name='rock'><freejoint/><geom type='mesh' mesh='stone'/></body></worldbody></mujoco>";

@@ -1,4 +1,4 @@
-//! Each rule of security, as one who tries to break it.
+//! Each rule of security, tested by attempts to break it.
 
 use std::path::{Path, PathBuf};
 
@@ -22,17 +22,17 @@ pub(crate) struct Guarded {
     pub(crate) folder: TempDir,
 }
 
-/// The token of this role.
+/// Returns the token of this role.
 pub(crate) fn of(role: Role) -> String {
     token(&[role as u8 + 1; 32])
 }
 
-/// Of another admin.
+/// Returns the token of another admin.
 pub(crate) fn of_second() -> String {
     token(&[6; 32])
 }
 
-/// The token for the robot "arm" alone.
+/// Returns the token for the robot "arm" alone.
 pub(crate) fn of_arm() -> String {
     token(&[7; 32])
 }
@@ -55,7 +55,7 @@ fn write(path: &Path, text: &str) {
 fn entries() -> Vec<TokenEntry> {
     let mut entries: Vec<_> =
         Role::ALL.into_iter().map(|role| entry(role.name(), role, &of(role), None)).collect();
-    // For one robot, and yet an admin: what it may not do, no role allows.
+    // An admin limited to one robot: the limit applies in every role.
     let of_arm = entry("of_arm", Role::Admin, &of_arm(), None);
     entries.push(TokenEntry { robots: vec!["arm".into()], ..of_arm });
     entries.push(entry("second", Role::Admin, &of_second(), None));
@@ -108,7 +108,7 @@ impl Guarded {
     }
 }
 
-/// What the daemon says of a request without a body, by a method of its path.
+/// Returns the daemon's status for a request without a body, by a method's path.
 async fn call_grpc(running: &Running, path: &'static str, token: Option<&str>) -> Status {
     let url = format!("http://{}", running.address);
     let channel = tonic::transport::Endpoint::from_shared(url).unwrap().connect().await.unwrap();
@@ -132,7 +132,7 @@ fn reason(status: &Status) -> String {
     status.get_details_error_info().map(|info| info.reason).unwrap_or_default()
 }
 
-/// Streams that answer nothing yet would be waited for.
+/// Streams without an immediate answer would block the test.
 fn answers_at_once(method: &methods::Method) -> bool {
     !method.gives_many && !method.path.ends_with("/NextEvents") && !method.path.ends_with("/NextParameters")
 }
@@ -160,7 +160,7 @@ async fn each_method_asks_for_its_role() {
     }
 }
 
-/// What goes into the attachment of a query.
+/// Returns the attachment of a query.
 fn headers(token: Option<&str>) -> Option<String> {
     token.map(|token| keys::attachment([(TOKEN_HEADER, bearer(token).as_str())]))
 }
@@ -194,7 +194,7 @@ async fn each_method_asks_for_its_role_over_zenoh_too() {
     }
 }
 
-/// Publications have no answer: what a viewer publishes is not taken, what an operator publishes is.
+/// Publications have no answer: a viewer's are ignored, an operator's are applied.
 #[tokio::test(flavor = "multi_thread")]
 async fn a_client_learns_what_its_token_allows() {
     let until = "2999-01-01T00:00:00Z";
@@ -277,7 +277,7 @@ async fn a_revoked_token_ends_streams_and_a_new_one_is_taken_without_a_restart()
     assert_eq!(ended.and_then(|error| error.reason()), Some(ErrorReason::Unauthenticated));
     assert_eq!(viewer.robots().await.unwrap_err().reason(), Some(ErrorReason::Unauthenticated));
     guarded.client(&other).await.robots().await.unwrap();
-    // A file that is damaged changes nothing.
+    // A damaged file changes nothing.
     write(&guarded.folder.path().join("tokens"), "nonsense");
     tokio::task::yield_now().await;
     guarded.client(&other).await.robots().await.unwrap();
@@ -334,7 +334,8 @@ async fn a_daemon_does_not_start_with_tokens_that_others_can_read() {
     start(tokens).await.unwrap();
 }
 
-/// The page's own files have nothing of the world; all else is asked for with the token, in the header or in the cookie.
+/// The page's own files say nothing about the world. All else needs the token, in the header or in the
+/// cookie.
 #[tokio::test(flavor = "multi_thread")]
 async fn a_browser_gets_the_page_and_nothing_else_without_a_token() {
     use simd_tests::http::{get, send};
@@ -369,7 +370,7 @@ async fn a_browser_gets_the_page_and_nothing_else_without_a_token() {
     for word in [&*of(Role::Operator), "HttpOnly", "SameSite=Strict"] {
         assert!(taken.header("set-cookie").contains(word), "{}", taken.header("set-cookie"));
     }
-    // A browser keeps none over plain HTTP.
+    // A browser would drop a secure cookie over plain HTTP.
     assert!(!taken.header("set-cookie").contains("Secure"), "{}", taken.header("set-cookie"));
     assert_eq!(log_in("simd_1", &[]).await.status, 401);
     assert_eq!(log_in(&token(&[9; 32]), &[]).await.status, 401, "it has expired");

@@ -34,7 +34,7 @@ async fn readings_are_published_in_batches_without_a_hole() {
     assert!(messages < sequences.len() / 2, "{messages} messages for {} readings", sequences.len());
 }
 
-/// A world that stands still publishes its newest reading for who comes late.
+/// A world that stands still publishes its newest reading for late subscribers.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn who_subscribes_late_gets_the_newest_reading() {
     let daemon = arm(Via::Zenoh).await;

@@ -1,4 +1,4 @@
-//! What sensors feel and see, as clients make, read, follow and delete them.
+//! Sensors, as clients make, read, watch and delete them.
 
 use std::time::Duration;
 
@@ -15,7 +15,7 @@ use crate::{arm, over_every_transport};
 
 const SECOND: Duration = Duration::from_secs(1);
 
-/// A sensor of the arm's root link.
+/// Returns a sensor of the arm's root link.
 fn on_arm(name: &str, kind: sensor::Kind) -> proto::Sensor {
     proto::Sensor { robot: "arm".into(), name: name.into(), kind: Some(kind), ..Default::default() }
 }
@@ -51,7 +51,7 @@ async fn cube(client: &Client, name: &str, x: f64) {
     client.spawn(request).await.unwrap();
 }
 
-/// The only reading of the only sensor.
+/// Returns the only reading of the only sensor.
 pub(crate) fn only(mut all: Vec<SensorReadings>) -> SensorReading {
     assert_eq!(all.len(), 1, "{all:?}");
     let mut readings = all.remove(0).readings;
@@ -187,7 +187,7 @@ async fn readings_come_without_a_hole_to_who_asks_for_the_next(via: Via) {
     let (next, stepped) = tokio::join!(waits, client.step(1));
     stepped.unwrap();
     assert_eq!(only(next.unwrap()).sequence, after + 1);
-    // The log is bounded, and says what is gone.
+    // The log is bounded, and reports lost readings.
     client.step(5_000).await.unwrap();
     let next = client.next_sensor_readings(vec![cursor("imu", after)], SECOND).await.unwrap().remove(0);
     assert!(next.missed > 0, "{}", next.missed);
@@ -203,7 +203,7 @@ async fn a_watch_has_each_reading_until_its_sensor_goes(via: Via) {
     let slow = proto::Sensor { rate: Some(100.0), ..imu("slow") };
     client.create_sensor(slow).await.unwrap();
     client.step(5).await.unwrap();
-    // What was before is not watched.
+    // Earlier readings are not in a watch.
     let mut watch = client.watch_sensors(vec![every_sensor("arm")], 1000.0).await.unwrap();
     client.step(100).await.unwrap();
     let (mut all, mut slow) = (Vec::new(), 0);
@@ -229,7 +229,7 @@ async fn a_watch_has_each_reading_until_its_sensor_goes(via: Via) {
     assert_eq!(soon("the end", ended).await.reason(), Some(ErrorReason::SensorNotFound));
 }
 
-/// Ranges are measured on other threads, and are there when they are asked for: those of the very step.
+/// Ranges are measured on other threads. A call returns those of the very step.
 async fn ranges_are_of_the_state_that_the_caller_sees(via: Via) {
     let daemon = Daemon::paused_via(via).await;
     let client = &daemon.client;
@@ -242,7 +242,7 @@ async fn ranges_are_of_the_state_that_the_caller_sees(via: Via) {
         range: Some(proto::RangeLimits { min: 0.1, max: 10.0 }),
         ..Default::default()
     });
-    // In front of the cube that it sits on.
+    // In front of the cube that carries it.
     let on_eye = |name: &str, kind| proto::Sensor {
         robot: "eye".into(),
         name: name.into(),
@@ -262,7 +262,7 @@ async fn ranges_are_of_the_state_that_the_caller_sees(via: Via) {
         let Some(Measurement::Range(range)) = all[0].readings[0].measurement else { panic!("{all:?}") };
         assert!((range.range - 2.5).abs() < 1e-9, "{range:?}");
         let Some(Measurement::Lidar(lidar)) = &all[1].readings[0].measurement else { panic!("{all:?}") };
-        // A row in the plane, and one that goes over the wall.
+        // A row in the plane, and one that passes above the wall.
         let slant = (2.5 / 0.1_f64.cos()) as f32;
         let near = |range: f32, expected: f32| (range - expected).abs() < 1e-6;
         assert_eq!((lidar.columns, lidar.ranges.len()), (3, 6));
@@ -301,7 +301,7 @@ async fn a_restored_state_gives_the_same_noise_again(via: Via) {
     assert_ne!(run().await, first, "time goes on");
 }
 
-/// As a call, as a stream and to a controller.
+/// From a call, a stream and a controller.
 async fn newest_readings_come_beside_joint_states(via: Via) {
     let daemon = arm(via).await;
     let client = &daemon.client;
@@ -323,14 +323,14 @@ async fn newest_readings_come_beside_joint_states(via: Via) {
     let answer = soon("a state", watch.next_answer()).await.unwrap().unwrap();
     assert_eq!(only(answer.sensors).sample, 5);
 
-    // With the step itself.
+    // In the same call as the step.
     let request =
         StepSimulationRequest { steps: 1, sensors: vec![every_sensor("arm")], ..Default::default() };
     let stepped = client.step_with(request).await.unwrap();
     assert_eq!(stepped.sensors.len(), 2);
     assert!(stepped.sensors.iter().all(|of| of.readings[0].stamp.unwrap().step == 6));
 
-    // Said once, and kept from request to request.
+    // Given once, and kept from request to request.
     let sensors = vec![some_sensors("arm", ["other"])];
     let options = ControlOptions { sensors, wait: ControlWait::None, ..Default::default() };
     let mut control = client.control(options).await.unwrap();

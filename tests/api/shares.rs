@@ -1,4 +1,4 @@
-//! One client cannot have all parameters, saved states and claims that there may be: what it made counts as long as it is there.
+//! One client cannot use up all parameters, saved states and claims: its own count as long as they exist.
 
 use std::fmt::Debug;
 use std::time::Duration;
@@ -37,7 +37,7 @@ fn refused<T: Debug>(outcome: Result<T, Error>, what: &str) {
     assert!(error.to_string().starts_with(what), "{error}");
 }
 
-/// What is replaced is out of the way, and what is gone counts no more.
+/// Replaced and removed ones no longer count.
 async fn one_has_its_share_and_another_has_room(one: &Client, other: &Client) {
     for name in ["a", "b", "a"] {
         add(one, name).await.unwrap();

@@ -32,7 +32,7 @@ async fn control_answers_each_request_once_with_a_newer_state(via: Via) {
     }
 }
 
-/// In a paused world nothing is new but what the targets change.
+/// In a paused world only targets change the state.
 async fn control_answers_in_a_paused_world_once_the_targets_hold(via: Via) {
     let daemon = arm(via).await;
     let mut control = daemon.client.control(options(ControlWait::NewerState)).await.unwrap();
@@ -52,7 +52,7 @@ async fn refused_targets_do_not_end_control(via: Via) {
     assert_eq!(reply.accepted().unwrap().robots[0].target, [0.2]);
 }
 
-/// What is selected is what comes, also where the first targets were refused.
+/// The selection applies even if the first targets were refused.
 async fn control_keeps_its_selection_after_a_refusal(via: Via) {
     let daemon = arm(via).await;
     load_arm(&daemon.client, "other").await;
@@ -94,8 +94,8 @@ async fn refusals_of_control_come_no_faster_than_states() {
     assert!(newest().await - before >= refusals - 1);
 }
 
-/// The reader grants a credit and then looks away while a thousand steps are done; what it
-/// reads next is one state old at the most, and the one after is the newest.
+/// The reader grants a credit and then pauses for a thousand steps. Its next read is at most one state old,
+/// and the one after is the newest.
 async fn a_reader_of_control_that_stalled_is_at_most_one_state_behind(via: Via) {
     let daemon = arm(via).await;
     let mut control = daemon.client.control(options(ControlWait::None)).await.unwrap();
@@ -116,7 +116,7 @@ async fn next_states_gives_the_newest_to_a_client_that_comes_late(via: Via) {
     daemon.client.step(1000).await.unwrap();
     let next = daemon.client.next_states(sequence(&first), SECOND, Vec::new()).await.unwrap();
     assert_eq!(next.stamp.unwrap().step, 1000);
-    // Nothing is newer: after the timeout it is the same state again.
+    // Nothing is newer: after the timeout the state is the same.
     let wait = Duration::from_millis(20);
     let same = daemon.client.next_states(sequence(&next), wait, Vec::new()).await.unwrap();
     assert_eq!(sequence(&same), sequence(&next));

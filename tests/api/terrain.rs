@@ -1,4 +1,4 @@
-//! Meshes and height fields as ground: what a load report says of them, and files that are none.
+//! Meshes and height fields as ground: load reports, and unusable files.
 
 use std::fs;
 use std::io::Write as _;
@@ -30,7 +30,7 @@ async fn load(client: &Client, folder: &Path, base: Base, meshes: MeshShapes) ->
     client.load(folder.join("ground.urdf"), request).await
 }
 
-/// A shape that is this file.
+/// Returns a shape that is this file.
 async fn spawn_file(client: &Client, path: &Path, uri: &str) -> Spawned {
     let mesh = proto::MeshGeometry { uri: uri.into(), ..Default::default() };
     let geometry = Some(proto::primitive::Geometry::Mesh(mesh));
@@ -40,7 +40,7 @@ async fn spawn_file(client: &Client, path: &Path, uri: &str) -> Spawned {
     client.spawn(request).await.unwrap()
 }
 
-/// What the report says of the collision mesh.
+/// Returns the report's messages about the collision mesh.
 fn said(spawned: &Spawned) -> Vec<&str> {
     let collision = |finding: &&proto::Finding| finding.element == "collision";
     spawned.report.findings.iter().filter(collision).map(|finding| finding.message.as_str()).collect()
@@ -75,7 +75,8 @@ async fn a_load_report_says_what_a_mesh_became(via: Via) {
             assert!((0.25..=0.5).contains(&distance), "{said:?}");
         }
     }
-    // A ball of 2,000 corners within a percent of its radius: the most corners that a hull has are too few for half of one.
+    // A ball of 2,000 corners within a percent of its radius: a hull's maximum number of corners is too small
+    // for half a percent.
     let corner = |i: u32| {
         let (z, turn) = (1.0 - f64::from(2 * i + 1) / 2_000.0, f64::from(i) * 2.4);
         let across = (1.0 - z * z).sqrt();
@@ -88,7 +89,7 @@ async fn a_load_report_says_what_a_mesh_became(via: Via) {
         .unwrap();
     let beyond: f64 = rest.split_once(" m").unwrap().0.parse().unwrap();
     assert!(beyond > 0.0 && beyond < 1e-2, "{beyond}");
-    // What touches is drawn, also where it is no hull.
+    // The colliding surface is drawn, even if it is not a hull.
     let scene = daemon.client.scene(&["ground"]).await.unwrap();
     assert!(
         matches!(&scene.robots[0].colliders[0].geometry, Some(proto::shape::Geometry::Convex(_))),
@@ -96,7 +97,7 @@ async fn a_load_report_says_what_a_mesh_became(via: Via) {
     );
 }
 
-/// What is asked for and cannot be is a warning, which a strict load refuses; and no robot comes.
+/// An impossible request is a warning, which a strict load refuses; then no robot is added.
 async fn a_strict_load_refuses_what_is_no_mesh_and_no_parts(via: Via) {
     let daemon = Daemon::paused_via(via).await;
     let folder = tempfile::tempdir().unwrap();
@@ -149,7 +150,7 @@ async fn a_ball_falls_into_what_is_open(via: Via) {
     assert!((at.z - 0.1).abs() < 1e-3, "{at:?}");
 }
 
-/// A ball of 10 cm at this height above the middle of the ground.
+/// Returns a ball of 10 cm at this height above the middle of the ground.
 async fn spawn_ball(client: &Client, z: f64) -> Spawned {
     let sphere = proto::primitive::Geometry::Sphere(proto::SphereGeometry { radius: 0.1 });
     let primitive = proto::Primitive { geometry: Some(sphere), mass: 1.0, color: None };
@@ -166,15 +167,15 @@ async fn spawn_ball(client: &Client, z: f64) -> Spawned {
     client.spawn(request).await.unwrap()
 }
 
-/// What a report says of links below a surface.
+/// Returns the report's messages about links below a surface.
 fn sunk(spawned: &Spawned) -> Vec<String> {
     let sentences =
         spawned.report.findings.iter().map(|finding| format!("{} {}", finding.element, finding.message));
     sentences.filter(|sentence| sentence.contains("below the surface")).collect()
 }
 
-/// Of a sheet and of a height field, of what comes later and of what was there before; not of what is in a tub, which has no
-/// upper side above it, nor of what is above.
+/// Links below a sheet and a height field are reported, for later bodies and for earlier ones. Links in a
+/// tub, which has no upper side above them, and links above a surface are not.
 async fn what_starts_below_a_surface_is_reported(via: Via) {
     let daemon = Daemon::paused_via(via).await;
     let client = &daemon.client;
@@ -200,7 +201,7 @@ async fn what_starts_below_a_surface_is_reported(via: Via) {
     assert!(sunk(&field).iter().any(|message| message.contains("starts 1.500 m below")), "{field:?}");
 }
 
-/// A binary STL of so many triangles with these corners.
+/// Returns a binary STL of this many triangles with these corners.
 fn stl(triangles: u32, corners: [[f32; 3]; 3]) -> Vec<u8> {
     let mut bytes = vec![0; 80];
     bytes.extend(triangles.to_le_bytes());
@@ -213,12 +214,13 @@ fn stl(triangles: u32, corners: [[f32; 3]; 3]) -> Vec<u8> {
     bytes
 }
 
-/// Each is a sentence in the report of a robot that touches nothing, or a hull; and the daemon goes on.
+/// Each is a sentence in the report of a robot that collides with nothing, or with a hull. The daemon
+/// continues.
 async fn files_that_are_no_ground_are_a_sentence(via: Via) {
     let daemon = Daemon::paused_via(via).await;
     let folder = tempfile::tempdir().unwrap();
     let nan = [[f32::NAN, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-    // Rows of numbers are sent where a client names them, and not because a URDF does.
+    // Files of numbers are sent if a client names them, but not because a URDF does.
     for (file, content, phrase) in [
         ("row.csv", b"1 2 3 4\n".to_vec(), "it has 1 rows of 4 samples; a height field has at least 2 by 2"),
         ("nan.csv", b"1 2\n3 nan\n".to_vec(), "line 2: \"nan\" is not a number"),
@@ -227,7 +229,7 @@ async fn files_that_are_no_ground_are_a_sentence(via: Via) {
             grey_png(16, [100_000, 100_000], &[]),
             "100000 rows of 100000 samples; the most is 1000000 in all",
         ),
-        // A stream of zeros a thousand times as long as it is: it ends where the picture does.
+        // A stream of zeros a thousand times as long as the picture: unpacking stops at the picture's size.
         ("short.png", grey_png(16, [900, 900], b"\x78\x9c\x03\x00\x00\x00\x00\x01"), "cannot be unpacked"),
         ("nan.stl", stl(2, nan), "a corner is not finite"),
     ] {
@@ -241,7 +243,7 @@ async fn files_that_are_no_ground_are_a_sentence(via: Via) {
         assert!(findings.iter().any(|it| it.message.contains(phrase)), "{file}: {findings:?}");
         assert_eq!(said(&spawned), [""; 0], "{file}");
     }
-    // Triangles without an area: nothing to touch but their hull, a plate around a line.
+    // Triangles without an area: they can collide only as their hull, a plate around a line.
     let line = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]];
     write_robot(folder.path(), "line.stl", &stl(100_000, line));
     let spawned = load(&daemon.client, folder.path(), Base::Fixed, MeshShapes::Mesh).await.unwrap();

@@ -1,4 +1,4 @@
-//! Connections over TLS: who is talked to, by what certificate, and until when.
+//! Connections over TLS: checks of the peer, certificates and their expiry.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -41,7 +41,7 @@ async fn clients_talk_over_tls_and_to_no_other_daemon() {
         matches!(&wrong, Error::Untrusted { sentence, .. } if sentence.contains("is not for that host")),
         "{wrong:?}"
     );
-    // A new certificate is taken for new connections; what is there goes on.
+    // A new certificate applies to new connections; existing ones continue.
     for file in ["server.pem", "server.key", "ca.pem", "ca.key"] {
         std::fs::remove_file(guarded.folder.path().join(file)).unwrap();
     }
@@ -55,7 +55,7 @@ async fn clients_talk_over_tls_and_to_no_other_daemon() {
     guarded.client(&of(Role::Viewer)).await.robots().await.unwrap();
 }
 
-/// Reads a stream until a state comes that is newer than all there were before.
+/// Reads a stream until a state comes that is newer than all earlier ones.
 async fn goes_on(client: &Client, watch: &mut JointWatch) {
     let now = client.joint_states(Vec::new()).await.unwrap().stamp.unwrap().sequence;
     soon("a newer state of the stream", async {
@@ -64,7 +64,8 @@ async fn goes_on(client: &Client, watch: &mut JointWatch) {
     .await;
 }
 
-/// Those who come meanwhile get the new certificate, which the authority of before did not sign; those who are connected need it not.
+/// Clients that connect meanwhile get the new certificate, which the old authority did not sign; connected
+/// ones do not need it.
 #[tokio::test(flavor = "multi_thread")]
 async fn a_stream_goes_on_while_the_certificate_is_read_again() {
     let guarded = guarded(|config, folder| config.tls = Some(certificates(folder))).await;
@@ -78,7 +79,7 @@ async fn a_stream_goes_on_while_the_certificate_is_read_again() {
     for file in ["server.pem", "server.key", "ca.key"] {
         std::fs::remove_file(folder.join(file)).unwrap();
     }
-    // There is none to read: that of before is kept.
+    // No certificate can be read: the previous one is kept.
     guarded.running.reload();
     goes_on(&admin, &mut watch).await;
     certificates(folder);
@@ -90,7 +91,7 @@ async fn a_stream_goes_on_while_the_certificate_is_read_again() {
     goes_on(&admin, &mut watch).await;
 }
 
-/// A server's certificate of the authority in a folder, whose time was over a day ago.
+/// Writes a server certificate of the authority in a folder, which expired more than a day ago.
 fn expire(folder: &Path) {
     use rcgen::{CertificateParams, Issuer, KeyPair};
     let read = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap();
@@ -104,7 +105,7 @@ fn expire(folder: &Path) {
     std::fs::write(folder.join("server.pem"), certificate.pem()).unwrap();
 }
 
-/// It is signed by its own key alone, and a daemon that speaks no TLS at all: neither is a daemon for who asks for TLS.
+/// A self-signed certificate, and a daemon without TLS: a client that requires TLS refuses both.
 #[tokio::test(flavor = "multi_thread")]
 async fn a_certificate_that_signs_itself_and_plain_text_in_its_place_are_refused() {
     let guarded = guarded(|config, folder| config.tls = Some(certificates(folder))).await;
@@ -127,7 +128,7 @@ async fn a_certificate_that_signs_itself_and_plain_text_in_its_place_are_refused
     }
 }
 
-/// Those who are connected go on: TLS looks at the time when a connection begins.
+/// Existing connections continue: TLS checks the time only when a connection begins.
 #[tokio::test(flavor = "multi_thread")]
 async fn a_certificate_that_expired_is_refused_by_clients_that_come() {
     let guarded = guarded(|config, folder| config.tls = Some(certificates(folder))).await;
@@ -161,14 +162,14 @@ async fn a_client_without_a_certificate_is_not_served_where_one_is_asked_for() {
         Ok(client) => client.robots().await.map(drop),
         Err(error) => Err(error),
     };
-    // The alert may come after the connection is closed, of which then only that is reported.
+    // The alert may come after the connection is closed; then only the close is reported.
     let is_refused = matches!(answered, Err(Error::Unreachable { .. } | Error::Untrusted { .. }));
     assert!(is_refused, "{answered:?}");
     let client = Client::connect_with(&guarded.grpc(), with_certificate(&guarded)).await.unwrap();
     assert!(client.robots().await.unwrap().is_empty());
 }
 
-/// A client's certificate of the daemon's own authority.
+/// Returns a client's certificate of the daemon's own authority.
 fn with_certificate(guarded: &crate::security::Guarded) -> simd_client::ConnectOptions {
     use rcgen::{CertificateParams, ExtendedKeyUsagePurpose, Issuer, KeyPair};
     let folder = guarded.folder.path();
@@ -187,7 +188,7 @@ fn with_certificate(guarded: &crate::security::Guarded) -> simd_client::ConnectO
     }
 }
 
-/// Zenoh itself says of each of them that time was over.
+/// Zenoh itself reports that each of them has expired.
 #[tokio::test(flavor = "multi_thread")]
 async fn what_is_wrong_with_certificates_is_said_over_zenoh_too() {
     let sealed = async |asks: bool| {
@@ -229,7 +230,7 @@ async fn what_is_wrong_with_certificates_is_said_over_zenoh_too() {
     assert!(client.robots().await.unwrap().is_empty());
 }
 
-/// A connection that never completes its handshake is closed as one that sends nothing is.
+/// A connection that never completes its handshake is closed like one that sends nothing.
 #[tokio::test(flavor = "multi_thread")]
 async fn who_connects_and_says_nothing_is_cut_off() {
     use tokio::io::AsyncReadExt as _;

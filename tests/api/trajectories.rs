@@ -1,4 +1,4 @@
-//! Trajectories, as clients give, read and end them; and what joints are asked to hold.
+//! Trajectories, as clients give, read and end them, and the targets of joints.
 
 use std::time::Duration;
 

@@ -1,5 +1,4 @@
-//! What a viewer lives on: states with poses and contacts of one moment, and a push that
-//! ends by itself.
+//! Data for viewers: states with poses and contacts of one step, and a push that ends automatically.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +8,7 @@ use simd_tests::daemon::{Daemon, Via};
 
 use crate::{arm, load_arm, set};
 
-/// A box that lies on the ground, beside the arm.
+/// Returns a world with a box that lies on the ground, beside the arm.
 async fn scene(via: Via) -> Daemon {
     let daemon = arm(via).await;
     let plane = proto::primitive::Geometry::Plane(proto::PlaneGeometry { normal: None });
@@ -84,15 +83,16 @@ async fn states_come_with_poses_and_contacts_of_their_moment(via: Via) {
     let request = NextJointStatesRequest { timeout: 0.001, ..Default::default() };
     let bare = daemon.client.next_joint_states(request).await.unwrap();
     assert!(bare.link_poses.is_empty() && bare.contacts.is_empty());
-    // A robot that goes takes its contacts along, also where no step is done.
+    // A deleted robot takes its contacts along, even without a step.
     daemon.client.delete_robot("ground").await.unwrap();
     load_arm(&daemon.client, "late").await;
     let seen = daemon.client.next_joint_states(all(Vec::new())).await.unwrap();
     assert_eq!((seen.contacts.len(), seen.link_poses.len()), (0, 3));
 }
 
-/// A client that takes what has changed, as it comes, never differs from the world by more than the schema says, and gets nothing of what rests. Another
-/// that begins later has all of it, as one has that knows a state of a daemon before.
+/// A client that reads changes as they come never differs from the world by more than the schema says, and
+/// gets nothing of resting robots. Another client that begins later gets the complete state, and so does one
+/// that knows a state of an earlier daemon.
 async fn a_client_gets_what_has_changed_and_has_all_of_it(via: Via) {
     let daemon = scene(via).await;
     daemon.pass(1.0).await;
@@ -102,7 +102,7 @@ async fn a_client_gets_what_has_changed_and_has_all_of_it(via: Via) {
     for step in 0..60 {
         match step {
             20 => {
-                // By 2e-8 rad in a step: too little in each, and too much in some.
+                // By 2e-8 rad in a step: too little for a change in each step, and enough over several.
                 set(&daemon, Target::velocity(2e-5)).await;
             }
             40 => load_arm(&daemon.client, "late").await,
@@ -164,7 +164,7 @@ async fn a_push_with_a_duration_ends_by_itself(via: Via) {
         duration: 0.05,
         ..Default::default()
     };
-    // Off the ground first, which pushes what overlaps.
+    // Off the ground first: overlapping bodies are pushed apart.
     let position = Some(proto::Vector3 { x: 3.0, y: 0.0, z: 1.0 });
     let pose = Some(proto::Pose { position, orientation: None });
     let state = proto::SetEntityStateRequest { robot: "crate".into(), pose, ..Default::default() };
@@ -180,7 +180,7 @@ async fn a_push_with_a_duration_ends_by_itself(via: Via) {
     assert_eq!(refused.reason(), Some(ErrorReason::InvalidValue));
 }
 
-/// A crate without weight is pulled half a metre aside, comes there without going beyond, and is let go by itself.
+/// A weightless crate is pulled half a metre aside, arrives without overshoot, and is released automatically.
 async fn a_pull_brings_a_link_to_a_point_and_ends_by_itself(via: Via) {
     let daemon = scene(via).await;
     let gravity = Some(proto::Vector3::default());
@@ -203,7 +203,7 @@ async fn a_pull_brings_a_link_to_a_point_and_ends_by_itself(via: Via) {
         assert!(x < 3.5 + 1e-3, "{x}");
     }
     assert!((place().await - 3.5).abs() < 1e-3);
-    // Half a second after the last one nothing pulls any more.
+    // Half a second after the last call the pull has ended.
     let target = Some(proto::Vector3 { x: 5.0, y: 0.0, z: 1.0 });
     daemon.client.pull(proto::PullLinkRequest { target, ..pull.clone() }).await.unwrap();
     daemon.pass(0.6).await;

@@ -26,7 +26,7 @@ async fn stepping_a_playing_world_is_refused_with_the_remedy(via: Via) {
     assert!(error.to_string().contains("pause"), "{error}");
 }
 
-/// As fast as it can, the world does a second of time while this test waits for its states.
+/// As fast as possible: the world does a second of time while this test waits for its states.
 async fn a_playing_world_goes_on_by_itself(via: Via) {
     let daemon =
         Daemon::start_via(via, |config| config.driver.pace = Pace::AsFastAsPossible { factor: 1.0 }).await;

@@ -1,4 +1,4 @@
-//! What Zenoh has beside calls, as a program that knows nothing but the keys sees it.
+//! Publications and keys of Zenoh, as a program sees them that knows only the keys.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -20,7 +20,7 @@ use zenoh::handlers::{FifoChannel, RingChannel};
 
 use crate::{arm, load_arm};
 
-/// A session that knows nothing of simd.
+/// Returns a session without any code of simd.
 async fn session(daemon: &Daemon) -> zenoh::Session {
     network::session("client", &daemon.running.locators()[0]).await
 }
@@ -66,7 +66,7 @@ async fn a_subscriber_that_stalled_reads_the_newest_state() {
     for _ in 0..20 {
         daemon.client.step(100).await.unwrap();
     }
-    // The witness reads on until the last state was published; the ring was not read meanwhile.
+    // The witness reads until the last state was published; meanwhile nothing read the ring.
     let mut step = 0;
     while step < 2000 {
         let sample = soon("the last state", witness.recv_async()).await.unwrap();
@@ -91,11 +91,11 @@ async fn targets_are_taken_without_an_answer_and_bad_ones_do_no_harm() {
         let put = publisher.put(target("arm", f64::from(i) * 1e-3).encode_to_vec());
         put.attachment("simd-client: publisher").await.unwrap();
     }
-    // In order: the last one holds in the end.
+    // In order: at the end the last one holds.
     let mut control = daemon.client.control(Default::default()).await.unwrap();
     let last = async { while control.next().await.unwrap().accepted().unwrap().robots[0].target != [0.1] {} };
     soon("the last target", last).await;
-    // Who published is known, soon after its targets hold.
+    // The publisher is known soon after its targets hold.
     let named = async {
         while daemon.client.clients().await.unwrap().targets.iter().all(|from| from.client != "publisher") {}
     };
@@ -114,7 +114,7 @@ async fn events_statistics_and_parameters_are_published() {
     let parameters = subscribe(&session, "simd/simd/parameters").await;
     let sample = soon("statistics", statistics.recv_async()).await.unwrap();
     assert_eq!(read::<WorldStatistics>(&sample).iterations, 0);
-    // There is a subscriber: what comes now is published.
+    // A subscriber exists: from now on changes are published.
     soon("parameters", parameters.recv_async()).await.unwrap();
     let refuse = simd_client::proto::NameTakenPolicy::Refuse;
     daemon.client.add_button("go", refuse).await.unwrap();
@@ -164,14 +164,14 @@ async fn of_two_daemons_of_one_name_at_most_one_starts() {
     let network = Network::join(&router.locator, Default::default()).await.unwrap();
     let present = network.daemons().await.unwrap();
     assert_eq!(present.len(), 2 - refused.len());
-    // Where one started, a third does not.
+    // If one started, a third does not.
     if !present.is_empty() {
         let third = start().await.unwrap_err();
         assert_eq!(third.exit_code(), 6, "{third}");
     }
 }
 
-/// Calls go on while another asker's replies are not read.
+/// Calls continue while the replies to another client are not read.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_client_that_does_not_read_its_replies_delays_no_other() {
     let daemon = Daemon::start_via(Via::Zenoh, |config| config.driver.state = RunState::Playing).await;
@@ -194,7 +194,7 @@ async fn a_client_that_does_not_read_its_replies_delays_no_other() {
 /// Streams that are served at one time.
 const STREAMS: usize = 512;
 
-/// An asker of a thousand streams that stops to read: gRPC goes on, and so do others over Zenoh.
+/// A client of a thousand streams that stops reading: gRPC continues, and so do others over Zenoh.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn an_asker_that_stops_to_read_does_not_stop_others() {
     // Zenoh closes no session while the test runs.
@@ -232,7 +232,7 @@ async fn an_asker_that_stops_to_read_does_not_stop_others() {
         soon("each stream's answer", answers.recv()).await.unwrap();
     }
     stop.notify_one();
-    // All of its streams wait, and none goes on, while calls are answered.
+    // All of its streams wait, and none continues, while calls are answered.
     let answered_meanwhile = async {
         loop {
             let before = daemon.running.zenoh_replies().unwrap();
@@ -292,11 +292,11 @@ async fn what_a_session_held_that_vanished_is_free() {
         let stop = Arc::new(Notify::new());
         let proxy = network::stopping_proxy(&daemon.running.locators()[0], stop.clone()).await;
         let asker = network::session("client", &proxy).await;
-        // As many as one client may have.
+        // The maximum for one client.
         ask_for_streams(&asker, 256).await;
         let freed = async {
             while streams(&daemon) > 0 {
-                // The connection is closed, as where the asker was killed.
+                // The connection is closed, as if the client was killed.
                 stop.notify_one();
                 tokio::task::yield_now().await;
             }

@@ -1,4 +1,4 @@
-//! A Zenoh router that has what `simd zenoh-acl` prints holds each session to its part.
+//! A Zenoh router with the output of `simd zenoh-acl` limits each session to its role.
 
 use prost::Message;
 use simd_client::proto::SetJointTargetsRequest;
@@ -14,8 +14,8 @@ use crate::zenoh_untrusted::position;
 /// A free port.
 const ANY: &str = "tcp/127.0.0.1:0";
 
-/// What `simd zenoh-acl` prints for these names, with a daemon that is known by the id of its session instead of a
-/// certificate, and sessions of `everybody` that are known by nothing.
+/// Returns the output of `simd zenoh-acl` for these names. The daemon is known by the id of its session
+/// instead of a certificate, and any session belongs to `everybody`.
 fn access_control(arguments: &[&str], everybody: &str) -> String {
     let arguments: Vec<_> = ["simd", "zenoh-acl"].iter().chain(arguments).map(Into::into).collect();
     let said = simd_server::zenoh_acl::run(&arguments).unwrap().unwrap();
@@ -32,7 +32,7 @@ fn access_control(arguments: &[&str], everybody: &str) -> String {
     settings["access_control"].to_string()
 }
 
-/// A daemon with the session `d1` at a router.
+/// Returns a daemon with the session `d1` at a router.
 async fn daemon_behind(router: &network::Router, folder: &std::path::Path) -> simd_server::daemon::Running {
     let file = folder.join("zenoh.json5");
     std::fs::write(&file, r#"{ id: "d1" }"#).unwrap();
@@ -64,7 +64,7 @@ async fn a_router_lets_viewers_read_and_nothing_else() {
         .unwrap_err();
     let target = SetJointTargetsRequest { robots: position("arm", 0.5), ..Default::default() };
     published.put(keys::joint_targets("simd"), target.encode_to_vec()).await.unwrap();
-    // Both go the same way in order: this one comes after it.
+    // Both take the same path in order: this one arrives after it.
     viewer.robots().await.unwrap();
     soon("two more states", async {
         for _ in 0..2 {
@@ -85,7 +85,8 @@ async fn a_routers_access_control_holds_clients_to_their_part() {
     let client = Client::connect(&router.locator).await.unwrap();
     load_arm(&client, "arm").await;
 
-    // What an untrusted session may not do: be asked, be a daemon, publish states, read what others send.
+    // Forbidden to an untrusted session: answering queries, appearing as a daemon, publishing states, reading
+    // what others send.
     let untrusted = network::session("client", &router.locator).await;
     let (asked, mut questions) = tokio::sync::mpsc::unbounded_channel();
     let heard = asked.clone();
@@ -101,7 +102,7 @@ async fn a_routers_access_control_holds_clients_to_their_part() {
     let _token = untrusted.liveliness().declare_token(keys::daemon("simd", &zid)).await.unwrap();
     untrusted.put("simd/simd/joint_states/arm", "forged").await.unwrap();
 
-    // What a client does goes on, and is heard by the daemon alone.
+    // A client's calls continue, and only the daemon receives them.
     let states = network::session("client", &router.locator).await;
     let states = states.declare_subscriber("simd/simd/joint_states/arm").await.unwrap();
     let sample = soon("a state", states.recv_async()).await.unwrap();
@@ -118,11 +119,11 @@ async fn a_routers_access_control_holds_clients_to_their_part() {
     daemon.drain().await;
 }
 
-/// Certificates of an authority, and Zenoh's settings for those who have them.
+/// Certificates of an authority, and Zenoh's settings for their holders.
 struct Certificates(tempfile::TempDir);
 
 impl Certificates {
-    /// That of the router, and one for each of these clients.
+    /// Makes the router's certificate and one for each of these clients.
     fn of(clients: &[&str]) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let run = |words: &[&str]| {
@@ -139,7 +140,7 @@ impl Certificates {
         self.0.path().join(file)
     }
 
-    /// Of one who listens or connects.
+    /// Returns the settings of a session that listens or connects.
     fn settings(&self, side: &str, name: &str) -> String {
         let mut settings =
             serde_json::json!({ "root_ca_certificate": self.path("ca.pem"), "enable_mtls": true });
@@ -160,7 +161,7 @@ impl Certificates {
     }
 }
 
-/// As it is printed, without any change: sessions are known by what `simd tls client` made.
+/// As printed, without any change: sessions are known by the certificates that `simd tls client` made.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_router_knows_sessions_by_their_certificates_and_one_that_is_in_no_list_does_nothing() {
     const TLS: &str = "transport/link/tls";
@@ -189,7 +190,7 @@ async fn a_router_knows_sessions_by_their_certificates_and_one_that_is_in_no_lis
     let bob = connect("bob").await.unwrap();
     assert_eq!(bob.robots().await.unwrap()[0].name, "arm");
     bob.set_targets(target(0.5)).await.unwrap_err();
-    // Its certificate is good, and the printed rules do not have it.
+    // Its certificate is valid, but the printed rules do not list it.
     connect("mallory").await.unwrap_err();
     let own = certificates.settings("connect", "mallory");
     let session = network::session_with("client", &router.locator, &[(TLS, own.as_str())]).await;

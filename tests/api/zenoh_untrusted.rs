@@ -1,5 +1,5 @@
-//! What an untrusted session on the same Zenoh network can do that reads everything and answers everything: nothing to
-//! claimed joints, and nothing to a client that knows its daemon.
+//! Attacks by an untrusted session on the same Zenoh network that reads everything and answers everything. It
+//! cannot affect claimed joints, nor a client that knows its daemon.
 
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -22,7 +22,7 @@ use zenoh::bytes::ZBytes;
 
 use crate::{arm, load_arm};
 
-/// What went over the network: key, payload, attachment.
+/// A message on the network: key, payload, attachment.
 #[derive(Clone, Debug)]
 struct Heard {
     key: String,
@@ -31,7 +31,7 @@ struct Heard {
     attachment: String,
 }
 
-/// A session that subscribes to everything and is asked everything.
+/// A session that subscribes to everything and answers every query.
 struct Untrusted {
     session: zenoh::Session,
     heard: Arc<Mutex<Vec<Heard>>>,
@@ -53,14 +53,14 @@ impl Untrusted {
         });
         subscriber.background().await.unwrap();
         let asked = heard.clone();
-        // It says that it has all answers, and gives none.
+        // It declares to have all answers, and gives none.
         let queryable = session.declare_queryable("simd/**").complete(true).callback(move |query| {
             let key = query.key_expr().to_string();
             let (payload, attachment) = (bytes(query.payload()), text(query.attachment()));
             asked.lock().unwrap().push(Heard { key, is_query: true, payload, attachment });
         });
         queryable.background().await.unwrap();
-        // What it declared takes its time to reach the others.
+        // Its declarations take time to reach the others.
         let is_asked = || heard.lock().unwrap().iter().any(|heard: &Heard| heard.is_query);
         let ask = async {
             while !is_asked() {
@@ -71,7 +71,7 @@ impl Untrusted {
         Self { session, heard }
     }
 
-    /// Sends what it likes, and waits for the daemon's answer where there is one.
+    /// Sends any message, and waits for the daemon's answer if there is one.
     async fn send(&self, heard: &Heard) {
         if !heard.is_query {
             let put = self.session.put(&heard.key, heard.payload.clone());
@@ -81,7 +81,7 @@ impl Untrusted {
         let query = query.attachment(heard.attachment.clone()).target(zenoh::query::QueryTarget::All);
         let replies = query.consolidation(zenoh::query::ConsolidationMode::None).await.unwrap();
         let first = soon("the daemon's answer", replies.recv_async()).await.unwrap();
-        // A Control stream says its refusal in an answer, all others say it in an error.
+        // A Control stream has its error in an answer, all others have it in an error.
         if let Ok(sample) = first.result() {
             let answer = proto::ControlResponse::decode(&*sample.payload().to_bytes()).unwrap();
             assert!(answer.refusal.is_some(), "{heard:?}: {answer:?}");
@@ -107,7 +107,7 @@ async fn what_is_heard_of_a_claim_drives_nothing() {
     let secret = holder.claim_joints(joints.clone(), "holder", Duration::from_secs(3600)).await.unwrap();
     let claim = secret.clone();
 
-    // In each way that there is, the holder drives its joints.
+    // The holder drives its joints in every possible way.
     let robots = position("arm", 0.5);
     holder
         .set_targets(SetJointTargetsRequest { robots, claim: claim.clone(), ..Default::default() })
@@ -179,7 +179,7 @@ async fn what_is_heard_of_a_claim_drives_nothing() {
     }
     untrusted.send(&release).await;
 
-    // What it published is read in order: once this one holds, all before it were refused.
+    // The session's publications are read in order: once this one holds, all earlier ones were refused.
     let last = SetJointTargetsRequest { robots: position("other", 0.3), ..Default::default() };
     let put = untrusted.session.put(&key, last.encode_to_vec());
     put.await.unwrap();
@@ -189,7 +189,7 @@ async fn what_is_heard_of_a_claim_drives_nothing() {
     assert_eq!(target(holder).await, 0.1);
     assert_eq!(holder.joint_layout("arm").await.unwrap().joints[0].claimed_by, "holder");
 
-    // And the holder goes on, to the end.
+    // And the holder continues, to the end.
     control.exchange("arm", shoulder(0.2)).await.unwrap().accepted().unwrap();
     holder.release_joints(&secret).await.unwrap();
     assert_eq!(holder.joint_layout("arm").await.unwrap().joints[0].claimed_by, "");
@@ -216,7 +216,7 @@ async fn a_secret_is_refused_where_others_can_read_it() {
     assert!(status.message.contains("claim is a secret"), "{}", status.message);
 }
 
-/// One that answers at once, and says that it has all answers.
+/// A session that answers at once, and declares to have all answers.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn answers_of_an_untrusted_session_are_not_read() {
     let daemon = arm(Via::Zenoh).await;
@@ -265,11 +265,11 @@ async fn of_two_that_say_that_they_are_one_daemon_both_are_named_and_a_client_ke
         let sentence = error.to_string();
         assert!(sentence.contains(&own) && sentence.contains(&forged), "{sentence}");
     }
-    // Who was there before goes on.
+    // An earlier client continues.
     assert_eq!(daemon.client.joint_states(Vec::new()).await.unwrap().robots.len(), 1);
 }
 
-/// A daemon that is started again counts its states from the start: its clients go on at once.
+/// A restarted daemon counts its states from the start: its clients continue at once.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn streams_go_on_after_a_daemon_was_started_again() {
     let router = network::Router::start().await;

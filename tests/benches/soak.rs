@@ -1,6 +1,8 @@
-//! `make soak`: the world alone, then everybody in it, for `SOAK_MINUTES` in all. Exits with 1 where something was lost,
-//! was refused without being counted or panicked, where the daemon ended, and, in runs that are long enough to tell, where
-//! memory grows or steps come later than they do alone.
+//! `make soak`: the world alone, then with all kinds of clients, for `SOAK_MINUTES` in all.
+//!
+//! Exits with 1 if a state was lost, a call was refused without being counted, a task panicked, or the daemon
+//! ended. In runs that are long enough, it also does so if memory grows or steps come later than in the world
+//! alone.
 #![allow(
     clippy::expect_used,
     clippy::print_stdout,
@@ -13,20 +15,20 @@ use std::time::Duration;
 use simd_tests::soak::{self, Options, Spread};
 
 const MINUTES: f64 = 60.0;
-/// Of a real-time thread, where `SOAK_PRIORITY` does not say otherwise; below those of the kernel's own threads.
+/// Default of `SOAK_PRIORITY`, of a real-time thread; below the priorities of the kernel's own threads.
 const PRIORITY: u32 = 40;
-/// What the world has alone, of all.
+/// Share of the time in which the world is alone.
 const QUIET: f64 = 0.2;
-/// Minutes of a run whose percentiles say something.
+/// Minutes from which on percentiles are meaningful.
 const LONG: f64 = 20.0;
-/// Minutes of a run of which enough comes after what says nothing about growth.
+/// Minutes from which on enough remains after the start-up to judge growth.
 const STEADY: f64 = 36.0;
 /// MiB an hour.
 const SLOPE: f64 = 1.0;
-/// Lateness among everybody, beside that of the world alone, at most: of all steps, or of those of the moments in which the machine
-/// wakes a thread in time that only sleeps.
+/// Maximum ratio of the lateness with clients to the lateness in the world alone. It applies to all steps, or
+/// to those at times when the machine wakes a sleeping thread in time.
 const RATIO: f64 = 1.5;
-/// At least this part of the steps of each phase has to be of such moments.
+/// Smallest share of such steps in each phase.
 const SHARE: f64 = 0.2;
 
 fn main() -> ExitCode {
@@ -79,7 +81,7 @@ fn main() -> ExitCode {
     );
     let slopes = [report.heap_slope, report.memory_slope];
     let grows = minutes >= STEADY && slopes.into_iter().any(|slope| slope.is_above(SLOPE));
-    // Without a processor and a priority of its own that thread is as late as the daemon makes it.
+    // Without a separate processor and a priority, that thread is as late as the daemon makes it.
     let has_own_processor = options.processor.is_some() && priority > 0;
     let is_beyond = |ratio: f64| ratio.is_nan() || ratio > RATIO;
     let share = |some: &Spread, all: &Spread| some.count() as f64 / all.count().max(1) as f64;
@@ -90,7 +92,7 @@ fn main() -> ExitCode {
     if failures == 0 && (is_well || minutes < LONG) { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
-/// The daemon that is used.
+/// Returns the daemon that is used.
 fn simd() -> String {
     simd_tests::process::binaries().join("simd").display().to_string()
 }

@@ -11,48 +11,48 @@ use tempfile::TempDir;
 
 use crate::meshes;
 
-/// What a TOML file of cases holds.
+/// A TOML file of cases.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
     case: Vec<Case>,
 }
 
-/// One file and its report. Exactly one of `urdf`, `robot`, `link`, `bare_link`,
-/// `joint` and `chain` says what is in the file.
+/// A file and its report. Exactly one of `urdf`, `robot`, `link`, `bare_link`, `joint` and `chain` gives the
+/// content of the file.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Case {
     /// The row of the table in `docs/urdf.md` that it is a case of.
     pub(crate) row: String,
-    /// What it is, in a few words.
+    /// Short description.
     pub(crate) name: String,
     /// The whole file.
     urdf: Option<String>,
-    /// What is in the `<robot>`, from line 2.
+    /// Content of the `<robot>`, from line 2.
     robot: Option<String>,
-    /// What is in a link with mass that hangs on a joint, on line 4.
+    /// Content of a link with mass that hangs on a joint, on line 4.
     link: Option<String>,
-    /// The same of a link to which nothing else gives a mass.
+    /// Content of such a link without another source of its mass.
     bare_link: Option<String>,
-    /// What is in a joint, on line 5.
+    /// Content of a joint, on line 5.
     joint: Option<String>,
-    /// What is in each joint of a chain, on lines 3, 4, ...
+    /// Content of each joint of a chain, on lines 3, 4, ...
     chain: Option<Vec<String>>,
     /// Type of the joint.
     #[serde(default = "revolute")]
     kind: String,
-    /// How the text is written to bytes; UTF-8 where it is left out.
+    /// Encoding of the text; UTF-8 if it is left out.
     #[serde(default)]
     encoding: String,
-    /// Files beside it: what they are, by path.
+    /// Files beside it: their kinds, by path.
     #[serde(default)]
     files: BTreeMap<String, String>,
-    /// Where the URDF lies.
+    /// Path of the URDF.
     #[serde(default = "beside")]
     at: String,
-    /// The findings: severity, disposition, line, element, message. Of a link or a
-    /// joint that is only there to hold what the case is about, there are none.
+    /// Findings: severity, disposition, line, element, message. Findings for a link or a joint that is only a
+    /// support of the case are left out.
     #[serde(default)]
     pub(crate) report: Vec<String>,
 }
@@ -65,20 +65,20 @@ fn beside() -> String {
     "r.urdf".to_owned()
 }
 
-/// What became of a case.
+/// Result of a case.
 pub(crate) struct Outcome {
     pub(crate) model: Option<RobotModel>,
     pub(crate) report: LoadReport,
-    /// Elements that are not what the case is about.
+    /// Elements that are only supports of the case.
     props: &'static [&'static str],
-    /// Where its files were.
+    /// Folder of its files.
     folder: PathBuf,
 }
 
 const INERTIAL: &str = r#"<inertial><mass value="1"/><inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/></inertial>"#;
 
 impl Case {
-    /// All of them, in the order of the files.
+    /// Returns all of them, in the order of the files.
     pub(crate) fn all() -> Vec<Self> {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus/cases");
         let mut files: Vec<_> =
@@ -91,7 +91,7 @@ impl Case {
         files.into_iter().flat_map(read).collect()
     }
 
-    /// The file as text, and the elements in it that only hold what it is about.
+    /// Returns the file as text, and its elements that are only supports of the case.
     fn text(&self) -> (String, &'static [&'static str]) {
         let link = |inertial: &str, content: &str| {
             format!(
@@ -131,7 +131,7 @@ impl Case {
         )
     }
 
-    /// The file as it is sent.
+    /// Returns the file as it is sent.
     pub(crate) fn bytes(&self) -> Vec<u8> {
         let (text, _) = self.text();
         let wide = |order: fn(u16) -> [u8; 2], mark: &str| {
@@ -218,7 +218,7 @@ impl Assets for Disk {
 }
 
 impl Outcome {
-    /// The report as the cases write it.
+    /// Returns the report as the cases write it.
     pub(crate) fn lines(&self) -> Vec<String> {
         let is_prop = |finding: &&Finding| {
             let quiet = finding.severity < simd_model::Severity::Error;

@@ -1,6 +1,7 @@
-//! SDF and MJCF: what becomes of each element, as `docs/descriptions.md` says it, on small files.
+//! SDF and MJCF: the result for each element, as `docs/descriptions.md` documents it, on small files.
 //!
-//! `descriptions/*.toml`: each case with lines that the URDF has, and the whole report of the reader of its format.
+//! `descriptions/*.toml`: each case with lines of the resulting URDF, and the whole report of the reader of
+//! its format.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -30,7 +31,7 @@ struct Case {
     /// Lines that one of the URDFs has.
     #[serde(default)]
     lines: Vec<String>,
-    /// Severity, disposition, line, element, message; of a refusal that alone.
+    /// Severity, disposition, line, element, message; only the error if it is refused.
     #[serde(default)]
     report: Vec<String>,
 }
@@ -66,7 +67,7 @@ fn lines(report: &LoadReport) -> Vec<String> {
     report.findings.iter().map(line).collect()
 }
 
-/// What is to be written into the case, where it says something else.
+/// Returns the lines to write into the case, if its present ones differ.
 fn difference(case: &Case) -> Option<String> {
     let files = Files(&case.files);
     let limits = LoadLimits::default();
@@ -79,7 +80,7 @@ fn difference(case: &Case) -> Option<String> {
             let mut urdfs = Vec::new();
             let files = translation.files(&files);
             for model in &translation.models {
-                // What the reader of URDF has to warn of too is a part of it.
+                // Warnings of the URDF reader are a part of it too.
                 let read = simd_model::read(model.urdf.as_bytes(), &files, &ReadOptions::default());
                 let own = match read {
                     Ok((_, own)) => own,

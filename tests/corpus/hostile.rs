@@ -6,7 +6,7 @@ use simd_model::{LoadLimits, ReadOptions};
 
 use crate::mutations::Nothing;
 
-/// What is read or refused, and how long that took.
+/// Returns the result of a load, and its duration.
 fn answer(urdf: &[u8]) -> (Result<usize, String>, Duration) {
     let start = Instant::now();
     let read = simd_model::read(urdf, &Nothing, &ReadOptions::default());

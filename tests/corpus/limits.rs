@@ -1,4 +1,4 @@
-//! Each limit at its value, where the file is read, and one past it, where it is refused or cut.
+//! Each limit at its value, where the file is read, and one above it, where it is refused or cut.
 
 use std::time::Duration;
 
@@ -21,7 +21,7 @@ impl Assets for Made {
     }
 }
 
-/// The robot, or the sentence that refuses it.
+/// Returns the robot, or the sentence that refuses it.
 fn read(urdf: &[u8], limits: LoadLimits) -> Result<(RobotModel, LoadReport), String> {
     let options = ReadOptions { limits, ..ReadOptions::default() };
     simd_model::read(urdf, &Made, &options).map_err(|refused| refused.message)
@@ -55,7 +55,7 @@ fn bytes_of_a_urdf() {
     };
     is_read(&padded(most));
     assert_eq!(refused(&padded(most + 1)), "the URDF has 16777217 bytes; the most is 16777216");
-    // Of UTF-16 too it is the bytes that count.
+    // The bytes count in UTF-16 too.
     let wide: Vec<u8> = padded(most / 2 + 1).encode_utf16().flat_map(u16::to_le_bytes).collect();
     assert!(read(&wide, LoadLimits::default()).unwrap_err().contains("16777218 bytes"));
 }
@@ -133,7 +133,7 @@ fn shapes_of_a_robot() {
     assert_eq!(refused(&with(most + 1)), "robot (line 1): the robot has 10001 materials; the most is 10000");
 }
 
-/// A robot with a mesh for each name.
+/// Returns a robot with a mesh for each name.
 fn with_meshes(names: &[&str]) -> String {
     let mesh =
         |name: &&str| format!("<collision><geometry><mesh filename='{name}.stl'/></geometry></collision>");
@@ -141,7 +141,7 @@ fn with_meshes(names: &[&str]) -> String {
     format!("<robot name='r'><link name='a'>{meshes}</link></robot>")
 }
 
-/// How many of a robot's meshes were read, and the warnings.
+/// Returns the number of meshes of a robot that were read, and the warnings.
 fn meshes_read(names: &[&str], limits: LoadLimits) -> (usize, Vec<String>) {
     let (model, report) = read(with_meshes(names).as_bytes(), limits).unwrap();
     let is_there = |geometry: &Geometry| matches!(geometry, Geometry::Mesh { asset: Some(_), .. });
@@ -160,7 +160,7 @@ fn bytes_of_a_mesh() {
     assert_eq!(meshes_read(&["5"], past), (0, vec![message.to_owned()]));
 }
 
-/// The default is looked at by the readers of the formats, before there is room for more.
+/// The readers of the formats check the default before they allocate.
 #[test]
 fn triangles_of_a_mesh() {
     let at = LoadLimits { mesh_triangles: 5, ..LoadLimits::default() };

@@ -1,7 +1,7 @@
-//! Files as people send them: what simd makes of each, and that none of them harms it.
+//! Files as people send them: simd's result for each, and that none of them harms it.
 //!
-//! * `cases/*.toml`: small broken files, each with the whole report that is expected.
-//! * `case`: how such a file is written down; `meshes`: the mesh files that they name.
+//! * `cases/*.toml`: small broken files, each with the whole expected report.
+//! * `case`: the format of such a file; `meshes`: the mesh files in them.
 //! * `table`: `docs/urdf.md` and the cases name the same things.
 //! * `descriptions`: the same of SDF and MJCF.
 //! * `limits`: each limit at its value and one past it; `hostile`: files made to harm.
@@ -32,7 +32,7 @@ fn every_case_gets_its_report() {
     assert!(wrong.is_empty(), "{} of {} cases:\n{}", wrong.len(), cases.len(), wrong.join("\n"));
 }
 
-/// What is to be written into the case, where its report is another one and right.
+/// Returns the text to write into the case, if its report differs and is right.
 fn difference(case: &Case) -> Option<String> {
     let found = case.read().lines();
     if found == case.report {

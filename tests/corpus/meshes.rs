@@ -1,6 +1,6 @@
 //! The mesh files of the cases, made here: none is third-party.
 
-/// A file by what the cases call it.
+/// Returns a file by its name in the cases.
 pub(crate) fn made(what: &str) -> Vec<u8> {
     match what {
         "tetrahedron" => binary(b"made here", &TETRAHEDRON),
@@ -42,7 +42,7 @@ const TETRAHEDRON: [Triangle; 4] = {
     [[o, y, x], [o, x, z], [o, z, y], [x, y, z]]
 };
 
-/// A binary STL.
+/// Returns a binary STL.
 fn binary(header: &[u8], triangles: &[Triangle]) -> Vec<u8> {
     let mut file = header.to_vec();
     file.resize(80, b' ');
@@ -55,7 +55,7 @@ fn binary(header: &[u8], triangles: &[Triangle]) -> Vec<u8> {
     file
 }
 
-/// A binary STL of so many triangles, no two of which share a corner.
+/// Returns a binary STL of this many triangles, no two of which share a corner.
 pub(crate) fn strewn(triangles: usize) -> Vec<u8> {
     let at = |index: usize| {
         let x = index as f32;

@@ -1,5 +1,5 @@
-//! Nothing that is done to a good file makes the reader panic, or take it for something that it
-//! cannot be: what is read is a tree with finite numbers.
+//! No change of a good file makes the reader panic or return an impossible robot: each result is a tree with
+//! finite numbers.
 
 use std::path::{Path, PathBuf};
 
@@ -18,7 +18,7 @@ impl Assets for Nothing {
     }
 }
 
-/// The URDFs of the repository, and the cases of the corpus.
+/// Returns the URDFs of the repository, and the cases of the corpus.
 fn good_files() -> Vec<Vec<u8>> {
     let is_read = |case: &&Case| case.read().model.is_some();
     let mut files: Vec<Vec<u8>> = Case::all().iter().filter(is_read).map(Case::bytes).collect();
@@ -116,7 +116,7 @@ fn damage(mut bytes: Vec<u8>, random: &mut Rng) -> Vec<u8> {
     bytes
 }
 
-/// Other numbers, as many as there were, or a word that harms.
+/// Replaces a value by the same number of other numbers, or by a harmful word.
 fn replace_value(bytes: &mut Vec<u8>, random: &mut Rng) {
     const NUMBERS: &[&str] = &["0", "-0", "-1", "1", "0.3", "1e-320", "1e-9", "1000", "1e18", "-1e18"];
     let quotes: Vec<usize> = (0..bytes.len()).filter(|i| bytes[*i] == b'"' || bytes[*i] == b'\'').collect();

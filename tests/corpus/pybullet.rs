@@ -1,5 +1,5 @@
-//! The robots of `pybullet_data`: which of them load, beside which PyBullet loads, and that what
-//! is loaded is what a reader finds that shares nothing with simd's but the XML parser.
+//! The robots of `pybullet_data`: whether simd and PyBullet load them. A reader that shares only the XML
+//! parser with simd's checks the result.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -14,7 +14,7 @@ use simd_tests::pybullet_data;
 
 use crate::case::Disk;
 
-/// What `tests/reference/make_pybullet_loads.py` found.
+/// Results of `tests/reference/make_pybullet_loads.py`.
 #[derive(Deserialize)]
 struct PyBullet {
     files: usize,
@@ -22,7 +22,7 @@ struct PyBullet {
     refused: Vec<String>,
 }
 
-/// Files that simd refuses, each with the words that say why: the torus is soft, it has no links.
+/// Files that simd refuses, each with the words of the reason: the torus is soft, it has no links.
 const REFUSED: [(&str, &str); 1] = [("torus_deform.urdf", "the robot has no links")];
 
 fn urdfs(folder: &Path) -> Vec<PathBuf> {
@@ -97,7 +97,7 @@ struct Plain {
     joints: BTreeMap<String, [String; 3]>,
 }
 
-/// What differs though the report has no warning of it.
+/// Returns the differences without a warning in the report.
 fn different(text: &Plain, model: &Plain, report: &LoadReport) -> Vec<String> {
     let is_reported = |element: &str, words: &[&str]| {
         let of = |finding: &&simd_model::Finding| finding.element.starts_with(element);
@@ -141,7 +141,7 @@ fn attribute(node: Option<Node>, name: &str) -> String {
     node.and_then(|node| node.attribute(name)).unwrap_or_default().to_owned()
 }
 
-/// The numbers of an attribute, as short as can be; commas are spaces.
+/// Returns the numbers of an attribute, as short as can be; commas are spaces.
 fn numbers(node: Node, name: &str) -> String {
     let text = attribute(Some(node), name).replace(',', " ");
     let numbers: Vec<String> = text
@@ -152,7 +152,7 @@ fn numbers(node: Node, name: &str) -> String {
 }
 
 impl Plain {
-    /// By walking the elements.
+    /// Reads the numbers by walking the elements.
     fn of_text(bytes: &[u8]) -> Self {
         let text = String::from_utf8_lossy(bytes);
         let robot = text.find("<robot").unwrap()..text.rfind("</robot>").unwrap() + "</robot>".len();
@@ -179,7 +179,7 @@ impl Plain {
         plain
     }
 
-    /// What simd made of it.
+    /// Returns the numbers of simd's robot.
     fn of_model(model: &RobotModel) -> Self {
         let link = |link: &simd_model::robot::Link| {
             let shapes = link.collisions.iter().map(|collision| described(&collision.geometry)).collect();

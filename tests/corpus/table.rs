@@ -1,4 +1,4 @@
-//! What `docs/urdf.md` says, held against the cases and against the code.
+//! Compares `docs/urdf.md` with the cases and the code.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -7,7 +7,7 @@ use simd_model::LoadLimits;
 
 use crate::case::Case;
 
-/// The cells of each row of a table whose head begins with this word.
+/// Returns the cells of each row of a table whose head begins with this word.
 fn rows(head: &str) -> Vec<Vec<String>> {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/urdf.md");
     let text = std::fs::read_to_string(page).unwrap();
@@ -66,7 +66,7 @@ fn each_case_is_reported_as_its_row_says() {
                 case.report
             );
             kept.extend(found);
-            // What needs attention is promised.
+            // A finding that needs attention is promised in the table.
             for (severity, word) in [("warning", "repaired"), ("error", "refused")] {
                 let is_there =
                     case.report.iter().any(|line| line.starts_with(&format!("{severity} {word} ")));

@@ -1,5 +1,5 @@
-//! A daemon that saves its world goes on with it when it is started again, however it ended. What a full disk does to that, and to
-//! a saved state that `simctl` exports.
+//! A restarted daemon that saves its world continues it, however it ended. A full disk is tested too, for
+//! that file and for a saved state that `simctl` exports.
 
 use std::fs;
 use std::os::unix::fs::PermissionsExt as _;
@@ -19,7 +19,7 @@ fn autosave(home: &Home) -> PathBuf {
     home.path().join("world.simdstate")
 }
 
-/// A daemon with the robot of the demo, unless its world is restored.
+/// Returns a daemon with the robot of the demo, unless its world is restored.
 async fn start(file: &Path) -> Process {
     let file = format!("autosave.file={}", file.display());
     let flags = [
@@ -35,7 +35,7 @@ async fn start(file: &Path) -> Process {
     Process::start_with(["--zenoh", "off"], flags).await
 }
 
-/// The step, and the position of the second robot's joint then.
+/// Returns the step, and the position of the second robot's joint then.
 async fn shoulder(client: &Client) -> (u64, f64) {
     let states = client.joint_states(Vec::new()).await.unwrap();
     (states.stamp.unwrap().step, states.robots[1].position[0])
@@ -132,7 +132,7 @@ async fn where_the_world_cannot_be_saved_the_log_says_so_once_and_the_world_goes
     assert!(folder.join("world.simdstate").exists());
 }
 
-/// A limit of what files may have is to who writes one what a full disk is: a part of it is taken, and no more.
+/// For the writer of a file, a limit of its size is like a full disk: a part is written, and no more.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn on_a_full_disk_the_file_before_stays_as_it_was_and_the_world_goes_on() {
     let home = Home::new();
@@ -152,13 +152,13 @@ async fn on_a_full_disk_the_file_before_stays_as_it_was_and_the_world_goes_on() 
     assert!(before.len() > 100, "so little would fit: {}", before.len());
     let step = async || client.joint_states(Vec::new()).await.unwrap().stamp.unwrap().step;
     let failed = step().await;
-    // In the time of some more tries.
+    // For the time of some more attempts.
     soon("further steps", async { while step().await < failed + 400 {} }).await;
     assert!(fs::read(&file).unwrap() == before, "it was written to");
     daemon.signal("TERM").await;
     let (status, left) = daemon.ended().await;
     assert_eq!(status.code(), Some(0), "{left}");
-    // The log said so once as the world ran, and says so of the last one.
+    // The log reported it once while the world ran, and once for the last attempt.
     assert_eq!(left.matches("the world is not saved to").count(), 1, "{left}");
     assert!(fs::read(&file).unwrap() == before, "it was written to");
     assert!(!with(&file, ".new").exists(), "what did not fit takes room");

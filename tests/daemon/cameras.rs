@@ -1,5 +1,5 @@
-//! `simd-camera` draws what a world's cameras see: the real programs, over both transports, with whatever Vulkan device is here
-//! (`make vulkan` installs Mesa's in software).
+//! `simd-camera` draws the cameras of a world: the real programs, over both transports, with the Vulkan
+//! device of this machine (`make vulkan` installs Mesa's software renderer).
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -44,7 +44,8 @@ impl Renderer {
     }
 }
 
-/// A crate of 1 m whose near side is 2.5 m before a post with a camera at its middle, and an arm to the left of it.
+/// A crate of 1 m, and an arm to the left of it. The near side of the crate is 2.5 m in front of a post with
+/// a camera at its middle.
 async fn world(client: &Client) {
     let color = |[red, green, blue]: [f64; 3]| Some(proto::Color { red, green, blue, alpha: 1.0 });
     spawn(client, "post", 0.02, color([0.1; 3]), [0.0, 0.0, 0.5]).await;
@@ -91,7 +92,7 @@ fn at([x, y, z]: [f64; 3]) -> Option<Pose> {
     Some(Pose { position: Some(Vector3 { x, y, z }), orientation: None })
 }
 
-/// The bytes of a pixel.
+/// Returns the bytes of a pixel.
 fn pixel<const N: usize>(picture: &CameraPicture, plane: &Option<PicturePlane>, x: u32, y: u32) -> [u8; N] {
     let bytes = plane_bytes(picture, plane.as_ref().unwrap(), N as u64).unwrap();
     let offset = N * (y * picture.width + x) as usize;
@@ -102,7 +103,7 @@ fn depth(picture: &CameraPicture, x: u32, y: u32) -> f64 {
     f64::from(f32::from_le_bytes(pixel(picture, &picture.depth, x, y)))
 }
 
-/// The robot that is seen, and its link.
+/// Returns the robot that is seen, and its link.
 fn seen(picture: &CameraPicture, x: u32, y: u32) -> Option<(&str, u32)> {
     let number = u32::from_le_bytes(pixel(picture, &picture.segmentation, x, y));
     let has =
@@ -123,7 +124,8 @@ async fn a_camera_sees_a_crate_at_its_distance_and_in_its_colour() {
     // The side is 1 m wide of the 5 m that are seen 2.5 m away: a fifth of 128 pixels about the middle.
     for (x, y) in [(53, 37), (64, 48), (75, 59)] {
         assert!((depth(&picture, x, y) - 2.5).abs() < 1e-3, "{}", depth(&picture, x, y));
-        // The light comes from (-0.5, 0.3, 1), of which the side has the cosine 0.5 / 1.1576: 0.6 + 0.35 x 0.432, and no gloss.
+        // The light comes from (-0.5, 0.3, 1), so the cosine at the side is 0.5 / 1.1576: 0.6 + 0.35 x 0.432,
+        // and no gloss.
         for (part, expected) in pixel::<3>(&picture, &picture.color, x, y).iter().zip(CRATE) {
             assert!((f64::from(*part) - 255.0 * expected * 0.751).abs() <= 2.0, "{part} {expected}");
         }
@@ -132,7 +134,7 @@ async fn a_camera_sees_a_crate_at_its_distance_and_in_its_colour() {
         assert_eq!(depth(&picture, x, y), f64::INFINITY);
         assert_eq!(pixel::<3>(&picture, &picture.color, x, y), [255; 3]);
     }
-    // The crate comes nearer. The picture is of the state that has it there.
+    // The crate moves nearer, and the picture shows it there.
     let request = proto::SetEntityStateRequest {
         robot: "crate".into(),
         pose: at([2.0, 0.0, 0.5]),
@@ -151,7 +153,8 @@ async fn a_picture_from_any_point_of_view_says_which_link_is_seen_over_zenoh_too
     let client = daemon.client().await;
     world(&client).await;
     let _renderer = Renderer::start(&client, daemon.locator.as_ref().unwrap(), "far").await;
-    // From 4 m above the crate and the arm, looking down, with x of the world upwards: a field of 8 m at the ground.
+    // From 4 m above the crate and the arm, looking down, with the world's x upwards: a field of 8 m at the
+    // ground.
     let mut view = vec![0.0; 16];
     for (index, number) in [(1, 1.0), (4, -1.0), (10, 1.0), (12, 1.0), (13, -3.0), (14, -4.0), (15, 1.0)] {
         view[index] = number;
@@ -201,7 +204,8 @@ async fn another_renderer_takes_over_where_one_dies() {
     assert_eq!(client.picture("post", "eye").await.unwrap().renderer, "second");
 }
 
-/// Ten more cameras, each with a picture of the present step, asked for at one time: who drew how many.
+/// Takes ten more cameras' pictures of the present step at once, and returns the number drawn by each
+/// renderer.
 async fn drawn_by(client: &Client) -> BTreeMap<String, usize> {
     client.step(1).await.unwrap();
     let mut asked = JoinSet::new();
@@ -233,7 +237,8 @@ async fn both_draw(client: &Client) {
     soon("pictures of both", shared).await;
 }
 
-/// Over Zenoh, as several machines do. No picture is lost where one of two is killed, and when it comes back under its name it draws on.
+/// Over Zenoh, like several machines. No picture is lost if one of two is killed, and it draws again once it
+/// is back under its name.
 #[tokio::test]
 async fn two_renderers_share_ten_cameras_and_one_that_died_comes_back() {
     let daemon = Process::start_with(["--zenoh", "tcp/127.0.0.1:0"], ["--paused"]).await;

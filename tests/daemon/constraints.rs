@@ -1,11 +1,11 @@
-//! `simctl constraint`, from a terminal: each of its commands, and what it says where it is refused.
+//! `simctl constraint`, from a terminal: each of its commands, and their errors.
 
 use serde_json::{Value, json};
 use simd_tests::process::{Process, repository};
 
 use crate::{paused, written};
 
-/// A world with two boxes of a kilogram in the air beside the demo's arm.
+/// Returns a world with two boxes of a kilogram in the air beside the demo's arm.
 async fn boxes() -> Process {
     let daemon = paused().await;
     for (name, x) in [("left", 2.0), ("right", 2.5)] {
@@ -58,7 +58,7 @@ async fn constraints_are_created_listed_changed_and_deleted() {
     let page = daemon.simctl(["constraint", "list"]).await;
     assert!(page.code == 0 && page.out.contains("pair") && page.out.contains("holds"), "{page:?}");
 
-    // Two that contradict each other, and none that says it holds.
+    // Two contradictory ones, neither of which claims to hold.
     for (name, z) in [("low", 3), ("high", 4)] {
         let create = format!(
             "constraint create weld world left --name {name} --parent-pose 2,0,{z} --child-pose 0,0,0"
@@ -121,7 +121,7 @@ async fn a_gear_turns_one_arm_by_the_other_and_is_shown() {
     assert_eq!(written(&daemon, "constraint list").await, json!([]));
 }
 
-/// Where the joints of both arms are.
+/// Returns the shoulder positions of both arms.
 async fn shoulders(daemon: &Process) -> [f64; 2] {
     let mut positions = [0.0; 2];
     for (position, robot) in positions.iter_mut().zip(["bench_arm", "second"]) {

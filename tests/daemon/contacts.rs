@@ -1,11 +1,11 @@
-//! `simctl contact`, from a terminal: rays, distances, and what is said where one of them is refused.
+//! `simctl contact`, from a terminal: rays, distances, and their errors.
 
 use serde_json::{Value, json};
 use simd_tests::process::{Home, Process, repository};
 
 use crate::{paused, written};
 
-/// Two balls of 0.1 m above each other, far from the demo's arm. The lower one is in group 4 alone.
+/// Two balls of 0.1 m, one above the other, far from the demo's arm. The lower one is in group 4 alone.
 async fn balls() -> Process {
     let daemon = paused().await;
     for (name, z) in [("low", 1), ("high", 2)] {
@@ -55,7 +55,7 @@ async fn distances_are_measured_to_shapes_of_no_robot() {
     assert_eq!((&pairs[0]["robot_b"], &pairs[0]["link_b"]), (&json!("high"), &json!("link")));
     assert!((pairs[0]["distance"].as_f64().unwrap() - 0.7).abs() < 1e-9, "{pairs}");
     assert!(pairs[0]["normal"][2].as_f64().unwrap() < -1.0 + 1e-9, "{pairs}");
-    // The other way round, and where an option says.
+    // In the other order, and with the pose in an option.
     let back = written(&daemon, "contact distance high/link sphere:0.2@5,0,3").await;
     assert_eq!((&back[0]["robot_b"], &back[0]["distance"]), (&Value::Null, &pairs[0]["distance"]));
     assert_eq!(written(&daemon, "contact distance sphere:0.2 high --pose 5,0,3").await, pairs);
@@ -66,7 +66,7 @@ async fn distances_are_measured_to_shapes_of_no_robot() {
     assert_eq!(robots, [Some("high"), Some("low")]);
     let shapes = written(&daemon, "contact distance sphere:0.2@5,0,9 sphere:0.2@5,0,8").await;
     assert!((shapes[0]["distance"].as_f64().unwrap() - 0.6).abs() < 1e-9, "{shapes}");
-    // What overlaps it, and what it meets, with its place behind it or by an option.
+    // Overlaps and hits of a shape, with its place behind it or in an option.
     let there = written(&daemon, "contact overlaps sphere:0.2@5,0,2.1").await;
     assert_eq!(there, json!([{ "robot": "high", "link": "link" }]));
     assert_eq!(written(&daemon, "contact overlaps sphere:0.2 --pose 5,0,2.1").await, there);

@@ -1,4 +1,4 @@
-//! The documents in `docs/` say what the programs say.
+//! The documents in `docs/` agree with the programs.
 
 use serde_json::Value;
 use simd_tests::process::{Process, repository};
@@ -9,8 +9,8 @@ fn read(document: &str) -> String {
     std::fs::read_to_string(repository().join("docs").join(document)).unwrap()
 }
 
-/// Field names of documented and actual output are the same, and so are kinds of values where
-/// neither is null. Of a documented array the first item stands for all.
+/// Documented and actual output have the same field names, and the same kinds of values if neither is null.
+/// The first item of a documented array represents all items.
 fn assert_alike(place: &str, documented: &Value, actual: &Value) {
     match (documented, actual) {
         (Value::Object(documented), Value::Object(actual)) => {
@@ -33,7 +33,7 @@ fn assert_alike(place: &str, documented: &Value, actual: &Value) {
     }
 }
 
-/// Each JSON block, with the command in backticks that the paragraph before it begins with.
+/// Returns each JSON block, with the command in backticks that the paragraph before it begins with.
 fn documented(document: &str) -> Vec<(String, Value)> {
     let mut documents = Vec::new();
     let mut paragraph = "";
@@ -68,7 +68,7 @@ async fn each_json_document_of_the_document_has_the_fields_that_simctl_writes() 
             .replace("here.simdstate", &file)
             .replace("reach.csv", &points)
             .replace("tried.csv", &tried);
-        // The documents are those of gRPC's endpoint, but for the one that Zenoh alone can answer.
+        // The documents show gRPC's endpoint, except for the one that only Zenoh can answer.
         let place = match command.starts_with("simctl daemon") {
             true => format!(" -e {}", daemon.locator.as_deref().unwrap()),
             false => String::new(),

@@ -1,4 +1,4 @@
-//! What `simctl doctor` finds.
+//! Findings of `simctl doctor`.
 
 use serde_json::Value;
 use simd_tests::network::Router;
@@ -7,14 +7,14 @@ use tokio::process::Command;
 
 use crate::operator::{guarded, json};
 
-/// What the doctor found of each thing, with the worst result of several lines.
+/// Returns the doctor's result for each check, with the worst of several lines.
 async fn doctor(mut command: Command, arguments: &[&str]) -> (i32, Vec<(String, String, String)>) {
     command.args(["doctor", "--json"]).args(arguments);
     let said = said("simctl", command).await;
     let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
     let document = json(&said);
     let found = document.as_array().unwrap().iter().map(|of| {
-        // What is wrong comes with what to do.
+        // Every problem comes with advice.
         assert_eq!(of["level"] == "ok", of["advice"].is_null(), "{of}");
         (text(&of["check"]), text(&of["level"]), text(&of["found"]))
     });
@@ -63,7 +63,7 @@ async fn the_doctor_finds_a_healthy_daemon_an_empty_port_and_tokens_that_are_wro
         let (code, found) = look(Some(&admin), daemon.address(), &["--tokens", &tokens]).await;
         assert!(code == 1 && problems(&found)[0].1.contains("0644"), "{found:?}");
     }
-    // For people: what to do comes after the table.
+    // For people: the advice follows the table.
     let mut table = home.command("simctl");
     table.args(["doctor", "-e", "127.0.0.1:1"]);
     let table = said("simctl", table).await;

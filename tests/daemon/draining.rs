@@ -9,7 +9,7 @@ use tokio::net::TcpStream;
 
 use crate::{demo, paused};
 
-/// Ends with 0, and by itself.
+/// Waits for the daemon to end, with 0 and without a further signal.
 async fn ends_well(daemon: &mut Process, signalled: Instant) {
     let (status, log) = daemon.ended().await;
     println!("draining took {:?}", signalled.elapsed());
@@ -36,7 +36,7 @@ async fn drains(mut daemon: Process, signal: &str) {
 
     let signalled = Instant::now();
     daemon.signal(signal).await;
-    // Each stream ends with OK: anything else would be another error.
+    // Each stream ends with OK: anything else would be an error.
     let ended = async {
         while states.next().await.unwrap().is_some() {}
         while events.next().await.unwrap().is_some() {}
@@ -95,8 +95,8 @@ async fn the_end_of_stdin_ends_it_where_that_was_asked_for() {
     other.client().await.world_statistics().await.unwrap();
 }
 
-/// A connection that begins HTTP/2 and then answers nothing, as one whose machine hangs: the daemon
-/// gives it the whole grace. Once a later client is served, it was accepted.
+/// Returns a connection that begins HTTP/2 and then does not answer, as if its machine hangs: the daemon
+/// gives it the whole grace period. Once a later client is served, it was accepted.
 async fn mute(daemon: &Process) -> TcpStream {
     let mut stream = TcpStream::connect(daemon.address()).await.unwrap();
     stream.write_all(b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n\0\0\0\x04\0\0\0\0\0").await.unwrap();

@@ -1,4 +1,4 @@
-//! What the system does to a daemon: it goes on once that is over.
+//! Faults of the system: the daemon continues once they are over.
 
 use std::time::Duration;
 
@@ -13,7 +13,7 @@ async fn demo() -> Process {
     Process::start_with(["--zenoh", "tcp/127.0.0.1:0"], arguments).await
 }
 
-/// The files that a process has open.
+/// Returns the files that a process has open.
 fn open_files(daemon: &Process) -> u64 {
     std::fs::read_dir(format!("/proc/{}/fd", daemon.pid().unwrap())).unwrap().count() as u64
 }
@@ -21,14 +21,14 @@ fn open_files(daemon: &Process) -> u64 {
 fn limit_open_files(daemon: &Process, current: u64) {
     let pid = Pid::from_raw(i32::try_from(daemon.pid().unwrap()).unwrap());
     let maximum = prlimit(pid, Resource::Nofile, Rlimit { current: Some(current), maximum: None });
-    // Without the right to a higher maximum it stays what it is.
+    // Without the right to raise it, the maximum stays.
     if maximum.is_err() {
         let limit = Rlimit { current: Some(current), maximum: Some(current) };
         prlimit(pid, Resource::Nofile, limit).unwrap();
     }
 }
 
-/// Those who are there go on; those who come wait until others have gone.
+/// Existing clients are served; new ones wait until others have gone.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn where_no_file_can_be_opened_those_who_are_there_are_served_and_others_later() {
     let mut daemon = demo().await;

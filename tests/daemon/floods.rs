@@ -1,4 +1,5 @@
-//! Floods of HTTP/2 that no client of ours makes: frames byte for byte. Their sender is cut off, and others are served.
+//! Floods of HTTP/2 that none of our clients makes: frames byte for byte. Their sender is disconnected, and
+//! others are served.
 
 use simd_tests::http;
 use simd_tests::process::{Process, soon};
@@ -27,7 +28,7 @@ fn headers() -> Vec<u8> {
     headers_of("/simd.v1.SimulationService/GetSimulatorInfo")
 }
 
-/// A header block without compression (RFC 7541): POST of a call's path.
+/// Returns a header block without compression (RFC 7541): POST of a call's path.
 pub(crate) fn headers_of(path: &str) -> Vec<u8> {
     let text = |name: &[u8], bytes: &[u8]| [name, &[u8::try_from(bytes.len()).unwrap()], bytes].concat();
     // Names by their places in the static table: :method POST, :scheme http, :path, :authority, content-type.
@@ -40,12 +41,13 @@ pub(crate) fn headers_of(path: &str) -> Vec<u8> {
     fields.concat()
 }
 
-/// Sends the beginning, and then what `next` makes, until the daemon has enough or all of it is sent; whether it had enough.
+/// Sends the beginning and then the frames that `next` makes, until the daemon closes the connection or all
+/// are sent. Returns true if it closed it.
 async fn flood(daemon: &Process, mut next: impl FnMut(u32) -> Vec<u8>) -> bool {
     let stream = TcpStream::connect(daemon.address()).await.unwrap();
     let (mut from, mut to) = stream.into_split();
     to.write_all(&[PREFACE, &frame(SETTINGS, 0, 0, &[])].concat()).await.unwrap();
-    // What the daemon says is read, so that it is not for that that it stops.
+    // Reads the daemon's output, so that a full buffer is not the reason to stop.
     let listening = async {
         let mut answer = vec![0; 65_536];
         while !matches!(from.read(&mut answer).await, Ok(0) | Err(_)) {}
@@ -79,7 +81,7 @@ async fn is_well(daemon: &mut Process) {
     assert_eq!(client.robots().await.unwrap().len(), 1);
 }
 
-/// Of a client's stream: odd numbers that grow.
+/// Returns the number of a client's stream: odd and increasing.
 fn stream(number: u32) -> u32 {
     2 * number + 1
 }
@@ -135,12 +137,12 @@ async fn empty_parts_of_a_message_do_no_harm() {
     })
     .await;
     is_well(&mut daemon).await;
-    // As a call that ends it is a message of no bytes.
+    // As a call, the message that ends it has no bytes.
     flood(&daemon, |number| frame(HEADERS, END_HEADERS | END_STREAM, stream(number), &headers)).await;
     is_well(&mut daemon).await;
 }
 
-/// A message is never unpacked, so that none can be larger than it is long.
+/// A message is never decompressed, so it cannot become larger than it is.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn compressed_messages_are_refused_by_a_sentence() {
     let mut daemon = crate::demo().await;
@@ -152,7 +154,7 @@ async fn compressed_messages_are_refused_by_a_sentence() {
         let answer = http::send(address, "POST", path, &headers, &packed).await;
         let status = answer.header("grpc-status").to_owned();
         let said = if status.is_empty() { answer.text() } else { status };
-        // UNIMPLEMENTED for what is compressed, INVALID_ARGUMENT for what only says so.
+        // UNIMPLEMENTED for compressed messages, INVALID_ARGUMENT for a false flag.
         let expected = if encoding == "identity" { "3" } else { "12" };
         assert!(said.contains(expected), "{encoding}: {said:?}");
     }

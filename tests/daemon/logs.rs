@@ -17,13 +17,13 @@ use tokio::net::unix::pipe;
 /// More than a pipe holds.
 const MANY: usize = 200;
 
-/// A daemon that logs each thing that it does, in a world that is always late.
+/// Returns a daemon that logs each thing that it does, in a world that is always late.
 async fn loud(stderr: impl Into<Stdio>) -> Process {
     let arguments = ["--log", "trace", "--rtf", "1000", "--time-step", "0.0001"];
     Process::start_logging_to(stderr.into(), ["--zenoh", "tcp/127.0.0.1:0"], arguments).await
 }
 
-/// Robots come and go, targets are set, overruns are warned of; then SIGTERM ends it with 0.
+/// Robots are added and deleted, targets are set, overruns are reported; then SIGTERM ends it with 0.
 async fn serves_and_ends(daemon: &mut Process) {
     let client = daemon.client().await;
     let mut events = client.watch_events(0).await.unwrap();
@@ -87,7 +87,7 @@ async fn who_reads_a_log_again_learns_how_much_is_missing() {
     assert!(lost > 0, "{notice}");
 }
 
-/// The writing end of a pipe that has no room.
+/// Returns the writing end of a pipe that has no room.
 async fn full_pipe() -> (Stdio, pipe::Receiver) {
     let (writer, reader) = pipe::pipe().unwrap();
     writer.writable().await.unwrap();
@@ -163,14 +163,14 @@ async fn a_log_for_programs_has_an_object_on_each_line() {
     assert!(messages.iter().any(|message| message.starts_with("spawned ")), "{messages:?}");
 }
 
-/// A line as the journal reads it: its priority, and what is left.
+/// Returns a line as the journal reads it: its priority and the remaining text.
 fn priority(line: &str) -> Option<(u8, &str)> {
     let (priority, rest) = line.strip_prefix('<')?.split_once('>')?;
     Some((priority.parse().ok()?, rest))
 }
 
-/// A service whose stderr is the journal's stream has the device and the inode of that in its environment; so does a program that
-/// such a service starts with another stderr.
+/// If the stderr of a service is the journal's stream, its environment has the device and the inode of that
+/// stream. A program that such a service starts with another stderr has them too.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_log_in_the_journal_has_the_priority_of_each_line_and_one_elsewhere_has_none() {
     let folder = tempfile::TempDir::new().unwrap();

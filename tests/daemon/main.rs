@@ -1,4 +1,4 @@
-//! The real `simd`, started as a process, and the real `simctl`: what a newcomer sees.
+//! The real `simd`, started as a process, and the real `simctl`, as a new user sees them.
 
 #![cfg(test)]
 
@@ -40,17 +40,17 @@ mod untrusted_input;
 use serde_json::Value;
 use simd_tests::process::{Process, repository};
 
-/// What `make demo` starts, playing.
+/// Starts the world of `make demo`, playing.
 pub(crate) async fn demo() -> Process {
     Process::start(["--name", "demo", "--config", "tests/assets/demo.toml"]).await
 }
 
-/// The same, paused: time passes by `sim step` alone, so that its numbers are always the same.
+/// Starts the same world, paused: only `sim step` advances the time, so that its numbers are always the same.
 pub(crate) async fn paused() -> Process {
     Process::start(["--name", "demo", "--config", "tests/assets/demo.toml", "--paused"]).await
 }
 
-/// What a command of `simctl` writes as JSON.
+/// Returns the JSON output of a command of `simctl`.
 pub(crate) async fn written(daemon: &Process, line: &str) -> Value {
     let said = daemon.shell(&format!("simctl {line} -o json"), &repository()).await;
     assert_eq!(said.code, 0, "{line}: {}", said.err);

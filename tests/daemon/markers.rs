@@ -41,7 +41,7 @@ async fn simctl_draws_lists_and_deletes_markers_and_moves_cameras() {
     let refused = daemon.simctl(["marker", "add", "point", "0,0,0", "--on", "moon"]).await;
     assert_eq!(refused.code, 69, "{}", refused.err);
     assert!(refused.err.contains("moon"), "{}", refused.err);
-    // Another program's end of a connection takes away nothing that is to stay.
+    // The end of another program's connection deletes no lasting markers.
     assert_eq!(run("marker add point 0,0,0").await, "marker 4 added\n");
     assert!(run("marker list").await.contains("1 point"));
 }

@@ -6,7 +6,7 @@ use simd_tests::process::{Home, Said};
 
 use crate::transcript::{Transcript, assert_snapshot};
 
-/// Runs `simd` with a mistake. What is logged before the sentence is left out.
+/// Runs `simd` with a mistake. The log before the sentence is left out.
 async fn refused(home: &Home, arguments: &[&str]) -> Said {
     // Daemons of other tests would be in the way at the default locator.
     let mut said = home.run("simd", ["--zenoh", "off"].iter().chain(arguments)).await;
@@ -20,7 +20,7 @@ async fn refused(home: &Home, arguments: &[&str]) -> Said {
     said
 }
 
-/// A transcript of lines that are each refused with `code`.
+/// Returns a transcript of lines that are each refused with `code`.
 async fn transcript(home: &Home, code: i32, lines: &[Vec<&str>]) -> Transcript {
     let mut transcript = Transcript::default();
     for line in lines {

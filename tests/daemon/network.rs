@@ -69,7 +69,7 @@ async fn a_taken_locator_exits_with_4_and_says_how_to_choose_another() {
     assert!(said.err.contains(&router.locator) && said.err.contains("--zenoh tcp/"), "{}", said.err);
 }
 
-/// The other's clients get every state meanwhile, and the dead one is known to be gone.
+/// The other's clients get every state meanwhile, and the dead one is reported as gone.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_killed_daemon_is_missed_and_disturbs_no_other() {
     let router = Router::start().await;
@@ -89,7 +89,7 @@ async fn a_killed_daemon_is_missed_and_disturbs_no_other() {
     while newer < 500 {
         let states = soon("a state of the other", control.next()).await.unwrap().accepted().unwrap();
         let sequence = states.stamp.unwrap().sequence;
-        // On a machine that does much else there may be none newer in the time that is waited.
+        // On a busy machine there may be no newer state in time.
         assert!(sequence >= last, "{sequence} after {last}");
         newer += usize::from(sequence > last);
         last = sequence;
@@ -107,8 +107,8 @@ async fn a_killed_daemon_is_missed_and_disturbs_no_other() {
     to_two.simulator_info().await.unwrap();
 }
 
-/// A process that hangs keeps its connection: it is gone once it said nothing for its
-/// lease, here a second instead of five.
+/// A process that hangs keeps its connection: it counts as gone once it was silent for its lease, here a
+/// second instead of five.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_daemon_that_hangs_is_missed_after_its_lease() {
     let router = Router::start().await;

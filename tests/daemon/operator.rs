@@ -1,4 +1,4 @@
-//! What an operator does with `simctl`: look at worlds, choose a daemon, complete names.
+//! An operator's use of `simctl`: views of worlds, the choice of a daemon, completion of names.
 
 use std::process::Stdio;
 
@@ -46,7 +46,7 @@ impl Terminal {
         self.keys.flush().await.unwrap();
     }
 
-    /// Its exit code, and what it showed last.
+    /// Returns its exit code and its last screen.
     async fn end(mut self) -> (Option<i32>, String) {
         let mut bytes = Vec::new();
         soon("the end of the terminal", self.screen.read_to_end(&mut bytes)).await.unwrap();
@@ -115,10 +115,10 @@ async fn a_lost_daemon_comes_back_on_a_screen_of_20_by_5() {
     let mut lab = start("lab").await;
     let line = format!("stty rows 5 cols 20; exec simctl top --interval 0.2 {}", router.locator);
     let mut terminal = Terminal::start(Home::new().command("script"), &line);
-    // Whatever there is no room for goes first.
+    // Columns without room are left out first.
     terminal.shows("lab").await;
     lab.kill().await;
-    // On a screen of this width it shows so much of the sentence.
+    // A screen of this width shows this much of the sentence.
     terminal.shows("no daemon answers at").await;
     terminal.shown.clear();
     let _lab = start("lab").await;
@@ -141,7 +141,7 @@ async fn hz_measures_the_stream_over_each_transport() {
         let last: Value = serde_json::from_str(said.out.lines().last().unwrap()).unwrap();
         assert_eq!((&last["states"], &last["window"]), (&20.into(), &20.into()), "{place}");
         let of = |key: &str| last[key].as_f64().unwrap();
-        // What is so however long it took.
+        // These hold for any duration.
         assert!(of("min") <= of("mean") && of("mean") <= of("max"), "{last}");
         assert!((of("rate") * of("mean") - 1.0).abs() < 1e-9, "{last}");
         assert!(of("standard_deviation") <= of("max") - of("min") && of("steps_between") > 0.0, "{last}");
@@ -161,7 +161,7 @@ async fn hz_of_a_paused_world_says_that_nothing_comes() {
     assert!(said.err.contains("a paused world has none"), "{said:?}");
 }
 
-/// What a shell is given that completes the last of these words.
+/// Returns the completions of the last of these words for a shell.
 async fn completed(daemon: &Process, place: Option<&str>, words: &[&str]) -> Vec<String> {
     let mut command = daemon.simctl_command(["--", "simctl"].iter().chain(words));
     command.env("SIMCTL_COMPLETE", "bash").env("_CLAP_COMPLETE_INDEX", words.len().to_string());
@@ -170,7 +170,7 @@ async fn completed(daemon: &Process, place: Option<&str>, words: &[&str]) -> Vec
     }
     let said = said("simctl", command).await;
     assert_eq!((said.code, said.err.as_str()), (0, ""), "{words:?}");
-    // Where nothing was typed yet, options follow.
+    // If nothing was typed yet, options follow.
     said.out.lines().filter(|word| !word.starts_with('-')).map(str::to_owned).collect()
 }
 
@@ -205,7 +205,7 @@ async fn completion_does_not_wait_for_a_daemon_that_hangs() {
     // The system answers for a program that accepts no connection, and the program never does.
     let hung = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
     let place = hung.local_addr().unwrap().to_string();
-    // Without a bound of its own it would wait for this long.
+    // Without a separate timeout it would wait for this long.
     let words = ["--timeout", "3600", "robot", "info", ""];
     assert_eq!(completed(&daemon, Some(&place), &words).await, [""; 0]);
 }
@@ -244,7 +244,7 @@ async fn a_context_is_chosen_and_shown() {
     assert!(nothing.code == 1 && nothing.err.contains("names none"), "{nothing:?}");
 }
 
-/// A daemon that asks for tokens, and those of an admin and a viewer.
+/// Returns a daemon that requires tokens, and those of an admin and a viewer.
 pub(crate) async fn guarded(home: &Home) -> (Process, [String; 2]) {
     let file = home.path().join("tokens").display().to_string();
     let mut tokens = Vec::new();
@@ -261,7 +261,7 @@ pub(crate) async fn guarded(home: &Home) -> (Process, [String; 2]) {
 async fn top_sends_the_token_of_a_context_to_no_other_daemon() {
     let home = Home::new();
     let (daemon, [_, viewer]) = guarded(&home).await;
-    // The endpoints are the same daemon: what is sent to it is seen by whether it answers.
+    // The endpoints are of the same daemon: an answer shows which token was sent.
     let own = format!("[contexts.own]\nendpoint = \"{}\"\ntoken = \"{viewer}\"\n", daemon.address());
     let other = format!(
         "[contexts.other]\nendpoint = \"localhost:{}\"\n",
@@ -284,7 +284,7 @@ async fn top_sends_the_token_of_a_context_to_no_other_daemon() {
 async fn a_person_is_asked_for_a_token_and_a_pipe_is_not() {
     let home = Home::new();
     let (daemon, [_, viewer]) = guarded(&home).await;
-    // What is typed before the terminal is asked not to show it is shown.
+    // Input typed before the terminal stops its echo is shown.
     let hidden = "while stty -a < /dev/tty | grep -q ' echo '; do :; done; echo hidden";
     let line = format!("({hidden}) & simctl -e {} server info; code=$?; wait; exit $code", daemon.address());
     let mut terminal = Terminal::start(home.command("script"), &line);
@@ -333,7 +333,8 @@ async fn bash_completes_names_with_spaces_as_it_quotes_them() {
     assert_eq!(terminal.end().await.0, Some(0));
 }
 
-/// Pairs are set before groups: where a pair is refused neither is, and where a link of groups is, the sentence says what was done.
+/// Pairs are set before groups. If a pair is refused, neither is set; if a link of the groups is refused, the
+/// error says what was done.
 #[tokio::test]
 async fn a_filter_of_which_a_part_is_refused_says_what_is_set() {
     let daemon = paused().await;

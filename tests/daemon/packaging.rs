@@ -1,4 +1,4 @@
-//! The files of packages say what the programs understand.
+//! The programs understand the files of packages.
 
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -21,14 +21,14 @@ fn config(arguments: &[OsString]) -> Config {
     Config::from_args(line).unwrap_or_else(|error| panic!("{arguments:?}: {error}"))
 }
 
-/// The configuration that is installed.
+/// Returns the configuration that is installed.
 fn default_file() -> String {
     let asked = config::run(&["simd", "config", "default"].map(OsString::from), []);
     let Some(Ok(Asked::Text(text))) = asked else { panic!("{asked:?}") };
     text
 }
 
-/// The configuration of a text, as text.
+/// Returns the configuration of a text, as text.
 fn read_as_file(text: &str) -> String {
     let home = Home::new();
     let path = home.path().join("simd.toml");
@@ -38,7 +38,7 @@ fn read_as_file(text: &str) -> String {
     format!("{:#?}", config(&["--config".into(), path.into()]))
 }
 
-/// The text without these marks at the beginning of lines, where something follows at once.
+/// Returns the text without these marks at the beginning of lines, where something follows at once.
 fn without(marks: &str, text: &str) -> String {
     let line = |line: &str| match line.strip_prefix(marks) {
         Some(rest) if !rest.starts_with([' ', '#']) && !rest.is_empty() => rest.to_owned() + "\n",
@@ -67,7 +67,7 @@ fn the_examples_of_the_configuration_that_is_installed_are_understood() {
     assert!(understood.contains("/srv/robots/arm"), "{understood}");
 }
 
-/// The command of a unit, and what systemd puts instead of specifiers.
+/// Returns the command of a unit, with the values that systemd puts in place of specifiers.
 fn command(unit: &str) -> Vec<String> {
     let text = read(&format!("systemd/{unit}"));
     let line = text.lines().find_map(|line| line.strip_prefix("ExecStart=")).unwrap();
@@ -106,12 +106,12 @@ fn the_two_units_are_alike_but_for_whose_they_are() {
     assert_eq!(settings(UNITS[0]), settings(UNITS[1]));
 }
 
-/// The values that a unit or a drop-in has for a setting, in their order.
+/// Returns the values that a unit or a drop-in has for a setting, in their order.
 fn values<'t>(text: &'t str, setting: &str) -> Vec<&'t str> {
     text.lines().filter_map(|line| line.strip_prefix(setting)?.strip_prefix('=')).collect()
 }
 
-/// Which the units alone refuse: they give no more than most worlds need.
+/// The units alone refuse these: they allow only what most worlds need.
 #[test]
 fn the_drop_in_allows_all_that_realtime_asks_for() {
     let drop_in = read("systemd/realtime.conf");
@@ -152,7 +152,7 @@ async fn units_are_confined() {
     }
 }
 
-/// Without a container: what is copied is there, the toolchain is that of the tree, and no image runs as root.
+/// Without a container: copied files exist, the toolchain is the tree's, and no image runs as root.
 #[test]
 fn the_containerfile_names_what_there_is() {
     let text = read("Containerfile");

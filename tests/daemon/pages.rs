@@ -1,11 +1,12 @@
-//! What the pages in `docs/` show a shell is run as it is written, page by page and in its order, in the world of `make demo`.
+//! The shell commands of the pages in `docs/` run as written, page by page and in order, in the world of
+//! `make demo`.
 
 use std::path::Path;
 
 use simd_tests::process::{Home, Process, Said, repository, said};
 use tokio::task::JoinSet;
 
-/// Pages whose commands another test runs, or that need what a test has not, and which that is.
+/// Pages whose commands another test runs, or that need something that a test lacks, with the reason.
 const ELSEWHERE: &[(&str, &str)] = &[
     ("configuration.md", "has no commands but examples of mistakes"),
     ("daemon.md", "has what a daemon prints"),
@@ -21,7 +22,8 @@ const ELSEWHERE: &[(&str, &str)] = &[
     ("zenoh.md", "routers of Zenoh"),
 ];
 
-/// Beginnings of lines that stand for another terminal, another machine or a person, and why a test leaves them out.
+/// First words of lines that belong to another terminal, another machine or a person, and the reason to leave
+/// them out.
 const LEFT_OUT: &[(&str, &str)] = &[
     ("make demo", "the test has started it"),
     ("export PATH=", "the test's own programs are found first"),
@@ -56,7 +58,7 @@ fn pages() -> Vec<(String, String)> {
     pages
 }
 
-/// What the demo is started with for a page: that which a line that starts a daemon says, but its addresses.
+/// Returns the demo's options for a page: those of the line that starts a daemon, without its addresses.
 fn flags(blocks: &[Vec<&str>], recordings: &str) -> Vec<String> {
     let demo = "--config tests/assets/demo.toml";
     let said = blocks
@@ -75,7 +77,7 @@ fn flags(blocks: &[Vec<&str>], recordings: &str) -> Vec<String> {
     flags
 }
 
-/// Runs the blocks of a page; gives what went wrong.
+/// Runs the blocks of a page; returns the failures.
 async fn run(name: &str, page: &str) -> Vec<String> {
     let home = Home::new();
     let tests = repository().join("tests").canonicalize().unwrap();
@@ -109,7 +111,7 @@ fn write(folder: &Path, script: &str) {
 async fn each_command_of_the_pages_runs_in_the_world_of_the_demo() {
     let is_elsewhere = |name: &str| ELSEWHERE.iter().any(|(page, _)| *page == name);
     let pages = pages().into_iter().filter(|(name, _)| !is_elsewhere(name));
-    // Each in a world of its own, at one time: most commands wait.
+    // Each in a separate world, all at once: most commands wait.
     let runs: JoinSet<_> = pages.map(|(name, text)| async move { run(&name, &text).await }).collect();
     assert!(runs.len() >= 6, "only {} pages have commands", runs.len());
     let wrong: Vec<String> = runs.join_all().await.into_iter().flatten().collect();
@@ -124,7 +126,7 @@ fn pages_that_are_left_out_exist_and_have_commands() {
     }
 }
 
-/// A shell in a folder of its own.
+/// Returns the result of a script in a separate folder.
 async fn shell(home: &Home, script: &str) -> Said {
     let mut shell = home.command("sh");
     shell.args(["-euc", script]).current_dir(home.path());
@@ -142,7 +144,7 @@ async fn the_lines_of_the_lab_server_make_one_that_a_user_reaches() {
     let folder = home.path().display().to_string();
     let (made, start) = server.split_once("simd --listen").unwrap();
     let token = shell(&home, made).await.out.lines().last().unwrap().to_owned();
-    // The addresses are those of the network; the test has loopback.
+    // The addresses are those of the network; the test uses loopback.
     let start = start.replace("\\\n", "");
     let flags =
         start.split_whitespace().skip(1).filter(|word| !["--zenoh", "tls/0.0.0.0:7447"].contains(word));

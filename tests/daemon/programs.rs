@@ -107,8 +107,8 @@ async fn each_refusal_is_a_sentence_and_its_documented_exit_code() {
     assert_snapshot("refusals", transcript.text(), &[(r"from step \d+ \(\d+\.\d+ s\)", "from step # (# s)")]);
 }
 
-/// The daemon that wrote the file is gone when another process reads it. That both ran on alike is shown by
-/// what they export then: an equal world is an equal file.
+/// The daemon that wrote the file is gone when another process reads it. Both then export the same file,
+/// which shows that their worlds continued equally.
 #[tokio::test]
 async fn a_world_outlives_its_daemon_in_a_file() {
     let folder = Home::new();

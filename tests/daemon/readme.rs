@@ -1,4 +1,4 @@
-//! What the README shows is run, line by line and in its order.
+//! The README's commands run, line by line and in order.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use simd_tests::process::repository;
 use crate::transcript::{Transcript, assert_snapshot};
 use crate::{demo, paused};
 
-/// Without the numbers that a playing world has, and without columns, which are as wide as they are.
+/// Returns the text without the numbers of a playing world, and without the widths of columns.
 fn without_numbers(transcript: &str) -> String {
     let is_number = |word: &str| word.trim_matches(['(', ')', ',']).parse::<f64>().is_ok();
     let line = |line: &str| {
@@ -24,7 +24,7 @@ fn read(page: &str) -> String {
     std::fs::read_to_string(repository().join(page)).unwrap()
 }
 
-/// The lines that begin with `simctl`, of each fenced block that has some.
+/// Returns the lines that begin with `simctl`, of each fenced block that has some.
 fn blocks(text: &str) -> Vec<Vec<&str>> {
     let inside = text.split("```").skip(1).step_by(2);
     let lines = inside.map(|block| block.lines().filter(|line| line.starts_with("simctl ")).collect());
@@ -41,7 +41,7 @@ async fn each_line_of_the_readme_works_on_the_demo() {
     assert!(!transcript.text().contains("exit code"), "{}", transcript.text());
     assert_snapshot("readme", &without_numbers(transcript.text()), &[]);
 
-    // Robots of one's own, where the README has them.
+    // The robots that the README calls one's own.
     let folder = tempfile::tempdir().unwrap();
     let to = folder.path().join("path/to");
     std::fs::create_dir_all(&to).unwrap();

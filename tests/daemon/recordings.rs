@@ -1,4 +1,4 @@
-//! Recordings of a daemon that is killed, and of one whose disk takes no more.
+//! Recordings of a daemon that is killed, and of one whose disk is full.
 
 use rustix::process::{Pid, Resource, Rlimit, prlimit};
 use simd_client::proto::event::Kind;
@@ -15,7 +15,7 @@ async fn recording_daemon() -> (Process, Client, TempDir) {
     (daemon, client, folder)
 }
 
-/// Commands and steps until the recording has so many bytes on the disk.
+/// Sends commands and steps until the recording has this many bytes on the disk.
 async fn fill(client: &Client, bytes: u64) {
     let robot = client.robots().await.unwrap()[0].name.clone();
     let joint = client.joint_layout(&robot).await.unwrap().joints[0].name.clone();
@@ -40,7 +40,7 @@ async fn after_a_kill_the_recording_is_replayed_to_its_end() {
     let said = Home::new().run("simd", ["replay", file.to_str().unwrap()]).await;
     assert_eq!(said.code, 0, "{}{}", said.out, said.err);
     assert!(said.out.contains(": equal; it ends at byte"), "{}", said.out);
-    // Another daemon of the same folder knows that it is not whole.
+    // Another daemon of the same folder detects that it is incomplete.
     let recordings = folder.path().to_str().unwrap().to_owned();
     let after = Process::start(["--recordings", &recordings]).await;
     let listed = after.client().await.recordings().await.unwrap();

@@ -1,4 +1,4 @@
-//! `simctl rollout`, from a terminal: copies that differ, what they cost, and what it says where it is refused.
+//! `simctl rollout`, from a terminal: copies that differ, their costs, and errors.
 
 use std::path::Path;
 
@@ -34,7 +34,7 @@ async fn rollout(daemon: &Process, arguments: &[&str]) -> Said {
     daemon.simctl(["rollout", "bench_arm"].iter().chain(arguments)).await
 }
 
-/// What the same rollout is as a request.
+/// Returns the same rollout as a request.
 fn request() -> RolloutRequest {
     let uniform = |low, high| Some(Values::Uniform(RolloutUniform { low, high }));
     let varied = |of: RolloutVaried, names: &[&str], values| RolloutVariation {
@@ -82,7 +82,7 @@ fn request() -> RolloutRequest {
     }
 }
 
-/// Of each copy what it cost, and where its joint ended.
+/// Returns the cost of each copy and the final position of its joint.
 fn ends(document: &Value) -> Vec<[f64; 2]> {
     let copies = document["copies"].as_array().unwrap().iter();
     copies.map(|copy| [&copy["cost"], &copy["positions"][0]].map(|value| value.as_f64().unwrap())).collect()

@@ -2,7 +2,7 @@
 
 use simd_tests::process::{Home, Process, Said, said, soon};
 
-/// What a shell says to a command in this folder.
+/// Returns the result of a shell command in this folder.
 async fn shell(home: &Home, command: &str) -> Said {
     let mut shell = home.command("sh");
     shell.args(["-c", command]).current_dir(home.path());

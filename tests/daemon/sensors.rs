@@ -1,4 +1,4 @@
-//! `simctl sensor`, from a terminal: each of its commands, and what it says where it is refused.
+//! `simctl sensor`, from a terminal: each of its commands, and their errors.
 
 use serde_json::{Value, json};
 use simd_tests::process::repository;
@@ -67,7 +67,7 @@ async fn sensors_are_added_listed_read_watched_and_removed() {
     let watch = daemon.shell("simctl sensor watch bench_arm truth --count 5 -o jsonl", &folder);
     let client = daemon.client().await;
     let steps = async {
-        // A watch has what comes after it: steps are done until it has enough.
+        // A watch has only later readings: step until it has enough.
         loop {
             client.step(1).await.unwrap();
         }
@@ -133,7 +133,7 @@ async fn what_is_wrong_with_a_sensor_is_said_in_a_sentence() {
     }
 }
 
-/// A camera has pictures and no readings, and what has none yet says when it will.
+/// A camera has pictures and no readings; a sensor without a reading yet says when the first is due.
 #[tokio::test]
 async fn what_has_no_reading_says_why() {
     let daemon = paused().await;
@@ -155,7 +155,7 @@ async fn what_has_no_reading_says_why() {
     }
 }
 
-/// With ten cameras and no renderer: the picture is refused, and the list says what to start.
+/// With ten cameras and no renderer: the picture is refused, and the list says which program to start.
 #[tokio::test]
 async fn a_world_with_ten_cameras_and_no_renderer_says_what_to_start() {
     let daemon = paused().await;

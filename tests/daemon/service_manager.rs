@@ -1,4 +1,4 @@
-//! What the daemon tells systemd: ready, reloading, stopping, and that it is alive.
+//! Messages of the daemon to systemd: ready, reloading, stopping, and alive.
 #![cfg(target_os = "linux")]
 
 use std::ffi::OsStr;
@@ -19,7 +19,8 @@ impl Manager {
         Self { socket: UnixDatagram::bind(home.path().join("notify")).unwrap(), home }
     }
 
-    /// Starts a daemon of this service manager, which wants a sign of life within so many microseconds.
+    /// Starts a daemon of this service manager, which wants a sign of life within this number of
+    /// microseconds.
     async fn start(&self, watchdog: &str, arguments: &[&str]) -> Process {
         let socket = self.home.path().join("notify");
         let environment = [("NOTIFY_SOCKET", socket.as_os_str()), ("WATCHDOG_USEC", OsStr::new(watchdog))];
@@ -33,7 +34,7 @@ impl Manager {
         String::from_utf8(message).unwrap()
     }
 
-    /// The next that is no sign of life.
+    /// Returns the next that is no sign of life.
     async fn next_change(&self) -> String {
         loop {
             let message = self.next().await;
@@ -71,7 +72,7 @@ async fn the_watchdog_is_fed_while_the_world_plays_is_paused_and_has_a_minute_be
         let manager = Manager::new();
         let _daemon = manager.start("40000", arguments).await;
         assert!(manager.next().await.starts_with("READY=1\n"));
-        // On a busy machine a step may take longer than the 20 ms, which is said too.
+        // On a busy machine a step may take longer than the 20 ms, which is reported too.
         let mut signs = 0;
         while signs < 10 {
             signs += usize::from(manager.next().await == "WATCHDOG=1\n");
@@ -79,7 +80,7 @@ async fn the_watchdog_is_fed_while_the_world_plays_is_paused_and_has_a_minute_be
     }
 }
 
-/// What is no such manager, or wants no signs of life, is no reason not to serve.
+/// A service manager that is gone, or wants no signs of life, does not keep the daemon from serving.
 #[tokio::test]
 async fn a_service_manager_that_is_gone_or_has_no_watchdog_harms_nothing() {
     let manager = Manager::new();

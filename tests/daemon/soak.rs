@@ -1,4 +1,4 @@
-//! `make soak`, for seconds: what must hold for an hour holds for them.
+//! `make soak`, for seconds: the guarantees for an hour hold for them.
 
 use std::time::Duration;
 

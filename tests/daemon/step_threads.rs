@@ -1,4 +1,4 @@
-//! A daemon whose steps are done by two threads computes what one with a single thread does, to the bit.
+//! A daemon with two step threads computes the same as one with a single thread, to the bit.
 
 use std::path::Path;
 
@@ -8,16 +8,16 @@ use simd_tests::daemon::fixed;
 use simd_tests::process::Process;
 use simd_tests::robots::assets;
 
-/// With seven joints each. A step is worth threads from 500 degrees of freedom and rows on, the largest group of robots left out: that
-/// of the two which are held together.
+/// Arms of seven joints each. Threads pay off for a step from 500 degrees of freedom and rows on. Those of
+/// the largest group of robots do not count: here, of the two that are held together.
 const ARMS: usize = 90;
 
-/// What a run came to.
+/// Result of a run.
 #[derive(PartialEq)]
 struct Run {
     /// Saved states as files, in its midst and at its end: worlds are equal where their files are.
     files: [Vec<u8>; 2],
-    /// Joints in the midst, at the end, and there once more after the state of the midst was restored.
+    /// Joints in the middle, at the end, and at the end once more after the state of the middle was restored.
     joints: [Vec<f64>; 3],
 }
 
@@ -47,7 +47,8 @@ fn arm(index: usize) -> String {
     format!("arm-{index}")
 }
 
-/// Each arm is asked for something else, and its neighbour for the other side: so the two that are held together pull at each other.
+/// Gives each arm different targets, and its neighbour targets on the other side: the two that are held
+/// together pull at each other.
 async fn move_all(client: &Client, share: f64) {
     for index in 0..ARMS {
         let side = if index % 2 == 0 { share } else { -share };

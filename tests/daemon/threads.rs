@@ -25,22 +25,22 @@ fn ball(number: usize) -> SpawnEntityRequest {
     }
 }
 
-/// The folder and the name of each thread.
+/// Returns the folder and the name of each thread.
 pub(crate) fn threads(pid: u32) -> Vec<(PathBuf, String)> {
     let tasks = std::fs::read_dir(Path::new("/proc").join(pid.to_string()).join("task")).unwrap();
     let folders = tasks.map(|task| task.unwrap().path());
-    // One that has ended has none.
+    // A thread that has ended has none.
     folders
         .filter_map(|folder| Some((folder.clone(), std::fs::read_to_string(folder.join("comm")).ok()?)))
         .collect()
 }
 
-/// Of tokio's runtime: its workers, and those that may work or wait for long.
+/// Returns the number of tokio's threads: its workers, and those for long or blocking work.
 fn threads_of_the_runtime(pid: u32) -> usize {
     threads(pid).iter().filter(|(_, name)| name.starts_with("tokio-rt")).count()
 }
 
-/// Whether a list of the kernel, as `0-2,5`, has a number.
+/// Returns whether a list of the kernel, as `0-2,5`, has a number.
 fn contains(list: &str, number: usize) -> bool {
     list.split(',').any(|range| {
         let (first, last) = range.split_once('-').unwrap_or((range, range));
@@ -57,7 +57,7 @@ async fn a_processor_of_the_physics_thread_is_its_own() {
     let config = folder.path().join("simd.toml");
     std::fs::write(&config, format!("[realtime]\nprocessors = [{own}]\n")).unwrap();
     let daemon = Process::start([Path::new("--config"), &config]).await;
-    // Its physics thread has answered, and so has asked for what it wants.
+    // Its physics thread has answered, and so has made its system requests.
     daemon.client().await.pause().await.unwrap();
     let threads = threads(daemon.pid().unwrap());
     assert!(threads.iter().any(|(_, name)| name.trim() == "simd-driver"), "{threads:?}");
@@ -66,7 +66,7 @@ async fn a_processor_of_the_physics_thread_is_its_own() {
         let list = status.lines().find_map(|line| line.strip_prefix("Cpus_allowed_list:")).unwrap().trim();
         match name.trim() {
             "simd-driver" => assert_eq!(list, own.to_string()),
-            // Where there is one processor alone it is everybody's.
+            // A single processor is used by all threads.
             _ => assert_eq!(contains(list, own), processors.len() == 1, "{name}: {list}"),
         }
     }

@@ -1,4 +1,4 @@
-//! What was typed and what came back, as one text for a snapshot test.
+//! Commands and their output, as one text for an insta test.
 
 use simd_tests::process::{Process, Said};
 
@@ -7,7 +7,7 @@ use simd_tests::process::{Process, Said};
 pub(crate) struct Transcript(String);
 
 impl Transcript {
-    /// Adds what came of a line, with the exit code where it is not 0.
+    /// Adds the result of a line, with the exit code if it is not 0.
     pub(crate) fn add(&mut self, line: &str, said: &Said) {
         self.0 += &format!("$ {line}\n{}{}", said.out, said.err);
         if said.code != 0 {
@@ -31,8 +31,8 @@ impl Transcript {
     }
 }
 
-/// Compares with `snapshots/NAME.snap`; `INSTA_UPDATE=always` writes it. What differs from run to
-/// run everywhere, such as ports, is replaced; `filters` replace more.
+/// Compares with `snapshots/NAME.snap`; `INSTA_UPDATE=always` writes it. Values that differ from run to run
+/// everywhere, such as ports, are replaced; `filters` replace more.
 pub(crate) fn assert_snapshot(name: &str, text: &str, filters: &[(&str, &str)]) {
     let mut settings = insta::Settings::clone_current();
     settings.set_prepend_module_to_snapshot(false);

@@ -1,4 +1,5 @@
-//! Clients that ask for more than they read, on every transport: the daemon's memory stays within a bound, and others are served.
+//! Clients that request more than they read, on every transport: the daemon's memory stays within a bound,
+//! and others are served.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -17,15 +18,16 @@ use tonic::codegen::http::uri::PathAndQuery;
 
 use crate::floods::{DATA, END_HEADERS, END_STREAM, HEADERS, PREFACE, SETTINGS, frame, headers_of};
 
-/// Most that clients who do not read may cost, in bytes of memory above those of the daemon before. The allocator of the system keeps
-/// some of what is freed, so this is twice the bound of the packages; without a budget it was 0.9 to 1.7 GB.
+/// Most memory, in bytes, that clients who do not read may add to the daemon's. The allocator of the system
+/// keeps some of the freed memory, so this is twice the bound of the packages. Without a budget it was 0.9 to
+/// 1.7 GB.
 const MOST: u64 = 512 << 20;
 /// Calls of each kind: their answers would have a gigabyte.
 const CALLS: u32 = 128;
 /// Bytes of each answer, about.
 const ANSWER: usize = 10 << 20;
 
-/// A daemon with something large to ask for, and what it has to ask.
+/// A daemon with large answers, and the requests for them.
 struct Attacked {
     daemon: Process,
     socket: PathBuf,
@@ -57,13 +59,13 @@ impl Attacked {
             ("/simd.v1.ViewService/ListMarkers", Vec::new()),
             ("/simd.v1.EntityService/GetAsset", asset.encode_to_vec()),
         ];
-        // What an answer takes while it is made is there before.
+        // The memory that an answer needs while it is made is allocated before.
         client.markers().await.unwrap();
         let quiet = resident(&daemon);
         Self { daemon, socket, _folder: folder, quiet, asked }
     }
 
-    /// Returns once so many of the calls that were asked for have ended, and fails if they cost too much.
+    /// Returns once this many calls have ended; fails if they take more than `MOST`.
     async fn withstands(&mut self, calls: u32) {
         let client = self.daemon.client().await;
         let ended = async {
@@ -109,7 +111,7 @@ async fn unread(daemon: &Process) -> u64 {
     bytes.unwrap().parse::<f64>().unwrap() as u64
 }
 
-/// How many of the calls that are asked for again and again have ended.
+/// Returns how many of the repeated calls have ended.
 async fn ended(daemon: &Process) -> u64 {
     let metrics = metrics(daemon).await;
     let of_call = |line: &&str| {
@@ -120,12 +122,12 @@ async fn ended(daemon: &Process) -> u64 {
     counts.map(Result::unwrap).sum()
 }
 
-/// A message as gRPC frames it.
+/// Returns a message as gRPC frames it.
 fn framed(message: &[u8]) -> Vec<u8> {
     [&[0][..], &u32::try_from(message.len()).unwrap().to_be_bytes(), message].concat()
 }
 
-/// Asks over HTTP/2 for all that is asked, and reads nothing. Streams begin with this window.
+/// Sends all requests over HTTP/2, and reads nothing. Streams begin with this window.
 async fn ask_http2(stream: &mut (impl AsyncWrite + Unpin), window: u32, asked: &[(&str, Vec<u8>)]) {
     const INITIAL_WINDOW_SIZE: u16 = 4;
     let setting = [&INITIAL_WINDOW_SIZE.to_be_bytes()[..], &window.to_be_bytes()].concat();
@@ -140,10 +142,10 @@ async fn ask_http2(stream: &mut (impl AsyncWrite + Unpin), window: u32, asked: &
     stream.write_all(&sent).await.unwrap();
 }
 
-/// Connections stay open as long as this is there.
+/// Connections, which stay open as long as this exists.
 type Held = Vec<Box<dyn AsyncRead + Send>>;
 
-/// Asks over HTTP/1.1, a connection each, and reads nothing.
+/// Sends the requests over HTTP/1.1, each on a separate connection, and reads nothing.
 async fn ask_http1(daemon: &Process, media_type: &str, asked: &[(&str, Vec<u8>)]) -> Held {
     let mut held: Held = Vec::new();
     for number in 0..CALLS as usize {
@@ -228,7 +230,7 @@ async fn replies_over_zenoh_stay_within_their_budget() {
         held.push(asker.get(key).payload(message.clone()).await.unwrap());
     }
     attacked.withstands(1).await;
-    // The session is closed, and what it did not read is dropped.
+    // The session is closed, and its unread data is dropped.
     let dropped = async { while unread(&attacked.daemon).await > 0 {} };
     soon("the end of the replies", dropped).await;
     attacked.withstands(1).await;

@@ -1,4 +1,5 @@
-//! Files made to harm that would be ground: each is a sentence that names it, the daemon goes on, and its memory stays bounded.
+//! Harmful files for ground: each gives a sentence that names it, the daemon continues, and its memory stays
+//! bounded.
 #![cfg(target_os = "linux")]
 
 use std::fs;
@@ -16,14 +17,14 @@ use simd_tests::process::Process;
 
 use crate::paused;
 
-/// MiB that the daemon has had at one time at the most.
+/// Returns the peak memory of the daemon, MiB.
 fn peak(daemon: &Process) -> u64 {
     let status = fs::read_to_string(format!("/proc/{}/status", daemon.pid().unwrap())).unwrap();
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:")).unwrap();
     line.trim().trim_end_matches(" kB").parse::<u64>().unwrap() / 1024
 }
 
-/// A robot of one link that has this for visuals and collisions.
+/// Returns a robot of one link that has this for visuals and collisions.
 async fn load(client: &Client, folder: &Path, shapes: &str) -> Spawned {
     let urdf = format!(
         "<robot name='ground'><link name='link'><inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' \
@@ -39,14 +40,14 @@ async fn load(client: &Client, folder: &Path, shapes: &str) -> Spawned {
     client.load(folder.join("ground.urdf"), request).await.unwrap()
 }
 
-/// What touches is this file.
+/// Spawns a body with this file as its collision mesh.
 async fn load_mesh(client: &Client, folder: &Path, file: &str, content: &[u8]) -> Spawned {
     fs::write(folder.join(file), content).unwrap();
     let shapes = format!("<collision><geometry><mesh filename='{file}'/></geometry></collision>");
     load(client, folder, &shapes).await
 }
 
-/// A shape that is this file: rows of numbers come so.
+/// Returns a shape that is this file: rows of numbers come so.
 async fn spawn_rows(client: &Client, folder: &Path, file: &str, content: &[u8]) -> Spawned {
     let path = folder.join(file);
     fs::write(&path, content).unwrap();
@@ -58,7 +59,7 @@ async fn spawn_rows(client: &Client, folder: &Path, file: &str, content: &[u8]) 
     client.spawn(request).await.unwrap()
 }
 
-/// The warnings about a file.
+/// Returns the warnings about a file.
 fn warnings<'a>(spawned: &'a Spawned, file: &str) -> Vec<&'a str> {
     let about = |finding: &&proto::Finding| finding.file == file && finding.severity() >= Severity::Warning;
     spawned.report.findings.iter().filter(about).map(|finding| finding.message.as_str()).collect()
@@ -72,7 +73,8 @@ fn bomb() -> Vec<u8> {
     packed.finish().unwrap()
 }
 
-/// A binary STL of so many triangles without an area, each from a point of a line to the next one and back.
+/// Returns a binary STL of this many triangles without an area, each from a point of a line to the next one
+/// and back.
 fn lines(triangles: u32) -> Vec<u8> {
     let mut bytes = vec![0; 80];
     bytes.extend(triangles.to_le_bytes());
@@ -88,8 +90,8 @@ fn lines(triangles: u32) -> Vec<u8> {
     bytes
 }
 
-/// All of them together raise what the daemon has at one time by less than 128 MiB: what the pictures say they are would be ten
-/// gigabytes, and what a stream becomes a quarter of one.
+/// All of them together raise the daemon's peak by less than 128 MiB. The pictures at their stated sizes
+/// would be ten gigabytes, and an unpacked stream a quarter of one.
 #[tokio::test]
 async fn heights_that_are_none_are_a_sentence_and_take_no_memory() {
     let daemon = paused().await;
@@ -132,7 +134,8 @@ async fn heights_that_are_none_are_a_sentence_and_take_no_memory() {
     let phrase = "\"picture.png\" is not read: it has 100000 by 100000 pixels";
     assert!(said.len() == 1 && said[0].contains(phrase), "{said:?}");
 
-    // A stream that goes on behind the last pixel is not unpacked any further: the ground is there, and is flat.
+    // A stream that continues behind the last pixel is not unpacked any further: the ground is loaded, and is
+    // flat.
     let spawned = load_mesh(&client, folder, "stream.png", &grey_png(8, [200, 200], &bomb)).await;
     assert_eq!(warnings(&spawned, "stream.png"), [""; 0]);
 
@@ -143,8 +146,8 @@ async fn heights_that_are_none_are_a_sentence_and_take_no_memory() {
     assert_eq!(client.robots().await.unwrap().len(), robots + 6);
 }
 
-/// A kilobyte for each triangle, at one time: the file has 50 bytes of each, and 300 are what the daemon grants to one that touches
-/// (a mesh of a robot that takes more is its hull).
+/// A kilobyte for each triangle, at once. The file has 50 bytes of each, and the daemon grants 300 to a
+/// triangle that collides (a mesh that takes more becomes its hull).
 #[tokio::test]
 async fn a_million_triangles_without_an_area_are_a_sentence_within_a_gigabyte() {
     let daemon = paused().await;

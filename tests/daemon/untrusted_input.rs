@@ -1,4 +1,4 @@
-//! Clients of another version, and input that is no client at all: nothing kills the daemon.
+//! Clients of another version, and input of no client at all: nothing kills the daemon.
 
 use simd_client::proto::simulation_service_client::SimulationServiceClient;
 use simd_client::proto::{

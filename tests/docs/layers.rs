@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 
 use crate::root;
 
-/// A folder of sources and the modules in it, from the top to the bottom. Those of one line do not import each other.
+/// A folder of sources and the modules in it, from the top to the bottom. Those of one line do not import
+/// each other.
 struct Layers {
     folder: &'static str,
-    /// How its modules are named in an import, beside `super`.
+    /// Prefix of its modules in an import, beside `super`.
     prefix: &'static str,
     lines: &'static [&'static [&'static str]],
 }
@@ -80,7 +81,7 @@ const SIMULATION: Layers = Layers {
 };
 
 impl Layers {
-    /// The number of a module's line.
+    /// Returns the number of a module's line.
     fn of(&self, module: &str) -> Option<usize> {
         self.lines.iter().position(|line| line.contains(&module))
     }
@@ -95,7 +96,7 @@ impl Layers {
         for file in files {
             let name = file.strip_prefix(&folder).unwrap().to_str().unwrap().replace('\\', "/");
             let module = name.split('/').next().unwrap().trim_end_matches(".rs");
-            // Tests may put together what they test.
+            // Tests may join the layers that they test.
             let is_test = name.contains("tests") || name.contains("test_world");
             if is_test || ["lib", "main", "mod"].contains(&module) {
                 continue;
@@ -104,7 +105,7 @@ impl Layers {
             let text = fs::read_to_string(&file).unwrap();
             let code = text.split("#[cfg(test)]\nmod tests {").next().unwrap();
             for line in code.lines().filter(|line| !line.trim_start().starts_with("//")) {
-                // `super` of a file beside the module's root is that root; of one further down it is the module.
+                // `super` of a file beside the module's root is that root; of a deeper one it is the module.
                 let outside = if name.contains('/') { None } else { Some("super::") };
                 for other in
                     [Some(self.prefix), outside].into_iter().flatten().flat_map(|it| imported(line, it))

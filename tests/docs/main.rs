@@ -1,4 +1,5 @@
-//! Documents name what exists and are plain English, modules import downwards, and words are those of the glossary.
+//! Documents name things that exist and are plain English, modules import downwards, and words are those of
+//! the glossary.
 #![cfg(test)]
 
 mod layers;
@@ -15,8 +16,8 @@ fn read(document: &str) -> String {
     std::fs::read_to_string(root().join(document)).unwrap_or_else(|error| panic!("{document}: {error}"))
 }
 
-/// What stands between backticks and looks like a path of this repository: it has
-/// a slash or a known ending, and nothing that only code has.
+/// Returns the texts between backticks that look like a path of this repository: with a slash or a known
+/// ending, and without characters of code.
 fn paths(text: &str) -> Vec<&str> {
     let inside = text.split('`').skip(1).step_by(2);
     let pathlike = |s: &&str| {
@@ -63,7 +64,7 @@ fn each_test_that_the_architecture_names_exists() {
     }
 }
 
-/// Folders whose own folders the architecture names, each with a line.
+/// Folders whose subfolders the architecture names, each with a line.
 const MAPPED: [&str; 20] = [
     "cli/src",
     "client",
@@ -98,7 +99,7 @@ fn the_architecture_names_each_folder() {
     for folder in MAPPED {
         for entry in std::fs::read_dir(root().join(folder)).unwrap().map(Result::unwrap) {
             let name = entry.file_name().to_string_lossy().into_owned();
-            // The parts of a module with a file of its own are said there.
+            // The file of a module describes its parts.
             let is_of_a_file = entry.path().with_extension("rs").exists();
             let is_left_out = name.starts_with('.') || NOT_MAPPED.contains(&name.as_str());
             let path = format!("{folder}/{name}");
@@ -117,7 +118,7 @@ fn the_architecture_is_read_in_one_sitting() {
     assert!(lines <= 250, "ARCHITECTURE.md has {lines} lines; the most is 250. Decisions go to docs/design");
 }
 
-/// All pages below docs/, and the documents of the root and of the clients.
+/// Returns all pages below docs/, and the documents of the root and of the clients.
 fn documents() -> Vec<String> {
     let elsewhere = [
         "ARCHITECTURE.md",
@@ -146,7 +147,7 @@ fn documents() -> Vec<String> {
     documents
 }
 
-/// The anchors of a document's headings, as GitHub and mkdocs make them.
+/// Returns the anchors of a document's headings, as GitHub and mkdocs make them.
 fn anchors(text: &str) -> Vec<String> {
     let anchor = |heading: &str| {
         let kept = |c: &char| c.is_alphanumeric() || "-_ ".contains(*c);

@@ -1,13 +1,14 @@
-//! Words that this project had for things that the field has a word for, and that stay away: see the glossary in
-//! `CONTRIBUTING.md`.
+//! Old words of this project for things that have an established word, which must not come back: see the
+//! glossary in `CONTRIBUTING.md`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::root;
 
-/// A word in lower case as it stands in prose and in identifiers (`nobody` in `lock_nobody_out` and in `lockNobodyOut`), what is
-/// said instead, and the files in which it means something else: each by the end or the beginning of its path.
+/// A word in lower case as it stands in prose and in identifiers (`nobody` in `lock_nobody_out` and in
+/// `lockNobodyOut`), and its replacement. Then follow the files in which it means something else, each by the
+/// end or the beginning of its path.
 const WORDS: &[(&str, &str, &[&str])] = &[
     ("leftovers", "pending, unpublished", &[]),
     ("misfit", "invalid state", &[]),
@@ -15,7 +16,7 @@ const WORDS: &[(&str, &str, &[&str])] = &[
     ("paper", "document", &[]),
     ("papers", "documents", &[]),
     ("patience", "timeout", &[]),
-    // Of frequencies in Hz, of calls a second, and of pictures.
+    // Frequencies in Hz, calls a second, and pictures have rates.
     (
         "rates",
         "velocities",
@@ -36,7 +37,7 @@ const WORDS: &[(&str, &str, &[&str])] = &[
     ("seat", "slot", &[]),
     ("seats", "slots", &[]),
     ("shelf", "cache", &[]),
-    // Of insta, which compares texts with files of that name.
+    // insta compares texts with files of that name.
     ("snapshot", "published state, or saved state", &["tests/daemon/"]),
     ("snapshots", "published states, or saved states", &["tests/daemon/"]),
     ("somebody", "a client, another client", &[]),
@@ -48,7 +49,7 @@ const WORDS: &[(&str, &str, &[&str])] = &[
     ("writhe", "turn", &[]),
 ];
 
-/// Identifiers as they stand, of which the words alone say too little.
+/// Identifiers as they stand; their single words are not specific enough.
 const IDENTIFIERS: &[(&str, &str)] = &[
     ("_PUSHES", "_WRENCHES"),
     ("_pushes", "_wrenches"),
@@ -70,8 +71,8 @@ const IDENTIFIERS: &[(&str, &str)] = &[
     ("was_put", "teleported"),
 ];
 
-/// Code and phrases as they stand, of words that mean something else elsewhere: the beginning of the paths where they are looked
-/// for, and what is said instead.
+/// Code and phrases as they stand, with words that have another meaning elsewhere: the beginnings of the
+/// searched paths, and the replacement.
 const PHRASES: &[(&str, &str, &str)] = &[
     ("", "[place -", "index"),
     ("", "[place]", "index"),
@@ -125,7 +126,7 @@ const PHRASES: &[(&str, &str, &str)] = &[
 const ENDINGS: [&str; 12] =
     ["rs", "py", "pyi", "ts", "tsx", "js", "proto", "md", "toml", "css", "html", "wgsl"];
 
-/// Folders of what is built, generated or found, and of others: the ends of their paths, in whole names.
+/// Folders of built, generated or found files, and of third parties: the ends of their paths, in whole names.
 const SKIPPED: [&str; 8] = [
     "target",
     "node_modules",
@@ -137,7 +138,8 @@ const SKIPPED: [&str; 8] = [
     "tests/out",
 ];
 
-/// The words of a text, with the text: runs of letters, and a capital after a small letter begins another one.
+/// Returns the words of a text, with the text: runs of letters, and a capital after a small letter begins
+/// another one.
 fn words(text: &str) -> impl Iterator<Item = &str> {
     text.split(|c: char| !c.is_ascii_alphabetic()).flat_map(|run| {
         let bytes = run.as_bytes();
@@ -152,7 +154,7 @@ fn words(text: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-/// Whether a line has a phrase, and not only as a part of longer names.
+/// Returns true if a line has a phrase, and not only as a part of longer names.
 pub(crate) fn has_phrase(line: &str, phrase: &str) -> bool {
     let is_of_name = |c: char| c.is_ascii_alphanumeric() || c == '_';
     line.match_indices(phrase).any(|(at, _)| {
@@ -167,7 +169,7 @@ fn identifiers(text: &str) -> impl Iterator<Item = &str> {
     text.split(|c: char| !c.is_ascii_alphanumeric() && c != '_')
 }
 
-/// What is wrong with a file of this path, each as a line for people.
+/// Returns the faults of a file of this path, each as a line for people.
 fn wrong(path: &str, text: &str) -> Vec<String> {
     let mut wrong = Vec::new();
     let is_allowed = |files: &[&str]| files.iter().any(|file| path.starts_with(file) || path.ends_with(file));
@@ -223,7 +225,7 @@ fn no_private_word_of_before_comes_back() {
     for source in ["client/web/src/build/film.ts", "proto/generate/src/shapes.rs", "tests/corpus/main.rs"] {
         assert!(all.contains(&root().join(source)), "{source} was not searched");
     }
-    // The history names what was, this file what is not to be.
+    // The history has old names, and this file the forbidden ones.
     let exceptions = ["CHANGELOG.md", "tests/docs/words.rs"];
     let found: Vec<String> = all
         .iter()

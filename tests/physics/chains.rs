@@ -4,7 +4,7 @@ use glamx::{DMat3, DPose3, DVec3};
 use simd_model::RobotModel;
 use simd_model::robot::{Inertial, Joint, JointKind, JointLimits, Link};
 
-/// A rod of 1 kg and `length` along x from its joint: moment m l^2 / 12 about its middle.
+/// Returns a rod of 1 kg and `length` along x from its joint: moment m l^2 / 12 about its middle.
 pub(crate) fn rod(length: f64) -> Inertial {
     let moment = length * length / 12.0;
     Inertial {
@@ -14,8 +14,7 @@ pub(crate) fn rod(length: f64) -> Inertial {
     }
 }
 
-/// Rods of one metre, each on the tip of the one before, turning about y; joints
-/// "joint-1", "joint-2", ...
+/// Rods of one metre, each on the tip of the previous one, turning about y; joints "joint-1", "joint-2", ...
 pub(crate) fn chain(count: usize) -> RobotModel {
     let link = |i: usize| Link {
         name: format!("link-{i}"),

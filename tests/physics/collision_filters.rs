@@ -1,4 +1,4 @@
-//! Who touches whom: groups, masks, pairs and self-collision, and what a change of them does to a world that runs.
+//! Collision filters: groups, masks, pairs and self-collision, and their change in a running world.
 
 use std::sync::Arc;
 
@@ -17,7 +17,7 @@ use simd_tests::scenes::{apply, contacts, cuboid, look, plane, robot, spawn, wor
 
 use crate::saved_state_files::through_a_file;
 
-/// A box of 20 cm that has come to rest on a plane and sleeps.
+/// Returns a box of 20 cm that has come to rest on a plane and sleeps.
 fn box_on_plane() -> Simulation {
     let mut world = world(1e-3);
     spawn(&mut world, robot("ground", &plane(DVec3::Z), DPose3::IDENTITY, true));
@@ -56,8 +56,8 @@ fn groups(world: &mut Simulation, robot: &str, group: u32, mask: u32) {
     apply(world, Command::SetLinkProperties { robot: robot.into(), links });
 }
 
-/// Free fall over n steps of h from rest is g h^2 n (n + 1) / 2 in semi-implicit Euler and g (n h)^2 / 2 in the limit:
-/// 1 % covers both.
+/// Free fall over n steps of h from rest is `g h^2 n (n + 1) / 2` in semi-implicit Euler and `g (n h)^2 / 2`
+/// in the limit: 1 % covers both.
 fn assert_falls(world: &mut Simulation, from: f64) {
     (0..200).for_each(|_| world.step());
     let fallen = from - height(world, "box");
@@ -80,7 +80,8 @@ fn a_pair_can_be_set_from_either_side() {
     let before = height(&world, "box");
     set(&mut world, "ground", None, vec![pair("body", "box", "body", Some(false))]);
     assert_falls(&mut world, before);
-    // From the other side again as groups say: it is below the ground now, and pushed out.
+    // From the other side, the pair follows its groups again: the box is below the ground now, and is pushed
+    // out.
     set(&mut world, "box", None, vec![pair("body", "ground", "body", None)]);
     assert_eq!(look(&world).collision_pairs.len(), 0);
     (0..2_000).for_each(|_| world.step());
@@ -112,7 +113,8 @@ fn a_mask_of_what_cannot_move_wakes_what_sleeps_beside_it() {
     assert_falls(&mut world, before);
 }
 
-/// A chain of boxes along x, each on a hinge about y and 0.3 m from the one before; of 0.2 m, so that they are apart.
+/// Returns a chain of boxes along x, each on a hinge about y and 0.3 m from the previous one. The boxes have
+/// 0.2 m, so that they are apart.
 fn chain(links: usize, spacing: f64) -> Arc<RobotModel> {
     let shape = Collision {
         link_from_shape: DPose3::IDENTITY,
@@ -150,7 +152,7 @@ fn chain(links: usize, spacing: f64) -> Arc<RobotModel> {
     })
 }
 
-/// A chain of which the first box is at the place of the third: l0 is folded over.
+/// Returns a chain whose first box is at the place of the third: l0 is folded over.
 fn folded(self_collision: bool, pairs: Vec<CollisionPair>) -> Spawn {
     let contact_settings = ContactSettings { self_collision, ..ContactSettings::default() };
     let base = DPose3::from_translation(DVec3::Z * 5.0);
@@ -170,7 +172,7 @@ fn touching(world: &mut Simulation) -> Vec<[String; 2]> {
     pairs
 }
 
-/// The last link swings against the first ones; which of them it meets is what is switched.
+/// The last link swings against the first ones; the filter selects those that it hits.
 #[test]
 fn own_pairs_are_switched_by_name_where_the_robot_touches_itself() {
     let run = |self_collision, pairs| {
@@ -199,8 +201,8 @@ fn own_pairs_are_switched_by_name_where_the_robot_touches_itself() {
     assert!(none.is_empty(), "without self-collision: {none:?}");
 }
 
-/// Neighbours 0.15 m apart, whose boxes of 0.2 m overlap as they are spawned and part as they turn: switched on, they
-/// are an initial overlap and not thrown apart.
+/// Neighbours 0.15 m apart, whose boxes of 0.2 m overlap as they are spawned and separate as they turn.
+/// Enabled later, they are an initial overlap and are not thrown apart.
 #[test]
 fn neighbours_that_are_switched_on_overlap_at_first_and_are_let_go() {
     let mut world = world(1e-3);
@@ -234,7 +236,7 @@ fn a_change_that_is_refused_changes_nothing_and_says_what_is_wrong() {
     assert_eq!(world.fingerprint(), before);
 }
 
-/// What is set is part of the state: of its fingerprint, of what is saved, exported and restored.
+/// Filters are part of the state: of its fingerprint, and of saved, exported and restored states.
 #[test]
 fn filters_are_saved_restored_and_exported() {
     let mut world = box_on_plane();
@@ -274,7 +276,7 @@ fn imported(saved: Saved) -> Simulation {
     other
 }
 
-/// Indices of robots and links move; what was set stays with the names.
+/// Indices of robots and links move; filters stay with the names.
 #[test]
 fn pairs_follow_robots_that_go_and_links_that_move() {
     let mut world = world(1e-3);
@@ -326,7 +328,8 @@ fn pairs_follow_robots_that_go_and_links_that_move() {
     assert_falls(&mut world, 0.1);
 }
 
-/// Four links of 600 shapes are 6 * 600^2 pairs, of which none is listed; as many shapes of one link are no pair.
+/// Four links of 600 shapes are 6 * 600^2 pairs, none of which is listed; as many shapes of one link are no
+/// pair.
 #[test]
 fn a_robot_of_too_many_pairs_of_shapes_is_refused_where_it_is_to_touch_itself() {
     let mut model = (*chain(4, 0.3)).clone();

@@ -10,7 +10,7 @@ use crate::contacts::keep_awake;
 
 const G: f64 = 9.81;
 
-/// A world of this step with ground.
+/// Returns a world of this step with ground.
 fn ground(h: f64) -> Simulation {
     let mut world = world(h);
     spawn(&mut world, robot("ground", &plane(DVec3::Z), DPose3::IDENTITY, true));
@@ -33,7 +33,7 @@ fn height(world: &Simulation, robot: usize) -> f64 {
     look(world).roots[robot].pose.translation.z
 }
 
-/// depth = m g / k, to 1e-9 m: an implicit spring is exact at rest, whatever the time step is.
+/// depth = m g / k, to 1e-9 m: an implicit spring is exact at rest, at any time step.
 #[test]
 fn what_rests_on_a_spring_is_as_deep_as_hookes_law_says() {
     for (h, stiffness) in [(1e-3, 1e3), (4e-3, 1e5), (1e-3, 1e7)] {
@@ -49,8 +49,9 @@ fn what_rests_on_a_spring_is_as_deep_as_hookes_law_says() {
     }
 }
 
-/// A ball that falls on a spring leaves it with the speed that it came with, but for what an implicit step damps: as a damper of h k,
-/// by exp(-pi h w / 2). The time between is that of half a swing, (pi + 2 atan(g / (w v))) / w, to three steps.
+/// A ball that falls on a spring leaves it with its initial speed, except for the damping of an implicit
+/// step. That is the damping of a damper of h k, exp(-pi h w / 2). The time between is half a swing, `(pi + 2
+/// atan(g / (w v))) / w`, to three steps.
 #[test]
 fn a_ball_swings_half_a_period_on_a_spring_and_leaves_with_the_speed_that_it_had() {
     let (h, mass, stiffness): (f64, f64, f64) = (1e-4, 1.0, 1e4);
@@ -76,7 +77,8 @@ fn a_ball_swings_half_a_period_on_a_spring_and_leaves_with_the_speed_that_it_had
     assert!((left - expected).abs() < 0.003, "{left} {expected}");
 }
 
-/// Five boxes, each with springs of k: between two of them are k / 2 at each of four corners, under the lowest k. To 1e-9 m.
+/// Five boxes, each with springs of k: between two of them are k / 2 at each of four corners, under the
+/// lowest k. To 1e-9 m.
 #[test]
 fn springs_of_two_that_touch_are_one_after_the_other() {
     const STIFFNESS: f64 = 2e4;
@@ -99,7 +101,8 @@ fn springs_of_two_that_touch_are_one_after_the_other() {
     }
 }
 
-/// Energy of what falls on springs of any stiffness and damping never grows, and what rests falls asleep.
+/// The energy of bodies that fall on springs of any stiffness and damping never grows, and resting bodies
+/// fall asleep.
 #[test]
 fn springs_of_contacts_add_no_energy() {
     for stiffness in [1e-3, 1.0, 1e3, 1e6, 1e12] {

@@ -1,4 +1,5 @@
-//! Cones: on their base, on their side, on a slope and on their apex, and soles of many corners, which stand as round ones do.
+//! Cones: on their base, on their side, on a slope and on their apex. Soles of many corners, which stand like
+//! round ones.
 
 use simd_tests::world::run;
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -28,7 +29,7 @@ fn cone(radius: f64, length: f64, mass: f64) -> Arc<RobotModel> {
     Arc::new(model)
 }
 
-/// What rests is 0.01 mm deep.
+/// A resting cone penetrates by 0.01 mm.
 #[test]
 fn a_cone_rests_on_its_base_and_on_its_side() {
     let (radius, length, mass) = (0.1, 0.3, 1.0);
@@ -65,8 +66,8 @@ fn a_cone_rests_on_its_base_and_on_its_side() {
         );
         assert!((stands.pose.rotation * DVec3::Z).z > 1.0 - 1e-9, "{name}");
         assert!((lies.pose.translation - middle).length() < 1e-4, "{name}: {}", lies.pose.translation);
-        // The weight is three quarters of the way from the apex to the base's middle, and the ground's forces are below it, however
-        // many points of the line they are at.
+        // The weight acts three quarters of the way from the apex to the base's middle. The ground's forces
+        // are below it, at any number of points of the line.
         let found = contacts(&world, Some("lies"));
         let all: f64 = found.iter().map(|contact| contact.normal_force).sum();
         let borne: DVec3 = found.iter().map(|contact| contact.point * (contact.normal_force / all)).sum();
@@ -77,7 +78,7 @@ fn a_cone_rests_on_its_base_and_on_its_side() {
     }
 }
 
-/// It tips where its centre, a quarter of its length above the base, is beyond the rim: tan = 4 r / L.
+/// It tips if its centre, a quarter of its length above the base, is beyond the rim: tan = 4 r / L.
 #[test]
 fn a_cone_stands_on_a_slope_until_its_centre_is_beyond_its_rim() {
     let (radius, length) = (0.1, 0.8);
@@ -103,7 +104,7 @@ fn a_cone_stands_on_a_slope_until_its_centre_is_beyond_its_rim() {
     }
 }
 
-/// A cone falls over an apex, and does not go through.
+/// A cone falls over on an apex, and does not pass through.
 #[test]
 fn cones_that_fall_on_each_other_and_on_meshes_stay_outside() {
     let mut world = world(1e-3);
@@ -128,7 +129,7 @@ fn cones_that_fall_on_each_other_and_on_meshes_stay_outside() {
     assert!(deepest < 2e-4, "{deepest}");
 }
 
-/// A prism with so many sides about z, as the hull of a mesh.
+/// Returns a prism with this many sides about z, as the hull of a mesh.
 fn prism(sides: u32, radius: f64, height: f64, mass: f64) -> Arc<RobotModel> {
     let corner = |i: u32| {
         let turn = f64::from(i / 2) * TAU / f64::from(sides);
@@ -149,8 +150,8 @@ fn prism(sides: u32, radius: f64, height: f64, mass: f64) -> Arc<RobotModel> {
     Arc::new(model)
 }
 
-/// A sole of forty corners under a push that would tip it if only those on one side carried: F h = 0.6 m g r, where a square within
-/// the rim carries 0.7.
+/// A sole of forty corners under a push that would tip it if only one side carried. F h = 0.6 m g r, while a
+/// square within the rim carries 0.7.
 #[test]
 fn a_sole_of_many_corners_carries_on_all_sides() {
     let (radius, height, mass) = (0.1, 0.1, 1.0);

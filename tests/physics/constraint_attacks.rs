@@ -1,6 +1,6 @@
-//! Constraints that come, change and go amid everything else that clients do: robots that are deleted, reloaded and put elsewhere, states that are
-//! restored, other physics, limits of any size, and hundreds of constraints on one robot. `CONSTRAINED_WORLDS` of the environment
-//! gives another number of seeds.
+//! Constraints that are added, changed and deleted among everything else that clients do. Robots are deleted,
+//! reloaded and moved, states are restored, and the physics changes. Limits have any size, and one robot has
+//! hundreds of constraints. `CONSTRAINED_WORLDS` of the environment gives another number of seeds.
 
 use std::sync::Arc;
 
@@ -15,7 +15,7 @@ use simd_tests::scenes;
 
 use crate::constraints::{kind, tree, vector};
 
-/// A size of any decade, and what is not one.
+/// Returns a size of any magnitude, or an invalid one.
 fn any_limit(rng: &mut Rng) -> Option<f64> {
     match rng.u8(0..8) {
         0 => Some(0.0),
@@ -144,8 +144,9 @@ fn seeds(or: u64) -> u64 {
     std::env::var("CONSTRAINED_WORLDS").ok().and_then(|count| count.parse().ok()).unwrap_or(or)
 }
 
-/// Whatever comes, all numbers are numbers. A robot that a step of 4 ms whirls up beyond thousands of rad/s, long after its constraints have let go,
-/// is taken out of the simulation and not published as it is: of thirty worlds in two at the most.
+/// After any commands, all numbers are finite. A step of 4 ms may whirl a robot up beyond thousands of rad/s,
+/// long after its constraints have been released. Such a robot is disabled and not published in that state.
+/// This happens in at most two of thirty worlds.
 #[test]
 fn constraints_amid_everything_else_leave_numbers() {
     let (mut done, mut held, mut out) = (0, 0, 0);
@@ -166,7 +167,7 @@ fn constraints_amid_everything_else_leave_numbers() {
             world.take_events();
             world.observe(&mut state);
             held = held.max(state.constraints.len());
-            // Also in the step that takes a robot out.
+            // Also in the step that disables a robot.
             let numbers = state.velocities.iter().chain(&state.positions);
             assert!(numbers.copied().all(f64::is_finite), "seed {seed}, step {step}");
             let are_finite =

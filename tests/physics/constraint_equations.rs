@@ -1,8 +1,9 @@
-//! The forces of each kind of constraint beside those of the dense equations, on robots whose roots are free and between two robots.
+//! The forces of each kind of constraint compared with the dense equations, on robots with free roots and
+//! between two robots.
 //!
-//! From rest under gravity, a constraint gives in a step of h the impulses p of (J M^-1 J' + R) p = -J M^-1 f h, with J and M dense, f
-//! what gravity does, and R 1e-5 of the mean of the diagonal: of the rows of forces, and of those of torques. So its rows and
-//! J M^-1 J' are those of the dense matrices.
+//! From rest under gravity, a constraint gives in a step of h the impulses p of `(J M^-1 J' + R) p = -J M^-1
+//! f h`. J and M are dense, f are the forces of gravity, and R is 1e-5 of the mean of the diagonal. Rows of
+//! forces and rows of torques have separate means. So its rows and J M^-1 J' are those of the dense matrices.
 
 use std::sync::Arc;
 
@@ -27,14 +28,15 @@ const STEP: f64 = 1e-4;
 /// R as a part of the mean of the diagonal.
 const SOFTNESS: f64 = 1e-5;
 
-/// A tenth of what R is. Rounding of poses, of which a fifth is put right in a step, is far below it.
+/// A tenth of R. Rounding of poses, a fifth of which is corrected in a step, is far below it.
 const TOLERANCE: f64 = 1e-6;
 
-/// What leaves its tangent by less than 1e-10 m or rad in a step is not put right beforehand: so far links may turn in it.
+/// Rows that leave their tangent by less than 1e-10 m or rad in a step are not corrected beforehand. Links
+/// may turn by this much in it.
 const MOST_TURNED: f64 = 5e-6;
 
-/// What the inverse of the matrix may have, with 1 as the mean of its diagonal. Rows that nearly depend on each other make much of
-/// what is rounded.
+/// Largest element of the inverse matrix, with 1 as the mean of its diagonal. Rows that nearly depend on each
+/// other amplify rounding.
 const MOST_INVERSE: f64 = 1e3;
 
 /// Names of the robots, and whether their roots are free.
@@ -50,13 +52,13 @@ const KINDS: usize = 6;
 /// A row: the axis of its force or torque, world, and its J for the velocities of all robots.
 type Row = (DVec3, Vec<f64>);
 
-/// Those of forces, and those of torques.
+/// Rows of forces, and rows of torques.
 type Rows = [Vec<Row>; 2];
 
-/// A world at rest as dense matrices have it: velocities of all robots, one after the other.
+/// A world at rest as dense matrices: velocities of all robots, one after the other.
 struct Dense {
     seen: PublishedState,
-    /// Where those of each robot begin.
+    /// Index of each robot's first velocity.
     first: Vec<usize>,
     count: usize,
 }
@@ -99,7 +101,7 @@ impl Dense {
         matrix
     }
 
-    /// What gravity does.
+    /// Returns the forces of gravity.
     fn weights(&self) -> Vec<f64> {
         let mut weights = vec![0.0; self.count];
         for (robot, entity) in self.seen.world.entities.iter().enumerate() {
@@ -114,7 +116,8 @@ impl Dense {
         weights
     }
 
-    /// The rows of a constraint whose child's frame is here; `way` leads from the one frame of a distance to the other.
+    /// Returns the rows of a constraint with the child's frame at this pose; `way` leads from the one frame
+    /// of a distance to the other.
     fn rows(
         &self,
         kind: RequestedConstraint,
@@ -143,7 +146,7 @@ impl Dense {
         [0, 1].map(|part| axes[part].iter().map(|axis| row(part, *axis)).collect())
     }
 
-    /// The row of a gear between joints of these robots.
+    /// Returns the row of a gear between joints of these robots.
     fn gear(&self, ratio: f64, parent: (usize, usize), child: (usize, usize)) -> Rows {
         let velocity = |(robot, joint): (usize, usize)| {
             let entity = &self.seen.world.entities[robot];
@@ -161,8 +164,8 @@ impl Dense {
         }
     }
 
-    /// Force and torque, N and N m, and the mean of the diagonal of each. `None` where rounding would count: rows nearly depend on
-    /// each other, or hardly anything pulls at them.
+    /// Force and torque, N and N m, and the mean of the diagonal of each. `None` if rounding would count:
+    /// rows nearly depend on each other, or hardly anything pulls at them.
     fn wrench(&self, rows: &Rows) -> Option<([DVec3; 2], [f64; 2])> {
         let flat: Vec<&[f64]> = rows.iter().flatten().map(|(_, row)| row.as_slice()).collect();
         let (count, weights) = (flat.len(), self.weights());
@@ -217,7 +220,8 @@ fn robots(rng: &mut Rng) -> Simulation {
     world
 }
 
-/// A constraint of this kind between links, near the child's origin, and its rows. `None` where it would be next to nothing.
+/// Returns a constraint of this kind between links, near the child's origin, and its rows. `None` if it would
+/// be nearly zero.
 fn linked(
     rng: &mut Rng,
     dense: &Dense,
@@ -225,7 +229,7 @@ fn linked(
     (parent, child): Ends,
 ) -> Option<(CreateConstraint, Rows)> {
     let links = |robot: usize| dense.seen.world.entities[robot].model.links.len();
-    // Of a robot that is fixed the last one, which most joints move.
+    // For a fixed robot the last one, which most joints move.
     let link = if ROBOTS[child].1 { rng.usize(0..links(child)) } else { links(child) - 1 };
     let child = (child, link);
     let origin = dense.pose(child).transform_point(vector(rng, 0.1));
@@ -234,7 +238,7 @@ fn linked(
         if robot == child.0 {
             return (robot, rng.usize(0..link));
         }
-        // The nearest one that moves: what is held at the end of a long arm hardly resists.
+        // The nearest movable one: a constraint at the end of a long arm has little resistance.
         let far = |link: &usize| dense.pose((robot, *link)).translation.distance(origin);
         let near = (1..links(robot)).min_by(|a, b| far(a).total_cmp(&far(b)));
         (robot, near.unwrap_or(0))
@@ -265,7 +269,7 @@ fn linked(
     Some((held(kind, first, second), rows))
 }
 
-/// A gear between two joints, and its row. `None` where there are no two of one axis.
+/// Returns a gear between two joints, and its row. `None` if there are no two of one axis.
 fn geared(rng: &mut Rng, dense: &Dense, (parent, child): Ends) -> Option<(CreateConstraint, Rows)> {
     let one_axis = |robot: usize| -> Vec<usize> {
         let joints = dense.seen.world.entities[robot].model.joints.iter().enumerate();
@@ -313,7 +317,7 @@ fn each_kind_has_the_forces_of_the_dense_equations_on_free_roots_and_between_rob
         }
         let state = seen.constraint_states[0];
         let found = [state.force, state.torque];
-        // Forces and torques as what they do to what they act on.
+        // Forces and torques scaled by their effect on the bodies.
         let size = |of: [DVec3; 2]| (0..2).map(|k| means[k] * of[k].length_squared()).sum::<f64>().sqrt();
         let error = size([0, 1].map(|k| found[k] - wrench[k])) / size(wrench);
         assert!(error < TOLERANCE, "{what}: {found:?} and not {wrench:?}: {error:e}");

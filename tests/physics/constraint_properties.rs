@@ -1,4 +1,5 @@
-//! What constraints between links do to robots of any shape: the forces of the dense equations, and momenta.
+//! Effects of constraints between links of robots of any shape: the forces of the dense equations, and
+//! momenta.
 
 use std::sync::Arc;
 
@@ -18,7 +19,7 @@ use simd_tests::world::{apply, euler, look, passive, run};
 
 const G: f64 = 9.81;
 
-/// A passive robot with its joints anywhere.
+/// Returns a passive robot with its joints anywhere.
 pub(crate) fn bent(rng: &mut Rng, model: &Arc<RobotModel>, free: bool) -> Spawn {
     let mut spawn = passive(model, free, &[]);
     for joint in &model.joints {
@@ -33,7 +34,8 @@ pub(crate) fn bent(rng: &mut Rng, model: &Arc<RobotModel>, free: bool) -> Spawn 
     spawn
 }
 
-/// The solution of a linear system by Gauss' elimination with pivots; its columns are the right sides.
+/// Returns the solution of a linear system by Gauss' elimination with pivots; its columns are the right
+/// sides.
 pub(crate) fn solve(mut matrix: Vec<Vec<f64>>, mut right: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     let n = matrix.len();
     for k in 0..n {
@@ -55,9 +57,9 @@ pub(crate) fn solve(mut matrix: Vec<Vec<f64>>, mut right: Vec<Vec<f64>>) -> Vec<
     right
 }
 
-/// From rest under gravity, a point on a link that is held at another link or at the world gets, with J and M dense, the impulse
-/// p of (J M^-1 J' + R) p = -J M^-1 f h, with R 1e-5 of the mean of the diagonal. So J M^-1 J' is that of the dense
-/// matrices. The step is so short that nothing leaves its tangent.
+/// A point on a link is held at another link or at the world. From rest under gravity, it gets the impulse p
+/// of `(J M^-1 J' + R) p = -J M^-1 f h`. J and M are dense, and R is 1e-5 of the mean of the diagonal. So J
+/// M^-1 J' equals the product of the dense matrices. The step is so short that nothing leaves its tangent.
 #[test]
 fn a_constraint_has_the_force_of_the_dense_equations() {
     let (mut compared, mut worst, h) = (0, 0.0f64, 1e-4);
@@ -151,8 +153,9 @@ fn world_without_gravity(integrator: Integrator) -> Simulation {
     Simulation::new(settings, WorldLimits::default())
 }
 
-/// Free bodies with random twists, held together in a ring, are let go one constraint after the other: the command takes nothing
-/// out of the motion that is there, and the steps around it keep momenta. Trees keep them by as much as robots with joints do.
+/// Free bodies with random twists, held together in a ring, are released one constraint after the other. The
+/// command does not change their motion, and the steps around it keep momenta. Trees keep them as well as
+/// robots with joints do.
 #[test]
 fn letting_go_leaves_momenta_as_they_were() {
     for (joints, most) in [(false, [1e-13, 2e-6, 1e-8]), (true, [5e-3, 5e-3, 1e-3])] {
@@ -161,7 +164,8 @@ fn letting_go_leaves_momenta_as_they_were() {
     }
 }
 
-/// What linear and angular momentum change by, as parts of the sums of their sizes, and both in the step after.
+/// Returns the changes of linear and angular momentum, as parts of the sums of their magnitudes, and both in
+/// the step after.
 fn let_go(joints: bool) -> [f64; 3] {
     let (mut linear, mut angular, mut at_once) = (0.0f64, 0.0f64, 0.0f64);
     for seed in 0..40 {

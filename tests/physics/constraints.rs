@@ -1,5 +1,5 @@
-//! Constraints between links of random robots, that nothing drives. `CONSTRAINED_WORLDS` of the environment gives another
-//! number of seeds.
+//! Constraints between links of random robots without drives. `CONSTRAINED_WORLDS` of the environment gives
+//! another number of seeds.
 
 use std::sync::Arc;
 
@@ -17,7 +17,8 @@ pub(crate) fn vector(rng: &mut Rng, size: f64) -> DVec3 {
     DVec3::new(rng.f64() - 0.5, rng.f64() - 0.5, rng.f64() - 0.5) * 2.0 * size
 }
 
-/// A tree of links of some kilograms and decimetres, with joints that turn, slide, or turn about any axis.
+/// Returns a tree of links of some kilograms and decimetres, with joints that turn, slide, or turn about any
+/// axis.
 pub(crate) fn tree(rng: &mut Rng) -> Arc<RobotModel> {
     let count = rng.usize(1..=6);
     let links = (0..count).map(|index| {
@@ -62,7 +63,8 @@ pub(crate) fn kind(rng: &mut Rng) -> RequestedConstraint {
     }
 }
 
-/// Some robots, with some constraints that hold where they are: loops, chains, and what is held twice.
+/// Returns some robots, with some constraints that hold their present poses: loops, chains, and links that
+/// are held twice.
 pub(crate) fn world(rng: &mut Rng, integrator: Integrator) -> Simulation {
     let gravity = DVec3::new(0.0, 0.0, -G);
     let settings = PhysicsSettings { time_step: 1e-3, integrator, gravity, ..PhysicsSettings::default() };
@@ -107,7 +109,7 @@ pub(crate) fn world(rng: &mut Rng, integrator: Integrator) -> Simulation {
             parent
         };
         let create = held(kind, parent, child);
-        // Two links that are one body, or nothing that moves: refused.
+        // Two links of one body, or immovable ones: refused.
         let _ = world.apply(&Command::CreateConstraint(Box::new(create)));
     }
     let mut joint = || {
@@ -124,7 +126,7 @@ pub(crate) fn world(rng: &mut Rng, integrator: Integrator) -> Simulation {
     world
 }
 
-/// A constraint without limits.
+/// Returns a constraint without limits.
 pub(crate) fn held(kind: RequestedConstraint, parent: RequestedEnd, child: RequestedEnd) -> CreateConstraint {
     CreateConstraint {
         name: String::new(),
@@ -153,9 +155,10 @@ pub(crate) fn energy(state: &PublishedState) -> (f64, f64) {
     (kinetic, potential)
 }
 
-/// From rest, with constraints that hold at the beginning. What leaves its tangent by h^2/2 v' H v in a step is
-/// foreseen from step to step, so that the errors are h^3 v^3 / r^2 and the like: in these worlds, with links of
-/// decimetres at some metres a second and now and then a whip, below half of a millimetre; mostly below a hundredth of it.
+/// From rest, with constraints that hold at the beginning. A constraint's departure from its tangent by
+/// `h^2/2 v' H v` in a step is predicted from step to step. So the errors are `h^3 v^3 / r^2` and the like.
+/// These worlds have links of decimetres at some metres a second and a whip now and then. Their errors are
+/// below half a millimetre; mostly below a hundredth of it.
 #[test]
 fn random_trees_with_random_constraints_stay_together_and_gain_no_energy() {
     let seeds = std::env::var("CONSTRAINED_WORLDS").ok().and_then(|count| count.parse().ok()).unwrap_or(60);

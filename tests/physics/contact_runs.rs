@@ -1,4 +1,4 @@
-//! Runs with contacts: energy, sleep, and what may touch what.
+//! Runs with contacts: energy, sleep, and collision filters.
 
 use std::sync::Arc;
 
@@ -40,7 +40,7 @@ pub(crate) fn jumble(rng: &mut Rng) -> Simulation {
     world
 }
 
-/// A rod that turns about z just above the ground.
+/// Returns a rod that turns about z just above the ground.
 fn arm() -> Arc<RobotModel> {
     let mut model = (*solid(&[], 1.0)).clone();
     let size = DVec3::new(0.4, 0.04, 0.04);
@@ -63,7 +63,7 @@ fn arm() -> Arc<RobotModel> {
     Arc::new(model)
 }
 
-/// Robots that came and went before leave no trace in the motion of those that are there.
+/// Deleted robots leave no trace in the motion of the others.
 #[test]
 fn robots_that_are_gone_leave_no_trace() {
     let poses = |world: &Simulation| {
@@ -103,8 +103,8 @@ fn robots_that_are_gone_leave_no_trace() {
     assert_eq!(poses(&plain), poses(&other));
 }
 
-/// Nothing drives it, so its energy never rises: by no more in a step than what a hit one step
-/// above the ground lifts, and over the whole run not at all.
+/// Nothing drives it, so its energy never rises over the whole run. In one step it rises by at most the lift
+/// of a hit one step above the ground.
 #[test]
 fn contacts_make_no_energy_from_nothing() {
     for seed in 0..6 {
@@ -139,8 +139,8 @@ fn contacts_make_no_energy_from_nothing() {
     }
 }
 
-/// Links as deep in each other as they can be come apart, at the speed that is documented, and
-/// are at rest afterwards: what pushes them apart gives no speed.
+/// Links with the deepest possible overlap separate at the documented speed, and are at rest afterwards: the
+/// correction of overlaps adds no speed.
 #[test]
 fn what_overlaps_comes_apart_without_flying_off() {
     let mut world = world(1e-3);
@@ -170,7 +170,7 @@ fn box_at_rest() -> Simulation {
     world
 }
 
-/// Each way to wake what sleeps: the box below or above moves.
+/// Each way to wake a sleeping body: the box below or above moves.
 #[test]
 fn what_sleeps_wakes_when_something_changes() {
     let moved = |world: &mut Simulation, what: &str| {
@@ -222,7 +222,7 @@ fn what_sleeps_wakes_when_something_changes() {
     assert!(hit.x > 0.05, "a ball hits it: {hit}");
 }
 
-/// What sleeps still tells what it touches, and with what force.
+/// A sleeping body still reports its contacts and their forces.
 #[test]
 fn what_sleeps_still_reports_its_contacts() {
     let world = box_at_rest();
@@ -232,8 +232,8 @@ fn what_sleeps_still_reports_its_contacts() {
     assert!((force - 9.81).abs() < 1e-2, "{force}");
 }
 
-/// Two rods on one base turn into each other: joined by no joint, they touch where that is asked
-/// for. Each overlaps the base, which it is joined to, and never touches it.
+/// Two rods on one base turn into each other: no joint connects them, and they collide if self-collision is
+/// on. Each overlaps the base, its neighbour, and never collides with it.
 #[test]
 fn links_of_one_robot_touch_where_asked_and_neighbours_never() {
     let mut model = (*arm()).clone();
@@ -288,7 +288,7 @@ fn a_ray_hits_the_nearest_link_and_says_where() {
     assert_eq!(refused, "the number of rays of one query would be 20001, and the limit is 20000");
 }
 
-/// Friction is that of the more slippery surface, and can be changed while it lies.
+/// The more slippery surface decides the friction, which can be changed while the box lies.
 #[test]
 fn a_box_slides_when_its_link_becomes_slippery() {
     let tilt = DQuat::from_rotation_y(0.2);
@@ -312,7 +312,7 @@ fn a_box_slides_when_its_link_becomes_slippery() {
     );
 }
 
-/// A plane can only be part of what is fixed.
+/// A plane can only be part of a fixed body.
 #[test]
 fn a_plane_that_could_move_touches_nothing() {
     let mut world = world(1e-3);

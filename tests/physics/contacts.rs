@@ -33,8 +33,8 @@ fn combine(world: &mut Simulation, combination: SurfaceCombination) {
     apply(world, Command::SetPhysics(change));
 }
 
-/// A body on a plane that is tilted about y by `angle`, this high above it. Downhill is the
-/// second value.
+/// Returns a body on a plane that is tilted about y by `angle`, this high above it. Downhill is the second
+/// value.
 fn on_a_slope(angle: f64, body: Spawn, height: f64, friction: f64, h: f64) -> (Simulation, DVec3) {
     let tilt = DQuat::from_rotation_y(angle);
     let mut world = world(h);
@@ -46,13 +46,13 @@ fn on_a_slope(angle: f64, body: Spawn, height: f64, friction: f64, h: f64) -> (S
     (world, tilt * DVec3::X)
 }
 
-/// A block of half a metre by half a metre, 0.2 m high.
+/// Returns a block of half a metre by half a metre, 0.2 m high.
 fn block() -> Spawn {
     robot("body", &cuboid(DVec3::new(0.5, 0.5, 0.2), 2.0), DPose3::IDENTITY, false)
 }
 
-/// v = g (sin a - mu cos a) t, Coulomb's law. 1e-3 of it: the block meets the plane in the
-/// first step, without a jump.
+/// v = g (sin a - mu cos a) t, Coulomb's law. 1e-3 of it: the block meets the plane in the first step,
+/// without a jump.
 #[test]
 fn a_block_slides_down_a_slope_as_coulombs_law_says() {
     for (h, angle, friction) in [(1e-3, 0.5, 0.3), (1e-3, 0.3, 0.0), (4e-3, 0.7, 0.5)] {
@@ -64,8 +64,8 @@ fn a_block_slides_down_a_slope_as_coulombs_law_says() {
     }
 }
 
-/// tan a < mu: it stays. A tenth of a millimetre in ten seconds is not visible;
-/// MuJoCo's block of the same friction creeps by 15 mm (`tests/reference/make_contacts.py`).
+/// tan a < mu: it stays. A tenth of a millimetre in ten seconds is not visible; MuJoCo's block of the same
+/// friction creeps by 15 mm (`tests/reference/make_contacts.py`).
 #[test]
 fn a_block_on_a_slope_that_is_rough_enough_stays() {
     for h in [1e-3, 4e-3] {
@@ -78,7 +78,8 @@ fn a_block_on_a_slope_that_is_rough_enough_stays() {
     }
 }
 
-/// Coulomb's law as above, with what each rule makes of frictions of 0.6 and 0.4; a change of the rule holds for contacts that are there.
+/// Coulomb's law as above, with each rule's combination of frictions of 0.6 and 0.4; a change of the rule
+/// also applies to existing contacts.
 #[test]
 fn the_world_says_what_friction_two_surfaces_have() {
     for (combination, friction) in
@@ -98,7 +99,8 @@ fn the_world_says_what_friction_two_surfaces_have() {
     }
 }
 
-/// A ball of restitution 0.8 on ground that has none: e² of the height, 1 % for what the step leaves open.
+/// A ball of restitution 0.8 on ground without restitution: e² of the height, with 1 % for the error of the
+/// step.
 #[test]
 fn the_world_says_how_two_surfaces_bounce() {
     let height = |combination: SurfaceCombination| {
@@ -111,7 +113,7 @@ fn the_world_says_how_two_surfaces_bounce() {
             &mut world,
             Spawn { contact_settings: surface(1.0, 0.8), ..robot("ball", &ball(0.1, 1.0), at, false) },
         );
-        // It falls for 0.45 s, and rises for 0.36 where it bounces.
+        // It falls for 0.45 s, and rises for 0.36 s if it bounces.
         run(&mut world, 0.5);
         let mut top: f64 = 0.0;
         for _ in 0..500 {
@@ -126,7 +128,8 @@ fn the_world_says_how_two_surfaces_bounce() {
     assert!(height(SurfaceCombination::Multiply) < 1e-3);
 }
 
-/// Rolling over each other: each one's friction against rolling counts times the other one's friction, as in Bullet.
+/// Rolling over each other: each one's friction against rolling is multiplied by the other one's friction, as
+/// in Bullet.
 #[test]
 fn products_of_surfaces_are_bullets() {
     let a = Surface {
@@ -162,8 +165,8 @@ fn a_ball_rolls_down_a_slope_without_slipping() {
     assert!((root.angular.length() * radius / velocity - 1.0).abs() < 1e-3);
 }
 
-/// The nth rebound reaches e^2n of the height. A hit is found up to one step's way above
-/// the ground, and leaves from there: each rebound may be v h higher, and that is the bound.
+/// The nth rebound reaches e^2n of the height. A hit is found up to one step's distance above the ground, and
+/// rebounds from there. Each rebound may be v h higher, and that is the bound.
 #[test]
 fn a_ball_bounces_to_the_heights_that_its_restitution_gives() {
     let (height, radius) = (1.0, 0.1);
@@ -192,7 +195,7 @@ fn a_ball_bounces_to_the_heights_that_its_restitution_gives() {
     }
 }
 
-/// At 1 ms it goes 5 mm a step, more than twice the wall.
+/// At 1 ms it moves 5 mm a step, more than twice the thickness of the wall.
 #[test]
 fn five_metres_a_second_do_not_pass_a_wall_of_two_millimetres() {
     for (radius, h) in [(0.05, 1e-3), (0.005, 1e-3), (0.001, 1e-3), (0.01, 4e-3)] {
@@ -208,7 +211,7 @@ fn five_metres_a_second_do_not_pass_a_wall_of_two_millimetres() {
     }
 }
 
-/// What stands pushes the ground with its weight: every step, to rounding of the solver.
+/// A standing body pushes the ground with its weight: every step, to rounding of the solver.
 #[test]
 fn what_stands_pushes_the_ground_with_its_weight() {
     let mut world = stack(1e-3);
@@ -224,7 +227,7 @@ fn what_stands_pushes_the_ground_with_its_weight() {
     }
 }
 
-/// Momentum before and after a hit, to the solver's bound, and who was at rest moves on.
+/// Momentum before and after a hit agrees to the solver's bound, and the body at rest moves on.
 #[test]
 fn a_hit_moves_both_and_keeps_their_momentum() {
     for (friction, restitution) in [(0.0, 0.0), (1.0, 0.0), (0.5, 0.7)] {
@@ -254,8 +257,8 @@ fn a_hit_moves_both_and_keeps_their_momentum() {
     }
 }
 
-/// A prism over a regular polygon of twelve corners, which parry's faces of four corners would not
-/// carry: it stands on a plane and on a box without tilting.
+/// A prism over a regular polygon of twelve corners, which parry's faces of four corners would not carry. It
+/// stands on a plane and on a box without tilting.
 #[test]
 fn a_hull_with_a_round_sole_stands() {
     use std::sync::Arc;
@@ -295,9 +298,9 @@ fn a_hull_with_a_round_sole_stands() {
     }
 }
 
-/// A pad on a joint about the vertical, which can move along one tangent alone, under the weight
-/// of two rods that slide down: friction at 1 m brakes it by mu (m1 + m2) g r / I, with I = 1/3
-/// kg m^2 of a rod about its end. 1 %: the pad meets the ground within the first step.
+/// A pad on a joint about the vertical, which can move along one tangent only, under the weight of two rods
+/// that slide down. Friction at 1 m brakes it by mu (m1 + m2) g r / I, with I = 1/3 kg m^2 of a rod about its
+/// end. 1 %: the pad meets the ground within the first step.
 #[test]
 fn friction_brakes_what_can_move_along_one_direction_alone() {
     let mut model = crate::chains::chain(2);
@@ -333,8 +336,8 @@ fn friction_brakes_what_can_move_along_one_direction_alone() {
     assert!(velocity.abs() < 1e-6, "{velocity}");
 }
 
-/// How far contacts are looked for goes by how fast two shapes approach, and not by how fast they fall: at 588 m/s
-/// a step of a millisecond takes each 0.6 m further.
+/// The search distance for contacts depends on the speed at which two shapes approach, and not on their speed
+/// of fall. At 588 m/s a step of a millisecond moves each by 0.6 m.
 #[test]
 fn what_falls_side_by_side_does_not_touch_however_fast() {
     let mut world = world(1e-3);

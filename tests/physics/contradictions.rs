@@ -1,5 +1,5 @@
-//! Constraints that a robot cannot meet: places that it does not reach, and two of them for one link. `CONSTRAINED_WORLDS` of the
-//! environment gives another number of seeds.
+//! Constraints that a robot cannot meet: places out of its reach, and two of them for one link.
+//! `CONSTRAINED_WORLDS` of the environment gives another number of seeds.
 
 use fastrand::Rng;
 use glamx::{DPose3, DQuat, DVec3};
@@ -11,7 +11,7 @@ use crate::constraints::{energy, held, kind, tree, vector};
 
 const G: f64 = 9.81;
 
-/// What the constraints of a world are.
+/// Kind of constraints in a world.
 #[derive(Clone, Copy, Debug)]
 enum Mix {
     Any,
@@ -36,7 +36,8 @@ impl Mix {
     }
 }
 
-/// A robot without dampers, and two to four constraints that want its links a metre away from where they are.
+/// Returns a robot without dampers, and two to four constraints that want its links a metre away from where
+/// they are.
 fn world(rng: &mut Rng, mix: Mix) -> Simulation {
     let settings = PhysicsSettings {
         time_step: 1e-3,
@@ -76,8 +77,9 @@ fn world(rng: &mut Rng, mix: Mix) -> Simulation {
     world
 }
 
-/// What is put right in positions alone moves no energy: after two seconds nothing moves faster than what fell to where it is but in one
-/// world of twenty, no more are thrown out of the simulation, and what does not hold is reported.
+/// Corrections of positions alone add no energy. After two seconds, in all but one of twenty worlds, nothing
+/// moves faster than after a fall to its place. At most one robot of twenty is disabled, and unmet
+/// constraints are reported.
 #[test]
 fn what_a_robot_cannot_meet_does_not_tear_it_apart() {
     let seeds = std::env::var("CONSTRAINED_WORLDS").ok().and_then(|count| count.parse().ok()).unwrap_or(15);

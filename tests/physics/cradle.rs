@@ -13,7 +13,7 @@ const G: f64 = 9.81;
 const LENGTH: f64 = 0.5;
 const RADIUS: f64 = 0.05;
 
-/// A ball of a kilogram that hangs on a hinge.
+/// Returns a ball of a kilogram that hangs on a hinge.
 fn bob() -> Arc<RobotModel> {
     let mut model = (*pendulum(LENGTH, 1.0)).clone();
     let at = DVec3::Z * -LENGTH;
@@ -25,7 +25,7 @@ fn bob() -> Arc<RobotModel> {
     Arc::new(model)
 }
 
-/// Five of them beside each other, the first one held out by 0.5 rad and let go.
+/// Returns five balls side by side, the first one held out by 0.5 rad and released.
 fn cradle(gap: f64) -> Simulation {
     let mut world = world(1e-3);
     for i in 0..5 {
@@ -47,8 +47,9 @@ fn energy(world: &Simulation) -> f64 {
     of.map(|(velocity, angle)| 0.5 * inertia * velocity * velocity + G * LENGTH * (1.0 - angle.cos())).sum()
 }
 
-/// Balls with gaps, one of which hits the next within the same step: at restitution 1 the energy stays, within a thousandth in
-/// three seconds of some five swings, and the last one swings as far as the first one came from.
+/// Balls with gaps, one of which hits the next within the same step. At restitution 1 the energy stays,
+/// within a thousandth in three seconds of some five swings. The last one swings as far as the first one was
+/// held out.
 #[test]
 fn a_cradle_with_gaps_keeps_its_energy() {
     for gap in [1e-3, 5e-3] {

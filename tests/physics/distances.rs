@@ -1,4 +1,4 @@
-//! Distances between random pairs of primitives and hulls beside coal's, apart and overlapping.
+//! Distances between random pairs of primitives and hulls compared with coal's, apart and overlapping.
 //!
 //! The figures are in `tests/reference/distances.json`, with the script that made them.
 
@@ -51,8 +51,8 @@ fn body(robot: usize) -> QueryBody {
     QueryBody { robot, link: None, configuration: None }
 }
 
-/// 1e-6 m is what was asked. The points that are reported are on both surfaces and as far apart as the distance says:
-/// along the normal where the shapes overlap.
+/// 1e-6 m is the requested precision. The reported points are on both surfaces, and their distance is the
+/// reported one: along the normal if the shapes overlap.
 #[test]
 fn distances_are_those_of_coal() {
     let reference: Reference = serde_json::from_str(include_str!("../reference/distances.json")).unwrap();
@@ -91,7 +91,7 @@ fn distances_are_those_of_coal() {
         let between = (found.points[1] - found.points[0]).dot(found.normal);
         assert!((between - found.distance).abs() < 1e-6, "{found:?}");
         assert!((found.normal.length() - 1.0).abs() < 1e-6, "{found:?}");
-        // From the other side the same.
+        // The same in the other order.
         let query = DistanceQuery { a: body(1).into(), b: None, nearest_only: true, ..query };
         let back = seen.distances(&query, &|| false).unwrap();
         assert!((back[0].distance - case.distance).abs() < 1e-6, "{back:?}");

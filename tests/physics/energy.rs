@@ -1,4 +1,4 @@
-//! What a swinging robot keeps.
+//! Energy of a swinging robot.
 
 use std::sync::Arc;
 
@@ -34,9 +34,8 @@ fn potential(model: &RobotModel, seen: &PublishedState) -> f64 {
         .sum()
 }
 
-/// Semi-implicit Euler is symplectic: the energy of an undamped double pendulum
-/// oscillates with the time step and does not run away. 1 % of the energy above its
-/// lowest point over 10 s at 0.1 ms is what was asked.
+/// Semi-implicit Euler is symplectic: the energy of an undamped double pendulum oscillates with the time step
+/// and does not drift away. The requirement is 1 % of the energy above its lowest point over 10 s at 0.1 ms.
 #[test]
 fn an_undamped_double_pendulum_keeps_its_energy() {
     let model = Arc::new(chain(2));
@@ -56,9 +55,9 @@ fn an_undamped_double_pendulum_keeps_its_energy() {
     assert!(worst < 0.01 * above_lowest, "{worst}");
 }
 
-/// Let go at rest, a double pendulum from near level and the seven-joint arm swing for a minute at 1 ms: of the energy above the lowest
-/// point that a swing comes to, leapfrog loses or gains less than this part. `make truth` has MuJoCo's figures of the same swings
-/// (`swings` in `tests/reference/cases.py`) beside these.
+/// Released at rest, a double pendulum from near level and the seven-joint arm swing for a minute at 1 ms.
+/// Leapfrog loses or gains less than this part of the energy above the lowest point of a swing. `make truth`
+/// has MuJoCo's figures of the same swings (`swings` in `tests/reference/cases.py`) beside these.
 #[test]
 fn a_minute_of_leapfrog_keeps_the_energy() {
     let pendulum = ("double pendulum", "../reference/robots/double_pendulum.urdf", vec![0.0, 0.5], 1e-3);

@@ -19,7 +19,7 @@ use crate::contact_runs::jumble;
 use crate::random_commands::random_command;
 use crate::sleeping::is_asleep;
 
-/// Throws one of the bodies and lets the arm turn at another velocity, so that nothing comes to rest for good.
+/// Throws one of the bodies and turns the arm at another velocity, so that nothing comes to rest for good.
 fn stir(world: &mut Simulation, rng: &mut Rng) {
     let mut any = || 4.0 * rng.f64() - 2.0;
     let (linear, angular) = (DVec3::new(any(), any(), 3.0 + any()), DVec3::new(any(), any(), any()));
@@ -35,14 +35,14 @@ fn below(x: f64, height: f64) -> DPose3 {
     DPose3::from_translation(DVec3::new(x, 0.0, height - 5.0))
 }
 
-/// Of all links of a robot.
+/// Returns settings with this material for all links of a robot.
 fn of_all(material: Material) -> ContactSettings {
     let links = vec![LinkProperties { material, ..LinkProperties::default() }];
     ContactSettings { links, ..ContactSettings::default() }
 }
 
-/// What is solved directly, and what has friction against rolling and spinning and so is not: below the box a tower of
-/// masses as 1 to 1,000 and a ball, which is thrown again and again.
+/// Adds contacts of both solvers below the box. A tower with masses as 1 to 1,000 is solved directly, and a
+/// ball with friction against rolling and spinning is not. The ball is thrown repeatedly.
 fn add_tower_and_roller(world: &mut Simulation) {
     spawn(world, robot("ground", &plane(DVec3::Z), below(0.0, 0.0), true));
     for (i, mass) in [1.0, 1e3, 1.0, 1e3].into_iter().enumerate() {
@@ -55,7 +55,7 @@ fn add_tower_and_roller(world: &mut Simulation) {
     spawn(world, Spawn { contact_settings: of_all(material), ..roller });
 }
 
-/// Beside them a box on contacts that are springs, two boxes that a hinge holds together, and a wheel that spins so fast that its
+/// Adds a box on contacts with springs, two boxes on a common hinge, and a wheel. It spins so fast that its
 /// velocity terms are solved for.
 fn add_springs_hinge_and_gyroscope(world: &mut Simulation) {
     let material =
@@ -74,7 +74,8 @@ fn add_springs_hinge_and_gyroscope(world: &mut Simulation) {
     spawn(world, robot("gyroscope", &Arc::new(gyroscope()), below(50.0, 1.0), true));
 }
 
-/// A wheel in two rings, on three axes through its middle. The rings brake, since by Euler it would not stay finite otherwise.
+/// Returns a wheel in two rings, on three axes through its middle. The rings brake, since by Euler it would
+/// not stay finite otherwise.
 fn gyroscope() -> RobotModel {
     let mut model = chain(3);
     let (ring, wheel) = (DVec3::splat(0.01), DVec3::new(0.002, 0.002, 0.003));
@@ -88,7 +89,7 @@ fn gyroscope() -> RobotModel {
     model
 }
 
-/// Throws and turns anew what stands below the box.
+/// Throws and turns the bodies below the box.
 fn stir_below(world: &mut Simulation, way: f64) {
     throw(world, "roller", DVec3::Y * way, DVec3::new(-10.0 * way, 0.0, 5.0));
     throw(world, "tall-3", DVec3::X * 0.02 * way, DVec3::ZERO);
@@ -105,7 +106,7 @@ fn stir_below(world: &mut Simulation, way: f64) {
     apply(world, Command::ResetJoints { robots: vec![RobotReset { robot: "gyroscope".into(), joints }] });
 }
 
-/// How many contacts have impulses of a direct solution, and how many have those of sweeps.
+/// Returns how many contacts have impulses of a direct solution, and how many have those of sweeps.
 fn solved(world: &mut Simulation) -> [usize; 2] {
     apply(world, Command::SaveState { name: "solved".into() });
     let state = look(world).saved("solved").unwrap().saved().clone();
@@ -115,8 +116,8 @@ fn solved(world: &mut Simulation) -> [usize; 2] {
     [directly, pressing.count() - directly]
 }
 
-/// The one world is left alone; the other is saved, runs ahead and is put back again and again. Both ways of solving
-/// contacts take part.
+/// One world runs undisturbed; the other is saved, runs ahead and is restored, many times. Both contact
+/// solvers take part.
 #[test]
 fn long_runs_are_equal_also_across_restores() {
     run_alone_and_restored(Integrator::Leapfrog);
@@ -153,7 +154,7 @@ fn run_alone_and_restored(integrator: Integrator) {
         ahead += go_back_at_times(&mut restored, &mut restores, 500, 50);
         alone.step();
         restored.step();
-        // What differs once differs from then on.
+        // A difference persists once it exists.
         if step % 20 == 19 {
             assert_eq!(alone.fingerprint(), restored.fingerprint(), "step {step}");
         }
@@ -200,8 +201,7 @@ fn a_restored_state_with_contacts_runs_on_to_the_bit() {
     }
 }
 
-/// Looking changes nothing: a run that is asked for contacts and rays all the time is equal to
-/// the bit to one that is not.
+/// Reads change nothing: a run with constant queries of contacts and rays is equal to the bit to one without.
 #[test]
 fn looking_at_contacts_changes_no_bit() {
     let [mut watched, mut alone] = [0, 0].map(|_| jumble(&mut Rng::with_seed(9)));
@@ -216,8 +216,8 @@ fn looking_at_contacts_changes_no_bit() {
     }
 }
 
-/// A step that is interrupted is as if it had never begun, at whichever of its checks that was: the world is
-/// what it was before, and goes on as one does that was never interrupted.
+/// An interrupted step has no effect, at whichever of its checks it stops: the world is unchanged, and
+/// continues like one that was never interrupted.
 #[test]
 fn an_interrupted_step_never_began() {
     let [mut alone, mut interrupted] = [0, 0].map(|_| jumble(&mut Rng::with_seed(21)));
@@ -264,8 +264,8 @@ fn an_interrupted_step_never_began() {
     assert!(checks > 500, "{checks}");
 }
 
-/// What a step keeps of which robots it has to look at, and how, is so whatever happens between steps: a world goes on as one does that finds
-/// it anew for each step, since it was interrupted.
+/// A step caches which robots it has to process, and how. The cache is right whatever happens between steps:
+/// a world continues like one that was interrupted and so computes it anew for each step.
 #[test]
 fn what_a_step_keeps_of_robots_holds_after_any_command() {
     let mut worlds = [0, 0].map(|_| jumble(&mut Rng::with_seed(31)));

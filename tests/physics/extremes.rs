@@ -1,4 +1,4 @@
-//! Robots at the edge of what numbers carry.
+//! Robots at the limits of number ranges.
 
 use std::sync::Arc;
 
@@ -39,8 +39,8 @@ fn massless_links_in_a_chain_are_held() {
     assert!(seen.positions.iter().all(|q| q.abs() < 2e-3), "{:?}", seen.positions);
 }
 
-/// A joint that has no inertia, no damping and no actuator has nothing that a force
-/// could be divided by: it keeps its velocity instead of becoming infinite.
+/// A joint without inertia, damping and actuator has nothing to divide a force by: it keeps its velocity
+/// instead of becoming infinite.
 #[test]
 fn a_passive_joint_without_inertia_is_left_alone() {
     let mut model = chain(2);
@@ -73,7 +73,7 @@ fn a_fast_spin_stays_finite() {
     assert!(seen.velocities[0].abs() < 20.0 && (seen.velocities[1] - 3000.0).abs() < 30.0, "{seen:?}");
 }
 
-/// Sixty rods, each on the tip of the one before, held stretched out.
+/// Sixty rods, each on the tip of the previous one, held stretched out.
 #[test]
 fn a_long_chain_is_held() {
     let seen = held(chain(60));

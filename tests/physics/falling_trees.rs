@@ -1,5 +1,5 @@
-//! Random trees of links that fall on the ground, with nothing that drives or damps their joints. `FALLING_TREES` of the environment
-//! gives another number of seeds.
+//! Random trees of links that fall on the ground, without drives or damping in their joints. `FALLING_TREES`
+//! of the environment gives another number of seeds.
 
 use std::sync::Arc;
 
@@ -20,16 +20,17 @@ use crate::tree_motion::Followed;
 const G: f64 = 9.81;
 const H: f64 = 1e-3;
 
-/// What rests may overlap by as much, m.
+/// Overlap of resting bodies, m.
 const SLOP: f64 = 2e-5;
 
-/// How far a joint that slides goes to each side, m: without limits links would be far from each other soon.
+/// Range of a prismatic joint to each side, m: without limits links would soon be far from each other.
 const SLIDES: f64 = 0.1;
 
 /// A box reaches this far from its middle, as a part of its size; hulls and balls no farther than their size.
 const REACH: f64 = 1.3;
 
-/// A tree of three to eight hulls, boxes and balls of masses up to 1 : 1,000, on joints that turn or slide; and their sizes, m.
+/// Returns a tree of three to eight hulls, boxes and balls of masses up to 1 : 1,000, on joints that turn or
+/// slide. Also returns their sizes, m.
 fn any_tree(rng: &mut Rng) -> (Arc<RobotModel>, Vec<f64>) {
     let (mut links, mut joints, mut sizes): (Vec<Link>, Vec<Joint>, Vec<f64>) = Default::default();
     for child in 0..rng.u8(3..=8) {
@@ -45,7 +46,7 @@ fn any_tree(rng: &mut Rng) -> (Arc<RobotModel>, Vec<f64>) {
             for shape in &mut link.collisions {
                 shape.link_from_shape = DPose3::from_translation(arm);
             }
-            // The order of the model is depth-first: a branch starts from a link on the way to the last one.
+            // The order of the model is depth-first: a branch starts from a link on the path to the last one.
             let mut parent = child - 1;
             while parent > 0 && rng.u8(0..3) == 0 {
                 parent = joints[parent - 1].parent;
@@ -76,12 +77,13 @@ fn turn(rng: &mut Rng) -> DQuat {
     DQuat::from_scaled_axis(direction(rng) * 3.0 * rng.f64())
 }
 
-/// Between minus one and one.
+/// Returns a number between minus one and one.
 fn signed(rng: &mut Rng) -> f64 {
     2.0 * rng.f64() - 1.0
 }
 
-/// A tree that moves, at most 30 cm above the ground; and how long it can be, m. It is the first robot.
+/// Returns a moving tree, at most 30 cm above the ground, as the first robot; and its greatest possible
+/// length, m.
 fn any_world(rng: &mut Rng, friction: f64, restitution: f64) -> (Simulation, f64) {
     let mut world = world(H);
     let (model, sizes) = any_tree(rng);
@@ -111,15 +113,16 @@ fn any_world(rng: &mut Rng, friction: f64, restitution: f64) -> (Simulation, f64
     (world, sizes.iter().map(|size| (1.0 + REACH) * size).sum())
 }
 
-/// Of its links, rad/s.
+/// Returns the fastest rotation of its links, rad/s.
 fn fastest_turn(seen: &PublishedState) -> f64 {
     seen.link_twists(0).unwrap().into_iter().map(|(_, angular)| angular.length()).fold(0.0, f64::max)
 }
 
-/// What the forces of contacts may give in a step, since they hold a point still in the middle of it by the Jacobian of its begin. The
-/// point is then off by half a step's change of the Jacobian, J' u: what its links' turning bends its way by, at most the square of the
-/// fastest turn times how long the tree is, and what a joint that slides meanwhile adds. And a fifth of an overlap that is put right moves
-/// links against what their turning throws them with.
+/// Returns an upper bound of the energy that contact forces may add in a step. They hold a point still in the
+/// middle of the step by the Jacobian of its beginning. The point is then off by half a step's change of the
+/// Jacobian, J' u. This is at most the square of the fastest rotation times the length of the tree, plus the
+/// part of prismatic joints that move meanwhile. The correction of a fifth of an overlap also moves links
+/// against the velocities of their rotation.
 fn given_by_contacts(seen: &PublishedState, friction: f64, length: f64) -> f64 {
     let pressed: f64 = seen.contacts.iter().map(|contact| contact.normal_force).sum();
     let turn = fastest_turn(seen);
@@ -138,14 +141,19 @@ fn along_the_ground(seen: &PublishedState) -> (DVec3, f64) {
     (linear.with_z(0.0), size)
 }
 
-/// Energy and momentum are those in the middle of steps. Without restitution energy passes its least value so far by no more than docs/physics.md
-/// derives: what rests is lifted by, links being bodies, what contacts give since then ([`given_by_contacts`]), what velocity terms leave over where a
-/// step does not take them at the mean of the velocities before and after it ([`Followup`](crate::tree_motion::Followup)), and what leapfrog does to trees in
-/// wild motion: half a percent of the largest kinetic energy, as of random trees with constraints.
-/// With restitution, of which no law excludes that hits at once give energy (Kane 1984), it is by no more than that, and by a
-/// thousandth, above what the tree began with, as of heaps that bounce. Until something is touched, momentum along the ground
-/// is kept as well as trees keep theirs that are let go, within 5e-3 of the sum of its sizes, and is but for a ten-thousandth what velocity terms
-/// leave over.
+/// Energy and momentum are those in the middle of steps. Without restitution energy exceeds its minimum so
+/// far by no more than the terms that docs/physics.md derives:
+/// * the lift of resting links by position correction, with links as bodies
+/// * the energy that contacts have added since then ([`given_by_contacts`])
+/// * the rest of velocity terms if a step does not take them at the mean of the velocities before and after
+///   it ([`Followup`](crate::tree_motion::Followup))
+/// * the error of leapfrog for trees in wild motion: half a percent of the largest kinetic energy, as of
+///   random trees with constraints
+///
+/// With restitution, simultaneous hits may add energy by any known law (Kane 1984). Energy then exceeds its
+/// initial value by at most these terms and a thousandth, as in heaps that bounce. Until the first contact,
+/// momentum along the ground is kept as well as in released trees, within 5e-3 of the sum of its magnitudes.
+/// All but a ten-thousandth of its change is the rest of velocity terms.
 #[test]
 fn random_trees_that_fall_gain_no_energy_and_keep_their_momentum_until_they_touch() {
     const INTEGRATED: f64 = 5e-3;
@@ -207,7 +215,7 @@ fn random_trees_that_fall_gain_no_energy_and_keep_their_momentum_until_they_touc
             left / most,
         );
         worst = worst.max(gain).max(drift / DRIFT).max(unexplained / UNEXPLAINED);
-        // Written so that what is no number fails.
+        // Written so that NaN fails.
         if !(is_whole && gain < 1.0 && drift < DRIFT && unexplained < UNEXPLAINED) {
             failed.push(seed);
         }

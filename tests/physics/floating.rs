@@ -10,16 +10,16 @@ use simd_model::robot::JointKind;
 use crate::chains::chain;
 use simd_tests::world::{apply, look, passive, run, world};
 
-/// Where the centre of mass of link 2 is in the world.
+/// Returns the centre of mass of link 2 in the world.
 fn centre(seen: &PublishedState) -> DVec3 {
     let link = &seen.world.entities[0].model.links[2];
     seen.link_poses(0).unwrap()[2].transform_point(link.inertial.center_of_mass)
 }
 
-/// A rod on a floating joint, on an arm that turns at 2 rad/s: whatever the arm does, the
-/// rod's centre of mass is thrown. It starts with the arm's speed there, and then only
-/// gravity acts: x stays on its line and z on its parabola, to first order in the step. The
-/// velocity is kept in the axes of an arm that reaches 7 rad/s, hence the constant of 16 m/s.
+/// A rod on a floating joint, on an arm that turns at 2 rad/s: whatever the arm does, the rod's centre of
+/// mass is thrown. It starts with the arm's speed there, and then only gravity acts. So x stays on its line
+/// and z on its parabola, to first order in the step. The velocity is stored in the axes of an arm that
+/// reaches 7 rad/s, hence the constant of 16 m/s.
 #[test]
 fn a_link_on_a_floating_joint_is_thrown_by_a_turning_arm() {
     let mut model = chain(2);

@@ -9,7 +9,7 @@ use simd_model::RobotModel;
 use simd_model::robot::{Geometry, Grid, MeshAsset, Sha256};
 use simd_tests::scenes::{robot, solid};
 
-/// A mesh of one link, in this scale.
+/// Returns a mesh of one link, in this scale.
 pub(crate) fn mesh(
     vertices: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
@@ -35,8 +35,8 @@ pub(crate) fn mesh(
     )
 }
 
-/// The surface above a grid of `cells` by `cells` of `size` metres a side, each corner moved in its plane by up to
-/// `shift` of a cell and put at the height that is given.
+/// Returns the surface above a grid of `cells` by `cells` of `size` metres a side. Each corner is moved in
+/// its plane by up to `shift` of a cell and set to the given height.
 pub(crate) fn grid(
     cells: usize,
     size: f64,
@@ -63,7 +63,7 @@ pub(crate) fn grid(
     mesh(vertices, triangles, None, DVec3::ONE)
 }
 
-/// A height field of `samples` by `samples`, `size` metres a side.
+/// Returns a height field of `samples` by `samples`, `size` metres a side.
 pub(crate) fn field(samples: usize, size: f64, height: impl Fn(f64, f64) -> f64) -> Arc<RobotModel> {
     let mut vertices = Vec::new();
     let part = |i: usize| i as f64 / (samples - 1) as f64 - 0.5;
@@ -104,7 +104,7 @@ pub(crate) fn stairs() -> Arc<RobotModel> {
     mesh(vertices, triangles, None, DVec3::ONE)
 }
 
-/// The floor and the four walls of a room of 3 m by 3 m by 1 m, as one mesh, open above.
+/// Returns the floor and the four walls of a room of 3 m by 3 m by 1 m, as one mesh, open above.
 pub(crate) fn room() -> Arc<RobotModel> {
     let corners = [(-1.5, -1.5), (1.5, -1.5), (1.5, 1.5), (-1.5, 1.5)];
     let below = corners.iter().map(|&(x, y)| DVec3::new(x, y, 0.0));

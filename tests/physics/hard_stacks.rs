@@ -11,7 +11,7 @@ use crate::seeds::{held, seeds};
 
 const G: f64 = 9.81;
 
-/// What a stack may give way where two boxes touch, metres: overlap that is left alone.
+/// Overlap of two boxes of a stack that is not corrected, metres.
 const SLOP: f64 = 2e-5;
 
 fn ground(friction: f64) -> Simulation {
@@ -47,8 +47,8 @@ fn all_sleep(world: &mut Simulation) -> bool {
     robots.iter().filter(|robot| !robot.entity.fixed_base).all(|robot| robot.entity.asleep)
 }
 
-/// Each box bears what is above it, from the first half second on, gives way by no more than slop, and within two
-/// seconds all sleep.
+/// From the first half second on each box carries the boxes above it and sinks by no more than the slop.
+/// Within two seconds all sleep.
 #[test]
 fn masses_of_a_thousand_to_one_stand_either_way_up() {
     let thirty = [1.0; 30];
@@ -79,7 +79,7 @@ fn masses_of_a_thousand_to_one_stand_either_way_up() {
     }
 }
 
-/// A box that lies on another exactly, or as near to that as rounding goes, touches it at four corners.
+/// A box that lies on another exactly, or up to rounding, has four contact points.
 #[test]
 fn faces_that_lie_on_each_other_exactly_touch_at_four_corners() {
     let shifts = [0.0, 1e-17, 1.4e-17, 3e-17, 1e-16, 2e-16, 1e-15, 1e-12];
@@ -102,8 +102,8 @@ fn faces_that_lie_on_each_other_exactly_touch_at_four_corners() {
     }
 }
 
-/// A random tower of boxes of random sizes and masses as 1 to 1000, each with its middle well over the one below, of
-/// random friction, on level ground; some are turned about the vertical.
+/// Returns a random tower of boxes of random sizes and masses as 1 to 1000, each with its middle well over
+/// the one below. They have random friction and stand on level ground; some are turned about the vertical.
 fn random_tower(rng: &mut Rng) -> (Simulation, Vec<f64>) {
     let mut world = ground(0.2 + rng.f64());
     let (mut height, mut below, mut masses) = (0.0, DVec3::splat(0.4), Vec::new());
@@ -139,11 +139,13 @@ fn energy(world: &Simulation) -> f64 {
     .sum()
 }
 
-/// How far any force of a point of a tower is from the least ones, N; of the boxes that rest on three points or more.
+/// Returns the largest distance of any contact force of a tower from the least forces, N; for boxes that rest
+/// on three points or more.
 ///
-/// What a box and those above it press with on what is below is known: a force F, and a torque T about the middle of the points. Of all
-/// forces at the points r_k from there with that sum and that torque those whose squares have the least sum are
-/// F / n + m x r_k with S m = T, S the sum of |r|^2 - r r' (Lagrange's conditions, which also hold where points that do not press are left out).
+/// A box and those above it load their support by a known force F, and a torque T about the middle of the
+/// points. The points are at r_k from there. The forces with this sum and torque and the least sum of squares
+/// are `F / n + m x r_k` with `S m = T`, S the sum of `|r|^2 - r r'`. These are Lagrange's conditions, which
+/// also hold if points without pressure are left out.
 fn error_of_least_forces(world: &Simulation, masses: &[f64]) -> Option<f64> {
     let places = places(world);
     let mut largest: Option<f64> = None;
@@ -186,9 +188,10 @@ fn error_of_least_forces(world: &Simulation, masses: &[f64]) -> Option<f64> {
     largest
 }
 
-/// Of a tower, by seed: the largest part of the energy that correcting [`SLOP`] may lift, by which its energy grew; and whether
-/// that is below 1, and after two seconds it is at rest: the forces on the lowest box sum to all weights, and all forces are the
-/// least, within 1e-6 of all weights, nothing creeps, and all sleep.
+/// Returns two results for the tower of a seed. The first is the largest part of the energy of correcting
+/// [`SLOP`] by which its energy grew. The second says whether that is below 1 and the tower is at rest after
+/// two seconds. Then the forces on the lowest box sum to all weights, and all forces are the least, within
+/// 1e-6 of all weights. Nothing creeps, and all sleep.
 fn comes_to_rest(seed: u64) -> (f64, bool) {
     let (mut world, masses) = random_tower(&mut Rng::with_seed(seed));
     let weight = G * masses.iter().sum::<f64>();
@@ -217,7 +220,7 @@ fn comes_to_rest(seed: u64) -> (f64, bool) {
     (gain, holds && is_least && (force / weight - 1.0).abs() < 1e-6 && creep < 1e-9 && sleeps)
 }
 
-/// The largest residual of the steps from a fifth of a second to half of one, m/s.
+/// Returns the largest residual of the steps from a fifth of a second to half of one, m/s.
 fn residual(world: &mut Simulation, choice: SolverChoice) -> f64 {
     world.measure_solver(choice);
     (0..200).for_each(|_| world.step());
@@ -226,7 +229,8 @@ fn residual(world: &mut Simulation, choice: SolverChoice) -> f64 {
     world.take_solver_residual().unwrap_or_default()
 }
 
-/// What `make bench` draws over time: thirty boxes, which 50 sweeps a step do not solve, beside what a world does by itself.
+/// The scene that `make bench` draws over time: thirty boxes, which 50 sweeps a step do not solve, compared
+/// with the default solver.
 #[test]
 fn the_residual_says_how_far_sweeps_are_from_what_is_solved_directly() {
     let mut fresh = tower(&[1.0; 30]);

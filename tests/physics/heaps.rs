@@ -12,7 +12,7 @@ use crate::seeds::{held, seeds};
 
 const G: f64 = 9.81;
 const H: f64 = 1e-3;
-/// Overlap that is left alone, metres.
+/// Overlap that is not corrected, metres.
 const SLOP: f64 = 2e-5;
 const BALLS: usize = 320;
 const RADIUS: f64 = 0.05;
@@ -39,7 +39,7 @@ fn falling(friction: f64, restitution: f64) -> Simulation {
     world
 }
 
-/// The geometric mean of the residuals of 300 steps as it comes to rest, m/s.
+/// Returns the geometric mean of the residuals of 300 steps as it comes to rest, m/s.
 fn residual(choice: SolverChoice) -> f64 {
     let mut world = falling(0.5, 0.0);
     (0..250).for_each(|_| world.step());
@@ -60,7 +60,7 @@ fn half_as_many_sweeps_with_momentum_come_as_near_as_without() {
     assert!(own < plain, "{own:e} {plain:e}");
 }
 
-/// The bound is that of `passive_worlds`; docs/physics.md derives it.
+/// The bound of `passive_worlds` applies; docs/physics.md derives it.
 #[test]
 fn a_heap_that_is_swept_with_momentum_gains_no_energy() {
     for friction in [0.0, 0.5] {
@@ -101,7 +101,8 @@ fn a_heap_that_bounces_stays_below_the_energy_that_it_began_with() {
     }
 }
 
-/// A hundred hulls, boxes and balls with masses up to 1 : 1000, above each other in a box, and their mass in all.
+/// Returns a hundred hulls, boxes and balls with masses up to 1 : 1000, above each other in a box, and their
+/// mass in all.
 fn falling_hulls(seed: u64, restitution: f64) -> (Simulation, f64) {
     let rng = &mut Rng::with_seed(seed);
     let own = surface(rng.f64(), restitution);
@@ -122,7 +123,7 @@ fn falling_hulls(seed: u64, restitution: f64) -> (Simulation, f64) {
     (world, total)
 }
 
-/// `HULL_HEAPS` of the environment gives another number of seeds. The bound is that of `passive_worlds`.
+/// `HULL_HEAPS` of the environment gives another number of seeds. The bound of `passive_worlds` applies.
 #[test]
 fn heaps_of_a_hundred_hulls_gain_no_energy_and_stay_in_their_box() {
     let count = seeds("HULL_HEAPS", 1);

@@ -1,4 +1,4 @@
-//! What friction holds stays where it is held, however its support moves.
+//! Bodies held by friction keep their place, whatever the motion of their support.
 
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ use simd_tests::world::at;
 
 use crate::seeds::{held, seeds};
 
-/// A disc of 20 kg whose top is at z = 0, on joints that slide along x, y and z and turn about z.
+/// A disc of 20 kg with its top at z = 0, on joints that slide along x, y and z and turn about z.
 const TABLE: &str = r#"<robot name="table">
 <link name="world"/><link name="x"/><link name="y"/><link name="z"/>
 <link name="top"><inertial><mass value="20"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
@@ -28,7 +28,8 @@ const TABLE: &str = r#"<robot name="table">
 <joint name="turn" type="continuous"><parent link="z"/><child link="top"/><axis xyz="0 0 1"/></joint>
 </robot>"#;
 
-/// A beam that turns about an axis in its middle, with two fingers 0.5 m from there that close along y.
+/// Returns a beam that turns about an axis in its middle, with two fingers 0.5 m from there that close along
+/// y.
 fn gripper(axis: &str) -> String {
     let finger = |name: &str, side: f64| {
         format!(
@@ -52,7 +53,7 @@ fn gripper(axis: &str) -> String {
     )
 }
 
-/// A fixed robot whose joints are driven.
+/// Returns a fixed robot with driven joints.
 fn driven(name: &str, urdf: &str, friction: f64) -> Spawn {
     let base = robot(name, &from_text(urdf), DPose3::IDENTITY, true);
     Spawn { passive: false, contact_settings: surface(friction, 0.0), ..base }
@@ -73,14 +74,14 @@ fn empty(integrator: Integrator, time_step: f64) -> Simulation {
     Simulation::new(settings, WorldLimits::default())
 }
 
-/// Where the second robot is in the axes of a link of the first one.
+/// Returns the pose of the second robot in the axes of a link of the first one.
 fn place(world: &Simulation, link: &str) -> DPose3 {
     let seen = look(world);
     let index = seen.world.entities[0].model.links.iter().position(|known| known.name == link).unwrap();
     seen.link_poses(0).unwrap()[index].inverse() * seen.roots[1].pose
 }
 
-/// How far a thing has moved on the link that carries it over some steps, metres.
+/// Returns the distance that a body has moved over some steps relative to the link that carries it, metres.
 fn creep(world: &mut Simulation, link: &str, steps: u32, mut drive: impl FnMut(&mut Simulation, u32)) -> f64 {
     let begin = place(world, link);
     for step in 0..steps {
@@ -93,8 +94,8 @@ fn creep(world: &mut Simulation, link: &str, steps: u32, mut drive: impl FnMut(&
 /// m/s: 1e-4 m a minute.
 const MAX_CREEP: f64 = 1e-4 / 60.0;
 
-/// Friction 0.5 holds a box on a turntable up to w^2 r = 4.9 m/s^2; with tangent velocities that vanish it would creep outwards by
-/// r w^2 h/2 a second, 64 mm in a minute here.
+/// Friction 0.5 holds a box on a turntable up to w^2 r = 4.9 m/s^2. With vanishing tangent velocities it
+/// would creep outwards by r w^2 h/2 a second, here 64 mm in a minute.
 #[test]
 fn a_box_on_a_turntable_keeps_its_place() {
     for integrator in [Integrator::Leapfrog, Integrator::Euler] {
@@ -111,7 +112,7 @@ fn a_box_on_a_turntable_keeps_its_place() {
     }
 }
 
-/// A gripper that holds a box and has come to turn about an axis with this speed.
+/// Returns a gripper that holds a box and turns about an axis at this speed.
 fn gripper_world(integrator: Integrator, axis: &str, speed: f64) -> Simulation {
     let mut world = empty(integrator, 1e-3);
     spawn(&mut world, driven("gripper", &gripper(axis), 0.8));
@@ -134,7 +135,8 @@ fn gripper_world(integrator: Integrator, axis: &str, speed: f64) -> Simulation {
     world
 }
 
-/// Fingers that press with 15 N each hold 24 N along them by friction 0.8; 0.1 kg on 0.5 m at 3 rad/s need 1.1 N.
+/// Fingers that press with 15 N each hold 24 N along them by friction 0.8. A mass of 0.1 kg on 0.5 m at 3
+/// rad/s needs 1.1 N.
 #[test]
 fn a_gripper_that_turns_keeps_what_it_holds() {
     for (axis, speed) in [("0 0 1", 3.0), ("0 1 0", 2.0)] {
@@ -144,7 +146,8 @@ fn a_gripper_that_turns_keeps_what_it_holds() {
     }
 }
 
-/// How far a body has moved on a table that shakes and turns by sines whose accelerations friction can hold, metres.
+/// Returns the distance that a body has moved on a table that shakes and turns by sines, with accelerations
+/// that friction can hold, metres.
 fn shaken(seed: u64, seconds: f64) -> f64 {
     let mut rng = Rng::with_seed(seed);
     let friction = 0.2 + 0.8 * rng.f64();
@@ -169,7 +172,8 @@ fn shaken(seed: u64, seconds: f64) -> f64 {
         &mut world,
         Spawn { contact_settings: surface(friction, 0.0), ..robot("body", &shape, pose, false) },
     );
-    // A quarter of what friction holds goes to the turning, an eighth to each slide. A lift takes some of the weight.
+    // A quarter of the friction's maximum goes to the rotation, an eighth to each slide. A lift takes some of
+    // the weight.
     let hold = 9.81 * friction;
     let turn = (0.25 * hold / (reach + 0.1)).sqrt();
     let slides = [0.125 * hold, 0.125 * hold, 1.0].map(|acceleration| {
@@ -177,7 +181,7 @@ fn shaken(seed: u64, seconds: f64) -> f64 {
         (acceleration / (rate * rate), rate)
     });
     let drive = |world: &mut Simulation, step: u32| {
-        // Within the first second it begins to move.
+        // The motion starts smoothly over the first second.
         let time = f64::from(step) * h;
         let part = time.min(1.0) * time.min(1.0) * (3.0 - 2.0 * time.min(1.0));
         let to = |(size, rate): (f64, f64)| Target::Position {
@@ -207,7 +211,8 @@ fn shaken(seed: u64, seconds: f64) -> f64 {
     place(&world, "top").translation.distance(start.translation)
 }
 
-/// A table that shakes and turns by sines whose accelerations friction can hold, and a body on it somewhere.
+/// A table that shakes and turns by sines, with accelerations that friction can hold, and a body anywhere on
+/// it.
 #[test]
 fn what_friction_can_hold_stays_on_a_table_that_shakes_and_turns() {
     let count = seeds("HELD_BODIES", 12);

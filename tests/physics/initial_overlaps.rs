@@ -18,7 +18,7 @@ use crate::chains::chain;
 use crate::saved_state_files::through_a_file;
 use simd_tests::world::{apply, look, passive, run, world};
 
-/// A cube of 0.2 m and 1 kg that slides along x, on a base that is fixed.
+/// Returns a cube of 0.2 m and 1 kg that slides along x, on a base that is fixed.
 fn slider() -> Arc<RobotModel> {
     let mut model = chain(1);
     model.joints[0].kind = JointKind::Prismatic;
@@ -49,8 +49,8 @@ fn go_to(world: &mut Simulation, robot: &str, position: f64) {
     apply(world, Command::SetTargets(SetTargets { robots, ..SetTargets::default() }));
 }
 
-/// To the bit as if the other were not there. Before this rule the arms of a test were thrown
-/// thousands of radians away.
+/// To the bit as if the other were absent. Before this rule the arms of a test were thrown thousands of
+/// radians away.
 #[test]
 fn robots_that_are_fixed_into_each_other_leave_each_other_alone() {
     let (mut alone, mut together) = (world(1e-3), world(1e-3));
@@ -63,11 +63,11 @@ fn robots_that_are_fixed_into_each_other_leave_each_other_alone() {
     }
     let (alone, together) = (look(&alone), look(&together));
     assert_eq!(alone.positions[0].to_bits(), together.positions[0].to_bits());
-    // Gravity along the axis is zero but for rounding.
+    // Gravity along the axis is zero except for rounding.
     assert!(together.positions[1].abs() < 1e-12, "{:?}", together.positions);
 }
 
-/// Once the second has driven away and come back, it is stopped by the first.
+/// Once the second has moved away and come back, the first one stops it.
 #[test]
 fn they_touch_once_they_have_come_apart() {
     let mut world = world(1e-3);
@@ -109,8 +109,8 @@ fn a_free_body_leaves_what_it_initially_overlaps() {
     assert!(out, "{:?}", look(&world).roots[1]);
 }
 
-/// What the daemon exports it must import: the pairs are in the order of their robots, also where the first one
-/// touches itself.
+/// The daemon must import its own exports: the pairs are in the order of their robots, even if the first one
+/// collides with itself.
 #[test]
 fn a_robot_with_ignored_overlaps_is_imported_again() {
     let mut world = world(1e-3);
@@ -137,7 +137,7 @@ fn a_robot_with_ignored_overlaps_is_imported_again() {
     assert_eq!(imported(saved).fingerprint(), world.fingerprint());
 }
 
-/// A world that took over the state, which has no memory of the steps before.
+/// Returns a world that took over the state, which has no memory of the steps before.
 fn imported(saved: Saved) -> Simulation {
     let mut other = world(1e-3);
     apply(&mut other, Command::ImportSavedState { name: "it".into(), saved });
@@ -173,7 +173,7 @@ fn any_vector(rng: &mut Rng, size: f64) -> DVec3 {
     DVec3::new(rng.f64() - 0.5, rng.f64() - 0.5, rng.f64() - 0.5) * 2.0 * size
 }
 
-/// A chain of short links, each of one or two shapes.
+/// Returns a chain of short links, each of one or two shapes.
 fn any_arm(rng: &mut Rng) -> Arc<RobotModel> {
     let mut model = chain(rng.usize(1..6));
     for joint in &mut model.joints {
@@ -193,9 +193,9 @@ fn any_arm(rng: &mut Rng) -> Arc<RobotModel> {
     Arc::new(model)
 }
 
-/// Arms and tables that overlap initially, move, come and go. The cache of pairs that are ignored or
-/// separate saves time and changes nothing: a world that took over the state without it is equal to the bit in each step, and
-/// so is one that takes it over anew now and then.
+/// Arms and tables that overlap initially, move, and are added and deleted. The cache of pairs that are
+/// ignored or separate saves time and changes nothing. A world that took over the state without it is equal
+/// to the bit in each step. So is one that takes it over again now and then.
 #[test]
 fn worlds_of_what_is_put_into_each_other_are_exported_and_run_on_to_the_bit() {
     let count = seeds("OVERLAPPING_WORLDS", 10) as usize;
@@ -268,8 +268,8 @@ fn worlds_of_what_is_put_into_each_other_are_exported_and_run_on_to_the_bit() {
     assert!(ignored > 20 * count && own > 4 * count && touched > 20 * count && parted > 2 * count);
 }
 
-/// Neighbouring links of two arms at one place overlap by less than a millimetre, or nearly; to the bit each arm holds
-/// as if it were alone, and moves so where all move alike.
+/// Neighbouring links of two arms at one place overlap by about a millimetre or less. To the bit, each arm
+/// holds its pose as if it were alone, and moves so if all move alike.
 #[test]
 fn arms_at_one_place_leave_each_other_alone() {
     for urdf in ["seven_arm/urdf/seven_arm.urdf", "pybullet_data/kuka_iiwa/model.urdf"] {
@@ -317,8 +317,9 @@ fn a_step_of_a_robot_that_overlaps_itself_everywhere_can_be_interrupted() {
     assert_eq!((asked.into_inner(), world.fingerprint()), (21, before));
 }
 
-/// A cube that 20 N press some millimetres into a soft wall, which are more than an initial overlap has: a filter that is set as it is
-/// leaves it there, to a millimetre. Without the contact it would go through at 1 m/s.
+/// A cube that 20 N press some millimetres into a soft wall, deeper than an initial overlap can be. Setting a
+/// filter to its present value leaves it there, to a millimetre. Without the contact it would pass through at
+/// 1 m/s.
 #[test]
 fn what_is_pressed_into_something_still_touches_it_after_a_change_of_nothing() {
     let mut soft = scenes::surface(1.0, 0.0);

@@ -9,7 +9,7 @@ use simd_core::dynamics::{Configuration, Tree};
 use simd_model::RobotModel;
 use simd_tests::robots;
 
-/// All joints of one axis, within limits that each has at most.
+/// Returns all joints of one axis, within limits that each has at most.
 fn movables(model: &RobotModel, tree: &Tree) -> Vec<Movable> {
     let movable = |(index, body): (usize, &simd_core::dynamics::tree::Body)| {
         let joint = &model.joints[body.joint?];
@@ -29,8 +29,8 @@ fn pose_of(tree: &Tree, root: DPose3, positions: &[f64], link: usize) -> DPose3 
     tree.link_poses(root, positions)[link]
 }
 
-/// Goals that the robot can reach since it was there, from where its joints are at zero or
-/// nearest to it. What is found is checked by forward kinematics.
+/// Returns how many goals were reached, which are poses of the robot itself, from joint positions at or near
+/// zero. Forward kinematics checks the results.
 fn reach(urdf: &str, with_orientation: bool, options: SolverOptions) -> (usize, u32) {
     let (model, _) = robots::read(urdf);
     let tree = Tree::new(&model, true);
@@ -75,8 +75,8 @@ fn reach(urdf: &str, with_orientation: bool, options: SolverOptions) -> (usize, 
     (reached, iterations)
 }
 
-/// A thousand steps are the most that a client may ask for. A hundred are few for a pose near
-/// limits, from a guess that lies outside of them.
+/// A thousand steps are the maximum that a client may ask for. A hundred are few for a pose near limits, from
+/// a guess outside of them.
 #[test]
 fn inverse_kinematics_finds_what_can_be_reached() {
     let most = SolverOptions { iterations: 1000, ..ALL };
@@ -142,7 +142,7 @@ fn only_the_joints_that_may_move_do_and_equal_questions_have_equal_answers() {
     }
 }
 
-/// A gripper's second finger follows the first, and carries the link that is asked for.
+/// A gripper's second finger follows the first, and carries the requested link.
 #[test]
 fn joints_that_follow_others_are_moved_by_them() {
     let mut model = crate::chains::chain(3);

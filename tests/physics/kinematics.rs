@@ -1,5 +1,5 @@
-//! Jacobians, inertia and inverse dynamics beside finite differences, the step itself, each
-//! other, and Pinocchio.
+//! Jacobians, inertia and inverse dynamics compared with finite differences, the step itself, each other, and
+//! Pinocchio.
 
 use std::sync::Arc;
 
@@ -21,10 +21,10 @@ fn vector(rng: &mut Rng) -> DVec3 {
     DVec3::new(rng.f64() - 0.5, rng.f64() - 0.5, rng.f64() - 0.5) * 2.0
 }
 
-/// A random tree somewhere in the world, moving, as the step has it.
+/// Returns a random tree at a random pose, moving, as the step has it.
 fn moving(rng: &mut Rng) -> Articulation {
     let mut model = robot(rng);
-    // Rows of constraints change what a step does.
+    // Rows of constraints change the result of a step.
     model.joints.iter_mut().for_each(|joint| joint.mimic = None);
     let tree = Arc::new(Tree::new(&model, rng.bool()));
     let mut axes = vec![Axis::default(); tree.velocity_count];
@@ -61,7 +61,7 @@ fn seen(body: &Articulation) -> Configuration {
     }
 }
 
-/// By velocity as `Configuration` says: a free root's angular entries in world axes.
+/// Returns velocities in the convention of `Configuration`: a free root's angular entries in world axes.
 fn in_world_axes(body: &Articulation, values: &[f64]) -> Vec<f64> {
     let mut out = values.to_vec();
     if !body.tree().fixed_base {
@@ -71,8 +71,8 @@ fn in_world_axes(body: &Articulation, values: &[f64]) -> Vec<f64> {
     out
 }
 
-/// Central differences of link poses along the velocities: their error is of second order, about
-/// 1e-10 of a metre a second for a step of 1e-5, and rounding is of the same size.
+/// Central differences of link poses along the velocities have an error of second order. It is about 1e-10 of
+/// a metre a second for a step of 1e-5, and rounding has the same size.
 #[test]
 fn twists_and_jacobians_are_what_link_poses_change_by() {
     let mut worst = 0.0f64;
@@ -118,8 +118,8 @@ fn twists_and_jacobians_are_what_link_poses_change_by() {
     assert!(worst < 1e-7, "{worst:e}");
 }
 
-/// The step's own accelerations, from efforts, give back those efforts: 1e-10 of the
-/// largest effort on the way. Damping is left out, which a step takes at its end.
+/// Inverse dynamics of the step's own accelerations gives back its efforts: to 1e-10 of the largest effort on
+/// the path. There is no damping, which a step applies at its end.
 #[test]
 fn inverse_dynamics_undoes_the_step() {
     let gravity = DVec3::new(0.3, -0.2, -9.81);
@@ -131,7 +131,7 @@ fn inverse_dynamics_undoes_the_step() {
         let single = |velocity: usize| {
             tree.bodies.iter().any(|body| body.velocity == velocity && body.joint_type.velocities() == 1)
         };
-        // A free body without mass has no acceleration of its own.
+        // A free massless body has no acceleration.
         let free = |index: &usize| tree.bodies[*index].joint_type.positions() == 7;
         if (0..tree.bodies.len()).filter(free).any(|index| tree.bodies[index].inertia.mass == 0.0) {
             continue;
@@ -167,7 +167,7 @@ fn inverse_dynamics_undoes_the_step() {
     assert!(tried > 30);
 }
 
-/// M is what inverse dynamics says of a unit of acceleration, at rest and without gravity.
+/// A column of M is the result of inverse dynamics for a unit of acceleration, at rest and without gravity.
 #[test]
 fn the_mass_matrix_has_a_column_for_each_unit_of_acceleration() {
     for seed in 0..ROBOTS {
@@ -230,8 +230,8 @@ struct Case {
     efforts: Vec<f64>,
 }
 
-/// The figures are in `tests/reference/kinematics.json`, with the script that made them. Both
-/// codes do the same sums in another order, of terms up to some hundred: 1e-9 is generous.
+/// The figures are in `tests/reference/kinematics.json`, with the script that made them. Both codes do the
+/// same sums in another order, of terms up to some hundred: 1e-9 is generous.
 #[test]
 fn jacobians_mass_matrices_and_inverse_dynamics_equal_pinocchios() {
     let reference: Reference = serde_json::from_str(include_str!("../reference/kinematics.json")).unwrap();
@@ -241,7 +241,7 @@ fn jacobians_mass_matrices_and_inverse_dynamics_equal_pinocchios() {
         let tree = Tree::new(&model, !case.free);
         let root = tree.root_velocities();
         let n = tree.velocity_count;
-        // Of each velocity of ours, its index among Pinocchio's.
+        // For each of our velocities, its index among Pinocchio's.
         let index_of = |name: &str| case.joints.iter().position(|joint| joint == name).unwrap();
         let joints: Vec<usize> =
             tree.bodies.iter().filter_map(|body| Some(index_of(&model.joints[body.joint?].name))).collect();

@@ -1,4 +1,5 @@
-//! Copies of a rollout in vector lanes have the bits of copies that step alone: every robot of the test assets, over a second.
+//! Copies of a rollout in vector lanes have the bits of copies that step alone: every robot of the test
+//! assets, over a second.
 
 use std::sync::Arc;
 
@@ -39,7 +40,7 @@ fn world_of(urdf: &str, integrator: Integrator, self_collision: bool) -> Simulat
     world
 }
 
-/// How many joints of one axis follow no other.
+/// Returns the number of joints of one axis that follow no other.
 fn joints(world: &Simulation) -> usize {
     let entity = &world.layout().entities[0];
     let is_driven =
@@ -47,7 +48,8 @@ fn joints(world: &Simulation) -> usize {
     (0..entity.model.joints.len()).filter(is_driven).count()
 }
 
-/// Joints are driven to their limits and beyond, from any pose, so that efforts saturate and bodies come near each other.
+/// Joints are driven to their limits and beyond, from any pose, so that efforts saturate and bodies come near
+/// each other.
 fn request(world: &Simulation, mode: ControlMode) -> RolloutRequest {
     let joints = joints(world);
     let of = || Named { robot: "robot".into(), names: Vec::new() };
@@ -84,7 +86,7 @@ fn request(world: &Simulation, mode: ControlMode) -> RolloutRequest {
     }
 }
 
-/// The bits of all states, and the part of the steps that were done in lanes.
+/// Returns the bits of all states, and the part of the steps that were done in lanes.
 pub(crate) fn computed(rollout: &Rollout) -> (Vec<u64>, f64) {
     let mut worker = rollout.worker();
     let batches = (0..rollout.batches()).filter_map(|batch| rollout.advance(&mut worker, batch, &|| false));
@@ -97,7 +99,8 @@ pub(crate) fn computed(rollout: &Rollout) -> (Vec<u64>, f64) {
     (bits, in_lanes as f64 / steps.max(1) as f64)
 }
 
-/// That copies of a rollout have the same bits in lanes and alone; which part of their steps was done in lanes.
+/// Checks that copies of a rollout have the same bits in lanes and alone. Returns the part of their steps
+/// that was done in lanes.
 pub(crate) fn part_in_equal_lanes(world: &Simulation, request: &RolloutRequest, what: &str) -> f64 {
     let rollout = || Rollout::new(world.to_saved(), request.clone(), u64::MAX).unwrap();
     let ((alone, none), (beside, part)) = (computed(&rollout().without_lanes()), computed(&rollout()));
@@ -107,7 +110,7 @@ pub(crate) fn part_in_equal_lanes(world: &Simulation, request: &RolloutRequest, 
     part
 }
 
-/// Whether this processor has vectors in which copies step at once.
+/// Returns whether this processor has vectors in which copies step at once.
 pub(crate) fn has_vectors() -> bool {
     #[cfg(target_arch = "x86_64")]
     let has = std::is_x86_feature_detected!("avx2") && std::is_x86_feature_detected!("fma");
@@ -159,8 +162,8 @@ fn every_robot_has_the_same_bits_in_lanes_and_alone() {
     assert!(!has_vectors() || most > 0.5, "{most} of the steps of the arm were done in lanes");
 }
 
-/// The robots of `make truth`, each as it starts there but for its velocities: left to itself for a second, and driven by each kind
-/// of targets.
+/// The robots of `make truth`, with their initial states except for the velocities: undriven for a second,
+/// and driven by each kind of targets.
 #[test]
 fn every_case_of_the_truth_table_has_the_same_bits_in_lanes_and_alone() {
     let (mut in_lanes, mut really) = (Vec::new(), Vec::new());

@@ -1,4 +1,5 @@
-//! Machines that constraints between links close: a delta robot, a gripper whose fingers a gear couples, a bridge of planks.
+//! Closed mechanisms with constraints between links: a delta robot, a gripper whose fingers a gear couples, a
+//! bridge of planks.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -44,8 +45,8 @@ fn aim(world: &mut Simulation, robot: &str, targets: impl IntoIterator<Item = (S
     apply(world, Command::SetTargets(SetTargets { robots, ..SetTargets::default() }));
 }
 
-/// Of a delta robot: radius of the base's joints, lengths of arms and rods, radius of the platform, half of the
-/// distance of two rods.
+/// Dimensions of a delta robot: radius of the base's joints, lengths of arms and rods, radius of the
+/// platform, half the distance of two rods.
 const BASE: f64 = 0.2;
 const ARM: f64 = 0.2;
 const ROD: f64 = 0.4;
@@ -56,7 +57,7 @@ fn side(number: usize) -> DQuat {
     DQuat::from_rotation_z(TAU * number as f64 / 3.0)
 }
 
-/// A base with three arms, which point outwards at 0 and down for positive angles.
+/// Returns a base with three arms, which point outwards at 0 and down for positive angles.
 fn delta_arms() -> Arc<RobotModel> {
     let bare = |name: &str, center: DVec3, mass: f64| {
         let mut link: Link = cuboid(DVec3::new(ARM, 0.03, 0.03), mass).links[0].clone();
@@ -109,7 +110,7 @@ fn delta(start: f64) -> Simulation {
     world
 }
 
-/// At 1 ms the rods keep their length to a micrometre and the platform stays level, while it moves at up to half a
+/// At 1 ms the rods keep their length to a micrometre and the platform stays level. It moves at up to half a
 /// metre a second.
 #[test]
 fn a_delta_robot_is_driven_for_a_minute() {
@@ -154,7 +155,8 @@ fn a_delta_robot_at_rest_carries_its_platform() {
     assert!(largest_error(&state) < 1e-8, "{:e}", largest_error(&state));
 }
 
-/// One finger is driven, and a gear moves the other; the cube is held by friction, carried by a weld after that, and let go.
+/// One finger is driven, and a gear moves the other. Friction holds the cube, then a weld carries it, and
+/// then it is released.
 #[test]
 fn a_gripper_with_a_gear_lifts_a_cube_and_a_weld_carries_it() {
     let mut world = world(1e-3);
@@ -262,13 +264,15 @@ fn a_bridge_of_planks_carries_a_box() {
     }
     let weight = (f64::from(count) + 5.0) * G;
     assert!(error < 1e-4, "{error:e}");
-    // It swings; what the banks carry in the mean of two seconds is the weight, but for the momentum at both ends.
+    // It swings; the mean force on the banks over two seconds is the weight, except for the momentum at both
+    // ends.
     assert!((carried.z / weight - 1.0).abs() < 0.1, "{carried} {weight}");
     let (load, plank) = (state.roots[20].pose.translation, state.roots[10].pose.translation);
     assert!((load.z - plank.z - 0.085).abs() < 0.02 && (load.x - 1.0).abs() < 0.1, "{load} {plank}");
 }
 
-/// A panel on a hinge about z, a handle on it that turns about y, and a latch that slides out of its edge at x = 0.8.
+/// Returns a door: a panel on a hinge about z, and a handle on it that turns about y. A latch slides out of
+/// its edge at x = 0.8.
 fn door() -> Arc<RobotModel> {
     let part = |name: &str, size: DVec3, mass: f64, center: DVec3| {
         let mut link: Link = cuboid(size, mass).links[0].clone();
@@ -306,8 +310,8 @@ fn door() -> Arc<RobotModel> {
     Arc::new(RobotModel { name: "door".into(), links, joints, ..RobotModel::default() })
 }
 
-/// Pushed with 5 N m, the latch's 1 cm of play at its 0.8 m is all that the door opens; the handle draws the latch by a gear, and
-/// then the door swings.
+/// Under a push of 5 N m the door opens only by the latch's 1 cm of play at its 0.8 m. The handle pulls the
+/// latch by a gear, and then the door swings.
 #[test]
 fn a_door_opens_when_its_handle_draws_the_latch() {
     let mut world = world(1e-3);

@@ -1,4 +1,4 @@
-//! Internal forces of a floating robot move its centre of mass nowhere, whatever its actuators do.
+//! Internal forces of a floating robot do not move its centre of mass, whatever its actuators do.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use simd_tests::world::{apply, look, passive};
 
 use crate::seeds::{held, seeds};
 
-/// What drives the joints.
+/// Kind of drive of the joints.
 #[derive(Clone, Copy, Debug)]
 enum Drive {
     /// Position targets with these parts of the default stiffness, or the defaults.
@@ -22,7 +22,7 @@ enum Drive {
     Efforts,
 }
 
-/// How a robot is driven.
+/// A robot and its drive.
 #[derive(Clone, Debug)]
 struct Scene {
     model: Arc<RobotModel>,
@@ -38,7 +38,7 @@ fn direction(rng: &mut Rng) -> DVec3 {
     DVec3::new(rng.f64() - 0.5, rng.f64() - 0.5, rng.f64() - 0.5).try_normalize().unwrap_or(DVec3::X)
 }
 
-/// A tree of 3 to 10 links from 0.1 to 5 kg whose joints turn or slide, some of them with limits.
+/// Returns a tree of 3 to 10 links from 0.1 to 5 kg whose joints turn or slide, some of them with limits.
 fn tree(rng: &mut Rng, limited: bool) -> RobotModel {
     let count = rng.usize(3..=10);
     let link = |rng: &mut Rng, index: usize| {
@@ -100,7 +100,7 @@ fn scene(seed: u64) -> Scene {
     Scene { model, drive, every, jumps: rng.bool(), seed }
 }
 
-/// The place of the centre of mass, and the mass.
+/// Returns the place of the centre of mass, and the mass.
 fn centre(world: &Simulation, model: &RobotModel) -> (DVec3, f64) {
     let poses = look(world).link_poses(0).unwrap();
     let mut sum = (DVec3::ZERO, 0.0);
@@ -111,7 +111,7 @@ fn centre(world: &Simulation, model: &RobotModel) -> (DVec3, f64) {
     (sum.0 / sum.1, sum.1)
 }
 
-/// How far the centre of mass drifts in a second, metres.
+/// Returns the drift of the centre of mass in a second, metres.
 fn drift(scene: &Scene, integrator: Integrator, time_step: f64) -> f64 {
     let settings =
         PhysicsSettings { time_step, integrator, gravity: DVec3::ZERO, ..PhysicsSettings::default() };
@@ -157,7 +157,7 @@ fn drift(scene: &Scene, integrator: Integrator, time_step: f64) -> f64 {
     (centre(&world, model).0 - start).length()
 }
 
-/// At most the drift of Euler, in every case, but for 0.1 mm in a second that smooth steps leave.
+/// At most the drift of Euler, in every case, except for 0.1 mm in a second, the error of smooth steps.
 #[test]
 fn the_centre_of_mass_of_a_floating_robot_drifts_no_more_than_with_euler() {
     let count = seeds("FLOATING_TREES", 24);

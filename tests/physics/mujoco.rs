@@ -1,5 +1,5 @@
-//! Free swings and flights beside MuJoCo's Euler integrator, which the same
-//! method, semi-implicit Euler with implicit joint damping, must reproduce.
+//! Free swings and flights compared with MuJoCo's Euler integrator, which the same method, semi-implicit
+//! Euler with implicit joint damping, must reproduce.
 //!
 //! The figures are in `tests/reference/mujoco.json`, with the script that made them.
 
@@ -38,8 +38,8 @@ struct Case {
     root: Vec<f64>,
 }
 
-/// 1e-6 rad after a second is what was asked. Both codes do the same arithmetic in
-/// another order; a light wrist at 45 rad/s makes rounding grow to about 1e-9.
+/// 1e-6 rad after a second is the requirement. Both codes do the same arithmetic in another order; a light
+/// wrist at 45 rad/s makes rounding grow to about 1e-9.
 #[test]
 fn free_swings_and_flights_equal_mujocos_euler() {
     let text = include_str!("../reference/mujoco.json");
@@ -55,7 +55,7 @@ fn free_swings_and_flights_equal_mujocos_euler() {
     assert!(!reference.cases.is_empty() && failures.is_empty(), "{failures:#?}");
 }
 
-/// The largest difference of a joint's or the root's position, rad or m.
+/// Returns the largest difference of a joint's or the root's position, rad or m.
 fn largest_error(case: &Case) -> f64 {
     let (model, _) = robots::read(&case.urdf);
     // Nor joints that follow others.

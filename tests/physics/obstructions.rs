@@ -1,4 +1,4 @@
-//! A joint that contacts keep from its target says what blocks it.
+//! A joint that contacts keep from its target reports the body that blocks it.
 
 use glamx::{DPose3, DVec3};
 use simd_core::Simulation;
@@ -27,7 +27,7 @@ const ARM: &str = r#"<robot name="arm"><link name="post"/>
 <joint name="slide" type="prismatic"><parent link="lower"/><child link="slide"/><origin xyz="0.4 0 0"/><axis xyz="1 0 0"/>
 <limit lower="0" upper="0.3" effort="50" velocity="2"/></joint></robot>"#;
 
-/// The arm, and a crate that cannot move at a place.
+/// Returns the arm, and a crate that cannot move at a place.
 fn scene(crate_at: DPose3) -> Simulation {
     let mut world = world(1e-3);
     spawn(&mut world, Spawn { passive: false, ..robot("arm", &from_text(ARM), DPose3::IDENTITY, true) });
@@ -35,7 +35,7 @@ fn scene(crate_at: DPose3) -> Simulation {
     world
 }
 
-/// Names of joint, own link, robot and link of what blocks joints of the first robot.
+/// Names of the joint, its link, and the blocking robot and link, for blocked joints of the first robot.
 fn blocked(world: &Simulation) -> Vec<[String; 4]> {
     let seen = look(world);
     let model = &seen.world.entities[0].model;
@@ -64,7 +64,7 @@ fn a_joint_that_is_stopped_on_its_way_names_the_link_that_stops_it() {
     run(&mut world, 3.0);
     let found = blocked(&world);
     assert!(found.contains(&names(["shoulder", "lower", "crate", "body"])), "{found:?}");
-    // Beyond the crate nothing holds it.
+    // Behind the crate nothing holds it.
     apply(&mut world, simd_core::Command::Delete { robot: "crate".into() });
     run(&mut world, 3.0);
     assert!(blocked(&world).is_empty(), "{:?}", blocked(&world));
@@ -94,7 +94,8 @@ fn what_reaches_its_target_or_pushes_as_it_is_asked_is_not_blocked() {
     assert!(blocked(&world).is_empty(), "an effort has no place to reach");
 }
 
-/// Feet carry the robot: their contacts take all of the actuators' efforts, and all joints are where they are to be.
+/// Feet carry the robot: their contacts take all of the actuators' efforts, and all joints are at their
+/// targets.
 #[test]
 fn a_robot_that_stands_is_not_blocked_by_the_ground() {
     let mut world = world(1e-3);

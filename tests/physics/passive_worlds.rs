@@ -1,5 +1,6 @@
-//! Random worlds that nothing drives: heaps of random hulls, boxes and balls with masses up to 1 : 1000. `PASSIVE_WORLDS`,
-//! `BOUNCING_WORLDS` and `COLLIDING_WORLDS` of the environment give the tests other numbers of seeds.
+//! Random worlds without drives: heaps of random hulls, boxes and balls with masses up to 1 : 1000.
+//! `PASSIVE_WORLDS`, `BOUNCING_WORLDS` and `COLLIDING_WORLDS` of the environment give the tests other numbers
+//! of seeds.
 
 use std::sync::Arc;
 
@@ -21,7 +22,7 @@ pub(crate) fn direction(rng: &mut Rng) -> DVec3 {
     any.try_normalize().unwrap_or(DVec3::Z)
 }
 
-/// A hull of points near a sphere, of a radius that is returned, about its middle.
+/// Returns a hull of points near a sphere, of a radius that is returned, about its middle.
 pub(crate) fn any_body(rng: &mut Rng, mass: f64, number: u8) -> (Arc<RobotModel>, f64) {
     let size = 0.05 + 0.1 * rng.f64();
     let model = match rng.u8(0..3) {
@@ -45,7 +46,7 @@ pub(crate) fn any_body(rng: &mut Rng, mass: f64, number: u8) -> (Arc<RobotModel>
             };
             let mesh =
                 Geometry::Mesh { uri: "hull.stl".into(), scale: DVec3::ONE, asset: Some(Arc::new(asset)) };
-            // As a ball of its size: any valid inertia will do.
+            // The inertia of a ball of its size: any valid inertia will do.
             let mut model = (*solid(&[(DPose3::IDENTITY, mesh)], mass)).clone();
             model.links[0].inertial = ball(size, mass).links[0].inertial;
             Arc::new(model)
@@ -54,7 +55,7 @@ pub(crate) fn any_body(rng: &mut Rng, mass: f64, number: u8) -> (Arc<RobotModel>
     (model, size)
 }
 
-/// Rolling and spinning friction too, since balls would roll for ever.
+/// With rolling and spinning friction, since balls would roll forever.
 fn rough(friction: f64, restitution: f64) -> ContactSettings {
     let mut settings = surface(friction, restitution);
     for properties in &mut settings.links {
@@ -64,7 +65,8 @@ fn rough(friction: f64, restitution: f64) -> ContactSettings {
     settings
 }
 
-/// Bodies are thrown into a box with walls, each above the others, and turn as they fall. Kilograms of all together.
+/// Returns a world and the total mass of its bodies, kg. They are thrown into a box with walls, each above
+/// the others, and turn as they fall.
 fn any_world(rng: &mut Rng, friction: f64, restitution: f64) -> (Simulation, f64) {
     let mut world = world(H);
     let walls = robot("walls", &container(DVec3::new(0.8, 0.8, 3.0)), DPose3::IDENTITY, true);
@@ -88,7 +90,7 @@ fn any_world(rng: &mut Rng, friction: f64, restitution: f64) -> (Simulation, f64
 /// Kinetic and potential energy of the free bodies, J, and the speed of the fastest, m/s.
 pub(crate) fn energy(world: &Simulation) -> (f64, f64) {
     let seen = look(world);
-    // Also where some are awake and others asleep.
+    // Even if some are awake and others asleep.
     assert!(seen.contacts.is_sorted_by_key(|contact| contact.robots), "contacts have an order");
     let mut fastest = 0.0f64;
     let of = seen.roots.iter().zip(&seen.world.entities).filter(|(_, entity)| !entity.fixed_base);
@@ -109,9 +111,10 @@ fn asleep(world: &mut Simulation) -> (usize, usize) {
     (free.clone().filter(|robot| robot.entity.asleep).count(), free.count())
 }
 
-/// docs/physics.md derives the bound of energy: the weight of all, lifted by what position correction may lift each, and by half of
-/// what the fastest goes in a step. After six seconds all sleep, none creeps, and walls and floor carry the weight, as exactly as the
-/// last step before sleep had nothing to accelerate: of 120 worlds within 1.05e-6 of it.
+/// docs/physics.md derives the bound of energy. It is the total weight times the possible lift by position
+/// correction, and by half of the fastest body's motion in a step. After six seconds all sleep, none creeps,
+/// and walls and floor carry the weight. This holds with the error of the last step before sleep: in 120
+/// worlds at most 1.05e-6 of the weight.
 #[test]
 fn heaps_of_random_hulls_gain_no_energy_and_come_to_rest() {
     const SLOP: f64 = 2e-5;
@@ -164,8 +167,9 @@ fn heaps_of_random_hulls_gain_no_energy_and_come_to_rest() {
     held("heaps of random hulls gain no energy, come to rest and sleep", count, worst, &failed);
 }
 
-/// The same that bounce, with friction: hits at once may give energy, which no law of restitution with friction excludes (Kane 1984).
-/// Never more than the heap has fallen with. How many sleep after six seconds is printed.
+/// The same with bouncing and friction: simultaneous hits may add energy, which no law of restitution with
+/// friction excludes (Kane 1984). It never exceeds the heap's initial energy of the fall. The number of
+/// sleeping bodies after six seconds is printed.
 #[test]
 fn heaps_that_bounce_stay_below_the_energy_that_they_began_with() {
     const MOST: f64 = 1.001;
@@ -215,9 +219,10 @@ fn momentum(world: &Simulation) -> ([DVec3; 2], [f64; 2]) {
     (sums, sizes)
 }
 
-/// Bodies without gravity that fly at each other, hit, rub and bounce: momentum is kept to rounding. Overlap is corrected in positions
-/// alone: that moves a body by less than what it flies in a step, some millimetres where it is half a metre from the origin, and changes
-/// angular momentum by less than a thousandth of what the bodies have. Of 120 worlds the largest change is 2.2e-4.
+/// Bodies without gravity that fly at each other, hit, rub and bounce: momentum is kept to rounding. Overlap
+/// is corrected in positions alone, which moves a body by less than its motion in a step. These are some
+/// millimetres, at half a metre from the origin. They change the angular momentum of the bodies by less than
+/// a thousandth. In 120 worlds the largest change is 2.2e-4.
 #[test]
 fn momentum_is_kept_where_nothing_fixed_is_touched() {
     const MOST: [f64; 2] = [1e-12, 1e-3];

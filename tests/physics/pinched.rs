@@ -1,5 +1,5 @@
-//! The seven-joint arm, driven by velocity motors around a post that its links hold between them. Its last link has next to no inertia:
-//! its motor's most effort speeds it up by 700 rad/s in a step of 10 ms.
+//! The seven-joint arm, driven by velocity motors around a post that its links hold between them. Its last
+//! link has almost no inertia: its motor's maximum effort accelerates it by 700 rad/s in a step of 10 ms.
 
 use fastrand::Rng;
 use glamx::{DPose3, DVec3};
@@ -18,11 +18,11 @@ use simd_tests::world::{apply, look};
 
 const JOINTS: usize = 7;
 
-/// N m, as its description says.
+/// N m, from its description.
 const LIMITS: [f64; JOINTS] = [300.0, 300.0, 180.0, 180.0, 110.0, 40.0, 40.0];
 
-/// On the way to a post on one side of link_5 and on the other side of link_7, as a rollout came there: rad, rad/s, and what it was
-/// driven with.
+/// A state of a rollout near a post: rad, rad/s, and its drive. The post is on one side of link_5 and on the
+/// other side of link_7.
 const HOOKED: [[f64; JOINTS]; 3] = [
     [-0.296487333, 0.656315711, 0.263506146, -1.53374111, -0.129183971, -0.22535573, -0.197375796],
     [-0.64585684, -0.619226386, 1.598497316, -1.600271083, 1.217886628, 0.638086740, -1.142871852],
@@ -55,15 +55,16 @@ fn drive(world: &mut Simulation, velocities: [f64; JOINTS]) {
     apply(world, Command::SetTargets(SetTargets { robots, ..SetTargets::default() }));
 }
 
-/// The largest of the joints' velocities, infinite where one is no number.
+/// Returns the largest of the joints' velocities, infinite if one is NaN.
 fn speed(seen: &PublishedState) -> f64 {
     let size = |velocity: &f64| if velocity.is_finite() { velocity.abs() } else { f64::INFINITY };
     seen.velocities[..JOINTS].iter().map(size).fold(0.0, f64::max)
 }
 
-/// In the tenth step five motors reach their limits at once, of which two are enough. All five were held at them: link_6, and in the
-/// next step link_7, were driven away from their targets with all of their effort, to 703 rad/s, and eight steps later nothing was
-/// finite. Now link_6 gives way with 7.6 rad/s at the most, to joints that are stronger.
+/// In the tenth step five motors reach their limits at once, of which two are enough. All five were held at
+/// their limits. Then link_6, and in the next step link_7, were driven away from their targets with full
+/// effort, to 703 rad/s. Eight steps later the state was not finite. Now link_6 yields at no more than 7.6
+/// rad/s to stronger joints.
 #[test]
 fn an_arm_that_hooks_around_a_post_gains_no_speed() {
     let mut world = arm_and_post(0.01);
@@ -82,11 +83,12 @@ fn an_arm_that_hooks_around_a_post_gains_no_speed() {
     assert!(fastest > 3.0 && most >= 3, "it is pinched: {fastest} rad/s, {most} contacts");
 }
 
-/// The same from states beside that one, with other targets each tenth of a second. Motors held at their limits on the wrong side drove
-/// links to more than 30 rad/s in 230 of 300 such worlds, and to 873 rad/s in the worst; now in none of 2,000 is one
-/// faster than 15 rad/s.
+/// The same from states near that one, with other targets each tenth of a second. Motors held at their limits
+/// on the wrong side drove links to more than 30 rad/s in 230 of 300 such worlds. The worst had 873 rad/s.
+/// Now none is faster than 15 rad/s in 2,000 worlds.
 ///
-/// A motor applies its limit or less but in few steps, in which it is not found exactly which of them saturate.
+/// A motor applies at most its limit except in few steps, in which the set of saturated motors is not found
+/// exactly.
 #[test]
 fn arms_that_are_pinched_around_a_post_are_not_thrown() {
     let count = seeds("PINCHED_ARMS", 100);
@@ -122,8 +124,9 @@ fn arms_that_are_pinched_around_a_post_are_not_thrown() {
     let over = f64::from(over) / f64::from(steps);
     println!("{fastest} rad/s; {largest} of the limit, beyond it in {over} of the steps; {gained} J");
     assert!(over < 2e-3 && largest < 1.5, "{over} of the steps, {largest} of the limit");
-    // Measured: 0.3 J here, and 6.9 J in the worst of 2,000 worlds, where contacts do work on the arm that they should not do. That is
-    // not explained yet. A motor that was held on the wrong side gave 140 J to link_7 in a step.
+    // Measured: 0.3 J here, and 6.9 J in the worst of 2,000 worlds, in which contacts wrongly do work on the
+    // arm. The reason is not known yet. A motor that was held on the wrong side gave 140 J to link_7 in a
+    // step.
     let most = if count > 100 { 15.0 } else { 2.0 };
     assert!(gained < most, "{gained} J more than the motors gave");
 }

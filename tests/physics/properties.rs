@@ -1,4 +1,4 @@
-//! What holds for every robot and every command.
+//! Properties of every robot and every command.
 
 use std::sync::Arc;
 
@@ -14,9 +14,8 @@ use simd_tests::world::{apply, look, world};
 
 const ROBOTS: u64 = 150;
 
-/// A refusal changes nothing, to the bit; and whatever is accepted, every number that
-/// a client sees is finite. A robot that nature forbids (all of it massless, say) may be
-/// disabled, never the cause of a NaN.
+/// A refusal changes nothing, to the bit. After an accepted command, every number that a client sees is
+/// finite. A physically impossible robot (all of it massless, say) may be disabled, but never causes a NaN.
 #[test]
 fn random_robots_under_random_commands_stay_finite_and_refusals_change_nothing() {
     let (mut refused, mut accepted, mut disabled) = (0, 0, 0);
@@ -49,16 +48,15 @@ fn random_robots_under_random_commands_stay_finite_and_refusals_change_nothing()
     assert!(refused > 500 && accepted > 2000);
 }
 
-/// M M^-1 J' = J': what an impulse does by one backward and one forward pass over the tree is what the
-/// dense matrix says. The tolerance is for the condition of M, whose links differ by a
-/// thousand in mass.
+/// `M M^-1 J' = J'`: one backward and one forward pass over the tree give the same response to an impulse as
+/// the dense matrix. The tolerance allows for the condition of M, whose links differ by a thousand in mass.
 #[test]
 fn the_response_to_an_impulse_is_that_of_the_dense_mass_matrix() {
     let mut worst = 0.0f64;
     for seed in 0..ROBOTS {
         let rng = &mut Rng::with_seed(seed);
         let mut model = robot(rng);
-        // A mimic row would move the robot, and the step has to leave it where it is.
+        // A mimic row would move the robot, but the step must leave it in place.
         model.joints.iter_mut().for_each(|joint| joint.mimic = None);
         let tree = Arc::new(Tree::new(&model, rng.bool()));
         let n = tree.velocity_count;
@@ -115,7 +113,8 @@ fn the_response_to_an_impulse_is_that_of_the_dense_mass_matrix() {
     println!("largest relative error {worst:.1e}");
 }
 
-/// Whether a body, or one that hangs on it without a free joint between, has inertia in all directions.
+/// Returns whether a body, or one that hangs on it without a free joint between, has inertia in all
+/// directions.
 fn carries(tree: &Tree, body: usize) -> bool {
     (body..tree.bodies.len()).any(|i| {
         let mut at = i;

@@ -32,7 +32,7 @@ pub(crate) fn ask(state: &PublishedState, query: &DistanceQuery) -> Vec<Distance
     state.distances(query, &|| false).unwrap()
 }
 
-/// The ground, a ball of 0.1 m with its centre 1 m above it, and a box of 0.2 m beside it.
+/// Returns the ground, a ball of 0.1 m with its centre 1 m above it, and a box of 0.2 m beside it.
 pub(crate) fn scene() -> Simulation {
     let mut world = world(1e-3);
     spawn(&mut world, robot("ground", &plane(DVec3::Z), DPose3::IDENTITY, true));
@@ -84,8 +84,8 @@ fn the_nearest_of_what_overlaps_is_the_deepest() {
     }
 }
 
-/// The lowest point of a cylinder that is tilted by a is r sin a + l / 2 cos a below its middle; of a tilted plane the
-/// height counts along its normal. Both ways round.
+/// The lowest point of a cylinder tilted by a is r sin a + l / 2 cos a below its middle. The height above a
+/// tilted plane counts along its normal. Tested in both orders.
 #[test]
 fn heights_above_a_plane_are_along_its_normal() {
     let (tilt, lean) = (0.3f64, 0.7f64);
@@ -110,7 +110,7 @@ fn heights_above_a_plane_are_along_its_normal() {
     }
 }
 
-/// A planner asks for joint positions that the robot is not in: what the world does then is the same.
+/// A planner asks for joint positions that differ from the robot's: the world itself stays the same.
 #[test]
 fn a_configuration_that_a_robot_is_not_in_is_measured_as_if_it_were_there() {
     let mut model = chain(4);
@@ -156,7 +156,8 @@ fn a_configuration_that_a_robot_is_not_in_is_measured_as_if_it_were_there() {
     assert!(own.iter().any(|pair| pair.links[0] == pair.links[1] && pair.distance < 0.0));
 }
 
-/// A shape of no robot is measured as a robot of that shape would be, and to others of its kind, which have no names.
+/// A shape without a robot is measured like a robot of that shape, and relative to others of its kind, which
+/// have no names.
 #[test]
 fn a_shape_of_no_robot_is_measured() {
     let mut world = scene();
@@ -184,7 +185,7 @@ fn a_shape_of_no_robot_is_measured() {
     assert!(refused.to_string().contains("a.pose.position"), "{refused}");
 }
 
-/// Also where one is on the axis of the other, and neither has a side that is nearer than another.
+/// Even if one is on the axis of the other, and no side is nearer than another.
 #[test]
 fn round_shapes_on_one_axis_are_as_deep_inside_each_other_as_beside_it() {
     let world = look(&scene());
@@ -198,7 +199,7 @@ fn round_shapes_on_one_axis_are_as_deep_inside_each_other_as_beside_it() {
         (cylinder(0.1, 1.0), cylinder(0.01, 1.0), 0.0, 0.11),
         (cylinder(0.1, 1.0), cylinder(0.01, 1.0), 0.1, 0.11),
         (cylinder(0.1, 1.0), Geometry::Sphere { radius: 0.01 }, 0.2, 0.11),
-        // Out of its mantle, whose slope is 0.1.
+        // Out through its lateral surface, whose slope is 0.1.
         (cone, capsule(0.01, 0.02), 0.0, 0.05 * 0.995 + 0.01 + 0.001),
     ] {
         let place = |z: f64, turn: f64| {
@@ -219,7 +220,7 @@ fn round_shapes_on_one_axis_are_as_deep_inside_each_other_as_beside_it() {
     }
 }
 
-/// Neighbours are left out where that is asked for, and so are pairs that are switched off and groups that do not touch.
+/// Neighbours are left out on request, and so are disabled pairs and groups that do not collide.
 #[test]
 fn what_may_not_touch_is_left_out_where_asked() {
     let mut world = scene();
@@ -267,7 +268,7 @@ fn shapes_overlap_exactly_or_by_their_boxes() {
     assert_eq!(overlaps(&sphere, near, true), ["ball"]);
     let wide = Geometry::Box { size: DVec3::new(1.0, 0.1, 3.0) };
     assert_eq!(overlaps(&wide, at(DVec3::Z), false), ["ground", "ball", "box"]);
-    // A cylinder lies along z, and turned along x.
+    // A cylinder along z, and one turned along x.
     let rod = Geometry::Cylinder { radius: 0.01, length: 0.9 };
     assert_eq!(overlaps(&rod, at(DVec3::Z), false), ["ball"]);
     let turned = DPose3::from_parts(DVec3::Z, DQuat::from_rotation_y(FRAC_PI_2));
@@ -295,7 +296,7 @@ fn bounds_are_those_of_all_shapes_of_a_link() {
     assert!(seen.link_bounds(9).is_empty());
 }
 
-/// A ball of 0.1 m that comes from 0.9 m before the face of the box goes 0.8 m of its 1 m.
+/// A ball of 0.1 m that starts 0.9 m in front of the face of the box moves 0.8 m of its 1 m.
 #[test]
 fn a_shape_is_cast_until_it_touches() {
     let seen = look(&scene());
@@ -314,8 +315,9 @@ fn a_shape_is_cast_until_it_touches() {
     assert!(seen.cast_shape(&sphere, DPose3::IDENTITY, DVec3::splat(f64::NAN), &|| false).is_err());
 }
 
-/// A box that leans comes down aslant on ground 2 cm below its lowest corner: the corner meets it where it is then, and not below where
-/// it was, which on a way of 500 m is 2.7 cm beside it. The same on a box, a mesh and the hull of one.
+/// A leaning box comes down obliquely on ground 2 cm below its lowest corner. The corner hits the ground
+/// below its position at that time, and not below its start. On a path of 500 m the two are 2.7 cm apart. The
+/// same on a box, a mesh and the hull of one.
 #[test]
 fn what_is_met_at_the_start_of_a_long_way_is_met_where_it_touches() {
     let pose = DPose3::from_parts(

@@ -9,13 +9,13 @@ use simd_tests::scenes::{apply, ball, cuboid, look, robot, solid, spawn, world};
 
 use crate::queries::{all, ask, at, body, scene};
 
-/// Two hundred boxes whose upper sides are in one plane, and each twice: which one a ray hits is the first of those that
-/// it hits there, whatever tree was made of them.
+/// Two hundred boxes in pairs, with their upper sides in one plane. A ray's hit is the first of the robots
+/// hit at that place, whatever tree was built.
 #[test]
 fn of_hits_at_one_place_the_first_robot_counts() {
     let mut world = world(1e-3);
     let tile = cuboid(DVec3::new(1.0, 1.0, 0.1), 1.0);
-    // Spawned in an order that is not that of their cells.
+    // Spawned in another order than their cells.
     let cells: Vec<usize> = (0..200).map(|i| (i * 73) % 100).collect();
     for (i, cell) in cells.iter().enumerate() {
         let x = DVec3::new((cell % 10) as f64, (cell / 10) as f64, 0.0);

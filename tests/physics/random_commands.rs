@@ -1,4 +1,4 @@
-//! Commands of any kind to what is in a world.
+//! Commands of any kind for a given world.
 
 use fastrand::Rng;
 use glamx::DVec3;
@@ -9,7 +9,7 @@ use simd_tests::scenes::*;
 
 use crate::saved_state_files::at;
 
-/// Something that a client may ask for. Where it is refused, it is so in both worlds.
+/// Returns a possible request of a client. A refused one is refused in both worlds.
 pub(crate) fn random_command(rng: &mut Rng, world: &Simulation) -> Command {
     let seen = look(world);
     let entity = &seen.world.entities[rng.usize(..seen.world.entities.len())];

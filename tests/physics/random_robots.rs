@@ -7,7 +7,7 @@ use simd_core::simulation::command::*;
 use simd_model::RobotModel;
 use simd_model::robot::{Inertial, Joint, JointKind, JointLimits, Link, Mimic};
 
-/// A number of either sign, its size evenly spread over decades.
+/// Returns a number of either sign, its size evenly spread over decades.
 fn wild(rng: &mut Rng, least: f64, most: f64) -> f64 {
     let size = (least.ln() + rng.f64() * (most / least).ln()).exp();
     if rng.bool() { size } else { -size }
@@ -21,8 +21,8 @@ fn rotation(rng: &mut Rng) -> DQuat {
     DQuat::from_scaled_axis(vector(rng, 3.0))
 }
 
-/// A tree of 2 to 40 links with joints of all kinds. Some links have no mass, some a
-/// thousand times that of others.
+/// Returns a tree of 2 to 40 links with joints of all kinds. Some links are massless, some a thousand times
+/// as heavy as others.
 pub(crate) fn robot(rng: &mut Rng) -> RobotModel {
     let count = rng.usize(2..=40);
     let kinds = [
@@ -43,8 +43,8 @@ pub(crate) fn robot(rng: &mut Rng) -> RobotModel {
     };
     for child in 1..count {
         let kind = kinds[rng.usize(0..kinds.len())];
-        // Mostly chains, sometimes a branch. The order of the model is depth-first, so a branch
-        // can only start from a link on the way to the last one.
+        // Mostly chains, sometimes a branch. The order of the model is depth-first, so a branch can only
+        // start from a link on the path to the last one.
         let mut parent = child - 1;
         while parent > 0 && rng.u8(0..4) == 0 {
             parent = model.joints[parent - 1].parent;
@@ -98,7 +98,7 @@ fn link(rng: &mut Rng, index: usize) -> Link {
     Link { name: format!("link-{index}"), inertial, visuals: Vec::new(), collisions: Vec::new() }
 }
 
-/// A robot with all of its joints driven or not, at a random place, fixed or free.
+/// Returns a robot with all of its joints driven or not, at a random place, fixed or free.
 pub(crate) fn spawn(rng: &mut Rng, name: &str) -> Spawn {
     Spawn {
         name: name.into(),
@@ -116,7 +116,7 @@ pub(crate) fn spawn(rng: &mut Rng, name: &str) -> Spawn {
     }
 }
 
-/// A command, often one that is refused.
+/// Returns a command, often one that is refused.
 pub(crate) fn command(rng: &mut Rng, robot: &str, model: &RobotModel) -> Command {
     let joint = format!("joint-{}", rng.usize(1..=model.links.len()));
     let value = match rng.u8(0..12) {

@@ -1,4 +1,4 @@
-//! What joints carry, against Newton's and Euler's equations and against the step.
+//! Joint reactions, compared with Newton's and Euler's equations and with the step.
 
 use std::sync::Arc;
 
@@ -32,8 +32,8 @@ fn reactions(
     joint_reactions(model, &tree, motion, GRAVITY, external)
 }
 
-/// Two rods of 1 kg and 1 m, level and at rest: the first joint carries 2 g at a lever of
-/// 1 m, the second g at half a metre; the axis is y, the force points up. Exact but for rounding.
+/// Two rods of 1 kg and 1 m, level and at rest. The first joint carries 2 g at a lever of 1 m, the second g
+/// at half a metre. The axis is y, and the force points up. Exact except for rounding.
 #[test]
 fn joints_at_rest_carry_the_weight_of_what_hangs_on_them() {
     let mut model = chain(2);
@@ -58,7 +58,7 @@ fn a_turning_rod_pulls_at_its_joint() {
     assert!((carried.linear - expected).length() < 1e-12, "{carried:?}");
 }
 
-/// What pushes a link from outside, the joint need not do.
+/// The joint is relieved of a push on the link from outside.
 #[test]
 fn an_applied_wrench_relieves_the_joint() {
     let model = chain(1);
@@ -68,9 +68,9 @@ fn an_applied_wrench_relieves_the_joint() {
     assert!(carried.linear.length() < 1e-12 && carried.angular.length() < 1e-12, "{carried:?}");
 }
 
-/// A joint that nothing drives carries nothing along its axis, whatever moves: with the
-/// accelerations of a step, which come from the articulated-body algorithm. Random trees,
-/// fixed and free; relative to what the joint carries in all, to rounding.
+/// An undriven joint carries nothing along its axis, in any motion. The accelerations are those of a step,
+/// which come from the articulated-body algorithm. Random trees, fixed and free; relative to the whole
+/// reaction of the joint, to rounding.
 #[test]
 fn passive_joints_carry_nothing_along_their_axes() {
     let h = 1e-3;
@@ -83,7 +83,7 @@ fn passive_joints_carry_nothing_along_their_axes() {
             joint.limits = Default::default();
             (joint.damping, joint.friction) = (0.0, 0.0);
         }
-        // Without mass somewhere a passive tree has no accelerations.
+        // With massless parts a passive tree has no accelerations.
         for link in &mut model.links {
             link.inertial.mass += 0.5;
             link.inertial.inertia += glamx::DMat3::from_diagonal(DVec3::splat(0.01));
@@ -139,8 +139,8 @@ fn carried(world: &Simulation, robot: &str) -> Vec<[DVec3; 2]> {
     seen.joint_reactions(robot, world.settings().gravity).unwrap()
 }
 
-/// Two level rods that hold their position: at rest the joints carry what hangs on them,
-/// torque included. 1e-6 is for what the springs still move after two seconds.
+/// Two level rods that hold their position: at rest the joints carry the links behind them, torque included.
+/// 1e-6 allows for the remaining motion of the springs after two seconds.
 #[test]
 fn joints_of_a_robot_that_holds_itself_carry_its_weight() {
     let mut world = world(1e-3);
@@ -156,7 +156,7 @@ fn joints_of_a_robot_that_holds_itself_carry_its_weight() {
     }
 }
 
-/// A falling robot carries nothing; pushed at the tip with what it weighs, for one step too.
+/// The joints of a falling robot carry nothing. It is pushed at the tip with its weight, also for one step.
 #[test]
 fn joints_of_a_falling_robot_carry_nothing_until_it_is_pushed() {
     let mut world = world(1e-3);
@@ -169,7 +169,7 @@ fn joints_of_a_falling_robot_carry_nothing_until_it_is_pushed() {
     for [force, torque] in carried(&world, "robot") {
         assert!(force.length() < 1e-9 && torque.length() < 1e-9, "{force} {torque}");
     }
-    // Along the rods: nothing turns, and each joint carries what moves the rest behind it.
+    // Along the rods: nothing turns, and each joint carries the force that moves the part behind it.
     apply(
         &mut world,
         Command::ApplyWrench(LinkWrench {

@@ -1,8 +1,9 @@
-//! Forces at rest: those of all that give the same motion whose squares have the least sum, held against closed forms.
+//! Forces at rest, compared with closed forms: of all forces with the same motion, those with the least sum
+//! of squares.
 //!
-//! Where points of one body press with normal forces n_i at places x_i, and nothing else tells them apart, the least are
-//! n_i = a + b . x_i: a plane, with a and b from the sums of forces and moments. Friction is zero where
-//! nothing pulls sideways.
+//! If points of one body press with normal forces n_i at places x_i, and nothing else distinguishes them, the
+//! least forces are n_i = a + b . x_i: a plane, with a and b from the sums of forces and moments. Friction is
+//! zero if nothing pulls sideways.
 
 use simd_tests::world::at;
 use simd_tests::world::run;
@@ -20,7 +21,7 @@ use crate::constraints::held;
 
 const G: f64 = 9.81;
 
-/// Forces are to be this near, N. What rests is solved to rounding.
+/// Tolerance of forces, N. Resting bodies are solved to rounding.
 const NEAR: f64 = 1e-6;
 
 fn ground(time_step: f64) -> Simulation {
@@ -29,14 +30,14 @@ fn ground(time_step: f64) -> Simulation {
     world
 }
 
-/// The sum of the forces on what two robots touch each other with, and the largest friction of a point.
+/// Returns the sum of the contact forces between two robots, and the largest friction of a point.
 fn between(world: &Simulation, names: [&str; 2]) -> Vec<Touching> {
     let all = contacts(world, Some(names[0]));
     all.into_iter().filter(|it| it.robots.iter().any(|name| name == names[1])).collect()
 }
 
-/// A box on a slack rope, of which the other end is driven beyond what numbers carry: the box is solved without that, and the ground carries
-/// it on in the same step.
+/// A box on a slack rope, whose other end is driven to values that are not finite. The box is solved without
+/// it, and the ground carries it in the same step.
 #[test]
 fn the_ground_carries_a_box_on_whatever_becomes_of_what_it_is_tied_to() {
     let mut world = ground(1e-3);
@@ -68,8 +69,8 @@ fn the_ground_carries_a_box_on_whatever_becomes_of_what_it_is_tied_to() {
     assert!((carried(&world) - G).abs() < 1e-3, "{}", carried(&world));
 }
 
-/// m g / 4 = 2.4525 N at each of four corners, and no friction, half a second after it was put down: on the ground,
-/// a micrometre above it, and dropped by 5 mm.
+/// m g / 4 = 2.4525 N at each of four corners, and no friction, half a second after it was put down. It
+/// starts on the ground, a micrometre above it, or dropped by 5 mm.
 #[test]
 fn a_kilogram_rests_on_its_corners_alike() {
     for (height, seconds) in [(0.0, 0.5), (1e-6, 0.5), (5e-3, 0.6)] {
@@ -89,8 +90,8 @@ fn a_kilogram_rests_on_its_corners_alike() {
     }
 }
 
-/// A table of 10 kg with a load of 5 kg at one place of its top: the force of each point of its feet is that of a plane
-/// over their places, and the four points of the load carry a quarter of it each.
+/// A table of 10 kg with a load of 5 kg at one place of its top. The forces of the points of its feet form a
+/// plane over their places. The four points of the load carry a quarter of it each.
 #[test]
 fn the_feet_of_a_table_share_a_load_as_a_plane() {
     let (x, y) = (0.21, -0.13);
@@ -118,7 +119,7 @@ fn the_feet_of_a_table_share_a_load_as_a_plane() {
     }
 }
 
-/// The force on each link that touches something, world, by its name.
+/// Returns the force on each link that touches something, world, by its name.
 fn by_link(world: &Simulation, name: &str) -> Vec<(String, DVec3)> {
     let mut sums: Vec<(String, DVec3)> = Vec::new();
     for touching in contacts(world, Some(name)) {
@@ -133,8 +134,8 @@ fn by_link(world: &Simulation, name: &str) -> Vec<(String, DVec3)> {
     sums
 }
 
-/// Left and right, whose poses and masses are mirror images, carry alike, and all feet the weight: within this part of
-/// the weight. Joints that hold a pose still settle for some seconds.
+/// Tolerance, as a part of the weight. Left and right, whose poses and masses are mirror images, carry alike,
+/// and all feet carry the weight. Joints that hold a pose still settle for some seconds.
 const ALIKE: f64 = 1e-4;
 
 fn left_and_right_are_alike(world: &Simulation, name: &str, weight: f64) {
@@ -192,8 +193,8 @@ fn a_humanoid_stands_alike_on_left_and_right() {
 /// Height of the humanoid's pelvis with its soles on the ground.
 const HUMANOID: f64 = 1.01;
 
-/// What friction holds, a stack of three on a slope, stays where it is, but for rounding: in ten seconds, at any time step, with
-/// both integrators.
+/// A stack of three on a slope, held by friction, keeps its place except for rounding. Tested for ten
+/// seconds, at any time step, with both integrators.
 #[test]
 fn what_friction_holds_does_not_creep() {
     for integrator in [Integrator::Leapfrog, Integrator::Euler] {
@@ -226,8 +227,8 @@ fn creep_on_a_slope(integrator: Integrator, time_step: f64) -> f64 {
     moved.map(|(before, after)| before.translation.distance(after.translation)).fold(0.0, f64::max)
 }
 
-/// The forces are a function of where things lie, and not of what was before: after a box was pressed, pulled
-/// and let go they are as they were. It may lie askew by the overlap that is left alone, 0.02 mm: that moves its middle by
+/// The forces are a function of the present poses, and not of the past. After a box was pressed, pulled and
+/// released they are as before. It may be tilted by the tolerated overlap, 0.02 mm: that moves its middle by
 /// 0.01 mm of the 100 mm to a corner.
 #[test]
 fn forces_at_rest_do_not_depend_on_the_past() {
@@ -253,7 +254,7 @@ fn forces_at_rest_do_not_depend_on_the_past() {
     }
 }
 
-/// A restored world runs on to the bit also where it is solved directly.
+/// A restored world continues to the bit even if it is solved directly.
 #[test]
 fn what_rests_runs_on_to_the_bit_after_a_restore() {
     let build = || {

@@ -1,4 +1,4 @@
-//! What rolls on an edge keeps its energy, though the point that it touches the ground with wanders on both.
+//! Bodies that roll on an edge keep their energy, although the contact point moves on both surfaces.
 
 use glamx::{DMat3, DPose3, DQuat, DVec3};
 use simd_core::simulation::command::{PhysicsChange, Spawn};
@@ -13,7 +13,8 @@ const RADIUS: f64 = 0.1;
 const HEIGHT: f64 = 0.01;
 const MASS: f64 = 0.4;
 
-/// A thin disc that leans and rolls on the spot: its point of contact goes round with sqrt(4 g / (r sin lean)).
+/// Returns a thin disc that leans and rolls on the spot: its point of contact goes round with sqrt(4 g / (r
+/// sin lean)).
 fn eulers_disc(h: f64, integrator: Integrator) -> Simulation {
     let mut world = world(h);
     let integrator = Some(integrator);
@@ -32,7 +33,7 @@ fn eulers_disc(h: f64, integrator: Integrator) -> Simulation {
     world
 }
 
-/// Above that of lying flat, J.
+/// Returns the energy, which is 0 if the disc lies flat, J.
 fn energy(world: &Simulation) -> f64 {
     let root = look(world).roots[1].clone();
     let across = MASS * (3.0 * RADIUS * RADIUS + HEIGHT * HEIGHT) / 12.0;
@@ -42,7 +43,7 @@ fn energy(world: &Simulation) -> f64 {
     kinetic + MASS * G * (root.pose.translation.z - HEIGHT / 2.0)
 }
 
-/// 66 % were lost in two seconds while the point that was touched at the beginning of a step was held throughout it.
+/// 66 % were lost in two seconds while the point touched at the beginning of a step was held throughout it.
 #[test]
 fn eulers_disc_keeps_its_energy() {
     for (h, most) in [(1e-3, 0.01), (1e-4, 0.005)] {
@@ -59,7 +60,7 @@ fn eulers_disc_keeps_its_energy() {
     }
 }
 
-/// How far the point has wandered is part of the state.
+/// The distance that the point has moved is part of the state.
 #[test]
 fn a_disc_that_rolls_goes_on_to_the_bit_after_a_restore() {
     for integrator in [Integrator::Leapfrog, Integrator::Euler] {

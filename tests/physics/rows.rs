@@ -24,8 +24,8 @@ fn go_to(world: &mut Simulation, joint: &str, position: f64) {
     apply(world, Command::SetTargets(SetTargets { robots, ..SetTargets::default() }));
 }
 
-/// 1e-4 rad is what was asked, while moving and at rest, under gravity; followers are
-/// spawned where they belong.
+/// The requirement is 1e-4 rad, while moving and at rest, under gravity; followers are spawned at their
+/// positions.
 #[test]
 fn a_joint_that_mimics_one_that_mimics_another_follows_both() {
     let mut model = chain(3);
@@ -64,7 +64,7 @@ fn a_limit_wins_against_an_actuator_that_pulls_beyond_it() {
     }
 }
 
-/// Each joint's friction is above what gravity asks of it: nothing moves, not even slowly.
+/// Each joint's friction exceeds gravity's torque: nothing moves, not even slowly.
 #[test]
 fn a_chain_with_enough_friction_does_not_creep() {
     let mut model = chain(4);
@@ -93,9 +93,9 @@ fn a_chain_with_too_little_friction_moves() {
     assert!(run(&mut world, 2.0).positions[0] > 0.1);
 }
 
-/// A leader that is put somewhere with a velocity takes its follower along. Left at rest, the
-/// follower would be jerked in the first step, and the leader lose speed to it: sliders of
-/// equal mass half of it.
+/// A leader that is put somewhere with a velocity takes its follower along. If the follower were left at
+/// rest, it would be jerked in the first step and slow the leader. With sliders of equal mass the leader
+/// would keep half its velocity.
 #[test]
 fn a_mimic_joint_gets_the_velocity_of_its_leader_times_the_multiplier() {
     let mut model = chain(2);

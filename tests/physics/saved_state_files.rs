@@ -1,6 +1,6 @@
-//! A world that went out to a file and came in elsewhere runs on equal to the bit.
+//! A world that was exported to a file and imported elsewhere continues equal to the bit.
 //!
-//! What is compared is the hash over everything that a step reads, after each step; the tolerance is none.
+//! Compares the hash over everything that a step reads, after each step, without tolerance.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -22,13 +22,13 @@ use simd_world::loading::saved_state_file::{Content, RobotSource, open, seal};
 use crate::random_commands::random_command;
 use crate::random_robots;
 
-/// A kept state by way of the bytes of a file; the models are there on the other side, the shapes
-/// are made again.
+/// Returns a saved state that was written to a file and read again. The models exist on the other side, and
+/// the shapes are made again.
 pub(crate) fn through_a_file(world: &Simulation, name: &str) -> Saved {
     through_a_file_with(world, name, MeshShapes::Hull)
 }
 
-/// The same of a world whose meshes became something else than hulls.
+/// The same for a world with meshes as shapes other than hulls.
 pub(crate) fn through_a_file_with(world: &Simulation, name: &str, mesh_shapes: MeshShapes) -> Saved {
     let seen = look(world);
     let saved = seen.saved(name).unwrap().saved();
@@ -53,8 +53,8 @@ pub(crate) fn through_a_file_with(world: &Simulation, name: &str, mesh_shapes: M
     again
 }
 
-/// Robots with limits, mimic, free and fixed roots; a meshed arm that touches itself; balls, boxes,
-/// cylinders and capsules that fall on a plane among them, two of them put into each other.
+/// Robots with limits, mimic, free and fixed roots, and a meshed arm that collides with itself. Balls, boxes,
+/// cylinders and capsules fall on a plane among them; two of them overlap at first.
 fn scene(rng: &mut Rng) -> Simulation {
     let mut world = world(1e-3);
     spawn(
@@ -98,7 +98,7 @@ fn scene(rng: &mut Rng) -> Simulation {
         let place = DVec3::new(0.4 * rng.f64() - 0.2, 0.4 * rng.f64() - 0.2, 0.1 + 0.1 * f64::from(i));
         spawn(&mut world, robot(&format!("body-{i}"), &model, DPose3::from_parts(place, turn), false));
     }
-    // One that has long been still by the time of the first saved state.
+    // A body that has long been still by the time of the first saved state.
     let brick = cuboid(DVec3::splat(0.1), 1.0);
     spawn(&mut world, robot("brick", &brick, at(DVec3::new(0.0, -1.0, 0.05)), false));
     world
@@ -108,8 +108,8 @@ pub(crate) fn at(place: DVec3) -> DPose3 {
     DPose3::from_translation(place)
 }
 
-/// Saved at random steps, with what clients ask for before and after: at each step on the imported world
-/// is equal to the one that it came from, also after commands, which both get, and after a reset.
+/// Saved at random steps, with requests of clients before and after. At each later step the imported world is
+/// equal to the original, even after commands, which both get, and after a reset.
 #[test]
 fn an_imported_world_runs_on_to_the_bit() {
     let (mut slept, mut touched, mut wrenches, mut ignored, mut saturated) = (0, 0, 0, 0, 0);
@@ -155,8 +155,7 @@ fn an_imported_world_runs_on_to_the_bit() {
     assert!(slept > 2 && touched > 100 && wrenches > 5 && ignored > 0 && saturated > 5);
 }
 
-/// Whatever of a state is changed, however little, the hash is another one: it covers what it is
-/// trusted with.
+/// Any change of a state, however small, changes the hash: it covers all that relies on it.
 #[test]
 fn the_hash_sees_every_part_of_a_state() {
     let rng = &mut Rng::with_seed(1);
@@ -194,7 +193,7 @@ fn the_hash_sees_every_part_of_a_state() {
     let saved = through_a_file(&world, "here");
 
     type Change = (&'static str, fn(&mut WorldState));
-    /// The smallest change of a number that there is.
+    /// Makes the smallest possible change of a number.
     fn nudge(value: &mut f64) {
         *value = value.next_up();
     }
@@ -283,7 +282,7 @@ fn the_hash_sees_every_part_of_a_state() {
     for (what, change) in changes {
         let mut state = saved.world_state().clone();
         change(&mut state);
-        // What is out of the simulation touches nothing.
+        // A disabled robot has no contacts.
         if state.robots.iter().any(|robot| robot.entity.disabled.is_some()) {
             state.contacts.clear();
             state.ignored_overlaps.clear();

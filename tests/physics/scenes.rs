@@ -1,17 +1,17 @@
-//! Robots that touch: they stand, walk, push, grip and hit, held against MuJoCo at equal masses, friction,
-//! time step, gains and targets.
+//! Robots with contacts: they stand, walk, push, grip and hit, compared with MuJoCo at equal masses,
+//! friction, time step, gains and targets.
 //!
-//! `tests/reference/scenes.json` has the scenes and what MuJoCo makes of them in two ways: `default`, its soft
-//! contacts; and `stiff`, as rigid as it goes at this time step. Bounds are taken from it by one rule: what gives
-//! way (sink, slip, drift) gives way no more than in the stiffer of the two, but for [`SEEN`]; where things end
-//! up differs from the stiff run by what each test says. Where MuJoCo has no answer the formula is the bound.
+//! `tests/reference/scenes.json` has the scenes and MuJoCo's results of two kinds: `default`, its soft
+//! contacts, and `stiff`, as rigid as possible at this time step. One rule gives the bounds. Sink, slip and
+//! drift are no larger than in the stiffer of the two, except for [`SEEN`]. Final poses differ from those of
+//! the stiff run by the amount that each test gives. If MuJoCo has no answer, the formula is the bound.
 
 use glamx::DVec3;
 use serde::Deserialize;
 use simd_tests::contact_figures::Figures;
 use simd_tests::contact_scene::{Run, Scene, View};
 
-/// Less than this cannot be seen, metres. simd itself leaves 0.02 mm of overlap alone.
+/// Smallest visible distance, metres. simd itself tolerates 0.02 mm of overlap.
 const SEEN: f64 = 1e-4;
 
 /// Steps from view to view, as MuJoCo's figures were taken.
@@ -50,15 +50,15 @@ fn known(name: &str) -> Known {
     all().into_iter().find(|known| known.scene.name == name).unwrap()
 }
 
-/// What gives way gives way no more than in MuJoCo's stiffer run.
+/// A body yields no more than in MuJoCo's stiffer run.
 fn no_softer(name: &str, own: f64, mujoco: f64) {
     println!("{name}: {own:.2e}, MuJoCo {mujoco:.2e}");
     assert!(own <= mujoco + SEEN, "{name}: {own:.2e}, MuJoCo {mujoco:.2e}");
 }
 
 /// It stands as high and as bent as MuJoCo's stiff one, to a millimetre and 2 mrad: both hold their joints by
-/// equal springs. Its feet carry its weight to 0.1 %, since nothing accelerates; and it stays where it is,
-/// at 1 and at 2 ms a step.
+/// equal springs. Its feet carry its weight to 0.1 %, since nothing accelerates. It keeps its place, at 1 and
+/// at 2 ms a step.
 #[test]
 fn an_a1_stands_still_on_its_feet() {
     for time_step in [1e-3, 2e-3] {
@@ -73,16 +73,19 @@ fn an_a1_stands_still_on_its_feet() {
         let bent = own.joints[1].iter().zip(&stiff.joints[1]);
         let apart = bent.map(|(own, stiff)| (own - stiff).abs()).fold(0.0, f64::max);
         assert!(apart < 2e-3, "{apart} rad");
-        // The weight is what MuJoCo's ground carries on average.
+        // The weight is the mean load of MuJoCo's ground.
         assert!((own.forces[0] / stiff.forces[0] - 1.0).abs() < 1e-3, "{} N", own.forces[0]);
     }
 }
 
-/// The targets are those of a trot that puts feet down without sliding, by the geometry of the legs; nothing in them
-/// was fitted to a simulator. At five speeds, and begun at four places of its cycle, it goes as far as that geometry
-/// says, less what feet slip: at least 85 % of it and no more than all. It goes as far as MuJoCo's within 10 %, the
-/// nearer of the two runs: they differ from each other by up to 11 %, since a trot has flights of a foot or two where
-/// softness decides when it lands. It stays as high, to 5 mm, and as upright, and no foot sinks in as deep.
+/// The targets are a trot that puts feet down without sliding, by the geometry of the legs. Nothing in them
+/// was fitted to a simulator.
+///
+/// At five speeds, and started at four places of its cycle, it walks the distance of that geometry, less the
+/// slip of feet. That is at least 85 % of it and at most all. The distance agrees with MuJoCo's within 10 %,
+/// with the nearer of the two runs. They differ from each other by up to 11 %: a trot has flights of a foot
+/// or two, in which softness decides when it lands. The robot stays as high, to 5 mm, and as upright, and no
+/// foot sinks in as deep.
 #[test]
 fn an_a1_walks_a_scripted_gait_at_any_speed_from_any_place_of_its_cycle() {
     let walks: Vec<Known> =
@@ -105,11 +108,13 @@ fn an_a1_walks_a_scripted_gait_at_any_speed_from_any_place_of_its_cycle() {
     }
 }
 
-/// 20 N on each side of a cube of 0.2 kg. While it is held for ten seconds it slips no more than in MuJoCo's stiff
-/// run, which is a fiftieth of a millimetre; with MuJoCo's default contacts it slips by 23 mm. Then it is let go.
+/// 20 N on each side of a cube of 0.2 kg. While it is held for ten seconds it slips no more than in MuJoCo's
+/// stiff run, which is a fiftieth of a millimetre. With MuJoCo's default contacts it slips by 23 mm. Then it
+/// is released.
 ///
-/// Slip is against the fingers. Both are at their limits of effort, and so hold the cube in no place along y: as one
-/// they coast there, by 0.2 mm/s of what the lift-off left, as Newton's first law says.
+/// Slip is relative to the fingers. Both are at their effort limits, and so do not hold the cube at any place
+/// along y. As one body they coast there, by 0.2 mm/s of the remaining motion of the lift-off, by Newton's
+/// first law.
 #[test]
 fn a_gripper_closes_on_a_cube_lifts_it_and_holds_it() {
     let known = known("a gripper lifts a cube and holds it");
@@ -131,9 +136,9 @@ fn a_gripper_closes_on_a_cube_lifts_it_and_holds_it() {
     assert!((fallen - 0.03).abs() < SEEN, "let go it lies on the ground, at {fallen}");
 }
 
-/// Fingers push a box of 1 kg by 0.25 m/s. The ground pulls back with mu (m g + v), where v is what the
-/// fingers push down or up by friction of their own, at most mu f: f is between mu m g / (1 + mu^2) and
-/// mu m g / (1 - mu^2). The box goes as far as in MuJoCo within a millimetre, straight ahead.
+/// Fingers push a box of 1 kg at 0.25 m/s. The ground pulls back with mu (m g + v), where v is the vertical
+/// friction force of the fingers, at most mu f. So f is between mu m g / (1 + mu^2) and mu m g / (1 - mu^2).
+/// The box moves as far as in MuJoCo within a millimetre, straight ahead.
 #[test]
 fn a_robot_pushes_a_box_along() {
     let known = known("a robot pushes a box along");
@@ -148,8 +153,8 @@ fn a_robot_pushes_a_box_along() {
     assert!(way.y.abs() < 1e-3 && own.turn < 2e-3, "straight ahead: {way} {}", own.turn);
 }
 
-/// Each of ten boxes stays for a minute where it was after a second, and the lowest carry all of their weight.
-/// MuJoCo's stack with default contacts sinks by 6.1 mm at the top.
+/// Each of ten boxes stays for a minute at its place after a second, and the lowest carry all of their
+/// weight. MuJoCo's stack with default contacts sinks by 6.1 mm at the top.
 #[test]
 fn a_stack_of_ten_boxes_stays_a_minute() {
     let known = known("a stack of ten boxes");
@@ -163,7 +168,7 @@ fn a_stack_of_ten_boxes_stays_a_minute() {
     assert!((own.forces[0] / (10.0 * G) - 1.0).abs() < 1e-3, "{} N", own.forces[0]);
 }
 
-/// Where the rod of 4 cm meets the wall's upper edge, from below, rad.
+/// Angle at which the rod of 4 cm meets the wall's upper edge, from below, rad.
 fn at_the_wall() -> (f64, f64) {
     let edge = DVec3::new(0.22, 0.0, 0.7);
     let half = 0.02f64;
@@ -172,19 +177,20 @@ fn at_the_wall() -> (f64, f64) {
 }
 
 const START: f64 = 1.4;
-/// Of the rod about its end, kg m^2; its mass times gravity times the way to its middle, N m.
+/// Moment of inertia of the rod about its end, kg m^2; its mass times gravity times the distance to its
+/// middle, N m.
 const ROD: (f64, f64) = (0.08346666666666667 + 0.25, G / 2.0);
 
-/// How fast it turns when it meets the wall: its energy.
+/// Its angular velocity at the wall, from its energy.
 fn speed_at_the_wall() -> f64 {
     let (moment, torque) = ROD;
     (2.0 * torque * (at_the_wall().0.cos() - START.cos()) / moment).sqrt()
 }
 
-/// Restitution 0: it stops where it meets the wall, and leans on it with m g l sin q / d: a torque balance, d
-/// along the rod to the edge. MuJoCo's default contacts let it in by 23 mm at the hit, the stiff ones by 0.6 mm.
+/// Restitution 0: it stops at the wall, and leans on it with `m g l sin q / d`: a torque balance, d along the
+/// rod to the edge. MuJoCo's default contacts let it in by 23 mm at the hit, the stiff ones by 0.6 mm.
 ///
-/// It may stop up to a step's way before the wall, and none behind.
+/// It may stop up to a step's motion before the wall, and never behind it.
 #[test]
 fn a_pendulum_hits_a_wall_and_rests_against_it() {
     let known = known("a pendulum hits a wall");
@@ -212,11 +218,11 @@ fn a_pendulum_hits_a_wall_and_rests_against_it() {
     no_softer("overlap", own.deepest, known.stiff().deepest);
 }
 
-/// Restitution e: after the nth hit it turns e^n times as fast as at the first, and so rises to
-/// cos q_n = cos q_wall - e^2n (cos q_wall - cos q_start). MuJoCo's contacts have no restitution to compare with.
+/// Restitution e: after the nth hit its angular velocity is e^n times the first one. So it rises to `cos q_n
+/// = cos q_wall - e^2n (cos q_wall - cos q_start)`. MuJoCo's contacts have no restitution to compare with.
 ///
-/// A hit is found up to one step's way above the wall and leaves from there, and the method is of first order: each
-/// rebound may be two such ways off, and a tenth of the time step leaves a tenth of that.
+/// A hit is found up to one step's motion above the wall and rebounds from there, and the method is of first
+/// order. Each rebound may be two such distances off, and a tenth of the time step leaves a tenth of that.
 #[test]
 fn a_pendulum_rebounds_from_a_wall_as_its_restitution_says() {
     let wall = at_the_wall().0;
@@ -247,8 +253,9 @@ fn a_pendulum_rebounds_from_a_wall_as_its_restitution_says() {
     }
 }
 
-/// One arm may do 30 N m, the other 10: the weaker one is pushed back, and both end where MuJoCo's end within
-/// 5 mrad, of 0.7. The force between them is that of the torque balance, and so MuJoCo's within 1 %.
+/// One arm has a limit of 30 N m, the other of 10. The weaker one is pushed back, and both end where MuJoCo's
+/// end within 5 mrad, of 0.7. The force between them follows from the torque balance, and so is MuJoCo's
+/// within 1 %.
 #[test]
 fn two_arms_collide_and_the_weaker_gives_way() {
     let known = known("two arms collide");
@@ -262,9 +269,9 @@ fn two_arms_collide_and_the_weaker_gives_way() {
     no_softer("overlap at the hit", own.deepest, stiff.deepest);
 }
 
-/// At 1 ms a ball at 5 m/s goes 5 mm a step, more than twice the wall. Restitution 0: it stops at the wall, and falls.
-/// MuJoCo's default contacts let the two smaller ones through; the stiff ones throw them back at 0.25 m/s. Neither
-/// is a bound; what is rigid is.
+/// At 1 ms a ball at 5 m/s moves 5 mm a step, more than twice the thickness of the wall. Restitution 0: it
+/// stops at the wall, and falls. MuJoCo's default contacts let the two smaller ones through; the stiff ones
+/// throw them back at 0.25 m/s. Neither is a bound; the bound is a rigid wall.
 #[test]
 fn five_metres_a_second_do_not_pass_a_wall_of_two_millimetres() {
     for radius in [0.05, 0.01, 0.005] {
@@ -278,12 +285,13 @@ fn five_metres_a_second_do_not_pass_a_wall_of_two_millimetres() {
     }
 }
 
-/// A thousand, in a box: none is lost, they come to rest, and overlap no more than in MuJoCo, whose default contacts
-/// let the lowest by 4 mm into each other. (Its stiff ones throw the heap apart.)
+/// A thousand spheres in a box: none is lost, they come to rest, and overlap no more than in MuJoCo. Its
+/// default contacts let the lowest by 4 mm into each other. (Its stiff ones throw the heap apart.)
 ///
-/// Spheres poured with friction lie between random loose packing, 0.555 (Onoda and Liniger, "Random loose packings of
-/// uniform spheres", 1990), and random close packing, 0.64. What is filled evenly is twice as high as its middle;
-/// 0.015 are left for the walls, at which packing is looser. MuJoCo's lie at 0.61: they creep.
+/// Spheres poured with friction lie between random loose packing, 0.555 (Onoda and Liniger, "Random loose
+/// packings of uniform spheres", 1990), and random close packing, 0.64. An even filling is twice as high as
+/// its middle. A margin of 0.015 allows for the walls, at which packing is looser. MuJoCo's lie at 0.61: they
+/// creep.
 #[test]
 fn a_thousand_spheres_fall_into_a_box_and_stay_there() {
     let known = known("a thousand spheres fall into a box");

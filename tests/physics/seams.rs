@@ -1,4 +1,5 @@
-//! Floors of several bodies: what slides over the joints between them feels none of them, and what is higher stops it.
+//! Floors of several bodies: sliding bodies do not feel the joints between them, and higher obstacles stop
+//! them.
 
 use fastrand::Rng;
 use glamx::{DPose3, DQuat, DVec3};
@@ -47,7 +48,7 @@ const FLOORS: [Floor; 8] = [
 ];
 const BODIES: [Body; 4] = [Body::Box, Body::CylinderOnItsEnd, Body::Hull, Body::Ball];
 
-/// A prism of this many sides about z, as vertices and triangles that look outward.
+/// Returns a prism of this many sides about z, as vertices and triangles that look outward.
 fn prism(sides: u32, radius: f64, height: f64) -> (Vec<DVec3>, Vec<[u32; 3]>) {
     let corner = |i: u32, z: f64| {
         let turn = (f64::from(i) + 0.5) * std::f64::consts::TAU / f64::from(sides);
@@ -63,7 +64,8 @@ fn prism(sides: u32, radius: f64, height: f64) -> (Vec<DVec3>, Vec<[u32; 3]>) {
     (ends.collect(), walls.chain(caps).collect())
 }
 
-/// Puts a floor whose joint lies at x = 0, with a gap and a step up behind it. Its surface before the joint is z = 0.
+/// Puts a floor with a joint at x = 0, with a gap and a step up behind it. Its surface before the joint is z
+/// = 0.
 fn lay(world: &mut Simulation, floor: Floor, gap: f64, step: f64) {
     let smooth = surface(0.0, 0.0);
     let size = DVec3::new(1.0, 2.0, 0.1);
@@ -136,14 +138,15 @@ fn lie(world: &mut Simulation, body: Body, x: f64, y: f64, yaw: f64) {
     keep_awake(world, "body");
 }
 
-/// Where the body is and how it moves.
+/// Returns the position and the velocity of the body.
 fn body(world: &Simulation) -> (DVec3, DVec3) {
     let state = look(world);
     let root = state.roots.last().expect("the body was put last");
     (root.pose.translation, root.linear)
 }
 
-/// The change of a body's speed over a joint, and how much may be: a thousandth of it, and what the height of a step gives or takes.
+/// Returns the change of a body's speed over a joint, and the allowed change. That is a thousandth of the
+/// speed, plus the effect of the height of a step.
 fn change_over_joint(seed: u64) -> (String, f64, f64) {
     let mut rng = Rng::with_seed(seed);
     let floor = FLOORS[rng.usize(..FLOORS.len())];
@@ -179,8 +182,8 @@ fn change_over_joint(seed: u64) -> (String, f64, f64) {
     )
 }
 
-/// A change of at most 1e-3 of the speed, beside what a step gives or takes by its height, for every pair of kinds, at any speed and angle,
-/// with gaps up to 10 mm and steps up to 0.05 mm.
+/// A change of at most 1e-3 of the speed, plus the effect of the height of a step. For every pair of kinds,
+/// at any speed and angle, with gaps up to 10 mm and steps up to 0.05 mm.
 #[test]
 fn what_slides_over_a_joint_of_a_floor_keeps_its_velocity() {
     let count = seeds("SEAMS", 60);
@@ -217,7 +220,7 @@ fn a_box_slides_over_fifteen_tiles_as_far_as_over_one() {
     assert!((way / (9.0 / (2.0 * 0.3 * 9.81)) - 1.0).abs() < 2e-3, "{way}");
 }
 
-/// A step of 1 mm, a wall and a wall that stands on the floor stop a body of every kind.
+/// A step of 1 mm, a wall, and a wall that stands on the floor stop a body of every kind.
 #[test]
 fn what_is_higher_than_a_joint_stops_a_body() {
     for floor in [Floor::Boxes, Floor::BoxesOfOneLink, Floor::Meshes, Floor::Hulls, Floor::SlabInPlane] {
@@ -240,7 +243,8 @@ fn what_is_higher_than_a_joint_stops_a_body() {
     }
 }
 
-/// A box that hangs over an edge by less than half of itself stays; one that is let go beside it falls past it.
+/// A box that hangs over an edge by less than half of itself stays; one that is released beside it falls past
+/// it.
 #[test]
 fn an_edge_carries_what_lies_on_it() {
     for kind in [Body::Box, Body::CylinderOnItsEnd, Body::Hull] {

@@ -6,9 +6,9 @@ use simd_tests::robots;
 
 use simd_tests::world::{apply, passive, run, world};
 
-/// At rest the spring carries gravity alone: target - q = gravity effort / stiffness,
-/// where the effort is what the actuator reports. 1e-9 rad is far above rounding
-/// (1e-13 here) and far below what a solver with a tolerance leaves.
+/// At rest the spring carries gravity alone: target - q = gravity effort / stiffness, with the effort that
+/// the actuator reports. 1e-9 rad is far above rounding (1e-13 here) and far below the error of a solver with
+/// a tolerance.
 #[test]
 fn the_static_error_is_gravity_over_stiffness() {
     let (model, _) = robots::read("seven_arm/urdf/seven_arm.urdf");
@@ -29,8 +29,9 @@ fn the_static_error_is_gravity_over_stiffness() {
     assert!(largest > 1e-6 && largest < 1e-3, "gravity bends the arm a little: {largest}");
 }
 
-/// From rest to rest with a quintic in a second: the spring lags by the acceleration over the square of its 300 rad/s (5.8 A / 9e4,
-/// below 1e-4 rad) and sags by gravity, which the test above has below 1 mrad; the other joints' accelerations add as much again.
+/// From rest to rest with a quintic in a second. The spring lags by the acceleration over the square of its
+/// 300 rad/s (5.8 A / 9e4, below 1e-4 rad). It sags by gravity, by less than 1 mrad in the test above; the
+/// other joints' accelerations add as much again.
 #[test]
 fn a_trajectory_is_followed_within_milliradians_of_its_polynomial() {
     let (model, _) = robots::read("seven_arm/urdf/seven_arm.urdf");

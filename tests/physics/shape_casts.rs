@@ -15,7 +15,7 @@ use crate::grounds::{field, grid, ground};
 
 const BALL: Geometry = Geometry::Sphere { radius: 0.1 };
 
-/// A world of this ground.
+/// Returns a world of this ground.
 fn of(floor: Spawn) -> PublishedState {
     let mut world = world(1e-3);
     spawn(&mut world, floor);
@@ -26,14 +26,15 @@ fn cast(seen: &PublishedState, from: DVec3, way: DVec3) -> Option<RayReport> {
     seen.cast_shape(&BALL, DPose3::from_translation(from), way, &|| false).unwrap()
 }
 
-/// A ridge along y, 3 m high, with sides of 45 degrees on flat ground.
+/// Returns a ridge along y, 3 m high, with sides of 45 degrees on flat ground.
 fn ridge(x: f64, _: f64) -> f64 {
     (3.0 - x.abs()).max(0.0)
 }
 
-/// Its corners are on those of the grids, so that its sides are planes. The middle of a ball of radius r at the height of 1 m is r from
-/// one where x = -2 - r sqrt(2). A cast of parry is right to 1e-6 of the way, and of where a ball touches to a centimetre, as it goes far along
-/// a surface before it is another distance away: the last part is looked at again.
+/// The ridge's corners are on those of the grids, so that its sides are planes. The middle of a ball of
+/// radius r at the height of 1 m is r from one of them at x = -2 - r sqrt(2). A cast of parry is right to
+/// 1e-6 of the path. Its point of contact is right to a centimetre, since it moves far along a surface before
+/// its distance changes. The last part is computed again.
 #[test]
 fn a_ball_that_is_cast_along_the_ground_stops_at_a_ridge() {
     for floor in [ground(&grid(80, 20.0, || 0.0, ridge)), ground(&field(81, 20.0, ridge))] {
@@ -56,8 +57,8 @@ fn a_ball_that_is_cast_along_the_ground_stops_at_a_ridge() {
     }
 }
 
-/// A shape that is a millimetre smaller overlaps nothing up to where it is hit, nor at all where it is not, and one that is a millimetre
-/// larger overlaps there.
+/// A shape that is a millimetre smaller overlaps nothing up to the hit, or anywhere if there is none. One
+/// that is a millimetre larger overlaps at the hit.
 #[test]
 fn a_shape_that_is_cast_stops_where_it_begins_to_overlap() {
     let mut rng = Rng::with_seed(12);
@@ -71,7 +72,7 @@ fn a_shape_that_is_cast_stops_where_it_begins_to_overlap() {
             let mut over = |height: f64| {
                 place.transform_point(DVec3::new(6.0 * rng.f64() - 3.0, 6.0 * rng.f64() - 3.0, height))
             };
-            // What lies above all bumps at first may end below them.
+            // A start above all bumps may end below them.
             let (from, to) = (over(0.9), over(0.1 * f64::from(i % 10) - 0.4));
             let rotation = DQuat::from_rotation_x(6.0 * rng.f64()) * DQuat::from_rotation_z(6.0 * rng.f64());
             let size = DVec3::new(0.1 + 0.2 * rng.f64(), 0.1 + 0.2 * rng.f64(), 0.1);
@@ -97,8 +98,9 @@ fn a_shape_that_is_cast_stops_where_it_begins_to_overlap() {
     }
 }
 
-/// A way of a thousand million kilometres leaves the grid at once, and a plate as large is above each of its 80,000 triangles: the work
-/// is that of the cells below, of which it is asked once in 256 triangles whether to go on.
+/// A path of a thousand million kilometres leaves the grid at once, and a plate of that size is above each of
+/// its 80,000 triangles. The work depends on the cells below; once in 256 triangles the callback decides
+/// whether to continue.
 #[test]
 fn a_cast_is_as_much_work_as_the_cells_below_it() {
     let seen = of(ground(&field(201, 20.0, ridge)));
@@ -113,7 +115,7 @@ fn a_cast_is_as_much_work_as_the_cells_below_it() {
     let hit = seen.cast_shape(&BALL, at(-8.0, 1.0), DVec3::X * 1e12, &count).unwrap().unwrap();
     assert!((hit.fraction * 1e12 - (6.0 - 0.1 * SQRT_2)).abs() < 1e-4, "{hit:?}");
     assert!(asked.get() < 100, "{}", asked.get());
-    // Where it meets the ridge is not asked: its corners are too far away to be exact.
+    // The place of the hit is not compared: its corners are too far away to be exact.
     let plate = Geometry::Box { size: DVec3::new(1e12, 1e12, 0.1) };
     let way = DVec3::new(1.0, 0.0, -5.0);
     assert!(seen.cast_shape(&plate, at(0.0, 5.0), way, &count).is_ok());
@@ -135,7 +137,7 @@ fn what_is_below_a_height_field_is_met_at_the_start_and_the_ground_from_beside()
             assert!(hit.normal.distance(normal) < 1e-6, "{hit:?}");
         }
     }
-    // It is in the ground from where its middle is: at the border of the field, x = 2.
+    // It is in the ground as soon as its middle is: at the border of the field, x = 2.
     let beside = cast(&seen, DVec3::new(5.0, 0.3, -1.0), DVec3::X * -4.0).unwrap();
     assert!((beside.fraction - 0.75).abs() < 1e-9, "{beside:?}");
     assert!(beside.point.distance(DVec3::new(2.0, 0.3, -1.0)) < 1e-9, "{beside:?}");

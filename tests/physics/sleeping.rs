@@ -1,4 +1,4 @@
-//! What sleeps, and what just woke or fell asleep, reports the forces that it bears.
+//! Sleeping bodies, and those that just woke or fell asleep, report the forces that they carry.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use simd_tests::scenes::*;
 
 const G: f64 = 9.81;
 
-/// N. Sweeps end where no velocity changes by more than 1e-6 m/s, and the shortest part here is 7e-5 s.
+/// N. Sweeps end if no velocity changes by more than 1e-6 m/s, and the shortest part here is 7e-5 s.
 const SETTLED: f64 = 0.05;
 
 fn at(place: DVec3) -> DPose3 {
@@ -24,7 +24,7 @@ fn set_physics(world: &mut Simulation, change: PhysicsChange) {
     apply(world, Command::SetPhysics(change));
 }
 
-/// What all others push a robot with over the last step, N.
+/// Returns the total contact force on a robot over the last step, N.
 fn force_on(world: &Simulation, robot: &str) -> DVec3 {
     let forces = contacts(world, Some(robot)).into_iter().map(|contact| {
         let force = contact.normal * contact.normal_force + contact.friction_force;
@@ -43,7 +43,7 @@ fn saved(world: &mut Simulation) -> Saved {
     look(world).saved("here").unwrap().saved().clone()
 }
 
-/// A box of 1 kg that has just fallen asleep on the ground.
+/// Returns a box of 1 kg that has just fallen asleep on the ground.
 fn sleeper(time_step: f64, substeps: u32) -> Simulation {
     let mut world = world(time_step);
     set_physics(&mut world, PhysicsChange { substeps: Some(substeps), ..Default::default() });
@@ -57,7 +57,7 @@ fn sleeper(time_step: f64, substeps: u32) -> Simulation {
     world
 }
 
-/// With each time step the second of rest ends in another part of a step. The force is that of the weight at
+/// With each time step the second of rest ends in another part of a step. The force equals the weight at
 /// once, from then on, and in worlds that took over the state.
 #[test]
 fn a_sleeping_box_pushes_the_ground_with_its_weight_at_any_number_of_substeps() {
@@ -84,7 +84,7 @@ fn a_sleeping_box_pushes_the_ground_with_its_weight_at_any_number_of_substeps() 
     }
 }
 
-/// The base of an arm that moves does not move, and wakes nothing.
+/// The base of a moving arm does not move, and wakes nothing.
 #[test]
 fn a_box_that_sleeps_on_the_base_of_a_moving_arm_pushes_it_with_its_weight() {
     for substeps in [1, 3, 4] {
@@ -104,8 +104,8 @@ fn a_box_that_sleeps_on_the_base_of_a_moving_arm_pushes_it_with_its_weight() {
     }
 }
 
-/// Newton's second law over the step in which a ball hits it, which may be in any of its parts: until then it
-/// bore its weight. m dv / dt = F - m g; the hit is some thousand newtons.
+/// Newton's second law over the step in which a ball hits it, which may be in any of its parts. Until then it
+/// carried its weight. m dv / dt = F - m g; the hit is some thousand newtons.
 #[test]
 fn a_box_that_is_woken_within_a_step_has_borne_its_weight_until_then() {
     let mut parts = 0;
@@ -161,7 +161,7 @@ fn a_joint_of_a_sleeping_robot_carries_what_hangs_on_it() {
     }
 }
 
-/// Forces are those of the last step, with the length that it had.
+/// Forces are those of the last step, with its length.
 #[test]
 fn another_time_step_does_not_change_the_forces_of_the_last_step() {
     let mut world = sleeper(1e-3, 4);
@@ -178,8 +178,8 @@ fn another_time_step_does_not_change_the_forces_of_the_last_step() {
     }
 }
 
-/// Boxes and a table among which some are deleted, spawned, thrown, disabled and given substeps: whatever lies
-/// still for a while, asleep or not, is carried with its weight and what it bears.
+/// Boxes and a table, some of which are deleted, spawned, thrown, disabled and given substeps. A body that
+/// lies still for a while, asleep or not, is supported with its weight and its load.
 #[test]
 fn what_lies_still_is_carried_whatever_came_and_went() {
     let mut checked = [0; 2];

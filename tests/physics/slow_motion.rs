@@ -1,4 +1,5 @@
-//! Slow motion: what is not balanced moves and what moves without friction goes on, however slowly; sleep stops neither.
+//! Slow motion: unbalanced bodies move and bodies without friction continue, however slowly; sleep stops
+//! neither.
 
 use glamx::{DPose3, DQuat, DVec3};
 use simd_core::simulation::command::{PhysicsChange, Spawn};
@@ -12,7 +13,8 @@ fn set_physics(world: &mut Simulation, change: PhysicsChange) {
     apply(world, Command::SetPhysics(change));
 }
 
-/// A slope of this angle without friction, and a box on it. The box has slid g sin(angle) t^2 / 2 after t seconds, however slowly.
+/// A slope of this angle without friction, and a box on it. The box has slid g sin(angle) t^2 / 2 after t
+/// seconds, at any slope.
 #[test]
 fn what_is_not_balanced_slides_however_slowly() {
     for (gravity, angle, seconds) in [(1e-3, 0.3, 20.0), (6e-5, 0.5, 20.0), (9.81, 2e-5, 20.0)] {
@@ -53,7 +55,8 @@ fn what_slides_slowly_without_friction_goes_on() {
     assert!((way / 4e-3 - 1.0).abs() < 1e-3, "{way}");
 }
 
-/// An unstable balance grows by e each sqrt(2 a / 3 g) of a second, a the half of the side: it has fallen within 3 s.
+/// An unstable balance grows by e each `sqrt(2 a / 3 g)` of a second, a the half of the side: it has fallen
+/// within 3 s.
 #[test]
 fn a_box_just_beyond_its_edge_falls() {
     let mut world = world(1e-3);

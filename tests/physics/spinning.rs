@@ -1,4 +1,4 @@
-//! What spins fast stays finite, and what is free keeps what it has.
+//! Fast spinning bodies stay finite, and free ones keep energy and momentum.
 
 use std::sync::Arc;
 
@@ -39,7 +39,7 @@ fn kinetic(body: &Articulation) -> f64 {
     (0..n * n).map(|i| v[i / n] * matrix[i] * v[i % n]).sum::<f64>() / 2.0
 }
 
-/// The velocity of a free body's centre of mass and its angular momentum about it, world.
+/// Returns the velocity of a free body's centre of mass and its angular momentum about it, world.
 fn momentum(body: &Articulation, inertial: &Inertial) -> [DVec3; 2] {
     let turn = body.root_pose().rotation;
     let (linear, angular) = body.root_twist();
@@ -47,8 +47,8 @@ fn momentum(body: &Articulation, inertial: &Inertial) -> [DVec3; 2] {
     [linear + turn * own.cross(inertial.center_of_mass), turn * (inertial.inertia * own)]
 }
 
-/// Moments that a body can have, in axes that it can have: of a mass that is spread by some lengths along three axes,
-/// of which one may be zero.
+/// Returns possible moments of inertia, in possible axes. The mass is spread by some lengths along three
+/// axes, one of which may be zero.
 fn any_inertial(rng: &mut Rng) -> Inertial {
     let mut any = || rng.f64() - 0.5;
     let center_of_mass = DVec3::new(any(), any(), any()) * 0.4;
@@ -68,8 +68,8 @@ fn any_inertial(rng: &mut Rng) -> Inertial {
     Inertial { mass, center_of_mass, inertia: turn * moments * turn.transpose() }
 }
 
-/// The disc of 0.13 m with three degrees of wobble, five seconds at 1 ms. Explicit gyroscopic terms make 128,000 J of
-/// its 2.7 at 60 rad/s.
+/// The disc of 0.13 m with three degrees of wobble, five seconds at 1 ms. At 60 rad/s explicit gyroscopic
+/// terms turn its 2.7 J into 128,000 J.
 #[test]
 fn a_wobbling_disc_keeps_its_energy_at_any_spin() {
     let moments = DVec3::new(0.25, 0.25, 0.5) * 0.13 * 0.13;
@@ -90,9 +90,9 @@ fn a_wobbling_disc_keeps_its_energy_at_any_spin() {
     }
 }
 
-/// Any valid inertia, at any spin up to 2,000 rad/s and any place of the centre of mass: energy, angular momentum and
-/// the velocity of the centre of mass stay as they are, but for rounding. `SPINNING_BODIES` of the environment gives
-/// another number of seeds.
+/// Energy, angular momentum and the velocity of the centre of mass stay, except for rounding. This holds for
+/// any valid inertia, at any spin up to 2,000 rad/s and any place of the centre of mass. `SPINNING_BODIES` of
+/// the environment gives another number of seeds.
 #[test]
 fn free_bodies_keep_energy_and_momentum_at_any_spin() {
     let count = seeds("SPINNING_BODIES", 200);
@@ -136,9 +136,9 @@ fn free_bodies_keep_energy_and_momentum_at_any_spin() {
     held("free bodies keep energy and momentum at any spin", count, largest, &failed);
 }
 
-/// Chains of which one end turns by 0.4 rad a step: short ones are solved with the derivative of their velocity terms, long ones by
-/// iteration alone. Their mass matrix changes much within a step as they fold, so that energy is not kept, but it stays
-/// below twice what it was.
+/// Chains with one end that turns by 0.4 rad a step. Short ones are solved with the derivative of their
+/// velocity terms, long ones by iteration alone. Their mass matrix changes much within a step as they fold,
+/// so that energy is not kept, but it stays below twice its initial value.
 #[test]
 fn a_chain_that_whips_stays_finite_however_long() {
     for count in [40, 300] {
@@ -158,7 +158,7 @@ fn a_chain_that_whips_stays_finite_however_long() {
     }
 }
 
-/// In free fall the centre of mass is on its parabola exactly, whatever the body does about it.
+/// In free fall the centre of mass is on its parabola exactly, whatever the rotation of the body.
 #[test]
 fn a_spinning_body_falls_on_its_parabola() {
     let gravity = DVec3::new(0.0, 0.0, -9.81);
@@ -179,7 +179,7 @@ fn a_spinning_body_falls_on_its_parabola() {
     }
 }
 
-/// A wheel on a base that is free, off the axes of both.
+/// Returns a wheel on a base that is free, off the axes of both.
 fn flywheel() -> RobotModel {
     let mut model = chain(1);
     let disc = DVec3::new(0.25, 0.25, 0.5) * (0.5 * 0.1 * 0.1);
@@ -196,8 +196,9 @@ fn flywheel() -> RobotModel {
     model
 }
 
-/// A flywheel of 600 rad/s on a free base that is pushed over: the mass matrix does not depend on the wheel's
-/// angle, and the implicit midpoint keeps the energy; what is left is the base's own slow turn, of second order.
+/// A flywheel of 600 rad/s on a free base that is pushed over. The mass matrix does not depend on the wheel's
+/// angle, and the implicit midpoint keeps the energy. The remaining error comes from the base's slow
+/// rotation, and is of second order.
 #[test]
 fn a_fast_flywheel_does_not_shake_its_base_apart() {
     for (spin, bound) in [(600.0, 1e-6), (2_000.0, 1e-6)] {
@@ -216,9 +217,9 @@ fn a_fast_flywheel_does_not_shake_its_base_apart() {
     }
 }
 
-/// A top on three hinges, leaning by 0.6 rad and let go: at 1,000 rad/s it precesses at m g l / (I3 w3) in the mean, and nods
-/// by up to 2 m g l sin(lean) I1 / (I3 w3)^2 = 1.5e-3 rad; its spin gives w3 - W cos(lean), W up to twice the mean
-/// (Goldstein, Classical Mechanics, 5.7).
+/// A top on three hinges, leaning by 0.6 rad and released. At 1,000 rad/s it precesses at `m g l / (I3 w3)`
+/// in the mean, and nods by up to `2 m g l sin(lean) I1 / (I3 w3)^2 = 1.5e-3 rad`. Its spin gives w3 - W
+/// cos(lean), W up to twice the mean (Goldstein, Classical Mechanics, 5.7).
 #[test]
 fn a_top_of_a_thousand_rad_s_precesses_slowly() {
     let (mass, arm, side, spin_moment, spin) = (1.0, 0.1, 0.002, 0.003, 1_000.0);

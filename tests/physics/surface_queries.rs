@@ -1,4 +1,4 @@
-//! Questions about meshes of triangles and height fields, and how much work they are.
+//! Queries on triangle meshes and height fields, and their amount of work.
 
 use simd_tests::world::at;
 use std::cell::Cell;
@@ -22,7 +22,7 @@ fn between(a: usize, b: usize) -> DistanceQuery {
     DistanceQuery { a, b, within: f64::INFINITY, nearest_only: false, filtered: false }
 }
 
-/// Asks, and counts how often it was asked whether to go on.
+/// Asks, and counts the calls of the callback that decides whether to continue.
 fn ask(seen: &PublishedState, query: &DistanceQuery) -> (Vec<DistanceReport>, u32) {
     let asked = Cell::new(0);
     let found = seen.distances(query, &|| {
@@ -32,15 +32,15 @@ fn ask(seen: &PublishedState, query: &DistanceQuery) -> (Vec<DistanceReport>, u3
     (found.unwrap(), asked.get())
 }
 
-/// The same slope as a mesh and as a height field.
+/// Returns the same slope as a mesh and as a height field.
 fn slopes(cells: usize, slope: f64) -> [Spawn; 2] {
     let size = 20.0;
     let height = |x: f64, _: f64| slope * x;
     [ground(&grid(cells, size, || 0.0, height)), ground(&field(cells + 1, size, height))]
 }
 
-/// A ball above a slope: (z - s x) / sqrt(1 + s^2) - r. A box above it: its lowest corner. Half a million triangles are
-/// not looked at one by one: it is asked once in a thousand of them whether to go on.
+/// A ball above a slope: (z - s x) / sqrt(1 + s^2) - r. A box above it: its lowest corner. Half a million
+/// triangles are not examined one by one: the callback is called once in a thousand of them.
 #[test]
 fn the_distance_from_a_slope_of_half_a_million_triangles_is_that_from_its_plane() {
     let slope = 0.5f64;
@@ -65,7 +65,7 @@ fn the_distance_from_a_slope_of_half_a_million_triangles_is_that_from_its_plane(
                 let (found, asked) = ask(&seen, &between(body, 0));
                 assert_eq!(found.len(), 1);
                 let DistanceReport { points, normal: way, distance, .. } = &found[0];
-                // Where the foot of the perpendicular is beyond the edge it is farther.
+                // If the foot of the perpendicular is beyond the edge, the distance is larger.
                 if z < 100.0 {
                     assert!((distance - expected).abs() < 1e-9, "{distance} {expected}");
                     assert!(way.distance(-normal) < 1e-6, "{way}");
@@ -99,7 +99,7 @@ fn the_distance_from_rough_ground_is_that_from_its_nearest_triangle() {
         for body in 1..=60 {
             let (all, _) = ask(&seen, &between(body, 0));
             let nearest = all[0].distance;
-            // What is nearer than asked for is found, and what is farther is not.
+            // Nearer surfaces than the given distance are found, and farther ones are not.
             let within = |within: f64| ask(&seen, &DistanceQuery { within, ..between(body, 0) }).0;
             assert!(within(nearest - 1e-6).is_empty(), "{body} {nearest}");
             let found = within(nearest + 1e-6);
@@ -143,8 +143,9 @@ fn what_is_in_or_below_a_height_field_overlaps_it_and_what_is_above_does_not() {
     assert!((found[0].distance + depth).abs() < 1e-9, "{found:?} {depth}");
 }
 
-/// A plate of 0.1 m that lies on level ground, out of whose upper side a hill of 0.095 m hardly looks: the way down would be the
-/// shorter one for each triangle of the hill, and is none, since ground is below. The cast that begins there meets it alike.
+/// A plate of 0.1 m that lies on level ground, with a hill of 0.095 m nearly through it. For each triangle of
+/// the hill the way down would be the shorter one, but the ground is below. A cast that begins there is
+/// stopped in the same way.
 #[test]
 fn what_a_hill_stands_in_is_parted_from_the_ground_upwards() {
     let hill = |x: f64, y: f64| 0.095 - 0.1 * x.hypot(y);
@@ -180,7 +181,8 @@ fn the_distance_of_two_surfaces_is_refused_with_what_to_do() {
     assert_eq!(found.iter().map(|pair| &*pair.robots[1]).collect::<Vec<_>>(), ["ball"]);
 }
 
-/// A slab of 90 m on a field of a million samples: the step ends soon after it is interrupted, and is as if never begun.
+/// A slab of 90 m on a field of a million samples: the step ends soon after it is interrupted, and has no
+/// effect.
 #[test]
 fn a_step_with_a_large_slab_on_a_large_field_can_be_interrupted() {
     let mut world = world(1e-3);
@@ -199,7 +201,7 @@ fn a_step_with_a_large_slab_on_a_large_field_can_be_interrupted() {
     assert!(!world.step_interruptible(&interrupt));
     assert_eq!(asked.into_inner(), 21);
     assert_eq!(world.fingerprint(), before);
-    // So can the question for the distance, which ends with nothing.
+    // The distance query can be interrupted too, and then gives no result.
     apply(
         &mut world,
         Command::SetEntityState {
@@ -218,7 +220,8 @@ fn a_step_with_a_large_slab_on_a_large_field_can_be_interrupted() {
     assert_eq!(asked.get(), 3);
 }
 
-/// Straight down through each corner of the grid and the middle of each edge, where rounding decides whether a triangle is met.
+/// Straight down through each corner of the grid and the middle of each edge, where rounding decides whether
+/// a triangle is hit.
 #[test]
 fn no_ray_passes_between_the_triangles_of_a_slope() {
     let (cells, slope, size) = (7, 0.3, 20.0);
@@ -239,8 +242,8 @@ fn no_ray_passes_between_the_triangles_of_a_slope() {
     }
 }
 
-/// A slab of 10 m by 10 m by 0.1 m has an inside, and what is above or below is not in it. It is asked for each pair of shapes whether
-/// to go on.
+/// A slab of 10 m by 10 m by 0.1 m has an inside, and bodies above or below are not in it. The callback is
+/// called for each pair of shapes.
 #[test]
 fn what_starts_inside_of_a_closed_mesh_is_below_its_surface() {
     let corner = |i: u32| {

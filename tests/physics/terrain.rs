@@ -1,4 +1,5 @@
-//! Triangle meshes and height fields that robots stand, roll and slide on: beside a plane, and beside what cannot be.
+//! Triangle meshes and height fields on which robots stand, roll and slide: compared with a plane, and with
+//! impossible results.
 
 use fastrand::Rng;
 use glamx::{DPose3, DQuat, DVec3};
@@ -12,8 +13,8 @@ use simd_tests::world::run;
 use crate::contacts::keep_awake;
 use crate::grounds::{field, grid, ground, mesh, stairs};
 
-/// A flat mesh of 1,058 triangles of all shapes, which lies a metre up so that no number is round; a height field of as
-/// many; a plane at their height.
+/// Returns a flat mesh of 1,058 triangles of all shapes, a height field with as many, and a plane at their
+/// height. They are a metre up so that no number is round.
 fn flat_grounds() -> [(&'static str, Spawn); 3] {
     let mut rng = Rng::with_seed(3);
     let jittered = grid(23, 4.0, || 0.6 * (rng.f64() - 0.5), |_, _| 0.0);
@@ -24,15 +25,15 @@ fn flat_grounds() -> [(&'static str, Spawn); 3] {
     ]
 }
 
-/// As on a plane: a ball that rolls at 1.5 m/s over some forty seams, at an angle. Heights to 1e-6 m, as is asked for;
-/// velocities to 1e-9 m/s, which is rounding: the rows of a contact are solved to 1e-10.
+/// As on a plane: a ball that rolls at 1.5 m/s over some forty seams, at an angle. Heights to 1e-6 m, the
+/// requirement. Velocities to 1e-9 m/s, which is rounding: the rows of a contact are solved to 1e-10.
 #[test]
 fn a_ball_rolls_over_the_seams_of_a_flat_ground_as_on_a_plane() {
     let (radius, velocity) = (0.1, DVec3::new(1.4, 0.5, 0.0));
     for (name, floor) in flat_grounds() {
         let mut world = world(1e-3);
         spawn(&mut world, floor);
-        // As deep as a contact that rests may be: nothing moves it there.
+        // The depth of a resting contact: nothing moves it there.
         let start = radius - 1e-5;
         spawn(&mut world, robot("body", &ball(radius, 1.0), at(-1.5, -0.7, start), false));
         throw(&mut world, "body", velocity, DVec3::Z.cross(velocity) / radius);
@@ -51,7 +52,7 @@ fn a_ball_rolls_over_the_seams_of_a_flat_ground_as_on_a_plane() {
     }
 }
 
-/// v^2 / (2 mu g) on each of them, and as far as on the plane to 1e-4 m: the box lies on other points.
+/// v^2 / (2 mu g) on each of them, and as far as on the plane to 1e-4 m: the box has other contact points.
 #[test]
 fn a_box_slides_over_the_seams_of_a_flat_ground_as_on_a_plane() {
     let (mu, speed, size) = (0.4, 3.0, DVec3::new(0.3, 0.2, 0.1));
@@ -79,7 +80,8 @@ fn a_box_slides_over_the_seams_of_a_flat_ground_as_on_a_plane() {
     assert!(ways.iter().all(|way| (way - ways[0]).abs() < 1e-3), "{ways:?}");
 }
 
-/// A bowl, which a hull would close: balls come to rest inside, none below its surface, with the least at its middle.
+/// A bowl, which a hull would close: balls come to rest inside, none below its surface, with the lowest at
+/// its middle.
 #[test]
 fn balls_come_to_rest_in_a_bowl() {
     let bowl = |x: f64, y: f64| 0.8 * (x * x + y * y);
@@ -107,8 +109,8 @@ fn balls_come_to_rest_in_a_bowl() {
     }
 }
 
-/// A box that slides against the first riser stands still there; one that lies across a nose stays where it is, held by
-/// the tread alone; a ball that falls on the nose leaves it on the side of its centre.
+/// A box that slides against the first riser stops there. One that lies across a nose keeps its place, held
+/// by the tread alone. A ball that falls on the nose leaves it on the side of its centre.
 #[test]
 fn a_stair_is_touched_from_its_treads_and_its_risers() {
     let mut world = world(1e-3);
@@ -131,8 +133,8 @@ fn a_stair_is_touched_from_its_treads_and_its_risers() {
 /// The edge of an upright sheet, from above.
 #[test]
 fn an_edge_of_an_obtuse_triangle_carries() {
-    // An upright wall of two triangles. Upwards leads out of the first one also over the edge between the two, which is not
-    // where the ball is.
+    // An upright wall of two triangles. Upwards also leads out of the first one over the edge between the
+    // two, away from the ball.
     let corners = [[0.0, 1.0], [1.0, 1.0], [4.0, 0.0], [4.0, 1.0]].map(|[x, z]| DVec3::new(x, 0.0, z));
     let wall = mesh(corners.to_vec(), vec![[0, 1, 2], [1, 3, 2]], None, DVec3::ONE);
     for body in [ball(0.2, 1.0), cuboid(DVec3::splat(0.4), 1.0)] {
@@ -145,14 +147,14 @@ fn an_edge_of_an_obtuse_triangle_carries() {
     }
 }
 
-/// Of no thickness.
+/// A wall of no thickness.
 fn wall() -> Spawn {
     let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
     let vertices = corners.iter().map(|&(y, z)| DVec3::new(0.0, y, z)).collect();
     ground(&mesh(vertices, vec![[0, 1, 2], [0, 2, 3]], None, DVec3::ONE))
 }
 
-/// It goes 1.9 m in a step, and is looked for 2 m ahead.
+/// It moves 1.9 m in a step, and contacts are searched 2 m ahead.
 #[test]
 fn a_ball_at_1_900_m_s_does_not_pass_a_thin_mesh() {
     for start in 0..8 {
@@ -201,7 +203,7 @@ fn a_thin_mesh_lets_nothing_through() {
     }
 }
 
-/// What starts below the surface of a height field is in the ground, and comes up.
+/// A body that starts below the surface of a height field is in the ground, and comes up.
 #[test]
 fn what_starts_in_a_height_field_comes_out_of_it() {
     let mut world = world(1e-3);
@@ -212,7 +214,7 @@ fn what_starts_in_a_height_field_comes_out_of_it() {
     assert!(place.z > 0.1 * place.x + 0.095, "{place}");
 }
 
-/// A world on rough ground, which bodies hit, roll over and rest on.
+/// Returns a world on rough ground, which bodies hit, roll over and rest on.
 pub(crate) fn rough(rng: &mut Rng) -> Simulation {
     let mut world = world(2e-3);
     let bumps = |x: f64, y: f64| 0.1 * (3.0 * x).sin() * (2.0 * y).cos();
@@ -240,7 +242,7 @@ pub(crate) fn houses(count: usize) -> Vec<(DPose3, Geometry)> {
     (0..count).map(house).collect()
 }
 
-/// Pairs of colliders that are compared in a step in which a body slides between the houses of a town, at the most.
+/// Largest number of collider pairs that a step compares while a body slides between the houses of a town.
 fn work_in_a_town(town: impl FnOnce(&mut Simulation)) -> u64 {
     let mut world = world(1e-3);
     spawn(&mut world, robot("plane", &plane(DVec3::Z), DPose3::IDENTITY, true));
@@ -256,7 +258,8 @@ fn work_in_a_town(town: impl FnOnce(&mut Simulation)) -> u64 {
     most
 }
 
-/// What a step compares does not grow with what stands around: counted, of shapes of one link and of robots.
+/// The number of compared pairs does not grow with the bodies around: counted, for shapes of one link and for
+/// robots.
 #[test]
 fn what_stands_around_costs_a_step_nothing() {
     let of_shapes = |count: usize| {
@@ -280,7 +283,7 @@ fn what_stands_around_costs_a_step_nothing() {
     assert!(few == many && many <= 4, "{few} {many}");
 }
 
-/// A house that is put elsewhere is found where it is then, and no longer where it was.
+/// A house that is moved is found at its new place, and no longer at the old one.
 #[test]
 fn what_stands_around_is_found_where_it_was_put() {
     let mut world = world(1e-3);

@@ -14,7 +14,8 @@ use crate::saved_state_files::through_a_file_with;
 use crate::terrain::{houses, rough};
 use simd_tests::world::at;
 
-/// Bits, over everything that a step reads: the one world is left alone, the other is saved, runs ahead and is put back.
+/// Bits, over everything that a step reads: one world runs undisturbed, the other is saved, runs ahead and is
+/// restored.
 #[test]
 fn runs_on_terrain_are_equal_to_the_bit_also_across_restores() {
     let [mut alone, mut restored] = [0, 0].map(|_| rough(&mut Rng::with_seed(21)));
@@ -39,8 +40,9 @@ fn runs_on_terrain_are_equal_to_the_bit_also_across_restores() {
     println!("one fell off: {fell}");
 }
 
-/// A step leaves out what cannot move, unless something was asked of the world: the one world is asked for a saved state before
-/// each step, so that it leaves out nothing, and both are equal to the bit, whatever happens to their houses.
+/// A step leaves out immovable bodies unless the world had a request. One world is asked for a saved state
+/// before each step, so that it leaves out nothing. Both are equal to the bit, whatever happens to their
+/// houses.
 #[test]
 fn a_step_that_leaves_out_what_cannot_move_is_equal_to_the_bit() {
     let [mut left_alone, mut asked] = [0, 1].map(|_| {
@@ -88,8 +90,8 @@ fn a_step_that_leaves_out_what_cannot_move_is_equal_to_the_bit() {
     }
 }
 
-/// Bits, for as long as the runs without terrain: bodies are thrown about and put back onto the mesh; the one world is left
-/// alone, the other is saved, runs ahead and is put back.
+/// Bits, for as long as the runs without terrain: bodies are thrown about and put back onto the mesh. One
+/// world runs undisturbed, the other is saved, runs ahead and is restored.
 #[test]
 fn long_runs_on_terrain_are_equal_to_the_bit() {
     let [mut alone, mut restored] = [0, 0].map(|_| rough(&mut Rng::with_seed(41)));
@@ -119,7 +121,8 @@ fn long_runs_on_terrain_are_equal_to_the_bit() {
     assert!(touching > steps / 100 && ahead > steps / 100, "{touching} {ahead}");
 }
 
-/// A room that is one mesh, a hill in it that is a height field, and twelve bodies that fall onto both.
+/// Returns a room that is one mesh, a hill in it that is a height field, and twelve bodies that fall onto
+/// both.
 fn room_with_a_hill(rng: &mut Rng, integrator: Integrator) -> Simulation {
     let mut world = world(2e-3);
     let integrator = Some(integrator);
@@ -142,7 +145,7 @@ fn anywhere(rng: &mut Rng) -> DPose3 {
     at(any(), any(), 0.5)
 }
 
-/// Puts one of the bodies elsewhere in the room, from where it flies against a wall.
+/// Puts one of the bodies elsewhere in the room, where it flies against a wall.
 fn stirring(rng: &mut Rng) -> Command {
     let pose = Some(anywhere(rng));
     let mut any = || 6.0 * rng.f64() - 3.0;
@@ -150,12 +153,12 @@ fn stirring(rng: &mut Rng) -> Command {
     Command::SetEntityState { robot: format!("body-{}", rng.usize(0..12)), pose, twist }
 }
 
-/// How many points touch the mesh, and how many the height field.
+/// Returns the number of contact points on the mesh, and on the height field.
 fn on_both(world: &Simulation) -> [usize; 2] {
     ["ground", "hill"].map(|terrain| contacts(world, Some(terrain)).len())
 }
 
-/// Bits, after each step: the shapes of an imported world are made anew from its models.
+/// Bits, after each step: the shapes of an imported world are made again from its models.
 #[test]
 fn an_imported_world_with_terrain_runs_on_to_the_bit() {
     let mut touched = [0, 0];
@@ -168,7 +171,7 @@ fn an_imported_world_with_terrain_runs_on_to_the_bit() {
                 (0..rng.usize(1..200)).for_each(|_| world.step());
                 apply(&mut world, stirring(rng));
             }
-            // Right after something was moved, or once it lies there.
+            // Directly after something was moved, or once it lies there.
             (0..rng.usize(0..100)).for_each(|_| world.step());
             let [on_mesh, on_field] = on_both(&world);
             touched = [touched[0] + on_mesh, touched[1] + on_field];

@@ -1,5 +1,5 @@
-//! A world that is stepped by one thread, by two and by four: equal to the bit. `THREADED_STEPS` of the environment gives
-//! another number of steps.
+//! A world that is stepped by one thread, by two and by four: equal to the bit. `THREADED_STEPS` of the
+//! environment gives another number of steps.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
@@ -19,14 +19,15 @@ use crate::constraints::tree;
 use crate::contacts::keep_awake;
 use crate::saved_state_files::through_a_file;
 
-/// Pairs of robots with what falls beside them, too far apart to touch each other. Threads are used for groups of so many degrees of
-/// freedom and rows beside the largest: with what lies awake it is far above that.
+/// Pairs of robots with falling bodies beside them, too far apart to touch each other. Threads are used if
+/// the groups except the largest have enough degrees of freedom and rows. With the bodies that lie awake
+/// there are far more.
 const PAIRS: usize = 20;
 
-/// At one place of so many, things fall asleep.
+/// At one place of this many, bodies fall asleep.
 const SLEEPS: usize = 4;
 
-/// Counts how often another thread did a half.
+/// Counts the halves that another thread did.
 #[derive(Debug)]
 struct Counting(Arc<StepThreads>, Arc<AtomicU64>);
 
@@ -48,8 +49,9 @@ impl Pool for Counting {
     }
 }
 
-/// At each place two robots with a constraint between them, one kind after the other, and things that fall on the ground and come
-/// to rest; some robots have actuators. At some places a robot is tied to the base of another one.
+/// At each place there are two robots with a constraint between them, one kind after the other. Bodies fall
+/// on the ground there and come to rest. Some robots have actuators. At some places a robot is tied to the
+/// base of another one.
 fn scene(rng: &mut Rng) -> Simulation {
     let mut world = world(1e-3);
     let rough = || surface(0.7, 0.1);
@@ -77,7 +79,7 @@ fn scene(rng: &mut Rng) -> Simulation {
             spawn(&mut world, Spawn { contact_settings: rough(), ..robot(&name, &model, pose, false) });
         }
         if index % SLEEPS != 0 {
-            // And with it what lies on it.
+            // This also keeps the bodies on it awake.
             keep_awake(&mut world, &format!("box-{index}"));
         }
         constrain(&mut world, index);
@@ -89,7 +91,7 @@ fn at(x: f64) -> DPose3 {
     DPose3::from_translation(DVec3::X * x)
 }
 
-/// The first joint that has one axis.
+/// Returns the first joint with one axis.
 fn axis_of(model: &RobotModel) -> Option<String> {
     let has_one = |kind| matches!(kind, JointKind::Revolute | JointKind::Continuous | JointKind::Prismatic);
     model.joints.iter().find(|joint| has_one(joint.kind)).map(|joint| joint.name.clone())
@@ -100,7 +102,7 @@ fn constrain(world: &mut Simulation, index: usize) {
     let end = |robot: &str, link: usize, pose: Option<DPose3>| {
         let robot = format!("{robot}-{index}");
         let joint = || axis_of(&seen.entity(&robot).unwrap().1.model).unwrap();
-        // Of a gear, which has no frame.
+        // A gear has no frame.
         let (link, joint) = if pose.is_none() && index % 7 == 4 {
             (String::new(), joint())
         } else {
@@ -120,11 +122,12 @@ fn constrain(world: &mut Simulation, index: usize) {
     };
     let second = if matches!(kind, RequestedConstraint::Distance { .. }) { origin } else { None };
     let is_gear = matches!(kind, RequestedConstraint::Gear { .. });
-    // The second time a robot's root, which cannot move, is one of the two; its own joints are of another group.
+    // The second time a robot's root, which cannot move, is one of the two; its own joints belong to another
+    // group.
     let first = if index >= 7 && !is_gear { 0 } else { 1 };
     let first_pose = if is_gear { None } else { origin };
     let second = if is_gear { None } else { second };
-    // The weld lets go when the robots fall into it.
+    // The weld breaks when the robots fall into it.
     let breaks = index == 0;
     let create = CreateConstraint {
         name: String::new(),
@@ -139,17 +142,17 @@ fn constrain(world: &mut Simulation, index: usize) {
     apply(world, Command::CreateConstraint(Box::new(create)));
 }
 
-/// What a run came to.
+/// Result of a run.
 struct Run {
-    /// Of its steps.
+    /// Fingerprint of each step.
     prints: Vec<u64>,
     /// Steps in which threads shared the work.
     divided: u64,
-    /// Steps that were given up and put back.
+    /// Steps that were interrupted and undone.
     given_up: u64,
 }
 
-/// A run on so many threads.
+/// Returns a run on this many threads.
 fn run(threads: usize, steps: u64) -> Run {
     let divided = Arc::new(AtomicU64::new(0));
     let mut rng = Rng::with_seed(16);
@@ -199,7 +202,7 @@ fn a_world_is_equal_to_the_bit_on_one_thread_on_two_and_on_four() {
     assert_eq!(one.prints, two.prints);
     assert_eq!(one.prints, four.prints);
     assert_eq!(one.divided, 0);
-    // How many depends on what else the machine does.
+    // The number depends on the other load of the machine.
     let least = steps / 20;
     assert!(two.divided >= least && four.divided >= least, "{} and {} of {steps}", two.divided, four.divided);
     let given_up = [&one, &two, &four].map(|run| run.given_up);

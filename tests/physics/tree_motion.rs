@@ -1,18 +1,21 @@
-//! Energy and momentum of a tree of links on joints that turn or slide, in the middle of steps, from what is published of it; and what a step
-//! changes them by where it takes velocity terms from other velocities than it moves with. docs/physics.md derives it, under energy.
+//! Energy and momentum of a tree of links on joints that turn or slide, in the middle of steps, from its
+//! published state. Also their changes by a step that computes velocity terms at other velocities than it
+//! moves with. docs/physics.md derives it, under energy.
 
 use glamx::{DMat3, DPose3, DQuat, DVec3};
 use simd_core::PublishedState;
 use simd_model::RobotModel;
 use simd_model::robot::{Inertial, JointKind};
 
-/// Velocities that are equal but for rounding, m/s or rad/s.
+/// Velocities that are equal except for rounding, m/s or rad/s.
 const SAME: f64 = 1e-8;
 
-/// A step in which a link turns by more than this takes velocity terms at the mean of the velocities before and after it, rad.
+/// A step in which a link turns by more than this takes velocity terms at the mean of the velocities before
+/// and after it, rad.
 const FAST: f64 = 0.1;
 
-/// Where a tree is, and generalized velocities: those of its root, linear in world axes and angular in its own, and of its joints.
+/// Position of a tree. Its generalized velocities are those of its root, linear in world axes and angular in
+/// its own, and of its joints.
 struct Place {
     root: DPose3,
     joints: Vec<f64>,
@@ -25,7 +28,8 @@ struct Velocities {
     joints: Vec<f64>,
 }
 
-/// A link's pose, its velocities, and its accelerations while generalized velocities stay as they are; of its origin, world axes.
+/// A link's pose, its velocities, and its accelerations at constant generalized velocities; of its origin,
+/// world axes.
 #[derive(Clone, Copy, Default)]
 struct Motion {
     pose: DPose3,
@@ -44,7 +48,7 @@ pub(crate) struct Sums {
 }
 
 impl Place {
-    /// Of the first robot.
+    /// Returns the position of the first robot.
     fn of(seen: &PublishedState) -> Self {
         Self { root: seen.roots[0].pose, joints: seen.positions.clone() }
     }
@@ -85,7 +89,7 @@ impl Velocities {
         }
     }
 
-    /// The sum of the squares of differences.
+    /// Returns the sum of the squares of differences.
     fn squares(&self, other: &Self) -> f64 {
         let joints = self.joints.iter().zip(&other.joints).map(|(a, b)| (a - b).powi(2));
         let root =
@@ -93,7 +97,7 @@ impl Velocities {
         joints.sum::<f64>() + root
     }
 
-    /// The largest difference, m/s or rad/s.
+    /// Returns the largest difference, m/s or rad/s.
     fn off(&self, other: &Self) -> f64 {
         let joints = self.joints.iter().zip(&other.joints).map(|(a, b)| (a - b).abs());
         let root = (self.linear - other.linear).length().max((self.angular - other.angular).length());
@@ -132,7 +136,7 @@ fn motions(model: &RobotModel, place: &Place, velocities: &Velocities) -> Vec<Mo
     motions
 }
 
-/// Of a link's centre of mass: velocity and acceleration.
+/// Returns the velocity and the acceleration of a link's centre of mass.
 fn center(inertial: &Inertial, at: &Motion) -> (DVec3, DVec3) {
     let (arm, w) = (at.pose.rotation * inertial.center_of_mass, at.angular);
     let acceleration = at.acceleration + at.angular_acceleration.cross(arm) + w.cross(w.cross(arm));
@@ -155,7 +159,8 @@ fn sums(model: &RobotModel, place: &Place, velocities: &Velocities, gravity: f64
     sums
 }
 
-/// What weight and velocity terms, at the velocities `read`, take in a second: of energy while the tree moves at the velocities `moves`, and of momentum.
+/// Returns the effect of weight and velocity terms, at the velocities `read`, per second. They act on energy
+/// while the tree moves at the velocities `moves`, and on momentum.
 fn terms(
     model: &RobotModel,
     place: &Place,
@@ -179,9 +184,10 @@ fn terms(
     (power, force)
 }
 
-/// What a step changes energy and momentum in the middle of steps by, without work of joints and contacts: from a place that it came to with
-/// the velocities `u[0]`, which it had `since` then, and leaves with `u[1]`, where velocity terms are the mean of those at the velocities `read`. It is 0
-/// but for third order of the step where these are the mean of the two.
+/// Returns the change of energy and momentum in the middle of steps by one step, without the work of joints
+/// and contacts. The step begins at a place that the tree reached with the velocities `u[0]`, which it had
+/// for the time `since`, and leaves with `u[1]`. Its velocity terms are the mean of those at the velocities
+/// `read`. The change is of third order in the step if these are the mean of the two.
 fn left_over(
     model: &RobotModel,
     place: &Place,
@@ -212,15 +218,15 @@ fn left_over(
 pub(crate) struct Followed {
     place: Place,
     reported: Velocities,
-    /// The velocities that it came there with.
+    /// The velocities with which it arrived there.
     moves: Velocities,
-    /// How long it had these: half of a step, or no time where they were given.
+    /// Time for which it had these: half of a step, or zero if they were given.
     since: f64,
     is_smooth: bool,
 }
 
-/// What came of a step: what there is in the middle of it, and what is [left over](left_over). Steps that are smooth, as those before them, and in
-/// which nothing turns fast, count as if nothing were.
+/// Result of a step: energy and momentum in the middle of it, and the [remainder](left_over). In smooth steps
+/// after smooth steps, without fast rotation, the remainder counts as zero.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Followup {
     pub(crate) middle: Sums,
@@ -234,8 +240,9 @@ impl Followed {
         Self { place: Place::of(seen), moves: reported.clone(), reported, since: 0.0, is_smooth: true }
     }
 
-    /// After a step. Positions tell the velocities in the middle of it, except where an overlap was put right with them; there those are reported,
-    /// as they are after each step that is not smooth.
+    /// Call after a step. Positions give the velocities in the middle of it, except if an overlap was
+    /// corrected with them. Then the reported velocities are used, which apply after each step that is not
+    /// smooth.
     pub(crate) fn step(
         &mut self,
         seen: &PublishedState,
@@ -253,7 +260,7 @@ impl Followed {
         let counts = is_fast || !is_smooth || !self.is_smooth;
         if counts {
             let mean = self.moves.mean(&moves);
-            // A floating tree that touches nothing takes the mean of the terms if its motion is disturbed.
+            // A floating tree without contacts takes the mean of the terms if its motion is disturbed.
             let is_disturbed = seen.contacts.is_empty()
                 && !(is_fast && self.is_smooth)
                 && self.reported.squares(&mean) > 0.0625 * moves.squares(&self.moves) + 1e-12;

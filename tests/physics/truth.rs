@@ -1,7 +1,7 @@
-//! The truth table: where simd, stepped as its users step it, has a robot, against where it really is.
+//! The truth table: simd's results with its usual time steps, compared with the exact motion of robots.
 //!
-//! `tests/reference/truth.json` has the cases, the reference and MuJoCo's errors;
-//! `tests/reference/exact.py` says how the reference was made. `make truth` draws them.
+//! `tests/reference/truth.json` has the cases, the reference and MuJoCo's errors; `tests/reference/exact.py`
+//! documents how the reference was made. `make truth` draws them.
 
 use serde::Deserialize;
 use simd_core::Integrator;
@@ -17,23 +17,23 @@ struct Known {
     #[serde(flatten)]
     case: Case,
     instants: Vec<f64>,
-    /// By how much half the reference's own step changed it.
+    /// Change of the reference when its own step is halved.
     accuracy: f64,
-    /// At each instant.
+    /// Positions at each time.
     positions: Vec<Vec<f64>>,
     #[serde(default)]
     root: Vec<[f64; 7]>,
     mujoco: Vec<Error>,
 }
 
-/// The largest over joints and instants, rad or m; none where it was not stable.
+/// The largest over joints and instants, rad or m; `None` if it was not stable.
 #[derive(Deserialize)]
 struct Error {
     time_step: f64,
     error: Option<f64>,
 }
 
-/// Rounding over thousands of steps: what is smaller is no error of a method.
+/// Rounding over thousands of steps: smaller errors are not those of a method.
 const ROUNDING: f64 = 1e-11;
 
 fn known() -> Vec<Known> {
@@ -43,7 +43,7 @@ fn known() -> Vec<Known> {
     reference.cases
 }
 
-/// The cases without what they come to.
+/// Returns the cases without their results.
 pub(crate) fn cases() -> Vec<Case> {
     known().into_iter().map(|known| known.case).collect()
 }
@@ -59,8 +59,8 @@ impl Known {
     }
 }
 
-/// Both codes do semi-implicit Euler, so both make the same error; 5 % is what was asked. Simulators
-/// that differ by more than rounding differ in the model, and then by far more than that.
+/// Both codes do semi-implicit Euler, so both make the same error; the requirement is 5 %. Simulators that
+/// differ by more than rounding differ in the model, and then by far more than that.
 #[test]
 fn passive_smooth_robots_are_as_near_the_truth_as_in_mujocos_euler() {
     for known in known().iter().filter(|known| known.case.subject == "smooth") {
@@ -73,9 +73,10 @@ fn passive_smooth_robots_are_as_near_the_truth_as_in_mujocos_euler() {
     }
 }
 
-/// Euler's method is of first order, and exact in the limit, also where joints stick, stop, follow others
-/// or have actuators at their limits: from time step to time step the error falls as the time step does. 30 %
-/// are left for terms of second order at 4 ms, and for where within a step a joint meets its limit.
+/// Euler's method is of first order, and exact in the limit: the error is proportional to the time step. This
+/// holds even if joints stick, stop, follow others or have actuators at their limits. A tolerance of 30 %
+/// allows for terms of second order at 4 ms. It also allows for the time within a step at which a joint meets
+/// its limit.
 #[test]
 fn the_error_falls_in_proportion_to_the_time_step() {
     for known in known() {
@@ -87,7 +88,7 @@ fn the_error_falls_in_proportion_to_the_time_step() {
         if errors.iter().all(|&error| error < ROUNDING) {
             continue;
         }
-        // The reference must be known far better than what it is to judge.
+        // The reference must be far more accurate than the errors that it measures.
         assert!(known.accuracy < errors[0] / 100.0, "{}: {errors:?}", known.case.name);
         for (steps, errors) in steps.windows(2).zip(errors.windows(2)) {
             let order = (errors[1] / errors[0]) / (steps[1] / steps[0]);
@@ -96,9 +97,10 @@ fn the_error_falls_in_proportion_to_the_time_step() {
     }
 }
 
-/// Leapfrog is of second order where motion is smooth: with a quarter of the time step the error is a sixteenth. At
-/// 1 ms it is at most a twentieth of that of MuJoCo's Euler. The slope is taken from 0.25 to 1 ms; at 4 ms terms of
-/// higher order show. A case whose error is below 1e-9 is known no better by the reference.
+/// Leapfrog is of second order for smooth motion: with a quarter of the time step the error is a sixteenth.
+/// At 1 ms it is at most a twentieth of the error of MuJoCo's Euler. The slope is taken from 0.25 to 1 ms; at
+/// 4 ms terms of higher order show. The reference is no more accurate than 1e-9, so smaller errors are left
+/// out.
 #[test]
 fn leapfrog_is_of_second_order_on_passive_smooth_robots() {
     let mut failures = Vec::new();
@@ -119,7 +121,7 @@ fn leapfrog_is_of_second_order_on_passive_smooth_robots() {
     assert!(failures.is_empty(), "{failures:#?}");
 }
 
-/// Where joints stick, stop, follow others or have actuators, leapfrog is no worse than Euler at any time step.
+/// If joints stick, stop, follow others or have actuators, leapfrog is no worse than Euler at any time step.
 #[test]
 fn leapfrog_is_nowhere_worse_than_euler() {
     let mut failures = Vec::new();

@@ -1,7 +1,7 @@
-//! Friction against rolling and spinning, held against closed forms.
+//! Friction against rolling and spinning, compared with closed forms.
 //!
-//! On a ball of mass m, radius R and moment I = 2/5 m R^2 that rolls, the torque r m g brakes: with F the friction at the
-//! point of contact, m a = F and I a / R = r m g - F R, so that a = 5/7 r g / R.
+//! On a rolling ball of mass m, radius R and moment I = 2/5 m R^2, the torque r m g brakes. With F the
+//! friction at the point of contact, `m a = F` and `I a / R = r m g - F R`, so that `a = 5/7 r g / R`.
 
 use simd_tests::world::run;
 use std::sync::Arc;
@@ -17,7 +17,7 @@ use simd_tests::scenes::*;
 const G: f64 = 9.81;
 const R: f64 = 0.1;
 
-/// How far things lie in what they lie on, as a part of R.
+/// Depth of resting bodies in their support, as a part of R.
 const NEAR: f64 = 1e-3;
 
 fn turning(rolling: f64, spinning: f64) -> ContactSettings {
@@ -33,7 +33,7 @@ fn turning(rolling: f64, spinning: f64) -> ContactSettings {
     }
 }
 
-/// A body on a plane that leans by `angle` about y, this high above it.
+/// Returns a body on a plane that leans by `angle` about y, this high above it.
 fn on_a_plane(
     model: &Arc<RobotModel>,
     (height, angle): (f64, f64),
@@ -108,8 +108,8 @@ fn a_ball_spins_out_as_its_spinning_friction_says() {
     }
 }
 
-/// tan a = r / R is the steepest slope on which a ball rests; on a steeper one it rolls with
-/// 5/7 (g sin a - r g cos a / R).
+/// tan a = r / R is the steepest slope on which a ball rests; on a steeper one it rolls with `5/7 (g sin a -
+/// r g cos a / R)`.
 #[test]
 fn a_ball_rests_on_a_slope_that_its_rolling_friction_holds() {
     let r = 0.1 * R;
@@ -134,7 +134,8 @@ fn a_ball_rests_on_a_slope_that_its_rolling_friction_holds() {
     }
 }
 
-/// A box on four corners: each corner's torque adds up to s m g, beside that of the corners' own friction at their arms.
+/// A box on four corners. The sum of their torques is s m g, in addition to the torque of the corners'
+/// friction at their arms.
 #[test]
 fn a_box_that_slips_turns_out_by_its_spinning_friction() {
     let (s, side) = (5e-3, 0.2);
@@ -153,7 +154,7 @@ fn a_box_that_slips_turns_out_by_its_spinning_friction() {
     }
 }
 
-/// Zeros are as nothing, to the bit: a ball that is thrown, bounces and rolls.
+/// Coefficients of zero have no effect, to the bit: a ball that is thrown, bounces and rolls.
 #[test]
 fn coefficients_of_zero_change_no_bit() {
     for integrator in BOTH {

@@ -1,4 +1,5 @@
-//! A crawl on four legs, whose hips and legs go to positions while their feet press, stick, slip and leave the ground.
+//! A crawl on four legs, whose hips and legs follow position targets while their feet press, stick, slip and
+//! leave the ground.
 
 use std::sync::Arc;
 
@@ -30,7 +31,7 @@ const LEGS: [(&str, f64, f64, f64); 4] = [
     ("back_right", -0.17, -0.12, 0.25),
 ];
 
-/// The robot of the Python client's example.
+/// Returns the robot of the Python client's example.
 fn walker() -> Arc<RobotModel> {
     let link = |name: &str, mass: f64, moment: DVec3, center: DVec3, shape: Option<(DVec3, Geometry)>| Link {
         name: name.into(),
@@ -107,7 +108,7 @@ fn targets(time: f64) -> SetTargets {
     SetTargets { robots, ..SetTargets::default() }
 }
 
-/// How far the body gets in five seconds.
+/// Returns the distance of the body after five seconds.
 fn walk(integrator: Integrator, time_step: f64) -> DVec3 {
     let settings = PhysicsSettings { time_step, integrator, ..PhysicsSettings::default() };
     let mut world = Simulation::new(settings, WorldLimits { robots: 2, saved_states: 1 });
@@ -128,13 +129,14 @@ fn walk(integrator: Integrator, time_step: f64) -> DVec3 {
     place(&world) - begin
 }
 
-/// While a foot is on the ground, 0.375 s, the body goes 2 * 0.15 rad * 0.2 m: that is 0.8 m in five seconds, whatever
-/// the integrator and the time step. Measured: 0.797 m to 0.803 m from 1 ms to 0.1 ms, and 0.02 m to 0.041 m aside; the
-/// tolerances are twice that and more.
+/// While a foot is on the ground, 0.375 s, the body moves `2 * 0.15 rad * 0.2 m`. That is 0.8 m in five
+/// seconds, with any integrator and time step. Measured: 0.797 m to 0.803 m from 1 ms to 0.1 ms, and 0.02 m
+/// to 0.041 m aside. The tolerances are twice that and more.
 ///
-/// With feet that are lifted by 0.05 m it would say nothing of integrators: targets each 10 ms then jerk the legs so much
-/// that the body rocks from side to side or does not, by chance. With time steps from 1 ms to 0.1 ms it goes 0.33 m to
-/// 0.75 m by leapfrog and 0.37 m to 0.84 m by Euler; in MuJoCo 0.37 m at 0.2 ms and 0.81 m at 0.1 ms.
+/// With feet that are lifted by 0.05 m it would not distinguish integrators. Targets each 10 ms then jerk the
+/// legs so much that the body rocks from side to side or not, by chance. With time steps from 1 ms to 0.1 ms
+/// it moves 0.33 m to 0.75 m by leapfrog. By Euler it moves 0.37 m to 0.84 m, and in MuJoCo 0.37 m at 0.2 ms
+/// and 0.81 m at 0.1 ms.
 #[test]
 fn a_crawl_is_the_same_by_both_integrators() {
     for time_step in [1e-3, 2.5e-4] {

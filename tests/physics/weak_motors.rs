@@ -1,4 +1,5 @@
-//! Position targets that ask for far more than their motors can do: they get there with what they have, and come to rest.
+//! Position targets that require far more than their motors' efforts: they are reached with the available
+//! effort and come to rest.
 
 use fastrand::Rng;
 use glamx::DVec3;
@@ -51,9 +52,9 @@ fn go(world: &mut Simulation, joints: usize, [stiffness, damping]: [f64; 2], fee
     apply(world, Command::SetTargets(SetTargets { robots, ..SetTargets::default() }));
 }
 
-/// A joint whose stiff spring is far beyond its motor took its setpoint along where its motor saturated: what the law was thought to
-/// ask for was that of another joint, since springs act earlier in a step where they are not stiff. So it went on with all of its effort
-/// through its target to its stop, and back, for minutes.
+/// A joint whose stiff spring is far beyond its motor moved its setpoint along when the motor saturated. The
+/// effort of the law was computed as for another joint, since springs act earlier in a step if they are not
+/// stiff. So the joint moved with full effort through its target to its stop, and back, for minutes.
 #[test]
 fn a_stiff_target_of_a_weak_motor_is_reached_and_held() {
     let mut worst = (0.0f64, String::new());
@@ -111,7 +112,7 @@ fn a_feed_forward_beyond_all_limits_gives_no_more_than_the_limit() {
     }
 }
 
-/// The same of an arm whose joints move each other.
+/// The same for an arm whose joints move each other.
 #[test]
 fn no_feed_forward_throws_an_arm() {
     for feed_forward in [1e6, 1e9, 1e12, -1e12] {
@@ -135,7 +136,7 @@ fn no_feed_forward_throws_an_arm() {
     }
 }
 
-/// Copies of such arms, wherever they start, have the same bits in vector lanes and alone.
+/// Copies of such arms, from any start, have the same bits in vector lanes and alone.
 #[test]
 fn weak_motors_have_the_same_bits_in_lanes_and_alone() {
     let (copies, joints) = (32, 3);

@@ -1,4 +1,5 @@
-//! Wheels that roll without slip keep their speed and their line, and turn a drive as far as their speeds say.
+//! Wheels that roll without slip keep their speed and their line, and turn a drive by the angle of their
+//! speeds.
 
 use fastrand::Rng;
 use glamx::{DPose3, DQuat, DVec3};
@@ -21,7 +22,7 @@ const RADIUS: f64 = 0.1;
 enum Ground {
     Plane,
     Box,
-    /// Long triangles whose edges cross the wheel's way at random angles.
+    /// Long triangles whose edges cross the wheel's path at random angles.
     Mesh(u64),
     Field,
 }
@@ -53,7 +54,8 @@ fn lay(world: &mut Simulation, kind: Ground) {
     spawn(world, spawned);
 }
 
-/// Rolls a wheel of this width for 10 s at 2 m/s: how far it is aside, and what part of its speed it has lost.
+/// Rolls a wheel of this width for 10 s at 2 m/s. Returns its lateral deviation, and the lost part of its
+/// speed.
 fn roll(kind: Ground, width: f64, heading: f64) -> [f64; 2] {
     let mut world = world(1e-3);
     lay(&mut world, kind);
@@ -93,7 +95,7 @@ fn a_wheel_keeps_its_speed_and_its_line_on_whatever_is_flat() {
     held("wheels keep their speed and their line", count, largest, &failed);
 }
 
-/// A base of 4 kg on two wheels 0.2 m apart and a ball without friction.
+/// Returns a base of 4 kg on two wheels 0.2 m apart and a ball without friction.
 fn drive(width: f64) -> String {
     let wheel = |name: &str, y: f64| {
         format!(
@@ -118,8 +120,9 @@ fn drive(width: f64) -> String {
     )
 }
 
-/// Wheels that roll without slip turn the base by r (right - left) / track. A line of contact resists turning by m w N / 4, which
-/// moves where it rolls by w^2 / 4 track at most: 0.5 mm of 100 for a width of 20 mm.
+/// Wheels that roll without slip turn the base by r (right - left) / track. A line of contact resists turning
+/// by `m w N / 4`, which moves the point of rolling by at most `w^2 / 4 track`. That is 0.5 mm of 100 for a
+/// width of 20 mm.
 #[test]
 fn a_differential_drive_turns_as_far_as_its_wheels_say() {
     let mut misses = Vec::new();

@@ -1,4 +1,4 @@
-//! What a scene with contact comes to: figures of a run, equal in kind to those that
+//! Results of a scene with contact: figures of a run, of the same kinds as those that
 //! `tests/reference/make_scenes.py` takes from MuJoCo.
 
 use glamx::{DQuat, DVec3};
@@ -6,46 +6,46 @@ use serde::Deserialize;
 
 use crate::contact_scene::{Scene, View};
 
-/// More bodies than these are described by what they are together.
+/// If there are more bodies, only figures of the whole are taken.
 const MANY: usize = 20;
 
-/// Of a run; "inside" is within the scene's window.
+/// Figures of a run; "inside" is within the scene's window.
 #[derive(Clone, Debug, Default, Deserialize)]
 pub struct Figures {
     /// The largest overlap of all, metres.
     pub deepest: f64,
     /// The largest inside, metres.
     pub resting: f64,
-    /// Means inside of what the scene watches, N.
+    /// Mean inside of each watched force, N.
     pub forces: Vec<f64>,
-    /// The least inside of the first of those, N.
+    /// Minimum inside of the first of those, N.
     pub least_force: f64,
-    /// Of the fastest root at the window's end, m/s.
+    /// Speed of the fastest root at the window's end, m/s.
     pub speed: f64,
-    /// How far a root got from where the window found it, metres.
+    /// Largest distance of a root from its place at the window's start, metres.
     pub drift: f64,
-    /// How far it turned, rad.
+    /// Largest rotation of a root from there, rad.
     pub turn: f64,
-    /// At the window's start and end.
+    /// Joint positions at the window's start and end.
     pub joints: [Vec<f64>; 2],
-    /// Place and quaternion of each root at the window's start and end; none of many.
+    /// Place and quaternion of each root at the window's start and end; empty if there are many.
     pub roots: Vec<Vec<[f64; 7]>>,
-    /// Of many: mean height of their centres, metres.
+    /// For many bodies: mean height of their centres, metres.
     #[serde(default)]
     pub mean_height: f64,
-    /// Of many: the highest centre, metres.
+    /// For many bodies: the highest centre, metres.
     #[serde(default)]
     pub top: f64,
-    /// Of many: the farthest centre along x or y, metres.
+    /// For many bodies: the farthest centre along x or y, metres.
     #[serde(default)]
     pub spread: f64,
-    /// Of many bodies of one mass: the sum of squares of their speeds, halved, m^2/s^2 times that mass.
+    /// For many bodies of one mass: half the sum of squares of their speeds, m^2/s^2 times that mass.
     #[serde(default)]
     pub kinetic: f64,
 }
 
 impl Figures {
-    /// Of these views of a scene, whose bodies are of this mass where they are many.
+    /// Computes the figures of these views of a scene. If there are many bodies, each has this mass.
     ///
     /// # Panics
     /// Panics if there is no view inside: then the test has failed.
@@ -59,7 +59,7 @@ impl Figures {
         let mean = |i: usize| inside.iter().map(|view| view.forces[i]).sum::<f64>() / count;
         let mut new = Self {
             deepest: most(&views.iter().collect::<Vec<_>>()),
-            // The first view also tells of what was before it.
+            // The first view also covers the time before it.
             resting: most(&inside[1..]),
             forces: (0..start.forces.len()).map(mean).collect(),
             least_force: inside.iter().map(|view| view.forces[0]).fold(f64::INFINITY, f64::min),
@@ -91,17 +91,17 @@ impl Figures {
         new
     }
 
-    /// Where a root is at the window's end, metres.
+    /// Returns the position of a root at the window's end, metres.
     pub fn end(&self, root: usize) -> DVec3 {
         place(&self.roots[1][root])
     }
 
-    /// How far a root has come in the window, metres.
+    /// Returns the displacement of a root in the window, metres.
     pub fn way(&self, root: usize) -> DVec3 {
         self.end(root) - place(&self.roots[0][root])
     }
 
-    /// The z axis of a root at the window's end, world.
+    /// Returns the z axis of a root at the window's end, world.
     pub fn up(&self, root: usize) -> DVec3 {
         rotation(&self.roots[1][root]) * DVec3::Z
     }

@@ -20,14 +20,14 @@ use crate::scene_thing::Thing;
 pub use crate::scene_thing::keep_awake;
 use crate::{robots, scenes};
 
-/// What there is, what drives it, what is looked at.
+/// Bodies, drives and measurements.
 #[derive(Clone, Debug, Deserialize)]
 pub struct Scene {
-    /// For people.
+    /// Name for people.
     pub name: String,
-    /// How long it lasts.
+    /// Duration.
     pub seconds: f64,
-    /// Between these seconds it should be at rest, or what is counted is counted.
+    /// Seconds between which it should be at rest, or the measurements are taken.
     pub window: [f64; 2],
     pub(crate) things: Vec<Thing>,
     pub(crate) robots: Vec<Robot>,
@@ -35,7 +35,7 @@ pub struct Scene {
     pub(crate) constraints: Vec<Constraint>,
     /// Seconds.
     pub time_step: f64,
-    /// Robot and link whose normal forces are summed; all links where it is empty.
+    /// Robot and link whose normal forces are summed; all links if the name is empty.
     pub(crate) watch: Vec<[String; 2]>,
 }
 
@@ -48,27 +48,27 @@ pub(crate) struct Robot {
     pub(crate) fixed: bool,
     pub(crate) friction: f64,
     pub(crate) restitution: f64,
-    /// Where each starts.
+    /// Initial joint positions.
     pub(crate) joints: BTreeMap<String, f64>,
     /// Stiffness and damping by joint; without any it is passive.
     pub(crate) gains: BTreeMap<String, [f64; 2]>,
     pub(crate) effort: BTreeMap<String, f64>,
-    /// By joint: seconds and target, in turn; between them along straight lines.
+    /// For each joint, times in seconds and targets, alternating; linear between them.
     pub(crate) path: BTreeMap<String, Vec<[f64; 2]>>,
     /// Columns of the cycle.
     pub(crate) order: Vec<String>,
     pub(crate) cycle: Vec<Vec<f64>>,
     pub(crate) period: f64,
     pub(crate) begin: f64,
-    /// How joints move at first.
+    /// Initial joint velocities.
     #[serde(default)]
     pub(crate) velocities: BTreeMap<String, f64>,
-    /// How a free one moves at first, along the world's axes.
+    /// Initial velocity of a free robot, along the world's axes.
     #[serde(default)]
     pub(crate) linear: [f64; 3],
     #[serde(default)]
     pub(crate) angular: [f64; 3],
-    /// By joint that is driven at a velocity: damping, and seconds and velocity in turn.
+    /// For each joint driven at a velocity: the damping, and seconds and velocities, alternating.
     #[serde(default)]
     pub(crate) speeds: BTreeMap<String, (f64, Vec<[f64; 2]>)>,
 }
@@ -81,20 +81,20 @@ pub(crate) struct Drive {
     pub(crate) damping: f64,
 }
 
-/// What is seen at an instant.
+/// State at one time.
 #[derive(Clone, Debug, Serialize)]
 pub struct View {
     /// Seconds.
     pub time: f64,
-    /// Of each that can move as a whole: place, quaternion x y z w, linear and angular velocity.
+    /// Place, quaternion x y z w, linear and angular velocity of each body with a free root.
     pub roots: Vec<Vec<f64>>,
-    /// Of all robots, in the order of the scene.
+    /// Joint positions of all robots, in the order of the scene.
     pub joints: Vec<f64>,
     /// The largest overlap since the last view, metres.
     pub deepest: f64,
     /// Sums of normal forces, as the scene watches them, N.
     pub forces: Vec<f64>,
-    /// The largest distance between what constraints hold together, metres.
+    /// Largest distance between the frames of a constraint, metres.
     pub error: f64,
 }
 
@@ -107,7 +107,7 @@ pub struct Run<'a> {
 }
 
 impl Scene {
-    /// Views from the start on, one each `every` steps, by an integrator or the one that a world has.
+    /// Returns views from the start on, one each `every` steps, by an integrator, by default a world's own.
     ///
     /// # Panics
     /// Panics if the world refuses the scene: then the test has failed.
@@ -127,7 +127,8 @@ impl Scene {
         views
     }
 
-    /// The largest residual of a contact in each step, m/s, with impulses found in one way; `None` of a step in which nothing touched.
+    /// Returns the largest residual of a contact in each step, m/s, with impulses of one solver; `None` for a
+    /// step without contacts.
     ///
     /// # Panics
     /// Panics if the world refuses the scene: then the test has failed.
@@ -144,7 +145,7 @@ impl Scene {
 }
 
 impl<'a> Run<'a> {
-    /// At its start. Nothing in it ever sleeps.
+    /// Puts the scene at its start. Nothing in it ever sleeps.
     ///
     /// # Panics
     /// Panics if the world refuses the scene: then the test has failed.
@@ -171,7 +172,7 @@ impl<'a> Run<'a> {
         self.deepest = reports.iter().map(|contact| contact.depth).fold(self.deepest, f64::max);
     }
 
-    /// What is to be seen, and the largest overlap since this was last asked.
+    /// Returns the present view, with the largest overlap since the last one.
     pub fn view(&mut self) -> View {
         let seen = scenes::look(&self.world);
         let free = seen.world.entities.iter().zip(&seen.roots).filter(|(entity, _)| !entity.fixed_base);
@@ -201,7 +202,8 @@ impl<'a> Run<'a> {
 }
 
 impl Robot {
-    /// Name, model, place of the root, and whether that is fixed: one, or those of an SDF.
+    /// Returns the name, model and root pose of each robot, and whether its root is fixed: one robot, or
+    /// those of an SDF.
     pub(crate) fn described(&self) -> Vec<(String, robots::Described)> {
         let pose = DPose3::from_parts(self.at.into(), DQuat::from_array(self.turn));
         if !self.urdf.ends_with(".sdf") {
@@ -227,8 +229,8 @@ impl Robot {
             scenes::spawn(world, spawn);
         }
         let Some((_, robots::Described { model, .. })) = described.first() else { return };
-        // What files say of joints but for their stops plays no part, so that nothing differs in how it
-        // is read.
+        // Settings of joints in files are ignored except for their limits, so that they are read the same
+        // everywhere.
         let properties = self.order.iter().map(|name| {
             let joint = model.joints.iter().find(|joint| joint.name == *name);
             let limits = joint.map(|joint| joint.limits).unwrap_or_default();
@@ -286,7 +288,7 @@ impl Robot {
         (!self.gains.is_empty() || !self.speeds.is_empty()).then(targets)
     }
 
-    /// What drives a joint at a time; `None` of one that nothing drives.
+    /// Returns the drive of a joint at a time; `None` if it has no drive.
     pub(crate) fn drive(&self, name: &str, now: f64) -> Option<Drive> {
         if let Some((damping, path)) = self.speeds.get(name) {
             return Some(Drive {
@@ -326,7 +328,7 @@ impl Robot {
     }
 }
 
-/// The value at a time, of times and values in turn.
+/// Returns the value at a time, of times and values in turn.
 fn along(path: &[[f64; 2]], now: f64) -> Option<f64> {
     let after = path.partition_point(|[time, _]| *time <= now);
     let [from, to] = [path.get(after.checked_sub(1)?)?, path.get(after).or(path.last())?];

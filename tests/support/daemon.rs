@@ -10,7 +10,7 @@ use simd_world::handle::{RunState, Transport};
 
 use crate::web;
 
-/// How a client reaches the daemon: what holds over one holds over all.
+/// Transport between a client and the daemon: guarantees are the same over all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Via {
     /// Within the process: the services on the handle, and no network.
@@ -28,16 +28,16 @@ pub enum Via {
 pub struct Daemon {
     /// The client.
     pub client: Client,
-    /// How it reaches the daemon.
+    /// Transport of the client.
     pub via: Via,
-    /// Where the daemon listens for gRPC.
+    /// Address of the daemon's gRPC.
     pub address: SocketAddr,
-    /// To drain it.
+    /// The running daemon, to drain it.
     pub running: Running,
 }
 
 impl Daemon {
-    /// An empty world that is paused, so that time passes by `step` alone, over gRPC.
+    /// Starts a paused, empty world over gRPC, so that only `step` advances the time.
     pub async fn paused() -> Self {
         Self::paused_via(Via::Grpc).await
     }
@@ -47,7 +47,7 @@ impl Daemon {
         Self::start_via(via, |config| config.driver.state = RunState::Paused).await
     }
 
-    /// A daemon whose configuration is changed first, over gRPC.
+    /// Starts a daemon over gRPC after changing its configuration.
     ///
     /// # Panics
     /// Panics if it does not start: then the test has failed.
@@ -70,7 +70,7 @@ impl Daemon {
         Self { client, via, address: running.address, running }
     }
 
-    /// Another client, with a connection of its own.
+    /// Returns another client with a separate connection.
     ///
     /// # Panics
     /// Panics if the daemon does not answer: then the test has failed.
@@ -101,7 +101,7 @@ async fn another(via: Via, running: &Running) -> Client {
     Client::connect(&endpoint).await.unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// A request for a robot with a fixed base under this name.
+/// Returns a request for a robot with a fixed base under this name.
 pub fn fixed(name: &str) -> proto::SpawnEntityRequest {
     proto::SpawnEntityRequest {
         name: name.into(),

@@ -6,38 +6,38 @@ use std::net::SocketAddr;
 use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
 use tokio::net::TcpStream;
 
-/// What came back.
+/// An answer.
 #[derive(Debug)]
 pub struct Answer {
     /// 200, 404.
     pub status: u16,
-    /// By their small names.
+    /// Headers by their names in lower case.
     pub headers: BTreeMap<String, String>,
-    /// Without the marks of chunks.
+    /// Body without the marks of chunks.
     pub body: Vec<u8>,
 }
 
 impl Answer {
-    /// The body as text.
+    /// Returns the body as text.
     pub fn text(&self) -> String {
         String::from_utf8_lossy(&self.body).into_owned()
     }
 
-    /// A header; empty where there is none.
+    /// Returns a header; empty if there is none.
     pub fn header(&self, name: &str) -> &str {
         self.headers.get(name).map_or("", String::as_str)
     }
 }
 
-/// `GET` of a path, with headers beside or instead of `Host`.
+/// Sends a `GET` of a path, with headers besides or instead of `Host`.
 pub async fn get(address: SocketAddr, path: &str, headers: &[(&str, &str)]) -> Answer {
     send(address, "GET", path, headers, &[]).await
 }
 
-/// Any request, on a connection of its own.
+/// Sends any request, on a separate connection.
 ///
 /// # Panics
-/// Panics if what comes back is no HTTP: then the test has failed.
+/// Panics if the answer is not HTTP: then the test has failed.
 #[allow(clippy::panic, reason = "the test has failed")]
 pub async fn send(
     address: SocketAddr,

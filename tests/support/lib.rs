@@ -1,4 +1,4 @@
-//! What the suites share.
+//! Code shared by the suites.
 
 pub mod contact_figures;
 pub mod contact_scene;

@@ -8,10 +8,10 @@ use zenoh::{Config, Session};
 
 use crate::process::soon;
 
-/// A Zenoh router within the test's own process: what `zenohd` is elsewhere.
+/// A Zenoh router within the test's own process, in place of `zenohd`.
 #[derive(Debug)]
 pub struct Router {
-    /// Where it listens.
+    /// Its address.
     pub locator: String,
     session: Session,
 }
@@ -22,7 +22,7 @@ impl Router {
         Self::start_at("tcp/127.0.0.1:0").await
     }
 
-    /// At a locator, for instance that of one that was stopped.
+    /// Starts one at a locator, for instance of a stopped one.
     ///
     /// # Panics
     /// Panics if it cannot listen there: then the test has failed.
@@ -32,7 +32,7 @@ impl Router {
         Self { locator, session }
     }
 
-    /// At a locator, with settings of its own over the others.
+    /// Starts one at a locator, with additional settings that override the others.
     pub async fn start_with(locator: &str, changes: &[(&str, &str)]) -> Self {
         let session = session_with("router", locator, changes).await;
         let locator = session.info().locators().await.first().map(ToString::to_string).unwrap_or_default();
@@ -48,7 +48,7 @@ impl Router {
     }
 }
 
-/// A session that listens at a locator, or, as a `client`, connects to it.
+/// Returns a session that listens at a locator, or, as a `client`, connects to it.
 ///
 /// # Panics
 /// Panics if it cannot: then the test has failed.
@@ -56,7 +56,7 @@ pub async fn session(mode: &str, locator: &str) -> Session {
     open(settings(mode, locator)).await
 }
 
-/// The same, with settings of its own over the others.
+/// The same, with additional settings that override the others.
 ///
 /// # Panics
 /// Panics if Zenoh does not take it: then the test has failed.
@@ -87,7 +87,8 @@ async fn open(settings: Config) -> Session {
     soon("the session", zenoh::open(settings).into_future()).await.unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Carries one connection to a daemon, and from some moment on nothing: as where the asker's machine sleeps.
+/// Carries one connection to a daemon until it is notified, and then nothing, as if the client's machine
+/// sleeps.
 ///
 /// # Panics
 /// Panics if there is no such daemon: then the test has failed.

@@ -1,6 +1,7 @@
 //! Pictures for tests, byte by byte.
 
-/// A grey PNG of so many bits a pixel, whose rows, as they are packed, are these bytes. No checksum is right, and none is looked at.
+/// Returns a grey PNG with this many bits a pixel, whose compressed rows are these bytes. Its checksums are
+/// wrong, and are not checked.
 ///
 /// # Panics
 /// Panics if there are 4 GiB of them.

@@ -1,4 +1,4 @@
-//! The real `simd` and `simctl` as processes, in an environment of their own.
+//! The real `simd` and `simctl` as processes, in a separate environment.
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -11,28 +11,28 @@ use tokio::io::{AsyncBufReadExt as _, BufReader, Lines};
 use tokio::process::{Child, ChildStderr, ChildStdout, Command};
 use tokio::time::timeout;
 
-/// Whatever takes longer has hung. Far beyond what a loaded machine needs.
+/// Timeout of all waits, far beyond the needs of a loaded machine.
 const HUNG: Duration = Duration::from_secs(60);
 
 /// A `simd` process on a free port of loopback. Dropping it kills it.
 #[derive(Debug)]
 pub struct Process {
-    /// `http://127.0.0.1:PORT`, as the daemon says it.
+    /// `http://127.0.0.1:PORT`, from the daemon's output.
     pub endpoint: String,
-    /// `tcp/127.0.0.1:PORT`, where it listens for Zenoh.
+    /// `tcp/127.0.0.1:PORT`, the address for Zenoh.
     pub locator: Option<String>,
     child: Child,
-    /// None where stderr goes elsewhere.
+    /// `None` if stderr goes elsewhere.
     log: Option<Lines<BufReader<ChildStderr>>>,
-    /// Held open: a daemon may say more.
+    /// Held open: the daemon may write more.
     _stdout: Lines<BufReader<ChildStdout>>,
     home: Home,
 }
 
-/// What a process said and how it ended.
+/// Output of a process and its end.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Said {
-    /// Its exit code; -1 where a signal ended it.
+    /// Its exit code; -1 if a signal ended it.
     pub code: i32,
     /// Its stdout.
     pub out: String,
@@ -44,12 +44,13 @@ pub struct Said {
 #[derive(Debug)]
 pub struct Home(TempDir);
 
-/// The folder that the paths in the README begin at.
+/// Returns the folder that the paths in the README begin at.
 pub fn repository() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// The folder of `simd` and `simctl`: that of `SIMD_BINARY`, which names a `simd`, or that above the test's own executable.
+/// Returns the folder of `simd` and `simctl`: the one with `SIMD_BINARY`, which names a `simd`, or the one
+/// above the test's own executable.
 ///
 /// # Panics
 /// Panics if they were not built.
@@ -70,7 +71,7 @@ pub fn binaries() -> PathBuf {
     folder.to_path_buf()
 }
 
-/// Waits for what must come soon.
+/// Waits for something that must happen soon.
 ///
 /// # Panics
 /// Panics if it does not: then the test has failed.
@@ -79,8 +80,8 @@ pub async fn soon<T>(what: &str, work: impl Future<Output = T>) -> T {
     timeout(HUNG, work).await.unwrap_or_else(|_| panic!("{what} did not come within {HUNG:?}"))
 }
 
-/// The last of two processors or more, on which this thread, and those that it starts from now on, do not run: clients
-/// then stand for those of other machines. None where there is one processor.
+/// Keeps this thread, and those that it starts from now on, off the last of two processors or more. Returns
+/// that processor; clients then represent those of other machines. `None` if there is one processor.
 #[cfg(target_os = "linux")]
 pub fn leave_the_last_processor() -> Option<usize> {
     use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
@@ -96,17 +97,17 @@ pub fn leave_the_last_processor() -> Option<usize> {
     None
 }
 
-/// Whether the system has stopped all threads of a process.
+/// Returns whether the system has stopped all threads of a process.
 fn all_stopped(pid: u32) -> bool {
     let tasks = std::fs::read_dir(format!("/proc/{pid}/task")).into_iter().flatten().flatten();
     let state = |stat: String| stat.rsplit_once(')')?.1.trim_start().chars().next();
-    // One that has ended meanwhile has none.
+    // A thread that has ended meanwhile has none.
     let mut states = tasks.filter_map(|task| state(std::fs::read_to_string(task.path().join("stat")).ok()?));
     states.all(|state| matches!(state, 'T' | 'Z' | 'X'))
 }
 
 impl Home {
-    /// A new one.
+    /// Makes a new one.
     ///
     /// # Panics
     /// Panics if the disk gives none.
@@ -115,13 +116,13 @@ impl Home {
         Self(tempfile::tempdir().unwrap_or_else(|error| panic!("{error}")))
     }
 
-    /// Where it is.
+    /// Returns its path.
     pub fn path(&self) -> &Path {
         self.0.path()
     }
 
-    /// A program of ours or of the system, beginning in the repository's folder, that finds `simd`
-    /// and `simctl` by their names and nothing else of the user's.
+    /// Returns a program of ours or of the system, started in the repository's folder. It finds `simd` and
+    /// `simctl` by their names and nothing else of the user's.
     pub fn command(&self, program: impl AsRef<OsStr>) -> Command {
         let inherited = std::env::var_os("PATH").unwrap_or_default();
         let folders = std::iter::once(binaries()).chain(std::env::split_paths(&inherited));
@@ -179,7 +180,7 @@ pub async fn said(what: &str, mut command: Command) -> Said {
 }
 
 impl Process {
-    /// Starts a daemon for gRPC alone, and waits until it says where it listens.
+    /// Starts a daemon for gRPC alone, and waits until it prints its address.
     ///
     /// # Panics
     /// Panics if it does not start.
@@ -187,7 +188,7 @@ impl Process {
         Self::start_with(["--zenoh", "off"], arguments).await
     }
 
-    /// The same for Zenoh too, with these flags for where.
+    /// The same for Zenoh too, with these flags for its addresses.
     ///
     /// # Panics
     /// Panics if it does not start.
@@ -199,7 +200,7 @@ impl Process {
         Self::start_logging_to(Stdio::piped(), zenoh, arguments).await
     }
 
-    /// The same, with its stderr at another place than this test.
+    /// The same, with its stderr elsewhere than this test's.
     ///
     /// # Panics
     /// Panics if it does not start.
@@ -250,7 +251,7 @@ impl Process {
         Self { endpoint, locator, child, log, _stdout: stdout, home }
     }
 
-    /// Its number; none once it has ended.
+    /// Returns its process id; `None` once it has ended.
     pub fn pid(&self) -> Option<u32> {
         self.child.id()
     }
@@ -260,7 +261,7 @@ impl Process {
         self.endpoint.trim_start_matches("http://")
     }
 
-    /// A Rust client of it.
+    /// Returns a Rust client of it.
     ///
     /// # Panics
     /// Panics if it does not answer.
@@ -324,7 +325,7 @@ impl Process {
         }
     }
 
-    /// Ends its stdin, as the system does where the program that started it ends.
+    /// Closes its stdin, as the system does if the program that started it ends.
     pub fn close_stdin(&mut self) {
         drop(self.child.stdin.take());
     }
@@ -345,7 +346,7 @@ impl Process {
         }
     }
 
-    /// Waits for its end: how it ended, and what its log had left to say.
+    /// Waits for its end. Returns its exit status and the rest of its log.
     ///
     /// # Panics
     /// Panics if it does not end.

@@ -1,8 +1,8 @@
-//! Robots that others made: those of the PyPI package `pybullet`, which `make test` installs.
+//! Other people's robots: those of the PyPI package `pybullet`, which `make test` installs.
 
 use std::path::PathBuf;
 
-/// The package's data folder.
+/// Returns the package's data folder.
 ///
 /// # Panics
 /// Panics if it is not installed: the test cannot be done.

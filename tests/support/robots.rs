@@ -8,13 +8,13 @@ use simd_assets::Locator;
 use simd_model::robot::Sha256;
 use simd_model::{Asset, Assets, LoadLimits, LoadReport, ReadOptions, RobotModel};
 
-/// The folder of the test robots.
+/// Returns the folder of the test robots.
 pub fn assets() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("assets")
 }
 
-/// Reads a URDF below the folder of the test robots, or, where it begins with
-/// `pybullet_data/`, one that others made.
+/// Reads a URDF below the folder of the test robots, or of other people's robots if the path begins with
+/// `pybullet_data/`.
 ///
 /// # Panics
 /// Panics if it cannot be read: then the test that asked for it has failed.
@@ -27,7 +27,7 @@ pub fn read(urdf: &str) -> (Arc<RobotModel>, LoadReport) {
     }
 }
 
-/// Files of a description that refers to none.
+/// Files of a description without references.
 pub struct NoFiles;
 
 impl Assets for NoFiles {
@@ -48,17 +48,17 @@ pub fn from_text(urdf: &str) -> Arc<RobotModel> {
     }
 }
 
-/// A robot of a file, where it is put, and whether its root is fixed.
+/// A robot of a file, its pose, and whether its root is fixed.
 pub struct Described {
-    /// What it is.
+    /// The robot.
     pub model: Arc<RobotModel>,
-    /// Of its root link.
+    /// Pose of its root link.
     pub pose: DPose3,
-    /// As the file says.
+    /// From the file.
     pub fixed: bool,
 }
 
-/// All robots of an SDF, found as [`read`] finds a URDF.
+/// Returns all robots of an SDF, found as [`read`] finds a URDF.
 ///
 /// # Panics
 /// Panics if it cannot be read: then the test that asked for it has failed.

@@ -1,4 +1,5 @@
-//! A room of 100,000 triangles, for rays: a box of 20 m by 16 m by 6 m whose sides are waves, all seen from inside.
+//! A room of 100,000 triangles, for rays. It is a box of 20 m by 16 m by 6 m whose sides are waves, all seen
+//! from inside.
 
 use std::f64::consts::TAU;
 use std::io;
@@ -10,7 +11,7 @@ use glamx::DVec3;
 const SIZE: DVec3 = DVec3::new(20.0, 16.0, 6.0);
 /// Squares along each edge of a side: 6 x 91 x 91 x 2 triangles.
 const SQUARES: usize = 91;
-/// How far the sides are from level, as a part of the room, and in how many waves.
+/// Amplitude of the waves of the sides, as a part of the room, and number of waves.
 const WAVE: (f64, f64) = (0.02, 5.0);
 
 /// Its triangles, corners counter-clockwise as seen from inside.
@@ -27,10 +28,11 @@ pub fn triangles() -> Vec<[DVec3; 3]> {
     triangles
 }
 
-/// A point of a side: its edges are straight, so that sides meet.
+/// Returns a point of a side: its edges are straight, so that sides meet.
 fn corner(side: usize, u: f64, v: f64) -> DVec3 {
     let wave = WAVE.0 * (WAVE.1 * TAU * u).sin() * (WAVE.1 * TAU * v).sin();
-    // Of each pair of sides one is the other's mirror image, with u and v changed, so that both are seen from inside.
+    // In each pair of sides one is the other's mirror image, with u and v exchanged, so that both are seen
+    // from inside.
     let (u, v, w) = if side.is_multiple_of(2) { (u, v, wave) } else { (v, u, 1.0 - wave) };
     let unit = match side / 2 {
         0 => DVec3::new(u, v, w),
@@ -40,7 +42,7 @@ fn corner(side: usize, u: f64, v: f64) -> DVec3 {
     (unit - DVec3::new(0.5, 0.5, 0.0)) * SIZE - DVec3::Z * 0.3
 }
 
-/// Writes it into a folder, as `room.stl` and a URDF that names it; gives the URDF.
+/// Writes it into a folder, as `room.stl` and a URDF that names it. Returns the URDF.
 ///
 /// # Errors
 /// Returns an error if the folder cannot be written to.

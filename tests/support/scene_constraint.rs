@@ -1,4 +1,4 @@
-//! What holds things and robots of a scene together.
+//! Constraints between the bodies and robots of a scene.
 
 use glamx::DPose3;
 use serde::Deserialize;
@@ -15,14 +15,14 @@ pub(crate) struct Constraint {
     /// Robot and link, or of a gear robot and joint; both empty: the world.
     parent: [String; 2],
     child: [String; 2],
-    /// In the axes of its link.
+    /// Point in the axes of its link.
     parent_at: [f64; 3],
     child_at: [f64; 3],
-    /// Of a rod or a rope.
+    /// Length of a rod or a rope.
     length: f64,
-    /// Of a gear: child = ratio * parent.
+    /// Ratio of a gear: child = ratio * parent.
     ratio: f64,
-    /// It lets go above this, N; 0 never.
+    /// It breaks above this force, N; never if 0.
     max_force: f64,
 }
 

@@ -1,8 +1,9 @@
-//! A scene with contact in rapier: its rigid bodies, its own multibody joints, its contacts and its solver, with their
-//! default settings at the scene's time step.
+//! A scene with contact in rapier: its rigid bodies, its own multibody joints, its contacts and its solver.
+//! They have their default settings at the scene's time step.
 //!
-//! Masses, shapes, friction, gains, limits and targets are those of the scene. Fixed meshes and heights are triangles with their
-//! internal edges mended; what moves is its hull. Overlaps and forces are those of the views alone.
+//! Masses, shapes, friction, gains, limits and targets are those of the scene. Fixed meshes and heights are
+//! triangles with fixed internal edges; movable ones are their hulls. Overlaps and forces are those of the
+//! views alone.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -30,11 +31,11 @@ struct Placed {
     name: String,
     tree: Tree,
     model: Arc<RobotModel>,
-    /// Of the bodies of the tree, after that of a fixed base.
+    /// The bodies of the tree, after the body of a fixed base.
     handles: Vec<RigidBodyHandle>,
 }
 
-/// What a collider is of.
+/// Robot and link of a collider.
 type Owner = (String, String);
 
 /// A scene on its way.
@@ -46,8 +47,8 @@ pub struct InRapier<'a> {
 }
 
 impl Scene {
-    /// Views from the start on, one each `every` steps, in rapier; `None` of a scene that it is not given here: with
-    /// constraints, or with joints of several degrees of freedom.
+    /// Returns views from the start on, one each `every` steps, in rapier. `None` for scenes that it cannot
+    /// run here: with constraints, or with joints of several degrees of freedom.
     ///
     /// # Panics
     /// Panics if a robot of it cannot be read: then the test has failed.
@@ -195,7 +196,7 @@ impl<'a> InRapier<'a> {
         }
     }
 
-    /// Puts the joints of a robot where they start, and gives it its first velocities.
+    /// Sets the initial joint positions and velocities of a robot.
     fn begin(&mut self, robot: &Robot, placed: &Placed) {
         let PhysicsWorld { multibody_joints, bodies, .. } = &mut self.world;
         let handle = multibody_joints.rigid_body_link(placed.handles[0]).map(|link| link.multibody);
@@ -213,7 +214,7 @@ impl<'a> InRapier<'a> {
             velocities[body.velocity] = robot.velocities.get(name).copied().unwrap_or_default();
         }
         multibody.apply_displacements(&positions);
-        // Neither damping nor anything else that is not the scene's.
+        // No damping, and nothing else that the scene does not have.
         multibody.damping_mut().fill(0.0);
         multibody.armature_mut().fill(0.0);
         multibody.frictions_mut().fill(0.0);
@@ -313,7 +314,7 @@ impl<'a> InRapier<'a> {
         View { time, roots, joints, deepest, forces, error: 0.0 }
     }
 
-    /// Of a joint by name, where it is.
+    /// Returns the position of a joint by name.
     fn position(&self, placed: &Placed, name: &str) -> Option<f64> {
         let joint = placed.model.joints.iter().position(|joint| joint.name == name)?;
         let body = placed.tree.bodies.iter().position(|body| body.joint == Some(joint))?;
@@ -328,7 +329,7 @@ impl<'a> InRapier<'a> {
         self.owners.get(&collider.into_raw_parts())
     }
 
-    /// By how much two colliders overlap where they are now; what rapier keeps of a pair is from an earlier step.
+    /// Returns the present overlap of two colliders; rapier's data of a pair is from an earlier step.
     fn overlap(&self, a: ColliderHandle, b: ColliderHandle) -> f64 {
         let [Some(a), Some(b)] = [a, b].map(|handle| self.world.colliders.get(handle)) else { return 0.0 };
         let found = contact(a.position(), a.shape(), b.position(), b.shape(), 0.0);

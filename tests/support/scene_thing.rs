@@ -12,7 +12,7 @@ use simd_model::robot::{Geometry, Grid, MeshAsset, Sha256};
 
 use crate::scenes;
 
-/// A body of one shape, or a grid of them; fixed where it has no mass.
+/// A body of one shape, or a grid of them; fixed without a mass.
 #[derive(Clone, Debug, Deserialize)]
 pub(crate) struct Thing {
     name: String,
@@ -71,7 +71,7 @@ impl Thing {
         }
     }
 
-    /// Name and place of each, x first.
+    /// Returns the name and the place of each, x first.
     pub(crate) fn places(&self) -> impl Iterator<Item = (String, DPose3)> {
         let [nx, ny, nz] = self.grid;
         let places = (0..nz).flat_map(move |z| (0..ny).flat_map(move |y| (0..nx).map(move |x| [x, y, z])));
@@ -106,7 +106,7 @@ impl Thing {
     }
 
     fn mesh(&self) -> Geometry {
-        // A hull is of its corners; that of a thing without triangles is of all of them.
+        // A hull needs only vertices; without triangles in the file, any triangles of all of them will do.
         let all = [[0, 1, 2], [1, 2, 3]];
         let triangles = if self.triangles.is_empty() { all.to_vec() } else { self.triangles.clone() };
         let vertices = self.vertices.iter().copied().map(DVec3::from).collect();

@@ -14,14 +14,14 @@ use simd_core::{Command, PhysicsSettings, Simulation};
 use simd_model::RobotModel;
 use simd_model::robot::{Collision, Geometry, Inertial, Joint, JointKind, JointLimits, Link, Material};
 
-/// An empty world on Earth.
+/// Returns an empty world on Earth.
 pub fn world(time_step: f64) -> Simulation {
     let settings = PhysicsSettings { time_step, ..PhysicsSettings::default() };
     Simulation::new(settings, WorldLimits { robots: 2_000, saved_states: 32 })
 }
 
-/// One link of solid shapes, each with its place, of this mass in all. Its moment is that of
-/// the first shape.
+/// Returns one link of solid shapes, each with its place, of this total mass. The first shape gives its
+/// moment.
 pub fn solid(shapes: &[(DPose3, Geometry)], mass: f64) -> Arc<RobotModel> {
     let moment = match shapes.first() {
         Some((_, Geometry::Box { size })) => {
@@ -58,22 +58,22 @@ pub fn solid(shapes: &[(DPose3, Geometry)], mass: f64) -> Arc<RobotModel> {
     })
 }
 
-/// A box of these full lengths.
+/// Returns a box of these full lengths.
 pub fn cuboid(size: DVec3, mass: f64) -> Arc<RobotModel> {
     solid(&[(DPose3::IDENTITY, Geometry::Box { size })], mass)
 }
 
-/// A ball.
+/// Returns a ball.
 pub fn ball(radius: f64, mass: f64) -> Arc<RobotModel> {
     solid(&[(DPose3::IDENTITY, Geometry::Sphere { radius })], mass)
 }
 
-/// All that lies below a plane.
+/// Returns the half-space below a plane.
 pub fn plane(normal: DVec3) -> Arc<RobotModel> {
     solid(&[(DPose3::IDENTITY, Geometry::Plane { normal })], 1.0)
 }
 
-/// A floor and four walls, open above; the inside is `size` long, wide and high, and the floor's
+/// Returns a floor and four walls, open above; the inside is `size` long, wide and high, and the floor's
 /// upper side lies at 0.
 pub fn container(size: DVec3) -> Arc<RobotModel> {
     const THICK: f64 = 0.1;
@@ -92,7 +92,7 @@ pub fn container(size: DVec3) -> Arc<RobotModel> {
     )
 }
 
-/// A request for a robot at rest, without an actuator.
+/// Returns a request for a robot at rest, without an actuator.
 pub fn robot(name: &str, model: &Arc<RobotModel>, pose: DPose3, fixed: bool) -> Spawn {
     Spawn {
         name: name.into(),
@@ -142,7 +142,7 @@ pub fn throw(world: &mut Simulation, robot: &str, linear: DVec3, angular: DVec3)
     apply(world, Command::SetEntityState { robot: robot.into(), pose: None, twist });
 }
 
-/// A point where two links touch, by their names; its numbers are those of a `ContactReport`.
+/// A contact point of two links, by their names; its numbers are those of a `ContactReport`.
 #[derive(Clone, Debug)]
 pub struct Touching {
     /// Names of the two robots.
@@ -153,7 +153,7 @@ pub struct Touching {
     pub point: DVec3,
     /// From the first to the second.
     pub normal: DVec3,
-    /// How far they overlap, metres.
+    /// Depth of the overlap, metres.
     pub depth: f64,
     /// N.
     pub normal_force: f64,
@@ -161,7 +161,7 @@ pub struct Touching {
     pub friction_force: DVec3,
 }
 
-/// What touches, of one robot or of all.
+/// Returns the contacts of one robot or of all.
 pub fn contacts(world: &Simulation, robot: Option<&str>) -> Vec<Touching> {
     let seen = look(world);
     let touching = |report: &ContactReport| {
@@ -187,7 +187,8 @@ pub fn stack(time_step: f64) -> Simulation {
     world
 }
 
-/// So many balls of 5 cm radius and 0.1 kg, in a loose grid above a box of 1 m by 1 m.
+/// Returns a world with a box of 1 m by 1 m. Above it, in a loose grid, are this many balls of 5 cm radius
+/// and 0.1 kg.
 pub fn rain(time_step: f64, count: usize) -> Simulation {
     let mut world = world(time_step);
     spawn(&mut world, robot("box", &container(DVec3::new(1.0, 1.0, 2.0)), DPose3::IDENTITY, true));
@@ -205,7 +206,7 @@ pub fn rain(time_step: f64, count: usize) -> Simulation {
     world
 }
 
-/// A link of one box, at a place in its own frame, with its mass there.
+/// Returns a link of one box, at a place in its own frame, with its mass there.
 fn boxed(name: &str, at: DVec3, size: DVec3, mass: f64) -> Link {
     let mut link = cuboid(size, mass).links[0].clone();
     link.name = name.into();
@@ -231,7 +232,7 @@ fn joint(name: &str, kind: JointKind, (parent, child): (usize, usize), at: DVec3
     }
 }
 
-/// A base without a shape, and a rod of this length that hangs from it and turns about y.
+/// Returns a base without a shape, and a rod of this length that hangs from it and turns about y.
 pub fn pendulum(length: f64, mass: f64) -> Arc<RobotModel> {
     let base = Link { collisions: Vec::new(), ..boxed("base", DVec3::ZERO, DVec3::splat(0.1), 1.0) };
     let rod = boxed("rod", DVec3::Z * (-length / 2.0), DVec3::new(0.04, 0.04, length), mass);
@@ -244,7 +245,7 @@ pub fn pendulum(length: f64, mass: f64) -> Arc<RobotModel> {
     })
 }
 
-/// A hand that goes up and down on a rail, with two fingers that close along y. With the lift at 0
+/// Returns a hand that moves up and down on a rail, with two fingers that close along y. With the lift at 0
 /// the finger tips are at the base's height; open by 0.1 m each at 0.
 pub fn gripper() -> Arc<RobotModel> {
     let base = Link { collisions: Vec::new(), ..boxed("base", DVec3::ZERO, DVec3::splat(0.1), 1.0) };
@@ -268,7 +269,8 @@ pub fn gripper() -> Arc<RobotModel> {
     })
 }
 
-/// A table of 10 kg: a top of 1.2 by 0.8 m on four legs of 6 cm, 0.75 m high, its link in the middle of what it stands on.
+/// Returns a table of 10 kg: a top of 1.2 by 0.8 m on four legs of 6 cm, 0.75 m high. The origin of its link
+/// is in the middle of its feet.
 pub fn table() -> Arc<RobotModel> {
     let part = |at: DVec3, size: DVec3| (DPose3::from_translation(at), Geometry::Box { size });
     let leg = |x: f64, y: f64| part(DVec3::new(0.5 * x, 0.3 * y, 0.36), DVec3::new(0.06, 0.06, 0.72));
@@ -281,8 +283,8 @@ pub fn table() -> Arc<RobotModel> {
     Arc::new(model)
 }
 
-/// A quadruped: a trunk of 6 kg, and four legs of a hip that turns about x, an upper and a lower segment of 0.2 m that
-/// turn about y, and a foot of 2 cm radius. With the joints at 0 its legs are straight down.
+/// Returns a quadruped: a trunk of 6 kg, and four legs. Each has a hip that turns about x, two segments of
+/// 0.2 m that turn about y, and a foot of 2 cm radius. With the joints at 0 its legs point straight down.
 pub fn quadruped() -> Arc<RobotModel> {
     let mut links = vec![boxed("trunk", DVec3::ZERO, DVec3::new(0.4, 0.2, 0.1), 6.0)];
     let mut joints = Vec::new();
@@ -337,15 +339,15 @@ pub fn go_to(world: &mut Simulation, robot: &str, positions: &[(&str, f64)]) {
     apply(world, Command::SetTargets(SetTargets { robots, ..SetTargets::default() }));
 }
 
-/// A quadruped's joints as it stands: hip, upper and lower joint of a leg, rad.
+/// Joints of a standing quadruped: hip, upper and lower joint of a leg, rad.
 pub const A1_STANDS: [f64; 3] = [0.0, 0.67, -1.3];
 
-/// An A1, as `pybullet_data` has it, above the ground with its legs bent, holding them so.
+/// Returns an A1 of `pybullet_data` above the ground with bent legs, holding that pose.
 pub fn a1(time_step: f64, model: &Arc<RobotModel>) -> Simulation {
     many_a1(time_step, model, 1)
 }
 
-/// So many of them in a row, a metre from each other.
+/// Returns this many of them in a row, a metre from each other.
 pub fn many_a1(time_step: f64, model: &Arc<RobotModel>, count: usize) -> Simulation {
     let mut world = world(time_step);
     spawn(&mut world, robot("ground", &plane(DVec3::Z), DPose3::IDENTITY, true));
@@ -365,7 +367,7 @@ fn a1_angle(joint: &str) -> f64 {
     part.and_then(|part| A1_STANDS.get(part)).copied().unwrap_or(0.0)
 }
 
-/// A free robot that stands on the ground with this height of its root, holding its joints at 0.
+/// Returns a free robot that stands on the ground with this height of its root, holding its joints at 0.
 pub fn standing(time_step: f64, model: &Arc<RobotModel>, height: f64) -> Simulation {
     let mut world = world(time_step);
     spawn(&mut world, robot("ground", &plane(DVec3::Z), DPose3::IDENTITY, true));
@@ -374,7 +376,8 @@ pub fn standing(time_step: f64, model: &Arc<RobotModel>, height: f64) -> Simulat
     world
 }
 
-/// Once in so many calls keeps the state, does up to `most` steps and puts it back; how many steps those were.
+/// Once in this many calls, saves the state, does up to `most` steps and restores it. Returns the number of
+/// those steps.
 pub fn go_back_at_times(
     world: &mut Simulation,
     rng: &mut fastrand::Rng,

@@ -1,9 +1,9 @@
-//! A soak: a real `simd` in a world that comes and goes, with readers on every transport, for minutes or
-//! hours. `make soak` runs it and prints what the process costs; the suite of the daemon runs it for seconds.
+//! A soak: a real `simd` with a changing world and readers on every transport, for minutes or hours. `make
+//! soak` runs it and prints the costs of the process; the daemon's suite runs it for seconds.
 //!
-//! First the world plays alone, so that there is something to compare the lateness of its steps with; then everybody
-//! comes. It fails where an acknowledged command was lost, where clients saw other refusals than the daemon counted, where
-//! anything panicked and where the daemon ended.
+//! First the world plays alone, to compare the lateness of its steps with; then all clients join. It fails if
+//! an acknowledged command was lost, clients saw other refusals than the daemon counted, anything panicked or
+//! the daemon ended.
 
 mod churn;
 mod flood;
@@ -40,59 +40,59 @@ pub use self::tally::Tally;
 use crate::process::{Process, soon};
 use crate::web;
 
-/// Between two looks at what the daemon costs.
+/// Time between two measurements of the daemon's costs.
 const LOOK: Duration = Duration::from_secs(5);
-/// How long twice as much comes and goes.
+/// Time with twice as much churn.
 const CROWDED: Duration = Duration::from_secs(300);
 
-/// How long, how many, and how much of it is seen.
+/// Duration, numbers of clients, and output.
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
-    /// Of the world alone.
+    /// Time of the world alone.
     pub quiet: Duration,
-    /// Of the churn.
+    /// Time of the churn.
     pub duration: Duration,
-    /// Between two lines of the table.
+    /// Time between two lines of the table.
     pub every: Duration,
     /// Clients that read.
     pub readers: usize,
-    /// Of these, that have stopped to.
+    /// Number of these that have stopped reading.
     pub stopped: usize,
     /// `SCHED_FIFO` of the physics thread; 0 is none.
     pub priority: u32,
-    /// The daemon locks its memory. Then it gives none of it back, and what it has is the most that it ever needed.
+    /// The daemon locks its memory. Then it gives none of it back, and its memory is its peak.
     pub locks_memory: bool,
     /// The processor that the physics thread has for itself. The caller keeps its own threads off it.
     pub processor: Option<usize>,
 }
 
-/// What came of it.
+/// Result of a run.
 #[derive(Clone, Debug)]
 pub struct Report {
-    /// Of the calls.
+    /// Counts of the calls.
     pub tally: Arc<Tally>,
-    /// Of the world alone.
+    /// Steps of the world alone.
     pub quiet: Steps,
-    /// Of the world with everybody in it.
+    /// Steps of the world with all clients.
     pub loaded: Steps,
     /// How late a thread was woken that only sleeps, in both.
     pub sleeper: [Spread; 2],
     /// How late steps were in the moments in which that thread was in time, in both.
     pub punctual: [Spread; 2],
-    /// MiB an hour of what is allocated, after the first part of the run.
+    /// Growth of allocated memory after the first part of the run, MiB an hour.
     pub heap_slope: Slope,
-    /// MiB an hour of memory that is no file's, after the first part of the run.
+    /// Growth of memory that belongs to no file after the first part of the run, MiB an hour.
     pub memory_slope: Slope,
 }
 
-/// What actors share: the way to the daemon, and what came of their calls.
+/// Data that actors share: the connection to the daemon, and the results of their calls.
 #[derive(Clone)]
 struct Stage {
     endpoint: String,
     address: std::net::SocketAddr,
     locator: String,
     tally: Arc<Tally>,
-    /// Held by a writer that reads back what it set, against a client that restores the world.
+    /// Held by a writer that reads back its own values, against a client that restores the world.
     world: Arc<RwLock<()>>,
     ends: Instant,
 }
@@ -112,7 +112,7 @@ impl Stage {
     }
 }
 
-/// Runs it and prints a line each [`Options::every`]; what came of it.
+/// Runs it and prints a line each [`Options::every`]. Returns the result.
 ///
 /// # Panics
 /// Panics if the daemon does not start.
@@ -158,7 +158,8 @@ pub async fn run(options: Options) -> Report {
 
     let mut actors = JoinSet::new();
     let begun = Instant::now();
-    // More comes and goes at first than later: the room for the most of everything at once is there before its growth is measured.
+    // There is more churn at first than later: the memory for the most of everything at once is allocated
+    // before its growth is measured.
     stage.ends = begun + options.duration;
     churn::start(&stage, 0..churn::CHURNS, stage.ends, &mut actors);
     let crowded = begun + CROWDED.min(options.duration / 10);
@@ -185,7 +186,7 @@ pub async fn run(options: Options) -> Report {
     let among = sleeper.take();
     drop(sleeper);
     if !tally.failures().is_empty() {
-        // They would go on to the end.
+        // They would run to the end.
         println!("{tally}");
         actors.abort_all();
     }
@@ -223,7 +224,7 @@ pub async fn run(options: Options) -> Report {
     Report { tally, quiet, loaded, sleeper: [alone, among], punctual, heap_slope, memory_slope }
 }
 
-/// A table of refusals; a difference is a failure.
+/// Returns a table of refusals; a difference is a failure.
 fn refused(tally: &Tally, counted: &BTreeMap<String, refusals::Refusals>) -> String {
     let seen = tally.refused();
     let mut text = "refused, by reason: seen by clients, counted by the daemon".to_owned();
@@ -243,14 +244,14 @@ fn refused(tally: &Tally, counted: &BTreeMap<String, refusals::Refusals>) -> Str
     text
 }
 
-/// What the physics thread asks of the system, and what it has.
+/// Returns the scheduling that the physics thread asks of the system, and the one that it has.
 fn scheduling(pid: Option<u32>, priority: u32) -> String {
     let tasks = std::fs::read_dir(format!("/proc/{}/task", pid.unwrap_or_default()));
     let folders = tasks.into_iter().flatten().flatten().map(|task| task.path());
     let mut drivers = folders.filter(|folder| {
         std::fs::read_to_string(folder.join("comm")).is_ok_and(|name| name.trim() == "simd-driver")
     });
-    // Fields 40 and 41, of which 38 and 39 come after the name in brackets.
+    // Fields 40 and 41; 38 and 39 come after the name in parentheses.
     let stat = drivers.next().and_then(|folder| std::fs::read_to_string(folder.join("stat")).ok());
     let has = stat.as_deref().and_then(|stat| {
         let mut fields = stat.rsplit_once(')')?.1.split_whitespace().skip(37);

@@ -14,7 +14,7 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// Of figures in any order.
+    /// Returns the spread of figures in any order.
     pub fn of(mut figures: Vec<f64>) -> Self {
         figures.sort_by(f64::total_cmp);
         let at = |part| percentile(&figures, part);
@@ -28,7 +28,7 @@ impl fmt::Display for Spread {
     }
 }
 
-/// Of sorted figures, the one that this part lies below; NaN of none.
+/// Returns the one of sorted figures below which this part lies; NaN if there are none.
 pub fn percentile(sorted: &[f64], part: f64) -> f64 {
     let index = (sorted.len().saturating_sub(1) as f64 * part).round() as usize;
     sorted.get(index).copied().unwrap_or(f64::NAN)

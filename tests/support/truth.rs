@@ -14,26 +14,26 @@ use simd_model::robot::{JointLimits, Mimic};
 
 use crate::robots;
 
-/// A robot, how it starts, what acts on its joints. What its file says of settings plays no part.
+/// A robot, its initial state, and the settings of its joints. Settings in its file are ignored.
 #[derive(Clone, Debug, Deserialize)]
 pub struct Case {
-    /// For people.
+    /// Name for people.
     pub name: String,
     /// `smooth`: passive and smooth; `kinked`: with dry friction, limits or mimic; `driven`.
     pub subject: String,
-    /// As [`robots::read`] takes it.
+    /// In the form of [`robots::read`].
     pub urdf: String,
-    /// Linear in world axes, angular in the root's own, which start as the world's; none where it is fixed.
+    /// Linear in world axes, angular in the root's own, which start as the world's; `None` if it is fixed.
     pub root_velocity: Vec<f64>,
-    /// Of each joint axis: N m s/rad or N s/m.
+    /// Damping of each joint axis: N m s/rad or N s/m.
     pub damping: f64,
-    /// Of each joint axis: N m or N.
+    /// Friction of each joint axis: N m or N.
     pub friction: f64,
-    /// Of each joint axis: kg m^2 or kg.
+    /// Armature of each joint axis: kg m^2 or kg.
     pub armature: f64,
-    /// Of each actuator: N m or N.
+    /// Limit of each actuator: N m or N.
     pub effort: Option<f64>,
-    /// Joints that have stops; the others have none.
+    /// Joints with stops; the others have none.
     pub limits: Vec<Stops>,
     /// Joints that follow others.
     pub mimic: Vec<Follower>,
@@ -87,7 +87,7 @@ pub enum Drive {
     },
 }
 
-/// Where a joint axis starts.
+/// Initial state of a joint axis.
 #[derive(Clone, Debug, Deserialize)]
 pub struct Start {
     joint: String,
@@ -96,7 +96,7 @@ pub struct Start {
     velocity: f64,
 }
 
-/// Where a robot is at an instant.
+/// State of a robot at one time.
 #[derive(Clone, Debug, Serialize)]
 pub struct View {
     /// rad or m, as [`Case::joints`].
@@ -106,7 +106,8 @@ pub struct View {
 }
 
 impl Case {
-    /// Where the robot is at these instants, which are multiples of the time step, seconds, by an integrator.
+    /// Returns the robot's state at these times, which are multiples of the time step, seconds, by an
+    /// integrator.
     ///
     /// # Panics
     /// Panics if the world refuses the case: then the test has failed.
@@ -122,7 +123,7 @@ impl Case {
         looks.collect()
     }
 
-    /// The world at its start.
+    /// Returns the world at its start.
     ///
     /// # Panics
     /// Panics if the world refuses the case: then the test has failed.
@@ -184,7 +185,7 @@ impl Case {
             });
             assert_eq!(mimic.is_some(), found.is_some(), "{}: no such leader", self.name);
             model.joints[index].mimic = mimic;
-            // What lies beyond the file's limits may be asked for.
+            // Positions beyond the file's limits may be requested.
             model.joints[index].limits = JointLimits::default();
         }
         model
@@ -262,8 +263,8 @@ impl Case {
 }
 
 impl View {
-    /// The largest difference of a joint's or the root's position, rad or m, the root's turn as
-    /// its angle; NaN where anything is.
+    /// Returns the largest difference of a joint's or the root's position, rad or m, the root's turn as its
+    /// angle; NaN where anything is.
     pub fn difference(&self, joints: &[f64], root: Option<&[f64; 7]>) -> f64 {
         assert_eq!(self.joints.len(), joints.len());
         let mut apart: Vec<f64> = self.joints.iter().zip(joints).map(|(a, b)| (a - b).abs()).collect();

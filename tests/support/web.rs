@@ -20,7 +20,7 @@ use tonic_web::{GrpcWebCall, GrpcWebClientService};
 /// serves no more than 192 connections of HTTP/1.1.
 const CONNECTIONS: usize = 48;
 
-/// A client over gRPC-Web. Each has connections of its own.
+/// Returns a client over gRPC-Web with separate connections.
 pub fn client(address: SocketAddr) -> Client {
     let mut connector = HttpConnector::new();
     // A request is small and must not wait for the next one to fill a packet.
@@ -57,7 +57,7 @@ impl Service<http::Request<Body>> for Web {
                 Err(error) => return Ok(Status::internal(error.to_string()).into_http()),
             };
             *request.uri_mut() = there;
-            // What a browser speaks to a server without TLS.
+            // Protocol of a browser with a server without TLS.
             *request.version_mut() = http::Version::HTTP_11;
             Ok(match service.call(request).await {
                 Ok(answer) => answer.map(Body::new),

@@ -8,26 +8,26 @@ use simd_core::simulation::command::*;
 use simd_core::{Command, Integrator, PhysicsSettings, PublishedState, Simulation};
 use simd_model::RobotModel;
 
-/// An empty world with this time step.
+/// Returns an empty world with this time step.
 pub fn world(time_step: f64) -> Simulation {
     let settings = PhysicsSettings { time_step, ..PhysicsSettings::default() };
     Simulation::new(settings, WorldLimits::default())
 }
 
-/// An empty world with the leapfrog integrator.
+/// Returns an empty world with the leapfrog integrator.
 pub fn leapfrog(time_step: f64) -> Simulation {
     let settings =
         PhysicsSettings { time_step, integrator: Integrator::Leapfrog, ..PhysicsSettings::default() };
     Simulation::new(settings, WorldLimits::default())
 }
 
-/// An empty world with MuJoCo's Euler.
+/// Returns an empty world with MuJoCo's Euler.
 pub fn euler(time_step: f64) -> Simulation {
     let settings = PhysicsSettings { time_step, integrator: Integrator::Euler, ..PhysicsSettings::default() };
     Simulation::new(settings, WorldLimits::default())
 }
 
-/// A passive robot called "robot", fixed or free, at the origin.
+/// Returns a passive robot called "robot", fixed or free, at the origin.
 pub fn passive(model: &Arc<RobotModel>, free: bool, positions: &[f64]) -> Spawn {
     let moving = model.joints.iter().filter(|joint| joint.kind != simd_model::robot::JointKind::Fixed);
     Spawn {
@@ -57,14 +57,14 @@ pub fn apply(world: &mut Simulation, command: Command) {
     }
 }
 
-/// Returns what the world publishes.
+/// Returns the published state of the world.
 pub fn look(world: &Simulation) -> PublishedState {
     let mut state = PublishedState::default();
     world.observe(&mut state);
     state
 }
 
-/// Steps for this many simulated seconds, and returns what the world publishes then.
+/// Steps for this many simulated seconds, and returns the published state.
 pub fn run(world: &mut Simulation, seconds: f64) -> PublishedState {
     for _ in 0..(seconds / world.settings().time_step).round() as u64 {
         world.step();
@@ -72,7 +72,7 @@ pub fn run(world: &mut Simulation, seconds: f64) -> PublishedState {
     look(world)
 }
 
-/// A pose without a turn, m.
+/// Returns a pose without a turn, m.
 pub fn at(x: f64, y: f64, z: f64) -> DPose3 {
     DPose3::from_translation(DVec3::new(x, y, z))
 }

@@ -1,5 +1,6 @@
-//! Processes that answer the daemon's own messages and do nothing else: a service of tonic, whose connections are served by one
-//! thread as the daemon's are, and a queryable of Zenoh. What a call of the daemon takes beyond a call of one of these is the daemon's.
+//! Processes that answer the daemon's own messages and do nothing else: a tonic service and a Zenoh
+//! queryable. One thread serves the connections of the former, as in the daemon. The daemon's cost is the
+//! difference between a call of the daemon and a call of one of these.
 
 use std::pin::Pin;
 
@@ -17,7 +18,7 @@ use tonic::{Request, Response, Status, Streaming};
 pub(crate) const TONIC: &str = "--tonic";
 pub(crate) const ZENOH: &str = "--zenoh-queryable";
 
-/// What a peer is started with: the states of each of its answers.
+/// Returns the argument that starts a peer: the states of each of its answers.
 pub(crate) fn argument(states: &JointStates) -> String {
     states.encode_to_vec().iter().map(|byte| format!("{byte:02x}")).collect()
 }
@@ -62,7 +63,7 @@ pub(crate) fn zenoh() {
     });
 }
 
-/// Answers with the same states whatever it is asked.
+/// Answers every request with the same states.
 #[derive(Debug)]
 struct Bare(JointStates);
 

@@ -1,4 +1,4 @@
-//! Milliseconds per step of many robots, and what it takes to bring, look at and remove them.
+//! Milliseconds per step of many robots, and the times to spawn, read and delete them.
 
 use std::hint::black_box;
 use std::sync::Arc;
@@ -46,7 +46,7 @@ fn arms_at_one_pose() {
     }
 }
 
-/// The mean time of a step, ms.
+/// Returns the mean time of a step, ms.
 fn steps(world: &mut Simulation, count: usize) -> f64 {
     let start = Instant::now();
     (0..count).for_each(|_| world.step());
@@ -71,7 +71,7 @@ fn spawn(world: &mut Simulation, i: usize, model: &Arc<RobotModel>, shapes: &Arc
     assert!(world.apply(&Command::Spawn(Box::new(spawn))).is_ok());
 }
 
-/// Each arm to a pose of its own.
+/// Sends each arm to another pose.
 fn send(world: &mut Simulation, i: usize, model: &RobotModel) {
     let joints = model.joints.iter().filter(|joint| joint.kind != JointKind::Fixed).enumerate();
     let target = |(k, joint): (usize, &simd_model::robot::Joint)| JointTarget {

@@ -1,5 +1,6 @@
-//! Where the time of a turn goes: the same turn (seven targets, one step, the states after it) at each place that it passes
-//! within a process, from the core outwards. What is between two rows is what that place costs.
+//! Time of a turn by layers: the same turn at each layer within a process, from the core outwards. It has
+//! seven targets, one step, and the states after it. The difference between two rows is the cost of that
+//! layer.
 
 use std::hint::black_box;
 use std::time::{Duration, Instant};
@@ -16,7 +17,7 @@ use simd_world::SimHandle;
 use simd_world::handle::RunState;
 use tokio::runtime::Builder;
 
-/// Rounds, each of which times every row in turn, so that noise hits all alike.
+/// Rounds, each of which times every row in turn, so that noise affects all alike.
 const ROUNDS: usize = 20;
 const CALLS: usize = 500;
 /// Longer than any call here takes.

@@ -35,7 +35,8 @@ pub(crate) fn runtime() -> Runtime {
     runtime.expect("a runtime")
 }
 
-/// Prints the table for worlds that are stepped by one thread and by two. The world of one arm is too small for more than one.
+/// Prints the table for worlds that are stepped by one thread and by two. The world of one arm is too small
+/// for more than one.
 pub(crate) fn print_threads() {
     println!(
         "\nseven-joint arms, 1 ms, stepped by one thread and by two, one reader of every state, {SECONDS} s"
@@ -43,7 +44,7 @@ pub(crate) fn print_threads() {
     println!("                      actual factor   lateness of steps: p50, p99, largest (microseconds)");
     let runtime = runtime();
     for count in [1, 100] {
-        // In turn, so that what else the machine does is the same for both.
+        // In turn, so that other load of the machine is the same for both.
         for step_threads in [1, 2, 1, 2] {
             let running = runtime.block_on(start_on(step_threads, (0..count).map(arm).collect(), 1e-3));
             let title = format!("{count:3} arms, {step_threads} threads");
@@ -52,7 +53,7 @@ pub(crate) fn print_threads() {
     }
 }
 
-/// One of those that stand beside each other, on a square.
+/// Returns an arm of several side by side, in a square.
 pub(crate) fn arm(index: usize) -> Robot {
     let (x, y) = (index % 25, index / 25);
     Robot {
@@ -76,7 +77,7 @@ async fn start_on(step_threads: u32, robots: Vec<Robot>, time_step: f64) -> Runn
     daemon::start(config).await.expect("it starts")
 }
 
-/// Prints how late the steps of a daemon are, while these tasks go on.
+/// Prints how late the steps of a daemon are while these tasks run.
 pub(crate) async fn measure(title: &str, running: Running, asking: Vec<JoinHandle<()>>) {
     let begin = Instant::now();
     let (mut states, mut sequence) = (Vec::new(), 0);
@@ -89,7 +90,7 @@ pub(crate) async fn measure(title: &str, running: Running, asking: Vec<JoinHandl
     }
     let (first, last) = (states[0], states[states.len() - 1]);
     let factor = (last.1 - first.1) / (last.0 - first.0);
-    // The earliest state of all has no lateness; the others are late by what they are behind it.
+    // The earliest state of all has no lateness; the others are late by their delay relative to it.
     let behind: Vec<f64> = states.iter().map(|(wall, sim)| wall - sim).collect();
     let earliest = behind.iter().copied().fold(f64::INFINITY, f64::min);
     let mut late: Vec<f64> = behind.iter().map(|behind| (behind - earliest) * 1e6).collect();

@@ -1,5 +1,6 @@
-//! A lidar of 16 by 1,024 rays at 10 Hz in a room of 100,000 triangles, beside a 1 kHz world: lateness of steps with it and without,
-//! in turns of one run; how long a scan takes, and how many of them come.
+//! A lidar of 16 by 1,024 rays at 10 Hz in a room of 100,000 triangles, beside a 1 kHz world. Prints the
+//! lateness of steps with it and without, in alternating turns of one run. It also prints the time of a scan,
+//! and the number of finished scans.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -18,7 +19,7 @@ use simd_tests::statistics::percentile;
 use super::lateness::{arm, runtime, start};
 use super::recording::{Sample, turn};
 
-/// Seconds of one turn: its scans are within what the daemon keeps of a sensor.
+/// Seconds of one turn: the daemon keeps this many scans of a sensor.
 const SECONDS: f64 = 5.0;
 /// Turns of each.
 const TURNS: usize = 12;
@@ -29,7 +30,7 @@ const COLUMNS: u32 = 1_024;
 /// Scans per second.
 const RATE: f64 = 10.0;
 
-/// Prints the table. `LIDAR_TURNS` is how many turns there are of each.
+/// Prints the table. `LIDAR_TURNS` is the number of turns of each kind.
 pub(crate) fn print() {
     let turns = std::env::var("LIDAR_TURNS").ok().and_then(|text| text.parse().ok()).unwrap_or(TURNS);
     let triangles = room::triangles().len();
@@ -85,14 +86,14 @@ fn lidar() -> Sensor {
     }
 }
 
-/// The scans that came of those that fell due, all of which are still kept.
+/// Returns the number of finished scans of those that were due; all of them are still kept.
 async fn measured(client: &Client) -> usize {
     let cursor = SensorCursor { robot: "arm-0".into(), sensor: "lidar".into(), after_sequence: 0 };
     let of = client.next_sensor_readings(vec![cursor], Duration::ZERO).await.expect("it is there");
     of.iter().map(|of| of.readings.len()).sum()
 }
 
-/// How long a scan takes on a thread of its own, with the scene that it needs.
+/// Times a scan on a separate thread, with the scene that it needs.
 fn alone(running: &Running) {
     let state = running.handle.newest();
     let sensor =

@@ -1,9 +1,19 @@
-//! Figures for this machine, printed as tables: run with `make bench`. Nothing
-//! here is asserted; compare within a run. `-- reads` prints one table alone, lateness under a flood of reads; `-- threads` that of
-//! worlds that one thread and two step; `-- town` that of a quadruped among what cannot move; `-- rapier` what rapier's broad phase and queries would cost; `-- recording` what a
-//! recording costs; `-- turns` round trips; `-- hops` a turn within a process, and `-- network-hops` calls over the network;
-//! `-- rollouts` what copies of a world cost, `-- rollouts-late` how late steps are meanwhile; `-- lidar` what a lidar costs the steps; `-- subscribers` what a hundred
-//! subscribers of every state cost.
+//! Figures for this machine, printed as tables: run with `make bench`. Nothing here is asserted; compare
+//! within a run.
+//!
+//! Each of these options prints one table alone:
+//! * `-- reads`: lateness under a flood of reads
+//! * `-- threads`: lateness of worlds that one thread and two step
+//! * `-- town`: a quadruped among fixed things
+//! * `-- rapier`: costs of rapier's broad phase and queries
+//! * `-- recording`: costs of a recording
+//! * `-- turns`: round trips
+//! * `-- hops`: a turn within a process
+//! * `-- network-hops`: calls over the network
+//! * `-- rollouts`: costs of copies of a world
+//! * `-- rollouts-late`: lateness of steps during rollouts
+//! * `-- lidar`: costs of a lidar for the steps
+//! * `-- subscribers`: costs of a hundred subscribers of every state
 #![allow(
     clippy::expect_used,
     clippy::print_stdout,
@@ -25,7 +35,7 @@ mod step;
 mod subscribers;
 mod town;
 
-/// As in the daemon's program: daemons run in this one.
+/// As in the daemon's program: daemons run in this process.
 #[cfg(feature = "jemalloc")]
 #[global_allocator]
 static HEAP: tikv_jemallocator::Jemalloc = tikv_jemallocator::Jemalloc;

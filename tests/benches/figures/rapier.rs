@@ -1,5 +1,5 @@
-//! What rapier's own collision world would cost instead of what is here: its broad phase beside the sweep over robots, its
-//! query pipeline beside the tree of a call.
+//! Costs of rapier's own collision world in place of simd's. Its broad phase is compared with the sweep over
+//! robots, and its query pipeline with the tree of a call.
 
 use std::hint::black_box;
 use std::sync::Arc;
@@ -21,7 +21,7 @@ use simd_tests::{robots, scenes};
 const BATCHES: usize = 40;
 /// Rays of a call.
 const RAYS: usize = 10_000;
-/// Contacts are looked for this far from what moves, metres.
+/// Distance within which contacts of moving bodies are searched, metres.
 const SLACK: f64 = 1e-3;
 
 /// Prints the tables.
@@ -41,7 +41,7 @@ pub(crate) fn print() {
     rays();
 }
 
-/// So many along each axis.
+/// Returns a grid with this many robots along each axis.
 fn pile(model: &Arc<RobotModel>, [nx, ny, nz]: [u32; 3], pitch: f64) -> Vec<(Arc<RobotModel>, DPose3)> {
     let places = (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| [x, y, z])));
     let at = |cell: [u32; 3]| DPose3::from_translation(DVec3::from(cell.map(f64::from)) * pitch);
@@ -58,7 +58,7 @@ fn at_zero(tree: &Tree) -> Vec<DPose3> {
     poses
 }
 
-/// rapier's shape of a collider, and its axes in those of the collider.
+/// Returns rapier's shape of a collider, and its axes in those of the collider.
 fn shape(geometry: &ColliderGeometry, shapes: &Shapes) -> Option<(SharedShape, DPose3)> {
     let upright = DPose3::from_rotation(DQuat::from_rotation_x(std::f64::consts::FRAC_PI_2));
     let made = match *geometry {
@@ -195,7 +195,7 @@ fn rays() {
     println!("  hits: {} here, {} in rapier", hits[0], hits[1]);
 }
 
-/// What a call would have to make of a published state.
+/// Makes the data from a published state that a call would need.
 fn set_of(state: &simd_core::PublishedState) -> (ColliderSet, RigidBodySet, BroadPhaseBvh) {
     let (mut set, bodies) = (ColliderSet::new(), RigidBodySet::new());
     let (parameters, mut tree) = (IntegrationParameters::default(), BroadPhaseBvh::new());

@@ -1,4 +1,4 @@
-//! How late the steps of a daemon are while clients ask without a pause for what is only read.
+//! Lateness of a daemon's steps while clients send read requests without a pause.
 
 use std::fmt::Write as _;
 use std::time::Duration;
@@ -24,7 +24,7 @@ pub(crate) fn print() {
     );
     println!("                                            lateness of steps: p50, p99, p99.9 (microseconds)");
     rows("physics thread as all others", "");
-    // Processors are a thread's, and of those that it starts: the rest of the bench keeps its own.
+    // The processor set applies to a thread and those that it starts: the rest of the bench keeps its own.
     let with_its_own = || {
         let processor = leave_the_last_processor();
         let processors = processor.map_or(String::new(), |number| format!("processors = [{number}]\n"));
@@ -35,7 +35,7 @@ pub(crate) fn print() {
     });
 }
 
-/// Alone and asked, in turn.
+/// Without and with requests, in turn.
 fn rows(title: &str, real_time: &str) {
     let runtime = runtime();
     for asking in [0, ASKING, 0, ASKING] {
@@ -45,7 +45,7 @@ fn rows(title: &str, real_time: &str) {
     }
 }
 
-/// How late the steps of a daemon are that is asked by so many.
+/// Measures the lateness of a daemon's steps with this many clients.
 async fn measure(real_time: &str, asking: usize) -> Steps {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("simd.toml");
@@ -53,7 +53,7 @@ async fn measure(real_time: &str, asking: usize) -> Steps {
     let daemon = Process::start(["--time-step", "0.01", "--config", &path.to_string_lossy()]).await;
     let client = daemon.client().await;
     let asking: Vec<_> = (0..asking).map(|_| tokio::spawn(ask(daemon.endpoint.clone()))).collect();
-    // The first questions make what all later ones share.
+    // The first requests make data that all later ones share.
     tokio::time::sleep(Duration::from_secs(1)).await;
     let before = Steps::so_far(&client).await.expect("the daemon answers");
     tokio::time::sleep(Duration::from_secs(SECONDS)).await;
@@ -75,7 +75,7 @@ fn arms() -> String {
     })
 }
 
-/// Asks for what is dearest of all that is only read, one after the other, for ever.
+/// Sends the most expensive read request in an endless loop.
 async fn ask(endpoint: String) {
     let client = Client::connect(&endpoint).await.expect("the daemon listens");
     let side = 75.0;

@@ -1,5 +1,5 @@
-//! What a recording costs: lateness of steps with it and without, in turns of one run, bytes a second, and whether the files
-//! come to the same again.
+//! Costs of a recording: lateness of steps with it and without, in alternating turns of one run, and bytes a
+//! second. Replays of the files are checked for equal states.
 
 use std::fs::File;
 use std::io::BufReader;
@@ -21,10 +21,11 @@ use simd_world::recording::replay;
 const ROBOTS: usize = 3;
 /// Seconds of one turn, without a recording and with one.
 const TURNS: [f64; 2] = [20.0, 60.0];
-/// From one command to the next.
+/// Time from one command to the next.
 const COMMANDS: Duration = Duration::from_millis(10);
 
-/// Prints the table. `RECORD_MINUTES` is how long is recorded in all (1), `REALTIME_PRIORITY` that of the physics thread (none).
+/// Prints the table. `RECORD_MINUTES` is the total time of the recordings (1), `REALTIME_PRIORITY` the
+/// priority of the physics thread (none).
 pub(crate) fn print() {
     let number = |name: &str| std::env::var(name).ok().and_then(|text| text.parse::<f64>().ok());
     let turns = (number("RECORD_MINUTES").unwrap_or(1.0) * 60.0 / TURNS[1]).ceil().max(1.0);
@@ -134,7 +135,7 @@ async fn command(client: Client) {
     }
 }
 
-/// When states were there and how far the world was, each turn for itself.
+/// Arrival times and simulated times of states, separately for each turn.
 #[derive(Default)]
 pub(crate) struct Sample {
     late: Vec<f64>,
@@ -174,7 +175,7 @@ pub(crate) async fn turn(running: &Running, seconds: f64, sample: &mut Sample) {
     }
     let (first, last) = (states[0], states[states.len() - 1]);
     sample.factors.push((last.1 - first.1) / (last.0 - first.0));
-    // The earliest state of all has no lateness; the others are late by what they are behind it.
+    // The earliest state of all has no lateness; the others are late by their delay relative to it.
     let behind = || states.iter().map(|(wall, sim)| wall - sim);
     let earliest = behind().fold(f64::INFINITY, f64::min);
     sample.late.extend(behind().map(|behind| (behind - earliest) * 1e6));

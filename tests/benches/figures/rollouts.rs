@@ -1,5 +1,5 @@
-//! Arm-steps a second of rollouts: in the core, by a number of threads, and through a daemon. Then how late a world is while
-//! rollouts are computed without a pause.
+//! Arm-steps a second of rollouts: in the core, by a number of threads, and through a daemon. Then the
+//! lateness of a world while rollouts are computed without a pause.
 
 use std::hint::black_box;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -24,7 +24,7 @@ use crate::{lateness, step};
 const COPIES: usize = 1_024;
 const STEPS: u64 = 100;
 const ROUNDS: usize = 9;
-/// Turns in which lateness is measured, and for how long in each.
+/// Turns in which lateness is measured, and the time of each.
 const TURNS: usize = 5;
 const MEASURED: Duration = Duration::from_secs(5);
 
@@ -44,23 +44,23 @@ const JOINTS: usize = 7;
 /// Knots of each copy, and steps between them.
 const KNOTS: (usize, u64) = (10, 10);
 
-/// What is rolled out.
+/// Scene of a rollout.
 struct Scene {
     world: Simulation,
     robot: &'static str,
     /// Positions about which targets are drawn, of all joints.
     middle: Vec<f64>,
-    /// How far from those they are at the most.
+    /// Largest deviation of a target from them.
     most: f64,
 }
 
 impl Scene {
-    /// An arm that meets nothing.
+    /// Returns an arm that hits nothing.
     fn of_arm(world: Simulation) -> Self {
         Self { world, robot: "arm-0", middle: vec![0.0; JOINTS], most: 0.5 }
     }
 
-    /// A quadruped that stands on a plane, touching it with all feet.
+    /// Returns a quadruped that stands on a plane with all feet.
     fn of_quadruped() -> Self {
         let mut world = scenes::a1(1e-3, &scenes::quadruped());
         (0..500).for_each(|_| world.step());
@@ -84,7 +84,7 @@ pub(crate) fn print() {
     );
     let (model, _) = robots::read("seven_arm/urdf/seven_arm.urdf");
     let world = step::world(&model, 1, true);
-    // A copy has a world beside its lane too: where it begins, and where it steps whenever lanes do not do its step.
+    // A copy also has a world beside its lane: for its start, and for steps that lanes do not do.
     println!(
         "  bytes a copy: {} in its lane, {} of targets in the request",
         bytes_of_copy(&world.layout().entities[0].tree),
@@ -150,7 +150,7 @@ pub(crate) fn print_lateness() {
     println!("                                            lateness of steps: p50, p99, p99.9 (microseconds)");
     late_rows("physics thread as all others", "");
     late_rows("priority 40", "[realtime]\npriority = 40\n");
-    // Processors are a thread's, and of those that it starts: the rest of the bench keeps its own.
+    // The processor set applies to a thread and those that it starts: the rest of the bench keeps its own.
     let with_its_own = || {
         let processor = leave_the_last_processor();
         let processors = processor.map_or(String::new(), |number| format!("processors = [{number}]\n"));
@@ -161,7 +161,7 @@ pub(crate) fn print_lateness() {
     });
 }
 
-/// In turn, so that what else the machine does is the same for all.
+/// In turn, so that other load of the machine is the same for all.
 fn late_rows(title: &str, real_time: &str) {
     let runtime = lateness::runtime();
     let asking = [0, 1, 2];
@@ -179,7 +179,7 @@ fn late_rows(title: &str, real_time: &str) {
     }
 }
 
-/// How late the steps of a daemon are that is asked by so many.
+/// Measures the lateness of a daemon's steps with this many clients.
 async fn late(real_time: &str, asking: usize) -> Steps {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("simd.toml");
@@ -189,7 +189,7 @@ async fn late(real_time: &str, asking: usize) -> Steps {
     let daemon = Process::start(["--time-step", "0.001", "--config", &path.to_string_lossy()]).await;
     let client = daemon.client().await;
     let asking: Vec<_> = (0..asking).map(|_| tokio::spawn(ask(daemon.endpoint.clone()))).collect();
-    // The first calls make what all later ones share.
+    // The first calls make data that all later ones share.
     tokio::time::sleep(Duration::from_secs(1)).await;
     let before = Steps::so_far(&client).await.expect("the daemon answers");
     tokio::time::sleep(MEASURED).await;
@@ -198,7 +198,7 @@ async fn late(real_time: &str, asking: usize) -> Steps {
     after.since(&before)
 }
 
-/// Asks for one rollout after the other, for ever.
+/// Requests rollouts in an endless loop.
 async fn ask(endpoint: String) {
     let client = Client::connect(&endpoint).await.expect("the daemon listens");
     for round in 0.. {

@@ -1,6 +1,6 @@
-//! Round trips to a daemon process, beside raw TCP echo processes in the same run: one that
-//! blocks in the system calls, which is the floor of the machine, and one on tokio at both
-//! ends, which is the floor of anything that serves many clients; and, for the daemon's Unix socket, a blocking echo at another.
+//! Round trips to a daemon process, beside raw TCP echo processes in the same run. One blocks in the system
+//! calls, which is the floor of the machine. One uses tokio at both ends, which is the floor of any server
+//! for many clients. For the daemon's Unix socket, there is a blocking echo at another.
 
 use std::io::{BufRead as _, BufReader, Read, Write};
 use std::net::{TcpListener, TcpStream};
@@ -32,11 +32,12 @@ pub(crate) const UNIX_ECHO: &str = "--unix-echo";
 const REQUEST: usize = 110;
 const REPLY: usize = 306;
 
-/// Rounds, each of which times every path in turn, so that noise hits all alike.
+/// Rounds, each of which times every path in turn, so that noise affects all alike.
 const ROUNDS: usize = 20;
 const CALLS: usize = 500;
 
-/// Answers each request of [`REQUEST`] bytes with [`REPLY`] bytes, or with as many of both as its argument says.
+/// Answers each request of [`REQUEST`] bytes with [`REPLY`] bytes, or with the numbers of bytes in its
+/// argument.
 pub(crate) fn echo() {
     let sizes = std::env::args().nth(2);
     let sizes = sizes.as_deref().and_then(|sizes| sizes.split_once(','));
@@ -49,7 +50,7 @@ pub(crate) fn echo() {
     answer(stream, request, reply);
 }
 
-/// The same at a Unix socket, in a folder that goes with it.
+/// The same at a Unix socket, in a folder that is removed with it.
 pub(crate) fn unix_echo() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("echo.sock");
@@ -63,7 +64,7 @@ fn answer(mut stream: impl Read + Write, request: usize, reply: usize) {
     while stream.read_exact(&mut request).is_ok() && stream.write_all(&reply).is_ok() {}
 }
 
-/// The same on tokio, with as many workers as the daemon has.
+/// The same on tokio, with the daemon's number of workers.
 pub(crate) fn async_echo() {
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build().expect("a runtime");
     runtime.block_on(async {
@@ -101,7 +102,7 @@ impl Process {
     }
 }
 
-/// A daemon with a seven-joint arm in a world that plays, and where it listens.
+/// A daemon with a seven-joint arm in a playing world, and its address.
 pub(crate) struct Daemon {
     pub(crate) address: String,
     pub(crate) locator: String,
@@ -110,7 +111,7 @@ pub(crate) struct Daemon {
     _settings: TempDir,
 }
 
-/// The one beside this program, with a configuration.
+/// Starts the daemon beside this program, with a configuration.
 pub(crate) fn daemon(configuration: &str) -> Daemon {
     let this = std::env::current_exe().expect("this program");
     let folder = this.ancestors().nth(2).expect("target/PROFILE/deps");
@@ -192,7 +193,7 @@ pub(crate) fn print() {
     report(&mut times);
 }
 
-/// What is measured, in this order.
+/// Measured paths, in this order.
 const PATHS: [&str; 14] = [
     "raw TCP echo, 110 B and 306 B, blocking",
     "the same on tokio at both ends",
@@ -252,7 +253,7 @@ async fn async_echo_round(stream: &mut tokio::net::TcpStream, times: &mut Vec<f6
     }
 }
 
-/// The Rust client, whatever carries its calls.
+/// The Rust client, over any transport.
 struct Peer {
     client: Client,
     control: Control,
@@ -300,7 +301,7 @@ impl Peer {
     }
 }
 
-/// A session that knows nothing but the keys, and waits on its own thread.
+/// A session that knows only the keys, and waits on a separate thread.
 struct Plain {
     session: zenoh::Session,
     states: Subscriber<RingChannelHandler<Sample>>,
@@ -334,9 +335,9 @@ impl Plain {
         }
     }
 
-    /// From the moment that the state says to its arrival here, by the clock of the system.
+    /// From the time in the state to its arrival here, by the clock of the system.
     fn state_round(&self, times: &mut Vec<f64>) {
-        // What lay in the ring is from before.
+        // States already in the ring are old.
         let _ = self.states.recv();
         for _ in 0..CALLS {
             let sample = self.states.recv().expect("a state");

@@ -19,8 +19,8 @@ const STEPS: usize = 2_000;
 pub(crate) fn print() {
     let (model, _) = robots::read("seven_arm/urdf/seven_arm.urdf");
     println!("seven-joint arm, 1 ms, one thread: microseconds a step (median of {BATCHES} batches)");
-    // What is passive swings into its limits, and those rows are solved each step that it is near one; what holds its
-    // pose is near none.
+    // Passive arms swing into their limits, whose rows are solved in each step near a limit; arms that hold
+    // their pose are near none.
     for (name, arms, driven, observed) in [
         ("passive, swinging into limits", 1, false, false),
         ("actuators and limits", 1, true, false),
@@ -45,7 +45,7 @@ pub(crate) fn print() {
     }
 }
 
-/// A world of so many arms, driven or passive.
+/// Returns a world of this many arms, driven or passive.
 pub(crate) fn world(model: &Arc<RobotModel>, arms: usize, driven: bool) -> Simulation {
     let mut world = Simulation::new(PhysicsSettings::default(), WorldLimits::default());
     for i in 0..arms {

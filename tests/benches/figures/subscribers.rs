@@ -1,5 +1,5 @@
-//! What many subscribers of every state cost: states delivered, their age when they arrive, processor time of the daemon for each
-//! subscriber, and lateness of steps beside a run without any.
+//! Costs of many subscribers of every state: states delivered, their age on arrival, and processor time of
+//! the daemon for each subscriber. The lateness of steps is compared with a run without any.
 
 use std::io::{BufRead as _, BufReader, Lines};
 use std::process::{Child, ChildStdout, Command, Stdio};
@@ -19,14 +19,14 @@ use super::recording::{Sample, turn};
 /// The argument that makes this program the subscribers.
 pub(crate) const SUBSCRIBE: &str = "--subscribe";
 
-/// Each has a connection of its own.
+/// Number of subscribers, each with a separate connection.
 const SUBSCRIBERS: usize = 100;
 /// States that each asks for, a second: all of them.
 const RATE: f64 = 1_000.0;
 const SECONDS: f64 = 10.0;
-/// Between the last subscription and what is counted, so that nothing is of the time before.
+/// Time between the last subscription and the measurement, so that no earlier state is counted.
 const SETTLE: Duration = Duration::from_secs(1);
-/// What `/proc` counts processor time in: `USER_HZ` is 100 on Linux.
+/// Unit in which `/proc` counts processor time: `USER_HZ` is 100 on Linux.
 const TICK: f64 = 0.01;
 
 /// States are read and not counted.
@@ -73,10 +73,10 @@ async fn measured(running: &Running, title: &str) -> f64 {
     share
 }
 
-/// Of this process, user and system, s.
+/// Returns the time of this process, user and system, s.
 fn processor_time() -> f64 {
     let stat = std::fs::read_to_string("/proc/self/stat").expect("Linux");
-    // What is before the last parenthesis is the program's name, which may have spaces.
+    // The text before the last parenthesis is the program's name, which may have spaces.
     let (_name, fields) = stat.rsplit_once(')').expect("a name in parentheses");
     let ticks =
         |index| fields.split_whitespace().nth(index).and_then(|field: &str| field.parse::<f64>().ok());
@@ -100,7 +100,7 @@ impl Subscribers {
         Self { process, lines: BufReader::new(stdout).lines() }
     }
 
-    /// The next that it says, for which it waits.
+    /// Waits for the next line of its output and returns it.
     fn line(&mut self) -> String {
         self.lines.next().expect("it goes on").expect("a line")
     }
@@ -113,7 +113,7 @@ impl Drop for Subscribers {
     }
 }
 
-/// Subscribes; says when it counts, and then what it has counted.
+/// Subscribes, prints when counting starts, and then the counts.
 pub(crate) fn subscribe() {
     let endpoint = std::env::args().nth(2).expect("an endpoint");
     runtime().block_on(async {
@@ -147,7 +147,7 @@ pub(crate) fn subscribe() {
     });
 }
 
-/// The age of each state that is counted when it arrives, microseconds.
+/// Returns the age of each state that is counted when it arrives, microseconds.
 async fn read(mut watch: JointWatch, phase: Arc<AtomicU8>) -> Vec<f64> {
     let mut ages = Vec::new();
     loop {

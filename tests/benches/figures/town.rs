@@ -1,4 +1,4 @@
-//! Microseconds per step of a quadruped that stands among things that cannot move.
+//! Microseconds per step of a quadruped that stands among fixed things.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -37,7 +37,7 @@ pub(crate) fn print() {
         let name = format!("{} triangles of one mesh", 2 * cells * cells);
         worlds.push((name, town(&model, vec![(DPose3::IDENTITY, hills(cells))])));
     }
-    // One after the other in turn, so that what else the machine does is the same for all.
+    // One after the other in turn, so that other load of the machine is the same for all.
     let mut times = vec![Vec::new(); worlds.len()];
     for _ in 0..BATCHES {
         for ((_, world), times) in worlds.iter_mut().zip(&mut times) {
@@ -59,7 +59,7 @@ fn town(model: &Arc<RobotModel>, shapes: Vec<(DPose3, Geometry)>) -> Simulation 
     world
 }
 
-/// Of a metre, in a square and three metres apart; the quadruped stands between four of them.
+/// Returns boxes of a metre, in a square and three metres apart; the quadruped stands between four of them.
 fn boxes(count: usize) -> Vec<(DPose3, Geometry)> {
     let side = (count as f64).sqrt().ceil() as usize;
     let at = |index: usize| 3.0 * (index as f64 - (side / 2) as f64) + 1.5;
@@ -70,8 +70,8 @@ fn boxes(count: usize) -> Vec<(DPose3, Geometry)> {
     (0..count).map(house).collect()
 }
 
-/// Ground of so many cells a side, below the plane where the quadruped stands: also where a cell is so large that its corners are on the
-/// slopes around.
+/// Returns ground with this many cells a side, below the plane on which the quadruped stands. This holds even
+/// if a cell is so large that its corners are on the slopes around.
 fn hills(cells: usize) -> Geometry {
     let n = cells + 1;
     let at = |i: usize| (i as f64 / cells as f64 - 0.5) * 60.0;

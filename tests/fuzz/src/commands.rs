@@ -21,9 +21,9 @@ const STEPS: usize = 3;
 /// Requests of one sequence.
 const MOST: usize = 200;
 
-/// A sequence is requests one after the other: a byte that says which, two that say how
-/// long, and the message. What is refused changes nothing, to the bit; and whatever is
-/// accepted, every number that a client sees is finite.
+/// A sequence is requests one after the other: a byte for the kind, two for the length, and the message. A
+/// refused request changes nothing, to the bit. After an accepted request, every number that a client sees is
+/// finite.
 pub fn commands(bytes: &[u8]) {
     let mut world = Simulation::new(PhysicsSettings::default(), WorldLimits { robots: 5, saved_states: 3 });
     for (name, x) in [("arm", 0.0), ("ball", 1.0)] {
@@ -34,7 +34,7 @@ pub fn commands(bytes: &[u8]) {
         }
     }
     let mut rest = bytes;
-    // That the sender of each second command holds.
+    // Held by the sender of every second command.
     let mut claim = None;
     for turn in 0..MOST {
         let Some((kind, message)) = super::message(&mut rest) else { break };
@@ -82,13 +82,13 @@ pub(super) const MESH: &str = "<robot name='mesh'><link name='a'><inertial><mass
     iyy='.1' iyz='0' izz='.1'/></inertial><collision><geometry><mesh filename='a.obj'/></geometry></collision>\
     </link></robot>";
 
-/// What a message comes to.
+/// Meaning of a message.
 enum Asked {
     Command(Command),
     Rays(Vec<[DVec3; 2]>),
 }
 
-/// What a message asks for; none where its bytes are no message, or it is refused.
+/// Decodes a message; `None` if its bytes are no message, or it is refused.
 fn asked(kind: u8, bytes: &[u8], turn: usize) -> Option<Asked> {
     let command = match kind % 20 {
         0 => taken(bytes, |asked| joint::set_joint_targets(asked).map(Command::SetTargets)),
@@ -116,7 +116,7 @@ fn asked(kind: u8, bytes: &[u8], turn: usize) -> Option<Asked> {
             Ok(Command::Claim(ClaimRequest { claim: ClaimId(turn as u64), ..request }))
         }),
         10 => taken(bytes, |asked: v1::ReleaseJointsRequest| {
-            // Of those that the sequence made, where it can be read as one.
+            // One that the sequence made, if it can be read as one.
             let claim = ClaimId(joint::claim(&asked)?.parse().unwrap_or_default());
             Ok(Command::Release { claim, cause: ReleaseCause::Released })
         }),
@@ -149,7 +149,7 @@ fn spawn(spawn: Spawn) -> Command {
     Command::Spawn(Box::new(spawn))
 }
 
-/// A robot's new text, which may name the pyramid.
+/// Returns a robot's new text, which may name the pyramid.
 fn reload(bytes: &[u8]) -> Option<Command> {
     let asked = v1::ReloadEntityRequest::decode(bytes).ok()?;
     let (robot, source) = entity::reload(asked.robot, asked.source).ok()?;
@@ -159,7 +159,7 @@ fn reload(bytes: &[u8]) -> Option<Command> {
     Some(Command::Reload(Box::new(Reload { robot, model, shapes })))
 }
 
-/// What a ray hits lies on it.
+/// A ray's hit lies on the ray.
 pub(super) fn check(hit: &RayReport) {
     assert!((0.0..=1.0).contains(&hit.fraction), "{hit:?}");
     assert!(hit.point.is_finite() && hit.normal.is_finite(), "{hit:?}");

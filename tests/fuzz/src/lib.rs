@@ -1,5 +1,5 @@
-//! What is fuzzed: plain functions from bytes. A fuzzer calls them with bytes of its own,
-//! the tests with those of `tests/fuzz/corpus`. Each panics where a promise is broken, and only there.
+//! Fuzz targets: plain functions from bytes. A fuzzer calls them with its own bytes, the tests with those of
+//! `tests/fuzz/corpus`. Each panics if a promise is broken, and only then.
 
 #[cfg(feature = "commands")]
 mod commands;
@@ -30,7 +30,7 @@ use simd_assets::Locator;
 use simd_model::robot::{Geometry, Grid, Inertial, MeshAsset, RobotModel, Sha256};
 use simd_model::{Asset, Assets, LoadLimits, LoadReport, ReadOptions, Refused};
 
-/// A target: its name, which is that of its corpus and of its fuzzer, and the function.
+/// A target: the function, and its name, which its corpus and its fuzzer share.
 pub type Target = (&'static str, fn(&[u8]));
 
 /// All of them.
@@ -79,7 +79,7 @@ fn only(bytes: &[u8]) -> Only {
     Only(Some(Asset { sha256: Sha256::of(bytes), bytes: Arc::from(bytes) }))
 }
 
-/// Takes the next message off a sequence: a byte that says which it is, two that say how long, and the message.
+/// Takes the next message off a sequence: a byte for the kind, two for the length, and the message.
 #[cfg(feature = "commands")]
 fn message<'a>(sequence: &mut &'a [u8]) -> Option<(u8, &'a [u8])> {
     let [kind, low, high, left @ ..] = *sequence else { return None };
@@ -88,7 +88,7 @@ fn message<'a>(sequence: &mut &'a [u8]) -> Option<(u8, &'a [u8])> {
     Some((*kind, message))
 }
 
-/// A URDF is refused in a sentence, or gives a robot of finite numbers.
+/// A URDF is refused with a sentence, or gives a robot of finite numbers.
 pub fn urdf(bytes: &[u8]) {
     // The robot, if it has meshes, has this one.
     let triangle = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
@@ -108,7 +108,7 @@ pub fn sdf(bytes: &[u8]) {
     translated(bytes, b"<sdf", b"<sdf version='1.9'>");
 }
 
-/// The same of an MJCF.
+/// The same for an MJCF.
 pub fn mjcf(bytes: &[u8]) {
     translated(bytes, b"<mujoco", b"<mujoco>");
 }
@@ -118,7 +118,7 @@ fn translated(bytes: &[u8], begin: &[u8], root: &[u8]) {
     let bytes =
         if bytes.trim_ascii_start().starts_with(begin) { bytes.to_vec() } else { [root, bytes].concat() };
     let limits = LoadLimits::default();
-    // What it includes, if it does, is this, and so is each mesh.
+    // This is the content of any included file and of each mesh.
     let included = b"<sdf version='1.9'><model name='i'><link name='l'/></model></sdf>";
     for files in [only(included), only(b"<mujoco/>"), Only(None)] {
         // Whatever is missing can be described, or is refused.
@@ -195,7 +195,7 @@ fn check_mesh(mesh: &MeshAsset) {
     }
 }
 
-/// A mesh is refused in a warning, or has corners that are there.
+/// A mesh is refused with a warning, or its triangles have existing vertices.
 fn mesh(extension: &str, bytes: &[u8]) {
     let urdf = format!(
         "<robot name='r'><link name='a'><visual><geometry><mesh filename='a.{extension}'/></geometry></visual>\
@@ -226,7 +226,7 @@ pub fn gltf(bytes: &[u8]) {
     mesh("gltf", bytes);
 }
 
-/// Materials of an OBJ, or a picture on a box, by how it begins. Whatever they are, the mesh is read.
+/// Materials of an OBJ, or a picture on a box, by the first bytes. In every case the mesh is read.
 pub fn looks(bytes: &[u8]) {
     let obj: &[u8] = b"mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl a\nf 1/1 2/1 3/1\n";
     let urdf = b"<robot name='r'><link name='a'><visual><geometry><mesh filename='a.obj'/></geometry>\
@@ -273,7 +273,7 @@ pub fn heights_csv(bytes: &[u8]) {
     mesh("csv", bytes);
 }
 
-/// Whatever a URI says, what is found lies in the root, or nothing is.
+/// For any URI, the resulting file lies in the root, or there is none.
 pub fn paths(bytes: &[u8]) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let Ok(real) = root.canonicalize() else { return };
@@ -289,7 +289,7 @@ pub fn paths(bytes: &[u8]) {
     }
 }
 
-/// A xacro is refused in a sentence, or expands to text whose every line has an origin.
+/// A xacro is refused with a sentence, or expands to text whose every line has an origin.
 pub fn xacro(bytes: &[u8]) {
     let text = String::from_utf8_lossy(bytes);
     match simd_xacro::expand_text(&text, &BTreeMap::from([("a".to_owned(), "1".to_owned())])) {

@@ -19,10 +19,11 @@ use super::commands::{ARM, BALL, MESH, PYRAMID, check, read_with};
 /// Questions of one sequence.
 const MOST: usize = 50;
 
-/// A sequence is questions one after the other: a byte that says which, two that say how long, and the message. Each is
-/// refused, or every number of its answer is finite, and each link and pair comes once. Says how many were answered.
+/// A sequence is queries one after the other: a byte for the kind, two for the length, and the message. Each
+/// is refused, or every number of its answer is finite, and each link and pair comes once. Returns the number
+/// of answered queries.
 pub fn queries(bytes: &[u8]) -> usize {
-    // Questions change nothing.
+    // Queries change nothing.
     static SEEN: OnceLock<PublishedState> = OnceLock::new();
     let seen = SEEN.get_or_init(seen);
     let mut rest = bytes;
@@ -34,7 +35,8 @@ pub fn queries(bytes: &[u8]) -> usize {
     answered
 }
 
-/// Each shape that a robot can have: planes, triangles, height fields, hulls and what is round.
+/// Returns a state with each shape that a robot can have: planes, triangles, height fields, hulls and round
+/// shapes.
 fn seen() -> PublishedState {
     let plane = "<robot name='r'><link name='a'><collision><geometry><plane normal='0 0 1'/></geometry></collision>\
         </link></robot>";
@@ -78,7 +80,7 @@ fn spawn(name: &str, urdf: &str, file: &[u8], place: DVec3, fixed: bool) -> Opti
     Some(Spawn { shapes, fixed_base: Some(fixed), pose: DPose3::from_translation(place), ..spawn })
 }
 
-/// None where the bytes are no message, or it is refused.
+/// Returns `None` if the bytes are no message, or it is refused.
 fn answer(seen: &PublishedState, kind: u8, bytes: &[u8]) -> Option<()> {
     let to_the_end = || false;
     match kind % 5 {
@@ -135,7 +137,7 @@ fn answer(seen: &PublishedState, kind: u8, bytes: &[u8]) -> Option<()> {
     Some(())
 }
 
-/// A side of a distance, of the robots that there are.
+/// Returns a side of a distance, with existing robots.
 fn side(seen: &PublishedState, side: query::Side) -> Option<QuerySide> {
     let v1::QueryBody { robot, link, configuration, .. } = match side {
         query::Side::Body(body) => body,

@@ -1,8 +1,8 @@
-//! A recording of an untrusted origin: it is replayed as far as it goes, or refused in a sentence.
+//! A recording of an untrusted origin: it is replayed as far as possible, or refused with a sentence.
 
 use simd_world::recording::{Replayed, replay};
 
-/// Whatever is in a file, a replay of it ends, and says what became of it. Says whether anything was replayed.
+/// A replay of any file ends, and reports its result. Returns true if anything was replayed.
 pub fn recordings(bytes: &[u8]) -> bool {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
     let Ok(runtime) = runtime else { return false };

@@ -1,4 +1,4 @@
-//! Requests as any bytes: the first says of which method, the rest is the message.
+//! Requests as any bytes: the first selects the method, the rest is the message.
 
 use simd_proto::checked::{Refused, requests};
 

@@ -15,8 +15,8 @@ const ROBOTS: usize = 20;
 /// Steps of a world that was accepted.
 const STEPS: usize = 20;
 
-/// A file is refused in a sentence, or gives a world that can be gone to, stepped and written again,
-/// and whose positions and velocities stay numbers. Says whether it was stepped.
+/// A file is refused with a sentence, or gives a world that can be restored, stepped and written again. Its
+/// positions and velocities stay finite. Returns true if it was stepped.
 pub fn saved_states(bytes: &[u8]) -> bool {
     // As a file it is either not a saved state, or a whole one.
     drop(open(bytes, ROBOTS));
@@ -56,7 +56,7 @@ pub fn saved_states(bytes: &[u8]) -> bool {
     true
 }
 
-/// What is accepted is written and accepted once more.
+/// An accepted state is written and accepted once more.
 fn check_again(saved: &Saved, sources: &[RobotSource]) {
     let file = seal(&Content::new("it", saved, sources.to_vec(), Vec::new()));
     let content = open(&file, ROBOTS).map(|opened| opened.content);
@@ -64,7 +64,7 @@ fn check_again(saved: &Saved, sources: &[RobotSource]) {
     assert!(again.is_some(), "what is written is accepted");
 }
 
-/// The robots of a file, if they can be read.
+/// Returns the robots of a file, if they can be read.
 fn made(file: &Content, sources: &[RobotSource]) -> Option<Vec<RobotParts>> {
     let files: BTreeMap<Sha256, Arc<[u8]>> =
         file.files.iter().map(|bytes| (Sha256::of(bytes), Arc::clone(bytes))).collect();

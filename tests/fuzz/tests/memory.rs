@@ -1,5 +1,5 @@
 //! Hostile meshes and saved states: each is answered within a bound of memory that its bytes justify.
-//! Counted, not timed: what one thread allocates is the same on every machine.
+//! Counted, not timed: the allocations of one thread are the same on every machine.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use simd_fuzz_targets::{collada, obj, stl};
 use simd_model::robot::Sha256;
 use simd_world::loading::saved_state_file::{Content, open, seal, seal_encoded};
 
-/// The most that was allocated at one time, bytes, with one copy of the file.
+/// Returns the most that was allocated at one time, bytes, with one copy of the file.
 fn peak(target: fn(&[u8]), file: &[u8]) -> u64 {
     allocation_counter::measure(|| target(file)).bytes_max
 }
@@ -83,15 +83,15 @@ fn files_at_the_limit_of_triangles_and_beyond_stay_below_half_a_gigabyte() {
     assert!(of_polygon < MOST && of_stl < MOST && of_collada < MOST);
 }
 
-/// Opens a file of this content, whose hash is right.
+/// Opens a file of this content with a right hash.
 fn peak_of_saved_state(content: &Content) -> (u64, u64) {
     let file = seal(content);
     let seen = allocation_counter::measure(|| drop(open(&file, 1_000)));
     (seen.bytes_max, file.len() as u64)
 }
 
-/// Entries of lists are the largest against their bytes: three for a link's properties, one for a file, and 33 for
-/// a mesh without a name. The rest is within a small factor.
+/// Entries of lists take most memory for their bytes. They have three bytes for a link's properties, one for
+/// a file, and 33 for a mesh without a name. The rest is within a small factor.
 #[test]
 fn saved_states_cost_what_their_bytes_justify() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus/saved_states/kinds");
@@ -120,7 +120,7 @@ fn saved_states_cost_what_their_bytes_justify() {
     let refused = open(&seal(&more), 1_000).unwrap_err().to_string();
     assert!(refused.contains("damaged"), "{refused}");
 
-    // Whatever is cut off or claimed: nothing is allocated for what is not there.
+    // For any cut or false length, no memory is allocated for missing data.
     let whole = content.encode();
     for at in 0..whole.len() {
         let mut claims = whole[..at].to_vec();

@@ -1,5 +1,5 @@
-//! The corpus with bytes changed, cut, doubled and mixed: no mutation breaks a promise. A
-//! seed makes each run the same; `SIMD_MUTATIONS` asks for more of each file.
+//! The corpus with bytes changed, cut, doubled and mixed: no mutation breaks a promise. A seed makes each run
+//! the same; `SIMD_MUTATIONS` asks for more of each file.
 
 use std::fs;
 use std::path::Path;
@@ -7,7 +7,7 @@ use std::path::Path;
 use fastrand::Rng;
 use simd_fuzz_targets::TARGETS;
 
-/// What numbers are often wrong by.
+/// Frequent errors of numbers.
 const WORDS: &[&str] = &[
     "-1",
     "0",

@@ -1,5 +1,5 @@
-//! Questions about where things are with numbers of all sizes: each is refused, or has an answer that keeps the promises. A
-//! seed makes each run the same; `SIMD_MUTATIONS` asks for more of them.
+//! Queries with numbers of all sizes: each is refused, or has an answer that keeps the promises. A seed makes
+//! each run the same; `SIMD_MUTATIONS` asks for more of them.
 #![cfg(test)]
 
 use std::fs;
@@ -9,7 +9,7 @@ use prost::Message;
 use simd_fuzz_targets::queries;
 use simd_proto::v1::{self, query_shape::Geometry};
 
-/// Robots of the world that is asked about.
+/// Robots of the queried world.
 const ROBOTS: [&str; 7] = ["arm", "ball", "plane", "mesh", "field", "hull", "round"];
 
 const NUMBERS: &[f64] = &[
@@ -42,7 +42,7 @@ fn number(rng: &mut Rng) -> f64 {
     }
 }
 
-/// Of a shape: what is negative is refused.
+/// Returns the size of a shape, which is refused if it is negative.
 fn size(rng: &mut Rng) -> f64 {
     match rng.u8(0..30) {
         0 => number(rng),
@@ -98,7 +98,7 @@ fn body(rng: &mut Rng) -> v1::QueryBody {
     }
 }
 
-/// A question as it is in a sequence.
+/// Returns a question as it is in a sequence.
 fn question(rng: &mut Rng) -> Vec<u8> {
     let kind = rng.u8(0..5);
     let message = match kind {

@@ -1,5 +1,5 @@
-//! What decoding a request takes in memory, whatever its bytes are: at most what its bytes justify. Counted, not
-//! timed: what one thread allocates is the same on every machine.
+//! Memory for decoding a request of any bytes: at most what its bytes justify. Counted, not timed: the
+//! allocations of one thread are the same on every machine.
 #![cfg(test)]
 
 use std::collections::BTreeMap;
@@ -32,8 +32,7 @@ impl Schema {
         Self(messages)
     }
 
-    /// For each list and map that a message has at any depth: the message of as many empty elements as there
-    /// is room for.
+    /// For each list and map that a message has at any depth: the message with as many empty elements as fit.
     fn hostile(&self, name: &str, room: usize, levels: usize) -> Vec<Vec<u8>> {
         let mut found = Vec::new();
         let Some(message) = self.0.get(name).filter(|_| levels > 0) else { return found };
@@ -69,7 +68,7 @@ fn key(number: u32, length: usize) -> Vec<u8> {
     bytes
 }
 
-/// Whether it was decoded, within what its bytes justify.
+/// Returns true if it was decoded, within the memory that its bytes justify.
 fn check((name, decode): &Request, bytes: &[u8]) -> bool {
     let mut decoded = Ok(());
     let peak = allocation_counter::measure(|| decoded = decode(bytes)).bytes_max;
@@ -100,7 +99,7 @@ fn no_list_of_any_request_takes_more_memory_than_its_bytes_justify() {
     assert!(decoded > 20 && refused > 50, "{decoded} decoded, {refused} refused");
 }
 
-/// Keys and lengths at random, most of which fit.
+/// Random keys and lengths, most of which fit.
 fn message(random: &mut Rng, depth: usize) -> Vec<u8> {
     let mut bytes = Vec::new();
     for _ in 0..random.usize(0..12) {

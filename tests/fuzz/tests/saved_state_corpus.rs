@@ -1,4 +1,4 @@
-//! The corpus of saved states: what it is made of, and that it is still accepted.
+//! The corpus of saved states: its sources, and that it is still accepted.
 #![cfg(test)]
 
 use std::collections::BTreeMap;
@@ -65,7 +65,7 @@ fn every_kind() -> String {
     format!("<robot name='k'>{}</robot>", (0..=KINDS.len()).map(link).chain(joints).collect::<String>())
 }
 
-/// A world and what its robots were made from.
+/// A world and the sources of its robots.
 struct Scene {
     world: Simulation,
     sources: Vec<RobotSource>,
@@ -141,7 +141,7 @@ impl Scene {
     }
 }
 
-/// All that the corpus has, by name.
+/// Returns all that the corpus has, by name.
 fn scenes() -> Vec<(&'static str, Vec<u8>)> {
     let mut rest = Scene::new();
     rest.add("ground", PLANE, 0.0, true);
@@ -249,7 +249,7 @@ fn scenes() -> Vec<(&'static str, Vec<u8>)> {
     ]
 }
 
-/// A robot with a sensor of each kind, with all noise that there is.
+/// Returns a robot with a sensor of each kind, with all kinds of noise.
 fn sensing() -> Scene {
     let mut scene = Scene::new();
     scene.add("kinds", &every_kind(), 1.0, true);
@@ -305,7 +305,7 @@ fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus/saved_states")
 }
 
-/// What the corpus is for is behind the first checks: each of its files must get there.
+/// The corpus is meant for the code behind the first checks: each of its files must get there.
 #[test]
 fn the_corpus_of_saved_states_is_what_daemons_write() {
     for (name, content) in scenes() {
@@ -322,7 +322,7 @@ fn the_corpus_of_saved_states_is_what_daemons_write() {
     }
 }
 
-/// To be run by hand where the format changes.
+/// Run by hand if the format changes.
 #[test]
 #[ignore = "writes tests/fuzz/corpus/saved_states"]
 fn write_the_corpus() {

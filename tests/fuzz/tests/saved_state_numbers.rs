@@ -1,5 +1,6 @@
-//! Saved states whose bytes are whole and whose numbers, lengths and indices are not: each is refused, or
-//! is a world that can be stepped. A seed makes each run the same; `SIMD_MUTATIONS` asks for more of each file.
+//! Saved states whose bytes are whole and whose numbers, lengths and indices are wrong: each is refused, or
+//! is a world that can be stepped. A seed makes each run the same; `SIMD_MUTATIONS` asks for more of each
+//! file.
 #![cfg(test)]
 
 use std::fs;
@@ -117,7 +118,7 @@ fn of_wrench(wrench: &mut ActiveWrench) -> Vec<&mut f64> {
     numbers
 }
 
-/// All numbers of a robot.
+/// Returns all numbers of a robot.
 fn of_robot(RobotState { entity, body }: &mut RobotState) -> Vec<&mut f64> {
     let mut numbers = of_body(body);
     numbers.extend(of_body(Arc::make_mut(&mut entity.spawned)));
@@ -144,7 +145,7 @@ fn of_robot(RobotState { entity, body }: &mut RobotState) -> Vec<&mut f64> {
     numbers
 }
 
-/// All numbers beside those of robots.
+/// Returns all numbers except those of robots.
 fn of_world(world: &mut WorldState) -> Vec<&mut f64> {
     let mut numbers = vec![&mut world.sim_time, &mut world.time_base.1, &mut world.settings.time_step];
     numbers.extend(vector(&mut world.settings.gravity));
@@ -182,7 +183,7 @@ fn of_world(world: &mut WorldState) -> Vec<&mut f64> {
     numbers
 }
 
-/// All indices.
+/// Returns all indices.
 fn indices(file: &mut Content) -> Vec<&mut usize> {
     let mut indices: Vec<&mut usize> = Vec::new();
     for contact in &mut file.world.contacts {

@@ -25,7 +25,7 @@ fn any(rng: &mut Rng) -> DVec3 {
     DVec3::new(rng.f64() - 0.5, rng.f64() - 0.5, rng.f64() - 0.5) * 2.0
 }
 
-/// A body of some inertia, its centre of mass off the joint.
+/// Returns a body of some inertia, its centre of mass off the joint.
 fn lump(rng: &mut Rng) -> Inertial {
     let spread = DVec3::new(rng.f64() + 0.1, rng.f64() + 0.1, rng.f64() + 0.1) * 0.02;
     let moments = DVec3::new(spread.y + spread.z, spread.x + spread.z, spread.x + spread.y);
@@ -37,8 +37,8 @@ fn lump(rng: &mut Rng) -> Inertial {
     }
 }
 
-/// A ball turned from its target about one axis and let go swings as a harmonic oscillator at any angle up to half a turn: the
-/// torque is k times the angle, and the frequency sqrt(k / I).
+/// A ball turned from its target about one axis and released swings as a harmonic oscillator at any angle up
+/// to half a turn. The torque is k times the angle, and the frequency sqrt(k / I).
 #[test]
 fn a_spring_towards_an_orientation_is_harmonic_at_any_angle() {
     let (moment, stiffness) = (0.05, 2.0);
@@ -69,9 +69,10 @@ fn fastest(integrator: Integrator) -> f64 {
     if integrator == Integrator::Euler { 2.0 } else { 30.0 }
 }
 
-/// From anywhere, with gains up to 1e9 and light or heavy bodies, with and without a damper, by both integrators: the energy of
-/// motion and spring never grows by more than the integrators' own error. At 30 rad/s only leapfrog: Euler's gyroscopic terms are
-/// explicit, and give energy to a body that spins fast, with a spring or without.
+/// The energy of motion and spring never grows by more than the integrators' own error. Tested from any
+/// orientation, with gains up to 1e9 and light or heavy bodies, with and without a damper, by both
+/// integrators. At 30 rad/s only leapfrog is tested: Euler's gyroscopic terms are explicit, and add energy to
+/// a fast spinning body, with a spring or without.
 #[test]
 fn springs_of_any_stiffness_are_stable() {
     let mut failures = Vec::new();
@@ -125,7 +126,7 @@ fn a_stiff_target_is_reached_and_held() {
     }
 }
 
-/// At rest the spring's torque is what gravity asks for: exactly k times the angle.
+/// At rest the spring's torque balances gravity: exactly k times the angle.
 #[test]
 fn a_soft_spring_sags_by_the_torque_over_its_stiffness() {
     let inertial = symmetric(0.02, 0.01);
@@ -144,7 +145,7 @@ fn a_soft_spring_sags_by_the_torque_over_its_stiffness() {
     }
 }
 
-/// A damper alone only takes energy, whatever its size, but for the integrators' own error.
+/// A damper alone only removes energy, at any size, except for the integrators' own error.
 #[test]
 fn a_damper_only_takes_energy() {
     for seed in 0..60 {
@@ -165,7 +166,7 @@ fn a_damper_only_takes_energy() {
     }
 }
 
-/// Dry friction as MuJoCo has it, one bound for each axis, holds a pendulum that leans, and does not creep.
+/// Dry friction as in MuJoCo, with one bound for each axis, holds a leaning pendulum, which does not creep.
 #[test]
 fn dry_friction_holds_a_pendulum_that_leans() {
     let mut body = fixed(&pendulum(symmetric(0.02, 0.01)));

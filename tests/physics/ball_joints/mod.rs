@@ -1,4 +1,4 @@
-//! Ball joints beside closed forms, what physics keeps, and themselves at smaller steps.
+//! Ball joints compared with closed forms, conserved quantities, and smaller steps.
 
 mod driven;
 mod mujoco;
@@ -16,7 +16,7 @@ use simd_model::robot::{Inertial, Joint, JointKind, JointLimits, Link};
 const GRAVITY: DVec3 = DVec3::new(0.0, 0.0, -9.81);
 const BOTH: [Integrator; 2] = [Integrator::Euler, Integrator::Leapfrog];
 
-/// A link on a ball joint at the origin of a link that has no mass.
+/// Returns a link on a ball joint at the origin of a link that has no mass.
 fn pendulum(inertial: Inertial) -> RobotModel {
     let link = |name: &str, inertial| Link {
         name: name.into(),
@@ -60,7 +60,7 @@ fn kinetic(body: &Articulation) -> f64 {
     (0..n * n).map(|i| v[i / n] * matrix[i] * v[i % n]).sum::<f64>() / 2.0
 }
 
-/// A rod with a disc, symmetric about z, below its joint.
+/// Returns a rod with a disc, symmetric about z, below its joint.
 fn symmetric(side: f64, spin: f64) -> Inertial {
     Inertial {
         mass: 1.5,
@@ -69,9 +69,9 @@ fn symmetric(side: f64, spin: f64) -> Inertial {
     }
 }
 
-/// A pendulum that goes round on a cone as a rigid whole: W^2 = m g l / ((I1 - I3) cos(lean)) about the vertical, moments
-/// about the joint (Goldstein, Classical Mechanics, 5.7 with no spin of its own). In the child's axes nothing changes, so that both
-/// integrators are exact.
+/// A rigid pendulum that moves on a cone: `W^2 = m g l / ((I1 - I3) cos(lean))` about the vertical, moments
+/// about the joint (Goldstein, Classical Mechanics, 5.7 without spin). In the child's axes nothing changes,
+/// so that both integrators are exact.
 #[test]
 fn a_conical_pendulum_goes_round_at_the_velocity_of_the_closed_form() {
     let (lean, side, spin) = (0.7f64, 0.05, 0.02);
@@ -91,8 +91,8 @@ fn a_conical_pendulum_goes_round_at_the_velocity_of_the_closed_form() {
     }
 }
 
-/// A body that turns freely about its centre on a ball joint, up to half a radian a step, keeps its energy and, in the world, its
-/// angular momentum over five seconds, with an error of second order.
+/// A body that turns freely about its centre on a ball joint, up to half a radian a step. It keeps its energy
+/// and, in the world, its angular momentum over five seconds, with an error of second order.
 #[test]
 fn a_body_that_spins_fast_on_its_joint_keeps_its_energy() {
     let moments = DVec3::new(0.02, 0.03, 0.045);
@@ -118,7 +118,7 @@ fn a_body_that_spins_fast_on_its_joint_keeps_its_energy() {
     }
 }
 
-/// Ten minutes at 1 ms: each step makes the quaternion one long anew.
+/// Ten minutes at 1 ms: each step normalises the quaternion.
 #[test]
 fn the_quaternion_stays_of_unit_length() {
     let mut body = fixed(&pendulum(symmetric(0.03, 0.01)));
@@ -131,8 +131,8 @@ fn the_quaternion_stays_of_unit_length() {
     assert!(worst < 1e-15 && body.is_finite(), "{worst:e}");
 }
 
-/// The same top on a ball joint and on three hinges with links without mass between them, which have no gimbal lock where it
-/// is: two ways to the same motion, each with its own error of second order.
+/// The same top on a ball joint and on three hinges with massless links between them, away from their gimbal
+/// lock. They are two computations of the same motion, each with its own error of second order.
 #[test]
 fn a_ball_joint_moves_as_three_hinges_do_where_they_can() {
     let inertial = Inertial { center_of_mass: DVec3::new(0.0, 0.0, 0.2), ..symmetric(0.004, 0.003) };
@@ -165,8 +165,8 @@ fn a_ball_joint_moves_as_three_hinges_do_where_they_can() {
     assert!(differences[1] < 2e-3 && slope > 1.8, "{differences:?}");
 }
 
-/// A rod without a moment about itself turns as its own line asks, whichever way it points in the child's axes: the singular
-/// direction of the three axes is left as it is, and no noise comes of it.
+/// A rod without a moment about itself turns like a plane pendulum, whatever its direction in the child's
+/// axes. The singular direction of the three axes stays as it is, and adds no noise.
 #[test]
 fn a_rod_without_a_moment_about_itself_swings_as_a_plane_pendulum() {
     let along = DVec3::new(0.48, 0.6, -0.64);

@@ -1,4 +1,5 @@
-//! Ball joints beside MuJoCo's Euler integrator: `tests/reference/make_ball_joints.py` made the figures.
+//! Ball joints compared with MuJoCo's Euler integrator: `tests/reference/make_ball_joints.py` made the
+//! figures.
 
 use serde::Deserialize;
 use simd_core::Command;
@@ -50,8 +51,8 @@ struct Velocity {
     velocity: Vec<f64>,
 }
 
-/// Both codes do the same arithmetic in another order, as with joints of one axis: links are within 1e-6 m and rad where MuJoCo
-/// has them.
+/// Both codes do the same arithmetic in another order, as with joints of one axis: links agree with MuJoCo's
+/// within 1e-6 m and rad.
 #[test]
 fn swings_and_flights_equal_mujocos_euler() {
     let reference: Reference =
@@ -112,7 +113,7 @@ fn largest_error(case: &Case) -> f64 {
         let own = &seen.velocities[entity.joint_velocities[index].clone()];
         assert_eq!(own.len(), velocity.len(), "{joint}");
         for (own, theirs) in own.iter().zip(velocity) {
-            // Velocities are some tens of times larger than what they change in a radian.
+            // Velocities are some tens of times larger than their changes over a radian.
             worst = worst.max((own - theirs).abs() / 10.0);
         }
     }

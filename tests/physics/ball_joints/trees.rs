@@ -1,4 +1,4 @@
-//! Trees with ball joints in worlds: what they keep, contacts, constraints, saved states, many steps.
+//! Trees with ball joints in worlds: conserved quantities, contacts, constraints, saved states, many steps.
 
 use fastrand::Rng;
 use simd_core::collision::Shapes;
@@ -14,7 +14,7 @@ fn any(rng: &mut Rng, size: f64) -> DVec3 {
     DVec3::new(rng.f64() - 0.5, rng.f64() - 0.5, rng.f64() - 0.5) * 2.0 * size
 }
 
-/// A tree of links with inertia, three quarters of them on ball joints.
+/// Returns a tree of links with inertia, three quarters of them on ball joints.
 pub(super) fn tree(rng: &mut Rng, links: usize) -> RobotModel {
     let link = |rng: &mut Rng, name: String| {
         let spread = DVec3::new(rng.f64() + 0.2, rng.f64() + 0.2, rng.f64() + 0.2) * 0.02;
@@ -99,8 +99,8 @@ fn motion(model: &RobotModel, seen: &PublishedState) -> (DVec3, DVec3, f64) {
     sum
 }
 
-/// In flight without gravity: linear momentum, angular momentum and energy are kept up to an error that falls with the square of
-/// the step, or nearly, by leapfrog.
+/// In flight without gravity, by leapfrog: momentum, angular momentum and energy are kept. The error falls
+/// about with the square of the step.
 #[test]
 fn a_floating_tree_keeps_its_momentum_and_energy() {
     let mut slopes = Vec::new();
@@ -129,8 +129,8 @@ fn a_floating_tree_keeps_its_momentum_and_energy() {
     assert!(slopes[slopes.len() / 2] > 1.8, "{slopes:?}");
 }
 
-/// Fixed and free trees under gravity: halving the step takes the error by two with Euler and by four with leapfrog, in the
-/// mean over trees.
+/// Fixed and free trees under gravity: halving the step divides the error by two with Euler and by four with
+/// leapfrog. This holds in the mean over trees.
 #[test]
 fn random_trees_with_ball_joints_are_of_second_order() {
     for (integrator, order) in [(Integrator::Euler, 1.0), (Integrator::Leapfrog, 2.0)] {
@@ -161,8 +161,8 @@ fn random_trees_with_ball_joints_are_of_second_order() {
     }
 }
 
-/// Damped trees without gravity lose energy, whatever the integrator; undamped ones under leapfrog keep it to a thousandth over
-/// twenty seconds.
+/// Damped trees without gravity lose energy with every integrator; undamped ones under leapfrog keep it to a
+/// thousandth over twenty seconds.
 #[test]
 fn the_energy_of_a_tree_never_grows() {
     for seed in 0..8 {
@@ -211,8 +211,8 @@ fn ground() -> RobotModel {
     RobotModel { name: "ground".into(), links: vec![link], joints: Vec::new(), ..RobotModel::default() }
 }
 
-/// A heap of ball joints falls on the ground, links welded and pinned to each other and the world on the way: it comes to rest, and
-/// the ground and the pins carry its weight.
+/// A heap of ball joints falls on the ground, and links are welded and pinned to each other and to the world
+/// meanwhile. It comes to rest, and the ground and the pins carry its weight.
 #[test]
 fn a_rag_doll_comes_to_rest_on_the_ground() {
     for integrator in BOTH {
@@ -249,8 +249,8 @@ fn a_rag_doll_comes_to_rest_on_the_ground() {
     }
 }
 
-/// A chain of ball joints whose end is pinned to the world and one whose end is welded there: both hang and keep their place to a
-/// micrometre, also while they swing.
+/// A chain of ball joints with its end pinned to the world, and one with its end welded there. Both hang and
+/// keep their place to a micrometre, even while they swing.
 #[test]
 fn constraints_hold_through_ball_joints() {
     let kinds = [RequestedConstraint::PointToPoint, RequestedConstraint::Weld];
@@ -293,7 +293,7 @@ fn constraints_hold_through_ball_joints() {
     }
 }
 
-/// A world with ball joints that are driven is put back, and goes the same way again to the bit.
+/// A restored world with driven ball joints repeats the same motion to the bit.
 #[test]
 fn a_restored_world_goes_the_same_way_to_the_bit() {
     for integrator in BOTH {

@@ -1,4 +1,4 @@
-//! Motions that have a formula: each test states it, where it is from, its tolerance and why.
+//! Motions with a formula: each test gives the formula, its source, its tolerance and the reason for it.
 
 mod elliptic;
 mod oscillators;
@@ -13,8 +13,8 @@ use simd_model::RobotModel;
 
 use simd_tests::world::{apply, leapfrog, look, passive};
 
-/// A figure beside its formula. Says it on a line that `make truth` puts into its table, and
-/// fails where they are further apart than the tolerance.
+/// Compares a figure with its formula. Prints both on a line that `make truth` puts into its table, and fails
+/// if they differ by more than the tolerance.
 pub(crate) fn met(form: &str, time_step: f64, expected: f64, found: f64, tolerance: f64) {
     let line = serde_json::json!({
         "form": form, "time_step": time_step, "expected": expected, "found": found, "tolerance": tolerance,
@@ -24,12 +24,12 @@ pub(crate) fn met(form: &str, time_step: f64, expected: f64, found: f64, toleran
     assert!(apart <= tolerance, "{form} at {time_step} s: {found} is {apart:e} from {expected}");
 }
 
-/// What two runs say together: terms in h cancel, and those in h^2 remain (Richardson 1911).
+/// Combines two runs: terms in h cancel, and those in h^2 remain (Richardson 1911).
 fn extrapolated(coarse: f64, half: f64) -> f64 {
     2.0 * half - coarse
 }
 
-/// A world with one passive robot called "robot", without gravity where that is not asked for.
+/// Returns a world with one passive robot called "robot", by default without gravity.
 fn with(model: RobotModel, free: bool, gravity: f64, time_step: f64) -> Simulation {
     let mut world = leapfrog(time_step);
     apply(&mut world, Command::Spawn(Box::new(passive(&model.into(), free, &[]))));
@@ -38,7 +38,7 @@ fn with(model: RobotModel, free: bool, gravity: f64, time_step: f64) -> Simulati
     world
 }
 
-/// The same world by another integrator.
+/// Returns the same world with another integrator.
 fn by(integrator: Integrator, mut world: Simulation) -> Simulation {
     let integrator = Some(integrator);
     apply(&mut world, Command::SetPhysics(PhysicsChange { integrator, ..PhysicsChange::default() }));
@@ -56,7 +56,7 @@ fn tell(world: &mut Simulation, joint: &str, target: Target) {
     apply(world, Command::SetTargets(SetTargets { robots, ..SetTargets::default() }));
 }
 
-/// A spring to zero with a damper, and a force.
+/// Returns a spring to zero with a damper, and a force.
 fn spring(stiffness: f64, damping: f64, feed_forward: f64) -> Target {
     let mut target = Target::position(0.0);
     if let Target::Position { stiffness: k, damping: c, feed_forward: f, .. } = &mut target {
@@ -65,7 +65,7 @@ fn spring(stiffness: f64, damping: f64, feed_forward: f64) -> Target {
     target
 }
 
-/// What is seen after each of so many steps.
+/// Returns the published state after each of this many steps.
 fn steps(world: &mut Simulation, count: usize) -> impl Iterator<Item = PublishedState> {
     (0..count).map(|_| {
         world.step();

@@ -9,9 +9,9 @@ use super::{met, put, spring, steps, tell, with};
 use crate::chains::{chain, rod};
 
 /// T = 4 K(sin(amplitude / 2)) / w0, w0^2 = m g (l / 2) / I = 3 g / (2 l) of a rod (Landau and Lifshitz,
-/// Mechanics, paragraph 11). Semi-implicit Euler is the leapfrog method seen half a step later, so the
-/// period is of second order: T / 24 (w0 h)^2 for small swings (Hairer, Lubich, Wanner, Geometric Numerical
-/// Integration, I.1.4). Larger ones were found to have no more than that; a fifth is added.
+/// Mechanics, paragraph 11). Semi-implicit Euler is the leapfrog method seen half a step later, so the period
+/// is of second order. The error is T / 24 (w0 h)^2 for small swings (Hairer, Lubich, Wanner, Geometric
+/// Numerical Integration, I.1.4). Larger swings were found to have no more than that; a fifth is added.
 #[test]
 fn a_pendulum_has_the_period_of_the_elliptic_integral() {
     const SWINGS: usize = 5;
@@ -42,7 +42,7 @@ fn a_pendulum_has_the_period_of_the_elliptic_integral() {
     }
 }
 
-/// A mass of 1 kg on a slide.
+/// Returns a mass of 1 kg on a slide.
 fn slider(gravity: f64, time_step: f64) -> simd_core::Simulation {
     let mut model = chain(1);
     model.joints[0].kind = JointKind::Prismatic;
@@ -50,10 +50,10 @@ fn slider(gravity: f64, time_step: f64) -> simd_core::Simulation {
     with(model, false, gravity, time_step)
 }
 
-/// x'' + c x' + k x = 0 from x0 at rest, underdamped, x = x0 e^(-d t) (cos w t + d / w sin w t), d = c / 2,
-/// and overdamped, x = x0 (b e^(-a t) - a e^(-b t)) / (b - a), a and b the roots (Landau and Lifshitz,
-/// Mechanics, paragraph 25). The actuator's spring and damper are implicit, so a mode e^(l t) is
-/// one of 1 / (1 - l h)^n, which is e^(l t + l^2 h t / 2 + ...): an error of |l|^2 h t / 2 of the mode.
+/// `x'' + c x' + k x = 0` from x0 at rest. Underdamped, `x = x0 e^(-d t) (cos w t + d / w sin w t)`, d = c /
+/// 2. Overdamped, `x = x0 (b e^(-a t) - a e^(-b t)) / (b - a)`, a and b the roots (Landau and Lifshitz,
+/// Mechanics, paragraph 25). The actuator's spring and damper are implicit, so a mode `e^(l t)` becomes `1 /
+/// (1 - l h)^n`. That is `e^(l t + l^2 h t / 2 + ...)`: an error of `|l|^2 h t / 2` of the mode.
 #[test]
 fn a_spring_with_a_damper_is_a_damped_oscillator() {
     let (start, time) = (0.1, 1.0f64);
@@ -79,10 +79,11 @@ fn a_spring_with_a_damper_is_a_damped_oscillator() {
     }
 }
 
-/// x'' + c x' + k x = F cos w t settles to |X| = F / |D|, D = k - w^2 + i c w, behind the force by arg D
-/// (Landau and Lifshitz, Mechanics, paragraph 26). One step is X / F = 1 / (D + h (i w k - c w^2 / 2) + ...):
-/// what a client's force is held for a step, and the implicit spring, add. Hence the tolerance, with a
-/// tenth more for h^2. At resonance, where the damper alone decides, and beside it.
+/// `x'' + c x' + k x = F cos w t` settles to `|X| = F / |D|`, `D = k - w^2 + i c w`, behind the force by arg
+/// D (Landau and Lifshitz, Mechanics, paragraph 26). One step is `X / F = 1 / (D + h (i w k - c w^2 / 2) +
+/// ...)`. The added terms come from a client's force, which is constant for a step, and from the implicit
+/// spring. Hence the tolerance, with a tenth more for h^2. Tested at resonance, where the damper alone
+/// decides, and beside it.
 #[test]
 fn a_driven_oscillator_settles_to_the_amplitude_and_phase_of_resonance() {
     let (k, c, force) = (25.0, 2.0, 1.0);

@@ -10,7 +10,7 @@ use super::{by, met, put, steps, tell, with};
 use crate::chains::chain;
 use simd_tests::world::{apply, look, run};
 
-/// A rod that turns about a vertical axis through its end: 1/3 kg m^2, which gravity does not turn.
+/// Returns a rod that turns about a vertical axis through its end: 1/3 kg m^2, which gravity does not turn.
 fn turntable(time_step: f64) -> simd_core::Simulation {
     let mut model = chain(1);
     model.joints[0].axis = DVec3::Z;
@@ -28,8 +28,8 @@ fn damp(world: &mut simd_core::Simulation, damping: f64) {
     apply(world, Command::SetJointProperties { robot: "robot".into(), joints });
 }
 
-/// q = a t^2 / 2, which leapfrog meets. Each step of Euler adds a h to the velocity first, so after n steps it is
-/// a h^2 n (n + 1) / 2, which is a t h / 2 more. Rounding alone is left: 1e-12 of 0.9 rad.
+/// `q = a t^2 / 2`, which leapfrog reproduces. Each step of Euler adds a h to the velocity first, so after n
+/// steps it is `a h^2 n (n + 1) / 2`, which is `a t h / 2` more. Only rounding remains: 1e-12 of 0.9 rad.
 #[test]
 fn a_constant_torque_gives_a_constant_acceleration() {
     for time_step in [1e-4, 1e-3, 4e-3] {
@@ -68,8 +68,9 @@ fn a_constant_torque_gives_a_constant_acceleration() {
     }
 }
 
-/// velocity = w e^(-c t / I). Joint damping is implicit: Euler's is w / (1 + h c / I)^n, to rounding, and leapfrog's of second
-/// order: (h c / I)^2 / 4 of the velocity. The way until it rests is w I / c in both, whatever the time step.
+/// velocity = `w e^(-c t / I)`. Joint damping is implicit: Euler's is `w / (1 + h c / I)^n`, to rounding, and
+/// leapfrog's is of second order: `(h c / I)^2 / 4` of the velocity. The angle until it rests is w I / c in
+/// both, at any time step.
 #[test]
 fn coasting_with_viscous_damping_decays_and_goes_as_far_as_it_should() {
     let (start, damping) = (5.0, 0.5);
@@ -107,8 +108,8 @@ fn coasting_with_viscous_damping_decays_and_goes_as_far_as_it_should() {
 }
 
 /// Far above damping h / I = 2 an explicit damper reverses the velocity each step, and grows. The implicit
-/// one divides it by 1 + h c / I and more: no sign changes, no step is faster than the one before, and the whole way is
-/// w I / c.
+/// one divides it by 1 + h c / I and more. The sign never changes, no step is faster than the previous one,
+/// and the whole angle is w I / c.
 #[test]
 fn heavy_damping_brakes_without_oscillation() {
     let factors = [0.3, 1.0, 3.0, 1e3, 1e6, 1e12];
@@ -133,8 +134,8 @@ fn heavy_damping_brakes_without_oscillation() {
     }
 }
 
-/// A box that is thrown up while it turns: z = v t - g t^2 / 2 of its centre of mass, and by Euler v t - g h^2 n (n + 1) / 2,
-/// to rounding; the turning plays no part.
+/// A box that is thrown up while it turns: `z = v t - g t^2 / 2` of its centre of mass. By Euler it is `v t -
+/// g h^2 n (n + 1) / 2`, to rounding. The rotation has no effect.
 #[test]
 fn a_thrown_box_falls_as_the_discrete_formula_says() {
     let inertia = DMat3::from_diagonal(DVec3::new(0.005, 0.010, 0.013));

@@ -14,15 +14,16 @@ fn slide(angle: f64, friction: f64, limits: JointLimits, time_step: f64) -> Simu
     let joint = &mut model.joints[0];
     joint.kind = JointKind::Prismatic;
     joint.axis = DVec3::X;
-    // Turning about y by a positive angle puts x below the horizon.
+    // A positive angle about y turns x below the horizon.
     joint.parent_from_joint = DPose3::from_parts(DVec3::ZERO, DQuat::from_rotation_y(angle));
     joint.friction = friction;
     joint.limits = limits;
     with(model, false, 9.81, time_step)
 }
 
-/// Coulomb: from v0 it stops after m v0 / f, having gone m v0^2 / (2 f); steps of Euler leave out v0 h / 2 of
-/// the way, and all up to f h^2 / m where the last step is not a whole one. Then it stays, to rounding.
+/// Coulomb: from v0 it stops after m v0 / f, at a distance of m v0^2 / (2 f). Steps of Euler leave out `v0 h
+/// / 2` of the distance, and up to `f h^2 / m` if the last step is not a whole one. Then it stays, to
+/// rounding.
 #[test]
 fn dry_friction_stops_a_slider_when_and_where_coulomb_says() {
     let (start, friction) = (0.7, 1.3);
@@ -47,9 +48,9 @@ fn dry_friction_stops_a_slider_when_and_where_coulomb_says() {
     }
 }
 
-/// On a slope of 30 degrees a kilogram sticks where friction is above m g sin, even by 1 in 10,000; with less it
-/// slides by g sin - f / m, as in free fall. 1e-9 m is far below what creep would be in 10 s: a soft
-/// friction that gives way by f / (2 / h) moves 1e-4 m.
+/// On a slope of 30 degrees a kilogram sticks if friction is above m g sin, even by 1 in 10,000. With less it
+/// slides by g sin - f / m, as in free fall. 1e-9 m is far below any creep in 10 s: a soft friction that
+/// gives way by f / (2 / h) moves 1e-4 m.
 #[test]
 fn dry_friction_holds_on_a_slope_or_lets_slide_with_what_is_left() {
     let pull = 9.81 * 30f64.to_radians().sin();
@@ -65,7 +66,7 @@ fn dry_friction_holds_on_a_slope_or_lets_slide_with_what_is_left() {
 }
 
 /// From rest it falls d to its stop in sqrt(2 d / g), the discrete fall being early by h / 2, seen within a
-/// step; it never passes the stop, does not bounce, and rests on it, to rounding.
+/// step. It never passes the stop, does not bounce, and rests on it, to rounding.
 #[test]
 fn a_falling_slider_arrives_at_its_limit_and_rests_there() {
     let distance = 0.5;
@@ -89,8 +90,9 @@ fn a_falling_slider_arrives_at_its_limit_and_rests_there() {
     }
 }
 
-/// A rod that falls onto a stop at 30 degrees below the horizon, held by a spring that pulls it back up: it rests
-/// where k q = torque of gravity, if that is before the stop. Statics: q solves k q = m g l / 2 cos q.
+/// A rod that falls onto a stop at 30 degrees below the horizon, held by a spring that pulls it back up. It
+/// rests where k q = torque of gravity, if that is before the stop. Statics: q solves `k q = m g l / 2 cos
+/// q`.
 #[test]
 fn a_rod_rests_on_its_stop_or_on_its_spring_whichever_is_first() {
     let limits = JointLimits { lower: Some(-3.0), upper: Some(30f64.to_radians()), ..JointLimits::default() };
@@ -111,8 +113,9 @@ fn a_rod_rests_on_its_stop_or_on_its_spring_whichever_is_first() {
     }
 }
 
-/// A joint that meets its limit comes as far as that in one step, and is stopped there in the next: velocities at the end of that step are not
-/// extrapolated from what stopped it, so that it is never reported as going back.
+/// A joint that meets its limit reaches it in one step, and is stopped there in the next. The velocities at
+/// the end of that step are not extrapolated from the stopping force, so that it is never reported as going
+/// back.
 #[test]
 fn a_slider_that_meets_its_limit_is_reported_at_rest_and_never_as_going_back() {
     for distance in [0.1, 0.1003, 0.1007] {

@@ -1,4 +1,4 @@
-//! Tops and a tumbling box: what turns freely, or on a point.
+//! Tops and a tumbling box: bodies that turn freely, or on a point.
 
 use glamx::{DMat3, DQuat, DVec3};
 use simd_core::{Command, Integrator, Simulation};
@@ -10,7 +10,7 @@ use super::{by, extrapolated, met, put, with};
 use crate::chains::chain;
 use simd_tests::world::{apply, look, run};
 
-/// A free body with these moments, turning at a velocity, in its own axes, that start as the world's.
+/// Returns a free body with these moments, turning at a velocity, in its own axes, that start as the world's.
 fn body(moments: DVec3, velocity: DVec3, time_step: f64) -> Simulation {
     let inertial =
         Inertial { mass: 1.0, center_of_mass: DVec3::ZERO, inertia: DMat3::from_diagonal(moments) };
@@ -35,9 +35,9 @@ fn turning(world: &Simulation) -> (DQuat, DVec3) {
     (root.pose.rotation, root.pose.rotation.inverse() * root.angular)
 }
 
-/// Landau and Lifshitz, Mechanics, paragraph 33: the axis of a symmetric top goes around the angular momentum L
-/// at |L| / I1, whatever its spin. After 2 s, extrapolated from 1 and 0.5 ms and from 0.1 and 0.05 ms: what
-/// is left is of second order, (velocity h)^2 t / 2 with the fastest velocity of 13 rad/s.
+/// Landau and Lifshitz, Mechanics, paragraph 33: the axis of a symmetric top goes around the angular momentum
+/// L at |L| / I1, whatever its spin. After 2 s, extrapolated from 1 and 0.5 ms and from 0.1 and 0.05 ms. The
+/// remaining error is of second order, (velocity h)^2 t / 2 with the fastest velocity of 13 rad/s.
 #[test]
 fn a_free_symmetric_top_precesses_about_its_angular_momentum() {
     let (moments, velocity) = (DVec3::new(0.02, 0.02, 0.03), DVec3::new(2.0, 0.0, 8.0));
@@ -64,10 +64,10 @@ fn a_free_symmetric_top_precesses_about_its_angular_momentum() {
     }
 }
 
-/// Steady precession at W of a top that leans by theta: m g l = I3 w3 W - I1 W^2 cos theta, w3 = spin + W cos theta
-/// and I1 about the point that it stands on (Goldstein, Classical Mechanics, 5.7). Euler's angles are three
-/// joints here, between rings without mass. No joint accelerates, so there is nothing that a step could get wrong
-/// but the forces: rounding is left, which the nodding of the top does not let grow. 1e-9 rad after a second.
+/// Steady precession at W of a top that leans by theta: `m g l = I3 w3 W - I1 W^2 cos theta`, `w3 = spin + W
+/// cos theta`. I1 is about the point that it stands on (Goldstein, Classical Mechanics, 5.7). Euler's angles
+/// are three joints here, between massless rings. No joint accelerates, so a step can only get the forces
+/// wrong. Rounding remains, which the nodding of the top does not amplify: 1e-9 rad after a second.
 #[test]
 fn a_heavy_top_precesses_steadily() {
     let (mass, arm, side, spin_moment): (f64, f64, f64, f64) = (1.0, 0.1, 0.002, 0.003);
@@ -99,10 +99,11 @@ fn a_heavy_top_precesses_steadily() {
 const MOMENTS: DVec3 = DVec3::new(0.005, 0.010, 0.013);
 const VELOCITY: DVec3 = DVec3::new(4.99, 0.0, 4.0);
 
-/// Landau and Lifshitz, Mechanics, paragraph 37, for I1 < I2 < I3, L^2 > 2 E I2 and w2 = 0 at first:
-/// w1 = a cn u, w2 = b sn u, w3 = c dn u. L is just beside the middle axis, about which the box turns over again
-/// and again. At the quarter of the period where it turns over, and after one and a half periods. Extrapolated
-/// as the top is; what is left of second order is (velocity h)^2 = 50 h^2 for each quarter.
+/// Landau and Lifshitz, Mechanics, paragraph 37, for `I1 < I2 < I3`, `L^2 > 2 E I2` and w2 = 0 at first: `w1
+/// = a cn u`, `w2 = b sn u`, `w3 = c dn u`. L is just beside the middle axis, about which the box turns over
+/// repeatedly. Tested at the quarter of the period where it turns over, and after one and a half periods.
+/// Extrapolated like the top; the remaining error of second order is (velocity h)^2 = 50 h^2 for each
+/// quarter.
 #[test]
 fn a_box_tumbles_about_its_middle_axis_as_jacobis_functions_do() {
     let (energy2, momentum2) = (VELOCITY.dot(MOMENTS * VELOCITY), (MOMENTS * VELOCITY).length_squared());
@@ -115,7 +116,7 @@ fn a_box_tumbles_about_its_middle_axis_as_jacobis_functions_do() {
     for quarters in [1.0, 6.0] {
         let time = quarters * complete(k) / speed;
         for time_step in [1e-3, 1e-4] {
-            // A whole number of steps, so that both runs end at the same instant.
+            // A whole number of steps, so that both runs end at the same time.
             let time = (time / time_step).round() * time_step;
             let (sn, cn, dn) = jacobi(speed * time, k);
             let expected = DVec3::new(VELOCITY.x * cn, b * sn, VELOCITY.z * dn);
@@ -135,9 +136,9 @@ fn a_box_tumbles_about_its_middle_axis_as_jacobis_functions_do() {
     }
 }
 
-/// Nothing acts on it, so angular momentum and energy should stay, and do by leapfrog. Semi-implicit Euler keeps them to
-/// first order: as MuJoCo's does, by the same steps. In two seconds at 1 ms less than 0.5 % of both, and at a tenth of the
-/// time step a tenth of that.
+/// Nothing acts on it, so angular momentum and energy should stay, and leapfrog keeps them. Semi-implicit
+/// Euler keeps them to first order, like MuJoCo's with the same steps. In two seconds both change by less
+/// than 0.5 % at 1 ms, and by a tenth of that at a tenth of the time step.
 #[test]
 fn a_tumbling_box_keeps_momentum_and_energy() {
     let drift = |integrator, time_step: f64| {

@@ -28,7 +28,8 @@ fn near(measured: DVec3, expected: DVec3) {
     assert!((measured - expected).length() < 1e-9, "{measured}, not {expected}");
 }
 
-/// A hand of 2 kg on a slide along x, and a load of 1 kg welded to it, whose frame is turned and shifted.
+/// Returns a hand of 2 kg on a slide along x, and a load of 1 kg welded to it. Its frame is turned and
+/// shifted.
 fn gripper(hand_from_load: DPose3, center: DVec3) -> Arc<RobotModel> {
     let mut model = chain(2);
     model.joints[0].kind = JointKind::Prismatic;
@@ -45,8 +46,9 @@ fn kind(axes: WrenchAxes, direction: WrenchDirection) -> SensorKind {
     SensorKind::ForceTorque { axes, direction }
 }
 
-/// Across a weld, under a mass that hangs: the child pulls its parent down by m g, with the torque of its centre about the sensor. The
-/// load is turned, the robot stands askew and the sensor is beside the joint; exact but for rounding.
+/// Across a weld, under a hanging mass: the child pulls its parent down by m g, with the torque of its centre
+/// about the sensor. The load is turned, the robot stands askew and the sensor is beside the joint; exact
+/// except for rounding.
 #[test]
 fn under_a_hanging_mass_it_shows_its_weight_and_lever() {
     let turn = DQuat::from_rotation_y(0.7) * DQuat::from_rotation_x(-0.3);
@@ -78,7 +80,7 @@ fn under_a_hanging_mass_it_shows_its_weight_and_lever() {
     }
 }
 
-/// 6 N on 3 kg are 2 m/s^2: the hand pushes the load of 1 kg by 2 N along the slide, and holds its weight.
+/// 6 N on 3 kg are 2 m/s^2. The hand pushes the load of 1 kg by 2 N along the slide, and holds its weight.
 #[test]
 fn under_an_accelerated_mass_it_shows_what_accelerates_it() {
     let center = DVec3::new(0.0, 0.0, 0.25);
@@ -100,7 +102,7 @@ fn under_an_accelerated_mass_it_shows_what_accelerates_it() {
     }
 }
 
-/// What each of two sensors on one joint shows is the other's with the sign turned.
+/// Two sensors on one joint measure opposite wrenches.
 #[test]
 fn child_and_parent_feel_the_same_with_opposite_signs() {
     let mut world = world(1e-3);

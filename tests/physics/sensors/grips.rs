@@ -1,5 +1,5 @@
-//! Sensors on both sides of contacts: a cube between two fingers, at each of which there is a wrist sensor, an inertial unit and a sensor
-//! of contact.
+//! Sensors on both sides of contacts: a cube between two fingers, each with a wrist sensor, an inertial unit
+//! and a contact sensor.
 
 use glamx::{DPose3, DVec3};
 use simd_core::Simulation;
@@ -11,7 +11,7 @@ use simd_tests::scenes::{apply, cuboid, go_to, gripper, plane, robot, spawn, sur
 use super::{add, create, measured};
 
 const G: f64 = 9.81;
-/// Of a finger, and of the cube, kg.
+/// Masses of a finger and of the cube, kg.
 const FINGER: f64 = 0.1;
 const CUBE: f64 = 0.2;
 
@@ -19,23 +19,24 @@ const CUBE: f64 = 0.2;
 const GROUND: usize = 0;
 const GRIPPER: usize = 1;
 const HELD: usize = 2;
-/// The link of the left finger, after which comes that of the right one.
+/// Index of the left finger's link; the right finger's follows.
 const LEFT: usize = 2;
 
-/// What is felt of a body, in the world's axes: its specific force, and the forces that act on it.
+/// Measurements of a body, in the world's axes: its specific force, and the contact forces that act on it.
 struct Felt {
     specific: DVec3,
     contact: ContactMeasurement,
 }
 
-/// At a step: of the two fingers what their joints do to them, and what they feel; and what the cube feels.
+/// Data of a step: the forces of their joints on the two fingers, the measurements of the fingers, and those
+/// of the cube.
 struct Grip {
     wrists: [DVec3; 2],
     fingers: [Felt; 2],
     cube: Felt,
 }
 
-/// A hand over a cube that lies on the ground.
+/// Returns a hand over a cube that lies on the ground.
 fn hand() -> Simulation {
     let mut world = world(1e-3);
     spawn(&mut world, robot("ground", &plane(DVec3::Z), DPose3::IDENTITY, true));
@@ -88,7 +89,7 @@ fn step(world: &mut Simulation) -> Grip {
     }
 }
 
-/// What a link of a robot does to this one.
+/// Returns the force of a link of a robot on this one.
 fn of(contact: &ContactMeasurement, robot: usize, link: Option<usize>) -> DVec3 {
     let partners = contact.partners.iter();
     let wanted =
@@ -96,9 +97,10 @@ fn of(contact: &ContactMeasurement, robot: usize, link: Option<usize>) -> DVec3 
     wanted.map(|partner| partner.force).sum()
 }
 
-/// Newton's second law of each body, whose specific force is what acts on it for each kilogram, and his third of each pair of them: in each step while
-/// two fingers close on a cube, press it from both sides, and lift it. The sum of what the two wrists feel is then that of what the three
-/// bodies feel, less what the ground does. To rounding, in whatever part of the step things touch: 1e-9 of 40 N.
+/// Newton's second law for each body, whose specific force is the force on it for each kilogram, and his
+/// third for each pair of them. They hold in each step while two fingers close on a cube, press it from both
+/// sides, and lift it. The sum of the two wrists' forces then equals the sum of the three bodies' forces,
+/// less the ground's. To rounding, at whatever part of the step a contact begins: 1e-9 of 40 N.
 #[test]
 fn what_two_wrists_feel_of_a_cube_between_them_is_what_the_cube_feels() {
     let mut world = hand();
@@ -129,15 +131,17 @@ fn what_two_wrists_feel_of_a_cube_between_them_is_what_the_cube_feels() {
         lifted += usize::from(presses && ground == DVec3::ZERO);
     }
     assert!(pressed > 1_500 && lifted > 1_000, "{pressed} {lifted}");
-    // At rest in the air: the wrists carry fingers and cube, and press it from both sides by what their motors have.
+    // At rest in the air: the wrists carry fingers and cube, and press it from both sides with the efforts of
+    // their motors.
     let Grip { wrists: [left, right], .. } = step(&mut world);
     let weight = (2.0 * FINGER + CUBE) * G;
     assert!((left + right - DVec3::Z * weight).length() < 1e-3, "{}", left + right);
     assert!((left.y + 20.0).abs() < 0.01 && (right.y - 20.0).abs() < 0.01, "{left} {right}");
 }
 
-/// The same where a step has parts: what the sensors of contact show is the mean over them, and the wrists and inertial units are of the last one. At rest
-/// the two are one: a finger that is pressed by 20 N from one side carries that and its weight.
+/// The same if a step has parts: contact sensors measure the mean over them, and the wrists and inertial
+/// units measure the last one. At rest the two agree: a finger that is pressed by 20 N from one side carries
+/// that and its weight.
 #[test]
 fn in_parts_of_a_step_wrists_and_contacts_agree_at_rest() {
     let mut world = hand();

@@ -29,7 +29,7 @@ fn near(measured: DVec3, expected: DVec3, tolerance: f64) {
     assert!((measured - expected).length() < tolerance, "{measured}, not {expected}");
 }
 
-/// A rod of a metre that turns about z, level.
+/// Returns a rod of a metre that turns about z, level.
 fn turntable() -> Arc<RobotModel> {
     let mut model = chain(1);
     model.joints[0].axis = DVec3::Z;
@@ -43,8 +43,8 @@ fn turn(world: &mut Simulation, velocity: f64) {
     apply(world, Command::ResetJoints { robots: vec![reset] });
 }
 
-/// Upwards 9.81 in whatever axes the sensor has, exact but for rounding: on what cannot move, and on a box that rests, whose contacts
-/// hold it to 1e-9 of gravity.
+/// Upwards 9.81 in any axes of the sensor, exact except for rounding. Tested on a fixed body, and on a
+/// resting box, whose contacts hold it to 1e-9 of gravity.
 #[test]
 fn at_rest_it_feels_what_holds_it_up() {
     let turned = DQuat::from_rotation_x(0.4) * DQuat::from_rotation_z(1.1);
@@ -63,7 +63,8 @@ fn at_rest_it_feels_what_holds_it_up() {
     }
 }
 
-/// Nothing at the centre of what falls; beside it what keeps it on its circle, w x (w x r). A ball turns evenly, so that no step errs.
+/// Zero at the centre of a falling body; beside it the centripetal acceleration, w x (w x r). A ball turns
+/// evenly, so that a step has no error.
 #[test]
 fn in_free_fall_it_feels_only_its_own_turning() {
     let mut world = world(1e-3);
@@ -99,8 +100,8 @@ fn on_a_turntable_it_feels_the_way_to_the_axis() {
     }
 }
 
-/// A torque T on a rod of m l^2 / 3 = 1/3 kg m^2 speeds it up by 3 T: along its way the sensor feels that times r, and towards the axis
-/// w^2 r with the velocity that is published beside it.
+/// A torque T on a rod of m l^2 / 3 = 1/3 kg m^2 accelerates it by 3 T. The sensor measures that times r
+/// along its path, and w^2 r towards the axis, with the published velocity.
 #[test]
 fn on_a_turntable_that_speeds_up_it_feels_that_too() {
     let (torque, reach) = (0.2, 0.5);
@@ -123,9 +124,10 @@ fn on_a_turntable_that_speeds_up_it_feels_that_too() {
     }
 }
 
-/// A rod that falls from level, q its angle: w^2 = 3 g sin q by its energy and dw/dt = 3/2 g cos q. At r along the rod the sensor feels
-/// -g sin q (1 + 3 r) along the rod and g cos q (1 - 3 r / 2) across it. Across, the acceleration is that of the step: it is of the
-/// state before, which is at most 3/2 g w r h off; along, what the state says is exact to rounding.
+/// A rod that falls from level, q its angle: `w^2 = 3 g sin q` by its energy and `dw/dt = 3/2 g cos q`. At r
+/// along the rod the sensor measures `-g sin q (1 + 3 r)` along the rod and `g cos q (1 - 3 r / 2)` across
+/// it. Across, the step's acceleration is measured: it belongs to the state before, which is at most `3/2 g w
+/// r h` off. Along, the result is exact to rounding.
 #[test]
 fn on_a_pendulum_it_feels_the_radial_and_the_tangential_part() {
     let reach = 0.9;

@@ -1,4 +1,4 @@
-//! Sensors against closed forms, and beside MuJoCo's.
+//! Sensors compared with closed forms and with MuJoCo's.
 
 mod forces;
 mod grips;
@@ -20,7 +20,8 @@ use simd_tests::scenes::apply;
 
 use simd_tests::world::look;
 
-/// A sensor without noise on a link, or for those that are on joints on a joint; one sample each step.
+/// Returns a sensor without noise on a link, or on a joint for kinds that are on joints; one sample each
+/// step.
 fn create(robot: &str, on: &str, pose: DPose3, kind: SensorKind) -> CreateSensor {
     let (link, joint) = if kind.is_of_joint() { ("", on) } else { (on, "") };
     CreateSensor {
@@ -40,7 +41,7 @@ fn add(world: &mut Simulation, create: CreateSensor) {
     apply(world, Command::CreateSensor(Box::new(create)));
 }
 
-/// One step, and what it brought.
+/// Does one step and returns its readings.
 fn sample(world: &mut Simulation) -> Vec<SensorReading> {
     world.step();
     let (state, mut due, mut readings) = (look(world), Vec::new(), Vec::new());
@@ -49,7 +50,7 @@ fn sample(world: &mut Simulation) -> Vec<SensorReading> {
     readings
 }
 
-/// The measurements of one step, by the order of the sensors.
+/// Returns the measurements of one step, by the order of the sensors.
 fn measured(world: &mut Simulation) -> Vec<Measurement> {
     sample(world).into_iter().map(|reading| reading.measurement).collect()
 }

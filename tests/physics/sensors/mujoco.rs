@@ -1,5 +1,6 @@
-//! Sensors beside MuJoCo's: an arm with a welded tool, a cart with a pole, a body that flies, rays of a head that turns, and a box that
-//! rests with a lid on it. `tests/reference/sensors.py` made the figures; what it prints beside simd is in docs/sensors.md.
+//! Sensors compared with MuJoCo's. The scenes are an arm with a welded tool, a cart with a pole, and a flying
+//! body. Others are rays of a turning head, and a resting box with a lid on it. `tests/reference/sensors.py`
+//! made the figures; its output beside simd's is in docs/sensors.md.
 
 use std::sync::Arc;
 
@@ -52,11 +53,12 @@ struct Expected {
     step: u64,
     sensor: String,
     quantity: String,
-    /// Of a quaternion x y z w; of a ray that meets nothing -1.
+    /// A quaternion is x y z w; a ray without a hit is -1.
     values: Vec<f64>,
 }
 
-/// Both codes do the same arithmetic in another order. Where something rests, MuJoCo's solver is iterated and simd's contacts hold to 1e-6.
+/// Both codes do the same arithmetic in another order. For resting bodies, MuJoCo's solver is iterated and
+/// simd's contacts hold to 1e-6.
 #[test]
 fn what_sensors_measure_is_what_mujocos_do() {
     let text = include_str!("../../reference/sensors.json");
@@ -99,7 +101,7 @@ fn loaded(case: &Case) -> Simulation {
     world
 }
 
-/// Of all quantities, relative to their size where that is above 1; and of which.
+/// Returns the largest error of all quantities, relative to their size if that is above 1, and its quantity.
 fn largest_error(case: &Case) -> (f64, String) {
     let mut world = loaded(case);
     let mut worst = (0.0, String::new());
@@ -130,7 +132,7 @@ fn difference(measured: &[f64], expected: &[f64], is_quaternion: bool) -> f64 {
     error / size
 }
 
-/// A quantity of a reading.
+/// Returns a quantity of a reading.
 fn part(reading: &SensorReading, quantity: &str) -> Vec<f64> {
     let of_motion = |motion: &MotionMeasurement| match quantity {
         "position" => motion.pose.translation.to_array().to_vec(),

@@ -1,4 +1,5 @@
-//! Statistics of noise against what was asked for. Bounds are four to five standard deviations of what is estimated.
+//! Statistics of noise compared with the parameters. Bounds are four to five standard deviations of the
+//! estimate.
 
 use std::sync::Arc;
 
@@ -13,7 +14,7 @@ use super::{add, create, measured};
 use crate::chains::chain;
 use simd_tests::world::{passive, world};
 
-/// A rod at rest under no gravity, on a joint.
+/// Returns a rod at rest under no gravity, on a joint.
 fn still() -> Simulation {
     let mut world = world(1e-3);
     let gravity = Some(DVec3::ZERO);
@@ -30,7 +31,7 @@ fn encoder(seed: u64, noise: Noise) -> CreateSensor {
     CreateSensor { noise, seed: Some(seed), ..encoder }
 }
 
-/// What encoders show of a joint at 0.
+/// Returns the readings of encoders at a joint position of 0.
 fn positions(world: &mut Simulation) -> Vec<f64> {
     let of = |measurement| match measurement {
         Measurement::Encoder(encoder) => encoder.position,
@@ -45,7 +46,7 @@ fn mean_and_deviation(values: &[f64]) -> (f64, f64) {
     (mean, (square / values.len() as f64).sqrt())
 }
 
-/// Of 64 sensors with biases of their own, the samples of each scatter about its bias.
+/// For 64 sensors with separate biases, the samples of each scatter about its bias.
 #[test]
 fn samples_scatter_about_a_bias_that_is_drawn_once() {
     let mut world = still();
@@ -65,7 +66,7 @@ fn samples_scatter_about_a_bias_that_is_drawn_once() {
         assert!((deviation / 0.01 - 1.0).abs() < 0.08, "{deviation}");
         biases.push(mean);
     }
-    // Of 64 biases the mean errs by 0.025, and the deviation by 9 %.
+    // For 64 biases the error of the mean is 0.025, and the error of the deviation 9 %.
     let (mean, deviation) = mean_and_deviation(&biases);
     assert!((mean - 0.5).abs() < 0.1, "{mean}");
     assert!((deviation / 0.2 - 1.0).abs() < 0.4, "{deviation}");
@@ -81,8 +82,8 @@ fn samples_that_follow_each_other_are_independent() {
     assert!((products / 20_000.0).abs() < 0.032, "{products}");
 }
 
-/// A walk of 0.3 a root of a second is 0.3 sqrt(t) far, over 64 sensors; with a correlation time of tau it comes to rest at
-/// 0.3 sqrt(tau / 2). The deviation of 64 is known to 9 %.
+/// A walk of 0.3 a root of a second reaches 0.3 sqrt(t), over 64 sensors. With a correlation time of tau it
+/// converges to 0.3 sqrt(tau / 2). The deviation of 64 is known to 9 %.
 #[test]
 fn a_walk_goes_with_the_root_of_time_and_comes_to_rest_where_it_is_forgotten() {
     for (correlation_time, at_one, at_four) in
@@ -101,7 +102,8 @@ fn a_walk_goes_with_the_root_of_time_and_comes_to_rest_where_it_is_forgotten() {
     }
 }
 
-/// The same walk however often it is sampled: a tenth of the samples have steps that are sqrt(10) as long.
+/// The walk does not depend on the sampling rate: a tenth of the samples have steps that are sqrt(10) as
+/// long.
 #[test]
 fn a_walk_does_not_depend_on_the_rate() {
     let mut world = still();
@@ -132,7 +134,8 @@ fn an_encoder_shows_whole_multiples_of_its_resolution() {
     assert!(different.len() > 30, "{}", different.len());
 }
 
-/// Of 10,000 samples a fifth is lost, within four standard deviations of 0.004; those that are left keep their numbers.
+/// A fifth of 10,000 samples is lost, within four standard deviations of 0.004; the remaining ones keep their
+/// numbers.
 #[test]
 fn lost_samples_leave_gaps() {
     let mut world = still();

@@ -1,5 +1,5 @@
-//! Noise of each quantity of each kind of sensor, against what was asked for: every number has the deviation, the bias and the quantum of its
-//! own, and draws on its own.
+//! Noise of each quantity of each kind of sensor, compared with the parameters. Every number has a separate
+//! deviation, bias and quantum, and separate random numbers.
 
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ use simd_tests::world::{passive, world};
 
 const SAMPLES: usize = 4_000;
 
-/// All that have noise, but lidars, whose rays have tests of their own.
+/// Returns all kinds with noise except lidars, whose rays have separate tests.
 fn kinds() -> [SensorKind; 7] {
     [
         SensorKind::Imu,
@@ -29,8 +29,8 @@ fn kinds() -> [SensorKind; 7] {
     ]
 }
 
-/// A rod that stands still, level, under no gravity, before a wall; and one sensor of each kind, with this noise for each of its
-/// numbers.
+/// Returns a rod that stands still, level, without gravity, in front of a wall. It has one sensor of each
+/// kind, with this noise for each of its numbers.
 fn still(seed: u64, noise: impl Fn(Channels, usize) -> Noise) -> Simulation {
     let mut world = world(1e-3);
     let change = PhysicsChange { gravity: Some(DVec3::ZERO), ..PhysicsChange::default() };
@@ -51,7 +51,8 @@ fn still(seed: u64, noise: impl Fn(Channels, usize) -> Noise) -> Simulation {
     world
 }
 
-/// The numbers of a measurement as they are drawn, in the order of `SensorKind::channels`: of an orientation the small turn.
+/// Returns the numbers of a measurement as they are drawn, in the order of `SensorKind::channels`: of an
+/// orientation the small turn.
 fn numbers(of: &Measurement) -> Vec<f64> {
     let turn = |turn: DQuat| turn.to_scaled_axis();
     let vectors: Vec<DVec3> = match of {
@@ -68,12 +69,12 @@ fn numbers(of: &Measurement) -> Vec<f64> {
     vectors.into_iter().flat_map(|vector| vector.to_array()).collect()
 }
 
-/// All numbers of all sensors after a step.
+/// Returns all numbers of all sensors after a step.
 fn all(world: &mut Simulation) -> Vec<f64> {
     measured(world).iter().flat_map(numbers).collect()
 }
 
-/// Which number is which, in the same order.
+/// Returns the channel and the axis of each number, in the same order.
 fn names() -> Vec<(SensorKind, Channels, usize)> {
     let of = |kind: SensorKind| {
         let channels = kind.channels().iter();
@@ -88,8 +89,8 @@ fn deviation(channels: Channels, axis: usize) -> f64 {
     1e-3 * (quantity + 0.3 * axis as f64)
 }
 
-/// A deviation of 4,000 samples errs by 1.1 %, their mean by s / 63, and the correlation of two that are independent by 0.016: bounds are four and a
-/// half times that.
+/// For 4,000 samples, the error of a deviation is 1.1 %, and the error of their mean s / 63. The error of the
+/// correlation of two independent ones is 0.016. Bounds are four and a half times that.
 #[test]
 fn every_number_scatters_by_what_was_asked_for_it_and_on_its_own() {
     let mut silent = still(11, |_, _| Noise::default());
@@ -124,7 +125,7 @@ fn every_number_scatters_by_what_was_asked_for_it_and_on_its_own() {
     }
 }
 
-/// A bias that is the same each time moves each number by itself, to rounding; an orientation is turned by it.
+/// A constant bias shifts each number alone, to rounding; an orientation is turned by it.
 #[test]
 fn every_number_has_its_own_bias() {
     let truth = all(&mut still(11, |_, _| Noise::default()));
@@ -139,7 +140,7 @@ fn every_number_has_its_own_bias() {
     }
 }
 
-/// But of an orientation, which has none: whole multiples of the quantum, and several of them.
+/// Whole multiples of the quantum, and several of them. An orientation has no quantum.
 #[test]
 fn every_number_has_its_own_quantum() {
     let quantum = |channels, axis| match channels {
@@ -172,14 +173,14 @@ fn every_number_has_its_own_quantum() {
     assert!(few.is_none(), "{few:?}");
 }
 
-/// Of 64 walks of each number, by as many seeds, the deviation is what was asked for: it is known to 9 %.
+/// For 64 walks of each number, by as many seeds, the deviation is the given one: it is known to 9 %.
 #[test]
 fn every_number_walks_as_far_as_was_asked() {
     let truth = all(&mut still(11, |_, _| Noise::default()));
     let names = names();
     let mut squares = vec![0.0; names.len()];
     for seed in 0..64 {
-        // After a tenth of a second a walk has come to sqrt(0.1) of what it comes to in one.
+        // After a tenth of a second a walk has reached sqrt(0.1) of its distance after one.
         let mut world = still(seed, |channels, axis| Noise {
             random_walk: deviation(channels, axis),
             ..Noise::default()
@@ -197,7 +198,7 @@ fn every_number_walks_as_far_as_was_asked() {
     }
 }
 
-/// Of several quantities that lose samples the largest part counts, within four standard deviations of 10,000.
+/// If several quantities lose samples, the largest part applies, within four standard deviations of 10,000.
 #[test]
 fn of_several_dropouts_the_largest_counts() {
     let mut world = world(1e-3);

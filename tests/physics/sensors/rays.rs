@@ -1,4 +1,5 @@
-//! Range finders and lidars: distances to planes, by trigonometry. Ranges of scans are f32: 1e-6 of a range is for their rounding.
+//! Range finders and lidars: distances to planes, by trigonometry. Ranges of scans are f32: the tolerance of
+//! 1e-6 of a range is for their rounding.
 
 use simd_tests::world::at;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
@@ -31,7 +32,7 @@ fn bearer(world: &mut Simulation, place: DPose3) {
     spawn(world, robot("bearer", &cuboid(DVec3::splat(0.1), 1.0), place, true));
 }
 
-/// REP 117: a distance, too near, nothing there. Its own body is not in the way, and what stands beside is.
+/// REP 117: a distance, too near, no hit. Its own body does not block it, and a body beside it does.
 #[test]
 fn a_range_finder_tells_near_and_far_from_a_distance() {
     let limits = RangeLimits { least: 0.3, most: 4.0 };
@@ -46,7 +47,8 @@ fn a_range_finder_tells_near_and_far_from_a_distance() {
     }
 }
 
-/// What a ray may reach says nothing of how well it measures: 1e-9 of the distance at 1e12 m, for a box, a ball and a plane.
+/// The range of a ray does not affect its precision: 1e-9 of the distance at 1e12 m, for a box, a ball and a
+/// plane.
 #[test]
 fn a_far_reach_takes_nothing_from_what_is_near() {
     for most in [10.0, 1e6, 1e12] {
@@ -64,8 +66,8 @@ fn a_far_reach_takes_nothing_from_what_is_near() {
     }
 }
 
-/// In the middle of a room of 8 m by 6 m: to the walls at x, 4 / |cos|, to those at y, 3 / |sin|, whichever is nearer; the sensor
-/// is turned, so that its angles count from there.
+/// In the middle of a room of 8 m by 6 m: `4 / |cos|` to the walls at x or `3 / |sin|` to those at y. The
+/// sensor is turned, so that its angles count from its orientation.
 #[test]
 fn a_lidar_in_a_room_measures_its_walls() {
     let mut world = world(1e-3);
@@ -86,8 +88,8 @@ fn a_lidar_in_a_room_measures_its_walls() {
     }
 }
 
-/// Lines of a 3D lidar 1.5 m above the ground: downwards by v a ray meets it after 1.5 / sin v, whatever its horizontal angle; level and
-/// upwards there is nothing. Lines go from the least angle on.
+/// Lines of a 3D lidar 1.5 m above the ground: a ray downwards by v hits it after 1.5 / sin v, at any
+/// horizontal angle. Level and upwards there is no hit. Lines begin at the least angle.
 #[test]
 fn a_lidar_of_several_lines_measures_the_ground() {
     let mut world = world(1e-3);
@@ -112,9 +114,9 @@ fn a_lidar_of_several_lines_measures_the_ground() {
     }
 }
 
-/// A ball that nothing pulls, with a lidar of 10 Hz at its side, before a wall at x = 5 m: column i of n was measured (n - 1 - i) / n of 0.1 s
-/// before the sample, from where the sensor was then: to the wall (5 - x) / cos of the angle. Exact where the ball goes straight ahead and
-/// where it turns, since its twist in its own axes is the same all the while.
+/// A free ball with a lidar of 10 Hz at its side, in front of a wall at x = 5 m. Column i of n was measured
+/// `(n - 1 - i) / n` of 0.1 s before the sample, from the sensor's pose at that time. The range is (5 - x) /
+/// cos of the angle. Exact for straight motion and for rotation, since its twist in its own axes is constant.
 #[test]
 fn columns_of_a_rolling_scan_are_of_their_own_times() {
     let (rate, reach, columns) = (10.0, 0.3, 5);
@@ -151,8 +153,8 @@ fn columns_of_a_rolling_scan_are_of_their_own_times() {
     }
 }
 
-/// Bias and walk are one for all rays of a scan, so that rays at one distance from the wall differ by nothing else; they go on from scan to scan.
-/// Ranges are f32: 1e-6.
+/// Bias and walk are the same for all rays of a scan, so that rays at one distance from the wall do not
+/// differ otherwise. They continue from scan to scan. Ranges are f32: 1e-6.
 #[test]
 fn all_rays_of_a_scan_have_one_bias_and_one_walk() {
     let mut world = world(1e-3);
@@ -175,8 +177,8 @@ fn all_rays_of_a_scan_have_one_bias_and_one_walk() {
     assert!(firsts.windows(2).filter(|pair| pair[0] != pair[1]).count() > 190, "a walk");
 }
 
-/// Of 4,000 rays a tenth is lost, within four standard deviations of 0.0047; what is left has the deviation that was asked for, within
-/// 5 %, about one bias for all.
+/// A tenth of 4,000 rays is lost, within four standard deviations of 0.0047. The remaining ones have the
+/// given deviation, within 5 %, about a common bias.
 #[test]
 fn rays_have_their_own_noise_and_one_bias() {
     let mut world = world(1e-3);

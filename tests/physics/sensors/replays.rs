@@ -1,4 +1,4 @@
-//! Equal worlds give equal readings: after a restore, through a file, and in a second run. The tolerance is none.
+//! Equal worlds give equal readings: after a restore, through a file, and in a second run, without tolerance.
 
 use std::sync::Arc;
 
@@ -107,7 +107,7 @@ fn a_second_run_gives_the_same_readings_and_another_seed_others() {
     assert!(one.iter().all(|reading| !two.contains(reading)));
 }
 
-/// Sensors change nothing of what moves.
+/// Sensors do not affect motion.
 #[test]
 fn a_world_with_sensors_moves_as_one_without() {
     let (mut with, mut without) = (swinging(7), world(1e-3));
@@ -120,7 +120,7 @@ fn a_world_with_sensors_moves_as_one_without() {
     }
 }
 
-/// The next step forgets them: what they measured is gone with the state that was published then.
+/// The next step drops them: their data is gone with the state that was published then.
 #[test]
 fn samples_that_are_not_taken_do_not_gather() {
     let mut world = swinging(7);
@@ -132,7 +132,7 @@ fn samples_that_are_not_taken_do_not_gather() {
     let taken = due.len();
     world.take_due_samples(&mut due);
     assert_eq!(due.len(), taken);
-    // Of a state that is older there are no readings.
+    // An older state has no readings.
     let (state, mut readings) = (simd_tests::world::look(&world), Vec::new());
     world.step();
     let mut next = Vec::new();

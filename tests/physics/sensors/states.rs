@@ -13,7 +13,7 @@ use super::{add, create, measured, sample};
 use crate::chains::chain;
 use simd_tests::world::{look, passive, world};
 
-/// A ball that nothing pulls, with a twist.
+/// Returns a free ball with a twist.
 fn flying(linear: DVec3, angular: DVec3) -> Simulation {
     let mut world = world(1e-3);
     let change = PhysicsChange { gravity: Some(DVec3::ZERO), ..PhysicsChange::default() };
@@ -24,7 +24,7 @@ fn flying(linear: DVec3, angular: DVec3) -> Simulation {
     world
 }
 
-/// What the state of the world says of the link, at the sensor's place: v + w x r. To rounding.
+/// The link's published state, at the sensor's place: v + w x r. To rounding.
 #[test]
 fn the_state_of_a_link_is_that_of_the_sensors_frame() {
     let mut world = world(1e-3);
@@ -47,7 +47,8 @@ fn the_state_of_a_link_is_that_of_the_sensors_frame() {
     }
 }
 
-/// After a second at v and w, from where it was when the sensor came: turned by w, and displaced by v in the axes in which it began.
+/// After a second at v and w, relative to the pose at the sensor's creation. The pose is turned by w, and
+/// displaced by v in the initial axes.
 #[test]
 fn odometry_counts_from_where_it_began_in_the_sensors_axes() {
     let (linear, angular) = (DVec3::new(0.5, 0.0, 0.0), DVec3::new(0.0, 0.0, 0.8));
@@ -89,9 +90,9 @@ fn an_encoder_shows_its_joint() {
     }
 }
 
-/// A rod that swings to and fro behind a gear with play: the encoder is half of that behind the joint, and stands still from where the rod turns
-/// round until it has crossed the play. One that is sampled each tenth step is where that of each step is. No tolerance: all that happens
-/// to a position is that half of the play is added or subtracted.
+/// A rod that swings to and fro behind a gear with play. The encoder is half of the play behind the joint.
+/// When the rod turns back, it stands still until the rod has crossed the play. An encoder sampled each tenth
+/// step agrees with one of each step. No tolerance: a position only has half of the play added or subtracted.
 #[test]
 fn an_encoder_with_backlash_stands_still_while_its_joint_crosses_the_play() {
     let (start, half) = (0.4, 0.15);
@@ -101,7 +102,7 @@ fn an_encoder_with_backlash_stands_still_while_its_joint_crosses_the_play() {
     let encoder = |rate| CreateSensor { rate, ..create("robot", "joint-1", DPose3::IDENTITY, kind) };
     add(&mut world, encoder(None));
     add(&mut world, encoder(Some(100.0)));
-    // Where the encoder was when the rod turned round, and the joint in the step before.
+    // Position of the encoder when the rod turned back, and of the joint in the step before.
     let (mut held, mut before, mut was_rising) = (start, start, true);
     let (mut shaft, mut turns, mut stood) = (start, 0, 0);
     for step in 1..=5_000 {
@@ -130,7 +131,7 @@ fn an_encoder_with_backlash_stands_still_while_its_joint_crosses_the_play() {
     assert_eq!((encoder.position, encoder.velocity), (start, 0.0));
 }
 
-/// The steps in which a sensor of a rate takes samples.
+/// Returns the steps in which a sensor of a rate takes samples.
 fn steps(world: &mut Simulation, count: usize) -> Vec<u64> {
     let mut steps = Vec::new();
     for _ in 0..count {
@@ -139,7 +140,7 @@ fn steps(world: &mut Simulation, count: usize) -> Vec<u64> {
     steps
 }
 
-/// Sample k is of the first step whose time is k / rate from the beginning on.
+/// Sample k is of the first step whose time is at least k / rate.
 #[test]
 fn samples_are_taken_by_the_first_step_that_reaches_their_time() {
     for (rate, expected) in [
@@ -158,7 +159,8 @@ fn samples_are_taken_by_the_first_step_that_reaches_their_time() {
     }
 }
 
-/// In a hundred thousand steps of a millisecond, as many samples as the rate asks for: no rounding gathers.
+/// In a hundred thousand steps of a millisecond there are as many samples as the rate requires: rounding does
+/// not accumulate.
 #[test]
 fn no_sample_is_left_out_in_the_long_run() {
     let mut world = flying(DVec3::ZERO, DVec3::ZERO);

@@ -32,7 +32,8 @@ fn ground() -> Simulation {
     world
 }
 
-/// Newton's third law, to the bit, in each of three thousand steps in which one box falls onto another and slides: what each feels of the other.
+/// Newton's third law, to the bit, in each of three thousand steps in which one box falls onto another and
+/// slides. It compares each box's measurement of the other.
 #[test]
 fn both_sides_of_a_contact_feel_the_same_with_opposite_signs() {
     let mut world = ground();
@@ -55,14 +56,15 @@ fn both_sides_of_a_contact_feel_the_same_with_opposite_signs() {
         touched += usize::from(high.touching);
     }
     assert!(touched > 200, "{touched}");
-    // At rest the lower one carries both on the ground, and the upper one on it: to what rests within.
+    // At rest the lower one carries both on the ground, and the upper one on it: to the precision of resting
+    // forces.
     let [low, high]: [ContactMeasurement; 2] = touches(&mut world).try_into().unwrap();
     assert!((high.force - DVec3::Z * G).length() < 1e-3, "{}", high.force);
     assert!((low.force - DVec3::Z * 3.0 * G).length() < 1e-3, "{}", low.force);
     assert_eq!(low.partners.iter().map(|partner| partner.robot).collect::<Vec<_>>(), [0, 2]);
 }
 
-/// A body of 4 kg on four legs of 0.5 kg, each a link of its own with a ball for a foot.
+/// Returns a body of 4 kg on four legs of 0.5 kg, each a separate link with a ball as its foot.
 fn stool() -> Arc<RobotModel> {
     let inertia = DMat3::from_diagonal(DVec3::splat(0.02));
     let link = |name: String, mass: f64, shape: Option<Geometry>| Link {
@@ -98,8 +100,8 @@ fn stool() -> Arc<RobotModel> {
     Arc::new(RobotModel { name: "stool".into(), links, joints, ..RobotModel::default() })
 }
 
-/// Feet of what stands carry its 6 kg in all, the front ones more, since they are nearer to its centre. What rests is solved to
-/// rounding: 1e-6 N.
+/// The feet of a standing robot carry its 6 kg in all, the front ones more, since they are nearer to its
+/// centre. Resting bodies are solved to rounding: 1e-6 N.
 #[test]
 fn what_the_feet_of_a_standing_robot_feel_sums_to_its_weight() {
     let mut world = ground();
@@ -117,8 +119,9 @@ fn what_the_feet_of_a_standing_robot_feel_sums_to_its_weight() {
     assert!((on_front - front).abs() < 1e-6, "{on_front} N, not {front}");
 }
 
-/// The A1 of `pybullet_data` on bent legs, held by the springs of its joints: what its four toes feel sums to its weight within a millionth of it
-/// once it has come to rest, whether it sleeps or is kept awake, and nothing else of it touches anything.
+/// The A1 of `pybullet_data` on bent legs, held by the springs of its joints. The forces of its four toes sum
+/// to its weight within a millionth of it once it has come to rest, asleep or kept awake. No other part of it
+/// has contacts.
 #[test]
 fn what_the_toes_of_a_standing_a1_feel_sums_to_its_weight() {
     let (model, _) = robots::read("pybullet_data/a1/a1.urdf");
@@ -145,7 +148,7 @@ fn what_the_toes_of_a_standing_a1_feel_sums_to_its_weight() {
     }
 }
 
-/// Pushes a link for ever. What is pushed does not fall asleep.
+/// Pushes a link forever. A pushed body does not fall asleep.
 fn push(world: &mut Simulation, robot: &str, link: &str, force: DVec3) {
     let (robot, link, duration) = (robot.into(), link.into(), WrenchDuration::UntilCleared);
     let (torque, point) = (DVec3::ZERO, DVec3::ZERO);

@@ -13,7 +13,7 @@ use crate::scene::{Contact, Scene, TIME_STEP, Thing};
 
 pub(crate) struct InContact {
     world: Simulation,
-    /// Where all that is free should be: where it started, or of a heap, where it lay.
+    /// Expected places of all free bodies: the initial ones, or in a heap, those after it settled.
     expected: Vec<DVec3>,
 }
 
@@ -85,7 +85,7 @@ impl World for InContact {
     }
 }
 
-/// Where the roots of all that is free are.
+/// Returns the root positions of all free bodies.
 fn free(world: &Simulation) -> Vec<DVec3> {
     let seen = scenes::look(world);
     let entities = seen.world.entities.iter().zip(&seen.roots);

@@ -1,7 +1,7 @@
 //! A scene in rapier: its own multibody joints, and none of its collision detection.
 //!
-//! One body for all links that fixed joints connect, as in simd, so that rapier solves no more
-//! joints than there are. Its motors are implicit springs of simd's default gains.
+//! One body represents all links that fixed joints connect, as in simd, so that rapier does not solve
+//! additional joints. Its motors are implicit springs of simd's default gains.
 
 use glamx::{DPose3, DQuat};
 use rapier3d_f64::dynamics::{

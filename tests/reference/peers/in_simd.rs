@@ -12,7 +12,7 @@ use crate::scene::{Scene, TIME_STEP};
 
 pub(crate) struct Simd {
     world: Simulation,
-    /// Of the joints of all copies.
+    /// Held positions of the joints of all copies.
     held: Vec<f64>,
 }
 

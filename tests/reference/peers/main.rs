@@ -1,11 +1,13 @@
-//! The worker of `peers.py`: steps robots in simd and in rapier, a batch at a time, so that the
+//! The worker of `peers.py`: steps robots in simd and in rapier. It steps a batch at a time, so that the
 //! driver can let the simulators take turns.
 //!
-//! The argument is a file with a list of [`Scene`]s. Each line of the input, `simd 3 2000`, is
-//! answered with a line of JSON: how long 2000 steps of scene 3 took. `joints 3` is answered with
-//! what each of its joints holds, by which gains; `rays 3 20 0 0 2 100 10000` how long 20 calls take that cast 10000 rays
-//! of 100 m from a point, and how far each went; `room FOLDER 20 0 0 1.5` how long 20 scans of a lidar there take in a room of 100,000
-//! triangles, which is written into the folder.
+//! The argument is a file with a list of [`Scene`]s. Each line of the input is answered with a line of JSON:
+//! * `simd 3 2000`: the time of 2000 steps of scene 3
+//! * `joints 3`: the positions that its joints hold, and their gains
+//! * `rays 3 20 0 0 2 100 10000`: the time of 20 calls that cast 10000 rays of 100 m from a point, and the
+//!   distance of each
+//! * `room FOLDER 20 0 0 1.5`: the time of 20 scans of a lidar there in a room of 100,000 triangles, which is
+//!   written into the folder
 
 mod contacts_simd;
 mod in_rapier;
@@ -34,14 +36,14 @@ trait World {
     fn step(&mut self);
     /// Lends it threads.
     fn lend(&mut self, _threads: Arc<dyn Pool>) {}
-    /// The largest distance of a joint from the position that it should hold, rad or m.
+    /// Returns the largest distance of a joint from the position that it should hold, rad or m.
     fn error(&self) -> f64;
 }
 
 /// Threads of the engine `threads`.
 const THREADS: usize = 2;
 
-/// Steps before the time is taken, as a part of those that are timed.
+/// Steps before the measurement, as a part of the measured ones.
 const WARM_UP: usize = 10;
 
 fn main() -> Result<(), Box<dyn Error>> {

@@ -1,4 +1,5 @@
-//! Rays in simd, as a server casts them: from a published state, whose shapes are put into a tree for each call.
+//! Rays in simd, as a server casts them: from a published state, whose shapes are put into a tree for each
+//! call.
 
 use std::error::Error;
 use std::f64::consts::PI;
@@ -8,7 +9,7 @@ use glamx::DVec3;
 use simd_core::Simulation;
 use simd_tests::scenes::look;
 
-/// The directions of a Fibonacci lattice on the sphere, as `rays.py` has them.
+/// Returns the directions of a Fibonacci lattice on the sphere, as `rays.py` has them.
 fn direction(index: usize, count: usize) -> DVec3 {
     let z = 1.0 - (2.0 * index as f64 + 1.0) / count as f64;
     let (sin, cos) = (PI * (3.0 - 5f64.sqrt()) * index as f64).sin_cos();

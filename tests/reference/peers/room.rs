@@ -30,7 +30,8 @@ impl Assets for OnDisk {
     }
 }
 
-/// A world of the room, which is written into this folder, and a lidar at a point that takes a sample each step.
+/// Returns a world of the room, which is written into this folder, and a lidar at a point that takes a sample
+/// each step.
 pub(crate) fn world(folder: &Path, start: DVec3) -> Result<Simulation, Box<dyn Error>> {
     let urdf = room::write(folder)?;
     let files = OnDisk(Locator::new(&urdf));
@@ -62,7 +63,7 @@ pub(crate) fn world(folder: &Path, start: DVec3) -> Result<Simulation, Box<dyn E
     Ok(world)
 }
 
-/// How long so many scans take, and the ranges of the last, row by row.
+/// Returns the time of this many scans, and the ranges of the last, row by row.
 pub(crate) fn timed(world: &mut Simulation, calls: usize) -> Result<serde_json::Value, Box<dyn Error>> {
     let (mut due, mut state) = (Vec::new(), PublishedState::default());
     world.step();

@@ -1,4 +1,4 @@
-//! What is stepped: copies of a robot, each holding a bent pose.
+//! Scenes: copies of a robot, each holding a bent pose.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -14,7 +14,7 @@ use simd_tests::robots;
 /// A time step of every simulator, seconds.
 pub(crate) const TIME_STEP: f64 = 1e-3;
 
-/// A robot, how it is put down, how often.
+/// A robot, its placement, and the number of copies.
 #[derive(Deserialize)]
 pub(crate) struct Scene {
     pub(crate) urdf: String,
@@ -22,28 +22,28 @@ pub(crate) struct Scene {
     pub(crate) free: bool,
     /// Robots in the world, with 3 m between them.
     pub(crate) copies: usize,
-    /// What joints hold instead of a bent position; those that it does not name, zero.
+    /// Positions that joints hold instead of a bent one; zero for joints that it does not name.
     #[serde(default)]
     pose: Option<BTreeMap<String, f64>>,
-    /// Where it touches something.
+    /// Set for a scene with contact.
     pub(crate) contact: Option<Contact>,
 }
 
-/// What a scene with contact has besides.
+/// Additional data of a scene with contact.
 #[derive(Deserialize)]
 pub(crate) struct Contact {
-    /// Of the robot's root link above level ground, metres.
+    /// Height of the robot's root link above level ground, metres.
     pub(crate) height: f64,
-    /// Between any two things.
+    /// Friction between any two bodies.
     pub(crate) friction: f64,
     /// Seconds until it stands or lies still.
     pub(crate) settle: f64,
-    /// Things may end up elsewhere than where they start.
+    /// True if bodies may end elsewhere than they start.
     pub(crate) heap: bool,
     pub(crate) things: Vec<Thing>,
 }
 
-/// A free body, or a fixed one where it has no mass.
+/// A free body, or a fixed one without a mass.
 #[derive(Deserialize)]
 pub(crate) struct Thing {
     /// `box` or `sphere`.
@@ -56,13 +56,13 @@ pub(crate) struct Thing {
     pub(crate) mass: f64,
 }
 
-/// What a joint of one axis holds, and how.
+/// Position and gains of a joint of one axis.
 #[derive(Clone, Serialize)]
 pub(crate) struct Held {
     pub(crate) name: String,
-    /// Where it starts and stays, rad or m.
+    /// Initial and held position, rad or m.
     pub(crate) position: f64,
-    /// simd's default gains: N m/rad or N/m; N m s/rad or N s/m. None where it follows another joint.
+    /// simd's default gains: N m/rad or N/m; N m s/rad or N s/m. `None` if it follows another joint.
     pub(crate) gains: Option<(f64, f64)>,
     /// The most effort that it may apply, N m or N.
     pub(crate) effort: Option<f64>,
@@ -70,7 +70,7 @@ pub(crate) struct Held {
 
 /// Where in its limits a joint is held: bent, and away from every limit.
 const BENT: [f64; 5] = [0.6, 0.4, 0.55, 0.35, 0.65];
-/// What a joint without limits counts as, rad.
+/// Limits of a joint without limits, rad.
 const UNLIMITED: (f64, f64) = (-3.0, 3.0);
 
 impl Scene {
@@ -78,12 +78,12 @@ impl Scene {
         robots::read(&self.urdf).0
     }
 
-    /// Where the root link of a copy is.
+    /// Returns the pose of the root link of a copy.
     pub(crate) fn root_pose(copy: usize) -> DPose3 {
         DPose3::from_translation(DVec3::new(3.0 * (copy % 10) as f64, 3.0 * (copy / 10) as f64, 0.0))
     }
 
-    /// What the joints that move hold, in the order of the tree's bodies.
+    /// Returns the held positions of the movable joints, in the order of the tree's bodies.
     pub(crate) fn joints(&self) -> Vec<Held> {
         let model = self.model();
         let tree = Tree::new(&model, !self.free);

@@ -1,5 +1,5 @@
-//! What `tests/reference/truth` asks of simd: where the robots of a list of cases are at some instants, and how scenes
-//! with contact go on, and how exactly their contacts are solved.
+//! simd's part of `tests/reference/truth`: poses of the robots of a list of cases at some times, and the
+//! course of scenes with contact. It also gives the precision with which their contacts are solved.
 //!
 //! The argument is a file with a list of [`Ask`]s. The answer is a line of JSON for each.
 
@@ -15,7 +15,7 @@ use simd_tests::truth::Case;
 #[derive(Deserialize)]
 #[serde(untagged)]
 enum Ask {
-    /// Of a case without contact.
+    /// The poses of a case without contact.
     At {
         case: Case,
         /// Seconds.
@@ -24,17 +24,17 @@ enum Ask {
         /// Seconds, multiples of the time step.
         instants: Vec<f64>,
     },
-    /// Of a scene with contact: the residual of each step.
+    /// The residual of each step of a scene with contact.
     Residuals { scene: Scene, solver: SolverChoice },
-    /// Of a scene with contact.
+    /// The course of a scene with contact.
     Over {
         scene: Scene,
         /// Steps from view to view.
         every: u64,
-        /// The one that a world has, where none is named.
+        /// By default a world's own integrator.
         #[serde(default)]
         integrator: Option<Integrator>,
-        /// In rapier, and not in simd. The answer is null where that is not given the scene.
+        /// In rapier instead of simd. The answer is null if rapier cannot run the scene.
         #[serde(default)]
         in_rapier: bool,
     },

@@ -1,5 +1,5 @@
-//! What comes and goes: robots, worlds, claims, parameters, uploads, clients. Each thing has a name of its own, so
-//! that whatever the daemon keeps by name shows as growth.
+//! Churn: robots, worlds, claims, parameters, uploads and clients that are added and deleted. Each has a
+//! unique name, so that anything that the daemon keeps by name shows as growth.
 
 use std::ops::Range;
 use std::time::{Duration, Instant};
@@ -18,7 +18,7 @@ use crate::daemon::fixed;
 use crate::http;
 use crate::robots::assets;
 
-/// Clients of those that come and go all the time.
+/// Number of clients that add and delete all the time.
 pub(super) const CHURNS: usize = 2;
 const SECOND: Duration = Duration::from_secs(1);
 
@@ -47,7 +47,7 @@ pub(super) fn start(stage: &Stage, numbers: Range<usize>, ends: Instant, actors:
 struct Churn {
     stage: Stage,
     client: Client,
-    /// For uploads that are never finished.
+    /// For unfinished uploads.
     raw: EntityServiceClient<Channel>,
     random: Rng,
     number: usize,
@@ -96,8 +96,8 @@ impl Churn {
         }
     }
 
-    /// Until it is gone. It may be refused, for instance while the world is claimed; the world would fill with robots within each
-    /// other.
+    /// Deletes until the robot is gone. A call may be refused, for instance while the world is claimed; the
+    /// world would fill with overlapping robots.
     async fn delete(&self, robot: &str) {
         while self.note("delete", self.client.delete_robot(robot).await).is_none() {
             let there = self.note("robots", self.client.robots().await);
@@ -137,7 +137,7 @@ impl Churn {
         proto::Pose { position, ..Default::default() }
     }
 
-    /// A request for a fixed robot at a place that no other has.
+    /// Returns a request for a fixed robot at a place that no other has.
     fn aside(&self, robot: &str) -> proto::SpawnEntityRequest {
         let position = Some(proto::Vector3 { x: 0.0, y: -5.0 - 2.0 * self.number as f64, z: 0.0 });
         let pose = Some(proto::Pose { position, ..Default::default() });
@@ -176,7 +176,7 @@ impl Churn {
         }
     }
 
-    /// The world is kept, changed and put back; its file goes out and comes in.
+    /// The world is saved, changed and restored; its file is exported and imported.
     async fn worlds(&mut self) {
         let (kept, robot) = (self.name("world"), self.name("passing"));
         self.note("save", self.client.save_state(&kept).await);
@@ -220,7 +220,7 @@ impl Churn {
         {
             self.note("release", self.client.release_joints(&secret).await);
         }
-        // Where it was not released, the claim runs out first.
+        // If it was not released, the claim expires first.
         self.delete(&robot).await;
     }
 
@@ -240,7 +240,7 @@ impl Churn {
         self.note("remove parameter", self.client.remove_parameters(vec![name]).await);
     }
 
-    /// Files that are refused, and files of which the last part never comes.
+    /// Refused files, and files whose last part never comes.
     async fn uploads(&mut self) {
         let refused = proto::DescriptionSource {
             source: Some(Source::Urdf(format!("<robot name='r{}'><link", self.turn).into())),
@@ -248,7 +248,7 @@ impl Churn {
         };
         let request = proto::SpawnEntityRequest { source: Some(refused), ..fixed("refused") };
         self.note("spawn", self.client.spawn(request).await);
-        // A robot of its own text, which is never spawned.
+        // A robot of a unique text, which is never spawned.
         let urdf = format!("<robot name='r'><link name='{}'/></robot>", self.name("link"));
         let prepare = proto::PrepareDescriptionRequest { urdf: urdf.into(), ..Default::default() };
         let prepared = self.raw.prepare_description(prepare).await;
@@ -259,7 +259,7 @@ impl Churn {
         let part = proto::UploadAssetRequest { sha256: hash, total_bytes: 1 << 20, offset: 0, data };
         let sent = self.raw.upload_asset(part).await;
         self.stage.tally.note_status("part of an upload", sent);
-        // A whole one, whose hash is another's.
+        // A whole one, with the hash of another.
         let mut data = vec![0; 1 << 10];
         self.random.fill(&mut data);
         let sha256 = "0".repeat(64);
@@ -270,7 +270,7 @@ impl Churn {
         }
     }
 
-    /// New clients, each with a name of its own, over each transport, and a browser.
+    /// New clients, each with a unique name, over each transport, and a browser.
     async fn visitors(&mut self) {
         for transport in 0..3 {
             let Some(client) = self.note("connect", self.stage.client(transport).await) else { continue };

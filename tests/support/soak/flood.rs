@@ -1,4 +1,4 @@
-//! Bad requests in bursts, over every transport, and connections that say nothing sensible.
+//! Bad requests in bursts, over every transport, and connections that send garbage.
 
 use std::time::Duration;
 
@@ -11,10 +11,10 @@ use tokio::time::{MissedTickBehavior, interval};
 
 use super::Stage;
 
-/// Of one transport.
+/// Requests over one transport.
 const BURST: usize = 20;
 const PERIOD: Duration = Duration::from_millis(100);
-/// What is no request of HTTP.
+/// Garbage in place of an HTTP request.
 const NOISE: [&[u8]; 3] =
     [b"\0\x01\x02 simd", b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\nxxxxxxxxxxxx", b"GET /\r\n\r\n\r\n"];
 
@@ -79,7 +79,7 @@ async fn refused(stage: &Stage, client: &Client, number: usize) {
     }
 }
 
-/// A request of a stream that goes on.
+/// Sends a request of a stream that continues.
 async fn in_a_stream(stage: &Stage, client: &Client) -> bool {
     let options = ControlOptions { wait: ControlWait::None, ..ControlOptions::default() };
     let Some(mut control) = stage.tally.note("control", client.control(options).await) else { return false };

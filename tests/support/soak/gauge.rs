@@ -1,4 +1,4 @@
-//! What the process costs, line by line, and how fast that grows.
+//! The costs of the process, line by line, and their growth.
 
 use std::time::{Duration, Instant};
 
@@ -8,8 +8,8 @@ use tokio::time::timeout;
 use super::Stage;
 use crate::http;
 
-/// Seconds that say nothing about growth: files that no robot uses, of which the run sends some each second, stay for ten
-/// minutes, also those of the first five, in which more come. No more than this part of a run.
+/// Seconds that are left out of the growth. Unused files, some of which the run sends each second, stay for
+/// ten minutes, including those of the busier first five. At most this part of a run.
 const WARM_UP: f64 = 16.0 * 60.0;
 const WARM_UP_PART: f64 = 0.5;
 /// Within this the daemon answers.
@@ -31,7 +31,7 @@ struct Sample {
     at: f64,
     /// MiB that are allocated and not freed.
     heap: f64,
-    /// MiB of memory that is no file's: heap, what the allocator keeps of what was freed, stacks.
+    /// MiB of memory that belongs to no file: heap, freed memory that the allocator keeps, stacks.
     anonymous: f64,
     /// MiB, with files.
     resident: f64,
@@ -73,7 +73,7 @@ impl Gauge {
             return stage.tally.fail("the daemon is gone".to_owned());
         };
         let address = stage.address;
-        // In a task of its own, since it panics where there is no answer.
+        // In a separate task, since it panics without an answer.
         let asked = tokio::spawn(async move { http::get(address, "/metrics", &[]).await.text() });
         let Ok(Ok(metrics)) = timeout(ANSWERS, asked).await else {
             return stage.tally.fail("the daemon does not answer /metrics".to_owned());
@@ -137,24 +137,24 @@ impl Gauge {
         WARM_UP.min(WARM_UP_PART * self.end())
     }
 
-    /// Least squares over what comes after the warm-up, an hour.
+    /// Least squares over the time after the warm-up, per hour.
     fn slope(&self, figure: fn(&Sample) -> f64) -> Slope {
         let late = self.samples.iter().filter(|sample| sample.at >= self.warm_up());
         let points: Vec<(f64, f64)> = late.map(|sample| (sample.at / 3600.0, figure(sample))).collect();
         Slope::of(&points)
     }
 
-    /// MiB an hour of what is allocated.
+    /// Growth of allocated memory, MiB an hour.
     pub(super) fn heap_slope(&self) -> Slope {
         self.slope(|sample| sample.heap)
     }
 
-    /// MiB an hour of what the process has.
+    /// Growth of the memory of the process, MiB an hour.
     pub(super) fn memory_slope(&self) -> Slope {
         self.slope(|sample| sample.anonymous)
     }
 
-    /// Of all that must not grow.
+    /// Returns the growth of all figures that must not grow.
     pub(super) fn slopes(&self) -> String {
         format!(
             "slope after the first {:.1} minutes, an hour: heap {} MiB, anonymous memory {} MiB, threads {}, files {}",
@@ -167,7 +167,7 @@ impl Gauge {
     }
 }
 
-/// Of the straight line that is nearest to some points.
+/// Slope of the least-squares line through some points.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Slope {
     /// NaN of fewer than two points.
@@ -187,7 +187,7 @@ impl Slope {
         Self { value, error: (residuals.sum::<f64>() / (count - 2.0) / spread).sqrt() }
     }
 
-    /// Whether it is above a limit by more than its scatter explains: by two standard errors.
+    /// Returns whether it is above a limit by more than its scatter explains: by two standard errors.
     pub fn is_above(self, limit: f64) -> bool {
         self.value - 2.0 * self.error > limit
     }

@@ -1,6 +1,7 @@
-//! What of the kernel decides how late it wakes a thread, whatever the thread's priority: the log of a run says what was measured.
+//! Properties of the kernel that decide how late it wakes a thread, whatever the thread's priority: the log
+//! of a run records them.
 
-/// The kernel's version, and how it was asked to preempt.
+/// Returns the kernel's version and its preemption setting.
 pub fn kernel() -> String {
     described(|file| std::fs::read_to_string(file).ok())
 }

@@ -11,12 +11,12 @@ pub struct Spread {
     counts: Vec<u64>,
 }
 
-/// Of the steps of a phase.
+/// Times of the steps of a phase.
 #[derive(Clone, Debug, Default)]
 pub struct Steps {
-    /// How long after their time they began.
+    /// Delay of their start.
     pub lateness: Spread,
-    /// How long they took.
+    /// Their duration.
     pub duration: Spread,
 }
 
@@ -35,7 +35,7 @@ impl Steps {
         Ok(Self { lateness: spread(daemon.step_lateness), duration: spread(daemon.step_duration) })
     }
 
-    /// What came after `before`.
+    /// Returns the steps after `before`.
     pub fn since(&self, before: &Self) -> Self {
         Self {
             lateness: self.lateness.since(&before.lateness),
@@ -58,7 +58,7 @@ impl Spread {
         self.counts.iter_mut().zip(&other.counts).for_each(|(count, more)| *count += more);
     }
 
-    /// None yet, within the same bounds.
+    /// Returns an empty one with the same bounds.
     pub(super) fn empty(&self) -> Self {
         Self { upper_bounds: self.upper_bounds.clone(), counts: vec![0; self.upper_bounds.len()] }
     }
@@ -71,19 +71,20 @@ impl Spread {
         }
     }
 
-    /// How many there are.
+    /// Returns their number.
     pub fn count(&self) -> u64 {
         self.counts.iter().sum()
     }
 
-    /// Seconds below which this part of all is, read off a straight line within its bucket; NaN of none.
+    /// Returns the seconds below which this part of all is, by linear interpolation within its bucket; NaN if
+    /// there are none.
     pub fn percentile(&self, part: f64) -> f64 {
         let wanted = part * self.count() as f64;
         let (mut below, mut lower) = (0.0, 0.0);
         for (&upper, &count) in self.upper_bounds.iter().zip(&self.counts) {
             let count = count as f64;
             if count > 0.0 && below + count >= wanted {
-                // Of what is beyond the last bound nothing is known but that.
+                // Beyond the last bound nothing more is known.
                 let upper = if upper.is_finite() { upper } else { lower };
                 return lower + (upper - lower) * (wanted - below) / count;
             }

@@ -1,6 +1,6 @@
-//! Steps of the moments in which the machine woke a thread in time that only sleeps. What else runs on a machine delays every
-//! thread of a processor: the kernel, its host, another program that keeps interrupts off. Once in a second is enough
-//! to be all that the 99.9th percentile of a thousand steps a second shows.
+//! Steps at times when the machine woke a thread in time that only sleeps. The other load of a machine delays
+//! every thread of a processor: the kernel, its host, another program that disables interrupts. Once in a
+//! second is enough to determine the 99.9th percentile of a thousand steps a second.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -12,11 +12,11 @@ use tokio::task::JoinHandle;
 use super::sleeper::Sleeper;
 use super::{Spread, Steps};
 
-/// Between two looks at the daemon's histogram: a moment.
+/// Time between two reads of the daemon's histogram: a moment.
 const MOMENT: Duration = Duration::from_millis(100);
-/// The machine is in time where the sleeping thread is never later than this.
+/// The machine is in time if the sleeping thread is never later than this.
 const IN_TIME: Duration = Duration::from_micros(150);
-/// A step is late with the sleep beside it, which can be of the next moment.
+/// A step is late together with a sleep within this time of it, which can belong to the next moment.
 const BESIDE: Duration = Duration::from_millis(20);
 
 /// It looks until it is ended.
@@ -46,7 +46,7 @@ async fn look(client: Client, sleeper: Arc<Sleeper>, ends: Arc<AtomicBool>) -> R
     let mut punctual = Spread::default();
     let mut begun = Instant::now();
     let mut before = Steps::so_far(&client).await?.lateness;
-    // Of the moment before: what comes right after it can belong to it.
+    // From the previous moment: steps directly after it can belong to it.
     let mut last: Option<(Instant, Instant, Spread)> = None;
     while !ends.load(Ordering::Relaxed) {
         tokio::time::sleep(MOMENT).await;

@@ -1,4 +1,4 @@
-//! Who reads states, events and parameters, over every transport, and how old the states are.
+//! Readers of states, events and parameters, over every transport, and the age of the states.
 
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
@@ -13,11 +13,11 @@ use super::Stage;
 use crate::network;
 
 const SECOND: Duration = Duration::from_secs(1);
-/// Between two states that one reads: the readers share the machine with the daemon.
+/// Time between two states of a reader: the readers share the machine with the daemon.
 const PERIOD: Duration = Duration::from_millis(50);
 const NAMES: [&str; 3] = ["grpc", "zenoh", "web"];
 
-/// So many, over each transport in turn; the last is a subscriber.
+/// Starts this many, over each transport in turn; the last is a subscriber.
 pub(super) fn start(stage: &Stage, readers: usize, actors: &mut JoinSet<()>) {
     for number in 0..readers.saturating_sub(1) {
         let stage = stage.clone();
@@ -99,7 +99,7 @@ async fn events_and_parameters(stage: &Stage, client: &Client) -> Result<(), Err
     Ok(())
 }
 
-/// A program that knows nothing but the keys.
+/// A program that knows only the keys.
 async fn subscribe(stage: &Stage) {
     let session = network::session("client", &stage.locator).await;
     let states = session.declare_subscriber("simd/soak/joint_states/*").with(RingChannel::new(1)).await;

@@ -1,4 +1,4 @@
-//! Refusals as the daemon's metrics count them, beside those that clients saw.
+//! Refusals in the daemon's metrics, compared with those that clients saw.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use crate::http;
 /// Refusals for one reason, by method and transport.
 pub(super) type Refusals = BTreeMap<String, u64>;
 
-/// By reason.
+/// Returns the counts by reason.
 pub(super) async fn counted(stage: &Stage) -> BTreeMap<String, Refusals> {
     let text = http::get(stage.address, "/metrics", &[]).await.text();
     let mut counts: BTreeMap<String, Refusals> = BTreeMap::new();
@@ -20,7 +20,7 @@ pub(super) async fn counted(stage: &Stage) -> BTreeMap<String, Refusals> {
     counts
 }
 
-/// The reason of a sample of `simd_calls_total`, the method and the transport, and how often.
+/// Returns the reason, the method and transport, and the count of a sample of `simd_calls_total`.
 fn refusals(line: &str) -> Option<(&str, String, u64)> {
     let (labels, value) = line.strip_prefix("simd_calls_total{")?.rsplit_once("} ")?;
     let label =

@@ -1,4 +1,4 @@
-//! A thread that does nothing but sleep: how late the machine wakes a thread, whatever it does.
+//! A thread that only sleeps: it measures how late the machine wakes a thread.
 
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -9,17 +9,18 @@ use std::time::{Duration, Instant};
 
 use super::Spread;
 
-/// It sleeps so often for each step of the world. What delays a step may begin right after a sleep, and end before the next: the
-/// more sleeps there are, the less of it goes unseen.
+/// Number of sleeps for each step of the world. The cause of a late step may begin after one sleep and end
+/// before the next: with more sleeps less of it is missed.
 const PER_STEP: u32 = 4;
 /// A part of a step of the world.
 const PERIOD: Duration = Duration::from_micros(1_000 / PER_STEP as u64);
-/// So many sleeps are kept, and wait to be looked at: ten seconds of them.
+/// Number of sleeps that are kept until they are read: ten seconds of them.
 const RECENT: usize = 40_000;
-/// Later than this it begins anew, as the world drops what it is behind.
+/// If it is later than this it begins anew, as the world drops its delay.
 const BEHIND: Duration = Duration::from_millis(200);
 
-/// It runs until this is dropped, on the processor of the physics thread and with a priority higher by one: no step delays it.
+/// It runs until this is dropped, on the processor of the physics thread and with a priority higher by one:
+/// no step delays it.
 #[derive(Debug)]
 pub(super) struct Sleeper {
     woken: Mutex<Woken>,
@@ -27,9 +28,9 @@ pub(super) struct Sleeper {
 
 #[derive(Debug)]
 struct Woken {
-    /// Of the thread, which waits for no one: who looks is on a processor with much to do.
+    /// From the thread, which does not wait: the reader is on a busy processor.
     sleeps: Receiver<Sleep>,
-    /// More of them came than there is room for.
+    /// Set if there were more of them than fit.
     overflowed: Arc<AtomicBool>,
     /// Sleeps that it is through with, of late: all since this moment.
     recent: VecDeque<Sleep>,
@@ -47,7 +48,7 @@ struct Sleep {
 }
 
 impl Sleeper {
-    /// Its lateness is counted within the same bounds as what it is `like`.
+    /// Its lateness is counted within the bounds of `like`.
     pub(super) fn start(priority: u32, processor: Option<usize>, like: &Spread) -> Self {
         let (sender, sleeps) = sync_channel(RECENT);
         let overflowed = Arc::new(AtomicBool::new(false));
@@ -60,15 +61,15 @@ impl Sleeper {
         Self { woken: Mutex::new(Woken { sleeps, overflowed, recent, since, counted, count: 0 }) }
     }
 
-    /// How late it was since this was last asked, of one sleep a step.
+    /// Returns its lateness since the last call, of one sleep a step.
     pub(super) fn take(&self) -> Spread {
         let mut woken = self.look();
         let empty = woken.counted.empty();
         std::mem::replace(&mut woken.counted, empty)
     }
 
-    /// The latest that it was for a sleep that ended, or should have ended, between two moments; the longest time there is where
-    /// some of these sleeps are not kept, or one is not over.
+    /// Returns its maximum lateness for a sleep that ended, or should have ended, between two times. Returns
+    /// the longest possible time if some of these sleeps are not kept, or one is not over.
     pub(super) fn latest(&self, from: Instant, to: Instant) -> Duration {
         let woken = self.look();
         if woken.since > from || woken.recent.back().is_none_or(|last| last.ended < to) {
@@ -79,7 +80,7 @@ impl Sleeper {
         within.map(|sleep| sleep.late).max().unwrap_or_default()
     }
 
-    /// All up to now.
+    /// Returns all up to now.
     fn look(&self) -> MutexGuard<'_, Woken> {
         let mut woken = self.woken.lock().unwrap_or_else(PoisonError::into_inner);
         while let Ok(sleep) = woken.sleeps.try_recv() {
@@ -126,7 +127,7 @@ fn sleep(sender: &SyncSender<Sleep>, overflowed: &AtomicBool) {
     }
 }
 
-/// What the system refuses it refuses the daemon too, and the run says so.
+/// A setting that the system refuses here, it refuses the daemon too, and the run reports it.
 #[cfg(target_os = "linux")]
 fn ask(priority: u32, processor: Option<usize>) {
     use rustix::thread::{CpuSet, sched_setaffinity};

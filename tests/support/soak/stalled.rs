@@ -10,11 +10,11 @@ use tokio::task::JoinSet;
 use super::Stage;
 use crate::process::{Home, binaries};
 
-/// How long one is stopped before it is killed and another comes.
+/// Time for which one is stopped before it is killed and another starts.
 const PERIOD: Duration = Duration::from_secs(60);
 const TURN: Duration = Duration::from_millis(100);
 
-/// So many: programs that are stopped, streams and subscribers that are not read.
+/// Starts this many: stopped programs, and unread streams and subscribers.
 pub(super) fn start(stage: &Stage, stopped: usize, actors: &mut JoinSet<()>) {
     for number in 0..stopped {
         let stage = stage.clone();
@@ -36,7 +36,7 @@ async fn held(stage: &Stage) {
     }
 }
 
-/// `simctl joint watch`, whose process is stopped amid it.
+/// `simctl joint watch`, whose process is stopped meanwhile.
 async fn stopped_processes(stage: &Stage, over_zenoh: bool) {
     let endpoint = if over_zenoh { &stage.locator } else { &stage.endpoint };
     while stage.is_on() {

@@ -1,4 +1,4 @@
-//! What came of the calls: acknowledged by kind, refused by reason, broken; and what must never be.
+//! Results of the calls: acknowledged by kind, refused by reason, broken; and failures.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -27,7 +27,7 @@ struct Counts {
 }
 
 impl Tally {
-    /// Notes what came of a call; its answer, where it was acknowledged.
+    /// Counts the result of a call. Returns its answer if it was acknowledged.
     pub(super) fn note<T>(&self, kind: &'static str, result: Result<T, Error>) -> Option<T> {
         let mut counts = self.lock();
         match result {
@@ -48,7 +48,7 @@ impl Tally {
         }
     }
 
-    /// The same of what tonic says of a call.
+    /// The same for tonic's result of a call.
     pub(super) fn note_status<T>(&self, kind: &'static str, result: Result<T, Status>) -> Option<T> {
         let status = match result {
             Ok(answer) => return self.note(kind, Ok(answer)),
@@ -77,7 +77,7 @@ impl Tally {
         self.lock().ages.entry(transport).or_default().push(age.as_secs_f64() * 1e3);
     }
 
-    /// Median and 99th percentile of the ages since this was last asked, milliseconds.
+    /// Returns the median and the 99th percentile of the ages since the last call, milliseconds.
     pub(super) fn take_ages(&self) -> Vec<(&'static str, f64, f64)> {
         let mut ages = std::mem::take(&mut self.lock().ages);
         let spread = |(transport, ages): (&&'static str, &mut Vec<f64>)| {
@@ -98,7 +98,7 @@ impl Tally {
         self.lock().acknowledged.get(kind).copied().unwrap_or_default()
     }
 
-    /// What must never be.
+    /// Returns the results that must never occur.
     pub fn failures(&self) -> Vec<String> {
         self.lock().failures.clone()
     }

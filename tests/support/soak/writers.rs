@@ -1,4 +1,4 @@
-//! A client that sets claimed targets and reads each one back: what was acknowledged must hold.
+//! A client that sets claimed targets and reads each one back: an acknowledged target must hold.
 
 use std::time::Duration;
 
@@ -27,7 +27,7 @@ fn robot(number: usize) -> String {
 pub(super) async fn prepare(stage: &Stage) -> Result<(), Error> {
     let client = Client::connect(&stage.endpoint).await?;
     for number in 0..WRITERS {
-        // Beside each other: robots within each other are what the physics is slow at, and no load.
+        // Side by side: overlapping robots are slow for the physics, which is not the load that is tested.
         let position = Some(Vector3 { x: -2.0 * number as f64, y: 0.0, z: 0.0 });
         let pose = Some(Pose { position, ..Default::default() });
         let request = SpawnEntityRequest { pose, ..fixed(&robot(number)) };
