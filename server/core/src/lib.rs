@@ -1,12 +1,11 @@
-//! Physics and rules of simd. No IO at all: no clock, no file, no thread, no
-//! network; the caller brings the robots and says when to step. Equal inputs
-//! give equal bits on one build and machine.
+//! Physics and rules of simd, without IO: no clock, no files, no threads, no network. The caller supplies the
+//! robots and decides when to step. Equal inputs give equal bits on one build and machine.
 //!
-//! * [`dynamics`]: articulated bodies, as Featherstone's book has them.
-//! * [`collision`]: what robots touch with; all that is known of parry.
+//! * [`dynamics`]: articulated bodies, after Featherstone's book.
+//! * [`collision`]: contacts and distances; the only module that uses parry.
 //! * [`pool`]: threads that the owner of a world may lend it.
-//! * [`simulation`]: the world: commands that change it, the step, what it looks like.
-//! * [`rollout`]: copies of a world that run on from one state.
+//! * [`simulation`]: the world: commands that change it, the step, its published state.
+//! * [`rollout`]: copies of a world that continue from one state.
 
 pub mod collision;
 pub mod dynamics;

@@ -1,4 +1,4 @@
-//! How values of other crates are written by serde: as their numbers.
+//! Serde representations of other crates' types, as plain numbers.
 
 /// `x y z`.
 pub(crate) mod vector3 {
@@ -14,7 +14,7 @@ pub(crate) mod vector3 {
     }
 }
 
-/// Two times `x y z`.
+/// `x y z`, twice.
 pub(crate) mod two_vectors3 {
     use glamx::DVec3;
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -71,7 +71,7 @@ pub(crate) mod optional_vector3 {
     }
 }
 
-/// Two times `x y z`, or nothing.
+/// `x y z` twice, or nothing.
 pub(crate) mod optional_two_vectors3 {
     use glamx::DVec3;
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -91,7 +91,7 @@ pub(crate) mod optional_two_vectors3 {
     }
 }
 
-/// A pose as [`pose3`] has it, or nothing.
+/// A pose as in [`pose3`], or nothing.
 pub(crate) mod optional_pose3 {
     use glamx::DPose3;
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -110,7 +110,7 @@ pub(crate) mod optional_pose3 {
     }
 }
 
-/// What is shared, as what it is.
+/// A shared value, written as the value.
 pub(crate) mod shared {
     use std::sync::Arc;
 
@@ -150,7 +150,7 @@ pub(crate) mod optional_text {
     }
 }
 
-/// A shared list with at most so many entries.
+/// A shared list with a maximum number of entries.
 pub(crate) mod shared_list {
     use std::sync::Arc;
 
@@ -163,7 +163,7 @@ pub(crate) mod shared_list {
     }
 }
 
-/// A list with at most so many entries.
+/// A list with a maximum number of entries.
 pub(crate) mod bounded_list {
     use std::fmt;
     use std::marker::PhantomData;

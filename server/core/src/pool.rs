@@ -1,29 +1,30 @@
-//! Threads that the owner of a world lends it. The core makes none: it says what may be done at the same time.
+//! Threads that the owner of a world lends it. The core starts none; it says which work may run in parallel.
 
 use std::fmt::Debug;
 
-/// Threads that are lent to a world. What a step finds does not depend on them, to the bit.
+/// Threads that are lent to a world. The results of a step do not depend on them, to the bit.
 pub trait Pool: Debug + Send + Sync {
-    /// Does both, the second on another thread if one is free, and returns when both are done. A panic of either is passed on.
+    /// Runs both closures, the second on another thread if one is free, and returns when both are done.
+    /// Propagates a panic of either.
     fn join(&self, first: &mut (dyn FnMut() + Send), second: &mut (dyn FnMut() + Send));
 
-    /// Does `work` on this thread, in which there are several turns of [`Pool::join`] that soon follow each other: other threads
-    /// do not fall asleep between them, since waking one takes about as long as what it could do meanwhile.
+    /// Runs `work` on this thread. It calls [`Pool::join`] several times in short succession. Other threads
+    /// stay awake between these calls, since waking one takes about as long as the work that it could do.
     fn keep_awake(&self, work: &mut (dyn FnMut() + Send));
 
-    /// The number of the thread that asks, from 0. Pieces of work that a thread does one after the other have the same memory, which
-    /// is in that thread's cache.
+    /// Returns the number of the calling thread, from 0. Pieces of work that run on one thread in turn share
+    /// memory, which is in that thread's cache.
     fn thread(&self) -> usize;
 }
 
-/// Says when a step is to be given up. It is asked on all threads that work for the step.
+/// Returns whether to give up the step. All threads of the step call it.
 pub type Interrupt<'a> = dyn Fn() -> bool + Sync + 'a;
 
-/// So many pieces is work divided into where there is a pool: enough that threads end at nearly the same time.
+/// Number of pieces that work is divided into on a pool: enough that threads end at nearly the same time.
 pub(crate) const PIECES: usize = 16;
 
-/// Does `work` for each of the items that `which` names, in order: `first` is the number of the first item. On a pool in so many
-/// pieces.
+/// Calls `work` for each item that `which` names, in order. `first` is the number of the first item. On a
+/// pool, the items are divided into `pieces`.
 pub(crate) fn for_each<T: Send>(
     (pool, pieces): (Option<&dyn Pool>, usize),
     (items, first): (&mut [T], usize),

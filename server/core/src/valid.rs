@@ -1,9 +1,9 @@
-//! Checks of numbers that came from a file; what is wrong is a fragment of a sentence.
+//! Checks of numbers from files. Errors are fragments of a sentence.
 
 use glamx::DPose3;
 use simd_model::{LARGEST_GIVEN, shown};
 
-/// Numbers that are neither NaN nor infinite.
+/// Rejects NaN and infinite numbers.
 pub(crate) fn finite(what: &str, values: impl IntoIterator<Item = f64>) -> Result<(), String> {
     match values.into_iter().find(|value| !value.is_finite()) {
         Some(value) => Err(format!("{what} with {value} among them")),
@@ -11,7 +11,7 @@ pub(crate) fn finite(what: &str, values: impl IntoIterator<Item = f64>) -> Resul
     }
 }
 
-/// Numbers of a size that can be given.
+/// Rejects NaN and numbers larger than [`LARGEST_GIVEN`].
 pub(crate) fn moderate(what: &str, values: impl IntoIterator<Item = f64>) -> Result<(), String> {
     match values.into_iter().find(|value| value.is_nan() || value.abs() > LARGEST_GIVEN) {
         Some(value) => Err(format!(
@@ -22,7 +22,7 @@ pub(crate) fn moderate(what: &str, values: impl IntoIterator<Item = f64>) -> Res
     }
 }
 
-/// Finite numbers, none of them negative.
+/// Rejects negative numbers, NaN and infinity.
 pub(crate) fn sizes(what: &str, values: impl IntoIterator<Item = f64>) -> Result<(), String> {
     match values.into_iter().find(|value| !(value.is_finite() && *value >= 0.0)) {
         Some(value) => Err(format!("{what} with {value} among them")),
@@ -30,7 +30,7 @@ pub(crate) fn sizes(what: &str, values: impl IntoIterator<Item = f64>) -> Result
     }
 }
 
-/// A pose that is finite, with a rotation of unit length.
+/// Rejects poses that are not finite, or whose rotation is not of unit length.
 pub(crate) fn pose(what: &str, pose: &DPose3) -> Result<(), String> {
     finite(what, pose.translation.to_array())?;
     unit(what, &pose.rotation.to_array())
